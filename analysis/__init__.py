@@ -1,0 +1,1 @@
+"""What can be said about a Lur'e loop, by what means, and with which margin."""
