@@ -1,0 +1,1 @@
+"""Criteria for absolute stability, one file each."""

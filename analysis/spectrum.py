@@ -1,0 +1,146 @@
+"""The spectrum of the rod's block: zero eigenvalue, residue, decay, and how much of the damping is numerical."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from lure.rod import Rod
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+LISTED_MODES = 10
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ModePair:
+    """One wave mode in the scheme and in the rod.
+
+    Attributes
+    ----------
+    number : int
+        0 is the non-oscillating mode (``k < Z`` only), then 1, 2, .. by frequency.
+    scheme : complex
+        Eigenvalue of the scheme [1/s].
+    rod : complex
+        Pole of the rod [1/s].
+    """
+
+    number: int
+    scheme: complex
+    rod: complex
+
+    @property
+    def numerical_share(self) -> float:
+        """Share of the scheme's damping that the rod does not have, ``1 - Re rod / Re scheme`` [-]; nan for no damping."""
+        return 1.0 - self.rod.real / self.scheme.real if self.scheme.real else math.nan
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RodSpectrum:
+    """Spectrum of the rod's block, from closed forms (no eigenvalue solver).
+
+    Attributes
+    ----------
+    zero_multiplicity : int
+        Algebraic multiplicity of the eigenvalue 0, the same for scheme and rod: 1 for ``k != 0``, 2 for ``k = 0``.
+        Decided from the exact value of ``k``.
+    residue_at_zero : float or None
+        ``rho_0 = A/k`` [m/(Pa s)]; None where the zero is double.
+    decay_scheme, decay_rod : float
+        ``-max Re`` over the other eigenvalues [1/s]: negative if unstable, ``inf`` for the matched rod.
+    elastic_scheme : complex
+        First oscillating mode of the scheme [1/s]; the real ``-s`` for ``k = Z``.
+    elastic_rod : complex or None
+        First oscillating mode of the rod [1/s]; None for ``k = Z``.
+    modes : tuple of ModePair
+        The lowest modes, one of each conjugate pair; empty for ``k = Z``.
+    jordan_size : int
+        Size of the Jordan block at ``-s``: ``2N`` for ``k = Z``, else 1.
+    """
+
+    zero_multiplicity: int
+    residue_at_zero: float | None
+    decay_scheme: float
+    decay_rod: float
+    elastic_scheme: complex
+    elastic_rod: complex | None
+    modes: tuple[ModePair, ...]
+    jordan_size: int
+
+    @property
+    def unstable(self) -> bool:
+        """Whether a wave mode grows (``k < 0``)."""
+        return self.decay_rod < 0
+
+    def __str__(self) -> str:
+        zero = {1: "simple", 2: "double"}[self.zero_multiplicity]
+        return (
+            f"zero eigenvalue {zero}; slowest wave mode decays at {self.decay_scheme:.6g} 1/s in the scheme and "
+            f"{self.decay_rod:.6g} 1/s in the rod"
+        )
+
+
+def wave_mode(rod: Rod, number: int, cells: int | None) -> complex:
+    """Wave mode ``number`` of the rod (``cells=None``) or of its ``N``-cell scheme [1/s], ``k != Z``.
+
+    ``number`` counts frequencies from 0 (``k < Z``: the non-oscillating mode) or from 1 (``k > Z`` has none).
+    """
+    turn = number if rod.reflection < 0 else number - 0.5
+    growth = RodBlock(rod).log_reflection
+    if cells is None:
+        return complex(growth, 2.0 * math.pi * turn) / (2.0 * rod.travel_time)
+    rate = rod.wave_speed * cells / rod.length
+    angle, x = math.pi * turn / cells, growth / (2 * cells)
+    real = math.expm1(x) * math.cos(angle) - 2.0 * math.sin(angle / 2.0) ** 2
+    return rate * complex(real, math.exp(x) * math.sin(angle))
+
+
+def rod_spectrum(scheme: UpwindScheme) -> RodSpectrum:
+    r"""Spectrum of a scheme against that of its rod.
+
+    Eigenvalues of the scheme: 0 and ``s((-a)^{1/2N} e^{i pi m/N} - 1)``; poles of the rod: 0 and
+    ``(ln(-a) + 2 pi i m)/(2T)``.  The zero is simple iff ``k != 0``; it comes from ``z``, and ``-a = 1`` (``k = 0``) is
+    the only case in which a wave mode joins it.  For ``k = Z`` the waves of the scheme form one Jordan block of size
+    ``2N`` at ``-s``: eigenvalue solvers return a circle of radius about ``s eps^{1/2N}`` there, which is noise.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme; cost does not depend on its size.
+
+    Notes
+    -----
+    The rod's modes all decay at the same rate ``-ln|a|/(2T)``; amplitudes fall at that rate, the energy at twice it.
+    """
+    rod, N = scheme.rod, scheme.cells
+    double = rod.exact["damping"] == 0
+    a = rod.reflection
+    residue = None if double else rod.residue_at_zero
+    if a == 0.0:
+        return RodSpectrum(
+            zero_multiplicity=1,
+            residue_at_zero=residue,
+            decay_scheme=scheme.rate,
+            decay_rod=math.inf,
+            elastic_scheme=complex(-scheme.rate),
+            elastic_rod=None,
+            modes=(),
+            jordan_size=2 * N,
+        )
+    first = 0 if a < 0 else 1
+    last = min(N, LISTED_MODES)
+    modes = tuple(
+        ModePair(number=m, scheme=wave_mode(rod, m, N), rod=wave_mode(rod, m, None)) for m in range(first, last + 1)
+    )
+    slowest = wave_mode(rod, first, N)
+    return RodSpectrum(
+        zero_multiplicity=2 if double else 1,
+        residue_at_zero=residue,
+        decay_scheme=0.0 - slowest.real,
+        decay_rod=0.0 - wave_mode(rod, first, None).real,
+        elastic_scheme=wave_mode(rod, 1, N),
+        elastic_rod=wave_mode(rod, 1, None),
+        modes=modes,
+        jordan_size=1,
+    )

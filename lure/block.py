@@ -1,0 +1,108 @@
+"""Linear blocks with a control input, a load and one measured output."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lure.errors import InputError
+
+if TYPE_CHECKING:
+    import control
+    from scipy.sparse import csr_array
+
+
+
+class Block(Protocol):
+    """Anything with a scalar transfer function from ``mu`` to ``sigma``."""
+
+    def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
+        """``H(s)`` at complex ``s`` [1/s], elementwise."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinearBlock:
+    r"""A finite block ``y' = A y + b1 mu + b2 g``, ``sigma = c^T y``, with ``H(s) = c^T (sI - A)^{-1} b1``.
+
+    In a loop ``mu = -phi(sigma)``: the sign is in :class:`lure.loop.Loop` and nowhere else.
+
+    Parameters
+    ----------
+    A : ndarray or scipy.sparse array
+        (n, n) [1/s].
+    b1 : ndarray
+        (n,) input of the nonlinearity.
+    b2 : ndarray
+        (n,) input of the load.
+    c : ndarray
+        (n,) output.
+
+    Raises
+    ------
+    InputError
+        Shapes do not fit, or an entry is not finite.
+    """
+
+    A: NDArray[np.float64] | csr_array
+    b1: NDArray[np.float64]
+    b2: NDArray[np.float64]
+    c: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        sparse = not isinstance(self.A, list | tuple | np.ndarray)
+        if not sparse:
+            object.__setattr__(self, "A", _frozen(self.A))
+        for name in ("b1", "b2", "c"):
+            object.__setattr__(self, name, _frozen(getattr(self, name)))
+        n = self.b1.shape[0] if self.b1.ndim == 1 else -1
+        if self.A.shape != (n, n) or self.b2.shape != (n,) or self.c.shape != (n,) or n == 0:
+            shapes = f"A {self.A.shape}, b1 {self.b1.shape}, b2 {self.b2.shape}, c {self.c.shape}"
+            raise InputError(f"LinearBlock needs A (n, n), b1 (n,), b2 (n,), c (n,) with n >= 1; got {shapes}")
+        entries = (self.A.data if sparse else self.A, self.b1, self.b2, self.c)
+        if not all(np.isfinite(np.asarray(values)).all() for values in entries):
+            raise InputError("LinearBlock has an entry that is not finite; give finite numbers")
+
+    @property
+    def order(self) -> int:
+        """Number of states ``n``."""
+        return int(self.b1.shape[0])
+
+    def dense(self) -> NDArray[np.float64]:
+        """``A`` as an (n, n) array [1/s]."""
+        return self.A if isinstance(self.A, np.ndarray) else np.asarray(self.A.toarray())
+
+    def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
+        """``H(s)`` by one sparse solve a point; ``inf`` where ``sI - A`` is singular to working precision."""
+        from scipy.sparse import csc_array, eye_array
+        from scipy.sparse.linalg import splu
+
+        points = np.asarray(s, dtype=complex)
+        values = np.empty(points.size, dtype=complex)
+        A, identity = csc_array(self.A), eye_array(self.order, format="csc")
+        for i, point in enumerate(points.ravel()):
+            try:
+                values[i] = self.c @ splu((point * identity - A).tocsc()).solve(self.b1.astype(complex))
+            except RuntimeError:  # splu: the factor is exactly singular
+                values[i] = complex(np.inf, np.nan)
+        return values.reshape(points.shape)
+
+    def to_control(self) -> control.StateSpace:
+        """The block from ``mu`` to ``sigma`` as a ``control.StateSpace`` (dense)."""
+        import control
+
+        return control.StateSpace(self.dense(), self.b1[:, None], self.c[None, :], 0.0)
+
+    def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
+        """``H(i omega)`` at ``omega`` [rad/s], computed by python-control from the matrices."""
+        import control
+
+        return control.frequency_response(self.to_control(), np.atleast_1d(np.asarray(omega, dtype=float)))
+
+
+def _frozen(values: ArrayLike) -> NDArray[np.float64]:
+    array = np.array(values, dtype=float)
+    array.setflags(write=False)
+    return array

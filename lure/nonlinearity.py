@@ -1,0 +1,115 @@
+"""Nonlinearities: laws ``phi(sigma)`` that enter a loop as ``mu = -phi(sigma)``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lure.errors import InputError
+from lure.exact import exact_number
+from lure.sector import Sector, SlopeBounds
+
+
+class Nonlinearity(Protocol):
+    """What a loop needs of a law: its sector (the caller's word) and its values."""
+
+    @property
+    def sector(self) -> Sector:
+        """Sector the caller vouches for [unit of phi / unit of sigma]."""
+
+    def __call__(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
+        """Values ``phi(sigma)``, elementwise."""
+
+
+@dataclass(frozen=True, eq=False)
+class NormalCompliance:
+    r"""Normal compliance, ``p(r) = c_n max(r, 0)^m`` (Martins and Oden 1987).
+
+    ``r`` is the penetration: displacement of the contacting end minus the gap.  The paper's law (9) is ``m = 1``,
+    ``c_n = 1/eps``.  As ``c_n -> inf`` it tends to the Signorini condition ``r <= 0, p >= 0, r p = 0`` (a rigid
+    obstacle), which is a set-valued law and not a member of this class.
+
+    The law is continuous, nondecreasing, and zero on the whole half-line ``r <= 0``: a loop with it has a half-line
+    of equilibria, so that no theorem can make its origin asymptotically stable.
+
+    Parameters
+    ----------
+    stiffness : float or Fraction
+        ``c_n > 0`` [Pa/m^m].
+    exponent : float or Fraction
+        ``m > 0`` [-].
+
+    Attributes
+    ----------
+    sector : Sector
+        ``[0, c_n]`` for ``m = 1``, else ``[0, inf]``: for ``m > 1`` the chord slope grows without bound as ``r`` grows,
+        for ``m < 1`` as ``r`` falls to zero.
+    slope_bounds : SlopeBounds
+        ``[0, c_n]`` for ``m = 1``, else ``[0, inf]``.
+    locally_lipschitz : bool
+        ``m >= 1``.
+
+    Raises
+    ------
+    InputError
+        ``c_n`` or ``m`` is not a positive finite number.
+
+    References
+    ----------
+    J. A. C. Martins and J. T. Oden, Nonlinear Analysis TMA 11 (1987) 407-428.
+
+    Examples
+    --------
+    >>> law = NormalCompliance(stiffness=4, exponent=1)
+    >>> print(law.sector, law([-1.0, 0.5]), law.primitive([-1.0, 0.5]))
+    [0, 4] [0. 2.] [0.  0.5]
+    """
+
+    stiffness: float
+    exponent: float = 1.0
+    exact_stiffness: Fraction = field(init=False)
+    exact_exponent: Fraction = field(init=False)
+
+    def __post_init__(self) -> None:
+        for name in ("stiffness", "exponent"):
+            exact = exact_number(getattr(self, name), f"NormalCompliance.{name}")
+            if exact <= 0:
+                raise InputError(f"NormalCompliance.{name} is {float(exact):g}; give a positive number")
+            object.__setattr__(self, f"exact_{name}", exact)
+            object.__setattr__(self, name, float(exact))
+
+    @property
+    def sector(self) -> Sector:
+        """``[0, c_n]`` for ``m = 1``, else ``[0, inf]`` [Pa/m]."""
+        return Sector(0, self.exact_stiffness if self.exact_exponent == 1 else math.inf)
+
+    @property
+    def slope_bounds(self) -> SlopeBounds:
+        """``[0, c_n]`` for ``m = 1``, else ``[0, inf]`` [Pa/m]."""
+        return SlopeBounds(0, self.exact_stiffness if self.exact_exponent == 1 else math.inf)
+
+    @property
+    def locally_lipschitz(self) -> bool:
+        """Whether ``p`` is locally Lipschitz: ``m >= 1``."""
+        return self.exact_exponent >= 1
+
+    def __call__(self, penetration: ArrayLike, /) -> NDArray[np.float64]:
+        """Contact stress ``p(r)`` [Pa] at the penetration ``r`` [m], elementwise."""
+        r = np.maximum(np.asarray(penetration, dtype=float), 0.0)
+        return np.asarray(self.stiffness * r**self.exponent)
+
+    def slope(self, penetration: ArrayLike, /) -> NDArray[np.float64]:
+        """Derivative ``p'(r)`` [Pa/m], elementwise; at ``r = 0`` the left derivative, zero."""
+        r = np.asarray(penetration, dtype=float)
+        inside = np.where(r > 0, r, 1.0)
+        return np.where(r > 0, self.stiffness * self.exponent * inside ** (self.exponent - 1), 0.0)
+
+    def primitive(self, penetration: ArrayLike, /) -> NDArray[np.float64]:
+        """``P(r) = int_0^r p = c_n max(r, 0)^(m+1) / (m+1)`` [Pa m], elementwise."""
+        r = np.maximum(np.asarray(penetration, dtype=float), 0.0)
+        return np.asarray(self.stiffness * r ** (self.exponent + 1) / (self.exponent + 1))

@@ -1,0 +1,83 @@
+"""Sectors and slope bounds: what is known of a nonlinearity, as exact numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from lure.errors import InputError
+
+_A_BOUND = "an int, a float, a Fraction or math.inf"
+
+
+def _check_bounds(name: str, lower: float | Fraction, upper: float | Fraction) -> None:
+    for label, bound in (("lower", lower), ("upper", upper)):
+        if isinstance(bound, bool) or not isinstance(bound, int | float | Fraction):
+            raise InputError(f"{name}.{label} is {bound!r}; give {_A_BOUND}")
+        if math.isnan(bound):
+            raise InputError(f"{name}.{label} is nan; give {_A_BOUND}")
+    if not lower < upper:
+        raise InputError(f"{name} needs lower < upper; got [{lower}, {upper}]")
+    if lower == math.inf or upper == -math.inf:
+        raise InputError(f"{name} [{lower}, {upper}] contains no finite number; give at least one finite slope")
+
+
+@dataclass(frozen=True, slots=True)
+class Sector:
+    r"""The laws with ``lower * sigma^2 <= sigma * phi(sigma) <= upper * sigma^2`` for every ``sigma``.
+
+    An infinite bound drops the inequality on that side; ``Sector(0, inf)`` is ``sigma * phi(sigma) >= 0``.
+    A sector bounds the chord from the origin, not the slope: see :class:`SlopeBounds`.
+
+    Parameters
+    ----------
+    lower, upper : int, float or Fraction
+        ``lower < upper`` [unit of phi / unit of sigma]; ``-inf`` and ``inf`` are allowed.
+
+    Raises
+    ------
+    InputError
+        A bound is not a number, or ``lower >= upper``.
+
+    Examples
+    --------
+    >>> print(Sector(0, 2))
+    [0, 2]
+    """
+
+    lower: float | Fraction
+    upper: float | Fraction
+
+    def __post_init__(self) -> None:
+        _check_bounds("Sector", self.lower, self.upper)
+
+    def __str__(self) -> str:
+        return f"[{float(self.lower):g}, {float(self.upper):g}]"
+
+
+@dataclass(frozen=True, slots=True)
+class SlopeBounds:
+    r"""The laws with ``lower <= (phi(x) - phi(y)) / (x - y) <= upper`` for every ``x != y``.
+
+    Slope bounds imply the sector of the same bounds when ``phi(0) = 0``; the converse is false.
+
+    Parameters
+    ----------
+    lower, upper : int, float or Fraction
+        ``lower < upper`` [unit of phi / unit of sigma]; ``-inf`` and ``inf`` are allowed.
+
+    Raises
+    ------
+    InputError
+        A bound is not a number, or ``lower >= upper``.
+    """
+
+    lower: float | Fraction
+    upper: float | Fraction
+
+    def __post_init__(self) -> None:
+        _check_bounds("SlopeBounds", self.lower, self.upper)
+
+    def __str__(self) -> str:
+        return f"[{float(self.lower):g}, {float(self.upper):g}]"

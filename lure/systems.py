@@ -1,0 +1,142 @@
+"""Named systems: the paper's rod and the cases behind its figures."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from types import MappingProxyType
+from typing import cast
+
+from lure.errors import InputError
+from lure.rod import Rod
+from lure.scenario import Scenario
+from lure.upwind import Form
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RodSystem:
+    """A rod with its scenario and the discretisation and simulation asked for.
+
+    Attributes
+    ----------
+    name : str
+        Name for the report.
+    title : str
+        One line that says what it is.
+    rod : Rod
+        The rod.
+    scenario : Scenario
+        Loads and initial data.
+    cells : int
+        ``N`` of the scheme that is analysed.
+    form : {"corrected", "as-printed"}
+        See :class:`lure.upwind.UpwindScheme`.
+    until : float
+        End of the simulation [s].
+    simulation_cells : int or None
+        ``N`` of the scheme that is simulated; None for the ``cells`` analysed.
+    source : str
+        Where the numbers come from.
+    """
+
+    name: str
+    title: str
+    rod: Rod
+    scenario: Scenario
+    cells: int
+    form: Form = "corrected"
+    until: float
+    simulation_cells: int | None = None
+    source: str = ""
+
+
+_PAPER = "Danciu, Matei, Micu and Roventa, section 5; gap 0.02 m and displacement as the printed figures require"
+
+
+def paper_rod(damping: str = "2e-4") -> Rod:
+    """The rod of the paper's section 5, with exact decimals; ``damping`` is 2e-4 or 8e-4 N s/m there."""
+    values = {
+        "youngs_modulus": "288e6",
+        "density": "8",
+        "length": "1",
+        "area": "0.25e-4",
+        "damping": damping,
+        "compliance": "1",
+        "exponent": "1",
+        "gap": "0.02",
+    }
+    return rod_from_exact({name: Fraction(text) for name, text in values.items()})
+
+
+def rod_from_exact(values: Mapping[str, Fraction]) -> Rod:
+    """A rod from exact rationals, one for each parameter."""
+    return Rod(**cast("dict[str, float]", dict(values)))
+
+
+def _paper(name: str, title: str, *, damping: str, force: str, until: float, form: Form) -> RodSystem:
+    release = "0.0001 - 0.0002*x"
+    return RodSystem(
+        name=name,
+        title=title,
+        rod=paper_rod(damping),
+        scenario=Scenario.parse(force=force, displacement=release),
+        cells=10,
+        form=form,
+        until=until,
+        source=_PAPER,
+    )
+
+
+def _builtin() -> dict[str, RodSystem]:
+    release = "the paper's rod, compressed and released at t = 0 (figures 3-7)"
+    systems = [
+        _paper("paper-rod", release, damping="2e-4", force="0", until=2.5e-3, form="corrected"),
+        _paper(
+            "paper-rod-figure-8",
+            "force 2 sin 4t as printed: contact",
+            damping="2e-4",
+            force="2*sin(4*t)",
+            until=5.0,
+            form="as-printed",
+        ),
+        _paper(
+            "paper-rod-figure-9",
+            "force 5 sin 4t as printed, stronger dashpot: contact",
+            damping="8e-4",
+            force="5*sin(4*t)",
+            until=5.0,
+            form="as-printed",
+        ),
+        _paper(
+            "paper-rod-figure-10",
+            "force 2 sin 4t as printed, stronger dashpot: no contact",
+            damping="8e-4",
+            force="2*sin(4*t)",
+            until=5.0,
+            form="as-printed",
+        ),
+    ]
+    return {system.name: system for system in systems}
+
+
+def builtin_systems() -> Mapping[str, RodSystem]:
+    """The named systems, in the order of the paper's figures."""
+    return MappingProxyType(_builtin())
+
+
+def builtin_system(name: str) -> RodSystem:
+    """The named system.
+
+    Raises
+    ------
+    InputError
+        There is no such name; the message offers the nearest.
+    """
+    systems = _builtin()
+    if name not in systems:
+        near = difflib.get_close_matches(name, systems, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise InputError(f"there is no built-in system {name!r}; {hint}choose from {', '.join(systems)}")
+    return systems[name]
