@@ -1,0 +1,83 @@
+# `make` lists the targets.  Each sets itself up in ./.venv at the versions of constraints.txt, and again when those change.
+# Needs Python 3.11 or newer and make.  PYTHON=python3.12 chooses the interpreter; ARGS=... goes to the command behind a target.
+
+PYTHON ?=
+ARGS =
+BIN = .venv/bin
+PIP = $(BIN)/python -m pip install --disable-pip-version-check --no-input -c constraints.txt
+# One linear-algebra thread for each of the two test processes: more only compete for the cores.
+PYTEST = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
+
+.DEFAULT_GOAL = help
+.NOTPARALLEL:
+.DELETE_ON_ERROR:
+.SUFFIXES:
+.PHONY: help report test check bench notebooks clean FORCE
+unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /\1	/p' Makefile
+
+report: .venv/.core ## the report on the paper's rod, into ./lure-report; ARGS="my-rod.toml" for your own
+	$(BIN)/lure report $(ARGS)
+
+test: .venv/.test ## all tests, slow ones too; ARGS="-k popov" for some, ARGS=--hypothesis-profile=ci to search harder
+	$(PYTEST) -n 2 $(ARGS)
+
+check: .venv/.dev ## format, lint and docstrings, types, tests; stops at the first that fails
+	$(BIN)/python -m ruff format --check .
+	$(BIN)/python -m ruff check .
+	$(BIN)/python -m mypy
+	$(PYTEST) -n 2 $(ARGS)
+
+bench: .venv/.core ## the benchmarks, one after another
+	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python "$$script"; done
+
+notebooks: .venv/.test ## run the notebooks; what they show is then in notebooks/*.ipynb
+	$(BIN)/python -m jupytext --quiet --to ipynb --set-kernel - notebooks/*.py
+	$(PYTEST) --nbmake --nbmake-timeout=600 --overwrite $(ARGS) notebooks/*.ipynb
+
+clean: ## remove the environment, the caches and everything made here
+	rm -rf .venv .pytest_cache .hypothesis .mypy_cache .ruff_cache build dist lure-report notebooks/*.ipynb
+	find . -name .git -prune -o -name __pycache__ -prune -exec rm -rf {} +
+
+# A stamp is written after pip has succeeded, and a larger set of packages stands for the smaller ones.
+
+.venv/.core: .venv/.place pyproject.toml constraints.txt
+	$(call install,.,lure)
+	@touch $@
+
+.venv/.test: .venv/.place pyproject.toml constraints.txt
+	$(call install,.[test],lure and what its tests need)
+	@touch .venv/.core $@
+
+.venv/.dev: .venv/.place pyproject.toml constraints.txt
+	$(call install,.[dev],lure and what its tests and checks need)
+	@touch .venv/.core .venv/.test $@
+
+# .venv/.unfinished outlives only an install that was killed; the half-unpacked packages it may have left are not mended.
+define install
+@echo "Installing $(2) into .venv ..."
+@touch .venv/.unfinished
+@{ $(PIP) hatchling editables && $(PIP) --no-build-isolation -e '$(1)'; } >.venv/install.log 2>&1 || { \
+	cat .venv/install.log >&2; rm -f .venv/.unfinished; \
+	echo "pip could not install what constraints.txt names (its messages are above); if a package has no build for this" \
+		"Python, choose another: make PYTHON=python3.13" >&2; exit 1; }
+@rm -f .venv/.unfinished
+endef
+
+# Keeps .venv if it works, stands where it was made and is of the PYTHON asked for; makes it anew otherwise.
+# The file changes only then, so that nothing is installed again without need.
+.venv/.place: FORCE
+	@of() { "$$1" -c 'import sys; print(sys.base_prefix, sys.version)' 2>/dev/null; }; \
+	fits() { "$$1" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; }; \
+	if [ "$$(cat $@ 2>/dev/null)" = "$$(pwd -P)" ] && [ ! -e .venv/.unfinished ] && \
+		$(BIN)/python -c 'import pip' 2>/dev/null && \
+		{ [ -z "$$PYTHON" ] || [ "$$(of "$$PYTHON")" = "$$(of $(BIN)/python)" ]; }; then exit 0; fi; \
+	if [ -n "$$PYTHON" ]; then set -- "$$PYTHON"; else set -- python3 python3.13 python3.12 python3.11; fi; \
+	for python do if fits "$$python"; then \
+		echo "Making .venv with $$("$$python" --version) ..."; \
+		rm -rf .venv && "$$python" -m venv .venv && pwd -P >$@ && exit 0; exit 1; \
+	fi; done; \
+	echo "No Python 3.11 or newer with venv and pip among: $$*; install one (Debian, Ubuntu: python3 and python3-venv)" \
+		"or name it: make PYTHON=/path/to/python3" >&2; exit 1
