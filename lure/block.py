@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 
-
 class Block(Protocol):
     """Anything with a scalar transfer function from ``mu`` to ``sigma``."""
 

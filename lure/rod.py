@@ -14,6 +14,7 @@ from lure.exact import exact_number
 from lure.nonlinearity import NormalCompliance
 
 PARAMETERS = ("youngs_modulus", "density", "length", "area", "damping", "compliance", "exponent", "gap")
+_MATCHED = 8 * 2.0**-52
 _POSITIVE = ("youngs_modulus", "density", "length", "area", "compliance", "exponent")
 
 
@@ -122,10 +123,15 @@ class Rod:
     def reflection(self) -> float:
         """``a = (k - Z)/(k + Z)``; a wave comes back from the dashpot as ``-a`` times itself [-].
 
-        Exactly zero for ``k = Z`` and without cancellation near it: ``k^2 - Z^2`` is rational and taken exactly.
+        Without cancellation near ``k = Z``: ``k^2 - Z^2`` is rational and taken exactly.  Zero where ``k`` and ``Z`` agree
+        to the last four units of double precision, since parameters given as doubles can come no closer to ``k = Z``.
         """
         k, Z, excess = self.damping, self.impedance, self._squared_excess
-        return excess / (k + Z) ** 2 if k >= 0 else (k - Z) ** 2 / excess
+        if k == 0:
+            return -1.0
+        if abs(excess) <= _MATCHED * Z * Z and k > 0:
+            return 0.0
+        return excess / (k + Z) ** 2 if k > 0 else (k - Z) ** 2 / excess
 
     @property
     def input_gain(self) -> float:

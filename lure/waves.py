@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from lure.rod import Rod
 
 
-def ring_transfer(rod: Rod, s: NDArray[np.complex128], log_round_trip: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def ring_transfer(
+    rod: Rod, s: NDArray[np.complex128], log_round_trip: NDArray[np.complex128]
+) -> NDArray[np.complex128]:
     r"""``H = (d/s) (1 - a Q)/(1 + a Q)`` with ``Q = exp(log_round_trip)``, free of cancellation near ``Q = 1``.
 
     ``1 -+ a Q`` is taken as ``(1 -+ a) -+ a (Q - 1)`` with ``1 + a = 2k/(k+Z)``, ``1 - a = 2Z/(k+Z)``.
@@ -72,8 +74,9 @@ class RodBlock:
     @property
     def log_reflection(self) -> float:
         """``ln|a|`` without cancellation near ``|a| = 1`` [-]; ``-inf`` for ``k = Z``."""
-        k, Z = self.rod.damping, self.rod.impedance
+        k, Z = abs(self.rod.damping), self.rod.impedance
         ratio = min(k, Z) / max(k, Z)
-        if k <= 0 or ratio > 0.5:
+        if ratio > 0.5:
             return math.log(abs(self.rod.reflection)) if self.rod.reflection else -math.inf
-        return math.log1p(-ratio) - math.log1p(ratio)
+        magnitude = math.log1p(-ratio) - math.log1p(ratio)
+        return magnitude if self.rod.damping >= 0 else -magnitude

@@ -69,7 +69,11 @@ class CriterionResult:
         raise TypeError("a criterion has three answers; compare result.verdict")
 
     def __str__(self) -> str:
-        head = f"{self.name.capitalize()} criterion, {self.model}, sector {self.sector}: {self.verdict} ({self.evidence})"
+        head = (
+            f"{self.name.capitalize()} criterion, {self.model}, sector {self.sector}: {self.verdict} ({self.evidence})"
+        )
         if self.theta is None or self.margin is None:
             return f"{head}. {self.reason}"
-        return f"{head}; theta = {self.theta:.6g} s, margin {self.margin.low:.6g} m/Pa at {self.worst_frequency:.6g} rad/s"
+        return (
+            f"{head}; theta = {self.theta:.6g} s, margin {self.margin.low:.6g} m/Pa at {self.worst_frequency:.6g} rad/s"
+        )

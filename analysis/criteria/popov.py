@@ -1,0 +1,175 @@
+"""Popov's criterion in the critical case of a simple zero eigenvalue, and the circle criterion, for the rod."""
+
+from __future__ import annotations
+
+import math
+
+from flint import arb
+
+from analysis.criteria.damping import check_sector, model_of, without_damping
+from analysis.criteria.result import CriterionName, CriterionResult
+from analysis.criteria.ring import Ring, popov_minimum, precision_for, smallest_multiplier
+from analysis.evidence import INFINITE, Bracket, Evidence, Verdict
+from analysis.minimum import Minimum
+from analysis.precision import ball, outward, working_precision
+from lure.errors import AssumptionError
+from lure.sector import Sector
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+THETA_EASE = 1.25
+
+
+def popov_criterion(block: UpwindScheme | RodBlock, sector: Sector, *, theta: float | None = None) -> CriterionResult:
+    r"""Popov's frequency inequality for the rod or its scheme, certified over all frequencies.
+
+    For ``mu = -phi(sigma)`` and ``phi`` in ``[0, k]`` brackets
+
+    .. math:: m(\theta) = \inf_{\omega \in [0, \infty]} \{ 1/k + \mathrm{Re}[(1 + i\omega\theta) H(i\omega)] \},
+
+    the values at both ends being limits (``H`` has a simple pole at zero with residue ``rho_0 = A/k_dashpot > 0``).
+
+    *Scheme.* If ``m > 0``, for every time-invariant locally Lipschitz ``phi`` in the sector every solution is bounded and
+    converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin only if
+    ``phi`` vanishes at 0 alone.  *Rod.* The inequality is not a theorem about a partial differential equation: the
+    same conclusion for the rod comes from :func:`analysis.conclusion.conclusion`.
+
+    If ``m <= 0`` nothing follows: the criterion is sufficient, not necessary.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The N-cell scheme, or the rod itself.
+    sector : Sector
+        ``[0, k]``, ``0 < k <= inf`` [Pa/m].
+    theta : float, optional
+        Multiplier ``theta >= 0`` [s].  By default 1.25 times the smallest one that serves the unbounded sector, and at
+        least the travel time, so that one multiplier covers obstacles of every stiffness.
+
+    Returns
+    -------
+    CriterionResult
+        REFUTED for ``k_dashpot < 0`` with a destabilising member; INCONCLUSIVE for ``k_dashpot = 0``.
+
+    Raises
+    ------
+    AssumptionError
+        The sector does not start at zero, or ``theta`` is negative or not finite.
+
+    Notes
+    -----
+    Closed form in python-flint balls; branch and bound on one period of the phase, no grid.  Cost independent of ``N``.
+    Parameters mean the exact numbers of :attr:`lure.rod.Rod.exact`.  Negative ``theta``, legal for finite ``k``, is not
+    offered: some ``theta > 0`` serves every ``k`` here.
+
+    References
+    ----------
+    .. [1] M. A. Aizerman and F. R. Gantmacher, Absolute Stability of Regulator Systems, Holden-Day, 1964.
+    .. [2] A. Kh. Gelig, G. A. Leonov, V. A. Yakubovich, Stability of Nonlinear Systems with Nonunique Equilibrium
+       State, Nauka, 1978.
+
+    Examples
+    --------
+    >>> from lure import Sector, builtin_system, upwind
+    >>> print(popov_criterion(upwind(builtin_system("paper-rod").rod, 10), Sector(0, 1)).verdict)
+    PROVED
+    """
+    check_sector(sector)
+    if theta is not None and not (theta >= 0 and math.isfinite(theta)):
+        raise AssumptionError(f"popov_criterion needs a finite theta >= 0; got {theta}")
+    refused = without_damping("popov", block, sector)
+    if refused is not None:
+        return refused
+    _, cells = model_of(block)
+    with working_precision(precision_for(block.rod, cells)):
+        ring = Ring.of(block.rod, cells)
+        ease = _ease(sector) / ring.scale
+        unbounded = smallest_multiplier(ring, arb(0))
+        if theta is None:
+            theta = max(THETA_EASE * float(-unbounded.low * ring.travel_time), float(ring.travel_time))
+        needed = smallest_multiplier(ring, ease)
+        found = popov_minimum(ring, ball(theta) / ring.travel_time)
+        smallest = outward(-needed.high * ring.travel_time, -needed.low * ring.travel_time)
+        return _result("popov", block, ring, sector, theta=theta, found=found, smallest=smallest, largest=INFINITE)
+
+
+def circle_criterion(block: UpwindScheme | RodBlock, sector: Sector) -> CriterionResult:
+    r"""The circle criterion, ``1/k + Re H(i omega) > 0`` on ``[0, inf]``, certified over all frequencies.
+
+    It is Popov's inequality with ``theta = 0`` and asks more; in return the conclusion of boundedness covers
+    time-varying ``phi(t, sigma)`` in the sector.  Parameters, answers and errors as for :func:`popov_criterion`.
+    """
+    check_sector(sector)
+    refused = without_damping("circle", block, sector)
+    if refused is not None:
+        return refused
+    _, cells = model_of(block)
+    with working_precision(precision_for(block.rod, cells)):
+        ring = Ring.of(block.rod, cells)
+        found = popov_minimum(ring, arb(0))
+        low = -1 / (ring.scale * found.low) if found.low < 0 else arb("inf")
+        high = -1 / (ring.scale * found.high) if found.high < 0 else arb("inf")
+        largest = INFINITE if not found.low < 0 else outward(low, high)
+        return _result("circle", block, ring, sector, theta=0.0, found=found, smallest=None, largest=largest)
+
+
+def _ease(sector: Sector) -> arb:
+    return arb(0) if sector.upper == math.inf else 1 / ball(sector.upper)
+
+
+def _result(
+    name: CriterionName,
+    block: UpwindScheme | RodBlock,
+    ring: Ring,
+    sector: Sector,
+    *,
+    theta: float,
+    found: Minimum,
+    smallest: Bracket | None,
+    largest: Bracket,
+) -> CriterionResult:
+    model, _ = model_of(block)
+    low, high = (_ease(sector) + ring.scale * bound for bound in (found.low, found.high))
+    holds = bool(low > 0)
+    margin, omega = outward(low, high), ring.frequency(found.where)
+    if holds:
+        reason = f"the inequality holds at every frequency; its least value is {margin.low:.6g} m/Pa"
+    elif high < 0:
+        reason = (
+            f"the inequality fails by {-margin.high:.6g} m/Pa at {omega:.6g} rad/s, from which nothing follows about the "
+            f"loop; {_advice(name, smallest, largest)}"
+        )
+    else:
+        reason = f"the margin {margin} m/Pa is not bounded away from zero; {_advice(name, smallest, largest)}"
+    return CriterionResult(
+        name=name,
+        model=model,
+        sector=sector,
+        verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
+        evidence=Evidence.CERTIFIED,
+        theta=theta,
+        smallest_theta=smallest,
+        margin=margin,
+        worst_frequency=omega,
+        largest_sector=largest,
+        reason=reason,
+        hypotheses=_hypotheses(block, margin, holds=holds),
+    )
+
+
+def _advice(name: CriterionName, smallest: Bracket | None, largest: Bracket) -> str:
+    if name == "circle":
+        return f"the circle criterion reaches the sector [0, {largest.low:.6g}]: ask Popov's for more"
+    return f"take theta above {smallest.high:.6g} s" if smallest else "take a larger theta"
+
+
+def _hypotheses(block: UpwindScheme | RodBlock, margin: Bracket, *, holds: bool) -> tuple[str, ...]:
+    rod = block.rod
+    inequality = f"inequality on [0, inf], limits included: bounded below by {margin.low:.6g} m/Pa in ball arithmetic"
+    return (
+        f"zero eigenvalue simple: checked, k = {rod.damping:g} N s/m is not zero",
+        f"all other modes decay: checked, |a| < 1 because 0 < k (a = {rod.reflection:.10g})",
+        f"residue at zero positive: checked, A/k = {rod.residue_at_zero:.6g} m/(Pa s)",
+        inequality if holds else "inequality on [0, inf]: not established",
+        "phi time-invariant, locally Lipschitz, 0 <= sigma phi(sigma) <= k sigma^2: assumed of the class",
+    )

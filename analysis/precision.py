@@ -1,0 +1,45 @@
+"""Ball arithmetic: the one place that sets its precision, and the way back to doubles, rounded outwards."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+
+from flint import arb, ctx, fmpq
+
+from analysis.evidence import Bracket
+
+
+@contextmanager
+def working_precision(bits: int) -> Iterator[None]:
+    """Run a block at ``bits`` of precision and put the old precision back (it is global to the process)."""
+    before = ctx.prec
+    ctx.prec = bits
+    try:
+        yield
+    finally:
+        ctx.prec = before
+
+
+def ball(value: Fraction | int | float) -> arb:
+    """The ball around an exact number, as narrow as the working precision allows."""
+    exact = Fraction(value)
+    return arb(fmpq(exact.numerator, exact.denominator))
+
+
+def outward(low: arb, high: arb) -> Bracket:
+    """Doubles around ``[low.lower(), high.upper()]``; infinite on a side that is not finite."""
+    return Bracket(_down(low), -_down(-high))
+
+
+def _down(value: arb) -> float:
+    lower = value.lower()
+    if not lower.is_finite():
+        return -math.inf
+    nearest = float(lower)
+    if math.isinf(nearest):
+        return math.nextafter(nearest, 0.0) if nearest > 0 else nearest
+    # float() rounds a long mantissa to one side or the other: step down unless it is certainly below
+    return nearest if arb(nearest) <= lower else math.nextafter(nearest, -math.inf)
