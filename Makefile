@@ -33,12 +33,13 @@ check: .venv/.dev ## format, lint and docstrings, types, tests; stops at the fir
 bench: .venv/.core ## the benchmarks, one after another
 	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python "$$script"; done
 
-notebooks: .venv/.test ## run the notebooks; what they show is then in notebooks/*.ipynb
-	$(BIN)/python -m jupytext --quiet --to ipynb --set-kernel - notebooks/*.py
-	$(PYTEST) --nbmake --nbmake-timeout=600 --overwrite $(ARGS) notebooks/*.ipynb
+notebooks: .venv/.test ## run the notebooks; what they show is then in build/notebooks
+	rm -rf build/notebooks
+	$(BIN)/python -m jupytext --quiet --to ../build/notebooks//ipynb --set-kernel python3 notebooks/*.py
+	$(PYTEST) --nbmake --nbmake-timeout=600 --overwrite $(ARGS) build/notebooks
 
 clean: ## remove the environment, the caches and everything made here
-	rm -rf .venv .pytest_cache .hypothesis .mypy_cache .ruff_cache build dist lure-report notebooks/*.ipynb
+	rm -rf .venv .pytest_cache .hypothesis .mypy_cache .ruff_cache build dist lure-report
 	find . -name .git -prune -o -name __pycache__ -prune -exec rm -rf {} +
 
 # A stamp is written after pip has succeeded, and a larger set of packages stands for the smaller ones.
