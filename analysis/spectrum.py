@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from lure.errors import AssumptionError
 from lure.rod import Rod
-from lure.upwind import UpwindScheme
+from lure.upwind import UpwindScheme, upwind
 from lure.waves import RodBlock
 
 LISTED_MODES = 10
@@ -32,7 +33,7 @@ class ModePair:
 
     @property
     def numerical_share(self) -> float:
-        """Share of the scheme's damping that the rod does not have, ``1 - Re rod / Re scheme`` [-]; nan for no damping."""
+        """Share of the scheme's damping that the rod lacks, ``1 - Re rod / Re scheme`` [-]; nan for no damping."""
         return 1.0 - self.rod.real / self.scheme.real if self.scheme.real else math.nan
 
 
@@ -48,9 +49,10 @@ class RodSpectrum:
     residue_at_zero : float or None
         ``rho_0 = A/k`` [m/(Pa s)]; None where the zero is double.
     decay_scheme, decay_rod : float
-        ``-max Re`` over the other eigenvalues [1/s]: negative if unstable, ``inf`` for the matched rod.
+        ``-max Re`` over the wave eigenvalues [1/s]: negative if one grows, zero for ``k = 0``, ``inf`` for the matched
+        rod.  For ``k < -Z`` the few cells of a scheme may damp what grows in the rod.
     elastic_scheme : complex
-        First oscillating mode of the scheme [1/s]; the real ``-s`` for ``k = Z``.
+        First oscillating mode of the scheme [1/s]; real where the scheme has none, as ``-s`` for ``k = Z``.
     elastic_rod : complex or None
         First oscillating mode of the rod [1/s]; None for ``k = Z``.
     modes : tuple of ModePair
@@ -70,7 +72,7 @@ class RodSpectrum:
 
     @property
     def unstable(self) -> bool:
-        """Whether a wave mode grows (``k < 0``)."""
+        """Whether the wave modes of the rod grow (``k < 0``)."""
         return self.decay_rod < 0
 
     def __str__(self) -> str:
@@ -84,16 +86,21 @@ class RodSpectrum:
 def wave_mode(rod: Rod, number: int, cells: int | None) -> complex:
     """Wave mode ``number`` of the rod (``cells=None``) or of its ``N``-cell scheme [1/s], ``k != Z``.
 
-    ``number`` counts frequencies from 0 (``k < Z``: the non-oscillating mode) or from 1 (``k > Z`` has none).
+    ``number`` counts frequencies from 0 (``|k| < Z``: the non-oscillating mode) or from 1 (``|k| > Z`` has none), and
+    up to ``N`` in a scheme.
+
+    Raises
+    ------
+    AssumptionError
+        ``k = Z``, which has no wave modes, or ``N`` cells have no mode of that number.
     """
     turn = number if rod.reflection < 0 else number - 0.5
-    growth = RodBlock(rod).log_reflection
+    if rod.reflection == 0.0 or turn < 0 or (cells is not None and number > cells):
+        what = "the rod" if cells is None else f"the scheme with {cells} cells"
+        raise AssumptionError(f"{what} has no wave mode {number} for a = {rod.reflection:g}")
     if cells is None:
-        return complex(growth, 2.0 * math.pi * turn) / (2.0 * rod.travel_time)
-    rate = rod.wave_speed * cells / rod.length
-    angle, x = math.pi * turn / cells, growth / (2 * cells)
-    real = math.expm1(x) * math.cos(angle) - 2.0 * math.sin(angle / 2.0) ** 2
-    return rate * complex(real, math.exp(x) * math.sin(angle))
+        return complex(RodBlock(rod).log_reflection, 2.0 * math.pi * turn) / (2.0 * rod.travel_time)
+    return complex(upwind(rod, cells).wave_eigenvalues(turn))
 
 
 def rod_spectrum(scheme: UpwindScheme) -> RodSpectrum:

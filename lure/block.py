@@ -30,8 +30,8 @@ class LinearBlock:
 
     Parameters
     ----------
-    A : ndarray or scipy.sparse array
-        (n, n) [1/s].
+    A : array_like or scipy.sparse array
+        (n, n) [1/s]; kept as an array or as a ``csr_array``.  Like the vectors it is copied and cannot be written to.
     b1 : ndarray
         (n,) input of the nonlinearity.
     b2 : ndarray
@@ -42,7 +42,7 @@ class LinearBlock:
     Raises
     ------
     InputError
-        Shapes do not fit, or an entry is not finite.
+        Shapes do not fit, or an entry is not a finite real number.
     """
 
     A: NDArray[np.float64] | csr_array
@@ -51,18 +51,12 @@ class LinearBlock:
     c: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        sparse = not isinstance(self.A, list | tuple | np.ndarray)
-        if not sparse:
-            object.__setattr__(self, "A", _frozen(self.A))
-        for name in ("b1", "b2", "c"):
-            object.__setattr__(self, name, _frozen(getattr(self, name)))
+        for name in ("A", "b1", "b2", "c"):
+            object.__setattr__(self, name, _frozen(getattr(self, name), name))
         n = self.b1.shape[0] if self.b1.ndim == 1 else -1
         if self.A.shape != (n, n) or self.b2.shape != (n,) or self.c.shape != (n,) or n == 0:
             shapes = f"A {self.A.shape}, b1 {self.b1.shape}, b2 {self.b2.shape}, c {self.c.shape}"
             raise InputError(f"LinearBlock needs A (n, n), b1 (n,), b2 (n,), c (n,) with n >= 1; got {shapes}")
-        entries = (self.A.data if sparse else self.A, self.b1, self.b2, self.c)
-        if not all(np.isfinite(np.asarray(values)).all() for values in entries):
-            raise InputError("LinearBlock has an entry that is not finite; give finite numbers")
 
     @property
     def order(self) -> int:
@@ -74,7 +68,7 @@ class LinearBlock:
         return self.A if isinstance(self.A, np.ndarray) else np.asarray(self.A.toarray())
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
-        """``H(s)`` by one sparse solve a point; ``inf`` where ``sI - A`` is singular to working precision."""
+        """``H(s)`` by one sparse solve a point; not finite where a pivot of ``sI - A`` is exactly zero."""
         from scipy.sparse import csc_array, eye_array
         from scipy.sparse.linalg import splu
 
@@ -101,7 +95,28 @@ class LinearBlock:
         return control.frequency_response(self.to_control(), np.atleast_1d(np.asarray(omega, dtype=float)))
 
 
-def _frozen(values: ArrayLike) -> NDArray[np.float64]:
-    array = np.array(values, dtype=float)
-    array.setflags(write=False)
-    return array
+def _frozen(values: ArrayLike | csr_array, name: str) -> NDArray[np.float64] | csr_array:
+    """A copy in double precision that cannot be written to."""
+    try:
+        if name == "A" and hasattr(values, "tocsr"):
+            from scipy.sparse import csr_array
+
+            matrix = csr_array(values)
+            matrix = csr_array((_real(matrix.data), matrix.indices, matrix.indptr), shape=matrix.shape, copy=True)
+            matrix.sum_duplicates()
+            entries = matrix.data
+        else:
+            entries = matrix = _real(values).copy()
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"LinearBlock.{name} is not an array of real numbers ({error}); give numbers") from None
+    if not np.isfinite(entries).all():
+        raise InputError(f"LinearBlock.{name} has an entry that is not finite; give finite numbers")
+    entries.setflags(write=False)
+    return matrix
+
+
+def _real(values: ArrayLike) -> NDArray[np.float64]:
+    array = np.asarray(values)
+    if array.dtype.kind not in "iufO":
+        raise TypeError(f"its entries are {array.dtype}")
+    return array.astype(float)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from decimal import Decimal
 from fractions import Fraction
 
@@ -37,14 +38,42 @@ def exact_number(value: object, name: str) -> Fraction:
     if hasattr(value, "item") and getattr(value, "ndim", None) == 0:
         value = value.item()
     if isinstance(value, bool) or not isinstance(value, int | float | Fraction | Decimal):
-        raise InputError(f"{name} is {value!r}; give a number")
-    if not isinstance(value, int | Fraction) and not math.isfinite(value):
+        raise InputError(f"{name} is {reprlib.repr(value)}; give a number")
+    if not (value.is_finite() if isinstance(value, Decimal) else value - value == 0):  # inf - inf is nan
         raise InputError(f"{name} is {value}; give a finite number")
-    exact = Fraction(value)
     try:
-        nearest = float(exact)
+        nearest = float(value)
     except OverflowError:
         nearest = math.inf
-    if not math.isfinite(nearest) or (nearest == 0.0) != (exact == 0):
+    if not math.isfinite(nearest) or (nearest == 0.0) != (value == 0):
         raise InputError(f"{name} is outside the range of double precision, 1e-308 to 1e308; rescale the units")
-    return exact
+    return Fraction(value)
+
+
+def square_root(value: Fraction) -> float:
+    """The double nearest to the square root of an exact number, exact for the square of a double; ``inf`` on overflow.
+
+    Parameters
+    ----------
+    value : Fraction
+        A nonnegative number of any size.
+
+    Notes
+    -----
+    The integer root carries at least 119 bits, cut off below: the result can miss the nearest double only where the
+    root lies within ``2^-118`` (relative) of the midpoint of two doubles.
+
+    Examples
+    --------
+    >>> square_root(Fraction(288_000_000, 8))
+    6000.0
+    """
+    if not value:
+        return 0.0
+    shift = 240 - (value.numerator.bit_length() - value.denominator.bit_length())
+    shift += shift % 2
+    scaled = value * Fraction(2) ** shift
+    try:
+        return float(math.isqrt(int(scaled)) / Fraction(2) ** (shift // 2))
+    except OverflowError:
+        return math.inf

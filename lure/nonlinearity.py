@@ -99,17 +99,21 @@ class NormalCompliance:
         return self.exact_exponent >= 1
 
     def __call__(self, penetration: ArrayLike, /) -> NDArray[np.float64]:
-        """Contact stress ``p(r)`` [Pa] at the penetration ``r`` [m], elementwise."""
+        """Contact stress ``p(r)`` [Pa] at the penetration ``r`` [m], elementwise; ``inf`` above the largest double."""
         r = np.maximum(np.asarray(penetration, dtype=float), 0.0)
-        return np.asarray(self.stiffness * r**self.exponent)
+        with np.errstate(over="ignore", under="ignore"):
+            return np.asarray(self.stiffness * r**self.exponent)
 
     def slope(self, penetration: ArrayLike, /) -> NDArray[np.float64]:
         """Derivative ``p'(r)`` [Pa/m], elementwise; at ``r = 0`` the left derivative, zero."""
         r = np.asarray(penetration, dtype=float)
-        inside = np.where(r > 0, r, 1.0)
-        return np.where(r > 0, self.stiffness * self.exponent * inside ** (self.exponent - 1), 0.0)
+        outside = r <= 0
+        with np.errstate(over="ignore", under="ignore"):
+            inside = self.stiffness * self.exponent * np.where(outside, 1.0, r) ** (self.exponent - 1)
+        return np.where(outside, 0.0, inside)
 
     def primitive(self, penetration: ArrayLike, /) -> NDArray[np.float64]:
         """``P(r) = int_0^r p = c_n max(r, 0)^(m+1) / (m+1)`` [Pa m], elementwise."""
         r = np.maximum(np.asarray(penetration, dtype=float), 0.0)
-        return np.asarray(self.stiffness * r ** (self.exponent + 1) / (self.exponent + 1))
+        with np.errstate(over="ignore", under="ignore"):
+            return np.asarray(self.stiffness * r ** (self.exponent + 1) / (self.exponent + 1))

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from types import MappingProxyType
 from typing import cast
 
 from lure.errors import InputError
-from lure.exact import exact_number
+from lure.exact import exact_number, square_root
 from lure.nonlinearity import NormalCompliance
 
 PARAMETERS = ("youngs_modulus", "density", "length", "area", "damping", "compliance", "exponent", "gap")
-_MATCHED = 8 * 2.0**-52
+_MATCHED = Fraction(8, 2**52)
 _POSITIVE = ("youngs_modulus", "density", "length", "area", "compliance", "exponent")
 
 
@@ -55,11 +56,14 @@ class Rod:
     ----------
     exact : Mapping[str, Fraction]
         Each parameter as the exact rational given; the attributes of the same names are the nearest doubles.
+        ``rod_from_exact({**rod.exact, "damping": k})`` of :mod:`lure.systems` varies a rod without loss;
+        ``dataclasses.replace`` would round the other parameters to doubles.  Rods are equal if these are.
 
     Raises
     ------
     InputError
-        A parameter is not a finite number, is not positive where it must be, or ``k = -Z``.
+        A parameter is not a finite number, is not positive where it must be, ``k = -Z``, or a derived constant lies
+        outside the range of doubles.
 
     References
     ----------
@@ -81,7 +85,7 @@ class Rod:
     compliance: float
     exponent: float = 1.0
     gap: float = 0.0
-    exact: Mapping[str, Fraction] = field(init=False, repr=False, compare=False)
+    exact: Mapping[str, Fraction] = field(init=False, repr=False, hash=False)
 
     def __post_init__(self) -> None:
         exact = {name: exact_number(getattr(self, name), f"rod.{name}") for name in PARAMETERS}
@@ -91,71 +95,104 @@ class Rod:
         for name, value in exact.items():
             object.__setattr__(self, name, float(value))
         object.__setattr__(self, "exact", MappingProxyType(exact))
-        squared_impedance = exact["area"] ** 2 * exact["density"] * exact["youngs_modulus"]
-        if exact["damping"] < 0 and exact["damping"] ** 2 == squared_impedance:
+        if exact["damping"] < 0 and self._ratio[1] == 0:
             raise InputError(
-                f"rod.damping is {self.damping:g}, minus the impedance of the rod: the condition at x = 0 then fixes the "
-                "incoming wave and leaves the outgoing one free, so the motion is not determined; give another damping"
+                f"rod.damping is {self.damping:g}, minus the impedance of the rod: the condition at x = 0 then fixes "
+                "the incoming wave and leaves the outgoing one free, so the motion is not determined; give another "
+                "damping"
             )
-        derived = (self.wave_speed, self.impedance, self.travel_time, self.input_gain, self.mobility)
-        if not all(math.isfinite(value) and value != 0 for value in derived):
-            raise InputError(
-                f"rod: wave speed {self.wave_speed:g} m/s, impedance {self.impedance:g} N s/m and travel time "
-                f"{self.travel_time:g} s must be finite and nonzero in double precision; rescale the units"
-            )
+        for quantity, constant, unit in self._derived():
+            if not math.isfinite(constant) or constant == 0:
+                raise InputError(f"rod: {quantity} comes out as {constant:g} {unit} in doubles; rescale the units")
 
-    @property
+    def __reduce__(self) -> tuple[Callable[[dict[str, Fraction]], Rod], tuple[dict[str, Fraction]]]:
+        """Pickle and copy by the exact parameters, for worker processes."""
+        return _rebuilt, (dict(self.exact),)
+
+    @cached_property
     def wave_speed(self) -> float:
         """``c = sqrt(E/rho)`` [m/s]."""
-        return math.sqrt(self.youngs_modulus) / math.sqrt(self.density)
+        return square_root(self.exact["youngs_modulus"] / self.exact["density"])
 
-    @property
+    @cached_property
     def impedance(self) -> float:
         """``Z = A sqrt(rho E)`` [N s/m]."""
-        return self.area * math.sqrt(self.density) * math.sqrt(self.youngs_modulus)
+        return square_root(self._squared_impedance)
 
-    @property
+    @cached_property
     def travel_time(self) -> float:
         """``T = L/c``, one transit of the rod [s]."""
-        return self.length / self.wave_speed
+        return square_root(self.exact["length"] ** 2 * self.exact["density"] / self.exact["youngs_modulus"])
 
-    @property
+    @cached_property
     def reflection(self) -> float:
         """``a = (k - Z)/(k + Z)``; a wave comes back from the dashpot as ``-a`` times itself [-].
 
-        Without cancellation near ``k = Z``: ``k^2 - Z^2`` is rational and taken exactly.  Zero where ``k`` and ``Z`` agree
-        to the last four units of double precision, since parameters given as doubles can come no closer to ``k = Z``.
+        Without cancellation near ``k = Z`` and ``k = -Z``: ``(k/Z)^2 - 1`` is rational and taken exactly.  Zero where
+        ``k`` and ``Z`` agree to the last four units of double precision, since parameters given as doubles can come no
+        closer to ``k = Z``.
         """
-        k, Z, excess = self.damping, self.impedance, self._squared_excess
-        if k == 0:
-            return -1.0
-        if abs(excess) <= _MATCHED * Z * Z and k > 0:
+        ratio, (one_plus, defect) = self._squared_ratio, self._ratio
+        if self.damping > 0 and abs(ratio - 1) <= _MATCHED:
             return 0.0
-        return excess / (k + Z) ** 2 if k > 0 else (k - Z) ** 2 / excess
+        size = defect / one_plus**2 if self.damping >= 0 else one_plus**2 / defect
+        return size if ratio > 1 else -size
 
-    @property
+    @cached_property
     def input_gain(self) -> float:
         """``b = 1/(k + Z)``: the force ``g`` sends out the wave ``2 b g`` [m/(N s)]."""
-        k, Z = self.damping, self.impedance
-        return 1.0 / (k + Z) if k >= 0 else (k - Z) / self._squared_excess
+        k, Z, (one_plus, defect) = self.damping, self.impedance, self._ratio
+        return 1.0 / (k + Z) if k >= 0 else one_plus / (defect * (Z if self._squared_ratio < 1 else k))
 
-    @property
+    @cached_property
     def mobility(self) -> float:
         """``d = 1/sqrt(rho E)``: end velocity per contact stress [m/(Pa s)]."""
-        return 1.0 / (math.sqrt(self.density) * math.sqrt(self.youngs_modulus))
+        return square_root(1 / (self.exact["density"] * self.exact["youngs_modulus"]))
 
-    @property
+    @cached_property
     def residue_at_zero(self) -> float:
         """``rho_0 = d (1 - a)/(1 + a) = A/k``, residue of ``H`` at ``s = 0`` [m/(Pa s)]; ``inf`` for ``k = 0``."""
         return self.area / self.damping if self.damping else math.inf
 
-    @property
-    def _squared_excess(self) -> float:
-        exact = self.exact
-        return float(exact["damping"] ** 2 - exact["area"] ** 2 * exact["density"] * exact["youngs_modulus"])
+    @cached_property
+    def _squared_impedance(self) -> Fraction:
+        return self.exact["area"] ** 2 * self.exact["density"] * self.exact["youngs_modulus"]
+
+    @cached_property
+    def _squared_ratio(self) -> Fraction:
+        return self.exact["damping"] ** 2 / self._squared_impedance
+
+    @cached_property
+    def _ratio(self) -> tuple[float, float]:
+        """``1 + q`` and ``1 - q^2`` for the one of ``q = |k|/Z`` and ``q = Z/|k|`` that is at most 1."""
+        square = min(self._squared_ratio, 1 / self._squared_ratio) if self.damping else Fraction(0)
+        return 1.0 + square_root(square), float(1 - square)
+
+    def _derived(self) -> tuple[tuple[str, float, str], ...]:
+        """The constants that must be finite and not zero, each with its name and unit."""
+        return (
+            ("the wave speed sqrt(E/rho)", self.wave_speed, "m/s"),
+            ("the impedance A sqrt(rho E)", self.impedance, "N s/m"),
+            ("the travel time L/c", self.travel_time, "s"),
+            ("the mobility 1/sqrt(rho E)", self.mobility, "m/(Pa s)"),
+            ("the input gain 1/(k + Z)", self.input_gain, "m/(N s)"),
+            ("the contact stiffness 1/eps", _quotient(Fraction(1), self.exact["compliance"]), "Pa/m^m"),
+            ("the residue A/k", _quotient(self.exact["area"], self.exact["damping"] or Fraction(1)), "m/(Pa s)"),
+        )
 
     @property
     def law(self) -> NormalCompliance:
         """The contact law ``p``, with stiffness ``1/eps``."""
         stiffness, exponent = 1 / self.exact["compliance"], self.exact["exponent"]
         return NormalCompliance(cast("float", stiffness), cast("float", exponent))
+
+
+def _quotient(top: Fraction, bottom: Fraction) -> float:
+    try:
+        return float(top / bottom)
+    except OverflowError:
+        return math.inf
+
+
+def _rebuilt(exact: dict[str, Fraction]) -> Rod:
+    return Rod(**cast("dict[str, float]", exact))

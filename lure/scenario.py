@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.errors import InputError
 from lure.expressions import Expression
 from lure.rod import Rod
 from lure.upwind import UpwindScheme
@@ -47,7 +48,19 @@ class Scenario:
         displacement: str | float | Fraction = 0,
         velocity: str | float | Fraction = 0,
     ) -> Scenario:
-        """Build a scenario from numbers or text; errors name the TOML keys ``force.g``, ``force.f``, ``initial.u0``, ``initial.u1``."""
+        """Build a scenario from numbers or text.
+
+        Parameters
+        ----------
+        force, body_force, displacement, velocity : str or number
+            Formulas in the variables of the attributes; errors name them ``force.g``, ``force.f``, ``initial.u0`` and
+            ``initial.u1``, the keys of a TOML file.
+
+        Raises
+        ------
+        InputError
+            A formula does not parse: one sentence with its key, the column and what is allowed.
+        """
         return cls(
             force=Expression.parse(force, variables=("t",), field="force.g"),
             body_force=Expression.parse(body_force, variables=("t", "x"), field="force.f"),
@@ -61,14 +74,27 @@ class Scenario:
         return self.force.is_zero and self.body_force.is_zero
 
     def waves(self, rod: Rod, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Initial Riemann invariants ``r1 = u1 - c u0'`` and ``r2 = u1 + c u0'`` at ``x`` [m/s]."""
-        speed = rod.wave_speed * self.displacement.derivative("x")(x=x)
-        velocity = self.velocity(x=x)
+        """Initial Riemann invariants ``r1 = u1 - c u0'`` and ``r2 = u1 + c u0'`` at ``x`` [m/s].
+
+        Raises
+        ------
+        InputError
+            ``u1`` or the slope of ``u0`` is not a finite number at one of the points.
+        """
+        speed = rod.wave_speed * _finite(self.displacement.derivative("x")(x=x), "the slope of initial.u0", x)
+        velocity = _finite(self.velocity(x=x), "initial.u1", x)
         return velocity - speed, velocity + speed
 
     def contact_coordinate(self, rod: Rod) -> float:
-        """Initial ``z = u0(L) - gap`` [m]."""
-        return float(self.displacement(x=np.array(rod.length))) - rod.gap
+        """Initial ``z = u0(L) - gap`` [m].
+
+        Raises
+        ------
+        InputError
+            ``u0(L)`` is not a finite number.
+        """
+        end = np.array([rod.length])
+        return float(_finite(self.displacement(x=end), "initial.u0", end)[0]) - rod.gap
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -93,9 +119,9 @@ class Matching:
         if self.matched:
             return "Initial and boundary data are matched at both ends."
         return (
-            f"Initial and boundary data are not matched (off by {self.dashpot:.4g} N at x = 0 and {self.contact:.4g} Pa at "
-            "x = L): a jump enters the rod at t = 0 and runs along the characteristics; in the rod it stays a jump, the "
-            "scheme smears it, and pointwise accuracy near it is lost."
+            f"Initial and boundary data are not matched (off by {self.dashpot:.4g} N at x = 0 and {self.contact:.4g} "
+            "Pa at x = L): a jump enters the rod at t = 0 and runs along the characteristics; in the rod it stays a "
+            "jump, the scheme smears it, and pointwise accuracy near it is lost."
         )
 
 
@@ -103,10 +129,23 @@ def matching(rod: Rod, scenario: Scenario) -> Matching:
     """Compare the initial data with the boundary conditions (8) at ``t = 0``.
 
     The paper stresses below (37) that unmatched data let the initial discontinuities propagate.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod.
+    scenario : Scenario
+        Its loads and initial data; only their values and slopes at the two ends count.
+
+    Raises
+    ------
+    InputError
+        One of these is not a finite number.
     """
     ends = np.array([0.0, rod.length])
-    strain, velocity = scenario.displacement.derivative("x")(x=ends), scenario.velocity(x=ends)
-    force = float(scenario.force(t=np.array(0.0)))
+    strain = _finite(scenario.displacement.derivative("x")(x=ends), "the slope of initial.u0", ends)
+    velocity = _finite(scenario.velocity(x=ends), "initial.u1", ends)
+    force = float(_finite(scenario.force(t=np.zeros(1)), "force.g", np.zeros(1), "t", "s")[0])
     left = (rod.area * rod.youngs_modulus * strain[0], -rod.damping * velocity[0], force)
     right = (rod.youngs_modulus * strain[1], float(rod.law(scenario.contact_coordinate(rod))))
     gaps = [float(sum(left)), float(sum(right))]
@@ -118,9 +157,31 @@ def initial_state(scheme: UpwindScheme, scenario: Scenario) -> NDArray[np.float6
     """Initial state of the scheme (2N+1,), in its ordering: (37) with the misprints corrected.
 
     ``xi1^i = r1(x_i)`` for ``i = 1..N``, ``xi2^i = r2(x_i)`` for ``i = 0..N-1``, ``z = u0(L) - gap``.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme.
+    scenario : Scenario
+        Its initial data.
+
+    Raises
+    ------
+    InputError
+        ``u1``, the slope of ``u0`` or ``u0(L)`` is not a finite number.
     """
     N, rod = scheme.cells, scheme.rod
     x = rod.length * np.arange(N + 1) / N
     forward, backward = scenario.waves(rod, x)
     contact = np.array([scenario.contact_coordinate(rod)])
     return np.concatenate((forward[1:], backward[N - 1 :: -1], contact))[scheme.permutation]
+
+
+def _finite(
+    values: NDArray[np.float64], what: str, points: NDArray[np.float64], variable: str = "x", unit: str = "m"
+) -> NDArray[np.float64]:
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        where = f"{variable} = {points[wrong][0]:g} {unit}"
+        raise InputError(f"{what} is {values[wrong][0]} at {where}; give a formula that is finite there")
+    return values

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from lure.errors import InputError
+from lure.exact import exact_number
 
 _A_BOUND = "an int, a float, a Fraction or math.inf"
 
@@ -15,12 +16,12 @@ def _check_bounds(name: str, lower: float | Fraction, upper: float | Fraction) -
     for label, bound in (("lower", lower), ("upper", upper)):
         if isinstance(bound, bool) or not isinstance(bound, int | float | Fraction):
             raise InputError(f"{name}.{label} is {bound!r}; give {_A_BOUND}")
-        if math.isnan(bound):
+        if bound != bound:
             raise InputError(f"{name}.{label} is nan; give {_A_BOUND}")
+        if bound not in (math.inf, -math.inf):
+            exact_number(bound, f"{name}.{label}")
     if not lower < upper:
         raise InputError(f"{name} needs lower < upper; got [{lower}, {upper}]")
-    if lower == math.inf or upper == -math.inf:
-        raise InputError(f"{name} [{lower}, {upper}] contains no finite number; give at least one finite slope")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,7 @@ class Sector:
     Raises
     ------
     InputError
-        A bound is not a number, or ``lower >= upper``.
+        A bound is not a number, lies outside the range of doubles, or ``lower >= upper``.
 
     Examples
     --------

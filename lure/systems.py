@@ -75,50 +75,50 @@ def rod_from_exact(values: Mapping[str, Fraction]) -> Rod:
     return Rod(**cast("dict[str, float]", dict(values)))
 
 
-def _paper(name: str, title: str, *, damping: str, force: str, until: float, form: Form) -> RodSystem:
-    release = "0.0001 - 0.0002*x"
-    return RodSystem(
-        name=name,
-        title=title,
-        rod=paper_rod(damping),
-        scenario=Scenario.parse(force=force, displacement=release),
-        cells=10,
-        form=form,
-        until=until,
-        source=_PAPER,
-    )
+# name, title, damping k [N s/m], force g [N], end of the simulation [s], form
+_FIGURES: tuple[tuple[str, str, str, str, float, Form], ...] = (
+    (
+        "paper-rod",
+        "the paper's rod, compressed and released at t = 0 (figures 3-7)",
+        "2e-4",
+        "0",
+        2.5e-3,
+        "corrected",
+    ),
+    ("paper-rod-figure-8", "force 2 sin 4t as printed: contact", "2e-4", "2*sin(4*t)", 5.0, "as-printed"),
+    (
+        "paper-rod-figure-9",
+        "force 5 sin 4t as printed, stronger dashpot: contact",
+        "8e-4",
+        "5*sin(4*t)",
+        5.0,
+        "as-printed",
+    ),
+    (
+        "paper-rod-figure-10",
+        "force 2 sin 4t as printed, stronger dashpot: no contact",
+        "8e-4",
+        "2*sin(4*t)",
+        5.0,
+        "as-printed",
+    ),
+)
 
 
 def _builtin() -> dict[str, RodSystem]:
-    release = "the paper's rod, compressed and released at t = 0 (figures 3-7)"
-    systems = [
-        _paper("paper-rod", release, damping="2e-4", force="0", until=2.5e-3, form="corrected"),
-        _paper(
-            "paper-rod-figure-8",
-            "force 2 sin 4t as printed: contact",
-            damping="2e-4",
-            force="2*sin(4*t)",
-            until=5.0,
-            form="as-printed",
-        ),
-        _paper(
-            "paper-rod-figure-9",
-            "force 5 sin 4t as printed, stronger dashpot: contact",
-            damping="8e-4",
-            force="5*sin(4*t)",
-            until=5.0,
-            form="as-printed",
-        ),
-        _paper(
-            "paper-rod-figure-10",
-            "force 2 sin 4t as printed, stronger dashpot: no contact",
-            damping="8e-4",
-            force="2*sin(4*t)",
-            until=5.0,
-            form="as-printed",
-        ),
-    ]
-    return {system.name: system for system in systems}
+    return {
+        name: RodSystem(
+            name=name,
+            title=title,
+            rod=paper_rod(damping),
+            scenario=Scenario.parse(force=force, displacement="0.0001 - 0.0002*x"),
+            cells=10,
+            form=form,
+            until=until,
+            source=_PAPER,
+        )
+        for name, title, damping, force, until, form in _FIGURES
+    }
 
 
 def builtin_systems() -> Mapping[str, RodSystem]:

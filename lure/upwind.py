@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
@@ -51,6 +52,11 @@ class UpwindScheme:
     ordering : {"eq39", "eq42", "eq48"}
         Order of the states in the matrices.
 
+    Raises
+    ------
+    InputError
+        As for :func:`upwind`.
+
     Notes
     -----
     A statement about this block is a statement about the scheme, not about the rod: upwinding adds damping that the
@@ -61,6 +67,12 @@ class UpwindScheme:
     cells: int
     form: Form = "corrected"
     ordering: Ordering = "eq39"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "cells", checked_cells(self.cells))
+        if self.form not in FORMS:
+            raise InputError(f"discretisation.form is {self.form!r}; give one of {', '.join(FORMS)}")
+        ordering_permutation(1, self.ordering)
 
     @property
     def rate(self) -> float:
@@ -95,7 +107,7 @@ class UpwindScheme:
     @property
     def A(self) -> csr_array:
         """(2N+1, 2N+1), sparse [1/s]."""
-        return self.block.A  # type: ignore[return-value]  # sparse by construction
+        return self.block.A
 
     @property
     def b1(self) -> NDArray[np.float64]:
@@ -117,10 +129,11 @@ class UpwindScheme:
 
         Closed form, cost independent of ``N``; not finite at a pole.
         """
-        points = np.asarray(s, dtype=complex)
+        points, N = np.asarray(s, dtype=complex), self.cells
         x, y = points.real / self.rate, points.imag / self.rate
-        log_q = -0.5 * np.log1p(x * (2.0 + x) + y * y) - 1j * np.arctan2(y, 1.0 + x)
-        return ring_transfer(self.rod, points, 2 * self.cells * log_q)
+        with np.errstate(divide="ignore", over="ignore"):  # q is infinite at s = -rate
+            log_ring = -N * np.log1p(x * (2.0 + x) + y * y) - 2j * N * np.arctan2(y, 1.0 + x)
+        return ring_transfer(self.rod, points, np.asarray(log_ring))
 
     def eigenvalues(self) -> NDArray[np.complex128]:
         r"""The ``2N`` wave eigenvalues ``s((-a)^{1/2N} e^{i pi m/N} - 1)`` [1/s]; the other eigenvalue is 0.
@@ -128,15 +141,25 @@ class UpwindScheme:
         In order of frequency, conjugates included, all equal to ``-s`` for ``k = Z`` (one Jordan block).  From the
         closed form: numerical eigenvalues of ``A`` are meaningless near ``k = Z``.
         """
-        N, s = self.cells, self.rate
+        N = self.cells
         if self.rod.reflection == 0.0:
-            return np.full(2 * N, -s, dtype=complex)
-        turns = np.arange(-N, N) + (0.5 if self.rod.reflection > 0 else 1.0)
-        angle = math.pi * turns / N
-        growth = RodBlock(self.rod).log_reflection / (2 * N)
-        # s (e^{x + iy} - 1) without cancellation for small x and y
-        real = math.expm1(growth) * np.cos(angle) - 2.0 * np.sin(angle / 2.0) ** 2
-        return np.asarray(s * (real + 1j * math.exp(growth) * np.sin(angle)))
+            return np.full(2 * N, -self.rate, dtype=complex)
+        return self.wave_eigenvalues(np.arange(-N, N) + (0.5 if self.rod.reflection > 0 else 1.0))
+
+    def wave_eigenvalues(self, turns: ArrayLike) -> NDArray[np.complex128]:
+        r"""``s(|a|^{1/2N} e^{i pi turns/N} - 1)`` [1/s], elementwise, without cancellation near 0; ``k != Z``.
+
+        Parameters
+        ----------
+        turns : array_like
+            ``m`` for ``a < 0`` and ``m + 1/2`` for ``a > 0``, between ``-N`` and ``N``.
+        """
+        fraction = np.asarray(turns, dtype=float) / self.cells
+        growth = RodBlock(self.rod).log_reflection / (2 * self.cells)
+        # sin(pi x) = sin(pi (1 - x)): exactly zero at x = 1, where the eigenvalue is real
+        sine = np.copysign(np.sin(math.pi * np.minimum(abs(fraction), 1.0 - abs(fraction))), fraction)
+        real = math.expm1(growth) * np.cos(math.pi * fraction) - 2.0 * np.sin(math.pi * fraction / 2.0) ** 2
+        return np.asarray(self.rate * (real + 1j * math.exp(growth) * sine))
 
     def to_control(self) -> control.StateSpace:
         """The block from ``mu`` to ``sigma`` as a ``control.StateSpace`` (dense)."""
@@ -145,6 +168,30 @@ class UpwindScheme:
     def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
         """``H_N(i omega)`` at ``omega`` [rad/s], computed by python-control from the matrices."""
         return self.block.frequency_response(omega)
+
+
+def checked_cells(cells: object, field: str = "discretisation.cells") -> int:
+    """A number of cells as ``int``, after the one check there is of it.
+
+    Raises
+    ------
+    InputError
+        It is not a whole number from 1 to 10 000 000; the message names ``field`` and, for more, the memory needed.
+
+    Examples
+    --------
+    >>> checked_cells(10)
+    10
+    """
+    if isinstance(cells, bool) or not isinstance(cells, int | np.integer):
+        raise InputError(f"{field} is {reprlib.repr(cells)}; give a whole number")
+    number = int(cells)
+    if number.bit_length() > 60:
+        raise InputError(f"{field} has more than 18 digits; give a whole number from 1 to {MAX_CELLS}")
+    if not 1 <= number <= MAX_CELLS:
+        size = f" (it would need about {number / 1e7:.3g} GB for its matrices)" if number > MAX_CELLS else ""
+        raise InputError(f"{field} is {number}{size}; give a whole number from 1 to {MAX_CELLS}")
+    return number
 
 
 def upwind(rod: Rod, cells: int, *, form: Form = "corrected", ordering: Ordering = "eq39") -> UpwindScheme:
@@ -173,12 +220,4 @@ def upwind(rod: Rod, cells: int, *, form: Form = "corrected", ordering: Ordering
     >>> upwind(rod, 10).A.shape
     (21, 21)
     """
-    if isinstance(cells, bool) or not isinstance(cells, int | np.integer):
-        raise InputError(f"discretisation.cells is {cells!r}; give a whole number")
-    if not 1 <= cells <= MAX_CELLS:
-        size = f" (it would need about {cells * 100 / 1e9:.3g} GB for its matrices)" if cells > MAX_CELLS else ""
-        raise InputError(f"discretisation.cells is {cells}{size}; give a whole number from 1 to {MAX_CELLS}")
-    if form not in FORMS:
-        raise InputError(f"discretisation.form is {form!r}; give one of {', '.join(FORMS)}")
-    ordering_permutation(1, ordering)
-    return UpwindScheme(rod, int(cells), form, ordering)
+    return UpwindScheme(rod, cells, form, ordering)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lure.errors import InputError
 from lure.rod import Rod
 
 
@@ -16,14 +17,20 @@ def ring_transfer(
 ) -> NDArray[np.complex128]:
     r"""``H = (d/s) (1 - a Q)/(1 + a Q)`` with ``Q = exp(log_round_trip)``, free of cancellation near ``Q = 1``.
 
-    ``1 -+ a Q`` is taken as ``(1 -+ a) -+ a (Q - 1)`` with ``1 + a = 2k/(k+Z)``, ``1 - a = 2Z/(k+Z)``.
+    ``1 -+ a Q`` is taken as ``(1 -+ a) -+ a (Q - 1)`` with ``1 + a = 2 k b``, ``1 - a = 2 Z b``, and ``1/Q -+ a``
+    likewise where ``|Q| > 1``, so that nothing overflows.  For ``k = Z`` no wave comes back and ``H = d/s``.
     """
-    a, total = rod.reflection, rod.damping + rod.impedance
-    x, y = log_round_trip.real, log_round_trip.imag
-    minus_one = np.expm1(x) * np.cos(y) - 2.0 * np.sin(y / 2.0) ** 2 + 1j * np.exp(x) * np.sin(y)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = (2.0 * rod.impedance / total - a * minus_one) / (2.0 * rod.damping / total + a * minus_one)
-        return np.asarray(rod.mobility / s * ratio)
+    a, one_plus, one_minus = rod.reflection, 2.0 * rod.damping * rod.input_gain, 2.0 * rod.impedance * rod.input_gain
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        integrator = rod.mobility / s
+        if a == 0.0:
+            return np.asarray(integrator)
+        left = log_round_trip.real > 0
+        x, y = -np.abs(log_round_trip.real), np.where(left, -log_round_trip.imag, log_round_trip.imag)
+        minus_one = np.expm1(x) * np.cos(y) - 2.0 * np.sin(y / 2.0) ** 2 + 1j * np.exp(x) * np.sin(y)
+        wave = np.where(left, minus_one, a * minus_one)
+        top = np.where(left, one_minus + wave, one_minus - wave)
+        return np.asarray(integrator * (top / (one_plus + wave)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +56,7 @@ class RodBlock:
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H_inf(s)`` [m/Pa] at complex ``s`` [1/s], elementwise; not finite at a pole."""
         points = np.asarray(s, dtype=complex)
-        return ring_transfer(self.rod, points, -2.0 * self.rod.travel_time * points)
+        return ring_transfer(self.rod, points, np.asarray(-2.0 * self.rod.travel_time * points))
 
     def poles(self, modes: int) -> NDArray[np.complex128]:
         r"""Poles with the smallest frequencies, conjugates included.
@@ -57,14 +64,22 @@ class RodBlock:
         Parameters
         ----------
         modes : int
-            Wave poles are listed for ``m = -modes .. modes - 1`` (``k > Z``) or ``-modes .. modes`` (``k < Z``).
+            At least 1.  Wave poles are listed for ``m + 1/2``, ``m = -modes .. modes - 1``, in place of ``m`` in the
+            formula (``a > 0``) or for ``m = -modes .. modes`` (``a < 0``).
 
         Returns
         -------
         ndarray
             The wave poles [1/s] in order of frequency, without the pole at zero.  Empty for ``k = Z``: the matched rod
             has none, every wave leaves within ``2T``.
+
+        Raises
+        ------
+        InputError
+            ``modes`` is less than 1.
         """
+        if modes < 1:
+            raise InputError(f"RodBlock.poles was asked for {modes} modes; ask for at least 1")
         a, period = self.rod.reflection, 2.0 * self.rod.travel_time
         if a == 0.0:
             return np.empty(0, dtype=complex)
