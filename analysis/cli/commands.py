@@ -1,0 +1,158 @@
+"""The commands; each imports what it needs when it runs, so that ``lure --help`` is instant."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from analysis.cli import texts
+from lure import __version__
+from lure.errors import InputError
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 80},
+)
+
+Output = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Where to write.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else, on stdout.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no messages besides errors.")]
+
+
+@app.callback(invoke_without_command=True, help=texts.ROOT)
+def root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
+) -> None:
+    """Without a command: the version or the help."""
+    if version:
+        typer.echo(f"lure {__version__}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+@app.command(help=texts.REPORT)
+def report(
+    system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A built-in system or a TOML file.")] = "paper-rod",
+    output: Output = Path("lure-report"),
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable."),
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Analyse a system, write the report and return the status that its verdict stands for."""
+    settings = set_ or []
+    from analysis.output import checked_target, replaced
+    from lure.system_file import find_system
+
+    chosen = find_system(system, settings)
+    checked_target(output)
+
+    from analysis.cli.progress import progress
+    from analysis.evidence import Verdict
+    from analysis.report import build_report, write_report
+
+    changes = [part for setting in settings for part in ("--set", setting)]
+    command = shlex.join(["lure", "report", system, *changes])
+    with progress(quiet=quiet) as tell:
+        found = build_report(chosen, progress=tell, command=command)
+        if tell:
+            tell("writing the report", 0.95)
+        with replaced(output) as directory:
+            write_report(found, directory)
+            text = (directory / "report.json").read_text(encoding="utf-8")
+    _deliver(text if as_json else str(found), f"The report is {output / 'report.html'}", as_json=as_json, quiet=quiet)
+    return {Verdict.PROVED: 0, Verdict.INCONCLUSIVE: 10, Verdict.REFUTED: 11}[found.verdict]
+
+
+@app.command(help=texts.INIT)
+def init(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="The file to write.")] = Path("rod.toml"),
+    force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
+) -> None:
+    """Write the template."""
+    from analysis.output import write_new
+    from lure.system_file import template
+
+    write_new(path, template(), force=force)
+    typer.echo(f"{path} is written; edit it, then run: {shlex.join(['lure', 'report', str(path)])}")
+
+
+@app.command(help=texts.SYSTEMS)
+def systems(
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="NAME", help="The system to show.", show_default=False),
+    ] = None,
+    toml: Annotated[bool, typer.Option("--toml", help="Print it as a TOML file.")] = False,
+) -> None:
+    """List the built-in systems, or show one."""
+    from lure.system_file import system_to_toml
+    from lure.systems import builtin_system, builtin_systems
+
+    if name is None:
+        if toml:
+            raise InputError("--toml needs the name of a system; give one such as: lure systems paper-rod --toml")
+        for system in builtin_systems().values():
+            typer.echo(f"{system.name:<20} {system.title}")
+        return
+    chosen = builtin_system(name)
+    if toml:
+        typer.echo(system_to_toml(chosen), nl=False)
+        return
+    typer.echo(f"{chosen.name}: {chosen.title}\nSource: {chosen.source}\nReport: lure report {chosen.name}")
+    typer.echo(f"As a file to edit: lure systems {chosen.name} --toml > rod.toml")
+
+
+@app.command(help=texts.REPRODUCE)
+def reproduce(
+    what: Annotated[str, typer.Argument(metavar="WHAT", help="Only `paper` so far.")] = "paper",
+    output: Output = Path("lure-paper"),
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Reproduce the paper."""
+    if what != "paper":
+        raise InputError(f"there is nothing to reproduce under the name {what!r}; give paper")
+    from analysis.output import checked_target, replaced
+
+    checked_target(output)
+
+    from analysis.cli.progress import progress
+    from analysis.reproduce import reproduce_paper
+
+    with progress(quiet=quiet) as tell:
+        if tell:
+            tell("figures 3 to 10 of the paper")
+        with replaced(output) as directory:
+            table = reproduce_paper(directory)
+            text = json.dumps({"schema": "lure-paper/1"} | table.to_dict(), indent=2, allow_nan=False)
+            (directory / "paper.json").write_text(text + "\n", encoding="utf-8")
+    _deliver(text if as_json else str(table), f"The figures are in {output}", as_json=as_json, quiet=quiet)
+
+
+@app.command(help=texts.DOCTOR)
+def doctor() -> int:
+    """Print what is installed; status 2 if something lure needs is missing."""
+    from analysis.cli.doctor import findings
+
+    lines, healthy = findings()
+    typer.echo("\n".join(lines))
+    return 0 if healthy else 2
+
+
+def _deliver(results: str, message: str, *, as_json: bool, quiet: bool) -> None:
+    """Results to stdout; the message after them, or to stderr where stdout is for JSON only."""
+    typer.echo(results.rstrip("\n"))
+    if as_json and not quiet:
+        typer.echo(message, err=True)
+    elif not as_json:
+        typer.echo(f"\n{message}")

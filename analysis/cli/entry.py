@@ -1,0 +1,80 @@
+"""From the arguments to an exit status: every failure becomes one sentence on stderr."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from typing import cast
+
+import typer
+
+from analysis.cli.commands import app
+from lure.errors import InputError
+
+BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141
+USAGE_ERROR = cast(
+    "type[Exception]", typer.BadParameter.__base__
+)  # its module is typer's in one version, click's in another
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit status.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        What follows ``lure``; from the command line by default.
+
+    Returns
+    -------
+    int
+        0 proved (or done), 10 inconclusive, 11 refuted; 2 bad input, 130 interrupted, 141 nobody reads the output,
+        1 any other failure, which is a bug.  ``LURE_DEBUG=1`` in the environment adds the traceback to a 1.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # an old terminal must not turn a report into a bug
+    try:
+        status = _run(arguments)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # so that Python's own last flush succeeds
+        return CLOSED_PIPE
+    if status == INTERRUPTED:
+        _say("interrupted")
+    return status
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    try:
+        result = typer.main.get_command(app).main(arguments, prog_name="lure", standalone_mode=False)
+        return result if isinstance(result, int) else 0
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPTED
+    except BrokenPipeError:
+        raise
+    except SystemExit as error:  # what typer makes of a closed pipe
+        raise BrokenPipeError from error
+    except USAGE_ERROR as error:
+        return _say(f"{cast('typer.BadParameter', error).format_message()} See lure --help.", status=BAD_INPUT)
+    except InputError as error:
+        return _say(str(error), status=BAD_INPUT)
+    except MemoryError:
+        return _say("not enough memory for this many cells; give fewer", status=BAD_INPUT)
+    except Exception as error:
+        if os.environ.get("LURE_DEBUG") == "1":
+            traceback.print_exc()
+        return _say(
+            f"{type(error).__name__}: {error}\nThis is a bug in lure, not in your input: please report it with the "
+            "command you ran and what it prints with LURE_DEBUG=1 in the environment.",
+            status=BUG,
+        )
+
+
+def _say(message: str, *, status: int = 0) -> int:
+    safe = "".join(sign if sign.isprintable() or sign == "\n" else ascii(sign)[1:-1] for sign in message)
+    print(f"lure: {safe}", file=sys.stderr)
+    return status

@@ -1,0 +1,74 @@
+"""The help texts: what a command is for, then examples, each within 80 columns."""
+
+ROOT = """What can be proved about the stability of a rod that hits an obstacle.
+
+\b
+Examples:
+  lure report                          the paper's rod, into ./lure-report
+  lure init                            write rod.toml, commented, to edit
+  lure report rod.toml                 the same report for your own rod
+  lure report --set rod.damping=8e-4   a built-in with another dashpot
+  lure reproduce paper                 the paper's claims, one by one
+
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
+1 a bug in lure, 130 interrupted.
+"""
+
+REPORT = """Analyse a system and write the report.
+
+\b
+Examples:
+  lure report
+  lure report rod.toml -o results/rod
+  lure report paper-rod-figure-8 --set rod.damping=8e-4 --set rod.gap=0.01
+  lure report rod.toml --set "force.g=2*sin(4*t)"
+  lure report --json --quiet | python -m json.tool
+
+\b
+The directory gets report.html, report.json and the figures as SVG and PNG.
+It is replaced as a whole, once all is done, and only if it is empty or holds
+a report.  `lure systems` lists the built-in systems, `lure init` writes a
+file that explains every key.
+
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
+1 a bug in lure, 130 interrupted.
+"""
+
+INIT = """Write a commented TOML file to start from: the paper's rod.
+
+\b
+Examples:
+  lure init && lure report rod.toml
+  lure init beams/steel.toml
+"""
+
+SYSTEMS = """List the built-in systems, or show one of them.
+
+\b
+Examples:
+  lure systems
+  lure systems paper-rod-figure-8
+  lure systems paper-rod-figure-8 --toml > rod.toml
+"""
+
+DOCTOR = """Say what is installed, and what is missing.
+
+\b
+Examples:
+  lure doctor
+"""
+
+REPRODUCE = """Redraw the paper's figures and check its claims.
+
+\b
+Examples:
+  lure reproduce paper
+  lure reproduce paper -o paper --json
+
+\b
+For each claim: what the printed equations give, what the corrected ones give,
+and what the rod itself does.  The figures go into the directory, which is
+replaced as a whole.
+"""

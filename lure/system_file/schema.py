@@ -1,0 +1,163 @@
+"""What a system file may hold: one pydantic model for each table, strict, with no keys besides the known ones.
+
+A field's description names the quantity and its unit; error messages and written files show it.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+from typing import Annotated, TypeAlias
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+
+from lure.errors import InputError
+from lure.exact import exact_number
+from lure.expressions import Expression
+from lure.system_file.values import shown
+from lure.upwind import FORMS, Form, checked_cells
+
+MAX_NAME = 100
+_MAX_DIGITS = 1000
+_MAX_EXPONENT = 400
+_VARIABLES = {"g": ("t",), "f": ("t", "x"), "u0": ("x",), "u1": ("x",)}
+_STRICT = ConfigDict(strict=True, extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+
+def _field(info: ValidationInfo) -> str:
+    """Dotted key, ``rod.length``; a model's title is the name of its table."""
+    title = info.config.get("title") if info.config else None
+    return f"{title}.{info.field_name}" if title else str(info.field_name)
+
+
+def _number(value: object, info: ValidationInfo) -> Fraction:
+    """The exact number; size and digits are looked at before anything is computed with it."""
+    name = _field(info)
+    if isinstance(value, bool) or not isinstance(value, int | Decimal | Fraction):
+        raise InputError(f"{name} is {shown(value)}; give a number")
+    if isinstance(value, Decimal) and value.is_finite() and value:
+        if abs(value.adjusted()) > _MAX_EXPONENT:
+            raise InputError(f"{name} is {shown(value)}, outside the range of double precision; rescale the units")
+        if len(value.as_tuple().digits) > _MAX_DIGITS:
+            raise InputError(f"{name} has more than {_MAX_DIGITS} digits; give fewer")
+    return Fraction(0) if isinstance(value, Decimal) and not value else exact_number(value, name)
+
+
+def _positive(value: object, info: ValidationInfo) -> Fraction:
+    number = _number(value, info)
+    if number <= 0:
+        raise InputError(f"{_field(info)} is {float(number):g}; give a positive number")
+    return number
+
+
+def _formula(value: object, info: ValidationInfo) -> Expression:
+    name = _field(info)
+    if isinstance(value, bool) or not isinstance(value, int | Decimal | Fraction | str):
+        raise InputError(f"{name} is {shown(value)}; give a number or a formula in quotes")
+    return Expression.parse(value, variables=_VARIABLES[str(info.field_name)], field=name)
+
+
+def _whole(value: object, info: ValidationInfo) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise InputError(f"{_field(info)} is {shown(value)}; give a whole number")
+    return checked_cells(value, _field(info))
+
+
+def _form(value: object, info: ValidationInfo) -> Form:
+    if value not in FORMS:
+        allowed = " or ".join(f'"{form}"' for form in FORMS)
+        raise InputError(f"{_field(info)} is {shown(value)}; give {allowed}")
+    return value
+
+
+def _name(value: object, info: ValidationInfo) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"{_field(info)} is {shown(value)}; give a text in quotes")
+    if not value.strip() or len(value) > MAX_NAME or not value.isprintable():
+        raise InputError(f"{_field(info)} is {shown(value)}; give one line of 1 to {MAX_NAME} printable characters")
+    return value
+
+
+Number: TypeAlias = Annotated[Fraction, BeforeValidator(_number)]
+Positive: TypeAlias = Annotated[Fraction, BeforeValidator(_positive)]
+Formula: TypeAlias = Annotated[Expression, BeforeValidator(_formula)]
+Cells: TypeAlias = Annotated[int, BeforeValidator(_whole)]
+
+_ZERO_OF_T = Expression.parse(0, variables=("t",))
+_ZERO_OF_TX = Expression.parse(0, variables=("t", "x"))
+_ZERO_OF_X = Expression.parse(0, variables=("x",))
+
+
+class RodTable(BaseModel):
+    """``[rod]``: the parameters of :class:`lure.rod.Rod`, which checks their signs."""
+
+    model_config = ConfigDict(**_STRICT, title="rod")
+    youngs_modulus: Number = Field(description="E, Young's modulus [Pa]")
+    density: Number = Field(description="rho [kg/m^3]")
+    length: Number = Field(description="L [m]")
+    area: Number = Field(description="A, cross-section [m^2]")
+    damping: Number = Field(description="k, dashpot at x = 0 [N s/m]")
+    compliance: Number = Field(description="eps, of the contact law p(r) = max(r, 0)^m / eps [m^m/Pa]")
+    exponent: Number = Field(default=Fraction(1), description="m of the contact law [-]")
+    gap: Number = Field(default=Fraction(0), description="free distance to the obstacle [m]")
+
+
+class DiscretisationTable(BaseModel):
+    """``[discretisation]``: the scheme that is analysed."""
+
+    model_config = ConfigDict(**_STRICT, title="discretisation")
+    cells: Cells = Field(default=10, description="N of the scheme that is analysed")
+    form: Annotated[Form, BeforeValidator(_form)] = Field(
+        default="corrected", description='"corrected" or "as-printed"'
+    )
+
+
+class ForceTable(BaseModel):
+    """``[force]``: loads."""
+
+    model_config = ConfigDict(**_STRICT, title="force")
+    g: Formula = Field(default=_ZERO_OF_T, description="force on the end x = 0, of t [N]")
+    f: Formula = Field(default=_ZERO_OF_TX, description="force along the rod, of t and x [N/m]")
+
+
+class InitialTable(BaseModel):
+    """``[initial]``: the state at ``t = 0``."""
+
+    model_config = ConfigDict(**_STRICT, title="initial")
+    u0: Formula = Field(default=_ZERO_OF_X, description="displacement at t = 0, of x [m]")
+    u1: Formula = Field(default=_ZERO_OF_X, description="velocity at t = 0, of x [m/s]")
+
+
+class SimulationTable(BaseModel):
+    """``[simulation]``: how long, and with how many cells if not those analysed."""
+
+    model_config = ConfigDict(**_STRICT, title="simulation")
+    until: Annotated[Fraction | None, BeforeValidator(_positive)] = Field(default=None, description="end [s]")
+    cells: Annotated[int | None, BeforeValidator(_whole)] = Field(default=None, description="N that is simulated")
+
+
+class SystemTables(BaseModel):
+    """A whole file."""
+
+    model_config = ConfigDict(**_STRICT, title="")
+    name: Annotated[str | None, BeforeValidator(_name)] = Field(default=None, description="name for the report")
+    rod: RodTable
+    discretisation: DiscretisationTable = DiscretisationTable()
+    force: ForceTable = ForceTable()
+    initial: InitialTable = InitialTable()
+    simulation: SimulationTable = SimulationTable()
+
+
+TABLES: dict[str, type[BaseModel]] = {
+    "rod": RodTable,
+    "discretisation": DiscretisationTable,
+    "force": ForceTable,
+    "initial": InitialTable,
+    "simulation": SimulationTable,
+}
+TEXT_KEYS = ("name", "discretisation.form")
+
+
+def dotted_keys() -> list[str]:
+    """Every key there is, ``rod.length`` and ``name``."""
+    return ["name", *(f"{table}.{key}" for table, model in TABLES.items() for key in model.model_fields)]
