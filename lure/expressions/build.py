@@ -1,4 +1,4 @@
-"""Operations on nodes: constants are folded exactly, and only simplifications valid wherever the operand is defined are made."""
+"""Operations on nodes: constants are folded exactly, and only what holds on the whole domain is simplified."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _EXACT: dict[str, Callable[[Fraction, Fraction], Fraction]] = {
 def apply(operation: str, *arguments: Node) -> Node:
     """The node of an operation, simplified when the answer does not depend on the values of the variables.
 
-    Constants are combined as exact fractions unless the result would be undefined (``1/0``) or need more digits than a literal
-    may have; then the operation stays as it is.  ``0*u`` becomes 0 only for an operand defined everywhere.
+    Constants are combined as exact fractions unless the result would be undefined (``1/0``) or need more digits than
+    a literal may have; then the operation stays as it is.  ``0*u`` becomes 0 only for an operand defined everywhere.
     """
     if operation in CONDITIONS or operation == "pi":
         return Apply(operation, arguments)

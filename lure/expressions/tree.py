@@ -1,4 +1,4 @@
-"""The tree of an expression: exact numbers, variables and operations, with the few simplifications that are always right."""
+"""The tree of an expression: exact numbers, variables and operations."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TypeAlias
 
 COMPARISONS = ("<", "<=", ">", ">=", "==", "!=")
 CONDITIONS = (*COMPARISONS, "and", "or", "not")
-_TOTAL = {"+", "-", "*", "neg", "abs", "min", "max", "sin", "cos", "exp", "tanh", "atan", "sign", "where", "pi", *CONDITIONS}
+_TOTAL_FUNCTIONS = ("abs", "min", "max", "sin", "cos", "exp", "tanh", "atan", "sign", "where", "pi")
+_TOTAL = frozenset(("+", "-", "*", "neg", *_TOTAL_FUNCTIONS, *CONDITIONS))
 _MAX_DIGITS = 100
 _MAX_EXPONENT = 300
 
@@ -31,8 +32,9 @@ class Variable:
 class Apply:
     """An operation on other nodes: an operator (``"+"``, ``"neg"``, ``"<"``, ...), a function by name, or ``"pi"``.
 
-    ``size`` (nodes, counted with repetition) and ``depth`` bound the work of every walk over the tree; ``names`` are the
-    variables met.  ``total`` says that the operation has a value for all real values of the variables, so that ``0 * node`` is 0.
+    ``size`` (nodes, counted with repetition) and ``depth`` bound the work of every walk over the tree; ``names`` are
+    the variables met.  ``total`` says that there is a value for all real values of the variables, so that ``0 * node``
+    is 0.
     """
 
     operation: str
@@ -124,7 +126,7 @@ def _scientific(digits: str, exponent: int) -> str | None:
         return None
     if significant == "0":
         return "0"
-    if 0 <= exponent and len(significant) + exponent <= 20:
+    if exponent >= 0 and len(significant) + exponent <= 20:
         return significant + "0" * exponent
     if -20 <= exponent < 0:
         padded = significant.rjust(1 - exponent, "0")

@@ -1,0 +1,238 @@
+"""A law or a signal given as text: parsed by a whitelist, evaluated in floats, exactly or as balls, differentiated."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from decimal import Decimal
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lure.errors import InputError
+from lure.expressions import balls, exact
+from lure.expressions.derivative import derivative
+from lure.expressions.literal import literal
+from lure.expressions.numeric import Closure, closure
+from lure.expressions.parser import parse
+from lure.expressions.render import render
+from lure.expressions.switches import switches
+from lure.expressions.tree import ZERO, Node, depth, names, size
+from lure.expressions.vocabulary import FUNCTIONS, KEYWORDS
+
+if TYPE_CHECKING:
+    from flint import arb
+
+_MAX_DERIVED_SIZE = 20_000
+_MAX_DERIVED_DEPTH = 200
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Expression:
+    r"""A formula in named variables, safe to take from a file; make one with :meth:`parse`.
+
+    Numbers are exact: ``0.1`` means 1/10 in every back-end until the last rounding.  The grammar is Python's for
+    ``+ - * / **``, comparisons (chained, too), ``and or not`` and ``a if condition else b``, with the functions ``abs
+    atan cos exp log max min sign sin sqrt tan tanh where(condition, a, b)`` and ``pi``.  Exponents are rational
+    constants of size at most 32.  Conditions are not numbers: ``(t < 1)*t`` is refused, ``where(t < 1, t, 0)`` is not.
+
+    Two expressions are equal if their text and their variables are; ``t + t`` and ``2*t`` are not.
+
+    Parameters
+    ----------
+    source : str
+        The text, without blanks around it.
+    variables : tuple of str
+        Names the text may use, e.g. ``("t", "x")``.
+    tree : Node
+        What the text means; :meth:`parse` and :meth:`derivative` supply it.
+
+    Examples
+    --------
+    >>> ramp = Expression.parse("t/2 if t < 1 else 0.5", variables=("t",), field="force.g")
+    >>> ramp(t=[0.0, 0.5, 3.0])
+    array([0.  , 0.25, 0.5 ])
+    >>> ramp.exact(t=Fraction(1, 3)), ramp.breakpoints("t", 0, 10)
+    (Fraction(1, 6), (Fraction(1, 1),))
+    >>> print(ramp.derivative("t"))
+    where(t < 1, 0.5, 0)
+    """
+
+    source: str
+    variables: tuple[str, ...]
+    tree: Node = field(repr=False, compare=False)
+    _closure: Closure = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Compile the tree to closures once."""
+        object.__setattr__(self, "_closure", closure(self.tree))
+
+    def __reduce__(self) -> tuple[Callable[..., Expression], tuple[str, tuple[str, ...], Node]]:
+        """Pickle without the closures, for worker processes."""
+        return _restored, (self.source, self.variables, self.tree)
+
+    def __str__(self) -> str:
+        """The text."""
+        return self.source
+
+    @classmethod
+    def parse(
+        cls, text: str | int | float | Fraction | Decimal, *, variables: tuple[str, ...], field: str = "expression"
+    ) -> Expression:
+        """Read a formula, or a number as a constant formula.
+
+        Parameters
+        ----------
+        text : str, int, float, Fraction or Decimal
+            A float counts as the shortest decimal that names it, so ``0.1`` and ``"0.1"`` are the same expression.
+        variables : tuple of str
+            Names the text may use; plain identifiers that are not functions, keywords or ``pi``.
+        field : str
+            Where the text stands, for error messages: ``force.g``.
+
+        Raises
+        ------
+        InputError
+            One sentence with the field, the column and what is allowed.  Limits: 1024 characters, 200 numbers, names
+            and operations, 30 levels, 100 digits, constants of size 1e-300 to 1e300.
+        ValueError
+            ``variables`` holds something that cannot be a variable.
+        """
+        for name in variables:
+            if not re.fullmatch(r"[A-Za-z_][A-Za-z_0-9]*", name) or name in (*FUNCTIONS, *KEYWORDS, "pi"):
+                raise ValueError(f"Expression.parse cannot use {name!r} as the name of a variable.")
+        source = (text if isinstance(text, str) else literal(text, field=field)).strip(" \t\r\n")
+        tree = parse(text if isinstance(text, str) else source, variables=variables, field=field)
+        return cls(source=source, variables=variables, tree=tree)
+
+    def __call__(self, **arrays: ArrayLike) -> NDArray[np.float64]:
+        """Values in double precision.
+
+        Parameters
+        ----------
+        **arrays : array_like
+            One for each variable the text uses; they broadcast against each other, and a constant takes their shape.
+
+        Returns
+        -------
+        NDArray[np.float64]
+            A new array of the broadcast shape.  Where the formula is undefined or overflows it is nan or infinite,
+            without a warning: **callers check** ``np.isfinite``.  A comparison with nan is False.
+
+        Raises
+        ------
+        TypeError
+            A variable is missing, or the expression has no variable of that name.
+        """
+        self._check_names(arrays)
+        values = {name: np.asarray(array, dtype=np.float64) for name, array in arrays.items()}
+        shape = np.broadcast_shapes(*(value.shape for value in values.values()))
+        with np.errstate(all="ignore"):
+            result = self._closure(values)
+        return np.array(np.broadcast_to(result, shape), dtype=np.float64)
+
+    def exact(self, **fractions: Fraction | int) -> Fraction:
+        """Exact value at rational values of the variables; a condition evaluates only the branch it selects.
+
+        Raises
+        ------
+        InputError
+            A function without rational values (``sin``, ``sqrt``, ``pi``, ``x**0.5``, ...) is met, the formula is
+            undefined there, or an intermediate number needs more than 65536 bits.
+        TypeError
+            A variable is missing, unknown or not rational (floats are refused: they would be read as binary).
+        """
+        self._check_names(fractions)
+        for name, number in fractions.items():
+            if not isinstance(number, Fraction | int):
+                raise TypeError(f"Expression.exact needs Fractions; {name} is a {type(number).__name__}.")
+        return exact.value(self.tree, {name: Fraction(number) for name, number in fractions.items()})
+
+    def ball(self, **arb_values: arb) -> arb:
+        """Ball that contains the value at every point of the given balls at which the formula has one.
+
+        A nan ball says that nothing is known: the formula may be undefined somewhere in the balls, or they are wide.
+        An undecided condition gives the hull of both branches, so the ball of a jump covers the jump.  The precision is
+        ``flint.ctx.prec``, set by the caller.
+
+        Raises
+        ------
+        TypeError
+            A variable is missing or unknown.
+        """
+        self._check_names(arb_values)
+        return balls.enclosure(self.tree, arb_values)
+
+    def derivative(self, variable: str) -> Expression:
+        r"""Partial derivative with respect to one of the variables, **almost everywhere**.
+
+        .. math:: |u|' = \mathrm{sign}(u)\,u', \qquad \mathrm{sign}(u)' = 0, \qquad
+            \min(u, v)' = u' \text{ where } u < v \text{ else } v'
+
+        and conditions are differentiated branch by branch.  At a kink the value is one side's (0 for ``abs``); a jump
+        contributes nothing, so an enclosure of the derivative bounds difference quotients only if there are no jumps.
+        Outside the domain of the formula (``log(x)``, ``x < 0``) the derivative may have a value that means nothing.
+
+        Raises
+        ------
+        ValueError
+            The expression has no variable of that name.
+        InputError
+            A repeated derivative has grown past 20000 operations.
+        """
+        self._check_variable(variable)
+        tree = derivative(self.tree, variable)
+        if size(tree) > _MAX_DERIVED_SIZE or depth(tree) > _MAX_DERIVED_DEPTH:
+            raise InputError(
+                f"the derivative of {self.source[:40]!r} is too large; differentiate a shorter expression."
+            )
+        return Expression(source=render(tree), variables=self.variables, tree=tree)
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether no variable is left in the formula."""
+        return not names(self.tree)
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether the formula is visibly zero: ``0.5 - 1/2`` and ``0*sin(t)`` count, ``t - t`` does not."""
+        return self.tree == ZERO
+
+    def breakpoints(
+        self, variable: str, low: Fraction | int | float, high: Fraction | int | float
+    ) -> tuple[Fraction, ...] | None:
+        """Points in the open interval where the formula may change its branch, sorted; None if they are not all known.
+
+        Between neighbours every condition, ``abs``, ``sign``, ``min`` and ``max`` keeps its side, so the formula is one
+        smooth piece wherever its functions are.  Known means: every condition is linear in ``variable`` with rational
+        coefficients and free of the other variables.  A listed point need not be a kink.
+
+        Raises
+        ------
+        ValueError
+            The expression has no variable of that name.
+        """
+        self._check_variable(variable)
+        points = switches(self.tree, variable)
+        return None if points is None else tuple(sorted(point for point in points if low < point < high))
+
+    def _check_variable(self, variable: str) -> None:
+        if variable not in self.variables:
+            raise ValueError(
+                f"the expression {self.source[:40]!r} has the variables {self.variables}, not {variable!r}."
+            )
+
+    def _check_names(self, given: Collection[str]) -> None:
+        missing, unknown = names(self.tree) - set(given), set(given) - set(self.variables)
+        if missing or unknown:
+            raise TypeError(
+                f"the expression {self.source[:40]!r} of {self.variables} was given {sorted(given)}; "
+                f"missing {sorted(missing)}, unknown {sorted(unknown)}."
+            )
+
+
+def _restored(source: str, variables: tuple[str, ...], tree: Node) -> Expression:
+    return Expression(source=source, variables=variables, tree=tree)
