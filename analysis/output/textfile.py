@@ -13,6 +13,15 @@ from lure.errors import InputError
 def write_new(path: Path, text: str, *, force: bool) -> None:
     """Write a text file; one that exists is replaced only with ``force``, and then in one step.
 
+    Parameters
+    ----------
+    path : Path
+        The file; its directory must exist.
+    text : str
+        What to write, in UTF-8.
+    force : bool
+        Whether an existing file may be replaced.
+
     Raises
     ------
     InputError

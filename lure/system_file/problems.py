@@ -60,10 +60,10 @@ def nearest_key(key: str) -> str | None:
         first = _closest(last, ["name", *TABLES])
         if first:
             return first
-    whole = _closest(key, dotted_keys())
+    elsewhere = {candidate.rpartition(".")[2]: candidate for candidate in reversed(dotted_keys())}
+    whole = None if last in elsewhere else _closest(key, dotted_keys())
     if whole:
         return whole
-    elsewhere = {candidate.rpartition(".")[2]: candidate for candidate in reversed(dotted_keys())}
     end = _closest(last, elsewhere)
     return elsewhere[end] if end else None
 

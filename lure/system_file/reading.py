@@ -14,7 +14,7 @@ from lure.errors import InputError
 from lure.system_file.building import built_system
 from lure.system_file.problems import refusal, unknown_key
 from lure.system_file.schema import TEXT_KEYS, SystemTables, dotted_keys
-from lure.system_file.values import exact_decimal, number_or_text, shown
+from lure.system_file.values import exact_decimal, number_or_text, shown, shown_path
 from lure.system_file.writing import system_tables
 from lure.systems import RodSystem, builtin_system, builtin_systems
 
@@ -59,6 +59,13 @@ def find_system(reference: str, settings: Sequence[str] = ()) -> RodSystem:
 def read_system(path: Path, settings: Sequence[str] = ()) -> RodSystem:
     """The system in a TOML file, every decimal taken exactly (``0.1`` is 1/10).
 
+    Parameters
+    ----------
+    path : Path
+        An ordinary file.
+    settings : sequence of str
+        As for :func:`find_system`.
+
     Raises
     ------
     InputError
@@ -89,11 +96,12 @@ def parse_system(text: str, *, name: str, source: str, settings: Sequence[str] =
 
     Examples
     --------
+    >>> from lure.system_file import template
     >>> system = parse_system(template(), name="rod", source="the template")
     >>> system.rod.exact["damping"], system.cells
     (Fraction(1, 5000), 10)
     """
-    label = shown(source)[1:-1]
+    label = shown_path(source)
     # the time and memory tomllib needs grow with the square of the parts of a dotted key
     if max(line.count(".") for line in text.split("\n")) > _MAX_DOTS:
         raise InputError(f"{label} has a line with more than {_MAX_DOTS} points; no key is nested like that")
@@ -112,7 +120,7 @@ def parse_system(text: str, *, name: str, source: str, settings: Sequence[str] =
 
 
 def _text(path: Path) -> str:
-    label = shown(str(path))[1:-1]
+    label = shown_path(str(path))
     try:
         kind = path.stat().st_mode
         content = b""

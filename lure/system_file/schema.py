@@ -25,9 +25,9 @@ _STRICT = ConfigDict(strict=True, extra="forbid", frozen=True, arbitrary_types_a
 
 
 def _field(info: ValidationInfo) -> str:
-    """Dotted key, ``rod.length``; a model's title is the name of its table."""
+    """Dotted key, ``rod.length``; the title of a table's model is the name of the table."""
     title = info.config.get("title") if info.config else None
-    return f"{title}.{info.field_name}" if title else str(info.field_name)
+    return f"{title}.{info.field_name}" if title in TABLES else str(info.field_name)
 
 
 def _number(value: object, info: ValidationInfo) -> Fraction:
@@ -139,7 +139,7 @@ class SimulationTable(BaseModel):
 class SystemTables(BaseModel):
     """A whole file."""
 
-    model_config = ConfigDict(**_STRICT, title="")
+    model_config = ConfigDict(**_STRICT)
     name: Annotated[str | None, BeforeValidator(_name)] = Field(default=None, description="name for the report")
     rod: RodTable
     discretisation: DiscretisationTable = DiscretisationTable()

@@ -7,6 +7,7 @@ from decimal import Decimal, InvalidOperation
 
 _NUMBER = re.compile(r"[+-]?(?=\.?\d)(?P<whole>\d[\d_]*)?(?P<fraction>\.[\d_]*)?(?P<exponent>[eE][+-]?\d+)?", re.ASCII)
 _WIDTH = 60
+_PATH_WIDTH = 200
 _PRINTED_BITS = 200
 
 
@@ -56,3 +57,9 @@ def shown(value: object) -> str:
     if len(text) <= _WIDTH:
         return text
     return f"{text[: _WIDTH - 4]}...{text[0] if isinstance(value, str) else ''}"
+
+
+def shown_path(path: str) -> str:
+    """A path or the name of a file in a message: without quotes, escaped, and long enough to be recognised."""
+    text = repr(path)[1:-1]
+    return text if len(text) <= _PATH_WIDTH else f"...{text[3 - _PATH_WIDTH :]}"

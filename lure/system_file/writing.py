@@ -51,7 +51,7 @@ def system_to_toml(system: RodSystem) -> str:
     """
     lines = [f"# {' '.join(text.split())}" for text in (system.title, system.source) if text.strip()]
     tables = system_tables(system)
-    lines.append(f"name = {_written(tables['name'])}")
+    lines.append(f"name = {_quoted(system.name)}")
     for table, model in TABLES.items():
         values = tables[table]
         assert isinstance(values, dict)
@@ -68,5 +68,10 @@ def _written(value: object) -> str:
         text = decimal(value)
         return text if text is not None and "/" not in text else repr(float(value))
     if isinstance(value, str):
-        return value if _NUMBER.fullmatch(value) else json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+        return value if _NUMBER.fullmatch(value) else _quoted(value)  # a formula may be only a number
     return str(value)
+
+
+def _quoted(text: str) -> str:
+    """A TOML string; JSON's rules for one are TOML's, except that TOML also escapes the delete character."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
