@@ -1,0 +1,52 @@
+"""What Nyquist and Popov plots share: the curve, its unit, and the arrow that shows a margin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.plots.frequencies import drawing_frequencies
+from analysis.plots.style import GREEN
+from lure.block import Block
+from lure.errors import InputError
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FAR = 30.0
+"""A boundary further away than so many widths of the curve is named in the plot, not drawn."""
+
+
+def curve(block: Block, omega: ArrayLike | None) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Frequencies [rad/s] and ``H(i omega)`` there, nan at a pole so that the drawn curve breaks."""
+    frequencies = drawing_frequencies(block) if omega is None else np.asarray(omega, dtype=float)
+    if frequencies.ndim != 1 or frequencies.size < 2 or not frequencies[0] > 0:
+        raise InputError("omega must be a list of at least two positive frequencies [rad/s]")
+    values = block.transfer(1j * frequencies)
+    return frequencies, np.where(np.isfinite(values), values, complex(np.nan, np.nan))
+
+
+def unit(block: Block, *, per_second: bool = False) -> str:
+    """Unit of ``H``, or of ``omega H``."""
+    if isinstance(block, RodBlock | UpwindScheme):
+        return "m/(Pa s)" if per_second else "m/Pa"
+    return "unit of σ / (unit of μ · s)" if per_second else "unit of σ / unit of μ"
+
+
+def margin_arrow(axes: Axes, ends: tuple[float, float], height: float) -> None:
+    """A double arrow between two abscissae, unless they are too close to see it."""
+    low, high = axes.get_xlim()
+    if abs(ends[1] - ends[0]) < 0.03 * (high - low):
+        return
+    axes.annotate(
+        "",
+        (ends[0], height),
+        xytext=(ends[1], height),
+        arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.0, "shrinkA": 0, "shrinkB": 0},
+    )
+    middle = (0.5 * (ends[0] + ends[1]), height)
+    axes.annotate("margin", middle, xytext=(0, 3), textcoords="offset points", ha="center", color=GREEN)

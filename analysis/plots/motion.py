@@ -1,0 +1,201 @@
+"""The simulated motion: the contacting end, what decays, and the waves in space and time."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LEGEND,
+    PURPLE,
+    VERMILLION,
+    axes_or_new,
+    finish_axes,
+    note,
+    number,
+    padded,
+)
+from lure.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from analysis.simulation import Trajectory
+
+Surface = Literal["r1", "r2", "v"]
+SURFACES: dict[Surface, str] = {
+    "r1": "forward wave r₁ = v − c ∂u/∂x",
+    "r2": "backward wave r₂ = v + c ∂u/∂x",
+    "v": "velocity v",
+}
+_FAR = 6.0
+_DRAWN = 4000
+
+
+def plot_end_motion(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
+    """Displacement ``u(t, L)`` of the contacting end, with contact intervals shaded and the obstacle.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        A simulation.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.  An obstacle too far away for the scale of the motion is named, not drawn.
+    """
+    axes = axes_or_new(ax)
+    t, end = trajectory.t, trajectory.u_end
+    gap = float(end[0] - trajectory.z[0])
+    low, high = float(end.min()), float(end.max())
+    spans = [(contact.start, contact.end - contact.start) for contact in trajectory.contacts]
+    if spans:
+        label = f"contact ({len(spans)} interval{'s' if len(spans) > 1 else ''})"
+        bars = axes.broken_barh(spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=VERMILLION, label=label)
+        bars.set(alpha=0.3, linewidth=0.6, zorder=0.5)
+    axes.plot(*_envelope(t, end), color=BLUE, lw=1.2, label="end u(t, L)")
+    if gap - high <= _FAR * (high - low):
+        axes.axhline(gap, color=VERMILLION, lw=1.2, label=f"obstacle at {number(gap)} m")
+        axes.set_ylim(*padded(min(low, gap), max(high, gap), 0.1))
+    else:
+        axes.set_ylim(*padded(low, high, 0.15))
+        note(axes, f"obstacle at {number(gap)} m, outside this view", corner="upper left")
+    axes.set_xlim(float(t[0]), float(t[-1]))
+    axes.set_xlabel("t [s]")
+    axes.set_ylabel("u(t, L) [m]")
+    finish_axes(axes)
+    axes.legend(loc="lower right", **LEGEND)
+    return axes
+
+
+def plot_decay(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
+    """Energy and Popov-Lyapunov function along a simulation, each relative to its largest value.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        A simulation.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on, logarithmic where the curves span more than a decade.
+    """
+    axes = axes_or_new(ax)
+    t = trajectory.t
+    least = 1.0
+    curves = [("energy", trajectory.energy, BLUE, "-"), ("Popov–Lyapunov function", trajectory.lyapunov, PURPLE, "--")]
+    for label, values, colour, dashes in curves:
+        top = float(np.max(values))
+        if top > 0:
+            share = values / top
+            axes.plot(*_envelope(t, share), color=colour, ls=dashes, lw=1.2, label=label)
+            least = min(least, float(share.min()))
+    if 0.0 < least < 0.1:
+        axes.set_yscale("log")
+        axes.set_ylim(max(0.5 * least, 1e-16), 2.0)
+    axes.set_xlim(float(t[0]), float(t[-1]))
+    axes.set_xlabel("t [s]")
+    axes.set_ylabel("share of the largest value")
+    finish_axes(axes)
+    axes.legend(loc="best", **LEGEND)
+    return axes
+
+
+def plot_rest(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
+    """Contact coordinate ``z`` and its deflated part ``zeta``, which never increases while no load acts.
+
+    The two meet where the rod comes to rest.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        A simulation.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.
+    """
+    axes = axes_or_new(ax)
+    t = trajectory.t
+    axes.plot(*_envelope(t, trajectory.z), color=BLUE, lw=1.0, label="z = u(t, L) − gap")
+    axes.plot(*_envelope(t, trajectory.zeta), color=GREEN, lw=1.4, ls="--", label="ζ")
+    if trajectory.rest_position is not None:
+        axes.axhline(trajectory.rest_position, color=GREY, lw=0.8, ls=":", label="resting place")
+    axes.set_xlim(float(t[0]), float(t[-1]))
+    axes.set_xlabel("t [s]")
+    axes.set_ylabel("[m]")
+    finish_axes(axes)
+    axes.legend(loc="best", **LEGEND)
+    return axes
+
+
+def plot_surface(trajectory: Trajectory, which: Surface, *, ax: Axes | None = None) -> Axes:
+    """Space-time picture of a wave or of the velocity; a surface if ``ax`` is three-dimensional.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        A simulation with frames.
+    which : {"r1", "r2", "v"}
+        Forward wave, backward wave, or velocity [m/s].
+    ax : Axes or Axes3D, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on, with a colour bar beside them.
+
+    Raises
+    ------
+    InputError
+        ``which`` is none of the three.
+    """
+    if which not in SURFACES:
+        raise InputError(f"which is {which!r}; give one of {', '.join(SURFACES)}")
+    axes = axes_or_new(ax)
+    values: NDArray[np.float64] = getattr(trajectory, f"frames_{which}")
+    x, t = trajectory.frames_x, trajectory.frames_t
+    if axes.name == "3d":
+        space: Any = axes  # an Axes3D, which matplotlib does not type
+        space.plot_surface(*np.meshgrid(x, t), values, cmap="viridis", rcount=60, ccount=60, linewidth=0)
+        space.set_zlabel("[m/s]")
+    else:
+        largest = float(np.abs(values).max()) or 1.0
+        mesh = axes.pcolormesh(
+            x, t, values, cmap="RdBu_r", vmin=-largest, vmax=largest, shading="nearest", rasterized=True
+        )
+        bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02)
+        bar.set_label("[m/s]")
+        finish_axes(bar.ax)
+    axes.set_title(SURFACES[which], fontsize="medium")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("t [s]")
+    finish_axes(axes)
+    return axes
+
+
+def _envelope(t: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """At most a few thousand points that keep the least and the largest value of every stretch."""
+    if t.size <= 2 * _DRAWN:
+        return t, values
+    edges = np.linspace(0, t.size, _DRAWN // 2 + 1).astype(int)
+    stretches = [(a, values[a:b]) for a, b in pairwise(edges)]
+    picks = [(a + int(part.argmin()), a + int(part.argmax())) for a, part in stretches]
+    index = np.unique(np.concatenate([np.ravel(picks), [0, t.size - 1]]))
+    return t[index], values[index]

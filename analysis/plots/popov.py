@@ -1,0 +1,169 @@
+"""Popov plot with the Popov line, and the Popov expression against frequency."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from analysis.criteria.result import CriterionResult
+from analysis.plots.curve import FAR, curve, margin_arrow, unit
+from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, note, number, padded
+from lure.block import Block
+from lure.errors import InputError
+from lure.waves import RodBlock
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def plot_popov(
+    block: Block, result: CriterionResult, *, omega: ArrayLike | None = None, ax: Axes | None = None
+) -> Axes:
+    r"""Popov plot: ``omega Im H`` over ``Re H``, with the Popov line through ``-1/kappa`` and slope ``1/theta``.
+
+    ``1/kappa + Re[(1 + i omega theta) H] > 0`` says that the curve lies to the right of the line
+    ``Re H = theta omega Im H - 1/kappa``; the horizontal distance of a point from the line is its value, least at the
+    witness.
+
+    Parameters
+    ----------
+    block : Block
+        The linear part.
+    result : CriterionResult
+        A criterion with a multiplier, for this block.
+    omega : array_like, optional
+        Positive frequencies [rad/s], increasing; by default those of :func:`drawing_frequencies`.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.  A line too far away for the scale of the curve is named, not drawn.
+
+    Raises
+    ------
+    InputError
+        The result has no multiplier: the criterion did not apply.
+    """
+    theta = _multiplier(result)
+    axes = axes_or_new(ax)
+    frequencies, values = curve(block, omega)
+    x, y = values.real, frequencies * values.imag
+    boundary = _boundary(result)
+    reach = float(np.nanmax(x) - min(np.nanmin(x), 0.0))
+    near = -boundary <= FAR * reach
+    low, high = padded(min(float(np.nanmin(x)), boundary if near else 0.0), max(float(np.nanmax(x)), 0.0), 0.12)
+    bottom, top = padded(min(float(np.nanmin(y)), 0.0), max(float(np.nanmax(y)), 0.0), 0.12)
+    axes.plot(x, y, color=BLUE, lw=1.2, label="H(iω), ω > 0")
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    axes.axvline(0.0, color=GREY, lw=0.6)
+    axes.set(xlim=(low, high), ylim=(bottom, top))
+    line_y = np.array([bottom, top])
+    line_x = theta * line_y + boundary
+    if near:
+        axes.plot(line_x, line_y, color=VERMILLION, lw=1.2, label=f"Popov line, θ = {number(theta)} s")
+        axes.fill_betweenx(line_y, np.minimum(low, line_x), line_x, color=VERMILLION, alpha=0.18, lw=0)
+        axes.plot([boundary], [0.0], marker="D", ms=4, color=VERMILLION)
+        axes.annotate("−1/κ", (boundary, 0.0), xytext=(5, 4), textcoords="offset points", color=VERMILLION)
+        _popov_witness(axes, block, result, float(frequencies[0]))
+    else:
+        note(axes, f"Popov line through Re H = {number(boundary)}, far to the left")
+    axes.set_xlabel(f"Re H(iω) [{unit(block)}]")
+    axes.set_ylabel(f"ω Im H(iω) [{unit(block, per_second=True)}]")
+    finish_axes(axes)
+    axes.legend(loc="lower left" if near else "upper right", **LEGEND)
+    return axes
+
+
+def plot_popov_expression(
+    block: Block, result: CriterionResult, *, omega: ArrayLike | None = None, ax: Axes | None = None
+) -> Axes:
+    r"""The Popov expression ``1/kappa + Re[(1 + i omega theta) H(i omega)]`` against frequency, with its margin.
+
+    Triangles at the ends mark the limits ``omega -> 0`` and ``omega -> inf``; for the rod itself, which has no limit at
+    infinity, the bar on the right marks the range in which the expression keeps moving.
+
+    Parameters
+    ----------
+    block : Block
+        The linear part.
+    result : CriterionResult
+        A criterion with a multiplier, for this block.
+    omega : array_like, optional
+        Positive frequencies [rad/s], increasing; by default those of :func:`drawing_frequencies`.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.
+
+    Raises
+    ------
+    InputError
+        The result has no multiplier: the criterion did not apply.
+    """
+    theta = _multiplier(result)
+    axes = axes_or_new(ax)
+    frequencies, values = curve(block, omega)
+    start = -_boundary(result)
+    expression = start + values.real - theta * frequencies * values.imag
+    axes.semilogx(frequencies, expression, color=BLUE, lw=1.2, label=f"θ = {number(theta)} s")
+    axes.plot([frequencies[0]], [expression[0]], marker="<", ms=6, color=BLUE, clip_on=False)
+    ends = _limits_at_infinity(block, start, theta, float(frequencies[-1]))
+    axes.plot([frequencies[-1]] * len(ends), ends, marker=">", ms=6, lw=3, alpha=0.7, color=BLUE, clip_on=False)
+    shown = [*expression[np.isfinite(expression)], *ends]
+    if result.margin is not None and math.isfinite(result.margin.low):
+        margin = result.margin.low
+        axes.axhline(margin, color=GREEN, lw=1.0, ls="--", label=f"margin {number(margin)} {unit(block)}")
+        shown.append(margin)
+        worst = result.worst_frequency
+        if worst is not None:
+            place = min(max(worst, float(frequencies[0])), float(frequencies[-1]))
+            axes.plot([place], [margin], marker="o", ms=5, color=GREEN, clip_on=False)
+    low, high = padded(min(shown), max(shown), 0.1)
+    low = min(low, 0.0) if low <= 0.6 * high else low
+    axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(low, high))
+    if low < 0.0:
+        axes.axhspan(low, 0.0, color=VERMILLION, alpha=0.18, lw=0, label="forbidden")
+    axes.set_xlabel("ω [rad/s]")
+    axes.set_ylabel(f"1/κ + Re[(1 + iωθ)H] [{unit(block)}]")
+    finish_axes(axes)
+    axes.legend(loc="best", **LEGEND)
+    return axes
+
+
+def _multiplier(result: CriterionResult) -> float:
+    if result.theta is None:
+        raise InputError(f"the {result.name} criterion gave no multiplier for the {result.model}: {result.reason}")
+    return result.theta
+
+
+def _boundary(result: CriterionResult) -> float:
+    return 0.0 if math.isinf(result.sector.upper) else -1.0 / float(result.sector.upper)
+
+
+def _popov_witness(axes: Axes, block: Block, result: CriterionResult, lowest: float) -> None:
+    worst, theta = result.worst_frequency, result.theta
+    if worst is None or theta is None or math.isinf(worst):
+        return
+    omega = max(worst, lowest)
+    value = complex(block.transfer(np.array([1j * omega]))[0])
+    height = omega * value.imag
+    place = "least as ω → 0" if worst <= lowest else f"least at {number(worst)} rad/s"
+    axes.plot([value.real], [height], marker="o", ms=5, ls="", color=GREEN, label=place)
+    margin_arrow(axes, (theta * height + _boundary(result), value.real), height)
+
+
+def _limits_at_infinity(block: Block, start: float, theta: float, fastest: float) -> list[float]:
+    if isinstance(block, RodBlock):
+        a, d = abs(block.rod.reflection), block.rod.mobility
+        return [start + theta * d * (1 - a) / (1 + a), start + theta * d * (1 + a) / (1 - a)] if a < 1 else []
+    far = 1e6 * fastest
+    value = complex(block.transfer(np.array([1j * far]))[0])
+    return [start + value.real - theta * far * value.imag]

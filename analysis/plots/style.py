@@ -1,0 +1,83 @@
+"""Colours and small helpers shared by the figures."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Okabe and Ito: told apart under every common colour-vision deficiency, and in grey by their lightness
+BLUE, VERMILLION, GREEN, PURPLE, GREY = "#0072b2", "#d55e00", "#009e73", "#aa4499", "#7f7f7f"
+LEGEND = {"fontsize": "small", "framealpha": 0.85}
+_SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+def axes_or_new(ax: Axes | None) -> Axes:
+    """``ax`` itself, or the axes of a new pyplot figure (shown by a notebook, never by this module)."""
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot
+
+    return pyplot.subplots()[1]
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number for a label, with a power of ten where needed; plain text draws ten times faster than mathtext."""
+    if not math.isfinite(value):
+        return "∞" if value > 0 else "−∞"
+    mantissa, _, exponent = f"{value:.{digits}g}".replace("-", "−").partition("e")
+    return f"{mantissa}×{power_of_ten(int(exponent.replace('−', '-')))}" if exponent else mantissa
+
+
+def power_of_ten(exponent: int) -> str:
+    """``10`` with a raised exponent, as plain text."""
+    return "10" + str(exponent).translate(_SUPERSCRIPTS)
+
+
+def finish_axes(ax: Axes) -> None:
+    """Label the ticks of axes whose limits are settled, with powers of ten as plain text."""
+    from matplotlib.ticker import FuncFormatter, NullLocator
+
+    for axis, limits in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
+        if axis.get_scale() == "log":
+            if limits[1] < 100.0 * limits[0]:
+                continue
+            axis.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
+            axis.set_minor_locator(NullLocator())
+            continue
+        largest = max(map(abs, limits))
+        exponent = math.floor(math.log10(largest)) if largest else 0
+        if -3 < exponent < 4:
+            continue
+        formatter = FuncFormatter(partial(_in_units, 10.0**exponent))
+        formatter.set_offset_string(f"×{power_of_ten(exponent)}")
+        axis.set_major_formatter(formatter)
+
+
+def _in_units(unit: float, value: float, _: object) -> str:
+    return f"{value / unit:.6g}".replace("-", "−")
+
+
+def padded(low: float, high: float, share: float = 0.06) -> tuple[float, float]:
+    """An interval with a margin on both sides; a single point gets a margin of its own size."""
+    room = share * (high - low) or share * abs(high) or 1.0
+    return low - room, high + room
+
+
+def note(ax: Axes, text: str, *, corner: str = "lower left") -> None:
+    """A remark in a corner of the axes."""
+    vertical, horizontal = corner.split()
+    ax.text(
+        {"left": 0.02, "right": 0.98}[horizontal],
+        {"lower": 0.03, "upper": 0.97}[vertical],
+        text,
+        transform=ax.transAxes,
+        ha="left" if horizontal == "left" else "right",
+        va="bottom" if vertical == "lower" else "top",
+        fontsize="small",
+        bbox={"facecolor": ax.get_facecolor(), "alpha": 0.85, "edgecolor": "none", "pad": 1.5},
+        zorder=5,
+    )

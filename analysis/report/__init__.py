@@ -1,0 +1,8 @@
+"""The report: what was found about a system, in order of strength, as an object, as JSON and as a page."""
+
+from analysis.report.build import build_report as build_report
+from analysis.report.document import document as document
+from analysis.report.model import ContradictionError as ContradictionError
+from analysis.report.model import Simulation as Simulation
+from analysis.report.model import StabilityReport as StabilityReport
+from analysis.report.write import write_report as write_report

@@ -1,0 +1,93 @@
+"""From a system to its report: every analysis in turn, and the stop if two of them disagree."""
+
+from __future__ import annotations
+
+import platform
+import shlex
+from collections.abc import Callable
+from importlib.metadata import version
+
+from analysis.conclusion import conclusion
+from analysis.criteria.rod import response_check, rod_criteria
+from analysis.report.model import ContradictionError, Simulation, StabilityReport
+from analysis.simulation import contradictions, simulate
+from analysis.spectrum import rod_spectrum
+from lure import __version__
+from lure.scenario import matching
+from lure.systems import RodSystem
+from lure.upwind import upwind
+
+PACKAGES = ("numpy", "scipy", "control", "python-flint", "sympy", "matplotlib", "jinja2")
+LARGEST_SIMULATED = 1000
+DEFAULT_SIMULATED = 200
+FRAMES = 160
+
+Progress = Callable[[str, float], None]
+
+
+def build_report(system: RodSystem, *, progress: Progress | None = None, command: str | None = None) -> StabilityReport:
+    """Everything the report says about ``system``, computed and cross-checked.
+
+    Parameters
+    ----------
+    system : RodSystem
+        The rod, its scenario and discretisation.
+    progress : callable, optional
+        Called as ``progress(stage, done)`` when a stage begins, with the share ``0 <= done <= 1`` of work behind it.
+    command : str, optional
+        The command that makes the report again; by default ``lure report`` and the name of the system.
+
+    Returns
+    -------
+    StabilityReport
+        The same for the same system, in every run.
+
+    Raises
+    ------
+    ContradictionError
+        The simulation contradicts a verdict.
+    """
+    say = progress or (lambda _stage, _done: None)
+    say("spectrum", 0.0)
+    scheme = upwind(system.rod, system.cells, form=system.form)
+    spectrum = rod_spectrum(scheme)
+    say("frequency criteria", 0.05)
+    criteria = rod_criteria(scheme)
+    say("responses computed twice", 0.15)
+    response = response_check(scheme)
+    say("simulation", 0.35)
+    simulation = _simulation(system)
+    return StabilityReport(
+        system=system,
+        scheme=scheme,
+        spectrum=spectrum,
+        criteria=criteria,
+        conclusion=conclusion(scheme, system.scenario),
+        matching=matching(system.rod, system.scenario),
+        response=response,
+        simulation=simulation,
+        command=command or f"lure report {shlex.quote(system.name)}",
+        versions={"lure": __version__, "python": platform.python_version()}
+        | {name: version(name) for name in PACKAGES},
+    )
+
+
+def _simulation(system: RodSystem) -> Simulation:
+    cells = system.simulation_cells or min(system.cells, DEFAULT_SIMULATED)
+    asked = system.simulation_cells or system.cells
+    if asked > LARGEST_SIMULATED:
+        reason = (
+            f"a simulation of {asked} cells was not attempted (limit: {LARGEST_SIMULATED}); to see a coarser one, set "
+            f"simulation.cells to {DEFAULT_SIMULATED}"
+        )
+        return Simulation(cells=None, trajectory=None, skipped=reason)
+    scheme = upwind(system.rod, cells, form=system.form)
+    trajectory = simulate(scheme, system.scenario, until=system.until, frames=FRAMES)
+    found = contradictions(trajectory)
+    if found:
+        listed = "; ".join(found)
+        raise ContradictionError(
+            f"the simulation of {system.name} contradicts what was shown; one of the two is wrong, and no report is "
+            f"written: {listed}"
+        )
+    return Simulation(cells=cells, trajectory=trajectory, skipped=None)

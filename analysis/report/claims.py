@@ -1,0 +1,144 @@
+"""Every claim of a report as one row, strongest first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from analysis.criteria.result import CriterionResult
+from analysis.evidence import Evidence, Verdict
+from analysis.report.model import StabilityReport
+
+LADDER = (
+    ("certified", "exact or ball arithmetic over the whole claim, or a proof from exact hypotheses"),
+    ("computed", "floating point, compared with a second computation"),
+    ("observed", "one simulated motion; it can contradict a claim, never prove one"),
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Claim:
+    """One row of the table of claims.
+
+    Attributes
+    ----------
+    text : str
+        What is claimed.
+    model : str
+        ``"rod"``, ``"scheme"`` or both: what it is claimed of.
+    answer : str
+        A verdict, or ``"agrees"`` or ``"differs"`` for a comparison, which decides nothing by itself.
+    evidence : Evidence
+        What the answer rests on.
+    criterion : int or None
+        Index of the criterion whose numbers belong in the row; None if it has none.
+    """
+
+    text: str
+    model: str
+    answer: str
+    evidence: Evidence
+    criterion: int | None = None
+
+
+def claims(report: StabilityReport) -> tuple[Claim, ...]:
+    """The claims of a report: by evidence, strongest first, and decided ones before undecided ones.
+
+    Parameters
+    ----------
+    report : StabilityReport
+        The report.
+    """
+    rows = [*_proofs(report), *_criteria(report), _zero(report), *_computed(report), *_observed(report)]
+    return tuple(sorted(rows, key=lambda row: (_rank(row.evidence), row.answer == "INCONCLUSIVE")))
+
+
+def _rank(evidence: Evidence) -> int:
+    return [Evidence.CERTIFIED, Evidence.COMPUTED, Evidence.OBSERVED].index(evidence)
+
+
+def _proofs(report: StabilityReport) -> list[Claim]:
+    found = report.conclusion
+    if not found.proofs:
+        text = "free motions come to rest"
+        return [Claim(text=text, model="rod", answer=str(found.verdict), evidence=Evidence.CERTIFIED)]
+    return [
+        Claim(
+            text=f"every free motion comes to rest, for laws in the sector {proof.sector} ({proof.title})",
+            model=proof.model,
+            answer=str(found.verdict),
+            evidence=proof.evidence,
+        )
+        for proof in found.proofs
+    ]
+
+
+def _criteria(report: StabilityReport) -> list[Claim]:
+    return [
+        Claim(
+            text=f"{_title(result)} for the sector {result.sector} Pa/m",
+            model=result.model,
+            answer=str(result.verdict),
+            evidence=result.evidence,
+            criterion=index,
+        )
+        for index, result in enumerate(report.criteria)
+    ]
+
+
+def _title(result: CriterionResult) -> str:
+    return "Popov inequality" if result.name == "popov" else "circle criterion"
+
+
+def _zero(report: StabilityReport) -> Claim:
+    return Claim(
+        text="the zero eigenvalue is simple",
+        model="rod and scheme",
+        answer=str(Verdict.PROVED if report.spectrum.zero_multiplicity == 1 else Verdict.REFUTED),
+        evidence=Evidence.CERTIFIED,
+    )
+
+
+def _computed(report: StabilityReport) -> list[Claim]:
+    if report.response.difference is None:
+        return []
+    agrees = report.response.difference < 1e-6
+    return [
+        Claim(
+            text="frequency response by python-control and by the closed form, at "
+            f"{report.response.frequencies} frequencies",
+            model="scheme",
+            answer="agrees" if agrees else "differs",
+            evidence=Evidence.COMPUTED,
+        )
+    ]
+
+
+def _observed(report: StabilityReport) -> list[Claim]:
+    run = report.simulation
+    if run.trajectory is None:
+        return []
+    return [
+        Claim(
+            text=f"simulated motion, compared with every claim above, up to t = {float(run.trajectory.t[-1]):.4g} s",
+            model=f"scheme, N = {run.cells}",
+            answer="agrees",
+            evidence=Evidence.OBSERVED,
+        )
+    ]
+
+
+def merged(rows: tuple[Claim, ...]) -> tuple[Claim, ...]:
+    """Claims of the same words and answer about different models as one, its models joined.
+
+    Parameters
+    ----------
+    rows : tuple of Claim
+        From :func:`claims`.
+    """
+    joined: dict[tuple[str, str, Evidence], list[str]] = {}
+    for row in rows:
+        joined.setdefault((row.text, row.answer, row.evidence), []).append(row.model)
+    return tuple(
+        Claim(text=text, model=" and ".join(models), answer=answer, evidence=evidence)
+        for (text, answer, evidence), models in joined.items()
+    )

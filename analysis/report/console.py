@@ -1,0 +1,67 @@
+"""The report in a dozen lines of plain text, for the terminal."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+from analysis.criteria.result import CriterionResult
+
+if TYPE_CHECKING:
+    from analysis.report.model import StabilityReport
+
+_WIDTH = 80
+_HEAD = ("criterion", "model", "verdict", "evidence", "theta [s]", "margin [m/Pa]", "up to [Pa/m]")
+
+
+def summary(report: StabilityReport) -> str:
+    """Verdict, conclusion, criteria, spectrum and simulation, at most 80 columns wide.
+
+    Parameters
+    ----------
+    report : StabilityReport
+        The report.
+    """
+    blocks = [
+        f"{report.verdict}  {report.system.name}",
+        textwrap.fill(report.conclusion.statement, _WIDTH),
+        _table([_HEAD, *(_row(result) for result in report.criteria)]),
+        *(_reason(result) for result in report.criteria if result.theta is None),
+        textwrap.fill(f"Spectrum: {report.spectrum}.", _WIDTH),
+        textwrap.fill(f"Simulation: {_simulated(report)}.", _WIDTH),
+    ]
+    return "\n\n".join(dict.fromkeys(blocks))
+
+
+def _row(result: CriterionResult) -> tuple[str, ...]:
+    brackets = (result.margin, result.largest_sector)
+    numbers = [result.theta, *(bracket.low for bracket in brackets if bracket is not None)]
+    return (
+        f"{result.name} {result.sector}",
+        result.model,
+        str(result.verdict),
+        str(result.evidence),
+        *(f"{value:.4g}" for value in numbers if value is not None),
+    )
+
+
+def _reason(result: CriterionResult) -> str:
+    return textwrap.fill(f"{result.name.capitalize()}: {result.reason}.", _WIDTH)
+
+
+def _table(rows: list[tuple[str, ...]]) -> str:
+    widths = [max(len(row[i]) for row in rows if i < len(row)) for i in range(len(_HEAD))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _simulated(report: StabilityReport) -> str:
+    run = report.simulation.trajectory
+    if run is None:
+        return f"skipped, {report.simulation.skipped}"
+    count = len(run.contacts)
+    touches = f"{count} contact interval{'s' if count != 1 else ''}" if run.contact else "no contact"
+    return (
+        f"{report.simulation.cells} cells up to {float(run.t[-1]):.4g} s, {touches}, largest z "
+        f"{run.max_gap_coordinate:.6g} m, energy identity within {run.energy_residual:.1e}; it agrees with the verdicts"
+    )

@@ -1,0 +1,232 @@
+"""The report as plain data: what goes into ``report.json`` and what the page prints."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from analysis.criteria.result import CriterionResult
+from analysis.evidence import Bracket
+from analysis.report.model import SCHEMA, StabilityReport
+from lure.expressions.tree import decimal
+from lure.rod import PARAMETERS
+from lure.systems import RodSystem
+
+if TYPE_CHECKING:
+    from analysis.simulation import Trajectory
+
+MOST_CONTACTS = 1000
+Json = dict[str, Any]
+
+
+def document(report: StabilityReport) -> Json:
+    """``report.json`` as a dictionary of plain values, described by ``schema.json`` beside this module.
+
+    Infinite numbers are the strings ``"inf"`` and ``"-inf"``, what is missing is None; there is no NaN.
+
+    Parameters
+    ----------
+    report : StabilityReport
+        The report.
+    """
+    system = _system(report)
+    return {
+        "schema": SCHEMA,
+        "system": system,
+        "spectrum": _spectrum(report),
+        "criteria": [_criterion(result) for result in report.criteria],
+        "conclusion": _conclusion(report),
+        "response_check": {
+            "frequencies": report.response.frequencies,
+            "lowest": number(report.response.lowest),
+            "highest": number(report.response.highest),
+            "difference": number(report.response.difference),
+            "skipped": report.response.skipped,
+        },
+        "simulation": _simulation(report),
+        "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(system)},
+        "versions": dict(report.versions),
+    }
+
+
+def to_json(data: Json) -> str:
+    """``data`` as text; a NaN or an infinity in it is an error, not a token.
+
+    Parameters
+    ----------
+    data : dict
+        From :func:`document`.
+    """
+    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def number(value: float | None) -> float | str | None:
+    """A number for JSON: ``"inf"`` and ``"-inf"`` as strings, None for a missing one and for NaN.
+
+    Parameters
+    ----------
+    value : float or None
+        The number.
+    """
+    if value is None or math.isnan(value):
+        return None
+    if math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return float(value)
+
+
+def exact_text(value: Fraction) -> str:
+    """An exact rational as text: a decimal where one is exact, else ``p/q``.
+
+    Parameters
+    ----------
+    value : Fraction
+        The number.
+    """
+    return decimal(value) or str(value)
+
+
+def inputs_sha256(system: Json) -> str:
+    """Fingerprint of everything that was put in: parameters to the last digit, loads, initial data, discretisation.
+
+    Parameters
+    ----------
+    system : dict
+        The ``system`` part of the document.
+    """
+    inputs = {
+        key: system[key]
+        for key in ("kind", "parameters_exact", "scenario", "cells", "form", "until", "simulation_cells")
+    }
+    return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def _system(report: StabilityReport) -> Json:
+    system: RodSystem = report.system
+    rod = system.rod
+    return {
+        "name": system.name,
+        "title": system.title,
+        "kind": "rod",
+        "source": system.source,
+        "parameters": {name: getattr(rod, name) for name in PARAMETERS},
+        "parameters_exact": {name: exact_text(rod.exact[name]) for name in PARAMETERS},
+        "derived": {
+            "wave_speed": rod.wave_speed,
+            "impedance": rod.impedance,
+            "travel_time": rod.travel_time,
+            "a": rod.reflection,
+            "b": rod.input_gain,
+            "d": rod.mobility,
+        },
+        "cells": system.cells,
+        "form": system.form,
+        "until": system.until,
+        "simulation_cells": system.simulation_cells,
+        "scenario": {
+            "g": str(system.scenario.force),
+            "f": str(system.scenario.body_force),
+            "u0": str(system.scenario.displacement),
+            "u1": str(system.scenario.velocity),
+        },
+        "matching": {"matched": report.matching.matched, "sentence": str(report.matching)},
+    }
+
+
+def _spectrum(report: StabilityReport) -> Json:
+    found = report.spectrum
+    return {
+        "zero_multiplicity": found.zero_multiplicity,
+        "residue_at_zero": number(found.residue_at_zero),
+        "slowest_decay_rate": {"scheme": number(found.decay_scheme), "rod": number(found.decay_rod)},
+        "first_elastic_mode": {"scheme": _pair(found.elastic_scheme), "rod": _pair(found.elastic_rod)},
+        "jordan_size": found.jordan_size,
+        "modes": [
+            {
+                "number": mode.number,
+                "scheme": _pair(mode.scheme),
+                "rod": _pair(mode.rod),
+                "numerical_share": number(mode.numerical_share),
+            }
+            for mode in found.modes
+        ],
+    }
+
+
+def _criterion(result: CriterionResult) -> Json:
+    return {
+        "name": result.name,
+        "model": result.model,
+        "sector": [number(float(result.sector.lower)), number(float(result.sector.upper))],
+        "verdict": str(result.verdict),
+        "evidence": str(result.evidence),
+        "theta": number(result.theta),
+        # the end that is safe to quote: a multiplier that works, a margin that is there
+        "smallest_theta": number(result.smallest_theta.high) if result.smallest_theta else None,
+        "smallest_theta_bracket": _bracket(result.smallest_theta),
+        "margin": number(result.margin.low) if result.margin else None,
+        "margin_bracket": _bracket(result.margin),
+        "worst_frequency": number(result.worst_frequency),
+        "largest_sector": _bracket(result.largest_sector),
+        "reason": result.reason,
+        "hypotheses": list(result.hypotheses),
+        "witness": result.witness,
+    }
+
+
+def _conclusion(report: StabilityReport) -> Json:
+    found = report.conclusion
+    return {
+        "verdict": str(found.verdict),
+        "statement": found.statement,
+        "stationary_set": found.stationary_set,
+        "resting_place": found.resting_place,
+        "assumptions": list(found.assumptions),
+        "not_shown": list(found.not_shown),
+        "proofs": [
+            {
+                "title": proof.title,
+                "model": proof.model,
+                "sector": proof.sector,
+                "evidence": str(proof.evidence),
+                "argument": proof.argument,
+            }
+            for proof in found.proofs
+        ],
+    }
+
+
+def _simulation(report: StabilityReport) -> Json:
+    run: Trajectory | None = report.simulation.trajectory
+    contacts = () if run is None else run.contacts
+    return {
+        "cells": report.simulation.cells,
+        "t_end": None if run is None else number(float(run.t[-1])),
+        "max_gap_coordinate": None if run is None else number(run.max_gap_coordinate),
+        "contact": None if run is None else bool(run.contact),
+        "contact_count": None if run is None else len(contacts),
+        "contacts": [
+            {
+                "start": number(contact.start),
+                "end": number(contact.end),
+                "peak_penetration": number(contact.peak_penetration),
+                "impulse": number(contact.impulse),
+            }
+            for contact in contacts[:MOST_CONTACTS]
+        ],
+        "rest_position": None if run is None else number(run.rest_position),
+        "energy_residual": None if run is None else number(run.energy_residual),
+        "agrees": None if run is None else True,  # a contradiction stops the report before this point
+        "skipped": report.simulation.skipped,
+    }
+
+
+def _pair(value: complex | None) -> list[float | str | None] | None:
+    return None if value is None else [number(value.real), number(value.imag)]
+
+
+def _bracket(bracket: Bracket | None) -> list[float | str | None] | None:
+    return None if bracket is None else [number(bracket.low), number(bracket.high)]

@@ -1,0 +1,190 @@
+"""The figures of a report: which, in what order, and what each one says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal
+
+from analysis.criteria.result import CriterionResult, Model
+from analysis.plots import (
+    Draw,
+    Picture,
+    drawing_frequencies,
+    plot_damping,
+    plot_decay,
+    plot_end_motion,
+    plot_nyquist,
+    plot_popov,
+    plot_popov_expression,
+    plot_rest,
+    plot_spectrum,
+    plot_surface,
+    render,
+)
+from analysis.report.model import StabilityReport
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+Section = Literal["spectrum", "frequency", "simulation"]
+
+_NYQUIST = "For the circle criterion the curve has to stay out of the shaded half-plane."
+_POPOV = (
+    "The curve has to stay to the right of the Popov line, which has slope 1/θ; the horizontal distance is the value "
+    "of the Popov expression."
+)
+_EXPRESSION = (
+    "The margin is the least value over all frequencies, marked where it is attained. Triangles mark the limits at "
+    "both ends{}."
+)
+_ENDS = "Dashpot at the left edge, obstacle at the right."
+_RESONANCES = "The elastic resonances, from half the first frequency up; mind the scale of the axes.{}"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class FigureSpec:
+    """One figure before it is drawn.
+
+    Attributes
+    ----------
+    name : str
+        File name without its ending.
+    section : {"spectrum", "frequency", "simulation"}
+        Where it stands in the report.
+    title : str
+        A few words above it.
+    caption : str
+        What to look at.
+    draw : callable
+        Draws on the axes it is given.
+    """
+
+    name: str
+    section: Section
+    title: str
+    caption: str
+    draw: Draw
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Figure:
+    """One figure, drawn."""
+
+    spec: FigureSpec
+    picture: Picture
+
+
+def figures(report: StabilityReport) -> tuple[Figure, ...]:
+    """Draw every figure of a report.
+
+    Parameters
+    ----------
+    report : StabilityReport
+        The report.
+    """
+    specs = (*_spectrum(report), *_frequency(report), *_simulation(report))
+    return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs)
+
+
+def _spectrum(report: StabilityReport) -> list[FigureSpec]:
+    return [
+        FigureSpec(
+            name="spectrum",
+            section="spectrum",
+            title="Eigenvalues of the scheme, poles of the rod",
+            caption="The further left a mode of the scheme lies of the rod's, the more of its damping is numerical.",
+            draw=partial(plot_spectrum, report.scheme),
+        ),
+        FigureSpec(
+            name="damping",
+            section="spectrum",
+            title="Damping, mode by mode",
+            caption="The grey bar is damping of the scheme that the rod does not have (logarithmic).",
+            draw=partial(plot_damping, report.scheme),
+        ),
+    ]
+
+
+def _frequency(report: StabilityReport) -> list[FigureSpec]:
+    """Scheme and rod side by side: Popov plots, Popov expressions, Nyquist plots, resonances."""
+    found = {(result.name, result.model): result for result in report.criteria}
+    blocks: tuple[tuple[Model, UpwindScheme | RodBlock], ...] = (
+        ("scheme", report.scheme),
+        ("rod", RodBlock(report.scheme.rod)),
+    )
+    rows: list[list[FigureSpec | None]] = [
+        [_popov(model, block, found["popov", model]) for model, block in blocks],
+        [_expression(model, block, found["popov", model]) for model, block in blocks],
+        [_nyquist(model, block, found["circle", model]) for model, block in blocks],
+        [_resonances(model, block, found["circle", model]) for model, block in blocks],
+    ]
+    return [spec for row in rows for spec in row if spec is not None]
+
+
+def _popov(model: Model, block: UpwindScheme | RodBlock, result: CriterionResult) -> FigureSpec | None:
+    if result.theta is None:
+        return None
+    draw = partial(plot_popov, block, result)
+    title = f"Popov plot, {model}"
+    return FigureSpec(name=f"popov-{model}", section="frequency", title=title, caption=_POPOV, draw=draw)
+
+
+def _expression(model: Model, block: UpwindScheme | RodBlock, result: CriterionResult) -> FigureSpec | None:
+    if result.theta is None:
+        return None
+    return FigureSpec(
+        name=f"popov-expression-{model}",
+        section="frequency",
+        title=f"Popov expression against frequency, {model}",
+        caption=_EXPRESSION.format(", upper and lower at infinity" if model == "rod" else ""),
+        draw=partial(plot_popov_expression, block, result),
+    )
+
+
+def _nyquist(model: Model, block: UpwindScheme | RodBlock, result: CriterionResult) -> FigureSpec:
+    draw = partial(plot_nyquist, block, result.sector, worst=result.worst_frequency)
+    title = f"Nyquist plot, {model}"
+    return FigureSpec(name=f"nyquist-{model}", section="frequency", title=title, caption=_NYQUIST, draw=draw)
+
+
+def _resonances(model: Model, block: UpwindScheme | RodBlock, result: CriterionResult) -> FigureSpec | None:
+    if block.rod.reflection == 0.0:
+        return None
+    omega = drawing_frequencies(block)
+    omega = omega[omega > 0.5 * math.pi / block.rod.travel_time]
+    return FigureSpec(
+        name=f"nyquist-{model}-resonances",
+        section="frequency",
+        title=f"Nyquist plot near the origin, {model}",
+        caption=_RESONANCES.format(" The rod has infinitely many; 24 are drawn." if model == "rod" else ""),
+        draw=partial(plot_nyquist, block, result.sector, omega=omega),
+    )
+
+
+def _simulation(report: StabilityReport) -> list[FigureSpec]:
+    run = report.simulation.trajectory
+    if run is None:
+        return []
+    drawn: tuple[tuple[str, str, str, Draw], ...] = (
+        ("end-motion", "Motion of the contacting end", "Shaded: contact.", partial(plot_end_motion, run)),
+        (
+            "resting-place",
+            "Where the rod comes to rest",
+            "ζ is where the end would rest if the rod did not touch again; without load it never increases.",
+            partial(plot_rest, run),
+        ),
+        (
+            "decay",
+            "Energy and Popov–Lyapunov function",
+            "Without load both fall along every motion of the scheme.",
+            partial(plot_decay, run),
+        ),
+        ("surface-r1", "Forward wave in space and time", _ENDS, partial(plot_surface, run, "r1")),
+        ("surface-r2", "Backward wave in space and time", _ENDS, partial(plot_surface, run, "r2")),
+        ("surface-v", "Velocity in space and time", _ENDS, partial(plot_surface, run, "v")),
+    )
+    return [
+        FigureSpec(name=name, section="simulation", title=title, caption=caption, draw=draw)
+        for name, title, caption, draw in drawn
+    ]

@@ -1,0 +1,96 @@
+"""The report as an object: everything that was found about one system."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from analysis.conclusion import Conclusion
+from analysis.criteria.result import CriterionResult
+from analysis.criteria.rod import ResponseCheck
+from analysis.evidence import Verdict
+from analysis.report.console import summary
+from analysis.spectrum import RodSpectrum
+from lure.scenario import Matching
+from lure.systems import RodSystem
+from lure.upwind import UpwindScheme
+
+if TYPE_CHECKING:
+    from analysis.simulation import Trajectory
+
+SCHEMA = "lure-report/1"
+
+
+class ContradictionError(RuntimeError):
+    """A simulation contradicts a verdict: one of the two is wrong, and no report is written."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Simulation:
+    """The time-domain confirmation, or why there is none.
+
+    Attributes
+    ----------
+    cells : int or None
+        Cells simulated; None if skipped.
+    trajectory : Trajectory or None
+        The simulated motion; None if skipped.
+    skipped : str or None
+        Why nothing was simulated, and what to do about it.
+    """
+
+    cells: int | None
+    trajectory: Trajectory | None
+    skipped: str | None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class StabilityReport:
+    """What was found about a system; :func:`analysis.report.write_report` turns it into files.
+
+    Attributes
+    ----------
+    system : RodSystem
+        What was asked about.
+    scheme : UpwindScheme
+        The block that was analysed.
+    spectrum : RodSpectrum
+        Spectrum, scheme against rod.
+    criteria : tuple of CriterionResult
+        Frequency criteria, for the scheme and for the rod.
+    conclusion : Conclusion
+        What follows for the motion, in words.
+    matching : Matching
+        Whether initial and boundary data fit together.
+    response : ResponseCheck
+        The two computations of the frequency response compared.
+    simulation : Simulation
+        The time-domain confirmation.
+    command : str
+        The command that makes this report again.
+    versions : Mapping[str, str]
+        Versions of lure, Python and the packages the numbers come from.
+    """
+
+    system: RodSystem
+    scheme: UpwindScheme
+    spectrum: RodSpectrum
+    criteria: tuple[CriterionResult, ...]
+    conclusion: Conclusion
+    matching: Matching
+    response: ResponseCheck
+    simulation: Simulation
+    command: str
+    versions: Mapping[str, str]
+
+    @property
+    def verdict(self) -> Verdict:
+        """Verdict of the conclusion, which decides the exit status of the command."""
+        return self.conclusion.verdict
+
+    def __bool__(self) -> bool:
+        raise TypeError("a report has three answers; compare report.verdict")
+
+    def __str__(self) -> str:
+        return summary(self)

@@ -1,0 +1,42 @@
+"""The files of a report."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from analysis.report.claims import claims
+from analysis.report.document import document, to_json
+from analysis.report.figures import figures
+from analysis.report.html import page
+from analysis.report.model import StabilityReport
+
+
+def write_report(report: StabilityReport, directory: str | os.PathLike[str]) -> Path:
+    """Write ``report.html``, ``report.json`` and ``figures/`` into a directory, made if it is missing.
+
+    Everything is computed and drawn before the first file is written.  For a directory that changes in one step, and
+    never loses what is not a report, write into that of :func:`analysis.output.replaced`, as the command does.
+
+    Parameters
+    ----------
+    report : StabilityReport
+        The report.
+    directory : path
+        Where to write; files of the same names are overwritten.
+
+    Returns
+    -------
+    Path
+        The page, ``report.html``.
+    """
+    data, drawn = document(report), figures(report)
+    texts = {"report.json": to_json(data), "report.html": page(data, claims(report), drawn)}
+    target = Path(directory)
+    (target / "figures").mkdir(parents=True, exist_ok=True)
+    for figure in drawn:
+        (target / "figures" / f"{figure.spec.name}.svg").write_text(figure.picture.svg, encoding="utf-8")
+        (target / "figures" / f"{figure.spec.name}.png").write_bytes(figure.picture.png)
+    for name, text in texts.items():
+        (target / name).write_text(text, encoding="utf-8")
+    return target / "report.html"
