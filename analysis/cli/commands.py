@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shlex
+import sys
+import textwrap
 from pathlib import Path
 from typing import Annotated
 
@@ -31,10 +33,10 @@ def root(
 ) -> None:
     """Without a command: the version or the help."""
     if version:
-        typer.echo(f"lure {__version__}")
+        print(f"lure {__version__}")
         raise typer.Exit
     if context.invoked_subcommand is None:
-        typer.echo(context.get_help())
+        print(context.get_help())
 
 
 @app.command(help=texts.REPORT)
@@ -83,7 +85,7 @@ def init(
     from lure.system_file import template
 
     write_new(path, template(), force=force)
-    typer.echo(f"{path} is written; edit it, then run: {shlex.join(['lure', 'report', str(path)])}")
+    print(f"{path} is written; edit it, then run: {shlex.join(['lure', 'report', str(path)])}")
 
 
 @app.command(help=texts.SYSTEMS)
@@ -102,14 +104,14 @@ def systems(
         if toml:
             raise InputError("--toml needs the name of a system; give one such as: lure systems paper-rod --toml")
         for system in builtin_systems().values():
-            typer.echo(f"{system.name:<20} {system.title}")
+            print(textwrap.fill(f"{system.name:<20} {system.title}", 80, subsequent_indent=" " * 21))
         return
     chosen = builtin_system(name)
     if toml:
-        typer.echo(system_to_toml(chosen), nl=False)
+        print(system_to_toml(chosen), end="")
         return
-    typer.echo(f"{chosen.name}: {chosen.title}\nSource: {chosen.source}\nReport: lure report {chosen.name}")
-    typer.echo(f"As a file to edit: lure systems {chosen.name} --toml > rod.toml")
+    print(f"{chosen.name}: {chosen.title}\nSource: {chosen.source}\nReport: lure report {chosen.name}")
+    print(f"As a file to edit: lure systems {chosen.name} --toml > rod.toml")
 
 
 @app.command(help=texts.REPRODUCE)
@@ -145,14 +147,14 @@ def doctor() -> int:
     from analysis.cli.doctor import findings
 
     lines, healthy = findings()
-    typer.echo("\n".join(lines))
+    print("\n".join(lines))
     return 0 if healthy else 2
 
 
 def _deliver(results: str, message: str, *, as_json: bool, quiet: bool) -> None:
     """Results to stdout; the message after them, or to stderr where stdout is for JSON only."""
-    typer.echo(results.rstrip("\n"))
+    print(results.rstrip("\n"))
     if as_json and not quiet:
-        typer.echo(message, err=True)
+        print(message, file=sys.stderr)
     elif not as_json:
-        typer.echo(f"\n{message}")
+        print(f"\n{message}")
