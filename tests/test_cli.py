@@ -51,13 +51,14 @@ def write_report(report, directory):
     (directory / "report.json").write_text(json.dumps(content, indent=1) + "\\n")
 
 class Table:
-    def to_dict(self):
-        return {"claims": ["N = 10 and N = 200 agree"]}
     def __str__(self):
         return "1 claim"
 
-def reproduce_paper(directory):
-    (directory / "figure-8.svg").write_text("<svg/>")
+def reproduce_paper(directory, *, progress=None):
+    if progress:
+        progress("figure 8", 0.5)
+    (directory / "paper.html").write_text("")
+    (directory / "paper.json").write_text(json.dumps({"schema": "lure-paper/1"}, indent=1) + "\\n")
     return Table()
 """
 RUN = "import sys, types; from analysis.cli import main\n{stub}\n{patch}\nsys.exit(main())"
@@ -248,6 +249,7 @@ def test_a_verdict_is_not_mistaken_for_a_number():
 
 
 SLOW = """
+import time
 def slow(report, directory):
     write_report(report, directory)
     print("written", file=sys.stderr, flush=True)
@@ -317,6 +319,7 @@ def watched(*arguments, patch="", **environment):
 
 
 PAUSE = """
+import time
 def paused(system, *, progress=None, command=None):
     progress("a stage [red]", 0.25)
     time.sleep(0.4)
@@ -375,11 +378,11 @@ def test_systems_lists_describes_and_writes_the_built_ins(lure):
 @pytest.mark.usefixtures("stub")
 def test_the_paper_is_reproduced_into_a_directory_that_can_be_replaced(here, lure):
     for _ in range(2):
-        assert lure("reproduce", "paper") == (0, "1 claim\n\nThe figures are in lure-paper\n", "")
-        assert names(here) == ["lure-paper", "lure-paper/figure-8.svg", "lure-paper/paper.json"]
+        assert lure("reproduce", "paper") == (0, "1 claim\n\nThe page is lure-paper/paper.html\n", "")
+        assert names(here) == ["lure-paper", "lure-paper/paper.html", "lure-paper/paper.json"]
     status, out, err = lure("reproduce", "--json", "-o", "p")
-    assert (status, err) == (0, "The figures are in p\n")
-    assert json.loads(out) == {"schema": "lure-paper/1", "claims": ["N = 10 and N = 200 agree"]}
+    assert (status, err) == (0, "The page is p/paper.html\n")
+    assert json.loads(out) == {"schema": "lure-paper/1"}
     assert (here / "p" / "paper.json").read_text() == out
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 import sys
 import textwrap
@@ -131,14 +130,10 @@ def reproduce(
     from analysis.cli.progress import progress
     from analysis.reproduce import reproduce_paper
 
-    with progress(quiet=quiet) as tell:
-        if tell:
-            tell("figures 3 to 10 of the paper")
-        with replaced(output) as directory:
-            table = reproduce_paper(directory)
-            text = json.dumps({"schema": "lure-paper/1"} | table.to_dict(), indent=2, allow_nan=False)
-            (directory / "paper.json").write_text(text + "\n", encoding="utf-8")
-    _deliver(text if as_json else str(table), f"The figures are in {output}", as_json=as_json, quiet=quiet)
+    with progress(quiet=quiet) as tell, replaced(output) as directory:
+        table = reproduce_paper(directory, progress=tell)
+        text = (directory / "paper.json").read_text(encoding="utf-8")
+    _deliver(text if as_json else str(table), f"The page is {output / 'paper.html'}", as_json=as_json, quiet=quiet)
 
 
 @app.command(help=texts.DOCTOR)

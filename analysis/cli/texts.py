@@ -69,6 +69,6 @@ Examples:
 
 \b
 For each claim: what the printed equations give, what the corrected ones give,
-and what the rod itself does.  The figures go into the directory, which is
-replaced as a whole.
+and what the rod itself does.  The directory gets paper.html, paper.json and
+the figures; it is replaced as a whole.
 """
