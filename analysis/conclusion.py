@@ -73,7 +73,8 @@ class Conclusion:
 
 
 _HALF_LINE = (
-    "the half-line {rod undeformed and at rest, z <= 0}: every position with its end at the obstacle or short of it; not "
+    "the half-line {rod undeformed and at rest, z <= 0}: every position with its end at the obstacle or short of "
+    "it; not "
     "a single point"
 )
 _ENERGY = Proof(
@@ -82,7 +83,8 @@ _ENERGY = Proof(
     sector="[0, inf)",
     evidence=Evidence.CERTIFIED,
     argument=(
-        "The energy falls at the rate k v(t,0)^2, so the wave that reaches the dashpot is square integrable over all time; "
+        "The energy falls at the rate k v(t,0)^2, so the wave that reaches the dashpot is square integrable over "
+        "all time; "
         "through the reflection |a| < 1 so are the waves at the contact, the contact stress and z'. The energy of the "
         "waves, an integral over the last transit, tends to zero. Integrated, the boundary relations give "
         "z = constant - (A/k) int p + o(1), so z converges, and its limit is a zero of the law."
@@ -94,8 +96,10 @@ _DISCRETE_ENERGY = Proof(
     sector="[0, inf)",
     evidence=Evidence.CERTIFIED,
     argument=(
-        "(h/2c) sum y_i^2 + 2 d P(z) falls at half the sum of the squared jumps between neighbours plus (1 - a^2)/2 times "
-        "the square of the wave at the dashpot, a positive definite form in the waves and the contact stress; the three steps "
+        "(h/2c) sum y_i^2 + 2 d P(z) falls at half the sum of the squared jumps between neighbours plus (1 - a^2)/2 "
+        "times "
+        "the square of the wave at the dashpot, a positive definite form in the waves and the contact stress; the "
+        "three steps "
         "of the energy argument then carry over, for every number of cells."
     ),
 )
@@ -112,7 +116,8 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
     set_of_rest, resting = (
         _HALF_LINE,
         (
-            "zeta = z + (position the waves would still move the end to) never increases, falls by (A/k) times the impulse of "
+            "zeta = z + (position the waves would still move the end to) never increases, falls by (A/k) times the "
+            "impulse of "
             "the contact stress, and ends as the resting place; a motion that never touches rests at zeta(0)"
         ),
     )
@@ -120,7 +125,8 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
         return Conclusion(
             verdict=Verdict.INCONCLUSIVE,
             statement=(
-                "With k = 0 nothing dissipates and the zero eigenvalue is double: the theorems used here do not apply. Waves "
+                "With k = 0 nothing dissipates and the zero eigenvalue is double: the theorems used here do not "
+                "apply. Waves "
                 "persist in the rod, and a rod that leaves the obstacle at constant speed never comes back. Give k > 0."
             ),
             stationary_set=set_of_rest,
@@ -144,7 +150,8 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
         verdict=Verdict.PROVED,
         statement=(
             "Without load, every motion of finite energy comes to rest at some z <= 0, in the rod and in its "
-            f"{scheme.cells}-cell scheme, for the compliance law of this rod and for every other stiffness of it. Which z depends "
+            f"{scheme.cells}-cell scheme, for the compliance law of this rod and for every other stiffness of it. "
+            f"Which z depends "
             "on the start: the motion converges to a half-line of equilibria, to one of its points."
             + _about_load(scenario)
         ),
@@ -176,13 +183,14 @@ def _assumptions(scheme: UpwindScheme) -> tuple[str, ...]:
 
 def _not_shown(scenario: Scenario) -> tuple[str, ...]:
     rows = [
-        "no equilibrium attracts all motions, so none of them is asymptotically stable on its own",
+        "no single equilibrium attracts all motions: where a motion ends depends on its start",
         "no rate: how fast a motion with contact comes to rest is not bounded by the theorem",
         "what the scheme shows at a given number of cells is about the scheme; its damping is mostly numerical",
     ]
     if not scenario.free:
         rows.insert(
             0,
-            "nothing about the forced motion: free flight contracts nothing, and a steady pull moves the rod away for good",
+            "nothing about the forced motion: free flight contracts nothing, and a steady pull moves the rod away "
+            "for good",
         )
     return tuple(rows)

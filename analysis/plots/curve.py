@@ -38,7 +38,7 @@ def unit(block: Block, *, per_second: bool = False) -> str:
 
 
 def margin_arrow(axes: Axes, ends: tuple[float, float], height: float) -> None:
-    """A double arrow between two abscissae, unless they are too close to see it."""
+    """A double arrow from the boundary to the curve, unless they are too close to see it."""
     low, high = axes.get_xlim()
     if abs(ends[1] - ends[0]) < 0.03 * (high - low):
         return
@@ -49,4 +49,5 @@ def margin_arrow(axes: Axes, ends: tuple[float, float], height: float) -> None:
         arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.0, "shrinkA": 0, "shrinkB": 0},
     )
     middle = (0.5 * (ends[0] + ends[1]), height)
-    axes.annotate("margin", middle, xytext=(0, 3), textcoords="offset points", ha="center", color=GREEN)
+    label = "margin" if ends[1] > ends[0] else "short by"
+    axes.annotate(label, middle, xytext=(0, 3), textcoords="offset points", ha="center", color=GREEN)

@@ -29,6 +29,8 @@ class EndCurve:
         A colour of :mod:`analysis.plots.style`.
     dashes : str
         Line style.
+    width : float
+        Line width [pt].
     """
 
     label: str
@@ -36,6 +38,7 @@ class EndCurve:
     u: NDArray[np.float64]
     colour: str
     dashes: str = "-"
+    width: float = 1.2
 
 
 def plot_end_curves(
@@ -68,7 +71,7 @@ def plot_end_curves(
     """
     axes = axes_or_new(ax)
     for curve in curves:
-        axes.plot(curve.t, curve.u, color=curve.colour, ls=curve.dashes, lw=1.2, label=curve.label)
+        axes.plot(curve.t, curve.u, color=curve.colour, ls=curve.dashes, lw=curve.width, label=curve.label)
     for i, (start, end) in enumerate(contacts):
         axes.axvspan(start, end, color=VERMILLION, alpha=0.12, lw=0, label="contact" if i == 0 else None)
     if obstacle is not None:
@@ -78,8 +81,10 @@ def plot_end_curves(
     axes.set_xlim(min(float(curve.t[0]) for curve in curves), max(float(curve.t[-1]) for curve in curves))
     axes.set_xlabel("t [s]")
     axes.set_ylabel("u(t, L) [m]")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.3 * (high - low))  # room for the legend above the curves
     finish_axes(axes)
-    axes.legend(loc="best", **LEGEND)
+    axes.legend(loc="upper center", ncols=2, **LEGEND)
     return axes
 
 
@@ -136,8 +141,8 @@ def plot_waves(
     axes = axes_or_new(ax)
     largest = float(np.abs(values).max()) or 1.0
     mesh = axes.pcolormesh(x, t, values, cmap="RdBu_r", vmin=-largest, vmax=largest, shading="nearest", rasterized=True)
-    axes.get_figure(root=True).colorbar(mesh, ax=axes, pad=0.02).set_label("[m/s]")
-    axes.set_title(title, fontsize="medium")
+    axes.get_figure(root=True).colorbar(mesh, ax=axes, pad=0.02)
+    axes.set_title(f"{title} [m/s]", fontsize="medium")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("t [s]")
     finish_axes(axes)

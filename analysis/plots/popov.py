@@ -58,7 +58,7 @@ def plot_popov(
     near = -boundary <= FAR * reach
     low, high = padded(min(float(np.nanmin(x)), boundary if near else 0.0), max(float(np.nanmax(x)), 0.0), 0.12)
     bottom, top = padded(min(float(np.nanmin(y)), 0.0), max(float(np.nanmax(y)), 0.0), 0.12)
-    axes.plot(x, y, color=BLUE, lw=1.2, label="H(iω), ω > 0")
+    axes.plot(x, y, color=BLUE, lw=1.2, marker=".", markevery=[0, -1], label="H(iω), ω > 0")
     axes.axhline(0.0, color=GREY, lw=0.6)
     axes.axvline(0.0, color=GREY, lw=0.6)
     axes.set(xlim=(low, high), ylim=(bottom, top))

@@ -39,7 +39,7 @@ def power_of_ten(exponent: int) -> str:
 
 def finish_axes(ax: Axes) -> None:
     """Label the ticks of axes whose limits are settled, with powers of ten as plain text."""
-    from matplotlib.ticker import FuncFormatter, NullLocator
+    from matplotlib.ticker import AutoLocator, FuncFormatter, MaxNLocator, NullLocator
 
     for axis, limits in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
         if axis.get_scale() == "log":
@@ -48,6 +48,8 @@ def finish_axes(ax: Axes) -> None:
             axis.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
             axis.set_minor_locator(NullLocator())
             continue
+        if isinstance(axis.get_major_locator(), AutoLocator):
+            axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
         largest = max(map(abs, limits))
         exponent = math.floor(math.log10(largest)) if largest else 0
         if -3 < exponent < 4:

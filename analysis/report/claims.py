@@ -73,27 +73,30 @@ def _proofs(report: StabilityReport) -> list[Claim]:
 
 
 def _criteria(report: StabilityReport) -> list[Claim]:
-    return [
+    rows = [
         Claim(
-            text=f"{_title(result)} for the sector {result.sector} Pa/m",
+            text=f"{_title(result)} the sector {result.sector} Pa/m",
             model=result.model,
             answer=str(result.verdict),
             evidence=result.evidence,
-            criterion=index,
+            criterion=None if result.verdict is Verdict.REFUTED else index,
         )
         for index, result in enumerate(report.criteria)
     ]
+    return list(dict.fromkeys(rows))
 
 
 def _title(result: CriterionResult) -> str:
-    return "Popov inequality" if result.name == "popov" else "circle criterion"
+    if result.verdict is Verdict.REFUTED:  # by a member of the class, whatever the criterion
+        return "absolute stability for laws in"
+    return "Popov inequality for" if result.name == "popov" else "circle criterion for"
 
 
 def _zero(report: StabilityReport) -> Claim:
     return Claim(
-        text="the zero eigenvalue is simple",
+        text=f"the zero eigenvalue is {'simple' if report.spectrum.zero_multiplicity == 1 else 'double'}",
         model="rod and scheme",
-        answer=str(Verdict.PROVED if report.spectrum.zero_multiplicity == 1 else Verdict.REFUTED),
+        answer=str(Verdict.PROVED),
         evidence=Evidence.CERTIFIED,
     )
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from analysis.report.model import StabilityReport
 
 _WIDTH = 80
-_HEAD = ("criterion", "model", "verdict", "evidence", "theta [s]", "margin [m/Pa]", "up to [Pa/m]")
+_HEAD = ("criterion", "model", "verdict", "evidence", "theta", "margin", "reach")
 
 
 def summary(report: StabilityReport) -> str:
@@ -22,31 +22,31 @@ def summary(report: StabilityReport) -> str:
     report : StabilityReport
         The report.
     """
+    reasons = dict.fromkeys(
+        f"In the {result.model}, {result.reason}" for result in report.criteria if result.theta is None
+    )
     blocks = [
         f"{report.verdict}  {report.system.name}",
         textwrap.fill(report.conclusion.statement, _WIDTH),
-        _table([_HEAD, *(_row(result) for result in report.criteria)]),
-        *(_reason(result) for result in report.criteria if result.theta is None),
+        f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, reach in Pa/m\n"
+        + _table([_HEAD, *(_row(result) for result in report.criteria)]),
+        *(textwrap.fill(f"{reason}.", _WIDTH) for reason in reasons),
         textwrap.fill(f"Spectrum: {report.spectrum}.", _WIDTH),
         textwrap.fill(f"Simulation: {_simulated(report)}.", _WIDTH),
     ]
-    return "\n\n".join(dict.fromkeys(blocks))
+    return "\n\n".join(blocks)
 
 
 def _row(result: CriterionResult) -> tuple[str, ...]:
     brackets = (result.margin, result.largest_sector)
     numbers = [result.theta, *(bracket.low for bracket in brackets if bracket is not None)]
     return (
-        f"{result.name} {result.sector}",
+        result.name,
         result.model,
         str(result.verdict),
         str(result.evidence),
         *(f"{value:.4g}" for value in numbers if value is not None),
     )
-
-
-def _reason(result: CriterionResult) -> str:
-    return textwrap.fill(f"{result.name.capitalize()}: {result.reason}.", _WIDTH)
 
 
 def _table(rows: list[tuple[str, ...]]) -> str:

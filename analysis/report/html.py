@@ -73,7 +73,7 @@ _SIGNS = (
     (r"(?<![\w.])-(?=\d)|(?<= )-(?= )", "−"),
 )
 _IDENTIFIER = re.compile(r'(id="|href="#|url\(#)(?!DejaVu)')
-_GLYPH = re.compile(r'<path id="(DejaVu[^"]*)" d="[^"]*"[^>]*/>\s*')
+_GLYPH = re.compile(r'<path id="(DejaVu[^"]*)"[^>]*/>\s*')
 
 
 def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...]) -> str:
@@ -112,6 +112,7 @@ def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...]) -> 
         inline=_inline,
         glyphs=_glyphs(figures),
         assumptions=_assumptions(data),
+        reasons=_reasons(data),
     )
 
 
@@ -208,6 +209,18 @@ def _inline(figure: Figure) -> Markup:
         f"{figure.spec.title}. {figure.spec.caption}"
     )
     return label + Markup(svg.removeprefix("<svg "))  # our own figure: no text of a user is in it
+
+
+def _reasons(data: Json) -> dict[str, str]:
+    """Why a criterion did not prove anything: who says so, by what is said."""
+    said: dict[str, list[Json]] = {}
+    for result in data["criteria"]:
+        if result["verdict"] != "PROVED":
+            said.setdefault(result["reason"], []).append(result)
+    return {
+        reason: ", ".join(" and ".join(dict.fromkeys(result[key] for result in results)) for key in ("name", "model"))
+        for reason, results in said.items()
+    }
 
 
 def _assumptions(data: Json) -> list[tuple[str, str]]:
