@@ -192,7 +192,7 @@ def test_files_links_and_places_below_a_file_are_refused(here):
         assert refusal(link) == f"'{link}' is a symbolic link; give the directory itself, or a new one, with -o"
     message = refusal("file/a/b")
     assert message.startswith("'file/a/b' cannot be created, since '")
-    assert message.endswith("file' is a file; give another directory with -o")
+    assert message.endswith("file' is not a directory; give another with -o")
     assert "cannot be written" in refusal("circle/out") or "cannot be created" in refusal("circle/out")
 
 

@@ -50,7 +50,7 @@ def _checked(directory: Path) -> Path:
     if target.exists():
         _check_replaceable(target, label)
     ancestor = target.parent
-    while not ancestor.exists():
+    while not ancestor.exists() and not ancestor.is_symlink():
         ancestor = ancestor.parent
     if not ancestor.is_dir():
         raise InputError(
