@@ -53,9 +53,7 @@ def _checked(directory: Path) -> Path:
     while not ancestor.exists() and not ancestor.is_symlink():
         ancestor = ancestor.parent
     if not ancestor.is_dir():
-        raise InputError(
-            f"{label} cannot be created, since {str(ancestor)!r} is a file; give another directory with -o"
-        )
+        raise InputError(f"{label} cannot be created, since {str(ancestor)!r} is not a directory; give another with -o")
     Path(tempfile.mkdtemp(prefix=".lure-probe-", dir=ancestor)).rmdir()
     return target
 
