@@ -37,7 +37,7 @@ def outward(low: arb, high: arb) -> Bracket:
 def _down(value: arb) -> float:
     lower = value.lower()
     if not lower.is_finite():
-        return -math.inf
+        return math.inf if lower > 0 else -math.inf
     nearest = float(lower)
     if math.isinf(nearest):
         return math.nextafter(nearest, 0.0) if nearest > 0 else nearest

@@ -36,7 +36,8 @@ def without_damping(name: CriterionName, block: UpwindScheme | RodBlock, sector:
     """The answer for ``k <= 0``, where no criterion applies; None for ``k > 0``.
 
     ``k < 0`` is refuted by a member of the class.  For ``-Z < k < 0`` that is ``phi = 0``: the mode ``m = 0`` grows.  For
-    ``k < -Z`` it is any linear gain ``kappa > 0``: on ``s > 0``, ``1 + kappa H(s)`` is continuous, tends to minus infinity
+    ``k < -Z`` it is any linear gain ``kappa > 0``: on ``s > 0``, ``1 + kappa H(s)`` is continuous, tends to minus
+    infinity
     at 0 (the residue ``A/k`` is negative) and to 1 at infinity, so the loop has a positive real pole.
     """
     model, cells = model_of(block)
@@ -45,7 +46,8 @@ def without_damping(name: CriterionName, block: UpwindScheme | RodBlock, sector:
         return None
     if damping == 0:
         reason = (
-            "the zero eigenvalue is double (damping k = 0): the critical case of Popov's theorem needs a simple one; nothing "
+            "the zero eigenvalue is double (damping k = 0): the critical case of Popov's theorem needs a simple "
+            "one; nothing "
             "dissipates in the rod, waves persist, and a rod that flies away never returns; give a damping k > 0"
         )
         verdict, evidence, witness = Verdict.INCONCLUSIVE, Evidence.CERTIFIED, None

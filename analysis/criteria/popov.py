@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from flint import arb
 
@@ -29,7 +30,8 @@ def popov_criterion(block: UpwindScheme | RodBlock, sector: Sector, *, theta: fl
 
     the values at both ends being limits (``H`` has a simple pole at zero with residue ``rho_0 = A/k_dashpot > 0``).
 
-    *Scheme.* If ``m > 0``, for every time-invariant locally Lipschitz ``phi`` in the sector every solution is bounded and
+    *Scheme.* If ``m > 0``, for every time-invariant locally Lipschitz ``phi`` in the sector every solution is bounded
+    and
     converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin only if
     ``phi`` vanishes at 0 alone.  *Rod.* The inequality is not a theorem about a partial differential equation: the
     same conclusion for the rod comes from :func:`analysis.conclusion.conclusion`.
@@ -88,9 +90,9 @@ def popov_criterion(block: UpwindScheme | RodBlock, sector: Sector, *, theta: fl
         if theta is None:
             theta = max(THETA_EASE * float(-unbounded.low * ring.travel_time), float(ring.travel_time))
         needed = smallest_multiplier(ring, ease)
-        found = popov_minimum(ring, ball(theta) / ring.travel_time)
+        found = popov_minimum(ring, ball(theta) / ring.travel_time, ease)
         smallest = outward(-needed.high * ring.travel_time, -needed.low * ring.travel_time)
-        return _result("popov", block, ring, sector, theta=theta, found=found, smallest=smallest, largest=INFINITE)
+        return _result(_Question("popov", block, sector, theta), ring, found, smallest, INFINITE)
 
 
 def circle_criterion(block: UpwindScheme | RodBlock, sector: Sector) -> CriterionResult:
@@ -106,54 +108,57 @@ def circle_criterion(block: UpwindScheme | RodBlock, sector: Sector) -> Criterio
     _, cells = model_of(block)
     with working_precision(precision_for(block.rod, cells)):
         ring = Ring.of(block.rod, cells)
-        found = popov_minimum(ring, arb(0))
-        low = -1 / (ring.scale * found.low) if found.low < 0 else arb("inf")
-        high = -1 / (ring.scale * found.high) if found.high < 0 else arb("inf")
-        largest = INFINITE if not found.low < 0 else outward(low, high)
-        return _result("circle", block, ring, sector, theta=0.0, found=found, smallest=None, largest=largest)
+        ease = _ease(sector) / ring.scale
+        found = popov_minimum(ring, arb(0), ease)
+        response = popov_minimum(ring, arb(0), arb(0))
+        low = -1 / (ring.scale * response.low) if response.low < 0 else arb("inf")
+        high = -1 / (ring.scale * response.high) if response.high < 0 else arb("inf")
+        largest = outward(low, high)
+        return _result(_Question("circle", block, sector, 0.0), ring, found, None, largest)
 
 
 def _ease(sector: Sector) -> arb:
     return arb(0) if sector.upper == math.inf else 1 / ball(sector.upper)
 
 
+@dataclass(frozen=True, slots=True)
+class _Question:
+    name: CriterionName
+    block: UpwindScheme | RodBlock
+    sector: Sector
+    theta: float
+
+
 def _result(
-    name: CriterionName,
-    block: UpwindScheme | RodBlock,
-    ring: Ring,
-    sector: Sector,
-    *,
-    theta: float,
-    found: Minimum,
-    smallest: Bracket | None,
-    largest: Bracket,
+    asked: _Question, ring: Ring, found: Minimum, smallest: Bracket | None, largest: Bracket
 ) -> CriterionResult:
-    model, _ = model_of(block)
-    low, high = (_ease(sector) + ring.scale * bound for bound in (found.low, found.high))
+    model, _ = model_of(asked.block)
+    low, high = ring.scale * found.low, ring.scale * found.high
     holds = bool(low > 0)
     margin, omega = outward(low, high), ring.frequency(found.where)
     if holds:
         reason = f"the inequality holds at every frequency; its least value is {margin.low:.6g} m/Pa"
     elif high < 0:
         reason = (
-            f"the inequality fails by {-margin.high:.6g} m/Pa at {omega:.6g} rad/s, from which nothing follows about the "
-            f"loop; {_advice(name, smallest, largest)}"
+            f"the inequality fails by {-margin.high:.6g} m/Pa at {omega:.6g} rad/s, from which nothing follows "
+            f"about the "
+            f"loop; {_advice(asked.name, smallest, largest)}"
         )
     else:
-        reason = f"the margin {margin} m/Pa is not bounded away from zero; {_advice(name, smallest, largest)}"
+        reason = f"the margin {margin} m/Pa is not bounded away from zero; {_advice(asked.name, smallest, largest)}"
     return CriterionResult(
-        name=name,
+        name=asked.name,
         model=model,
-        sector=sector,
+        sector=asked.sector,
         verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
-        theta=theta,
+        theta=asked.theta,
         smallest_theta=smallest,
         margin=margin,
         worst_frequency=omega,
         largest_sector=largest,
         reason=reason,
-        hypotheses=_hypotheses(block, margin, holds=holds),
+        hypotheses=_hypotheses(asked.block, margin, holds=holds),
     )
 
 

@@ -18,14 +18,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TypeVar
 
-from flint import arb
+from flint import arb, arb_series
 
 from analysis.minimum import Minimum, minimum
 from analysis.precision import ball
 from lure.rod import Rod
 
 RELATIVE_WIDTH = "1e-10"
+Number = TypeVar("Number", arb, arb_series)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -95,64 +97,52 @@ class Ring:
             return math.inf
         return float(self.cells * phi.tan() / self.travel_time)
 
-    def parts(self, psi: arb) -> tuple[arb, arb, arb, arb]:
-        """``r``, ``dr/dpsi``, ``g`` and ``dg/dpsi`` on ``0 <= psi <= 2 pi`` (a ball may stick out below zero)."""
-        sine, cosine = psi.sin_cos()
-        near_zero = bool(psi.lower() <= 0) and bool(psi.upper() < 1)
-        # |sinc'(psi)| <= psi/3 there; the derivative of phi cot phi lies in [-phi, 0] for 0 <= phi <= 1
-        sinc, dsinc = psi.sinc(), (-psi.upper() / 3).union(arb(0)) if near_zero else (cosine - psi.sinc()) / psi
+    def parts(self, psi: Number) -> tuple[Number, Number]:
+        """``r`` and ``g`` on ``0 <= psi <= 2 pi``; a series needs a constant term that is not zero."""
+        sinc = psi.sinc() if isinstance(psi, arb) else psi.sin() / psi
         if self.cells is None:
-            return arb(1), arb(0), 2 * sinc, 2 * dsinc
+            return 1 + 0 * psi, 2 * sinc
         N = self.cells
         phi = psi / (2 * N)
-        s, c = phi.sin_cos()
-        ratio = c / phi.sinc()
-        dratio = (-phi.upper()).union(arb(0)) if near_zero else (c * s - phi) / (s * s)
-        return c ** (2 * N), -(c ** (2 * N - 1)) * s, 2 * sinc * ratio, 2 * dsinc * ratio + sinc * dratio / N
+        s, c = phi.sin_cos() if isinstance(phi, arb) else (phi.sin(), phi.cos())
+        cotangent = c / phi.sinc() if isinstance(phi, arb) else phi * c / s
+        return c ** (2 * N), 2 * sinc * cotangent
 
-    def denominator(self, psi: arb, r: arb) -> arb:
+    def denominator(self, psi: Number, r: Number) -> Number:
         """``1 + a^2 r^2 + 2 a r cos psi`` as a sum of squares, with no cancellation near ``|a| r = 1``."""
         half = psi / 2
         wave = half.cos() if self.sign > 0 else half.sin()
         return self.gap(r) ** 2 + 4 * self.size * r * wave * wave
 
-    def gap(self, r: arb) -> arb:
+    def gap(self, r: Number) -> Number:
         """``1 - |a| r``."""
         return self.defect + self.size * (1 - r)
 
 
-def popov_minimum(ring: Ring, multiplier: arb) -> Minimum:
-    """Bracket on ``inf F`` over all frequencies for ``vartheta = multiplier >= 0``, and the angle where it lies.
+def popov_minimum(ring: Ring, multiplier: arb, ease: arb) -> Minimum:
+    """Bracket on ``ease + inf F`` over all frequencies for ``vartheta = multiplier >= 0``, and the angle where it lies.
 
-    For a scheme the limit ``omega -> inf`` is ``F = vartheta``; it enters the bracket as an upper bound.
+    ``ease = 1/(d T k_upper)``.  For a scheme the limit ``omega -> inf`` is ``F = vartheta``.
     """
     a = ring.sign * ring.size
     if ring.sign == 0:
-        return Minimum(low=multiplier.lower(), high=multiplier.upper(), where=arb(0), closed=True)
+        return _exactly(ease + multiplier, arb(0))
     if ring.sign > 0 and ring.cells == 1 and multiplier == 0:
         # sin psi >= 0 on [0, pi]: F >= 0, and F -> 0 at the end
-        return Minimum(low=arb(0), high=arb(0), where=ring.last_angle, closed=True)
+        return _exactly(ease, ring.last_angle)
     at_zero = multiplier * ring.one_minus_square - 4 * ring.size
     if ring.sign < 0 and at_zero <= 0:
         # numerator >= at_zero and denominator >= (1 - |a|)^2 wherever F < 0, both attained at psi = 0
-        least = at_zero / ring.defect**2
-        return Minimum(low=least.lower(), high=least.upper(), where=arb(0), closed=True)
+        return _exactly(ease + at_zero / ring.defect**2, arb(0))
 
-    def value(psi: arb) -> arb:
-        r, _, g, _ = ring.parts(psi)
+    def value(psi: Number) -> Number:
+        r, g = ring.parts(psi)
         numerator = 2 * a * r * g + multiplier * ring.gap(r) * (1 + ring.size * r)
-        return numerator / ring.denominator(psi, r)
+        return ease + numerator / ring.denominator(psi, r)
 
-    def slope(psi: arb) -> arb:
-        r, dr, g, dg = ring.parts(psi)
-        sine, cosine = psi.sin_cos()
-        d_numerator = 2 * a * (dr * g + r * dg) - 2 * multiplier * a * a * r * dr
-        d_denominator = 2 * a * a * r * dr + 2 * a * dr * cosine - 2 * a * r * sine
-        return (d_numerator - value(psi) * d_denominator) / ring.denominator(psi, r)
-
-    found = minimum(value, slope, arb(0), ring.last_angle, width=lambda best: abs(best) * arb(RELATIVE_WIDTH))
-    if ring.cells is not None and multiplier <= found.low:
-        return Minimum(low=multiplier.lower(), high=multiplier.upper(), where=ring.last_angle, closed=True)
+    found = minimum(value, arb(0), ring.last_angle, width=lambda best: abs(best) * arb(RELATIVE_WIDTH))
+    if ring.cells is not None and ease + multiplier <= found.low:
+        return _exactly(ease + multiplier, ring.last_angle)
     return found
 
 
@@ -165,26 +155,23 @@ def smallest_multiplier(ring: Ring, ease: arb) -> Minimum:
     """
     a = ring.sign * ring.size
     if ring.sign == 0 or (ring.sign > 0 and ring.cells == 1):
-        return Minimum(low=arb(0), high=arb(0), where=arb(0), closed=True)
+        return _exactly(arb(0), arb(0))
     if ring.sign < 0:
         needed = (4 * ring.size - ease * ring.defect**2) / ring.one_minus_square
-        return _clipped(Minimum(low=(-needed).lower(), high=(-needed).upper(), where=arb(0), closed=True))
+        return _clipped(_exactly(-needed, arb(0)))
 
-    def value(psi: arb) -> arb:
-        r, _, g, _ = ring.parts(psi)
+    def value(psi: Number) -> Number:
+        r, g = ring.parts(psi)
         return (ease * ring.denominator(psi, r) + 2 * a * r * g) / (ring.gap(r) * (1 + ring.size * r))
-
-    def slope(psi: arb) -> arb:
-        r, dr, g, dg = ring.parts(psi)
-        sine, cosine = psi.sin_cos()
-        d_denominator = 2 * a * a * r * dr + 2 * a * dr * cosine - 2 * a * r * sine
-        d_top = ease * d_denominator + 2 * a * (dr * g + r * dg)
-        return (d_top + 2 * a * a * r * dr * value(psi)) / (ring.gap(r) * (1 + ring.size * r))
 
     def width(best: arb) -> arb:
         return abs(best) * arb(RELATIVE_WIDTH) + (ease + 1) * arb("1e-25")
 
-    return _clipped(minimum(value, slope, arb.pi(), 2 * arb.pi(), width=width))
+    return _clipped(minimum(value, arb.pi(), 2 * arb.pi(), width=width))
+
+
+def _exactly(value: arb, where: arb) -> Minimum:
+    return Minimum(low=value.lower(), high=value.upper(), where=where, closed=True)
 
 
 def _clipped(found: Minimum) -> Minimum:

@@ -60,7 +60,8 @@ class ResponseCheck:
 def response_check(scheme: UpwindScheme) -> ResponseCheck:
     """Compare ``H_N(i omega)`` from the matrices (python-control) with the closed form.
 
-    The two share the parameters and nothing else.  At 200 frequencies up to 50 cells, at 20 up to 200 cells; above that, where a dense response takes minutes; the
+    The two share the parameters and nothing else.  At 200 frequencies up to 50 cells, at 20 up to 200 cells; above
+    that, where a dense response takes minutes; the
     verdicts do not rest on it.
     """
     slow, fast = 1e-3 / scheme.rod.travel_time, 4.0 * scheme.rate
