@@ -1,0 +1,217 @@
+"""The eigenvalue 0 of a finite block, and the residue of its transfer function there, decided in exact arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.evidence import Evidence
+from analysis.exact_matrix import column_of, dot, exact_entry, integer_multiple, null_space, zero_multiplicity
+from lure.block import LinearBlock
+from lure.errors import AssumptionError, InputError
+
+Number = int | float | Fraction
+LARGEST_ORDER = 1000
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ZeroEigenvalue:
+    r"""The eigenvalue 0 of ``x' = A x + b mu``, ``sigma = c^T x``, for the critical case of Popov's theorem.
+
+    Attributes
+    ----------
+    order : int
+        Number of states ``n``.
+    geometric : int
+        Number of independent eigenvectors, ``n - rank A``.
+    algebraic : int
+        Multiplicity in the characteristic polynomial, ``n - rank A^n``.
+    observable, controllable : bool or None
+        For a simple zero with eigenvectors ``A r = 0``, ``l^T A = 0``: whether ``c^T r != 0`` and ``l^T b != 0``.
+        None if the zero is not simple.
+    residue : Fraction or None
+        ``rho_0 = (c^T r)(l^T b)/(l^T r)``, the limit of ``s H(s)`` at 0 [unit of sigma / unit of mu / s]; None if the
+        zero is not simple.
+    """
+
+    order: int
+    geometric: int
+    algebraic: int
+    observable: bool | None
+    controllable: bool | None
+    residue: Fraction | None
+
+    @property
+    def evidence(self) -> Evidence:
+        """CERTIFIED: every number here is exact, for the entries as given."""
+        return Evidence.CERTIFIED
+
+    @property
+    def critical(self) -> bool:
+        """Whether the zero is simple with a positive residue, as the critical case asks.
+
+        It asks for more: that all other eigenvalues have negative real parts is not looked at here.
+        """
+        return self.residue is not None and self.residue > 0
+
+    @property
+    def reason(self) -> str:
+        """One sentence: why the critical case admits this zero, or why it is refused."""
+        if self.algebraic == 0:
+            return "A has no eigenvalue 0: this is not the critical case; use the criterion for a Hurwitz A"
+        if self.algebraic > 1 and self.geometric == self.algebraic:
+            return (
+                f"the eigenvalue 0 is {_times(self.algebraic)}, with {self.geometric} independent eigenvectors, and "
+                "the critical case needs a simple one: one input moves one combination of these modes, and the others "
+                "stay where they start"
+            )
+        if self.algebraic > 1:
+            return (
+                f"the eigenvalue 0 is {_times(self.algebraic)}, with {_count(self.geometric)}, and the critical case "
+                "needs a simple one: where phi is small the state drifts away like a power of time, and a law that "
+                "fades, as sigma exp(-|sigma|) does, need not bring it back although every linear gain may be stable"
+            )
+        if not self.observable:
+            return (
+                "the eigenvalue 0 is simple but unobservable (c^T r = 0): sigma does not see the mode, so the feedback "
+                "drives it without ever correcting it; remove the mode or choose another output"
+            )
+        if not self.controllable:
+            return (
+                "the eigenvalue 0 is simple but uncontrollable (l^T b = 0): the feedback cannot move the mode, which "
+                "stays where it starts; remove the mode or choose another input"
+            )
+        if not self.critical:
+            return (
+                f"the residue of H at 0 is {_decimal(self.residue)}, and the critical case needs a positive one: under "
+                "mu = -kappa sigma with a small kappa > 0 the eigenvalue 0 moves into the right half-plane"
+            )
+        return f"the eigenvalue 0 is simple and the residue of H at 0 is {_decimal(self.residue)} > 0"
+
+    def require(self) -> ZeroEigenvalue:
+        """Itself if :attr:`critical`.
+
+        Raises
+        ------
+        AssumptionError
+            It is not; the message is :attr:`reason`.
+        """
+        if not self.critical:
+            raise AssumptionError(self.reason)
+        return self
+
+    def __str__(self) -> str:
+        return self.reason[0].upper() + self.reason[1:] + "."
+
+
+def zero_eigenvalue(block: LinearBlock) -> ZeroEigenvalue:
+    """The eigenvalue 0 of a block and the residue of ``H`` from ``mu`` to ``sigma`` there.
+
+    The entries mean the doubles they are.  A zero that is double by physics is double here only if the doubles say so:
+    pass exact numbers to :func:`exact_zero_eigenvalue` where they do not.
+
+    Parameters
+    ----------
+    block : LinearBlock
+        At most 1000 states.
+
+    Raises
+    ------
+    InputError
+        There are more states.
+
+    Examples
+    --------
+    >>> print(zero_eigenvalue(LinearBlock([[0, 1], [0, -2]], [0, 1], [0, 0], [1, 0])))
+    The eigenvalue 0 is simple and the residue of H at 0 is 0.5 > 0.
+    """
+    _check_order(block.order)
+    return exact_zero_eigenvalue(block.dense(), block.b1, block.c)
+
+
+def exact_zero_eigenvalue(
+    A: Sequence[Sequence[Number]] | NDArray[Any],
+    b: Sequence[Number] | NDArray[Any],
+    c: Sequence[Number] | NDArray[Any],
+) -> ZeroEigenvalue:
+    r"""The eigenvalue 0 of ``x' = A x + b mu``, ``sigma = c^T x``, for exact entries.
+
+    .. math:: \rho_0 = \lim_{s \to 0} s\,H(s) = \frac{(c^T r)(l^T b)}{l^T r}, \qquad
+        A r = 0, \quad l^T A = 0, \quad H(s) = c^T (sI - A)^{-1} b .
+
+    Parameters
+    ----------
+    A : array_like
+        (n, n), ``1 <= n <= 1000``: ints and Fractions as they are, floats as the doubles they are [1/s].
+    b, c : array_like
+        (n,) input of the nonlinearity and output.
+
+    Raises
+    ------
+    InputError
+        The shapes do not fit, an entry is not a finite number, or ``n`` is too large.
+
+    Notes
+    -----
+    No eigenvalue solver and no tolerance: see :mod:`analysis.exact_matrix` for what bounds the ranks from both sides.
+    A dense double matrix takes a fraction of a second for ``n = 100`` and seconds for ``n = 400``; entries whose
+    exponents differ by hundreds take longer.
+
+    Examples
+    --------
+    The double integrator with a zero, ``H = (s + 1)/s^2``:
+
+    >>> found = exact_zero_eigenvalue([[0, 1], [0, 0]], [0, 1], [1, 1])
+    >>> found.algebraic, found.geometric, found.residue
+    (2, 1, None)
+    """
+    matrix, right, output = (np.asarray(values, dtype=object) for values in (A, b, c))
+    n = right.size
+    if matrix.shape != (n, n) or right.shape != (n,) or output.shape != (n,) or n == 0:
+        shapes = f"A {matrix.shape}, b {right.shape}, c {output.shape}"
+        raise InputError(f"zero_eigenvalue needs A (n, n), b (n,), c (n,) with n >= 1; got {shapes}")
+    _check_order(n)
+    b_exact = [exact_entry(value, f"b[{i}]") for i, value in enumerate(right)]
+    c_exact = [exact_entry(value, f"c[{i}]") for i, value in enumerate(output)]
+    integers = integer_multiple(matrix, "A")
+    kernel = null_space(integers)
+    geometric = kernel.ncols()
+    algebraic = zero_multiplicity(integers, geometric)
+    observable, controllable, residue = None, None, None
+    if algebraic == 1:
+        r, left = column_of(kernel), column_of(null_space(integers.transpose()))
+        seen, moved = dot(c_exact, r), dot(b_exact, left)
+        observable, controllable, residue = seen != 0, moved != 0, seen * moved / dot(left, r)
+    return ZeroEigenvalue(
+        order=n,
+        geometric=geometric,
+        algebraic=algebraic,
+        observable=observable,
+        controllable=controllable,
+        residue=residue,
+    )
+
+
+def _check_order(n: int) -> None:
+    if n > LARGEST_ORDER:
+        raise InputError(
+            f"zero_eigenvalue is for at most {LARGEST_ORDER} states; got {n}: exact arithmetic would take too long "
+            "(the rod has a closed form, analysis.spectrum.rod_spectrum)"
+        )
+
+
+def _decimal(value: Fraction | None) -> str:
+    return f"{float(value or 0):.6g}"
+
+
+def _times(multiplicity: int) -> str:
+    return {2: "double", 3: "triple"}.get(multiplicity, f"of multiplicity {multiplicity}")
+
+
+def _count(eigenvectors: int) -> str:
+    return "one eigenvector only" if eigenvectors == 1 else f"{eigenvectors} independent eigenvectors only"
