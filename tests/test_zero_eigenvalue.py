@@ -108,8 +108,9 @@ def test_a_matrix_of_zeros_is_all_zero_eigenvalue():
     assert "of multiplicity 4" in found.reason
 
 
-# the entry (1, 2N) of the ring is the double e nearest to -s a; with a' = -e/s the left null vector is 1/(s (1 + a')) on
-# the forward wave, -a' times that on the backward wave and 1 at z: residue b1_z - a' b1_wave/(s (1 + a'))
+# the entry (1, 2N) of the ring is the double e nearest to -s a; with a' = -e/s the left null vector is
+# 1/(s (1 + a')) on the forward wave, -a' times that on the backward wave and 1 at z:
+# residue b1_z - a' b1_wave/(s (1 + a'))
 @pytest.mark.parametrize("N", [1, 2, 10, 50])
 @pytest.mark.parametrize("damping", ["1e-6", "2e-4", "1.2", "5", "1200", "-0.3", "-5"])
 def test_the_scheme_has_a_simple_zero_with_the_exact_residue_of_its_doubles(N, damping):
