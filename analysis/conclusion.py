@@ -109,7 +109,8 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
     """Conclusion for the rod and for its scheme with the rod's own compliance law.
 
     For ``k > 0`` the energy theorem (``notebooks/notes/0005-energy-theorem.md``) holds for every continuous law with
-    ``z p(z) >= 0`` that is locally Lipschitz or nondecreasing; its hypotheses are exact statements about the parameters.
+    ``z p(z) >= 0`` that is locally Lipschitz or nondecreasing; its hypotheses are exact statements about the
+    parameters.
     """
     rod = scheme.rod
     damping = rod.exact["damping"]
@@ -139,7 +140,10 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
         example = destabilising_example(rod, None, rod.law.sector)
         return Conclusion(
             verdict=Verdict.REFUTED,
-            statement=f"The loop is not absolutely stable: the dashpot feeds energy in (k = {rod.damping:g} N s/m), and {example}.",
+            statement=(
+                "The loop is not absolutely stable: the dashpot feeds energy in "
+                f"(k = {rod.damping:g} N s/m), and {example}."
+            ),
             stationary_set=set_of_rest,
             resting_place="none is claimed",
             assumptions=("k > 0: fails, decided from the exact value of k",),

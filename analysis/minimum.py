@@ -10,8 +10,8 @@ from typing import Protocol, overload
 
 from flint import arb, arb_series
 
-SOFT_BOXES = 2_000
-MAX_BOXES = 100_000
+SOFT_BOXES = 1_000
+MAX_BOXES = 20_000
 ORDER = 6
 
 
@@ -54,6 +54,7 @@ def minimum(
     high: arb,
     *,
     width: Callable[[arb], arb],
+    floor: arb | None = None,
 ) -> Minimum:
     r"""Branch and bound on ``[low, high]`` with balls: no sample can hide a dip.
 
@@ -70,10 +71,12 @@ def minimum(
         Ends of the interval; a ball stands for every end in it, and the larger interval is searched.
     width : callable
         Bracket width to stop at, given the best upper bound so far.
+    floor : arb, optional
+        A lower bound on ``f`` known beforehand.
 
     Notes
     -----
-    After 2 000 boxes it stops as soon as the sign of the minimum is known, after 100 000 in any case, with the bracket
+    After 1 000 boxes it stops as soon as the sign of the minimum is known, after 20 000 in any case, with the bracket
     reached by then (``closed`` false).
     """
     left, right = low.lower(), high.upper()
@@ -95,6 +98,8 @@ def minimum(
         by_taylor = _taylor_bound(f, box, middle)
         if by_taylor.is_finite() and not bound >= by_taylor:
             bound = by_taylor
+        if floor is not None and not bound >= floor:
+            bound = floor.lower()
         if not bound.is_finite():
             bound = arb("-inf")
         heapq.heappush(heap, (float(bound), next(counter), bound, a, b))

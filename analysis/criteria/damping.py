@@ -35,8 +35,8 @@ def check_sector(sector: Sector) -> None:
 def without_damping(name: CriterionName, block: UpwindScheme | RodBlock, sector: Sector) -> CriterionResult | None:
     """The answer for ``k <= 0``, where no criterion applies; None for ``k > 0``.
 
-    ``k < 0`` is refuted by a member of the class.  For ``-Z < k < 0`` that is ``phi = 0``: the mode ``m = 0`` grows.  For
-    ``k < -Z`` it is any linear gain ``kappa > 0``: on ``s > 0``, ``1 + kappa H(s)`` is continuous, tends to minus
+    ``k < 0`` is refuted by a member of the class.  For ``-Z < k < 0`` that is ``phi = 0``: the mode ``m = 0`` grows.
+    For ``k < -Z`` it is any linear gain ``kappa > 0``: on ``s > 0``, ``1 + kappa H(s)`` is continuous, tends to minus
     infinity
     at 0 (the residue ``A/k`` is negative) and to 1 at infinity, so the loop has a positive real pole.
     """

@@ -32,8 +32,8 @@ def popov_criterion(block: UpwindScheme | RodBlock, sector: Sector, *, theta: fl
 
     *Scheme.* If ``m > 0``, for every time-invariant locally Lipschitz ``phi`` in the sector every solution is bounded
     and
-    converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin only if
-    ``phi`` vanishes at 0 alone.  *Rod.* The inequality is not a theorem about a partial differential equation: the
+    converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin only
+    if ``phi`` vanishes at 0 alone.  *Rod.* The inequality is not a theorem about a partial differential equation: the
     same conclusion for the rod comes from :func:`analysis.conclusion.conclusion`.
 
     If ``m <= 0`` nothing follows: the criterion is sufficient, not necessary.

@@ -140,7 +140,9 @@ def popov_minimum(ring: Ring, multiplier: arb, ease: arb) -> Minimum:
         numerator = 2 * a * r * g + multiplier * ring.gap(r) * (1 + ring.size * r)
         return ease + numerator / ring.denominator(psi, r)
 
-    found = minimum(value, arb(0), ring.last_angle, width=lambda best: abs(best) * arb(RELATIVE_WIDTH))
+    # |g| <= 2 and r <= 1: the numerator is at least at_zero, the denominator at most (1 + |a|)^2
+    floor = ease + at_zero / (1 + ring.size) ** 2 if at_zero >= 0 else None
+    found = minimum(value, arb(0), ring.last_angle, width=lambda best: abs(best) * arb(RELATIVE_WIDTH), floor=floor)
     if ring.cells is not None and ease + multiplier <= found.low:
         return _exactly(ease + multiplier, ring.last_angle)
     return found
@@ -150,8 +152,9 @@ def smallest_multiplier(ring: Ring, ease: arb) -> Minimum:
     """Bracket on the negative of the smallest ``vartheta >= 0`` that works, for ``ease = 1/(d T k_upper)``.
 
     ``vartheta`` works at an angle iff it exceeds ``G = -(ease D + 2 a r g)/(1 - a^2 r^2)`` there; the result brackets
-    ``min(0, inf -G)``.  For ``a < 0`` the supremum lies at ``omega = 0``, for every ``N`` and for the rod; for ``a > 0`` a
-    positive supremum lies in ``(pi, 2 pi)``.
+    ``min(0, inf -G)``.  For ``a < 0`` the supremum lies at ``omega = 0``, for every ``N`` and for the rod; for
+    ``a > 0``
+    a positive supremum lies in ``(pi, 2 pi)``.
     """
     a = ring.sign * ring.size
     if ring.sign == 0 or (ring.sign > 0 and ring.cells == 1):

@@ -1,0 +1,95 @@
+"""Branch and bound in ball arithmetic: brackets contain known minima, failures only widen them."""
+
+import math
+
+import pytest
+from flint import arb, ctx
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.minimum import minimum
+from analysis.precision import ball, outward, working_precision
+
+
+def close(best):
+    return abs(best) * arb("1e-9") + arb("1e-12")
+
+
+# (x - c)^2 + m has its minimum m at c
+@given(c=st.floats(-3, 3), m=st.floats(-5, 5))
+def test_the_bracket_contains_the_minimum_of_a_parabola(c, m):
+    found = minimum(lambda x: (x - ball(c)) * (x - ball(c)) + ball(m), arb(-4), arb(4), width=close)
+    assert found.low <= ball(m)
+    assert found.high >= ball(m)
+    assert float(found.high - found.low) <= 1e-9 * abs(m) + 1e-11
+    assert float(found.where) == pytest.approx(c, abs=1e-4)
+
+
+# a dip of depth 1 and width 1e-9 on a flat floor, which no grid of a million points would see: 1 - 1/(1 + (x -
+# c)^2/w^2)
+@given(c=st.floats(-0.9, 0.9))
+def test_a_dip_a_billionth_wide_is_found(c):
+    width = arb("1e-9")
+
+    def dip(x):
+        u = (x - ball(c)) / width
+        return 1 - 1 / (1 + u * u)
+
+    found = minimum(dip, arb(-1), arb(1), width=close)
+    assert found.high < arb("1e-6")
+    assert found.low <= 0
+
+
+# x is least at the left end, -x at the right end
+@pytest.mark.parametrize(("sign", "value"), [(1, -2.0), (-1, -3.0)])
+def test_a_minimum_at_an_end_is_found(sign, value):
+    found = minimum(lambda x: sign * x, arb(-2), arb(3), width=close)
+    assert found.low <= ball(value) <= found.high
+
+
+def test_a_function_that_is_nowhere_finite_gives_no_lower_bound():
+    found = minimum(lambda x: x / (x - x), arb(0), arb(1), width=close)
+    assert not found.low.is_finite()
+    assert not found.closed
+
+
+def test_a_known_floor_is_used_where_the_boxes_fail():
+    found = minimum(lambda x: 1 + 0 * (x / (x - x)), arb(0), arb(1), width=close, floor=arb(1))
+    assert float(found.low) == 1.0
+
+
+@given(value=st.floats(allow_nan=False, allow_infinity=False))
+def test_rounding_to_doubles_goes_outwards(value):
+    exact = ball(value)
+    bracket = outward(exact, exact)
+    assert bracket.low <= value <= bracket.high
+    third = outward(exact / 3, exact / 3)
+    assert arb(third.low) <= exact / 3 or math.isinf(third.low)
+    assert arb(third.high) >= exact / 3 or math.isinf(third.high)
+
+
+def test_infinite_bounds_survive_rounding():
+    assert outward(arb("inf"), arb("inf")).low == math.inf
+    assert outward(arb("-inf"), arb(1)).low == -math.inf
+    assert outward(arb("nan"), arb("nan")).high == math.inf
+
+
+def test_precision_is_put_back_after_an_error():
+    def fail():
+        with working_precision(333):
+            raise RuntimeError(str(ctx.prec))
+
+    before = ctx.prec
+    with pytest.raises(RuntimeError, match="333"):
+        fail()
+    assert ctx.prec == before
+
+
+# two digits of precision: the answers get wide, never wrong
+@given(c=st.floats(-3, 3), m=st.floats(-5, 5))
+def test_few_bits_widen_the_bracket_and_keep_it_valid(c, m):
+    with working_precision(10):
+        found = minimum(lambda x: (x - ball(c)) * (x - ball(c)) + ball(m), arb(-4), arb(4), width=lambda b: abs(b) / 4)
+        low, high = found.low, found.high
+    assert not low > ball(m)
+    assert not high < ball(m)
