@@ -9,7 +9,18 @@ import pytest
 from flint import acb, fmpq, fmpq_mat, fmpq_poly
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from reference import Exact, at_high_precision, decades, point, ratios, real, relative_error, rods, with_damping
+from reference import (
+    Exact,
+    at_high_precision,
+    decades,
+    point,
+    ratios,
+    real,
+    real_part_error,
+    relative_error,
+    rods,
+    with_damping,
+)
 
 from lure import InputError, RodBlock, UpwindScheme, upwind
 from lure.cnn import assemble_ring, rod_templates
@@ -119,6 +130,14 @@ def test_near_zero_the_closed_form_keeps_all_its_digits(rod, N, turns):
     error = at_high_precision(
         lambda: relative_error(upwind(rod, N).transfer(s), Exact(rod).transfer(s, N)),
     )
+    assert error <= 16 * EPS
+
+
+@given(rod=rods(), N=cells, turns=decades(-100, -2))
+def test_near_zero_the_real_part_keeps_its_digits_beside_an_imaginary_part_of_any_size(rod, N, turns):
+    assume(rod.reflection != 0)
+    s = 1j * turns / rod.travel_time
+    error = at_high_precision(lambda: real_part_error(upwind(rod, N).transfer(s), Exact(rod).transfer(s, N)))
     assert error <= 16 * EPS
 
 
