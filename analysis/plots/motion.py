@@ -78,7 +78,7 @@ def plot_end_motion(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
 
 
 def plot_decay(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
-    """Energy and Popov-Lyapunov function along a simulation, each relative to its largest value.
+    """Energy and, where there is one, Popov-Lyapunov function along a simulation, relative to their largest values.
 
     Parameters
     ----------
@@ -95,8 +95,10 @@ def plot_decay(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
     axes = axes_or_new(ax)
     t = trajectory.t
     least = 1.0
-    curves = [("energy", trajectory.energy, BLUE, "-"), ("Popov–Lyapunov function", trajectory.lyapunov, PURPLE, "--")]
+    curves = (("energy", trajectory.energy, BLUE, "-"), ("Popov–Lyapunov function", trajectory.lyapunov, PURPLE, "--"))
     for label, values, colour, dashes in curves:
+        if values is None:
+            continue
         top = float(np.max(values))
         if top > 0:
             share = values / top
@@ -133,7 +135,8 @@ def plot_rest(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
     axes = axes_or_new(ax)
     t = trajectory.t
     axes.plot(*_envelope(t, trajectory.z), color=BLUE, lw=1.0, label="z = u(t, L) − gap")
-    axes.plot(*_envelope(t, trajectory.zeta), color=GREEN, lw=1.4, ls="--", label="ζ")
+    if trajectory.zeta is not None:
+        axes.plot(*_envelope(t, trajectory.zeta), color=GREEN, lw=1.4, ls="--", label="ζ")
     if trajectory.rest_position is not None:
         axes.axhline(trajectory.rest_position, color=GREY, lw=0.8, ls=":", label="resting place")
     axes.set_xlim(float(t[0]), float(t[-1]))

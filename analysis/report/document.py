@@ -214,11 +214,17 @@ def _simulation(report: StabilityReport) -> Json:
                 "end": number(contact.end),
                 "peak_penetration": number(contact.peak_penetration),
                 "impulse": number(contact.impulse),
+                "open": contact.open,
             }
             for contact in contacts[:MOST_CONTACTS]
         ],
         "rest_position": None if run is None else number(run.rest_position),
+        "rest_limit": None if run is None else number(run.rest_limit),
+        "rest_is_final": None if run is None else run.rest_is_final,
         "energy_residual": None if run is None else number(run.energy_residual),
+        "error_estimate": None if run is None else number(run.error_estimate),
+        "method": None if run is None else run.method,
+        "ended_early": None if run is None else run.ended_early,
         "agrees": None if run is None else True,  # a contradiction stops the report before this point
         "skipped": report.simulation.skipped,
     }
