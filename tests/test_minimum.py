@@ -7,7 +7,7 @@ from flint import arb, ctx
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.minimum import minimum
+from analysis.minimum import _taylor_bound, minimum
 from analysis.precision import ball, outward, working_precision
 
 
@@ -38,6 +38,41 @@ def test_a_dip_a_billionth_wide_is_found(c):
     found = minimum(dip, arb(-1), arb(1), width=close)
     assert found.high < arb("1e-6")
     assert found.low <= 0
+
+
+def polynomial(coefficients):
+    def f(x):
+        total = 0 * x
+        for c in reversed(coefficients):
+            total = total * x + c
+        return total
+
+    return f
+
+
+# degree 8 is beyond the order of the expansion: the remainder on the box has to carry the rest
+@given(
+    coefficients=st.lists(st.integers(-9, 9), min_size=1, max_size=9),
+    left=st.floats(-2, 2),
+    length=st.floats(0.01, 3),
+    at=st.floats(0, 1),
+)
+def test_the_taylor_bound_lies_below_the_function_on_its_box(coefficients, left, length, at):
+    f = polynomial(coefficients)
+    box = ball(left).union(ball(left + length))
+    point = ball(left) + (ball(left + length) - ball(left)) * ball(at)
+    assert not _taylor_bound(f, box, box.mid()) > f(point)
+
+
+@pytest.mark.parametrize("power", range(1, 9))
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_the_taylor_bound_of_a_power_is_sound_at_both_ends(power, sign):
+    f = polynomial([0] * power + [sign])
+    box = arb(-1).union(arb(1))
+    bound = _taylor_bound(f, box, box.mid())
+    assert not bound > f(arb(-1))
+    assert not bound > f(arb(1))
+    assert bound >= -1.001  # and not weaker than it need be
 
 
 # x is least at the left end, -x at the right end
