@@ -239,6 +239,22 @@ def test_the_sign_of_a_tiny_damping_is_decided_exactly():
     assert verdicts == [Verdict.PROVED, Verdict.INCONCLUSIVE, Verdict.REFUTED]
 
 
+# k = 2: the circle criterion reaches 2.66..; three boxes cannot show it for 2, and must not say so
+@pytest.mark.parametrize("boxes", [0, 1, 3])
+def test_an_exhausted_budget_widens_the_brackets_and_proves_nothing(monkeypatch, boxes):
+    block = block_of(2, None)
+    sharp, smallest = circle_criterion(block, Sector(0, 2)), popov_criterion(block, Sector(0, math.inf)).smallest_theta
+    assert sharp.verdict is Verdict.PROVED
+    monkeypatch.setattr("analysis.minimum.MAX_BOXES", boxes)
+    blunt, wide = circle_criterion(block, Sector(0, 2)), popov_criterion(block, Sector(0, math.inf)).smallest_theta
+    assert blunt.verdict is Verdict.INCONCLUSIVE
+    assert blunt.margin.low < 0 < blunt.margin.high
+    assert blunt.largest_sector.low < sharp.largest_sector.low
+    assert blunt.largest_sector.high >= sharp.largest_sector.high
+    assert wide.low <= smallest.low <= smallest.high <= wide.high
+    assert wide.width > 1e-3
+
+
 @pytest.mark.parametrize("sector", [Sector(1, 2), Sector(-1, 1), Sector(-2, 0)])
 def test_a_sector_that_does_not_start_at_zero_is_refused(sector):
     with pytest.raises(AssumptionError, match="shift the loop first"):
