@@ -31,7 +31,7 @@ def ball(value: Fraction | int | float) -> arb:
 
 def outward(low: arb, high: arb) -> Bracket:
     """Doubles around ``[low.lower(), high.upper()]``; infinite on a side that is not finite."""
-    return Bracket(_down(low), -_down(-high))
+    return Bracket(_down(low) + 0.0, 0.0 - _down(-high))  # the zeros turn -0.0 into 0.0
 
 
 def _down(value: arb) -> float:

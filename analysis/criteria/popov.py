@@ -158,7 +158,7 @@ def _result(
         worst_frequency=omega,
         largest_sector=largest,
         reason=reason,
-        hypotheses=_hypotheses(asked.block, margin, holds=holds),
+        hypotheses=_hypotheses(asked, margin, holds=holds),
     )
 
 
@@ -168,13 +168,13 @@ def _advice(name: CriterionName, smallest: Bracket | None, largest: Bracket) -> 
     return f"take theta above {smallest.high:.6g} s" if smallest else "take a larger theta"
 
 
-def _hypotheses(block: UpwindScheme | RodBlock, margin: Bracket, *, holds: bool) -> tuple[str, ...]:
-    rod = block.rod
+def _hypotheses(asked: _Question, margin: Bracket, *, holds: bool) -> tuple[str, ...]:
+    rod, sector = asked.block.rod, asked.sector
     inequality = f"inequality on [0, inf], limits included: bounded below by {margin.low:.6g} m/Pa in ball arithmetic"
     return (
         f"zero eigenvalue simple: checked, k = {rod.damping:g} N s/m is not zero",
         f"all other modes decay: checked, |a| < 1 because 0 < k (a = {rod.reflection:.10g})",
         f"residue at zero positive: checked, A/k = {rod.residue_at_zero:.6g} m/(Pa s)",
         inequality if holds else "inequality on [0, inf]: not established",
-        "phi time-invariant, locally Lipschitz, 0 <= sigma phi(sigma) <= k sigma^2: assumed of the class",
+        f"phi time-invariant, locally Lipschitz, in the sector {sector}: assumed of the class",
     )
