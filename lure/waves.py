@@ -33,8 +33,10 @@ def ring_transfer(
         x, y = -np.abs(log_round_trip.real), np.where(left, -log_round_trip.imag, log_round_trip.imag)
         minus_one = np.expm1(x) * np.cos(y) - 2.0 * np.sin(y / 2.0) ** 2 + 1j * np.exp(x) * np.sin(y)
         wave = np.where(left, minus_one, a * minus_one)
-        top = np.where(left, one_minus + wave, one_minus - wave)
-        return np.asarray(integrator * (top / (one_plus + wave)))
+        top, bottom = np.where(left, one_minus + wave, one_minus - wave), one_plus + wave
+        # 1/Q and a may both be small
+        far, inverse = left & (x < -1.0), np.exp(x) * (np.cos(y) + 1j * np.sin(y))
+        return np.asarray(integrator * (np.where(far, inverse - a, top) / np.where(far, inverse + a, bottom)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -150,6 +150,15 @@ def test_far_to_the_left_the_waves_outgrow_the_integrator_and_nothing_overflows(
     assert np.allclose(RodBlock(rod).transfer(s), -rod.mobility / s, rtol=1e-12, atol=0)
 
 
+@pytest.mark.parametrize("excess", [1e-3, 1e-7, 1e-12, -1e-7])
+def test_where_a_small_reflection_meets_a_large_wave_no_digits_are_lost(excess):
+    # 1/Q + a with both of size |a|: on |Q| = 1/|2a|, at a right angle to the poles
+    rod = with_damping(paper_rod(), Fraction(6, 5) * (1 + Fraction(excess)))
+    s = (math.log(abs(2 * rod.reflection)) + 0.5j * math.pi) / (2 * rod.travel_time)
+    error, _ = at_high_precision(error_and_sensitivity, rod, s)
+    assert error <= 100 * EPS
+
+
 def test_at_the_pole_at_zero_the_value_is_not_finite():
     assert not np.isfinite(RodBlock(paper_rod()).transfer(0.0))
 
