@@ -1,7 +1,6 @@
 """Figures: on the axes given, with the numbers of the results, and the same bytes every time."""
 
 import math
-from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
@@ -27,17 +26,22 @@ from analysis.plots import (
     plot_surface,
     render,
 )
-from analysis.plots.style import number
+from analysis.plots.style import finish_axes, number
 from analysis.simulation import simulate
 from lure import InputError, LinearBlock, Rod, RodBlock, Scenario, Sector, upwind
-from lure.systems import paper_rod
+from lure.systems import paper_rod, rod_from_exact
 
 ROD = paper_rod()
 SCHEME = upwind(ROD, 10)
 SECTOR = ROD.law.sector
 POPOV = {block: popov_criterion(block, SECTOR) for block in (SCHEME, RodBlock(ROD))}
 # pushed at 1 m/s towards an obstacle 0.1 mm away: it touches within the first transit (0.17 ms)
-PUSHED = simulate(upwind(replace(ROD, gap=Fraction(1, 10000)), 6), Scenario.parse(velocity=1), until=1e-3, frames=12)
+PUSHED = simulate(
+    upwind(rod_from_exact({**ROD.exact, "gap": Fraction(1, 10000)}), 6),
+    Scenario.parse(velocity=1),
+    until=1e-3,
+    frames=12,
+)
 DRAWINGS = {
     "nyquist": partial(plot_nyquist, SCHEME, SECTOR, worst=0.0),
     "popov": partial(plot_popov, SCHEME, POPOV[SCHEME]),
@@ -60,7 +64,7 @@ def ax():
 
 def rod_with(damping):
     """The paper's rod with a dashpot of `damping` impedances; 1 is matched exactly (Z = 1.2 N s/m)."""
-    return replace(ROD, damping=damping * Fraction(6, 5))
+    return rod_from_exact({**ROD.exact, "damping": damping * Fraction(6, 5)})
 
 
 def curve(axes, label):
@@ -269,3 +273,19 @@ def test_a_rod_of_another_size_has_its_own_units():
     axes = plot_popov(RodBlock(stiff), popov_criterion(RodBlock(stiff), stiff.law.sector), ax=Figure().add_subplot())
     assert axes.get_xlabel() == "Re H(iω) [m/Pa]"
     assert axes.get_ylabel() == "ω Im H(iω) [m/(Pa s)]"
+
+
+def test_a_small_range_far_from_zero_is_counted_from_a_round_number(ax):
+    ax.set_ylim(-0.0201, -0.0199)
+    finish_axes(ax)
+    formatter = ax.yaxis.get_major_formatter()
+    assert formatter.get_offset() == "×10⁻⁴ − 0.02"
+    assert formatter(-0.01995, 0) == "0.5"
+
+
+def test_what_fails_is_drawn_inside_the_forbidden_region_and_called_short():
+    # A m/k^2 = 4999 m/Pa for k = 1e-6: Re H -> -5000 as omega -> 0, far beyond -1/kappa = -1
+    rod = rod_from_exact({**ROD.exact, "damping": Fraction(1, 10**6)})
+    axes = plot_nyquist(RodBlock(rod), SECTOR, worst=0.0, ax=Figure().add_subplot())
+    assert "short by" in texts(axes)
+    assert "margin" not in texts(axes)

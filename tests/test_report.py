@@ -19,6 +19,7 @@ from analysis.report.claims import claims
 from analysis.report.document import exact_text, to_json
 from analysis.report.html import format_number, page, prose
 from lure import Scenario, builtin_system, builtin_systems
+from lure.systems import rod_from_exact
 
 SCHEMA = json.loads(resources.files("analysis.report").joinpath("schema.json").read_text("utf-8"))
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
@@ -28,11 +29,11 @@ HOSTILE = "<script>alert('x')</script> & \"q\" $\\frac{1}{0}$ {{ 7 * 7 }} ]]> [r
 
 def with_damping(share):
     """The paper's system with a dashpot of `share` impedances (Z = 1.2 N s/m exactly)."""
-    return replace(PAPER, rod=replace(PAPER.rod, damping=share * Fraction(6, 5)))
+    return with_rod(damping=share * Fraction(6, 5))
 
 
 def with_rod(**changes):
-    return replace(PAPER, rod=replace(PAPER.rod, **changes))
+    return replace(PAPER, rod=rod_from_exact({**PAPER.rod.exact, **changes}))
 
 
 SYSTEMS = {
@@ -267,7 +268,7 @@ def test_the_fingerprint_covers_the_inputs_and_not_the_name(reports):
     nearly = Fraction("0.0002") + Fraction(1, 10**40)  # the same double
     changed = [
         with_rod(damping=nearly),
-        with_rod(gap=0),
+        with_rod(gap=Fraction(0)),
         replace(PAPER, cells=11),
         replace(PAPER, form="as-printed"),
         replace(PAPER, until=1.0),
@@ -436,3 +437,18 @@ def test_prose_gets_the_signs_of_print():
 @pytest.mark.parametrize(("value", "text"), [("1/8", "0.125"), ("1/3", "1/3"), ("288e6", "288000000")])
 def test_exact_numbers_are_written_exactly(value, text):
     assert exact_text(Fraction(value)) == text
+
+
+def test_the_page_says_where_the_simulated_motion_comes_to_rest(reports):
+    # without momentum at the start and at the end, the dashpot has not moved: the rod rests displaced by u0(0) = 1e-4
+    report = reports["paper-rod"]
+    assert document(report)["simulation"]["rest_position"] == pytest.approx(1e-4 - 0.02, rel=1e-5)
+    assert "no contact can follow, so this is the z at which it comes to rest" in page_of(report).text
+    # pushed at 1 m/s, k = 2e-4: free, the end would travel m v/k = 1 m, so contact is still to come after 2 ms
+    assert "inside the obstacle, so contact is still to come" in page_of(reports["touching"]).text
+    assert "Resting place" not in page_of(reports["negative dashpot"]).text
+
+
+def test_a_run_that_ended_early_says_why(tmp_path):
+    report = build_report(replace(with_damping(Fraction(-1, 2)), until=1.0))
+    assert "Ended early: The motion has grown" in page_of(report).text

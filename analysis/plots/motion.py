@@ -162,7 +162,7 @@ def plot_surface(trajectory: Trajectory, which: Surface, *, ax: Axes | None = No
     Returns
     -------
     Axes
-        The axes drawn on, with a colour bar beside them.
+        The axes drawn on, with a colour bar beside them; its pointed ends say that larger values are cut off.
 
     Raises
     ------
@@ -179,18 +179,22 @@ def plot_surface(trajectory: Trajectory, which: Surface, *, ax: Axes | None = No
         space.plot_surface(*np.meshgrid(x, t), values, cmap="viridis", rcount=60, ccount=60, linewidth=0)
         space.set_zlabel("[m/s]")
     else:
-        largest = float(np.abs(values).max()) or 1.0
-        mesh = axes.pcolormesh(
-            x, t, values, cmap="RdBu_r", vmin=-largest, vmax=largest, shading="nearest", rasterized=True
-        )
-        bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02)
-        bar.set_label("[m/s]")
+        top = _colour_range(np.abs(values))
+        mesh = axes.pcolormesh(x, t, values, cmap="RdBu_r", vmin=-top, vmax=top, shading="nearest", rasterized=True)
+        clipped = "both" if top < float(np.abs(values).max()) else "neither"
+        bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02, fraction=0.2, extend=clipped)
         finish_axes(bar.ax)
-    axes.set_title(SURFACES[which], fontsize="medium")
+    axes.set_title(f"{SURFACES[which]} [m/s]", fontsize="medium", loc="right", y=1.0, pad=4)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("t [s]")
     finish_axes(axes)
     return axes
+
+
+def _colour_range(sizes: NDArray[np.float64]) -> float:
+    """The largest size, unless a few frames (a start that dies out at once) are far larger than all others."""
+    largest, usual = float(sizes.max()), float(np.quantile(sizes, 0.97))
+    return usual if 0.0 < 4.0 * usual < largest else largest or 1.0
 
 
 def _envelope(t: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -69,6 +69,9 @@ def plot_nyquist(
     reach = float(np.nanmax(x) - min(np.nanmin(x), 0.0))
     near = -left <= FAR * reach
     low, high = padded(min(float(np.nanmin(x)), left if near else 0.0), max(float(np.nanmax(x)), 0.0), 0.12)
+    missing = 2.0 * float(np.nanmedian(np.abs(y))) - (high - low)
+    if missing > 0:  # a curve along the imaginary axis
+        low, high = low - 0.5 * missing, high + 0.5 * missing
     axes.plot(x, y, color=BLUE, lw=1.2, label="H(iω), ω > 0")
     if sector.lower > 0:
         axes.plot(x, -y, color=BLUE, lw=0.8, ls="--", label="ω < 0")
@@ -76,6 +79,7 @@ def plot_nyquist(
     axes.axvline(0.0, color=GREY, lw=0.6)
     bottom = min(float(np.nanmin(y)), 0.0)
     bottom = bottom if -bottom <= 3.0 * (high - low) else -0.8 * (high - low)
+    bottom = min(bottom, -0.1 * (high - low))  # a curve along the real axis
     axes.set_xlim(low, high)
     top = -bottom if sector.lower > 0 else max(float(np.nanmax(y)), 0.0)
     axes.set_ylim(*padded(bottom, top, 0.08 if near else 0.15))

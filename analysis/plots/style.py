@@ -50,17 +50,28 @@ def finish_axes(ax: Axes) -> None:
             continue
         if isinstance(axis.get_major_locator(), AutoLocator):
             axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
-        largest = max(map(abs, limits))
-        exponent = math.floor(math.log10(largest)) if largest else 0
-        if -3 < exponent < 4:
+        reference = _reference(*limits)
+        largest = max(abs(limit - reference) for limit in limits)
+        exponent = math.floor(math.log10(largest) + 1e-9) if largest else 0
+        if -3 < exponent < 4 and not reference:
             continue
-        formatter = FuncFormatter(partial(_in_units, 10.0**exponent))
-        formatter.set_offset_string(f"×{power_of_ten(exponent)}")
+        formatter = FuncFormatter(partial(_in_units, 10.0**exponent, reference))
+        base = f" {'+' if reference > 0 else '−'} {number(abs(reference), 10)}" if reference else ""
+        formatter.set_offset_string(f"×{power_of_ten(exponent)}{base}")
         axis.set_major_formatter(formatter)
 
 
-def _in_units(unit: float, value: float, _: object) -> str:
-    return f"{value / unit:.6g}".replace("-", "−")
+def _reference(low: float, high: float) -> float:
+    """A round number to count from where an axis shows a small range far from zero; zero elsewhere."""
+    span = abs(high - low)
+    if not 0.0 < span < 0.02 * max(abs(low), abs(high)):
+        return 0.0
+    digits = -math.ceil(math.log10(span))
+    return round(0.5 * (low + high), digits)
+
+
+def _in_units(unit: float, reference: float, value: float, _: object) -> str:
+    return f"{(value - reference) / unit:.4g}".replace("-", "−")
 
 
 def padded(low: float, high: float, share: float = 0.06) -> tuple[float, float]:

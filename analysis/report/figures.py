@@ -166,20 +166,24 @@ def _simulation(report: StabilityReport) -> list[FigureSpec]:
     run = report.simulation.trajectory
     if run is None:
         return []
+    shading = "Shaded: contact." if run.contact else "No contact."
+    if run.rest_position is None:
+        rest_title, rest = "Contact coordinate and its deflated part", "No claim is made about a resting place."
+    else:
+        rest_title = "Where the rod comes to rest"
+        rest = (
+            "ζ is where the end would rest if the rod did not touch again; without load it never increases. z "
+            "approaches it at the slowest rate of the spectrum, which can take far longer than this run."
+        )
+    if run.lyapunov is None:
+        energy_title, energy = "Energy", "What is checked here is the balance of the energy, not that it falls."
+    else:
+        energy_title = "Energy and Popov–Lyapunov function"
+        energy = "Without load both fall along every motion of the scheme."
     drawn: tuple[tuple[str, str, str, Draw], ...] = (
-        ("end-motion", "Motion of the contacting end", "Shaded: contact.", partial(plot_end_motion, run)),
-        (
-            "resting-place",
-            "Where the rod comes to rest",
-            "ζ is where the end would rest if the rod did not touch again; without load it never increases.",
-            partial(plot_rest, run),
-        ),
-        (
-            "decay",
-            "Energy and Popov–Lyapunov function",
-            "Without load both fall along every motion of the scheme.",
-            partial(plot_decay, run),
-        ),
+        ("end-motion", "Motion of the contacting end", shading, partial(plot_end_motion, run)),
+        ("resting-place", rest_title, rest, partial(plot_rest, run)),
+        ("decay", energy_title, energy, partial(plot_decay, run)),
         ("surface-r1", "Forward wave in space and time", _ENDS, partial(plot_surface, run, "r1")),
         ("surface-r2", "Backward wave in space and time", _ENDS, partial(plot_surface, run, "r2")),
         ("surface-v", "Velocity in space and time", _ENDS, partial(plot_surface, run, "v")),
