@@ -158,6 +158,8 @@ def test_a_resonance_between_grid_points_is_drawn_to_its_top():
     a = abs(ROD.reflection)
     top = ROD.mobility / first * (1 + a) / (1 - a)
     assert np.abs(rod.transfer(1j * near)).max() == pytest.approx(top, rel=1e-3)
+    # the half-width is ln(1/|a|)/(2T) = 1.0 rad/s, a twenty-thousandth of the frequency
+    assert np.count_nonzero(np.abs(omega - first) < 3.0) > 20
 
 
 def test_the_frequencies_increase_and_are_no_more_than_needed():

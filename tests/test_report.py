@@ -293,6 +293,22 @@ def test_every_number_on_the_page_is_the_one_in_the_json(reports, name):
         )
 
 
+def test_each_column_of_the_claims_shows_its_own_number(reports):
+    text = page(document(reports["paper-rod"]), claims(reports["paper-rod"]), ())
+    cells = re.findall(
+        r'data-label="([^"]+)"><span>\[?(?:0, )?<data value="[^"]*" data-key="criteria\.(\d)\.([^"]+)"', text
+    )
+    expected = {
+        "Margin, at least": "margin",
+        "attained at": "worst_frequency",
+        "θ": "theta",
+        "Smallest θ": "smallest_theta",
+        "Largest sector": "largest_sector.0",
+    }
+    assert {(label, key) for label, _, key in cells} == set(expected.items())
+    assert {number for _, number, _ in cells} == {"0", "1", "2", "3"}
+
+
 def spoken(shown):
     """The number a reader sees: `1.5 × 10−7` (its exponent raised), `−0.125` or `∞`."""
     plain = shown.replace("−", "-").replace("∞", "inf")
