@@ -141,6 +141,7 @@ def plot_waves(
     axes = axes_or_new(ax)
     largest = float(np.abs(values).max()) or 1.0
     mesh = axes.pcolormesh(x, t, values, cmap="RdBu_r", vmin=-largest, vmax=largest, shading="nearest", rasterized=True)
+    axes.set(xlim=(x[0], x[-1]), ylim=(t[0], t[-1]))
     axes.figure.colorbar(mesh, ax=axes, pad=0.02)
     axes.set_title(f"{title} [m/s]", fontsize="medium")
     axes.set_xlabel("x [m]")
