@@ -86,8 +86,8 @@ def _popov(runs: PaperRuns) -> PaperClaim:
         where="end of section 4.1",
         claim="Popov's inequality for the critical case of a simple zero root can be used",
         as_printed=(
-            f"with the b1 of (38) contact pulls, and motions in contact grow at {growth:.3g} 1/s; with the signs of (36) "
-            "as corrected"
+            f"with the b1 of (38) contact pulls, and motions in contact grow at {growth:.3g} 1/s; with the signs of "
+            "(36) as corrected"
         ),
         corrected=f"{scheme.verdict} for the sector {scheme.sector}, N = 10, theta = {_theta(scheme.theta)}",
         rod=f"{rod.verdict} for the sector {rod.sector}, theta = {_theta(rod.theta)}",
