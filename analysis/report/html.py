@@ -182,7 +182,7 @@ def _shown(data: Json, key: str, unit: str = "", digits: int = 4, rounding: Roun
         return Markup('<span class="none">—</span>')
     number = float(value)  # type: ignore[arg-type]  # a number, or "inf"
     text = format_number(number, digits, rounding)
-    suffix = Markup("\N{NO-BREAK SPACE}{}").format(unit.replace(" ", "\N{NO-BREAK SPACE}")) if unit else Markup("")
+    suffix = Markup(" {}").format(unit.replace(" ", "\N{NO-BREAK SPACE}")) if unit else Markup("")
     return Markup('<data value="{}" data-key="{}" title="{}">{}</data>{}').format(
         repr(value) if not isinstance(value, str) else value, key, repr(number), text, suffix
     )
