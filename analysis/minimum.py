@@ -124,7 +124,7 @@ def _taylor_bound(f: Function, box: arb, middle: arb) -> arb:
     try:
         at_middle = _coefficients(f(arb_series([middle, 1], prec=ORDER)), ORDER)
         remainder = _coefficients(f(arb_series([box, 1], prec=ORDER + 1)), ORDER + 1)[ORDER]
-    except (ValueError, ZeroDivisionError):  # a divisor that may vanish on the box
+    except (ValueError, ZeroDivisionError):  # a divisor that may vanish on the box, a series cut short
         return arb("-inf")
     half = (box - middle).abs_upper()
     curvature = at_middle[2].lower()
@@ -137,6 +137,8 @@ def _taylor_bound(f: Function, box: arb, middle: arb) -> arb:
 
 
 def _coefficients(series: arb_series, count: int) -> list[arb]:
+    if series.prec < count:  # what was cut off is unknown, not zero
+        raise ValueError(f"a series of {series.prec} terms has no {count} coefficients")
     found = list(series.coeffs())
     return found + [arb(0)] * (count - len(found))
 

@@ -11,16 +11,18 @@ from flint import arb, ctx, fmpq
 
 from analysis.evidence import Bracket
 
+SERIES_TERMS = 10
+
 
 @contextmanager
 def working_precision(bits: int) -> Iterator[None]:
-    """Run a block at ``bits`` of precision and put the old precision back (it is global to the process)."""
-    before = ctx.prec
-    ctx.prec = bits
+    """Run a block at ``bits`` of precision, with series of 10 terms; both are global to the process and are put back."""
+    before = ctx.prec, ctx.cap
+    ctx.prec, ctx.cap = bits, SERIES_TERMS
     try:
         yield
     finally:
-        ctx.prec = before
+        ctx.prec, ctx.cap = before
 
 
 def ball(value: Fraction | int | float) -> arb:

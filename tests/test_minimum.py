@@ -128,3 +128,24 @@ def test_few_bits_widen_the_bracket_and_keep_it_valid(c, m):
         low, high = found.low, found.high
     assert not low > ball(m)
     assert not high < ball(m)
+
+
+# flint.ctx.cap is a global that cuts every series short: a coefficient cut off is unknown, not zero
+@pytest.mark.parametrize("cap", [1, 2, 4, 6])
+def test_a_series_cut_short_gives_no_taylor_bound(cap):
+    before, ctx.cap = ctx.cap, cap
+    try:
+        assert not _taylor_bound(lambda x: x * x.cos(), arb(3, 1), arb(3)).is_finite()
+    finally:
+        ctx.cap = before
+
+
+@pytest.mark.parametrize("cap", [1, 2, 10])
+def test_the_length_of_a_series_is_set_with_the_precision_and_put_back(cap):
+    before, ctx.cap = ctx.cap, cap
+    try:
+        with working_precision(64):
+            assert _taylor_bound(lambda x: x * x.cos(), arb(3, 1), arb(3)).is_finite()
+        assert ctx.cap == cap
+    finally:
+        ctx.cap = before

@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from flint import ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
@@ -12,7 +13,7 @@ from scipy.optimize import minimize_scalar
 from analysis.criteria.popov import circle_criterion, popov_criterion
 from analysis.criteria.rod import response_check, rod_criteria
 from analysis.evidence import INFINITE, Evidence, Verdict
-from lure import AssumptionError, Rod, RodBlock, Sector, builtin_system, upwind
+from lure import AssumptionError, InputError, Rod, RodBlock, Sector, builtin_system, upwind
 from lure.systems import rod_from_exact
 
 # E = rho = A = L = 1: c = Z = T = d = 1, so that k is the ratio k/Z and a = (k - 1)/(k + 1)
@@ -299,3 +300,42 @@ def test_python_control_is_not_asked_for_a_huge_scheme():
 def test_a_criterion_has_no_truth_value():
     with pytest.raises(TypeError, match="three answers"):
         bool(popov_criterion(block_of(1, 3), Sector(0, 1)))
+
+
+# for k = 20 the least value at theta = 0.05 is -5.6608..; with series of one term the Taylor boxes claimed -5.6468..
+@pytest.mark.parametrize("cap", [1, 2, 5])
+def test_brackets_do_not_depend_on_the_series_length_that_a_caller_has_set(cap):
+    expected = popov_criterion(block_of(20, None), Sector(0, math.inf), theta=0.05)
+    before, ctx.cap = ctx.cap, cap
+    try:
+        found = popov_criterion(block_of(20, None), Sector(0, math.inf), theta=0.05)
+    finally:
+        ctx.cap = before
+    assert (found.margin, found.smallest_theta) == (expected.margin, expected.smallest_theta)
+
+
+# k/Z = 1e300/1e-205 and k/Z = 1e-300/1e200: both parameters are doubles, their ratio is not
+@pytest.mark.parametrize(
+    ("modulus", "density", "area", "length", "damping", "cells"),
+    [(1e-300, 1e-100, 1e-5, 1.0, 1e300, 3), (1e300, 1e100, 1.0, 1e-100, 1e-300, None)],
+)
+def test_a_ratio_of_damping_to_impedance_beyond_doubles_is_no_obstacle(modulus, density, area, length, damping, cells):
+    rod = Rod(youngs_modulus=modulus, density=density, area=area, length=length, damping=damping, compliance=1)
+    block = RodBlock(rod) if cells is None else upwind(rod, cells)
+    assert popov_criterion(block, Sector(0, math.inf)).verdict is Verdict.PROVED
+
+
+# smallest theta about L rho A/k = 1e20 1e10 1/1e-300 s
+def test_a_multiplier_beyond_doubles_is_refused_in_one_sentence():
+    rod = Rod(youngs_modulus=1e-10, density=1e10, length=1e20, area=1, damping=1e-300, compliance=1)
+    with pytest.raises(InputError, match="needs for this rod exceeds the largest double"):
+        popov_criterion(RodBlock(rod), Sector(0, 1))
+
+
+# m < 1: the chord at zero is vertical, the law is not locally Lipschitz, and Popov's theorem is not about it
+@pytest.mark.parametrize(("exponent", "said"), [(0.5, True), (1, False), (2, False)])
+@pytest.mark.parametrize("criterion", [popov_criterion, circle_criterion])
+def test_the_hypotheses_say_when_the_rods_own_law_is_not_in_the_class(criterion, exponent, said):
+    rod = Rod(**UNIT, damping=1, exponent=exponent)
+    hypotheses = criterion(RodBlock(rod), Sector(0, math.inf)).hypotheses
+    assert any("fails for this rod's own law" in text for text in hypotheses) is said

@@ -13,7 +13,7 @@ from analysis.criteria.ring import Ring, popov_minimum, precision_for, smallest_
 from analysis.evidence import INFINITE, Bracket, Evidence, Verdict
 from analysis.minimum import Minimum
 from analysis.precision import ball, outward, working_precision
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, InputError
 from lure.sector import Sector
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
@@ -57,6 +57,8 @@ def popov_criterion(block: UpwindScheme | RodBlock, sector: Sector, *, theta: fl
     ------
     AssumptionError
         The sector does not start at zero, or ``theta`` is negative or not finite.
+    InputError
+        No ``theta`` was given, and the one needed lies outside the range of doubles.
 
     Notes
     -----
@@ -89,6 +91,11 @@ def popov_criterion(block: UpwindScheme | RodBlock, sector: Sector, *, theta: fl
         unbounded = smallest_multiplier(ring, arb(0))
         if theta is None:
             theta = max(THETA_EASE * float(-unbounded.low * ring.travel_time), float(ring.travel_time))
+            if not math.isfinite(theta):
+                raise InputError(
+                    "the multiplier that Popov's criterion needs for this rod exceeds the largest double, about "
+                    "1e308 s; rescale the units"
+                )
         needed = smallest_multiplier(ring, ease)
         found = popov_minimum(ring, ball(theta) / ring.travel_time, ease)
         smallest = outward(-needed.high * ring.travel_time, -needed.low * ring.travel_time)
@@ -171,10 +178,16 @@ def _advice(name: CriterionName, smallest: Bracket | None, largest: Bracket) -> 
 def _hypotheses(asked: _Question, margin: Bracket, *, holds: bool) -> tuple[str, ...]:
     rod, sector = asked.block.rod, asked.sector
     inequality = f"inequality on [0, inf], limits included: bounded below by {margin.low:.6g} m/Pa in ball arithmetic"
+    members = f"phi time-invariant, locally Lipschitz, in the sector {sector}: assumed of the class"
+    if not rod.law.locally_lipschitz:
+        members += (
+            f"; it fails for this rod's own law, which is not Lipschitz at z = 0 (m = {rod.exponent:g} < 1): "
+            "the energy theorem covers that law, this criterion does not"
+        )
     return (
         f"zero eigenvalue simple: checked, k = {rod.damping:g} N s/m is not zero",
         f"all other modes decay: checked, |a| < 1 because 0 < k (a = {rod.reflection:.10g})",
         f"residue at zero positive: checked, A/k = {rod.residue_at_zero:.6g} m/(Pa s)",
         inequality if holds else "inequality on [0, inf]: not established",
-        f"phi time-invariant, locally Lipschitz, in the sector {sector}: assumed of the class",
+        members,
     )

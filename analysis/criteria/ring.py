@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import TypeVar
 
 from flint import arb, arb_series
@@ -186,6 +185,8 @@ def _clipped(found: Minimum) -> Minimum:
 
 def precision_for(rod: Rod, cells: int | None) -> int:
     """Bits that leave about 100 good ones after the cancellations near ``|a| = 1`` and for many cells."""
-    impedance = Fraction(rod.impedance)
-    ratio = abs(math.log2(abs(rod.exact["damping"] / impedance))) if rod.exact["damping"] else 0.0
-    return min(4096, 128 + 4 * math.ceil(ratio) + 2 * (cells or 1).bit_length())
+    exact = rod.exact
+    # (k/Z)^2 as a fraction: the ratio of two doubles need not be one
+    square = exact["damping"] ** 2 / (exact["area"] ** 2 * exact["density"] * exact["youngs_modulus"])
+    octaves = abs(square.numerator.bit_length() - square.denominator.bit_length()) // 2 + 1 if square else 0
+    return min(4096, 128 + 4 * octaves + 2 * (cells or 1).bit_length())
