@@ -46,9 +46,9 @@ class Conclusion:
     statement : str
         What converges to what.
     stationary_set : str
-        The equilibria.
+        The equilibria, without load.
     resting_place : str
-        What decides where the rod comes to rest.
+        What decides where the rod comes to rest, without load.
     assumptions : tuple of str
         Hypotheses, each with how it was checked or that it is assumed.
     not_shown : tuple of str
@@ -122,6 +122,9 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
             "the contact stress, and ends as the resting place; a motion that never touches rests at zeta(0)"
         ),
     )
+    if not scenario.free:
+        set_of_rest = f"without load, {set_of_rest}"
+        resting = f"none is claimed under the load of this run; without load, {resting}"
     if damping == 0:
         return Conclusion(
             verdict=Verdict.INCONCLUSIVE,
@@ -142,7 +145,8 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
             verdict=Verdict.REFUTED,
             statement=(
                 "The loop is not absolutely stable: the dashpot feeds energy in "
-                f"(k = {rod.damping:g} N s/m), and {example}."
+                f"(k = {rod.damping:g} N s/m), and {example}. In the rod itself the energy never falls, whatever the "
+                "law: without load no motion that starts with energy comes to rest."
             ),
             stationary_set=set_of_rest,
             resting_place="none is claimed",

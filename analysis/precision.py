@@ -16,7 +16,7 @@ SERIES_TERMS = 10
 
 @contextmanager
 def working_precision(bits: int) -> Iterator[None]:
-    """Run a block at ``bits`` of precision, with series of 10 terms; both are global to the process and are put back."""
+    """Run a block at ``bits`` of precision, with series of 10 terms; put both back (they are global to the process)."""
     before = ctx.prec, ctx.cap
     ctx.prec, ctx.cap = bits, SERIES_TERMS
     try:

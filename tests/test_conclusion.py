@@ -57,6 +57,25 @@ def test_nothing_is_claimed_about_a_forced_motion(load):
     assert any("forced motion" in row for row in forced.not_shown)
 
 
+# a steady push g > 0 holds the rod against the obstacle at p(z) = g/A > 0, and zeta' = g/k - (A/k) p: neither the
+# half-line nor a resting place at zeta(0) is right under load
+@pytest.mark.parametrize("damping", ["2e-4", "0", "-1"])
+@pytest.mark.parametrize("load", [{"force": 1}, {"body_force": "x"}])
+def test_equilibria_and_resting_place_are_those_without_load(load, damping):
+    free, forced = concluded(damping=damping), concluded(Scenario.parse(**load), damping=damping)
+    assert forced.stationary_set == f"without load, {free.stationary_set}"
+    assert forced.resting_place.startswith("none is claimed")
+    assert (free.resting_place == "none is claimed") == (damping != "2e-4")
+
+
+# k < -Z and m = 2: the linear gain that destabilises the sector is not the law of this rod, which E' = -k v(t,0)^2 >= 0
+# is about
+@pytest.mark.parametrize("exponent", ["1/2", "1", "2"])
+@pytest.mark.parametrize("damping", ["-2e-4", "-5"])
+def test_what_is_refuted_is_refuted_for_the_law_of_this_rod_too(damping, exponent):
+    assert "no motion that starts with energy comes to rest" in concluded(damping=damping, exponent=exponent).statement
+
+
 def test_a_conclusion_has_no_truth_value():
     with pytest.raises(TypeError, match="three answers"):
         bool(concluded())
