@@ -249,7 +249,8 @@ def test_a_verdict_is_not_mistaken_for_a_number():
 
 
 SLOW = """
-import time
+import signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a run in the background of a shell is born deaf to it
 def slow(report, directory):
     write_report(report, directory)
     print("written", file=sys.stderr, flush=True)
