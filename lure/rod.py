@@ -15,7 +15,6 @@ from lure.exact import exact_number, square_root
 from lure.nonlinearity import NormalCompliance
 
 PARAMETERS = ("youngs_modulus", "density", "length", "area", "damping", "compliance", "exponent", "gap")
-_MATCHED = Fraction(8, 2**52)
 _POSITIVE = ("youngs_modulus", "density", "length", "area", "compliance", "exponent")
 
 
@@ -128,12 +127,11 @@ class Rod:
     def reflection(self) -> float:
         """``a = (k - Z)/(k + Z)``; a wave comes back from the dashpot as ``-a`` times itself [-].
 
-        Without cancellation near ``k = Z`` and ``k = -Z``: ``(k/Z)^2 - 1`` is rational and taken exactly.  Zero where
-        ``k`` and ``Z`` agree to the last four units of double precision, since parameters given as doubles can come no
-        closer to ``k = Z``.
+        Without cancellation near ``k = Z`` and ``k = -Z``: ``(k/Z)^2 - 1`` is rational and taken exactly.  Zero for
+        ``k = Z``, and where ``k`` is a double and the one nearest to ``Z``: a double can come no closer.
         """
         ratio, (one_plus, defect) = self._squared_ratio, self._ratio
-        if self.damping > 0 and abs(ratio - 1) <= _MATCHED:
+        if self._matched:
             return 0.0
         size = defect / one_plus**2 if self.damping >= 0 else one_plus**2 / defect
         return size if ratio > 1 else -size
@@ -157,6 +155,12 @@ class Rod:
     @cached_property
     def _squared_impedance(self) -> Fraction:
         return self.exact["area"] ** 2 * self.exact["density"] * self.exact["youngs_modulus"]
+
+    @property
+    def _matched(self) -> bool:
+        k = self.exact["damping"]
+        nearest_double = k == Fraction(self.damping) and self.damping == self.impedance
+        return k > 0 and (self._squared_ratio == 1 or nearest_double)
 
     @cached_property
     def _squared_ratio(self) -> Fraction:

@@ -96,12 +96,15 @@ def test_the_reflection_keeps_its_digits_near_the_impedance_of_either_sign(rod, 
         )
 
 
-def test_a_damping_within_four_units_of_the_impedance_counts_as_matched_and_five_do_not():
+def test_only_the_impedance_itself_or_the_double_nearest_to_it_is_matched():
     Z, unit = Fraction(6, 5), Fraction(1, 2**52)
+    assert with_damping(paper_rod(), Z).reflection == 0.0
+    assert with_damping(paper_rod(), Fraction(1.2)).reflection == 0.0  # the double, 1.2 - 4e-17
     for sign in (1, -1):
-        assert with_damping(paper_rod(), Z * (1 + sign * Fraction(39, 10) * unit)).reflection == 0.0
-        beyond = with_damping(paper_rod(), Z * (1 + sign * 5 * unit)).reflection
-        assert beyond == pytest.approx(sign * 2.5 * float(unit), rel=1e-12)
+        beside = with_damping(paper_rod(), Z * (1 + sign * unit / 100)).reflection  # a decimal can come closer
+        assert beside == pytest.approx(sign * float(unit) / 200, rel=1e-12)
+    next_double = with_damping(paper_rod(), Fraction(math.nextafter(1.2, 2))).reflection
+    assert 0 < next_double < 1e-15
 
 
 @given(rod=rods(ratio=1.0), ratio=ratios())

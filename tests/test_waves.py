@@ -44,7 +44,7 @@ def test_the_closed_form_on_the_imaginary_axis_is_right_to_what_its_inputs_allow
 @given(rod=rods(), size=decades(-12, 2), angle=angles)
 def test_the_closed_form_anywhere_in_the_plane_is_right_to_what_its_inputs_allow(rod, size, angle):
     s = complex(size * math.cos(angle), size * math.sin(angle)) / rod.travel_time
-    # a rod matched to four units of rounding counts as matched, although |Q| > 1 makes a remainder of 1e-16 grow
+    # a rod matched in doubles counts as matched, although |Q| > 1 makes a remainder of 1e-16 grow
     assume(rod.reflection != 0 or s.real >= 0)
     error, sensitivity = at_high_precision(error_and_sensitivity, rod, s)
     assert error <= 8 * EPS * sensitivity

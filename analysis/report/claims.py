@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from analysis.criteria.result import CriterionResult
 from analysis.evidence import Evidence, Verdict
+from analysis.report.comparison import compared
 from analysis.report.model import StabilityReport
 
 LADDER = (
@@ -26,7 +27,7 @@ class Claim:
     model : str
         ``"rod"``, ``"scheme"`` or both: what it is claimed of.
     answer : str
-        A verdict, or ``"agrees"`` or ``"differs"`` for a comparison, which decides nothing by itself.
+        A verdict, or ``"agrees"``, ``"differs"`` or ``"not tested"`` for a comparison, which decides nothing by itself.
     evidence : Evidence
         What the answer rests on.
     criterion : int or None
@@ -122,9 +123,10 @@ def _observed(report: StabilityReport) -> list[Claim]:
         return []
     return [
         Claim(
-            text=f"simulated motion, compared with every claim above, up to t = {float(run.trajectory.t[-1]):.4g} s",
+            text=f"simulated motion up to t = {float(run.trajectory.t[-1]):.4g} s, compared: "
+            + (", ".join(compared(run.trajectory)) or "nothing, the rod stays at rest"),
             model=f"scheme, N = {run.cells}",
-            answer="agrees",
+            answer="agrees" if compared(run.trajectory) else "not tested",
             evidence=Evidence.OBSERVED,
         )
     ]

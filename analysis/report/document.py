@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.criteria.result import CriterionResult
 from analysis.evidence import Bracket
+from analysis.report.comparison import compared
 from analysis.report.model import SCHEMA, StabilityReport
 from lure.expressions.tree import decimal
 from lure.rod import PARAMETERS
@@ -225,7 +226,9 @@ def _simulation(report: StabilityReport) -> Json:
         "error_estimate": None if run is None else number(run.error_estimate),
         "method": None if run is None else run.method,
         "ended_early": None if run is None else run.ended_early,
-        "agrees": None if run is None else True,  # a contradiction stops the report before this point
+        # a contradiction stops the report before this point
+        "agrees": True if run is not None and compared(run) else None,
+        "compared": [] if run is None else list(compared(run)),
         "skipped": report.simulation.skipped,
     }
 
