@@ -41,7 +41,7 @@ def discrete_energy(scheme: UpwindScheme, y: ArrayLike) -> Array:
 
     .. math:: E = \tfrac14 A \rho h \sum_{i=1}^{2N} y_i^2 + A P(z), \qquad h = L/N, \quad P' = p,
 
-    the midpoint sum of the rod's energy, since ``r1^2 + r2^2 = 2 (v^2 + c^2 u_x^2)``.
+    a Riemann sum of the rod's energy, since ``r1^2 + r2^2 = 2 (v^2 + c^2 u_x^2)``.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def energy_balance(
         (...) [W].
     """
     rod, N, s = scheme.rod, scheme.cells, scheme.rate
-    Z, total, a = rod.impedance, rod.damping + rod.impedance, rod.reflection
+    Z, b, a = rod.impedance, rod.input_gain, rod.reflection
     waves, gap = split_state(scheme, y)
     sent = np.asarray(force, dtype=float) * (float(scheme.b2.max()) / s)  # 2 b g
     end = waves[..., -1]
@@ -104,7 +104,7 @@ def energy_balance(
     jumps[..., 1:] = waves[..., :-1] - waves[..., 1:]
     jumps[..., 0] = sent - a * end - waves[..., 0]
     jumps[..., N] -= 2.0 * rod.mobility * rod.law(gap)
-    lost = 0.5 * np.square(jumps).sum(axis=-1) + 2.0 * rod.damping * Z / total**2 * end**2
+    lost = 0.5 * np.square(jumps).sum(axis=-1) + 2.0 * (rod.damping * b) * (Z * b) * end**2
     given = 0.5 * sent**2 - a * sent * end
     if body_force is not None:
         given = given + (np.asarray(body_force) * waves).sum(axis=-1) / (s * rod.density * rod.area)
@@ -133,8 +133,10 @@ def zeta_weights(scheme: UpwindScheme) -> Array:
     """
     rod, N = scheme.rod, scheme.cells
     if rod.damping == 0:
-        raise AssumptionError("the deflated coordinate needs k != 0; the damping is 0 N s/m and the zero eigenvalue double")
-    forward = (rod.damping + rod.impedance) / (2.0 * rod.damping * scheme.rate)
+        raise AssumptionError(
+            "the deflated coordinate needs k != 0; the damping is 0 N s/m and the zero eigenvalue double"
+        )
+    forward = 1.0 / (2.0 * (rod.damping * rod.input_gain) * scheme.rate)
     weights = np.concatenate((np.full(N, forward), np.full(N, -rod.reflection * forward), [1.0]))
     return np.asarray(weights[scheme.permutation])
 
@@ -195,8 +197,8 @@ def energy_theta(scheme: UpwindScheme) -> float:
     """
     _need_damping(scheme)
     rod, N = scheme.rod, scheme.cells
-    k, Z, a = rod.damping, rod.impedance, rod.reflection
-    one_plus_a, one_minus_a2 = 2.0 * k / (k + Z), 4.0 * k * Z / (k + Z) ** 2
+    kb, Zb, a = rod.damping * rod.input_gain, rod.impedance * rod.input_gain, rod.reflection
+    one_plus_a, one_minus_a2 = 2.0 * kb, 4.0 * kb * Zb
     # alpha = -w (N, .., 1, 0, a, .., a (N-1), 2 a N/sqrt(1-a^2)),  2 d beta = -(1, .., 1, (1+a)/sqrt(1-a^2))
     w = 1.0 / (scheme.rate * one_plus_a)
     squares = N * (N + 1) * (2 * N + 1) / 6.0
@@ -248,6 +250,4 @@ def lyapunov_function(scheme: UpwindScheme, y: ArrayLike, theta: float) -> Array
 
 def _need_damping(scheme: UpwindScheme) -> None:
     if scheme.rod.damping <= 0:
-        raise AssumptionError(
-            f"the Popov-Lyapunov function needs k > 0; the damping is {scheme.rod.damping:g} N s/m"
-        )
+        raise AssumptionError(f"the Popov-Lyapunov function needs k > 0; the damping is {scheme.rod.damping:g} N s/m")

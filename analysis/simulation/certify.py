@@ -134,7 +134,7 @@ def first_root(gap: Array, mesh: Mesh, seen: Scan, floor: float) -> Root | None:
             continue  # it falls all along
         if right - left <= _NARROW * max(1.0, right) or (crossed and gentlest[j] > 0.0):
             if crossed:
-                return _refined(gap, left, right, float(values[j]), floor)
+                return _refined(gap, (left, right), float(values[j]), floor)
             continue
         finer = mesh_of(np.linspace(left, right, _PIECES + 1), gap.size)
         found = first_root(gap, finer, scan(gap, finer), floor)
@@ -146,8 +146,8 @@ def first_root(gap: Array, mesh: Mesh, seen: Scan, floor: float) -> Root | None:
 def last_root(gap: Array, mesh: Mesh, before: float, floor: float, blur: float) -> Root:
     """Last upward crossing of zero at the resolution of the mesh, before a point at which the average is positive.
 
-    For a step that is itself known to ``blur`` only: what lies below that before the point is forgiven, and the crossing is
-    as uncertain as that makes it.
+    A step known to ``blur`` only is given that much: what lies below it before the point is forgiven, and the crossing
+    is as uncertain as that makes it.
     """
     edges = mesh.edges
     inside = edges < before
@@ -156,7 +156,7 @@ def last_root(gap: Array, mesh: Mesh, before: float, floor: float, blur: float) 
         return Root(tau=0.0, resolution=min(before, float(edges[1])))
     left = int(negative[-1])
     right = float(edges[left + 1]) if left + 1 < int(inside.sum()) else before
-    return _refined(gap, float(edges[left]), right, -0.0, floor, blur)
+    return _refined(gap, (float(edges[left]), right), -0.0, floor, blur)
 
 
 def peak(gap: Array, mesh: Mesh, known: float, floor: float) -> float:
@@ -171,16 +171,16 @@ def peak(gap: Array, mesh: Mesh, known: float, floor: float) -> float:
     return best
 
 
-def _refined(gap: Array, left: float, right: float, at_left: float, floor: float, blur: float = 0.0) -> Root:
-    """Newton's method kept in a bracket; the crossing between the two edges is the only one, or they are a rounding apart."""
-    low, high, tau = left, right, right
+def _refined(gap: Array, bracket: tuple[float, float], at_left: float, floor: float, blur: float = 0.0) -> Root:
+    """Newton's method kept in a bracket that holds a single crossing, or is a rounding wide."""
+    (low, high), tau = bracket, bracket[1]
     slope = bend = 0.0
     for _ in range(100):
         row = poisson_rows(tau, gap.size)[0]
         value, slope = float(row @ gap), float(row[:-1] @ np.diff(gap))
         bend = float(np.abs(row[:-2] @ np.diff(gap, 2)))
         if at_left > 0.0:
-            tau = left
+            tau = bracket[0]
             break
         low, high = (low, tau) if value > 0.0 else (tau, high)
         if abs(value) <= 0.125 * floor or high - low <= 2.0 * EPS * max(1.0, high):
@@ -189,4 +189,4 @@ def _refined(gap: Array, left: float, right: float, at_left: float, floor: float
         tau = step if low < step < high else 0.5 * (low + high)
     error = max(floor, blur)
     uncertain = max(abs(slope), np.sqrt(0.5 * error * bend))
-    return Root(tau=tau, resolution=error / uncertain if uncertain > 0.0 else right - left)
+    return Root(tau=tau, resolution=error / uncertain if uncertain > 0.0 else bracket[1] - bracket[0])

@@ -16,6 +16,7 @@ LARGEST_CELLS = 1000
 LARGEST_WORK = 2e8
 _LARGEST_TABLE = 5e7
 _STIFFEST = 1e9
+_LARGEST_STATE = 1e100
 
 
 def check_request(scheme: UpwindScheme, *, until: float, samples: int, frames: int, tolerance: float) -> None:
@@ -44,12 +45,14 @@ def check_request(scheme: UpwindScheme, *, until: float, samples: int, frames: i
         fewer = int(math.sqrt(LARGEST_WORK * scheme.rod.travel_time / (2.0 * until)))
         coarser = f", or at most {fewer} cells" if fewer else ""
         raise InputError(
-            f"simulation.until is {until:g} s: with {N} cells that is {work:.2g} cell updates, more than {LARGEST_WORK:g}; "
-            f"give at most {LARGEST_WORK / (2.0 * N * scheme.rate):.3g} s{coarser}"
+            f"simulation.until is {until:g} s: with {N} cells that is {work:.2g} cell updates, more than "
+            f"{LARGEST_WORK:g}; give at most {LARGEST_WORK / (2.0 * N * scheme.rate):.3g} s{coarser}"
         )
     if (samples + frames) * scheme.order > _LARGEST_TABLE:
         most = int(_LARGEST_TABLE / scheme.order)
-        raise InputError(f"simulation.samples is {samples}; with {N} cells give at most {most} samples and frames together")
+        raise InputError(
+            f"simulation.samples is {samples}; with {N} cells give at most {most} samples and frames together"
+        )
 
 
 def check_motion(ring: Ring, loads: Loads, state: NDArray[np.float64], until: float) -> None:
@@ -61,7 +64,15 @@ def check_motion(ring: Ring, loads: Loads, state: NDArray[np.float64], until: fl
         With the field, the value and what would do.
     """
     if not np.isfinite(state).all():
-        raise InputError("initial.u0 and initial.u1 have no finite value at some grid point; give formulas defined on [0, L]")
+        raise InputError(
+            "initial.u0 and initial.u1 have no finite value at some grid point; give formulas defined on [0, L]"
+        )
+    largest = float(np.abs(state).max())
+    if largest != 0.0 and not 1.0 / _LARGEST_STATE < largest < _LARGEST_STATE:
+        raise InputError(
+            f"initial.u0 and initial.u1 start a motion of size {largest:.3g} in SI units, whose energy leaves the range "
+            f"of double precision (from {1.0 / _LARGEST_STATE:g} to {_LARGEST_STATE:g}); rescale the units"
+        )
     force = np.abs(loads.force_at(np.linspace(0.0, until, 257))).max()
     pressed = float(ring.push(np.maximum(state[-1:] * ring.rate, 0.0))[0])
     speed = max(float(np.abs(state[:-1]).max()), ring.force_gain * float(force), pressed)

@@ -1,8 +1,8 @@
 r"""One step of contact with a nonlinear or very stiff law: collocation for the stress, exact waves around it.
 
 On a step the stress ``q = d p(z)`` is a polynomial through the Radau points; given ``q`` the waves and ``z`` are exact,
-so that the unknowns are the ``s`` values of ``z`` at those points: ``z_i + sum_j K_ij q(z_j) = z^0_i``, where ``z^0`` is
-the motion without stress and ``K`` the response of ``z`` to each polynomial.  For ``z`` alone this is Radau IIA
+so that the unknowns are the values of ``z`` at those points: ``z_i + sum_j K_ij q(z_j) = z^0_i``, where ``z^0`` is the
+motion without stress and ``K`` the response of ``z`` to each polynomial.  For ``z`` alone this is Radau IIA
 collocation, stiffly accurate and L-stable; the waves add no error.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.simulation.poisson import chebyshev_sequences, chebyshev_values, poisson_rows
-from analysis.simulation.ring import Ring, Streams, shifted
+from analysis.simulation.ring import Inputs, Ring, Streams, shifted
 from analysis.simulation.steps import Step, Tables
 
 Array = NDArray[np.float64]
@@ -73,14 +73,12 @@ class ContactStep:
 def collocation(ring: Ring, tables: Tables) -> Collocation:
     """Collocation matrices for steps with the given tables."""
     points = radau_points(STAGES)
-    coefficients = np.linalg.inv(chebyshev_values(points, STAGES))
+    coefficients: Array = np.linalg.inv(chebyshev_values(points, STAGES)).astype(float)
     sequences = chebyshev_sequences(STAGES, tables.length, tables.columns) @ coefficients
     rows = poisson_rows(tables.length * points, tables.columns)
     at_rest = np.zeros((2 * ring.cells + 1, STAGES))
-    pressed = shifted(ring, at_rest, 0.0, None, sequences, tables.columns)
-    return Collocation(
-        rows=rows, sequences=sequences, coefficients=coefficients, response=-(rows @ pressed.gap)
-    )
+    pressed = shifted(ring, at_rest, tables.columns, Inputs(push=sequences))
+    return Collocation(rows=rows, sequences=sequences, coefficients=coefficients, response=-(rows @ pressed.gap))
 
 
 def contact_step(ring: Ring, free: Step, scheme: Collocation) -> ContactStep:
@@ -89,7 +87,7 @@ def contact_step(ring: Ring, free: Step, scheme: Collocation) -> ContactStep:
     push, converged = _solved(ring, unpressed, scheme.response)
     sequence = (scheme.sequences @ push)[:, None]
     at_rest = np.zeros((2 * ring.cells + 1, 1))
-    added = shifted(ring, at_rest, 0.0, None, sequence, free.tables.columns)
+    added = shifted(ring, at_rest, free.tables.columns, Inputs(push=sequence))
     streams = Streams(
         forward=free.streams.forward + added.forward[:, 0],
         backward=free.streams.backward + added.backward[:, 0],

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 _FINEST = 2.0**-40
 _FIRST, _FIRST_COLLOCATED = 2.0**-2, 2.0**-14  # shares of the longest step
-_RUNAWAY = 1e30
+_RUNAWAY, _NOTHING = 1e30, 1e-100
 _NOISE = 3e-14
 _FORGIVEN = 30.0  # dips between collocation points, in units of the tolerance
 
@@ -63,13 +63,13 @@ def flow(plan: Plan, loads: Loads, state: Array, until: float) -> Iterator[Segme
         if not fit.resolved and length > _FINEST:
             wanted = _shortened(wanted, 0.25 * length)
             continue
-        done = _advanced(plan, tables, state, fit, speed, contact=contact)
+        done = _advanced(plan, tables, fit, _Start(state=state, speed=speed, contact=contact))
         if done.factor < 1.0 and length > _FINEST:
             wanted = _shortened(wanted, done.factor * length)
             continue
         segment = _until_event(plan, done, clock, contact=contact)
         yield segment
-        state = segment.end
+        state = np.where(np.abs(segment.end) < _NOTHING * start, 0.0, segment.end)
         speed = max(speed, float(np.abs(state[:-1]).max()))
         start = max(start, ring.force_gain * largest[0], ring.body_gain * largest[1])
         if not np.abs(state).max() <= _RUNAWAY * start:
@@ -83,13 +83,23 @@ def flow(plan: Plan, loads: Loads, state: Array, until: float) -> Iterator[Segme
         clock = (stops[0], 0.0) if whole else _added(clock, segment.length)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class _Start:
+    """State at the start of a step, largest speed met so far, and whether there is contact."""
+
+    state: Array
+    speed: float
+    contact: bool
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class _Advance:
     """A whole step before events are looked for.
 
-    ``factor`` is by how much the next step may be longer; below one, this one must be taken again, shorter.  Of a collocated
-    step, ``blur`` is the accuracy of the scaled coordinate, ``gap`` its value at the end, and ``left`` whether the end of
-    the rod has left the obstacle at one of its points.
+    ``factor`` is by how much the next step may be longer; below one, this one must be taken again, shorter.  Where
+    contact is collocated, ``blur`` is the accuracy of the scaled coordinate: a shallower touch or release is forgiven.
+    Of a collocated step, ``gap`` is its value at the end, and ``left`` whether the end of the rod has left the obstacle
+    at one of its points.
     """
 
     step: Step
@@ -99,16 +109,17 @@ class _Advance:
     left: bool = False
 
 
-def _advanced(plan: Plan, tables: Tables, state: Array, fit: LoadFit, speed: float, *, contact: bool) -> _Advance:
+def _advanced(plan: Plan, tables: Tables, fit: LoadFit, start: _Start) -> _Advance:
     if not fit.resolved:
         fit = averaged(fit)
-    if not contact or plan.longest_contact:
-        return _Advance(step=exact_step(plan.ring, tables, state, fit, plan.ring.kappa if contact else 0.0))
+    state, allowed = start.state, plan.tolerance * start.speed
+    if not start.contact or plan.longest_contact:
+        step = exact_step(plan.ring, tables, state, fit, plan.ring.kappa if start.contact else 0.0)
+        return _Advance(step=step, blur=0.0 if plan.longest_contact else allowed)
     done = contact_step(plan.ring, exact_step(plan.ring, tables, state, fit, 0.0), plan.collocation(tables))
-    allowed = plan.tolerance * speed
     if not done.converged:
         factor = 0.125
-    elif done.error <= _NOISE * speed:
+    elif done.error <= _NOISE * start.speed:
         factor = 2.0
     else:
         factor = (allowed / done.error) ** 0.125
@@ -125,7 +136,7 @@ def _until_event(plan: Plan, done: _Advance, clock: tuple[float, float], *, cont
         heading = sign * step.gap
         exact = rounding(step.gap, mesh)
         event = first_root(heading, mesh, Scan(values=sign * seen.values, errors=seen.errors), max(done.blur, exact))
-        if done.left or (done.gap is not None and event is not None):
+        if done.left or (done.blur > 0.0 and event is not None):
             event = last_root(heading, mesh, length if event is None else event.tau, exact, done.blur)
     if event is None:
         end = states_at(plan.ring, step, mesh.rows[-1:])[0]

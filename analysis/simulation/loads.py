@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -55,10 +56,10 @@ class Loads:
         """``g`` at the instants ``t`` [N]."""
         return np.zeros(t.shape) if self.force is None else _finite(self.force(t=t), "force.g", t)
 
-    def body_at(self, t: Array) -> Array | None:
-        """``f`` (k, 2N) at the instants ``t`` and the grid points [N/m]; None where there is none."""
+    def body_at(self, t: Array) -> Array:
+        """``f`` (k, 2N) at the instants ``t`` and the grid points [N/m]."""
         if self.body_force is None:
-            return None
+            return np.zeros((t.size, self.x.size))
         return _finite(self.body_force(t=t[:, None], x=self.x[None, :]), "force.f", t)
 
 
@@ -92,9 +93,7 @@ def loads_of(scheme: UpwindScheme, scenario: Scenario, until: float, tolerance: 
     rod, N = scheme.rod, scheme.cells
     forward = rod.length * np.arange(1, N + 1) / N
     backward = rod.length * np.arange(N - 1, -1, -1) / N
-    present = [
-        None if load.is_zero else load for load in (scenario.force, scenario.body_force)
-    ]
+    present = [None if load.is_zero else load for load in (scenario.force, scenario.body_force)]
     breaks: set[Fraction] = set()
     known = True
     for load in present:
@@ -138,26 +137,37 @@ def fit_loads(loads: Loads, grid: LoadGrid, start: float, length: float, largest
     if loads.free:
         return NO_LOAD
     t = start + length * grid.points
-    force, force_size, force_fits = _fitted(None if loads.force is None else loads.force_at(t), grid, largest[0], loads)
-    body, body_size, body_fits = _fitted(loads.body_at(t), grid, largest[1], loads)
-    return LoadFit(
-        force=force, body_force=body, largest=(force_size, body_size), resolved=force_fits and body_fits
+    force, force_size, force_fits = _fitted(
+        loads.force_at if loads.force else None, t, grid, largest[0], loads.tolerance
     )
+    body, body_size, body_fits = _fitted(
+        loads.body_at if loads.body_force else None, t, grid, largest[1], loads.tolerance
+    )
+    return LoadFit(force=force, body_force=body, largest=(force_size, body_size), resolved=force_fits and body_fits)
 
 
-def _fitted(values: Array | None, grid: LoadGrid, largest: float, loads: Loads) -> tuple[Array | None, float, bool]:
-    if values is None:
+def _fitted(
+    load: Callable[[Array], Array] | None, t: Array, grid: LoadGrid, largest: float, tolerance: float
+) -> tuple[Array | None, float, bool]:
+    """Coefficients, largest size met, and whether the fit holds up to the tolerance and the rounding of ``t``."""
+    if load is None:
         return None, largest, True
+    values = load(t)
     size = max(largest, float(np.abs(values).max()))
     coefficients = _FIT @ values[:TERMS]
     miss = float(np.abs(grid.basis @ coefficients - values[TERMS:]).max())
-    return coefficients, size, miss <= loads.tolerance * size
+    if miss <= tolerance * size:
+        return coefficients, size, True
+    rounding = float(np.abs(load(t * (1.0 + 2.0**-50)) - values).max())
+    return coefficients, size, miss <= tolerance * size + 4.0 * rounding
 
 
 def averaged(fit: LoadFit) -> LoadFit:
     """The fit reduced to its mean: for a step too short to matter, across a jump."""
-    force, body = (None if part is None else part * (np.arange(TERMS) == 0).reshape(-1, *[1] * (part.ndim - 1))
-                   for part in (fit.force, fit.body_force))
+    force, body = (
+        None if part is None else part * (np.arange(TERMS) == 0).reshape(-1, *[1] * (part.ndim - 1))
+        for part in (fit.force, fit.body_force)
+    )
     return LoadFit(force=force, body_force=body, largest=fit.largest, resolved=True)
 
 

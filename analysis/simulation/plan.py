@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.simulation.contact import Collocation, collocation
 from analysis.simulation.poisson import poisson_columns, poisson_rows
-from analysis.simulation.ring import Ring, shifted
+from analysis.simulation.ring import Inputs, Ring, shifted
 from analysis.simulation.steps import Tables, step_tables
 
 _AMPLIFICATION = 100.0
@@ -77,7 +77,7 @@ def plan_steps(ring: Ring, *, longest: float, tolerance: float) -> Plan:
     while contact > 0.0:
         columns = poisson_columns(contact * ring.growth)
         with np.errstate(over="ignore", invalid="ignore"):
-            powers = shifted(ring, probe, ring.kappa, None, None, columns).gap
+            powers = shifted(ring, probe, columns, Inputs(kappa=ring.kappa)).gap
             sizes = poisson_rows(contact, columns) @ np.abs(powers)
         if sizes.max() <= _AMPLIFICATION * max(1.0, contact):
             break

@@ -63,7 +63,7 @@ def chebyshev_values(points: ArrayLike, count: int) -> Array:
 
 
 def chebyshev_fit(count: int) -> Array:
-    """Matrix (count, count) from values at :func:`chebyshev_points` to Chebyshev coefficients (discrete orthogonality)."""
+    """Matrix (count, count) from values at :func:`chebyshev_points` to Chebyshev coefficients, by orthogonality."""
     fit = chebyshev_values(chebyshev_points(count), count).T * (2.0 / count)
     fit[0] *= 0.5
     return np.asarray(fit)

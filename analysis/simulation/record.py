@@ -51,8 +51,10 @@ class Record:
     ----------
     scheme, ring, loads
         What moves.
+    t, t_frames : ndarray
+        Samples and frames asked for [s].
     times : ndarray
-        Instants at which states are kept [s], ascending.
+        All of them, ascending, up to an early end.
     states : ndarray
         (times, 2N+1) the states there, in SI units.
     """
@@ -60,6 +62,8 @@ class Record:
     scheme: UpwindScheme
     ring: Ring
     loads: Loads
+    t: Array
+    t_frames: Array
     times: Array
     states: Array
     peak: Peak
@@ -68,6 +72,7 @@ class Record:
     stop: float = 0.0
     segments: int = 0
     resolution: float = 0.0
+    closeness: float = 0.0
     floor: float = 0.0
     residual: float = 0.0
     scale: float = 0.0
@@ -77,6 +82,7 @@ class Record:
     contacts: list[Contact] = field(default_factory=list)
     _contact: Peak | None = None
     _start: float = 0.0
+    _before: float = 0.0
     _impulses: list[float] = field(default_factory=list)
     _held: list[tuple[Array, Array, Array, Array, int]] = field(default_factory=list)
     _size: int = 0
@@ -88,15 +94,17 @@ class Record:
         self.peak.add(segment)
         if segment.contact:
             if self._contact is None:
-                self._contact, self._start = Peak(best=0.0), self.stop
-                self._impulses.append(0.0)
+                self._contact = self._open()
             self._contact.add(segment)
+        self._hold(segment)
         if segment.event is not None:
-            self.resolution = max(self.resolution, segment.event.resolution / self.ring.rate)
+            known = segment.event.resolution / self.ring.rate
+            # two events may be one if they are closer than both are known
+            self.closeness, self._before = self._before + known, known
+            self.resolution = max(self.resolution, known)
             if segment.contact:
                 self._close(stop, still=False)
         self.floor = max(self.floor, segment.floor / self.ring.rate)
-        self._hold(segment)
         self.stop, self.last, self.segments = stop, segment, self.segments + 1
 
     def finish(self, until: float, *, most: int) -> str | None:
@@ -121,6 +129,16 @@ class Record:
             tau = segment.tau(self.times[first : self.filled], self.ring.rate)
             self.states[first : self.filled] = self._si(states_at(self.ring, segment.step, segment.rows(tau)))
 
+    def _open(self) -> Peak:
+        """Begin a contact, or go on with the last one if that ended just before, closer than events are known."""
+        if self.contacts and self.stop - self.contacts[-1].end <= self.closeness:
+            before = self.contacts.pop()
+            self._start = before.start
+            return Peak(best=before.peak_penetration * self.ring.rate)
+        self._start = self.stop
+        self._impulses.append(0.0)
+        return Peak(best=0.0)
+
     def _close(self, stop: float, *, still: bool) -> None:
         assert self._contact is not None
         depth = self._contact.value() / self.ring.rate
@@ -131,6 +149,8 @@ class Record:
         self._contact = None
 
     def _hold(self, segment: Segment) -> None:
+        if segment.length == 0.0:
+            return
         points, weights, rows = segment.gauss()
         states = self._si(states_at(self.ring, segment.step, rows))
         t = (segment.clock[0] + (segment.clock[1] + points)) / self.ring.rate
@@ -147,7 +167,8 @@ class Record:
         t, weights = (np.concatenate([held[i] for held in self._held]) for i in (0, 1))
         states, ends = (np.concatenate([held[i] for held in self._held]) for i in (2, 3))
         first = np.cumsum([0, *(held[0].size for held in self._held[:-1])])
-        lost, given = energy_balance(self.scheme, states, self.loads.force_at(t), self.loads.body_at(t))
+        body = None if self.loads.body_force is None else self.loads.body_at(t)
+        lost, given = energy_balance(self.scheme, states, self.loads.force_at(t), body)
         rod = self.scheme.rod
         push = np.add.reduceat(weights * rod.area * rod.law(states[:, -1]), first)
         for held, amount in zip(self._held, push, strict=True):
@@ -157,11 +178,17 @@ class Record:
         gains = self.given + np.cumsum(np.add.reduceat(weights * given, first))
         energies = discrete_energy(self.scheme, ends)
         with np.errstate(invalid="ignore"):
-            self.residual = max(self.residual, float(np.abs(energies - self.energy + sums - gains).max()))
-        self.scale = max(self.scale, self.energy, *(float(np.abs(part).max()) for part in (energies, sums, gains)))
+            self.residual = _larger(self.residual, energies - self.energy + sums - gains)
+        self.scale = _larger(max(self.scale, self.energy), np.concatenate((energies, sums, gains)))
         self.lost, self.given = float(sums[-1]), float(gains[-1])
         self._held, self._size = [], 0
 
     def _si(self, states: Array) -> Array:
         states[:, -1] /= self.ring.rate
         return states
+
+
+def _larger(value: float, entries: Array) -> float:
+    """The largest size in sight; a nan in sight stays in sight."""
+    largest = float(np.abs(entries).max())
+    return value if largest <= value else largest

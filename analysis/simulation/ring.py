@@ -62,7 +62,7 @@ class Ring:
         return float(max(1.0, abs(self.echo) ** (0.5 / self.cells)))
 
     def push(self, gap: Array) -> Array:
-        """``q = d p(z)`` at the scaled coordinate, extended as an odd function: only its half ``z > 0`` is ever accepted."""
+        """``q = d p(z)`` at the scaled coordinate, extended as an odd function; only its half ``z > 0`` is accepted."""
         z = gap / self.rate
         return np.asarray(self.mobility * self.stiffness * np.sign(z) * np.abs(z) ** self.exponent)
 
@@ -93,7 +93,26 @@ def ring_of(scheme: UpwindScheme) -> Ring:
     )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Inputs:
+    """What enters at each shift.
+
+    Attributes
+    ----------
+    kappa : float
+        Stiffness of a linear law in contact, else 0.
+    inflow : ndarray or None
+        (columns, k) what the force adds to the first cell.
+    push : ndarray or None
+        (columns, k) a prescribed contact stress ``q``, besides ``kappa`` times the coordinate.
+    """
+
+    kappa: float = 0.0
+    inflow: Array | None = None
+    push: Array | None = None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Streams:
     """Powers of the shift applied to a state: what left each wave at each shift, and the contact coordinate.
 
@@ -110,7 +129,7 @@ class Streams:
     gap: Array
 
 
-def shifted(ring: Ring, state: Array, kappa: float, inflow: Array | None, push: Array | None, columns: int) -> Streams:
+def shifted(ring: Ring, state: Array, columns: int, inputs: Inputs) -> Streams:
     """Shift a state ``columns - 1`` times.
 
     Parameters
@@ -119,16 +138,12 @@ def shifted(ring: Ring, state: Array, kappa: float, inflow: Array | None, push: 
         The shift register.
     state : ndarray
         (2N+1, k) states, scaled.
-    kappa : float
-        Stiffness of a linear law in contact, else 0.
-    inflow : ndarray or None
-        (columns, k) what the force adds to the first cell at each shift.
-    push : ndarray or None
-        (columns, k) a prescribed contact stress ``q`` at each shift, besides ``kappa`` times the coordinate.
     columns : int
         Length of the result.
+    inputs : Inputs
+        What enters meanwhile.
     """
-    N, k = ring.cells, state.shape[1]
+    N, k, kappa, push = ring.cells, state.shape[1], inputs.kappa, inputs.push
     forward, backward = np.empty((N + columns - 1, k)), np.empty((N + columns - 1, k))
     gap = np.empty((columns, k))
     forward[:N], backward[:N], gap[0] = state[N - 1 :: -1], state[-2 : N - 1 : -1], state[-1]
@@ -140,8 +155,8 @@ def shifted(ring: Ring, state: Array, kappa: float, inflow: Array | None, push: 
         pressed = 2.0 * kappa * gap[start:stop] if push is None else 2.0 * (kappa * gap[start:stop] + push[start:stop])
         backward[N + start : N + stop] = leaving - pressed
         forward[N + start : N + stop] = ring.echo * backward[start:stop]
-        if inflow is not None:
-            forward[N + start : N + stop] += inflow[start:stop]
+        if inputs.inflow is not None:
+            forward[N + start : N + stop] += inputs.inflow[start:stop]
     return Streams(forward=forward, backward=backward, gap=gap)
 
 
@@ -159,7 +174,8 @@ def _integrated(drive: Array, initial: Array, kappa: float) -> Array:
 def _fading(kappa: float, size: int) -> tuple[Array, Array]:
     """Powers 1 .. size of ``1 - kappa``, and the lower triangle of the powers 0 .. size-1."""
     powers = np.concatenate((np.zeros(size - 1), np.cumprod(np.concatenate(([1.0], np.full(size, 1.0 - kappa))))))
-    return powers[size:], sliding_window_view(powers[:-1], size)[:, ::-1].copy()
+    triangle: Array = sliding_window_view(powers[:-1], size)[:, ::-1].astype(float)
+    return powers[size:].astype(float), triangle
 
 
 def histories(ring: Ring, streams: Streams) -> Array:

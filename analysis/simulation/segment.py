@@ -82,4 +82,5 @@ class Segment:
         if self.length == tables.length:
             return tables.mesh
         inside = tables.mesh.edges < self.length
+        inside[0] = True
         return mesh_of(np.append(tables.mesh.edges[inside], self.length), tables.columns)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.simulation.certify import Mesh, mesh_of
 from analysis.simulation.loads import TERMS, LoadFit, LoadGrid, load_grid
 from analysis.simulation.poisson import chebyshev_sequences, poisson_columns, poisson_rows
-from analysis.simulation.ring import Ring, Streams, body_history, histories, shifted
+from analysis.simulation.ring import Inputs, Ring, Streams, body_history, histories, shifted
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ def step_tables(ring: Ring, length: float, kappa: float, *, reused: bool) -> Tab
         states, inflow = np.zeros((size, size + TERMS)), np.zeros((columns, size + TERMS))
         states[:, :size] = np.eye(size)
         inflow[:, size:] = ring.force_gain * sequences
-        streams = shifted(ring, states, kappa, inflow, None, columns)
+        streams = shifted(ring, states, columns, Inputs(kappa=kappa, inflow=inflow))
         shift = np.concatenate((streams.forward, streams.backward, streams.gap))
     return Tables(
         length=length,
@@ -117,7 +117,7 @@ def exact_step(ring: Ring, tables: Tables, state: Array, fit: LoadFit, kappa: fl
         streams = _cut(tables.shift @ np.concatenate((state, loads)), ring.cells + columns - 1)
     else:
         inflow = None if fit.force is None else (ring.force_gain * (tables.sequences @ fit.force))[:, None]
-        columnwise = shifted(ring, state[:, None], kappa, inflow, None, columns)
+        columnwise = shifted(ring, state[:, None], columns, Inputs(kappa=kappa, inflow=inflow))
         streams = Streams(
             forward=columnwise.forward[:, 0], backward=columnwise.backward[:, 0], gap=columnwise.gap[:, 0]
         )

@@ -13,12 +13,10 @@ from analysis.simulation.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
-_ROUNDING = 1e-12
+_ROUNDING, _SMALLEST = 1e-12, 1e-250
 
 
-def summary(
-    record: Record, plan: Plan, again: Array, ended: str | None, sampled: NDArray[np.bool_], framed: NDArray[np.bool_]
-) -> Trajectory:
+def summary(record: Record, plan: Plan, again: Array, ended: str | None) -> Trajectory:
     """The trajectory of a finished record.
 
     Parameters
@@ -31,9 +29,8 @@ def summary(
         (times,) ``z`` of the second run [m].
     ended : str or None
         Why it stopped early.
-    sampled, framed : ndarray of bool
-        (times,) which instants are samples, which frames.
     """
+    sampled, framed = np.isin(record.times, record.t), np.isin(record.times, record.t_frames)
     scheme, rod, loads = record.scheme, record.scheme.rod, record.loads
     k, exact = rod.damping, rod.law.exponent == 1.0 and plan.longest_contact > 0.0
     share = _ROUNDING if exact or not record.contacts else max(_ROUNDING, 1e2 * plan.tolerance)
@@ -44,8 +41,12 @@ def summary(
     zeta_allowance = lyapunov_allowance = 0.0
     if k != 0:
         zeta = deflated_coordinate(scheme, states)
-        zeta_allowance = share * float((np.abs(states) @ np.abs(zeta_weights(scheme))).max())
-    if k > 0 and loads.free:
+        zeta_allowance = share * float((np.abs(states) @ np.abs(zeta_weights(scheme))).max()) + _SMALLEST
+    if k > 0 and loads.free and zeta is not None:
+        rest = float(deflated_coordinate(scheme, _last_state(record)))
+    start = float(energy[0])
+    # the Lyapunov function holds squares of the ratio of k and Z: outside these sizes they leave the doubles
+    if rest is not None and zeta is not None and _tame(k / rod.impedance, 100) and _tame(start, 250):
         theta = energy_theta(scheme)
         lyapunov = lyapunov_function(scheme, states, theta)
         residue = rod.residue_at_zero
@@ -54,7 +55,6 @@ def summary(
         start = float(lyapunov[0])
         weights = float(np.linalg.norm(zeta_weights(scheme)[:-1]))
         bound = np.sqrt(residue * start) + weights * np.sqrt(2.0 * scheme.rate * rod.mobility * start / theta)
-        rest = float(deflated_coordinate(scheme, _last_state(record)))
     final = rest is not None and not _touching(record) and highest_ever(record.ring, _scaled(record)) < 0.0
     r1, r2 = _waves(record, framed)
     return Trajectory(
@@ -72,11 +72,11 @@ def summary(
         lyapunov_theta=theta,
         contacts=tuple(record.contacts),
         max_gap_coordinate=record.peak.value() / record.ring.rate,
-        energy_residual=record.residual / record.scale if record.scale > 0.0 else 0.0,
+        energy_residual=record.residual / record.scale if record.scale != 0.0 else 0.0,
         energy_increase=_rise(energy) if k >= 0 and loads.free else None,
         zeta_increase=_rise(zeta) if k > 0 and loads.free and zeta is not None else None,
         lyapunov_increase=None if lyapunov is None else _rise(lyapunov),
-        energy_allowance=share * float(energy.max()),
+        energy_allowance=share * float(energy.max()) + _SMALLEST,
         zeta_allowance=zeta_allowance,
         lyapunov_allowance=lyapunov_allowance,
         bound=None if bound is None else float(bound),
@@ -84,7 +84,7 @@ def summary(
         rest_limit=None if rest is None else min(0.0, rest),
         rest_is_final=final,
         event_resolution=record.resolution,
-        error_estimate=float(np.abs(again - record.states[:, -1]).max()),
+        error_estimate=_largest(np.abs(again - record.states[:, -1])),
         method=_method(record, plan),
         ended_early=ended,
         frames_t=_fixed(record.times[framed]),
@@ -123,8 +123,19 @@ def _touching(record: Record) -> bool:
     return last is not None and last.contact and last.event is None
 
 
+def _largest(values: Array) -> float:
+    """Largest of the numbers that are known; nan if none is."""
+    known = values[np.isfinite(values)]
+    return float(known.max()) if known.size else float("nan")
+
+
+def _tame(size: float, decades: int) -> bool:
+    return 10.0**-decades < size < 10.0**decades
+
+
 def _rise(values: Array) -> float:
-    return float(max(0.0, np.diff(values).max()))
+    rise = float(np.diff(values).max())
+    return 0.0 if rise <= 0.0 else rise  # a nan is not a fall
 
 
 def _fixed(values: Array) -> Array:
@@ -136,15 +147,14 @@ def _fixed(values: Array) -> Array:
 def _method(record: Record, plan: Plan) -> str:
     exact = plan.longest_contact > 0.0
     law = "in contact with the linear law, too" if exact else "in contact by Radau collocation of the stress, order 15"
+    shallow = f"; only a touch shallower than {record.floor:.1g} m counts as none" if record.floor > 0.0 else ""
     loads = (
-        ""
-        if record.loads.free
-        else " Loads are polynomials on each step, checked at points one cell-crossing time apart; what they do between two "
+        " Loads are polynomials on each step, checked at points one cell-crossing time apart; what they do between two "
         "checks is not seen."
     )
-    shallow = f"; only a touch shallower than {record.floor:.1g} m counts as none" if record.floor > 0.0 else ""
     return (
-        f"Exact in time in free flight (Poisson average of a shift register, {record.segments} steps), {law}. No contact or "
-        "release is missed: on each piece of each step z is bounded through its chord and a bound on z'' over the whole "
-        f"piece, and pieces whose sign that leaves open are cut until it does not{shallow}.{loads}"
+        f"Exact in time in free flight (Poisson average of a shift register, {record.segments} steps), {law}. No "
+        "contact or release is missed: on each piece of each step z is bounded through its chord and a bound on z'' "
+        f"over the whole piece, and pieces whose sign that leaves open are cut until it does not{shallow}."
+        f"{'' if record.loads.free else loads}"
     )

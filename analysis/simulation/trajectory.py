@@ -41,8 +41,8 @@ class Contact:
 class Trajectory:
     r"""A simulated motion of the ``N``-cell scheme, with what holds along it.
 
-    It is OBSERVED evidence: it can contradict a verdict (:func:`contradictions`) and never proves one.  It is a motion of
-    the scheme, whose waves lose more energy than the rod's.
+    It is OBSERVED evidence: it can contradict a verdict (:func:`contradictions`) and never proves one.  It is a motion
+    of the scheme, whose waves lose more energy than the rod's.
 
     Attributes
     ----------
@@ -65,8 +65,8 @@ class Trajectory:
     max_gap_coordinate : float
         Largest ``z`` over all instants, not over samples [m].
     energy_residual : float
-        Largest error of the integrated energy identity, ``|E(t) - E(0) + int (dissipation - supply)|``, over the ends of
-        all steps, relative to the largest of the energies and of the two integrals.  The integrals are Gauss
+        Largest error of the integrated energy identity, ``|E(t) - E(0) + int (dissipation - supply)|``, over the ends
+        of all steps, relative to the largest of the energies and of the two integrals.  The integrals are Gauss
         quadratures of the motion with the law and the loads themselves.
     energy_increase, zeta_increase, lyapunov_increase : float or None
         Largest rise between two samples [J], [m], [Pa s], zero if there is none; None where none is forbidden
@@ -84,7 +84,8 @@ class Trajectory:
     event_resolution : float
         How far rounding may have moved a beginning or an end of contact [s]; zero without events.
     error_estimate : float
-        Largest difference of ``z`` from a second run with other, shorter steps [m]: observed, not proved.
+        Largest difference of ``z`` from a second run with other, shorter steps [m]: observed, not proved.  nan if there
+        was none, because the first took too many steps.
     method : str
         How the motion was computed, and how it is known that no contact was missed.
     ended_early : str or None
@@ -139,8 +140,9 @@ class Trajectory:
         touched = len(self.contacts)
         contact = "no contact" if not touched else "1 contact" if touched == 1 else f"{touched} contacts"
         return (
-            f"scheme of {self.cells} cells up to {self.t[-1]:.6g} s: {contact}, largest z = {self.max_gap_coordinate:.9g} m "
-            f"(+/- {self.error_estimate:.1g} m), energy identity to {self.energy_residual:.1g}"
+            f"scheme of {self.cells} cells up to {self.t[-1]:.6g} s: {contact}, largest z = "
+            f"{self.max_gap_coordinate:.9g} m (+/- {self.error_estimate:.1g} m), energy identity to "
+            f"{self.energy_residual:.1g}"
         )
 
 
@@ -170,16 +172,19 @@ def contradictions(trajectory: Trajectory) -> tuple[str, ...]:
     for name, rise, allowance, unit in watched:
         if rise is not None and not rise <= allowance:
             found.append(
-                f"the {name} rises by {rise:.3g} {unit} between two samples, where it must not; rounding explains {allowance:.1g}"
+                f"the {name} rises by {rise:.3g} {unit} between two samples, where it must not; rounding explains "
+                f"{allowance:.1g} {unit}"
             )
     if not trajectory.energy_residual <= _TRUSTED_RESIDUAL:
         found.append(
-            f"the energy identity is off by {trajectory.energy_residual:.2g} of the energies, more than {_TRUSTED_RESIDUAL:g}: "
-            "the run cannot be trusted"
+            f"the energy identity is off by {trajectory.energy_residual:.2g} of the energies, more than "
+            f"{_TRUSTED_RESIDUAL:g}: the run cannot be trusted"
         )
     largest = float(np.abs(trajectory.z).max())
     if trajectory.bound is not None and not largest <= trajectory.bound * (1.0 + 1e-9):
-        found.append(f"|z| reaches {largest:.6g} m, above the bound {trajectory.bound:.6g} m of the Popov-Lyapunov function")
+        found.append(
+            f"|z| reaches {largest:.6g} m, above the bound {trajectory.bound:.6g} m of the Popov-Lyapunov function"
+        )
     rest = trajectory.rest_position
     if rest is not None and trajectory.rest_is_final and not rest <= trajectory.zeta_allowance:
         found.append(f"the rod comes to rest at z = {rest:.6g} m, inside the obstacle")
