@@ -111,7 +111,10 @@ def plot_decay(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
     axes.set_xlabel("t [s]")
     axes.set_ylabel("share of the largest value")
     finish_axes(axes)
-    axes.legend(loc="best", **LEGEND)
+    if axes.lines:
+        axes.legend(loc="best", **LEGEND)
+    else:
+        axes.text(0.5, 0.5, "no energy: the rod stays at rest", transform=axes.transAxes, ha="center", color=GREY)
     return axes
 
 

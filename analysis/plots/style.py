@@ -45,7 +45,9 @@ def finish_axes(ax: Axes) -> None:
         if axis.get_scale() == "log":
             if limits[1] < 100.0 * limits[0]:
                 continue
-            axis.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
+            axis.set_major_formatter(
+                FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value))) if value > 0 else "")
+            )
             axis.set_minor_locator(NullLocator())
             continue
         if isinstance(axis.get_major_locator(), AutoLocator):

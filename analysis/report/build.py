@@ -13,6 +13,7 @@ from analysis.report.model import ContradictionError, Simulation, StabilityRepor
 from analysis.simulation import contradictions, simulate
 from analysis.spectrum import rod_spectrum
 from lure import __version__
+from lure.errors import InputError
 from lure.scenario import matching
 from lure.systems import RodSystem
 from lure.upwind import upwind
@@ -82,7 +83,10 @@ def _simulation(system: RodSystem) -> Simulation:
         )
         return Simulation(cells=None, trajectory=None, skipped=reason)
     scheme = upwind(system.rod, cells, form=system.form)
-    trajectory = simulate(scheme, system.scenario, until=system.until, frames=FRAMES)
+    try:
+        trajectory = simulate(scheme, system.scenario, until=system.until, frames=FRAMES)
+    except InputError as refusal:  # the verdicts do not rest on the simulation
+        return Simulation(cells=None, trajectory=None, skipped=str(refusal))
     found = contradictions(trajectory)
     if found:
         listed = "; ".join(found)

@@ -70,8 +70,8 @@ def check_motion(ring: Ring, loads: Loads, state: NDArray[np.float64], until: fl
     largest = float(np.abs(state).max())
     if largest != 0.0 and not 1.0 / _LARGEST_STATE < largest < _LARGEST_STATE:
         raise InputError(
-            f"initial.u0 and initial.u1 start a motion of size {largest:.3g} in SI units, whose energy leaves the range "
-            f"of double precision (from {1.0 / _LARGEST_STATE:g} to {_LARGEST_STATE:g}); rescale the units"
+            f"initial.u0 and initial.u1 start a motion of size {largest:.3g} in SI units, whose energy leaves the "
+            f"range of double precision (from {1.0 / _LARGEST_STATE:g} to {_LARGEST_STATE:g}); rescale the units"
         )
     force = np.abs(loads.force_at(np.linspace(0.0, until, 257))).max()
     pressed = float(ring.push(np.maximum(state[-1:] * ring.rate, 0.0))[0])

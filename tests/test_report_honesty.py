@@ -1,0 +1,51 @@
+"""A report on extreme input, and what it says of a simulation that tests little."""
+
+import json
+
+import pytest
+
+from analysis.cli import main
+
+
+@pytest.mark.parametrize(
+    ("setting", "status", "skipped"),
+    [
+        ("rod.damping=1e300", 0, None),
+        ("rod.damping=1e-100", 0, None),
+        ("rod.damping=-1.1999999999", 11, None),
+        ("initial.u0=1e160*x", 0, "rescale the units"),
+        ("initial.u0=1e-200*x", 0, "rescale the units"),
+        ("simulation.until=1e300", 0, "give at most"),
+        ("rod.compliance=1e-30", 0, "give a larger compliance"),
+    ],
+)
+def test_extreme_but_legal_input_gets_its_verdict_and_an_honest_simulation(
+    tmp_path, monkeypatch, setting, status, skipped
+):
+    monkeypatch.chdir(tmp_path)
+    assert main(["report", "--set", setting, "--set", "rod.gap=0", "--quiet"]) == status
+    data = json.loads((tmp_path / "lure-report" / "report.json").read_text())
+    if skipped is None:
+        assert data["simulation"]["agrees"] is True
+        assert "energy identity" in data["simulation"]["compared"]
+    else:
+        assert skipped in data["simulation"]["skipped"]
+        assert data["simulation"]["agrees"] is None
+
+
+@pytest.mark.parametrize(
+    ("settings", "compared"),
+    [
+        ([], ["energy identity", "Popov-Lyapunov function", "zeta", "resting place"]),
+        (["force.g=0.001"], ["energy identity"]),
+        (["rod.damping=0"], ["energy identity"]),
+        (["rod.damping=-0.1"], ["energy identity"]),
+        (["initial.u0=0"], []),
+    ],
+)
+def test_only_what_was_compared_is_said_to_agree(tmp_path, monkeypatch, settings, compared):
+    monkeypatch.chdir(tmp_path)
+    main(["report", *(word for setting in settings for word in ("--set", setting)), "--quiet"])
+    simulation = json.loads((tmp_path / "lure-report" / "report.json").read_text())["simulation"]
+    assert simulation["compared"] == compared
+    assert simulation["agrees"] is (True if compared else None)
