@@ -149,7 +149,9 @@ def doctor() -> int:
 def _deliver(results: str, message: str, *, as_json: bool, quiet: bool) -> None:
     """Results to stdout; the message after them, or to stderr where stdout is for JSON only."""
     print(results.rstrip("\n"))
-    if as_json and not quiet:
+    if quiet:
+        return
+    if as_json:
         print(message, file=sys.stderr)
-    elif not as_json:
+    else:
         print(f"\n{message}")
