@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-import tempfile
+import secrets
+from contextlib import suppress
 from pathlib import Path
 
 from lure.errors import InputError
@@ -54,7 +55,11 @@ def _checked(directory: Path) -> Path:
         ancestor = ancestor.parent
     if not ancestor.is_dir():
         raise InputError(f"{label} cannot be created, since {str(ancestor)!r} is not a directory; give another with -o")
-    Path(tempfile.mkdtemp(prefix=".lure-probe-", dir=ancestor)).rmdir()
+    # named as the next run's leftovers are, which clears it away if this run is killed on this line
+    probe = ancestor / f".{target.name}.lure-{secrets.token_hex(4)}"
+    probe.mkdir()
+    with suppress(FileNotFoundError):  # another run has cleared it away already
+        probe.rmdir()
     return target
 
 
