@@ -207,9 +207,7 @@ def energy_theta(scheme: UpwindScheme) -> float:
     last_a, last_b = 2.0 * a * N * w / math.sqrt(one_minus_a2), one_plus_a / math.sqrt(one_minus_a2)
     product = ab + last_a * last_b
     norms = math.sqrt((aa + last_a**2) * (bb + last_b**2))
-    if product <= 0.0:
-        return norms - product
-    # Lagrange's identity instead of a difference of two nearly equal numbers (k much larger than Z)
+    # |alpha||beta| - alpha.beta by Lagrange's identity: the two are nearly equal for k much larger than Z
     area2 = (aa * bb - ab * ab) + aa * last_b**2 + bb * last_a**2 - 2.0 * ab * last_a * last_b
     return area2 / (norms + product)
 

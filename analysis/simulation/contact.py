@@ -93,7 +93,9 @@ def contact_step(ring: Ring, free: Step, scheme: Collocation) -> ContactStep:
         backward=free.streams.backward + added.backward[:, 0],
         gap=free.streams.gap + added.gap[:, 0],
     )
-    step = Step(tables=free.tables, streams=streams, extra=free.extra, gap=free.gap + added.gap[:, 0])
+    step = Step(
+        tables=free.tables, streams=streams, extra=free.extra, gap=free.gap + added.gap[:, 0], push=sequence[:, 0]
+    )
     by_law = ring.penetration(push)
     stiff = ring.push_slope(by_law) > 1.0
     gaps = np.where(stiff, by_law, unpressed - scheme.response @ push)

@@ -67,8 +67,9 @@ class Ring:
         return np.asarray(self.mobility * self.stiffness * np.sign(z) * np.abs(z) ** self.exponent)
 
     def push_slope(self, gap: Array) -> Array:
-        """``dq/d(s z)``."""
-        steepness = self.exponent * np.abs(gap / self.rate) ** (self.exponent - 1.0)
+        """``dq/d(s z)``; infinite at zero for ``m < 1``."""
+        with np.errstate(divide="ignore"):
+            steepness = self.exponent * np.abs(gap / self.rate) ** (self.exponent - 1.0)
         return np.asarray(self.mobility * self.stiffness / self.rate * steepness)
 
     def penetration(self, push: Array) -> Array:

@@ -68,12 +68,15 @@ class Step:
         (columns, 2N+1) what a body force adds to the shifted states.
     gap : ndarray
         (columns,) contact coordinate after each shift, scaled.
+    push : ndarray or None
+        (columns,) collocated contact stress ``q`` at each shift.
     """
 
     tables: Tables
     streams: Streams
     extra: Array | None
     gap: Array
+    push: Array | None = None
 
 
 def step_tables(ring: Ring, length: float, kappa: float, *, reused: bool) -> Tables:
@@ -130,10 +133,23 @@ def exact_step(ring: Ring, tables: Tables, state: Array, fit: LoadFit, kappa: fl
 
 def states_at(ring: Ring, step: Step, rows: Array) -> Array:
     """States (k, 2N+1) at the instants whose Poisson weights are ``rows`` (k, columns)."""
-    if rows.shape[0] > 1:
+    if rows.shape[0] == 1:
+        states = _state_at(step, rows[0])
+    else:
         history = histories(ring, step.streams)
-        return np.asarray(rows @ (history if step.extra is None else history + step.extra))
-    row = rows[0]
+        states = np.asarray(rows @ (history if step.extra is None else history + step.extra))
+    if step.push is not None:
+        states[:, -1] = coordinate(ring, states[:, -1], rows @ step.push)
+    return states
+
+
+def coordinate(ring: Ring, gap: Array, push: Array) -> Array:
+    """The scaled coordinate in contact: where the law is stiff from the stress, since rounding spoils the other way."""
+    by_law = ring.penetration(np.maximum(push, 0.0))
+    return np.where((push > 0.0) & (ring.push_slope(by_law) > 1.0), by_law, gap)
+
+
+def _state_at(step: Step, row: Array) -> Array:
     waves = [np.correlate(stream, row, "valid")[::-1] for stream in (step.streams.forward, step.streams.backward)]
     state = np.concatenate((*waves, [row @ step.streams.gap]))
     return (state if step.extra is None else state + row @ step.extra)[None, :]
