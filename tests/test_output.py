@@ -235,7 +235,7 @@ def test_a_directory_that_cannot_be_made_is_refused_with_the_reason(here, monkey
     def deny(*_, **__):
         raise PermissionError(errno.EACCES, "Permission denied")
 
-    monkeypatch.setattr("tempfile.mkdtemp", deny)
+    monkeypatch.setattr(Path, "mkdir", deny)
     assert refusal("out") == "'out' cannot be written (Permission denied); give another directory with -o"
 
 
