@@ -1,0 +1,50 @@
+"""Destabilising members of a class of laws: the other side of every answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal
+
+from analysis.evidence import Evidence
+
+Kind = Literal["linear gain", "switched gain", "periodic orbit", "simulated orbit"]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Witness:
+    r"""A law in a class ``[lower, k]`` with which the loop ``sigma = H mu``, ``mu = -phi(sigma)`` does not come to rest at 0.
+
+    Attributes
+    ----------
+    kind : {"linear gain", "switched gain", "periodic orbit", "simulated orbit"}
+        ``simulated orbit`` is never more than observed.
+    k : float
+        Upper bound of the smallest class ``[lower, k]`` that contains the law, rounded up where it is not exact.
+    evidence : Evidence
+        CERTIFIED: an exact or interval argument; COMPUTED: floating point with an error estimate; OBSERVED: a simulation.
+    slope_restricted : bool
+        Whether the law has slope in ``[lower, k]``; else it only lies in the sector.
+    odd, time_varying : bool
+        Properties of the law.
+    description : str
+        One sentence: the law and what the loop does with it.
+    data : Mapping
+        What is needed to check it again: the points of the law, the orbit, the gains and times; exact numbers as ``p/q``.
+    """
+
+    kind: Kind
+    k: float
+    evidence: Evidence
+    slope_restricted: bool
+    odd: bool
+    time_varying: bool = False
+    description: str
+    data: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}))
+
+    def __bool__(self) -> bool:
+        raise TypeError("a witness is evidence of some rank; compare witness.evidence")
+
+    def __str__(self) -> str:
+        return f"{self.description} ({self.evidence})"

@@ -1,0 +1,60 @@
+"""Classes of nonlinearities: what is assumed of ``phi``, and nothing more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lure.errors import InputError
+from lure.sector import Sector, SlopeBounds
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LawClass:
+    r"""All ``phi`` with ``phi(0) = 0`` that satisfy the properties listed; a theorem holds for every one of them.
+
+    Parameters
+    ----------
+    sector : Sector
+        Bounds on ``phi(sigma) / sigma``.
+    slope : SlopeBounds or None
+        Bounds on every difference quotient, None if nothing is assumed of them.
+    odd : bool
+        Whether ``phi(-sigma) = -phi(sigma)`` is assumed.
+    time_varying : bool
+        Whether ``phi`` may depend on time; then ``slope`` and ``odd`` hold at each time.
+
+    Raises
+    ------
+    InputError
+        The slope bounds lie outside the sector's: members would leave the sector.
+
+    Examples
+    --------
+    >>> print(LawClass(sector=Sector(0, 2), slope=SlopeBounds(0, 2), odd=True))
+    odd phi with slope in [0, 2]
+    """
+
+    sector: Sector
+    slope: SlopeBounds | None = None
+    odd: bool = False
+    time_varying: bool = False
+
+    def __post_init__(self) -> None:
+        if self.slope is not None and (self.slope.lower > self.sector.lower or self.slope.upper < self.sector.upper):
+            raise InputError(
+                f"LawClass has the sector {self.sector} and the slope bounds {self.slope}: a law with these slopes "
+                "lies in the sector of the same bounds; give a sector inside the slope bounds"
+            )
+
+    @classmethod
+    def slope_restricted(cls, lower: float, upper: float, *, odd: bool = False) -> LawClass:
+        """Time-invariant laws with slope in ``[lower, upper]``, hence in the same sector."""
+        return cls(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper), odd=odd)
+
+    def __str__(self) -> str:
+        words = "odd phi" if self.odd else "phi"
+        bounds = f"slope in {self.slope}" if self.slope is not None else f"sector {self.sector}"
+        if self.slope is not None and (self.slope.lower, self.slope.upper) != (self.sector.lower, self.sector.upper):
+            bounds += f" and sector {self.sector}"
+        when = ", time-varying" if self.time_varying else ""
+        return f"{words} with {bounds}{when}" if self.slope is not None else f"{words} in the {bounds}{when}"

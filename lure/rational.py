@@ -1,0 +1,140 @@
+"""Rational transfer functions with exact coefficients, in continuous and in discrete time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lure.errors import InputError
+from lure.exact import Exact, exact_number
+
+if TYPE_CHECKING:
+    import control
+
+MAX_ORDER = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class RationalBlock:
+    r"""A block ``sigma = H mu`` with ``H = numerator / denominator``, coefficients exact and in descending powers.
+
+    The denominator is the characteristic polynomial of the system behind ``H``: a factor common to both is kept, as a
+    mode that input or output does not see, and the order is the degree of the denominator.  In a loop
+    ``mu = -phi(sigma)``, see :class:`lure.loop.Loop`.
+
+    Parameters
+    ----------
+    numerator, denominator : sequence of int, float, Fraction or Decimal
+        Coefficients of ``s`` (continuous time) or ``z`` (discrete time), highest power first; leading zeros are dropped
+        and both are divided by the leading coefficient of the denominator.  A float means the double it is; pass
+        ``Fraction("0.1")`` for one tenth.
+    dt : int, float, Fraction or None
+        Sampling time [s] of a discrete-time block; None for continuous time.
+
+    Raises
+    ------
+    InputError
+        A coefficient is not a finite number, the denominator is zero, ``H`` is improper, its order exceeds 1000, or
+        ``dt`` is not positive.
+
+    Examples
+    --------
+    >>> block = RationalBlock([1], [1, 3, 2, 0])
+    >>> print(block, block.order)
+    1 / (s^3 + 3 s^2 + 2 s) 3
+    """
+
+    numerator: tuple[Fraction, ...]
+    denominator: tuple[Fraction, ...]
+    dt: Fraction | None = None
+
+    def __init__(
+        self, numerator: Sequence[Exact], denominator: Sequence[Exact], dt: int | float | Fraction | None = None
+    ) -> None:
+        top, bottom = _coefficients(numerator, "numerator"), _coefficients(denominator, "denominator")
+        if not bottom:
+            raise InputError("RationalBlock.denominator is zero; give its coefficients, highest power first")
+        if len(top) > len(bottom):
+            raise InputError(
+                f"RationalBlock is improper: the numerator has degree {len(top) - 1}, the denominator "
+                f"{len(bottom) - 1}; give a denominator of at least the numerator's degree"
+            )
+        if len(bottom) - 1 > MAX_ORDER:
+            raise InputError(f"RationalBlock has order {len(bottom) - 1}; exact polynomials stop at {MAX_ORDER}")
+        step = None if dt is None else exact_number(dt, "RationalBlock.dt")
+        if step is not None and step <= 0:
+            raise InputError(f"RationalBlock.dt is {float(step):g}; give a positive time, or None for continuous time")
+        lead = bottom[0]
+        object.__setattr__(self, "numerator", tuple(c / lead for c in top) or (Fraction(0),))
+        object.__setattr__(self, "denominator", tuple(c / lead for c in bottom))
+        object.__setattr__(self, "dt", step)
+
+    @property
+    def order(self) -> int:
+        """Degree of the denominator: the number of states behind ``H``."""
+        return len(self.denominator) - 1
+
+    @property
+    def feedthrough(self) -> Fraction:
+        """``H(infinity)``, the direct term ``D``."""
+        return self.numerator[0] if len(self.numerator) == len(self.denominator) else Fraction(0)
+
+    @property
+    def variable(self) -> str:
+        """``s`` in continuous time, ``z`` in discrete time."""
+        return "s" if self.dt is None else "z"
+
+    def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
+        """``H`` at complex ``s`` (or ``z``), elementwise, in floating point; not finite at a pole."""
+        points = np.asarray(s, dtype=complex)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            top = np.polyval([float(c) for c in self.numerator], points)
+            return np.asarray(top / np.polyval([float(c) for c in self.denominator], points))
+
+    def to_control(self) -> control.TransferFunction:
+        """The block as a ``control.TransferFunction``, coefficients rounded to doubles."""
+        import control
+
+        top, bottom = ([float(c) for c in side] for side in (self.numerator, self.denominator))
+        return control.TransferFunction(top, bottom, 0 if self.dt is None else float(self.dt))
+
+    def __str__(self) -> str:
+        top, bottom = polynomial_text(self.numerator, self.variable), polynomial_text(self.denominator, self.variable)
+        if self.order == 0:
+            return top
+        sides = [f"({side})" if " " in side else side for side in (top, bottom)]
+        return " / ".join(sides)
+
+
+def polynomial_text(coefficients: Sequence[Fraction], variable: str) -> str:
+    """A polynomial as people write it: ``s^3 + 3 s^2 - 0.5 s``; coefficients as decimals of up to six digits."""
+    parts: list[str] = []
+    degree = len(coefficients) - 1
+    for power, value in zip(range(degree, -1, -1), coefficients, strict=True):
+        if value == 0:
+            continue
+        size = f"{float(abs(value)):.6g}"
+        letter = "" if power == 0 else variable if power == 1 else f"{variable}^{power}"
+        term = letter if size == "1" and letter else f"{size} {letter}".strip()
+        sign = "-" if value < 0 else "+"
+        parts.append(f"{sign} {term}" if parts else f"-{term}" if value < 0 else term)
+    return " ".join(parts) or "0"
+
+
+def _coefficients(values: Sequence[Exact], name: str) -> list[Fraction]:
+    try:
+        listed = list(values)
+    except TypeError:
+        raise InputError(f"RationalBlock.{name} is {values!r}; give a list of coefficients") from None
+    exact = [
+        value if isinstance(value, Fraction) else exact_number(value, f"RationalBlock.{name}[{i}]")
+        for i, value in enumerate(listed)
+    ]
+    while exact and exact[0] == 0:
+        exact.pop(0)
+    return exact
