@@ -91,7 +91,7 @@ class Plant:
         return to_fraction(self.n[0] / self.d[1])
 
     def shifted(self, k: Fraction) -> Plant:
-        """The block of the same loop for ``phi - k sigma``, ``n / (d + k n)``: the sector ``[k, K]`` turns into ``[0, K - k]``."""
+        """The block ``n / (d + k n)`` of the same loop for ``phi - k sigma``: ``[k, K]`` turns into ``[0, K - k]``."""
         d = self.d + to_fmpq(k) * self.n
         return Plant(self.block, self.n, d, self.n.gcd(d) if self.n.degree() >= 0 else d, self.degree)
 
@@ -117,7 +117,7 @@ def _counts(coefficients: tuple[fmpq, ...]) -> RootCounts:
 
 
 def closed_loop_poles(plant: Plant, k: Fraction) -> RootCounts:
-    """Exact count of the roots of ``d + k n``; those at infinity (``z = -1``, or ``1 + k D = 0``) count as on the axis."""
+    """Exact count of the roots of ``d + k n``; those at infinity (``z = -1``; ``1 + k D = 0``) count as on the axis."""
     p = plant.d + to_fmpq(k) * plant.n
     if p.degree() < 0:
         return RootCounts(0, plant.degree, 0)

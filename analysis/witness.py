@@ -14,7 +14,7 @@ Kind = Literal["linear gain", "switched gain", "periodic orbit", "simulated orbi
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Witness:
-    r"""A law in a class ``[lower, k]`` with which the loop ``sigma = H mu``, ``mu = -phi(sigma)`` does not come to rest at 0.
+    r"""A law in a class ``[lower, k]`` with which ``sigma = H mu``, ``mu = -phi(sigma)`` does not come to rest at 0.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class Witness:
     k : float
         Upper bound of the smallest class ``[lower, k]`` that contains the law, rounded up where it is not exact.
     evidence : Evidence
-        CERTIFIED: an exact or interval argument; COMPUTED: floating point with an error estimate; OBSERVED: a simulation.
+        CERTIFIED: an exact or interval argument; COMPUTED: floats with an error estimate; OBSERVED: a simulation.
     slope_restricted : bool
         Whether the law has slope in ``[lower, k]``; else it only lies in the sector.
     odd, time_varying : bool
@@ -31,7 +31,7 @@ class Witness:
     description : str
         One sentence: the law and what the loop does with it.
     data : Mapping
-        What is needed to check it again: the points of the law, the orbit, the gains and times; exact numbers as ``p/q``.
+        What is needed to check it again: points of the law, orbit, gains and times; exact numbers as ``p/q``.
     """
 
     kind: Kind
