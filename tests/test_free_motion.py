@@ -75,7 +75,10 @@ def test_the_displacement_is_the_integral_of_the_end_velocity(damping, t):
     assert now - start == pytest.approx(integral, abs=1e-10)
 
 
-@given(damping=st.floats(0.2, 5), tilt=st.floats(-1, 1), kick=st.floats(-1, 1))
+WRITTEN = st.floats(-1, 1).filter(lambda value: value == 0 or abs(value) > 1e-300)  # formulas refuse smaller numbers
+
+
+@given(damping=st.floats(0.2, 5), tilt=WRITTEN, kick=WRITTEN)
 def test_momentum_decides_where_the_released_rod_rests(damping, tilt, kick):
     # integrate rho A u_tt = (A E u_x)_x over the rod and all time: -rho A int u1 = -k (u(inf, 0) - u0(0)),
     # and at rest the rod is undeformed

@@ -224,7 +224,9 @@ def test_every_rod_can_be_drawn(damping, cells):
         partial(plot_nyquist, scheme, SECTOR),
         partial(plot_nyquist, RodBlock(rod), SECTOR),
     ):
-        render(draw, name="x")
+        picture = render(draw, name="x")
+        assert "nan" not in picture.svg.lower()
+        assert picture.png.startswith(b"\x89PNG")
 
 
 def test_contact_is_shaded_and_the_obstacle_drawn_where_it_is(ax):

@@ -116,7 +116,7 @@ def test_the_schema_is_a_schema():
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_json_keeps_the_published_schema(reports, name):
-    CHECK.validate(json.loads(to_json(document(reports[name]))))
+    assert not list(CHECK.iter_errors(json.loads(to_json(document(reports[name])))))
 
 
 # The list of the issue, written out: the schema itself could have lost a field.
