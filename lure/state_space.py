@@ -1,0 +1,173 @@
+"""Dense state-space blocks in floating point, for orders at which exact polynomials are too large."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lure.errors import InputError
+from lure.exact import exact_number
+from lure.frequency_data import FrequencyData
+from lure.resolvent import ControllerForm
+
+if TYPE_CHECKING:
+    import control
+
+MAX_STATES = 5000
+_BATCH = 256
+_UNIT = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpaceBlock:
+    r"""A block ``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x[k+1] = ...``) with ``H(s) = C (sI - A)^{-1} B + D``.
+
+    In a loop ``mu = -phi(sigma)``, see :class:`lure.loop.Loop`.  The entries are doubles and so is everything computed
+    from them: what follows is at best computed evidence.  Up to order 60 :func:`lure.inputs.as_block` gives the exact
+    :class:`lure.rational.RationalBlock` instead.
+
+    Parameters
+    ----------
+    A : array_like
+        (n, n), ``1 <= n <= 5000`` [1/s].  Like the others it is copied and cannot be written to.
+    B, C : array_like
+        (n,) input and output.
+    D : float
+        Feedthrough [unit of sigma / unit of mu].
+    dt : int, float, Fraction or None
+        Sampling time [s]; None for continuous time.
+
+    Raises
+    ------
+    InputError
+        Shapes do not fit, an entry is not a finite real number, there are too many states, or ``dt`` is not positive.
+
+    Examples
+    --------
+    >>> block = StateSpaceBlock([[0, 1], [-2, -3]], [0, 1], [1, 0])
+    >>> block.transfer(1j)
+    array(0.1-0.3j)
+    """
+
+    A: NDArray[np.float64]
+    B: NDArray[np.float64]
+    C: NDArray[np.float64]
+    D: float = 0.0
+    dt: Fraction | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("A", "B", "C", "D"):
+            object.__setattr__(self, name, _frozen(getattr(self, name), name))
+        n = self.B.size
+        if self.A.shape != (n, n) or self.B.shape != (n,) or self.C.shape != (n,) or np.ndim(self.D) or n == 0:
+            shapes = f"A {self.A.shape}, B {self.B.shape}, C {self.C.shape}, D {np.shape(self.D)}"
+            raise InputError(f"StateSpaceBlock needs A (n, n), B (n,), C (n,) and a number D with n >= 1; got {shapes}")
+        if n > MAX_STATES:
+            raise InputError(f"StateSpaceBlock has {n} states; dense matrices stop at {MAX_STATES}")
+        object.__setattr__(self, "D", float(self.D))
+        step = None if self.dt is None else exact_number(self.dt, "StateSpaceBlock.dt")
+        if step is not None and step <= 0:
+            raise InputError(f"StateSpaceBlock.dt is {float(step):g}; give a positive time, or None")
+        object.__setattr__(self, "dt", step)
+
+    @property
+    def order(self) -> int:
+        """Number of states ``n``."""
+        return int(self.B.size)
+
+    def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
+        """``H`` at complex ``s`` (or ``z``), elementwise, in floating point; not finite at a pole."""
+        points = np.asarray(s, dtype=complex)
+        return self._values(points.ravel())[0].reshape(points.shape)
+
+    def frequency_response(self, omega: ArrayLike) -> FrequencyData:
+        """``H(i omega)``, in discrete time ``H(e^{i omega dt})``, with an estimate of the error at each frequency.
+
+        Parameters
+        ----------
+        omega : array_like
+            Frequencies [rad/s], nonnegative and increasing, none of them at a pole.
+
+        Returns
+        -------
+        FrequencyData
+            ``error`` is the first-order effect of the rounding errors, by the solutions of the system and of its
+            transpose: an estimate and not a bound.  It grows towards lightly damped poles.
+
+        Raises
+        ------
+        InputError
+            The frequencies are not increasing, or one of them is at a pole.
+
+        Notes
+        -----
+        ``A`` is reduced to Hessenberg form twice, for ``B`` and for ``C``; after that a frequency costs order ``n^2``.
+        With ``x = (sI - A)^{-1} B`` and ``y = (sI - A)^{-T} C`` as computed, ``C x + y^T (B - (sI - A) x)`` is in error
+        by the product of the errors of ``x`` and ``y`` and by the rounding of the residual.
+        """
+        frequencies = np.atleast_1d(np.asarray(omega, dtype=float))
+        points = 1j * frequencies if self.dt is None else np.exp(1j * frequencies * float(self.dt))
+        values, error = self._values(points.ravel())
+        if not np.isfinite(values).all():
+            at = frequencies.ravel()[np.argmin(np.isfinite(values))]
+            raise InputError(f"omega = {at:g} rad/s is at a pole of the block; leave that frequency out")
+        return FrequencyData(frequencies, values, self.dt, error)
+
+    def to_control(self) -> control.StateSpace:
+        """The block as a ``control.StateSpace``."""
+        import control
+
+        step = 0 if self.dt is None else float(self.dt)
+        return control.StateSpace(self.A, self.B[:, None], self.C[None, :], self.D, step)
+
+    def __str__(self) -> str:
+        time = "continuous time" if self.dt is None else f"discrete time, dt = {float(self.dt):g}"
+        return f"state space of order {self.order} in {time}"
+
+    @cached_property
+    def _forms(self) -> tuple[ControllerForm, ControllerForm]:
+        return ControllerForm.of(self.A, self.B), ControllerForm.of(self.A.T, self.C)
+
+    def _values(self, points: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+        """``H`` at the points (m,) and the estimate of its error (m,)."""
+        values, errors = np.empty(points.size, dtype=complex), np.empty(points.size)
+        size = np.abs(self.A)
+        for first in range(0, points.size, _BATCH):
+            batch = slice(first, first + _BATCH)
+            values[batch], errors[batch] = self._batch(points[batch], size)
+        return values, errors
+
+    def _batch(
+        self, s: NDArray[np.complex128], size: NDArray[np.float64]
+    ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+        forward, adjoint = self._forms
+        x, y = forward.solutions(s), adjoint.solutions(s)
+        with np.errstate(all="ignore"):
+            moved = (self.A @ x.view(np.float64)).view(np.complex128)
+            residual = self.B[:, None] - s * x + moved
+            correction = np.einsum("ij,ij->j", y, residual)
+            magnitude = np.abs(x)
+            scale = size @ magnitude + np.abs(s) * magnitude + np.abs(self.B)[:, None]
+            rounding = 4 * _UNIT * np.einsum("ij,ij->j", np.abs(y), scale)
+            values = self.C @ x + correction + self.D
+        return values, rounding + _UNIT * np.abs(values)
+
+
+def _frozen(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    """A copy in double precision that cannot be written to."""
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "iufO":
+            raise TypeError(f"its entries are {array.dtype}")
+        array = np.array(array, dtype=float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"StateSpaceBlock.{name} is not an array of real numbers ({error}); give numbers") from None
+    if not np.isfinite(array).all():
+        raise InputError(f"StateSpaceBlock.{name} has an entry that is not finite; give finite numbers")
+    array.setflags(write=False)
+    return array
