@@ -1,0 +1,1 @@
+"""Criteria for blocks with dead time: ball arithmetic over all frequencies instead of polynomials."""

@@ -1,0 +1,125 @@
+"""Blocks with dead time against closed forms and dense sampling of their response."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analysis.dead_time.criteria import circle_largest, hurwitz_limit, popov_largest
+from analysis.evidence import Evidence, Verdict
+from lure import AssumptionError, InputError
+from lure.delay import DelayBlock
+
+DELAYS = st.fractions(min_value=Fraction(1, 100), max_value=5, max_denominator=100)
+RATES = st.fractions(min_value=Fraction(1, 10), max_value=10, max_denominator=20)
+
+
+def crossing(delay):
+    """First-order lag with dead time T: phase -wT - atan w = -pi, gain sqrt(1 + w^2)."""
+    low, high = 0.0, math.pi / delay
+    for _ in range(200):
+        middle = (low + high) / 2
+        low, high = (middle, high) if middle * delay + math.atan(middle) < math.pi else (low, middle)
+    return math.hypot(1, low)
+
+
+@given(DELAYS)
+def test_a_lag_with_dead_time_meets_its_gain_margin(delay):
+    limit = hurwitz_limit(DelayBlock.parse(f"exp(-({delay})*s)/(s + 1)"))
+    assert limit.low <= crossing(float(delay)) * (1 + 1e-12)
+    assert limit.high >= crossing(float(delay)) * (1 - 1e-12)
+    assert limit.width <= 1e-9 * limit.low
+
+
+@given(DELAYS)
+@settings(max_examples=10)
+def test_an_integrator_with_dead_time_reaches_pi_over_two(delay):
+    # 1/k + Re[(1 + i w theta) exp(-i w T)/(i w)] with theta = 4T/pi^2 touches zero at w = pi/(2T), k = pi/(2T) alone:
+    # Popov's sector is that of the linear gains
+    block = DelayBlock.parse(f"exp(-({delay})*s)/s")
+    found = popov_largest(block)
+    exact = math.pi / (2 * float(delay))
+    assert found.verdict is Verdict.PROVED
+    assert exact * (1 - 1e-7) < found.largest.low < exact
+    assert found.theta == pytest.approx(4 * float(delay) / math.pi**2, rel=1e-3)
+
+
+@given(DELAYS, RATES, RATES)
+@settings(max_examples=8)
+def test_nothing_on_the_axis_breaks_a_certified_inequality(delay, fast, slow):
+    block = DelayBlock.parse(f"exp(-({delay})*s)*({fast} - s)/((s + {slow})*(s + {fast})*(s + 1))")
+    circle, popov, limit = circle_largest(block), popov_largest(block), hurwitz_limit(block)
+    w = np.concatenate([np.geomspace(1e-4, 1e4, 20_000), np.linspace(0, 60, 20_000)])
+    H = block.transfer(1j * w)
+    for found in (circle, popov):
+        assert found.evidence is Evidence.CERTIFIED
+        expression = 1 / found.largest.low + (H * (1 + 1j * w * (found.theta or 0))).real
+        assert expression.min() > -1e-9
+    assert expression.min() < 1e-2 / popov.largest.low  # and not by far
+    assert circle.largest.low <= popov.largest.low * (1 + 1e-8)
+    assert popov.largest.low < limit.high
+
+
+def test_time_scale_and_gain():
+    slow = popov_largest(DelayBlock.parse("3*exp(-s)/((2*s + 1)*(4*s + 1))"))
+    fast = popov_largest(DelayBlock.parse("exp(-s/10)/((s/5 + 1)*(2*s/5 + 1))"))
+    assert 3 * slow.largest.low == pytest.approx(fast.largest.low, rel=1e-7)
+    assert slow.theta == pytest.approx(10 * fast.theta, rel=1e-2)
+
+
+def test_the_sign_of_the_steady_gain_alone_can_decide():
+    # -exp(-s)/(s + 1): the gain 1 puts a root at 0
+    found = circle_largest(DelayBlock.parse("-exp(-s)/(s + 1)"))
+    assert 1 - 1e-8 < found.largest.low < 1
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("exp(-s)/(s - 1)", "1 unstable poles"),
+        ("exp(-s)/s**2", "2 on the axis"),
+        ("exp(-s)*(s + 2)/(s + 1)", "not strictly proper"),
+        ("-exp(-s)/s", "residue"),
+        ("exp(-s)/(s*s + 1)", "2 on the axis"),
+    ],
+)
+def test_what_the_theorems_do_not_cover_is_refused(text, words):
+    with pytest.raises(AssumptionError, match=words):
+        popov_largest(DelayBlock.parse(text))
+
+
+def test_with_a_pole_at_zero_the_circle_criterion_is_refused():
+    with pytest.raises(AssumptionError, match="ask popov"):
+        circle_largest(DelayBlock.parse("exp(-s)/s"))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("exp(s)/(s + 1)", "delays >= 0"),
+        ("exp(-s*s)", r"exp\(-T\*s\)"),
+        ("1/(1 + exp(-s))", "delayed feedback"),
+        ("s", "improper"),
+        ("1/(s - s)", "divides by zero"),
+        ("0*s", "is zero"),
+        ("sin(s)", "not part of a transfer function"),
+        ("s**s", "whole exponents|exponent"),
+        ("(s + 1)**32*(s + 2)**32*(s + 3)**32*(s + 4)**32", "degree above"),
+    ],
+)
+def test_formulas_that_are_no_dead_time_blocks_are_refused(text, words):
+    with pytest.raises(InputError, match=words):
+        DelayBlock.parse(text)
+
+
+def test_a_formula_means_what_it_says():
+    block = DelayBlock.parse("exp(-0.3*s)/(s*(s + 1)) - 2*exp(-s)**2/s + 1/(s + 1)**2")
+    s = np.array([0.3 + 1j, -0.2 + 2j])
+    expected = np.exp(-0.3 * s) / (s * (s + 1)) - 2 * np.exp(-2 * s) / s + 1 / (s + 1) ** 2
+    assert np.allclose(block.transfer(s), expected, rtol=1e-13)
+    assert len(block.denominator) == 4  # s (s + 1)^2: a pole that terms share is counted once
+    assert block.delayless is None
+    assert DelayBlock.parse("1/(s + 1)").delayless.order == 1
