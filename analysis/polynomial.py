@@ -62,6 +62,14 @@ def real_roots(p: fmpq_poly) -> list[arb]:
     return sorted(roots, key=lambda root: exact_midpoint(root))
 
 
+def root_sizes(p: fmpq_poly) -> list[float]:
+    """Magnitudes of the distinct roots of ``p``, in floating point."""
+    if p.degree() <= 0:
+        return []
+    squarefree = _primitive(p // p.gcd(p.derivative()))
+    return [float(abs(root).mid()) for root in _refined(squarefree, lambda _root: True)]
+
+
 def real_root_count(p: fmpq_poly) -> int:
     """Number of distinct real roots of ``p``, not the zero polynomial."""
     return len(real_roots(p))

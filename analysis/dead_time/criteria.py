@@ -15,6 +15,7 @@ from analysis.dead_time.least import popov_infimum
 from analysis.dead_time.response import DelayResponse
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.minimum import Minimum
+from analysis.polynomial import root_sizes
 from analysis.precision import ball, outward, working_precision
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError
@@ -55,13 +56,13 @@ class DelayPlant:
             response = DelayResponse.of(block)
             if response.critical and not response.residue > 0:
                 raise AssumptionError(
-                    f"the block {block} has the residue {float(response.residue):.6g} at its pole 0: not positive, so that "
-                    "small gains destabilise; turn the sign of the feedback"
+                    f"the block {block} has the residue {float(response.residue):.6g} at its pole 0: not positive, so "
+                    "that small gains destabilise; turn the sign of the feedback"
                 )
-            roots = [abs(complex(root)) for root, _ in response.bottom.complex_roots()]
-            slowest = [1 / float(delay) for delay, _ in block.terms if delay > 0]
-            zeros = [abs(complex(root)) for term in response.terms for root, _ in term.top.complex_roots()]
-            return cls(block, response, 8 * max([1e-3, *roots, *slowest, *zeros]))
+            features = [1 / float(delay) for delay, _ in block.terms if delay > 0]
+            for p in (response.bottom, *(term.top for term in response.terms)):
+                features += root_sizes(p)
+            return cls(block, response, 8 * max([1e-3, *features]))
 
 
 def hurwitz_limit(block: DelayBlock) -> Bracket:
@@ -183,10 +184,9 @@ def _best_multiplier(plant: DelayPlant) -> tuple[Fraction, arb]:
 
 def _answer(name: str, plant: DelayPlant, theta: Fraction, found: Minimum, ceiling: arb) -> Answer:
     limit = gain_limit(plant.block, plant.response, plant.start)
-    low, high = _reach(found.low), _reach(ceiling)
-    low = outward(low, low).low
-    high = max(low, min(outward(high, high).high, limit.high))
-    low = min(low, math.nextafter(limit.low, 0))
+    reach = outward(_reach(found.low), _reach(ceiling))
+    low = min(reach.low, math.nextafter(limit.low, 0))
+    high = max(low, min(reach.high, limit.high))
     varying = name == "circle"
     proved = low > 0
     conclusion = (

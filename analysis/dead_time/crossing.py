@@ -18,7 +18,7 @@ SAMPLES = 20_001
 
 
 def gain_limit(block: DelayBlock, response: DelayResponse, start: float) -> Bracket:
-    r"""Bracket on the supremum of ``k`` such that ``1 + kappa H`` has no root with ``Re s >= 0`` for ``0 < kappa <= k``.
+    r"""Bracket on the supremum of ``k`` such that ``1 + kappa H`` has all roots in ``Re s < 0`` for ``0 < kappa <= k``.
 
     The equation is of retarded type: its roots in ``Re s >= 0`` stay bounded and move continuously with the gain, and
     for small gains there are none.  The first ones arrive on the axis, where ``Im H = 0`` and ``kappa = -1/Re H``.
