@@ -94,6 +94,23 @@ class NormalCompliance:
         return SlopeBounds(0, self.exact_stiffness if self.exact_exponent == 1 else math.inf)
 
     @property
+    def odd(self) -> bool:
+        """False: the law pushes one way only."""
+        return False
+
+    @property
+    def regularity(self) -> str:
+        """Continuity in words."""
+        if self.exact_exponent == 1:
+            return "piecewise linear, globally Lipschitz"
+        return "continuous, locally Lipschitz" if self.locally_lipschitz else "continuous, not Lipschitz at 0"
+
+    @property
+    def breakpoints(self) -> tuple[Fraction, ...]:
+        """The point of contact."""
+        return (Fraction(0),)
+
+    @property
     def locally_lipschitz(self) -> bool:
         """Whether ``p`` is locally Lipschitz: ``m >= 1``."""
         return self.exact_exponent >= 1

@@ -1,0 +1,176 @@
+"""What is known of a law, and whether it was checked or is its author's word."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+from typing import Generic, TypeVar
+
+from lure.errors import AssumptionError
+from lure.law_class import LawClass
+from lure.laws.formula import ExpressionLaw
+from lure.laws.graph import Graph
+from lure.laws.law import number_text
+from lure.laws.piecewise import DeadZone, LeakyReLU, PiecewiseLinear, ReLU, Saturation
+from lure.laws.quantiser import Quantiser
+from lure.laws.shifted import ShiftedLaw
+from lure.laws.smooth import Cubic, Tanh
+from lure.nonlinearity import Nonlinearity, NormalCompliance
+from lure.sector import Sector, SlopeBounds
+
+T = TypeVar("T")
+
+_FROM_POINTS = "exact, read off the points and the slopes outside them"
+_PROOFS: dict[type, str] = {
+    **dict.fromkeys((Saturation, DeadZone, ReLU, LeakyReLU, PiecewiseLinear), _FROM_POINTS),
+    Cubic: "closed form: phi(sigma)/sigma = a + b sigma^2 and phi' = a + 3 b sigma^2",
+    Tanh: "closed form: phi' = (gain/scale)/cosh^2(sigma/scale) falls from gain/scale to 0",
+    Quantiser: "closed form: |phi - sigma| <= step/2, and phi = 0 for |sigma| < step/2",
+    NormalCompliance: "closed form: a power of max(sigma, 0)",
+}
+_WORD = "the word of the law's author"
+
+
+class Standing(Enum):
+    """Whether a property was checked for every ``sigma``, or is declared and believed."""
+
+    DECLARED = "declared"
+    CHECKED = "checked"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Property(Generic[T]):
+    """A property with its standing and, in one sentence, how it is known."""
+
+    value: T
+    standing: Standing
+    how: str
+
+    def __str__(self) -> str:
+        return f"{self.value} ({self.standing}: {self.how})"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Properties:
+    """What is known of a law.
+
+    Attributes
+    ----------
+    sector : Property of Sector
+        Bounds on ``phi(sigma)/sigma``.
+    slope_bounds : Property of SlopeBounds or None
+        Bounds on the difference quotients; None where there are none, or none are known.
+    odd : Property of bool
+        False where the law is not known to be odd.
+    regularity : Property of str
+        Continuity and smoothness in words; ``unknown`` where nothing is.
+    """
+
+    sector: Property[Sector]
+    slope_bounds: Property[SlopeBounds | None]
+    odd: Property[bool]
+    regularity: Property[str]
+
+
+def properties(law: Nonlinearity) -> Properties:
+    """What is known of a law, each property with its standing.
+
+    Laws of the library are known in closed form.  A formula is checked if it is piecewise linear, which is recognised
+    exactly.  Everything else is declared: a sample, however dense, checks nothing for every ``sigma``.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        Any law.
+
+    Raises
+    ------
+    AssumptionError
+        A declared property of a piecewise linear formula is false.
+    """
+    if type(law) is ShiftedLaw:
+        inner, note = properties(law.law), f"; shifted by {number_text(law.gain)}"
+        return Properties(
+            sector=Property(value=law.sector, standing=inner.sector.standing, how=inner.sector.how + note),
+            slope_bounds=Property(
+                value=law.slope_bounds, standing=inner.slope_bounds.standing, how=inner.slope_bounds.how + note
+            ),
+            odd=inner.odd,
+            regularity=inner.regularity,
+        )
+    if type(law) is ExpressionLaw and law.graph is not None:
+        _compare(law, law.graph)
+        return _all(law, Standing.CHECKED, "the formula is piecewise linear: " + _FROM_POINTS)
+    proof = _PROOFS.get(type(law))
+    return _all(law, Standing.DECLARED, _WORD) if proof is None else _all(law, Standing.CHECKED, proof)
+
+
+def law_class(law: Nonlinearity) -> LawClass:
+    """The smallest class of laws known to contain this one: a theorem for the class is one for the law.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        Any law; the sector is narrowed to the slope bounds, which ``phi(0) = 0`` allows.
+
+    Raises
+    ------
+    AssumptionError
+        A declared property of a piecewise linear formula is false.
+    InputError
+        The declared sector and slope bounds have nothing in common.
+    """
+    known = properties(law)
+    sector, slope = known.sector.value, known.slope_bounds.value
+    if slope is not None:
+        sector = Sector(max(sector.lower, slope.lower), min(sector.upper, slope.upper))
+    return LawClass(sector=sector, slope=slope, odd=known.odd.value)
+
+
+def _all(law: Nonlinearity, standing: Standing, how: str) -> Properties:
+    """Every property of the law with one standing; what the law does not say is not known."""
+
+    def known(value: T, *, missing: bool) -> Property[T]:
+        if missing:
+            return Property(value=value, standing=Standing.DECLARED, how="nothing is declared")
+        return Property(value=value, standing=standing, how=how)
+
+    checked = standing is Standing.CHECKED
+    slope: SlopeBounds | None = getattr(law, "slope_bounds", None)
+    regularity = str(getattr(law, "regularity", "unknown"))
+    return Properties(
+        sector=known(law.sector, missing=False),
+        slope_bounds=known(slope, missing=slope is None and not checked),
+        odd=known(bool(getattr(law, "odd", False)), missing=not hasattr(law, "odd")),
+        regularity=known(regularity, missing=regularity == "unknown"),
+    )
+
+
+def _compare(law: ExpressionLaw, graph: Graph) -> None:
+    """Refuse what is declared of a formula whose exact graph contradicts it."""
+    sector, slope = law.sector, law.slope_bounds
+    for chord, where in graph.chords:
+        _inside(law, ("the sector", "phi(sigma)/sigma", where), chord, sector)
+    for value in graph.slopes if slope is not None else ():
+        _inside(law, ("the slope bounds", "the slope", "on one of its pieces"), value, slope)
+    if law.odd and not graph.odd:
+        x = next((x for x in graph.knots if graph.exact(-x) != -graph.exact(x)), 2 * max(map(abs, graph.knots)) + 1)
+        raise AssumptionError(
+            f"the law {law.text!r:.60} is declared odd, but phi({number_text(x)}) = {number_text(graph.exact(x))} and "
+            f"phi({number_text(-x)}) = {number_text(graph.exact(-x))}; declare odd = False"
+        )
+
+
+def _inside(
+    law: ExpressionLaw, words: tuple[str, str, str], value: Fraction, bounds: Sector | SlopeBounds | None
+) -> None:
+    if bounds is not None and not bounds.lower <= value <= bounds.upper:
+        declared, quantity, where = words
+        raise AssumptionError(
+            f"the law {law.text!r:.60} is declared to have {declared} {bounds}, but {quantity} is {number_text(value)} "
+            f"{where}; declare bounds that hold"
+        )
