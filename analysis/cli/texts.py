@@ -72,3 +72,53 @@ For each claim: what the printed equations give, what the corrected ones give,
 and what the rod itself does.  The directory gets paper.html, paper.json and
 the figures; it is replaced as a whole.
 """
+
+ANALYSE = """Run every criterion and every search for a counterexample on a loop.
+
+\b
+Examples:
+  lure analyse plant.toml
+  lure analyse kalman-fitts --json
+  lure analyse plant.toml --set class.odd=true
+
+\b
+One table: for each class of laws how far it is proved stable, by which
+criterion, and the smallest class found with a member that destabilises.
+
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.
+"""
+
+MAX_SECTOR = """Print the largest sector for which a loop is stable.
+
+\b
+Examples:
+  lure max-sector --num "1" --den "1 3 2 0" --criterion popov
+  lure max-sector --num "2 0.92" --den "1 -0.5 0" --dt 1 --json
+  lure max-sector --transfer "4/((s-1)*(s/3+1))" --lower 1/2
+  lure max-sector --system plant.toml --time-varying --full
+
+\b
+H is the block from mu to sigma, and mu = -phi(sigma) with
+K1 sigma^2 <= sigma phi(sigma) <= k sigma^2.  Numbers are exact: 0.1 is 1/10.
+
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.
+"""
+
+MAX_SLOPE = """Print the largest slope for which a loop is stable.
+
+\b
+Examples:
+  lure max-slope --num "1 -0.2 -0.1" --den "1 2 1 1"
+  lure max-slope --odd --num "2 0.92" --den "1 -0.5 0" --dt 1 --json
+  lure max-slope --system plant.toml --criterion park
+
+\b
+H is the block from mu to sigma, and mu = -phi(sigma) with phi(0) = 0 and
+every difference quotient of phi in [K1, k].  Without --odd nothing is assumed
+of the symmetry of phi, and a bound for odd laws need not hold.
+
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.
+"""

@@ -1,0 +1,129 @@
+"""Which criteria there are, for which time and for which class of laws; each is imported when it is asked for."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from importlib import import_module
+from typing import Literal, cast
+
+from analysis.answer import Answer
+from lure.errors import AssumptionError, InputError
+from lure.rational import RationalBlock
+
+Question = Literal["sector", "slope"]
+Time = Literal["continuous", "discrete"]
+BEST = "best"
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A criterion as the questions see it.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    times : tuple of {"continuous", "discrete"}
+        Where it applies.
+    slope : bool
+        Whether it needs slope bounds; else a sector is enough.
+    time_varying : bool
+        Whether its conclusion covers time-varying laws.
+    place : str
+        ``module:function`` of the search for the largest ``k``.
+    odd : bool
+        Whether the function takes ``odd``.
+    """
+
+    name: str
+    times: tuple[Time, ...]
+    slope: bool
+    time_varying: bool
+    place: str
+    odd: bool = False
+
+    def largest(self, block: RationalBlock, *, lower: Fraction, odd: bool) -> Answer:
+        """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves."""
+        module, function = self.place.split(":")
+        call = cast("Callable[..., Answer]", getattr(import_module(f"analysis.criteria.{module}"), function))
+        return call(block, lower=lower, odd=odd) if self.odd else call(block, lower=lower)
+
+
+_BOTH: tuple[Time, ...] = ("continuous", "discrete")
+CATALOGUE = (
+    Entry("hurwitz", _BOTH, slope=False, time_varying=False, place="hurwitz:hurwitz_largest"),
+    Entry("circle", _BOTH, slope=False, time_varying=True, place="circle:circle_largest"),
+    Entry("popov", ("continuous",), slope=False, time_varying=False, place="popov:popov_largest"),
+    Entry("off-axis-circle", ("continuous",), slope=True, time_varying=False, place="off_axis:off_axis_largest"),
+    Entry("park", ("continuous",), slope=True, time_varying=False, place="park:park_largest"),
+    Entry("tsypkin", ("discrete",), slope=True, time_varying=False, place="tsypkin:tsypkin_largest"),
+    Entry("jury-lee", ("discrete",), slope=True, time_varying=False, place="jury_lee:jury_lee_largest"),
+    Entry(
+        "zames-falb", ("continuous",), slope=True, time_varying=False, place="zames_falb:zames_falb_largest", odd=True
+    ),
+    Entry(
+        "zames-falb",
+        ("discrete",),
+        slope=True,
+        time_varying=False,
+        place="zames_falb_discrete:zames_falb_discrete_largest",
+        odd=True,
+    ),
+)
+CRITERIA = tuple(dict.fromkeys(entry.name for entry in CATALOGUE))
+
+
+def entries(block: object, question: Question, criterion: str, *, time_varying: bool = False) -> list[Entry]:
+    """The criteria to run for a question.
+
+    Parameters
+    ----------
+    block : RationalBlock, DelayBlock or StateSpaceBlock
+        The block.
+    question : {"sector", "slope"}
+        What is known of the law; a slope-restricted law lies in the sector of the same bounds, so that the criteria for
+        sectors serve it too.
+    criterion : str
+        A name, or ``best`` for all that apply (without ``hurwitz``, which proves nothing about nonlinear laws).
+    time_varying : bool
+        Whether the law may vary with time.
+
+    Raises
+    ------
+    InputError
+        There is no such criterion.
+    AssumptionError
+        It does not apply to this question.
+    """
+    time: Time = "continuous" if getattr(block, "dt", None) is None else "discrete"
+    wanted = criterion.replace("_", "-").lower()
+    wanted = {"off-axis": "off-axis-circle", "yakubovich": "park", "zf": "zames-falb"}.get(wanted, wanted)
+    if wanted != BEST and wanted not in CRITERIA:
+        near = difflib.get_close_matches(wanted, CRITERIA, n=1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise InputError(f"there is no criterion {criterion!r}; {hint}choose from {BEST}, {', '.join(CRITERIA)}")
+    exact = isinstance(block, RationalBlock)  # for other blocks there are only the criteria for sectors
+    found = [entry for entry in CATALOGUE if time in entry.times and (exact or not entry.slope)]
+    if wanted == BEST:
+        return [
+            entry
+            for entry in found
+            if entry.name != "hurwitz"
+            and (question == "slope" or not entry.slope)
+            and (entry.time_varying or not time_varying)
+        ]
+    found = [entry for entry in found if entry.name == wanted]
+    if not found:
+        other = "discrete" if time == "continuous" else "continuous"
+        raise AssumptionError(f"the criterion {wanted} is for {other} time, this block is in {time} time; try {BEST}")
+    if question == "sector" and found[0].slope:
+        raise AssumptionError(
+            f"the criterion {wanted} needs slope bounds, and a sector gives none; ask for the largest slope "
+            "(max_slope, lure max-slope)"
+        )
+    if time_varying and not found[0].time_varying:
+        raise AssumptionError(f"the criterion {wanted} is for time-invariant laws; for time-varying ones ask circle")
+    return found

@@ -1,0 +1,74 @@
+"""A loop's analysis as plain data, the ``loop`` part of ``report.json``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from analysis.answers.largest import number
+from lure.rational import RationalBlock
+
+if TYPE_CHECKING:
+    from analysis.answers.subject import Subject
+    from analysis.answers.table import LoopAnalysis
+    from lure.law_class import LawClass
+
+
+def analysis_dict(found: LoopAnalysis) -> dict[str, Any]:
+    """The analysis as a dictionary of plain values; infinite numbers are the text ``inf``.
+
+    Parameters
+    ----------
+    found : LoopAnalysis
+        The analysis.
+    """
+    return {
+        **_subject(found.subject),
+        "case": found.case,
+        "verdict": str(found.verdict),
+        "evidence": str(found.evidence),
+        "statement": found.statement,
+        "gains": [str(interval) for interval in found.gains],
+        "answers": [row.to_dict() for row in found.rows],
+        "hints": list(found.hints),
+        "not_shown": list(found.not_shown),
+    }
+
+
+def _subject(about: Subject) -> dict[str, Any]:
+    block = about.block
+    data: dict[str, Any] = {"text": str(block), "denominator": [str(c) for c in block.denominator]}
+    if isinstance(block, RationalBlock):
+        data |= {
+            "numerator": [str(c) for c in block.numerator],
+            "terms": None,
+            "dt": None if block.dt is None else str(block.dt),
+        }
+    else:
+        terms = [[str(delay), [str(c) for c in top]] for delay, top in block.terms]
+        data |= {"numerator": None, "terms": terms, "dt": None}
+    return {
+        "name": about.name,
+        "title": about.title,
+        "source": about.source,
+        "block": data,
+        "law": None if about.law is None else str(about.law),
+        "class": None if about.law_class is None else class_dict(about.law_class),
+    }
+
+
+def class_dict(law_class: LawClass) -> dict[str, Any]:
+    """A class of laws as plain data.
+
+    Parameters
+    ----------
+    law_class : LawClass
+        The class.
+    """
+    slope = law_class.slope
+    return {
+        "sector": [number(float(law_class.sector.lower)), number(float(law_class.sector.upper))],
+        "slope": None if slope is None else [number(float(slope.lower)), number(float(slope.upper))],
+        "odd": law_class.odd,
+        "time_varying": law_class.time_varying,
+        "text": str(law_class),
+    }

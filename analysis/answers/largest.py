@@ -1,0 +1,195 @@
+"""The answer to "for which sector or slope is this loop stable, and how do you know?"."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from analysis.answer import Answer
+from analysis.answers.catalogue import Question
+from analysis.evidence import Bracket, Evidence, Verdict
+from analysis.witness import Witness
+
+CLOSED = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Largest:
+    r"""How far the classes ``[lower, k]`` are stable, from both sides, for ``sigma = H mu``, ``mu = -phi(sigma)``.
+
+    Attributes
+    ----------
+    question : {"sector", "slope"}
+        What ``[lower, k]`` bounds: ``phi(sigma)/sigma``, or every difference quotient.
+    odd, time_varying : bool
+        What else the class assumes of ``phi``, or allows.
+    lower : Fraction
+        Lower end of the classes.
+    criterion : str
+        The criterion asked for, or the one that reached farthest.
+    largest : Bracket
+        ``low``: every class ``[lower, k]``, ``k <= low`` finite, is stable if ``verdict`` is PROVED.  ``high``: at or
+        above it the criterion (asked for by name) or any criterion (``best``) can say nothing.
+    hurwitz : Bracket
+        Supremum of the ``k`` for which every linear gain in ``[lower, k]`` (without 0 in the critical case) is stable.
+    verdict : Verdict
+        PROVED: something is, up to ``largest.low``.  REFUTED: the class is never stable, by ``witness``.
+    evidence : Evidence
+        What ``largest.low`` rests on.
+    theta : float or None
+        Popov multiplier [s].
+    multiplier : str or None
+        The multiplier as a formula.
+    parameters : Mapping
+        Numbers behind it, exact ones as text.
+    refuted_at : float or None
+        The smallest ``k`` found with a destabilising member of the class.
+    witness : Witness or None
+        That member.
+    answers : tuple of Answer
+        Every criterion that was tried, farthest reach first.
+    reason : str
+        Why nothing was shown, or what would help; empty if the gap is closed.
+    """
+
+    question: Question
+    odd: bool
+    time_varying: bool
+    lower: Fraction
+    criterion: str
+    largest: Bracket
+    hurwitz: Bracket
+    verdict: Verdict
+    evidence: Evidence
+    theta: float | None
+    multiplier: str | None
+    parameters: Mapping[str, object]
+    refuted_at: float | None
+    witness: Witness | None
+    answers: tuple[Answer, ...]
+    reason: str
+
+    @property
+    def closed(self) -> bool:
+        """Whether what is proved and what is refuted meet, within one part in a million."""
+        if self.verdict is Verdict.REFUTED or self.largest.low == math.inf:
+            return True
+        against = self.refuted_at
+        return against is not None and self.largest.low >= against * (1 - CLOSED)
+
+    @property
+    def about(self) -> str:
+        """The class in words, without its upper end."""
+        words = f"{'odd ' if self.odd else ''}phi"
+        when = ", time-varying" if self.time_varying else ", time-invariant"
+        return f"{words} with slope" if self.question == "slope" else f"{words}{when}, in the sector"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer as plain data; infinite numbers are the text ``inf``."""
+        witness = self.witness
+        return {
+            "question": self.question,
+            "criterion": self.criterion,
+            "odd": self.odd,
+            "time_varying": self.time_varying,
+            "lower": number(float(self.lower)),
+            "largest": [number(self.largest.low), number(self.largest.high)],
+            "theta": number(self.theta),
+            "multiplier": self.multiplier,
+            "parameters": dict(self.parameters),
+            "verdict": str(self.verdict),
+            "evidence": str(self.evidence),
+            "hurwitz": [number(self.hurwitz.low), number(self.hurwitz.high)],
+            "refuted_at": number(self.refuted_at),
+            "witness": None
+            if witness is None
+            else {
+                "kind": witness.kind,
+                "k": number(witness.k),
+                "evidence": str(witness.evidence),
+                "description": witness.description,
+                "data": dict(witness.data),
+            },
+            "closed": self.closed,
+            "reason": self.reason,
+            "answers": [answer_dict(answer) for answer in self.answers],
+            "sentence": str(self),
+        }
+
+    def __bool__(self) -> bool:
+        raise TypeError("an answer has three values; compare result.verdict")
+
+    def __str__(self) -> str:
+        low = _shown(self.largest.low, down=True)
+        end = ")" if self.largest.low == math.inf else "]"
+        span = f"[{float(self.lower):g}, {low}{end}"
+        if self.verdict is Verdict.PROVED:
+            head = f"Stable for every {self.about} {span} ({self.criterion}, {self.evidence})"
+        elif self.verdict is Verdict.REFUTED:
+            head = f"Not stable for {self.about} [{float(self.lower):g}, k], whatever k > {float(self.lower):g}"
+        elif self.largest.low > self.lower:
+            head = f"Not proved; {self.criterion} reaches {span}, {self.evidence} only"
+        else:
+            head = f"Nothing is proved for {self.about} [{float(self.lower):g}, k]"
+        tail = f"; {self.witness}" if self.witness is not None and self.refuted_at is not None else ""
+        between = "" if self.closed or self.witness is None else "; in between nothing is known"
+        return f"{head}{tail}{between}."
+
+    def _repr_html_(self) -> str:
+        return f"<p><b>{self.verdict}</b> {html.escape(str(self))}</p>"
+
+
+def answer_dict(answer: Answer) -> dict[str, Any]:
+    """One criterion's answer as plain data.
+
+    Parameters
+    ----------
+    answer : Answer
+        The answer.
+    """
+    return {
+        "criterion": answer.criterion,
+        "theorem": answer.theorem,
+        "largest": [number(answer.largest.low), number(answer.largest.high)],
+        "class": str(answer.law_class),
+        "verdict": str(answer.verdict),
+        "evidence": str(answer.evidence),
+        "needs": list(answer.needs),
+        "theta": number(answer.theta),
+        "multiplier": answer.multiplier,
+        "parameters": dict(answer.parameters),
+        "margin": None if answer.margin is None else [number(answer.margin.low), number(answer.margin.high)],
+        "worst_frequency": number(answer.worst_frequency),
+        "hypotheses": list(answer.hypotheses),
+        "reason": answer.reason,
+    }
+
+
+def number(value: float | None) -> float | str | None:
+    """A number for JSON: an infinite one as text, None for a missing one and for NaN.
+
+    Parameters
+    ----------
+    value : float or None
+        The number.
+    """
+    if value is None or math.isnan(value):
+        return None
+    if math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return float(value)
+
+
+def _shown(value: float, *, down: bool) -> str:
+    """Seven digits, rounded so that nothing more is claimed."""
+    if not math.isfinite(value) or value == 0:
+        return f"{value:g}"
+    text = f"{value:.7g}"
+    if down and float(text) > value:
+        step = 10.0 ** (math.floor(math.log10(abs(value))) - 6)
+        text = f"{value - step:.7g}"
+    return text

@@ -1,0 +1,131 @@
+"""The three kinds of block a question can be about: rational, with dead time, and too large for exact polynomials."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+from analysis.answer import Answer
+from analysis.answers.catalogue import BEST, Question, entries
+from analysis.evidence import Bracket, Evidence, Verdict
+from analysis.witness import Witness
+from lure.delay import DelayBlock
+from lure.errors import AssumptionError
+from lure.law_class import LawClass
+from lure.rational import RationalBlock
+from lure.sector import Sector, SlopeBounds
+from lure.state_space import StateSpaceBlock
+
+Search = Literal["linear", "full"]
+Block = RationalBlock | DelayBlock | StateSpaceBlock
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Asked:
+    """A question: the largest ``k`` of the classes ``[lower, k]`` for a block."""
+
+    block: Block
+    question: Question
+    criterion: str
+    lower: Fraction
+    odd: bool
+    time_varying: bool
+    search: Search
+
+
+def hurwitz(asked: Asked) -> Bracket:
+    """Supremum of the ``k`` such that every linear gain in ``[lower, k]`` is stable (in the critical case: but 0)."""
+    block = asked.block
+    if isinstance(block, RationalBlock):
+        from analysis.criteria.hurwitz import hurwitz_limit
+
+        return hurwitz_limit(block, asked.lower)
+    _from_zero(asked)
+    if isinstance(block, DelayBlock):
+        from analysis.dead_time.criteria import hurwitz_limit as with_dead_time
+
+        return with_dead_time(block)
+    return Bracket(0.0, math.inf)
+
+
+def answers(asked: Asked) -> list[Answer]:
+    """What each criterion says, farthest reach first; a refusal is an answer too."""
+    block = asked.block
+    found: list[Answer] = []
+    for entry in entries(asked.block, asked.question, asked.criterion, time_varying=asked.time_varying):
+        try:
+            if isinstance(block, RationalBlock):
+                found.append(entry.largest(block, lower=asked.lower, odd=asked.odd))
+            elif isinstance(block, DelayBlock):
+                from analysis.dead_time.criteria import LARGEST
+
+                found.append(LARGEST[entry.name](block))
+            else:
+                found.append(_computed(block, entry.name))
+        except AssumptionError as refusal:
+            found.append(_refused(entry.name, asked, str(refusal)))
+    if not found:
+        raise AssumptionError(f"no criterion called {asked.criterion} applies to this block; try {BEST}")
+    return sorted(found, key=lambda answer: (answer.verdict is not Verdict.PROVED, -answer.largest.low))
+
+
+def witnesses(asked: Asked, limit: Bracket) -> list[Witness]:
+    """Destabilising members of the class, with more than a simulation behind them, smallest ``k`` first."""
+    block, found = asked.block, list[Witness]()
+    if isinstance(block, RationalBlock):
+        from analysis.refutation.linear import linear_witness
+
+        linear = linear_witness(block, lower=asked.lower)
+        found = [linear] if linear is not None else []
+        if asked.search == "full" and limit.high > asked.lower:
+            from analysis.refutation.search import refute
+
+            kind = {"slope": asked.question == "slope", "odd": asked.odd, "time_varying": asked.time_varying}
+            found += refute(block, lower=asked.lower, **kind)
+    elif isinstance(block, DelayBlock) and limit.high < math.inf:
+        found = [_dead_time_gain(block, limit)]
+    ranked = [witness for witness in found if witness.evidence > Evidence.OBSERVED]
+    return sorted(ranked, key=lambda witness: witness.k)
+
+
+def _dead_time_gain(block: DelayBlock, limit: Bracket) -> Witness:
+    return Witness(
+        kind="linear gain",
+        k=limit.high,
+        evidence=Evidence.CERTIFIED,
+        slope_restricted=True,
+        odd=True,
+        description=f"a linear gain between {limit.low:.9g} and {limit.high:.9g} puts a root on the imaginary axis, so "
+        "that the loop does not come to rest",
+        data={"gain": [limit.low, limit.high], "block": str(block)},
+    )
+
+
+def _computed(block: StateSpaceBlock, name: str) -> Answer:
+    from analysis.hamiltonian import largest_computed
+
+    return largest_computed(block, name)
+
+
+def _from_zero(asked: Asked) -> None:
+    if asked.lower != 0:
+        raise AssumptionError(
+            f"for a {type(asked.block).__name__} the classes begin at 0; got lower = {float(asked.lower):g}: close a "
+            "loop with that gain in the model first"
+        )
+
+
+def _refused(name: str, asked: Asked, reason: str) -> Answer:
+    lower = float(asked.lower)
+    slope = SlopeBounds(lower, math.inf) if asked.question == "slope" else None
+    return Answer(
+        criterion=name,
+        theorem="does not apply",
+        largest=Bracket(lower, math.inf),
+        law_class=LawClass(sector=Sector(lower, math.inf), slope=slope, odd=asked.odd),
+        verdict=Verdict.INCONCLUSIVE,
+        evidence=Evidence.CERTIFIED,
+        reason=reason,
+    )

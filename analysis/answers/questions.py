@@ -1,0 +1,177 @@
+"""``max_sector`` and ``max_slope``: the largest class that is stable, and the smallest found that is not."""
+
+from __future__ import annotations
+
+import math
+
+from analysis.answers.catalogue import BEST
+from analysis.answers.largest import Largest
+from analysis.answers.models import Asked, Block, Search, answers, hurwitz, witnesses
+from analysis.evidence import Bracket, Verdict
+from lure.delay import DelayBlock
+from lure.errors import AssumptionError
+from lure.exact import Exact, exact_number
+from lure.inputs import as_block
+from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
+
+
+class ContradictionError(RuntimeError):
+    """A proof and a refutation of the same class: one of the two is wrong, and neither is reported."""
+
+
+def max_sector(
+    block: object,
+    *,
+    criterion: str = BEST,
+    lower: Exact = 0,
+    time_varying: bool = False,
+    search: Search = "linear",
+) -> Largest:
+    r"""The largest ``k`` such that the loop is stable for every ``phi`` in the sector ``[lower, k]``.
+
+    ``sigma = H mu``, ``mu = -phi(sigma)``, ``lower sigma^2 <= sigma phi(sigma) <= k sigma^2``.  Of equilibria: in the
+    critical case (``H`` has a simple pole at 0) and ``lower = 0`` only convergence to the stationary set is claimed.
+
+    Parameters
+    ----------
+    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
+        The linear block, whatever :func:`lure.as_block` takes.
+    criterion : str
+        ``circle``, ``popov``, ``hurwitz`` (linear gains only), or ``best``: the farthest of all that apply.
+    lower : int, float, Fraction or Decimal
+        Lower end of the sector; for an unstable block take one for which the linear loop is stable.
+    time_varying : bool
+        Whether ``phi`` may depend on time.
+    search : {"linear", "full"}
+        Where to look for destabilising members: among linear gains, or among all kinds known (seconds).
+
+    Returns
+    -------
+    Largest
+        With ``largest``, ``hurwitz``, ``verdict``, ``evidence``, ``theta``, ``refuted_at`` and more; ``bool()`` raises.
+
+    Raises
+    ------
+    InputError
+        The block or a number is no good, or there is no such criterion.
+    AssumptionError
+        The criterion does not apply to such a block or class.
+    ContradictionError
+        What is proved and what is refuted overlap: a bug.
+
+    Examples
+    --------
+    >>> found = max_sector(([1], [1, 3, 2, 0]), criterion="popov")
+    >>> print(found.verdict, round(found.largest.low, 6), round(found.theta, 6))
+    PROVED 6.0 1.5
+    """
+    return _answer(
+        Asked(
+            block=_block(block),
+            question="sector",
+            criterion=criterion,
+            lower=exact_number(lower, "lower"),
+            odd=False,
+            time_varying=time_varying,
+            search=search,
+        )
+    )
+
+
+def max_slope(
+    block: object,
+    *,
+    odd: bool = False,
+    criterion: str = BEST,
+    lower: Exact = 0,
+    search: Search = "full",
+) -> Largest:
+    r"""The largest ``k`` such that the loop is stable for every time-invariant ``phi`` with slope in ``[lower, k]``.
+
+    ``sigma = H mu``, ``mu = -phi(sigma)``, ``phi(0) = 0``, ``lower <= (phi(x) - phi(y))/(x - y) <= k``.  Merely
+    monotone and odd laws are kept apart: a bound for odd ones can be false for the others.
+
+    Parameters
+    ----------
+    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
+        The linear block, whatever :func:`lure.as_block` takes.
+    odd : bool
+        Whether ``phi(-sigma) = -phi(sigma)`` is assumed.
+    criterion : str
+        One of :data:`analysis.answers.catalogue.CRITERIA`, or ``best``: the farthest of all that apply.
+    lower : int, float, Fraction or Decimal
+        Lower end of the slope.
+    search : {"linear", "full"}
+        Where to look for destabilising members: among linear gains, or for periodic orbits too (seconds).
+
+    Returns
+    -------
+    Largest
+        With ``largest``, ``refuted_at``, ``witness``, ``hurwitz``, ``verdict``, ``evidence``, ``multiplier`` and more.
+
+    Raises
+    ------
+    InputError
+        The block or a number is no good, or there is no such criterion.
+    AssumptionError
+        The criterion does not apply to such a block or class.
+    ContradictionError
+        What is proved and what is refuted overlap: a bug.
+    """
+    return _answer(
+        Asked(
+            block=_block(block),
+            question="slope",
+            criterion=criterion,
+            lower=exact_number(lower, "lower"),
+            odd=odd,
+            time_varying=False,
+            search=search,
+        )
+    )
+
+
+def _block(block: object) -> Block:
+    found = as_block(block)
+    if isinstance(found, RationalBlock | DelayBlock | StateSpaceBlock):
+        return found
+    raise AssumptionError(
+        f"a {type(found).__name__} is a table of values at some frequencies, and nothing is known between them; give a "
+        "model: coefficients, matrices, or a formula"
+    )
+
+
+def _answer(asked: Asked) -> Largest:
+    limit = hurwitz(asked)
+    found = answers(asked)
+    against = witnesses(asked, limit)
+    best, witness = found[0], against[0] if against else None
+    refuted_at = None if witness is None else witness.k
+    if best.verdict is Verdict.PROVED and refuted_at is not None and best.largest.low >= refuted_at:
+        raise ContradictionError(
+            f"{best.criterion} proves [{asked.lower}, {best.largest.low!r}], and {witness} destabilises at "
+            f"{refuted_at!r}; one of the two is wrong: please report the block {asked.block}"
+        )
+    ceiling = min(limit.high, math.inf if refuted_at is None else refuted_at)
+    if asked.criterion != BEST:
+        ceiling = min(ceiling, best.largest.high)
+    refuted = limit.high <= asked.lower and witness is not None
+    return Largest(
+        question=asked.question,
+        odd=asked.odd,
+        time_varying=asked.time_varying,
+        lower=asked.lower,
+        criterion=best.criterion,
+        largest=Bracket(best.largest.low, max(best.largest.low, ceiling)),
+        hurwitz=limit,
+        verdict=Verdict.REFUTED if refuted else best.verdict,
+        evidence=witness.evidence if refuted and witness is not None else best.evidence,
+        theta=best.theta,
+        multiplier=best.multiplier,
+        parameters=best.parameters,
+        refuted_at=refuted_at,
+        witness=witness,
+        answers=tuple(found),
+        reason=best.reason,
+    )

@@ -1,0 +1,74 @@
+"""A loop's analysis as plain text, at most 100 columns wide."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+from analysis.answers.largest import Largest
+from analysis.evidence import Verdict
+
+if TYPE_CHECKING:
+    from analysis.answers.table import LoopAnalysis
+
+WIDTH = 100
+_HEAD = ("class", "criterion", "proved up to", "evidence", "refuted at", "by", "gap")
+
+
+def table(found: LoopAnalysis) -> str:
+    """Verdict, table of classes, gains, hints and what was not shown.
+
+    Parameters
+    ----------
+    found : LoopAnalysis
+        The analysis.
+    """
+    gains = ", ".join(str(interval) for interval in found.gains) or "none"
+    blocks = [
+        f"{found.verdict}  {found.subject.name}: H = {found.subject.block}",
+        textwrap.fill(found.statement, WIDTH),
+        columns([_HEAD, *(_row(row) for row in found.rows)]),
+        textwrap.fill(f"Linear gains for which the loop is stable: {gains}.", WIDTH),
+        *(textwrap.fill(f"To decide more: {hint}.", WIDTH) for hint in found.hints),
+        *(textwrap.fill(f"Not shown: {note}.", WIDTH) for note in found.not_shown),
+    ]
+    return "\n\n".join(blocks)
+
+
+def class_name(row: Largest) -> str:
+    """The class of a row in a few words.
+
+    Parameters
+    ----------
+    row : Largest
+        The row.
+    """
+    if row.question == "sector":
+        return "sector, time-varying" if row.time_varying else "sector"
+    return "slope, odd" if row.odd else "slope"
+
+
+def columns(rows: list[tuple[str, ...]]) -> str:
+    """Rows of equal length as aligned columns.
+
+    Parameters
+    ----------
+    rows : list of tuple of str
+        The head first.
+    """
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _row(row: Largest) -> tuple[str, ...]:
+    proved = row.verdict is Verdict.PROVED
+    return (
+        class_name(row),
+        row.criterion if proved else "-",
+        f"{row.largest.low:.7g}" if proved else "-",
+        str(row.evidence) if proved else "-",
+        "-" if row.refuted_at is None else f"{row.refuted_at:.7g}",
+        "-" if row.witness is None else row.witness.kind,
+        "closed" if row.closed else "open",
+    )

@@ -1,0 +1,171 @@
+"""The commands about any Lur'e loop: ``analyse``, ``max-sector``, ``max-slope``."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from analysis.cli import texts
+from analysis.cli.commands import Json, Quiet, app
+from lure.errors import InputError
+
+if TYPE_CHECKING:
+    from analysis.answers import Largest
+    from analysis.evidence import Verdict
+
+Num = Annotated[
+    str | None, typer.Option("--num", metavar="COEFFS", help="Numerator of H, highest power first.", show_default=False)
+]
+Den = Annotated[
+    str | None,
+    typer.Option("--den", metavar="COEFFS", help="Denominator of H, highest power first.", show_default=False),
+]
+Transfer = Annotated[
+    str | None,
+    typer.Option("--transfer", metavar="FORMULA", help='H as a formula, e.g. "1/(s*(s+1))".', show_default=False),
+]
+Dt = Annotated[
+    str | None,
+    typer.Option("--dt", metavar="SECONDS", help="Sampling time; without it time is continuous.", show_default=False),
+]
+System = Annotated[
+    str | None,
+    typer.Option("--system", metavar="SYSTEM", help="A TOML file or a built-in system instead.", show_default=False),
+]
+Criterion = Annotated[
+    str, typer.Option("--criterion", metavar="NAME", help="A criterion by name, or best: all that apply.")
+]
+Lower = Annotated[str, typer.Option("--lower", metavar="K1", help="Lower end of the classes [K1, k].")]
+
+
+@app.command(help=texts.ANALYSE)
+def analyse(
+    system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.")],
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable."),
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Run every criterion and every search for a counterexample on a loop."""
+    from lure.system_file import find_system
+    from lure.systems_loop import LoopSystem
+
+    chosen = find_system(system, set_ or [])
+    if not isinstance(chosen, LoopSystem):
+        raise InputError(f"{system} is a rod; run: lure report {system}")
+    from analysis.answers import analyse as run
+    from analysis.answers.document import analysis_dict
+    from analysis.cli.progress import progress
+
+    with progress(quiet=quiet) as tell:
+        found = run(chosen, progress=tell)
+    print(_json(analysis_dict(found)) if as_json else f"{found}")
+    return _status(found.verdict)
+
+
+@app.command("max-sector", help=texts.MAX_SECTOR)
+def max_sector(
+    num: Num = None,
+    den: Den = None,
+    transfer: Transfer = None,
+    dt: Dt = None,
+    system: System = None,
+    criterion: Criterion = "best",
+    lower: Lower = "0",
+    time_varying: Annotated[bool, typer.Option("--time-varying", help="Let phi depend on time.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Search for nonlinear counterexamples too.")] = False,
+    as_json: Json = False,
+) -> int:
+    """Print the largest sector."""
+    block = _block(num, den, transfer, dt, system)
+    from analysis.answers import max_sector as run
+
+    found = run(
+        block,
+        criterion=criterion,
+        lower=_number(lower),
+        time_varying=time_varying,
+        search="full" if full else "linear",
+    )
+    return _print(found, as_json=as_json)
+
+
+@app.command("max-slope", help=texts.MAX_SLOPE)
+def max_slope(
+    num: Num = None,
+    den: Den = None,
+    transfer: Transfer = None,
+    dt: Dt = None,
+    system: System = None,
+    odd: Annotated[bool, typer.Option("--odd", help="Assume that phi is odd.")] = False,
+    criterion: Criterion = "best",
+    lower: Lower = "0",
+    as_json: Json = False,
+) -> int:
+    """Print the largest slope."""
+    block = _block(num, den, transfer, dt, system)
+    from analysis.answers import max_slope as run
+
+    return _print(run(block, odd=odd, criterion=criterion, lower=_number(lower)), as_json=as_json)
+
+
+def _block(num: str | None, den: str | None, transfer: str | None, dt: str | None, system: str | None) -> object:
+    from lure.inputs import as_block
+    from lure.system_file import find_system
+    from lure.systems_loop import LoopSystem
+
+    given = [
+        name
+        for name, value in (("--num and --den", num or den), ("--transfer", transfer), ("--system", system))
+        if value is not None
+    ]
+    if len(given) != 1:
+        raise InputError(
+            "give the block once, by --num and --den, by --transfer or by --system"
+            + (f"; got {' and '.join(given)}" if given else "")
+        )
+    step = None if dt is None else _number(dt, "--dt")
+    if system is not None:
+        if step is not None:
+            raise InputError("--dt belongs to --num and --den or --transfer; a system has its own sampling time")
+        chosen = find_system(system, [])
+        if not isinstance(chosen, LoopSystem):
+            raise InputError(f"{system} is a rod; run: lure report {system}")
+        return chosen.block
+    if transfer is not None:
+        return as_block(transfer, dt=step)
+    if num is None or den is None:
+        raise InputError(f"--num and --den go together; give --{'den' if den is None else 'num'} too")
+    return as_block((num, den), dt=step)
+
+
+def _number(text: str, name: str = "--lower") -> Any:  # noqa: ANN401 -- an exact number of any type
+    from lure.inputs import coefficients
+
+    values = coefficients(text)
+    if len(values) != 1:
+        raise InputError(f"{name} is {text!r}; give one number")
+    return values[0]
+
+
+def _print(found: Largest, *, as_json: bool) -> int:
+    print(_json(found.to_dict()) if as_json else str(found))
+    if not as_json:
+        print(f"Linear gains are stable up to {found.hurwitz}.")
+        if found.multiplier:
+            print(f"Multiplier: {found.multiplier}")
+        if found.reason:
+            print(f"Reason: {found.reason}")
+    return _status(found.verdict)
+
+
+def _json(data: dict[str, Any]) -> str:
+    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def _status(verdict: Verdict) -> int:
+    return {"PROVED": 0, "INCONCLUSIVE": 10, "REFUTED": 11}[str(verdict)]
