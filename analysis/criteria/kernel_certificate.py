@@ -1,0 +1,186 @@
+"""Whether a multiplier of Zames and Falb proves one slope: decided at every frequency, without a grid."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from flint import acb, acb_poly, arb, arb_poly, fmpq_poly
+
+from analysis.criteria.kernels import Delay, Gamma, Multiplier
+from analysis.plant import Plant
+from analysis.polynomial import X, even_odd, exact_midpoint, positive_from_zero, real_roots, to_fmpq
+from analysis.precision import ball, working_precision
+
+BITS = 128
+MAX_BOXES = 20_000
+_MIRROR = fmpq_poly([0, -1])
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Check:
+    """What was found: ``holds`` is a proof; else ``where`` is a frequency where it fails or stays open [rad/s]."""
+
+    holds: bool
+    where: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Inequality:
+    r"""The inequality times ``k |d|^2 E > 0`` on the axis, in exact polynomials.
+
+    ``T(w) = A(w^2) - Re[q(w) Psi(i w)]`` with ``q = sum c_j exp(-i w tau_j)`` over the delays and
+    ``Psi(s) = E(s) (k n + d)(s) d(-s)``; ``E`` clears the denominators of the gamma kernels, which are in ``A``.
+
+    Attributes
+    ----------
+    A : fmpq_poly
+        In ``x = w^2``.
+    psi : fmpq_poly
+        In ``s``.
+    delays : tuple of (Fraction, Fraction)
+        Coefficients ``c_j`` and delays ``tau_j`` [s].
+    full : int
+        Degree of ``k |d|^2 E`` in ``x``: ``T`` divided by it stays away from 0 at infinity only if ``A`` has it too.
+    """
+
+    A: fmpq_poly
+    psi: fmpq_poly
+    delays: tuple[tuple[Fraction, Fraction], ...]
+    full: int
+
+    @classmethod
+    def of(cls, plant: Plant, k: Fraction, multiplier: Multiplier) -> Inequality:
+        """The inequality for ``H = n/d`` with ``d`` Hurwitz and slopes in ``[0, k]``."""
+        gain, n, d = to_fmpq(k), plant.n, plant.d
+        gammas = [(c, g) for c, g in multiplier.terms if isinstance(g, Gamma)]
+        orders: dict[Fraction, int] = {}
+        for _, g in gammas:
+            orders[g.rate] = max(orders.get(g.rate, 0), g.order)
+        E = fmpq_poly([1])
+        for rate, order in orders.items():
+            E *= fmpq_poly([to_fmpq(rate) ** 2, 0, -1]) ** order
+        rational = E
+        for c, g in gammas:
+            a = to_fmpq(g.rate)
+            factor = fmpq_poly([a, 1 if g.side == "causal" else -1]) ** g.order
+            rational -= to_fmpq(c) * a**g.order * (E // factor)
+        mirrored = d(_MIRROR)
+        psi = (gain * n + d) * mirrored
+        total = rational * psi + to_fmpq(multiplier.theta) * gain * X * n * E * mirrored
+        delays = tuple((c, g.delay) for c, g in multiplier.terms if isinstance(g, Delay) and c != 0)
+        return cls(even_odd(total)[0], E * psi, delays, d.degree() + E.degree() // 2)
+
+
+def check(plant: Plant, k: Fraction, multiplier: Multiplier, *, boxes: int = MAX_BOXES) -> Check:
+    r"""Whether ``Re[M(iw)(H(iw) + 1/k) + i w theta H(iw)] >= eps`` for some ``eps > 0`` and every real ``w``.
+
+    Without delays this is a sign test on a polynomial in ``w^2``, exact.  With delays of total mass ``Q`` it follows
+    from ``A(x) > 0`` and ``A(x)^2 > Q^2 |Psi|^2`` wherever these polynomial inequalities hold, in particular for all
+    large ``w``; what is left over, a few bounded intervals, is covered by boxes on which a Taylor bound in ball
+    arithmetic is positive.
+
+    Parameters
+    ----------
+    plant : Plant
+        ``H = n/d`` in continuous time, ``d`` Hurwitz (not checked here).
+    k : Fraction
+        Upper slope, positive [unit of mu / unit of sigma].
+    multiplier : Multiplier
+        Its admissibility is not checked here.
+    boxes : int
+        Number of boxes after which the search for a proof is given up.
+    """
+    inequality = Inequality.of(plant, k, multiplier)
+    A = inequality.A
+    if A.degree() < inequality.full or not A[A.degree()] > 0:
+        return Check(holds=False, where=math.inf)
+    if not inequality.delays:
+        return Check(holds=True) if positive_from_zero(A) else Check(holds=False, where=_first_failure(A))
+    mass = to_fmpq(sum((abs(c) for c, _ in inequality.delays), Fraction(0)))
+    even, odd = even_odd(inequality.psi)
+    bound = A * A - mass**2 * (even * even + X * odd * odd)
+    if bound.degree() < 2 * inequality.full or not bound[bound.degree()] > 0:
+        return Check(holds=False, where=math.inf)
+    return _check_intervals(inequality, _open_intervals(A, bound), boxes)
+
+
+def _first_failure(A: fmpq_poly) -> float:
+    roots = [root for root in real_roots(A) if root > 0]
+    return math.sqrt(float(roots[0])) if roots and A[0] > 0 else 0.0
+
+
+def _open_intervals(A: fmpq_poly, bound: fmpq_poly) -> list[tuple[arb, arb]]:
+    """Intervals of ``w >= 0`` that cover all ``x = w^2 >= 0`` without ``A > 0`` and ``bound > 0``; both positive far out."""
+    ends = [arb(0)] + [root for root in real_roots(A * bound) if root > 0]
+    found = [(end, end) for end in ends]
+    for low, high in itertools.pairwise(ends):
+        between = to_fmpq((exact_midpoint(low) + exact_midpoint(high)) / 2)
+        if not (A(between) > 0 and bound(between) > 0):
+            found.append((low, high))
+    return [(low.lower().sqrt().lower(), high.upper().sqrt().upper()) for low, high in found]
+
+
+class _Function:
+    """``T`` and its bounds on boxes in ``w``, in ball arithmetic."""
+
+    def __init__(self, inequality: Inequality) -> None:
+        in_omega = [fmpq_poly([0])[0]] * (2 * inequality.A.degree() + 1)
+        in_omega[0::2] = inequality.A.coeffs()
+        first = arb_poly(in_omega)
+        self.real = (first, first.derivative(), first.derivative().derivative())
+        turned = [c * (1, 1, -1, -1)[i % 4] for i, c in enumerate(inequality.psi.coeffs())]
+        psi = acb_poly([acb(arb(c), 0) if i % 2 == 0 else acb(0, arb(c)) for i, c in enumerate(turned)])
+        self.psi = (psi, psi.derivative(), psi.derivative().derivative())
+        self.delays = [(ball(c), ball(tau)) for c, tau in inequality.delays]
+
+    def _sums(self, omega: arb, order: int) -> list[acb]:
+        sums = [acb(0)] * (order + 1)
+        for c, tau in self.delays:
+            sine, cosine = (omega * tau).sin_cos()
+            term = c * acb(cosine, -sine)
+            for power in range(order + 1):
+                sums[power] += term
+                term *= acb(0, -tau)
+        return sums
+
+    def value(self, omega: arb) -> tuple[arb, arb]:
+        """``T`` and its derivative."""
+        q0, q1 = self._sums(omega, 1)
+        p0, p1 = self.psi[0](acb(omega)), self.psi[1](acb(omega))
+        return self.real[0](omega) - (q0 * p0).real, self.real[1](omega) - (q1 * p0 + q0 * p1).real
+
+    def curvature(self, omega: arb) -> arb:
+        """Second derivative of ``T``."""
+        q0, q1, q2 = self._sums(omega, 2)
+        p0, p1, p2 = (p(acb(omega)) for p in self.psi)
+        return self.real[2](omega) - (q2 * p0 + 2 * q1 * p1 + q0 * p2).real
+
+
+def _check_intervals(inequality: Inequality, intervals: list[tuple[arb, arb]], boxes: int) -> Check:
+    with working_precision(BITS):
+        function = _Function(inequality)
+        waiting = list(intervals)
+        for _ in range(boxes):
+            if not waiting:
+                return Check(holds=True)
+            low, high = waiting.pop()
+            box = low.union(high)
+            middle = box.mid()
+            value, slope = function.value(middle)
+            if not value > 0:
+                return Check(holds=False, where=float(middle))
+            radius = (box - middle).abs_upper()
+            bend = function.curvature(box)
+            bound = value - abs(slope) * radius - abs(bend) * radius**2 / 2
+            if bend >= 0:
+                bound = value - abs(slope) * radius
+            if not bound > 0:
+                waiting += [(low, middle), (middle, high)]
+        return (
+            Check(holds=False, where=float(waiting[-1][0].union(waiting[-1][1]).mid()))
+            if waiting
+            else Check(holds=True)
+        )
