@@ -1,0 +1,129 @@
+"""A discrete-time block on the unit circle: what the slope criteria in discrete time have in common."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from flint import fmpq, fmpq_poly
+from numpy.typing import NDArray
+
+from analysis.plant import Plant
+from analysis.polynomial import from_descending, to_fmpq, to_fraction
+from analysis.trigonometric import Laurent
+from lure.errors import AssumptionError, InputError
+from lure.rational import RationalBlock
+
+STEPS_BACK = (1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5)
+LARGEST_GAIN = 1e12
+
+
+@dataclass(frozen=True, slots=True)
+class DiscreteBlock:
+    r"""The stable block ``H = n/d`` behind ``psi(sigma) = phi(sigma) - lower sigma``, in powers of ``z``.
+
+    With ``mu = -phi(sigma)`` and the given ``H_0 = n/d_0`` it is ``H = H_0/(1 + lower H_0)``, ``d = d_0 + lower n``.
+
+    Attributes
+    ----------
+    n, d : Laurent
+        Numerator and denominator.
+    lower : Fraction
+        The slope taken out of ``phi``.
+    """
+
+    n: Laurent
+    d: Laurent
+    lower: Fraction
+
+    @classmethod
+    def of(cls, block: RationalBlock, lower: Fraction, criterion: str) -> DiscreteBlock:
+        """The block after the shift by ``lower``.
+
+        Parameters
+        ----------
+        block : RationalBlock
+            In discrete time.
+        lower : Fraction
+            Lower slope of the class.
+        criterion : str
+            Who asks, for the messages.
+
+        Raises
+        ------
+        InputError
+            The block is in continuous time.
+        AssumptionError
+            The algebraic loop of the gain ``lower`` is singular, or a pole of the shifted block (hidden modes
+            included) does not lie inside the unit circle.
+        """
+        if block.dt is None:
+            raise InputError(f"{criterion} is for discrete time; RationalBlock.dt is None: give the sampling time")
+        if 1 + lower * block.feedthrough == 0:
+            raise AssumptionError(
+                f"{criterion} needs 1 + lower D != 0; lower = {lower}, D = {block.feedthrough}: give another slope"
+            )
+        poles = Plant.of(block).shifted(lower).poles
+        if poles.axis or poles.right:
+            raise AssumptionError(
+                f"{criterion} needs the loop with the gain lower = {float(lower):g} stable: it has {poles.left} poles "
+                f"inside the unit circle, {poles.axis} on it and {poles.right} outside; give a lower slope from a "
+                "stable interval of gains, so that the loop is shifted by it"
+            )
+        n = from_descending(block.numerator)
+        return cls(Laurent(n), Laurent(from_descending(block.denominator) + to_fmpq(lower) * n), lower)
+
+    @property
+    def feedthrough(self) -> Fraction:
+        """``H(infinity)``."""
+        degree = self.d.p.degree()
+        return to_fraction(self.n.p[degree] / self.d.p[degree])
+
+    @property
+    def cross(self) -> Laurent:
+        """``n`` times the conjugate of ``d``: ``H = cross / |d|^2`` on the circle."""
+        return self.n * self.d.conjugate()
+
+    @property
+    def square(self) -> fmpq_poly:
+        """``|d|^2`` as a polynomial in ``c = cos w``, positive on ``[-1, 1]``."""
+        return (self.d * self.d.conjugate()).real_part()
+
+    def well_posed(self, K: Fraction) -> bool:
+        """Whether ``1 + kappa D > 0`` for ``kappa`` in ``[0, K]``: ``sigma + D phi(sigma) = r`` has one solution."""
+        return 1 + K * self.feedthrough > 0
+
+    def coefficients(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Numerator and denominator, descending powers, divided by one number and rounded to doubles."""
+        top, bottom = list(reversed(self.n.p.coeffs())), list(reversed(self.d.p.coeffs()))
+        scale = max(abs(c) for c in bottom)
+        return _floats(top, scale), _floats(bottom, scale)
+
+
+def largest_certified(lower: Fraction, guess: float, certified: Callable[[Fraction], bool]) -> float:
+    """The first double ``k`` below ``lower + guess``, in growing steps, with ``certified(k - lower)``; NaN if none.
+
+    Parameters
+    ----------
+    lower : Fraction
+        Where the class begins.
+    guess : float
+        Width of the class to try first; not trusted.
+    certified : callable
+        Exact test of a width.
+    """
+    if not guess > 0:
+        return math.nan
+    for step in STEPS_BACK:
+        k = float(lower + Fraction(min(guess, LARGEST_GAIN) * (1 - step)))
+        width = Fraction(k) - lower
+        if width > 0 and certified(width):
+            return k
+    return math.nan
+
+
+def _floats(values: list[fmpq], scale: fmpq) -> NDArray[np.float64]:
+    return np.array([float(to_fraction(value / scale)) for value in values])

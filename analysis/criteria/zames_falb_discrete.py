@@ -1,0 +1,227 @@
+"""Discrete-time Zames-Falb multipliers of finite length: searched by linear programs, certified in exact arithmetic."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from types import MappingProxyType
+
+import numpy as np
+
+from analysis.answer import Answer
+from analysis.criteria.discrete_block import DiscreteBlock, largest_certified
+from analysis.criteria.fir_multiplier import Multiplier, certifies, certifies_every, inequality
+from analysis.criteria.fir_search import Proposal, SampledResponse, best_taps, evaluated
+from analysis.evidence import Bracket, Evidence, Verdict
+from analysis.trigonometric import least_on_circle
+from lure.errors import AssumptionError, InputError
+from lure.law_class import LawClass
+from lure.rational import RationalBlock
+from lure.sector import Sector, SlopeBounds
+
+NAME = "zames-falb"
+THEOREM = (
+    "Discrete-time Zames-Falb multipliers (J. C. Willems and R. W. Brockett, IEEE Trans. Automatic Control 13 (1968) "
+    "401-413; finite length: J. Carrasco et al., IEEE Trans. Automatic Control 65 (2020) 4538-4553)"
+)
+LENGTHS = (2, 5, 10, 20)
+DENOMINATORS = tuple(10**digits for digits in (2, 3, 4, 6, 8, 10, 12, 15))
+
+
+def zames_falb_discrete_largest(
+    block: RationalBlock, *, odd: bool, lower: Fraction = Fraction(0), taps: int | None = None
+) -> Answer:
+    r"""Largest slope that a discrete-time Zames-Falb multiplier of finite length proves.
+
+    In ``sigma = H mu``, ``mu = -phi(sigma)``, ``phi`` time-invariant with ``phi(0) = 0`` and slope in ``[0, k]``, the
+    origin is globally asymptotically stable if ``H`` is stable and for some ``M(z) = 1 - sum h_i z^-i``
+
+    .. math:: \mathrm{Re}\,[M(z)\,(H(z) + 1/k)] > 0 \quad (|z| = 1), \qquad \sum_{i \ne 0} |h_i| < 1,
+
+    with ``h_i >= 0``; for odd ``phi`` the ``h_i`` may have either sign.  The sum runs over both signs of ``i``: the
+    multiplier need not be causal.  A lower slope other than zero is shifted into the block first.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        In discrete time, with the gain ``lower`` stable, hidden modes included.
+    odd : bool
+        Whether ``phi`` is known to be odd.  The answer for odd laws says nothing about others.
+    lower : Fraction
+        Lower slope.
+    taps : int, optional
+        Largest ``|i|``; by default lengths up to 20 are tried.
+
+    Returns
+    -------
+    Answer
+        ``largest.low`` is certified, up to itself; ``parameters`` hold the exact taps and ``k``.  That a larger slope
+        is not reached does not mean that the loop is unstable.
+
+    Raises
+    ------
+    InputError
+        The block is in continuous time, or ``taps`` is not a positive integer.
+    AssumptionError
+        The block is not stable with the gain ``lower``.
+
+    Notes
+    -----
+    The taps come from linear programs on sampled frequencies and are rounded to rationals; whether they satisfy the
+    inequality is then decided for all frequencies by counting, exactly, the roots of a polynomial in ``cos w``.
+
+    Examples
+    --------
+    >>> block = RationalBlock([Fraction(2), Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)
+    >>> round(zames_falb_discrete_largest(block, odd=False).largest.low, 6)
+    0.911458
+    """
+    discrete = DiscreteBlock.of(block, lower, "zames_falb_discrete_largest")
+    if taps is not None and (isinstance(taps, bool) or not isinstance(taps, int) or taps < 1):
+        raise InputError(f"zames_falb_discrete_largest: taps is {taps!r}; give a positive integer, or None")
+    multiplier, low = _reach(discrete, odd=odd, taps=taps)
+    if not low > lower:
+        return _blank(SlopeBounds(lower, math.inf), odd=odd)
+    width = None if math.isinf(low) else Fraction(low) - lower
+    margin, worst = _margin(discrete, multiplier, width)
+    reach = "every finite slope" if width is None else f"slopes up to {low:.10g}"
+    return replace(
+        _blank(SlopeBounds(lower, low), odd=odd),
+        largest=Bracket(low, math.inf),
+        verdict=Verdict.PROVED,
+        multiplier=str(multiplier),
+        parameters=_parameters(multiplier, None if width is None else Fraction(low)),
+        margin=margin,
+        worst_frequency=worst,
+        reason=f"A multiplier with {len(multiplier.taps)} taps proves {reach}; the inequality was decided exactly.",
+    )
+
+
+def zames_falb_discrete_criterion(block: RationalBlock, bounds: SlopeBounds, *, odd: bool) -> Answer:
+    r"""Whether a discrete-time Zames-Falb multiplier of finite length proves one class of slopes.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        In discrete time, with the gain ``bounds.lower`` stable, hidden modes included.
+    bounds : SlopeBounds
+        Finite bounds on the slope of ``phi``.
+    odd : bool
+        Whether ``phi`` is known to be odd.
+
+    Returns
+    -------
+    Answer
+        As :func:`zames_falb_discrete_largest`, about this class; INCONCLUSIVE if it is beyond the multipliers found,
+        which does not mean that the loop is unstable.
+
+    Raises
+    ------
+    InputError
+        The block is in continuous time.
+    AssumptionError
+        A bound is infinite, or the block is not stable with the gain ``bounds.lower``.
+    """
+    if math.isinf(bounds.lower) or math.isinf(bounds.upper):
+        raise AssumptionError(
+            f"zames_falb_discrete_criterion needs finite slope bounds; got {bounds}: give finite ones"
+        )
+    lower, upper = Fraction(bounds.lower), Fraction(bounds.upper)
+    discrete = DiscreteBlock.of(block, lower, "zames_falb_discrete_criterion")
+    multiplier, low = _reach(discrete, odd=odd, taps=None)
+    proved = certifies(discrete, multiplier, upper - lower, odd=odd)
+    margin, worst = _margin(discrete, multiplier, upper - lower)
+    return replace(
+        _blank(bounds, odd=odd),
+        largest=Bracket(low if low > lower else _below(lower), math.inf),
+        verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
+        multiplier=str(multiplier),
+        parameters=_parameters(multiplier, upper),
+        margin=margin,
+        worst_frequency=worst,
+        reason="The inequality holds at every frequency, decided exactly."
+        if proved
+        else f"The multipliers found reach {low:.10g} only; nothing follows about larger slopes.",
+    )
+
+
+def _reach(discrete: DiscreteBlock, *, odd: bool, taps: int | None) -> tuple[Multiplier, float]:
+    """The best multiplier found and the certified upper slope, infinite for all finite ones, NaN for none."""
+    response = SampledResponse.of(*discrete.coefficients())
+    best: Proposal | None = None
+    for length in LENGTHS if taps is None else (*(n for n in LENGTHS if n < taps), taps):
+        best = best_taps(response, length, odd=odd, start=best)
+    assert best is not None
+    proposal = _rounded(response, best)
+    multiplier = _multiplier(proposal)
+    if proposal.inverse <= 0 and certifies_every(discrete, multiplier, odd=odd):
+        return multiplier, math.inf
+    guess = 1 / proposal.inverse if proposal.inverse > 0 else math.inf
+
+    def certified(width: Fraction) -> bool:
+        return certifies(discrete, multiplier, width, odd=odd)
+
+    return multiplier, largest_certified(discrete.lower, guess, certified)
+
+
+def _rounded(response: SampledResponse, best: Proposal) -> Proposal:
+    """The same taps, cut to the fewest decimals that cost nothing."""
+    for denominator in DENOMINATORS:
+        cut = np.trunc(best.taps * denominator) / denominator
+        trial = evaluated(response, best.shifts, cut)
+        if trial.inverse <= best.inverse + 1e-11 * abs(best.inverse):
+            return trial
+    return trial
+
+
+def _multiplier(proposal: Proposal) -> Multiplier:
+    limit = DENOMINATORS[-1]
+    exact = {
+        i: Fraction(round(value * limit), limit)
+        for i, value in zip(proposal.shifts, proposal.taps.tolist(), strict=True)
+        if value
+    }
+    return Multiplier(taps=exact)
+
+
+def _margin(discrete: DiscreteBlock, multiplier: Multiplier, width: Fraction | None) -> tuple[Bracket, float]:
+    margin, c = least_on_circle(inequality(discrete, multiplier, width), discrete.square)
+    return margin, math.acos(min(max(c, -1.0), 1.0))
+
+
+def _parameters(multiplier: Multiplier, k: Fraction | None) -> Mapping[str, object]:
+    taps = {str(i): str(h) for i, h in sorted(multiplier.taps.items())}
+    return MappingProxyType({"taps": taps, "k": "inf" if k is None else str(k)})
+
+
+def _blank(bounds: SlopeBounds, *, odd: bool) -> Answer:
+    """The answer that nothing was shown of this class."""
+    signs = "of either sign, for odd phi" if odd else "h_i >= 0"
+    return Answer(
+        criterion=NAME,
+        theorem=THEOREM,
+        largest=Bracket(_below(Fraction(bounds.lower)), math.inf),
+        law_class=LawClass(sector=Sector(bounds.lower, bounds.upper), slope=bounds, odd=odd),
+        verdict=Verdict.INCONCLUSIVE,
+        evidence=Evidence.CERTIFIED,
+        needs=("slope", "odd", "time-invariant") if odd else ("slope", "time-invariant"),
+        hypotheses=(
+            "every pole of H after the shift by the lower slope, hidden modes included, lies inside the unit circle: "
+            "exact root count",
+            f"sum |h_i| < 1, {signs}: checked on the exact taps",
+            "1 + kappa D > 0 for every slope kappa of the class: exact",
+            "the inequality at every frequency: exact root count of a polynomial in cos w",
+            "phi is time-invariant, phi(0) = 0, with the slopes of the class"
+            + (", and odd" if odd else "")
+            + ": assumed",
+        ),
+        reason="No multiplier was found that proves any slope above the lower one.",
+    )
+
+
+def _below(value: Fraction) -> float:
+    """The largest double that is not above ``value``."""
+    nearest = float(value)
+    return nearest if Fraction(nearest) <= value else math.nextafter(nearest, -math.inf)
