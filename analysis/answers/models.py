@@ -1,4 +1,4 @@
-"""The three kinds of block a question can be about: rational, with dead time, and too large for exact polynomials."""
+"""The kinds of block a question can be about: rational, with dead time, too large for exact polynomials, measured."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.witness import Witness
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError
+from lure.frequency_data import FrequencyData
 from lure.law_class import LawClass
 from lure.rational import RationalBlock
 from lure.sector import Sector, SlopeBounds
 from lure.state_space import StateSpaceBlock
 
 Search = Literal["linear", "full"]
-Block = RationalBlock | DelayBlock | StateSpaceBlock
+Block = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -62,8 +63,14 @@ def answers(asked: Asked) -> list[Answer]:
                 from analysis.dead_time.criteria import LARGEST
 
                 found.append(LARGEST[entry.name](block))
+            elif isinstance(block, StateSpaceBlock):
+                from analysis.hamiltonian import largest_computed
+
+                found.append(largest_computed(block, entry.name))
             else:
-                found.append(_computed(block, entry.name))
+                from analysis.sampled import largest_sampled
+
+                found.append(largest_sampled(block, entry.name))
         except AssumptionError as refusal:
             found.append(_refused(entry.name, asked, str(refusal)))
     if not found:
@@ -101,12 +108,6 @@ def _dead_time_gain(block: DelayBlock, limit: Bracket) -> Witness:
         "that the loop does not come to rest",
         data={"gain": [limit.low, limit.high], "block": str(block)},
     )
-
-
-def _computed(block: StateSpaceBlock, name: str) -> Answer:
-    from analysis.hamiltonian import largest_computed
-
-    return largest_computed(block, name)
 
 
 def _from_zero(asked: Asked) -> None:

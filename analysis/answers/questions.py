@@ -11,6 +11,7 @@ from analysis.evidence import Bracket, Verdict
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError
 from lure.exact import Exact, exact_number
+from lure.frequency_data import FrequencyData
 from lure.inputs import as_block
 from lure.rational import RationalBlock
 from lure.state_space import StateSpaceBlock
@@ -134,12 +135,11 @@ def max_slope(
 
 def _block(block: object) -> Block:
     found = as_block(block)
-    if isinstance(found, RationalBlock | DelayBlock | StateSpaceBlock):
-        return found
-    raise AssumptionError(
-        f"a {type(found).__name__} is a table of values at some frequencies, and nothing is known between them; give a "
-        "model: coefficients, matrices, or a formula"
-    )
+    if not isinstance(found, RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData):
+        raise AssumptionError(
+            f"nothing is known how to ask a {type(found).__name__}; give coefficients, matrices or a formula"
+        )
+    return found
 
 
 def _answer(asked: Asked) -> Largest:
