@@ -12,11 +12,11 @@ PYTEST = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .SUFFIXES:
-.PHONY: help report test check bench notebooks clean FORCE
+.PHONY: help report test check bench benchmarks-table notebooks clean FORCE
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 
 help: ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## /\1	/p' Makefile
+	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' Makefile
 
 report: .venv/.core ## the report on the paper's rod, into ./lure-report; ARGS="my-rod.toml" for your own
 	$(BIN)/lure report $(ARGS)
@@ -32,6 +32,9 @@ check: .venv/.dev ## format, lint and docstrings, types, tests; stops at the fir
 
 bench: .venv/.core ## the benchmarks, one after another
 	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python "$$script"; done
+
+benchmarks-table: .venv/.core ## published numbers against ours: circle to Zames-Falb, and counterexamples
+	$(BIN)/python benchmarks/published/table.py $(ARGS)
 
 notebooks: .venv/.test ## run the notebooks; what they show is then in build/notebooks
 	rm -rf build/notebooks
