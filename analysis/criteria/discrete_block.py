@@ -11,7 +11,7 @@ import numpy as np
 from flint import fmpq, fmpq_poly
 from numpy.typing import NDArray
 
-from analysis.plant import Plant
+from analysis.criteria.checks import check_plant
 from analysis.polynomial import from_descending, to_fmpq, to_fraction
 from analysis.trigonometric import Laurent
 from lure.errors import AssumptionError, InputError
@@ -55,23 +55,16 @@ class DiscreteBlock:
         Raises
         ------
         InputError
-            The block is in continuous time.
+            The block is in continuous time, or ``1 + lower D = 0``.
         AssumptionError
-            The algebraic loop of the gain ``lower`` is singular, or a pole of the shifted block (hidden modes
-            included) does not lie inside the unit circle.
+            A pole of the shifted block, hidden modes included, does not lie inside the unit circle.
         """
         if block.dt is None:
             raise InputError(f"{criterion} is for discrete time; RationalBlock.dt is None: give the sampling time")
-        if 1 + lower * block.feedthrough == 0:
+        if check_plant(block, lower=lower).case != "stable":
             raise AssumptionError(
-                f"{criterion} needs 1 + lower D != 0; lower = {lower}, D = {block.feedthrough}: give another slope"
-            )
-        poles = Plant.of(block).shifted(lower).poles
-        if poles.axis or poles.right:
-            raise AssumptionError(
-                f"{criterion} needs the loop with the gain lower = {float(lower):g} stable: it has {poles.left} poles "
-                f"inside the unit circle, {poles.axis} on it and {poles.right} outside; give a lower slope from a "
-                "stable interval of gains, so that the loop is shifted by it"
+                f"{criterion} needs every pole inside the unit circle; with the lower slope {float(lower):g} the loop "
+                "has one at z = 1: give a larger lower slope, which shifts it inside"
             )
         n = from_descending(block.numerator)
         return cls(Laurent(n), Laurent(from_descending(block.denominator) + to_fmpq(lower) * n), lower)

@@ -14,6 +14,8 @@ from analysis.answer import Answer
 from analysis.criteria.discrete_block import DiscreteBlock, largest_certified
 from analysis.criteria.fir_multiplier import Multiplier, certifies, certifies_every, inequality
 from analysis.criteria.fir_search import Proposal, SampledResponse, best_taps, evaluated
+from analysis.criteria.hurwitz import hurwitz_limit
+from analysis.criteria.phase_limit import lowest_phase_limit
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.trigonometric import least_on_circle
 from lure.errors import AssumptionError, InputError
@@ -24,9 +26,11 @@ from lure.sector import Sector, SlopeBounds
 NAME = "zames-falb"
 THEOREM = (
     "Discrete-time Zames-Falb multipliers (J. C. Willems and R. W. Brockett, IEEE Trans. Automatic Control 13 (1968) "
-    "401-413; finite length: J. Carrasco et al., IEEE Trans. Automatic Control 65 (2020) 4538-4553)"
+    "539-549; finite length: J. Carrasco et al., IEEE Trans. Automatic Control 65 (2020) 4538-4553)"
 )
 LENGTHS = (2, 5, 10, 20)
+PERIODS = range(2, 21)
+CLOSED = 1e-9
 DENOMINATORS = tuple(10**digits for digits in (2, 3, 4, 6, 8, 10, 12, 15))
 
 
@@ -57,8 +61,9 @@ def zames_falb_discrete_largest(
     Returns
     -------
     Answer
-        ``largest.low`` is certified, up to itself; ``parameters`` hold the exact taps and ``k``.  That a larger slope
-        is not reached does not mean that the loop is unstable.
+        ``largest.low`` is certified, up to itself; ``parameters`` hold the exact taps and ``k``.  At and above
+        ``largest.high``, certified too, no Zames-Falb multiplier of any length satisfies the inequality; that does not
+        mean that the loop is unstable there.
 
     Raises
     ------
@@ -81,21 +86,22 @@ def zames_falb_discrete_largest(
     discrete = DiscreteBlock.of(block, lower, "zames_falb_discrete_largest")
     if taps is not None and (isinstance(taps, bool) or not isinstance(taps, int) or taps < 1):
         raise InputError(f"zames_falb_discrete_largest: taps is {taps!r}; give a positive integer, or None")
-    multiplier, low = _reach(discrete, odd=odd, taps=taps)
+    ceiling, why = _ceiling(block, discrete, odd=odd)
+    multiplier, low = _reach(discrete, ceiling, odd=odd, taps=taps)
     if not low > lower:
-        return _blank(SlopeBounds(lower, math.inf), odd=odd)
+        return replace(_blank(SlopeBounds(lower, math.inf), odd=odd), largest=Bracket(_below(lower), ceiling))
     width = None if math.isinf(low) else Fraction(low) - lower
     margin, worst = _margin(discrete, multiplier, width)
     reach = "every finite slope" if width is None else f"slopes up to {low:.10g}"
     return replace(
         _blank(SlopeBounds(lower, low), odd=odd),
-        largest=Bracket(low, math.inf),
+        largest=Bracket(low, ceiling),
         verdict=Verdict.PROVED,
         multiplier=str(multiplier),
         parameters=_parameters(multiplier, None if width is None else Fraction(low)),
         margin=margin,
         worst_frequency=worst,
-        reason=f"A multiplier with {len(multiplier.taps)} taps proves {reach}; the inequality was decided exactly.",
+        reason=f"A multiplier with {len(multiplier.taps)} taps proves {reach}, decided exactly; {why}.",
     )
 
 
@@ -130,12 +136,13 @@ def zames_falb_discrete_criterion(block: RationalBlock, bounds: SlopeBounds, *, 
         )
     lower, upper = Fraction(bounds.lower), Fraction(bounds.upper)
     discrete = DiscreteBlock.of(block, lower, "zames_falb_discrete_criterion")
-    multiplier, low = _reach(discrete, odd=odd, taps=None)
+    ceiling, why = _ceiling(block, discrete, odd=odd)
+    multiplier, low = _reach(discrete, ceiling, odd=odd, taps=None)
     proved = certifies(discrete, multiplier, upper - lower, odd=odd)
     margin, worst = _margin(discrete, multiplier, upper - lower)
     return replace(
         _blank(bounds, odd=odd),
-        largest=Bracket(low if low > lower else _below(lower), math.inf),
+        largest=Bracket(low if low > lower else _below(lower), ceiling),
         verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
         multiplier=str(multiplier),
         parameters=_parameters(multiplier, upper),
@@ -143,16 +150,30 @@ def zames_falb_discrete_criterion(block: RationalBlock, bounds: SlopeBounds, *, 
         worst_frequency=worst,
         reason="The inequality holds at every frequency, decided exactly."
         if proved
-        else f"The multipliers found reach {low:.10g} only; nothing follows about larger slopes.",
+        else f"The multipliers found reach {low:.10g} only; {why}; nothing follows about larger slopes.",
     )
 
 
-def _reach(discrete: DiscreteBlock, *, odd: bool, taps: int | None) -> tuple[Multiplier, float]:
+def _ceiling(block: RationalBlock, discrete: DiscreteBlock, *, odd: bool) -> tuple[float, str]:
+    """A slope that no multiplier reaches, and why."""
+    linear = hurwitz_limit(block, discrete.lower).high
+    limit = lowest_phase_limit(discrete, PERIODS, odd=odd)
+    if limit is not None and limit.k < linear:
+        return limit.k, f"the harmonics of period {limit.period} rule out every multiplier from {limit.k:.10g} on"
+    if math.isinf(linear):
+        return linear, "no upper limit of the criterion was found"
+    return linear, f"linear gains are stable only below {linear:.10g}"
+
+
+def _reach(discrete: DiscreteBlock, ceiling: float, *, odd: bool, taps: int | None) -> tuple[Multiplier, float]:
     """The best multiplier found and the certified upper slope, infinite for all finite ones, NaN for none."""
+    width = float(Fraction(ceiling) - discrete.lower) if ceiling < math.inf else math.inf
     response = SampledResponse.of(*discrete.coefficients())
     best: Proposal | None = None
     for length in LENGTHS if taps is None else (*(n for n in LENGTHS if n < taps), taps):
         best = best_taps(response, length, odd=odd, start=best)
+        if best.inverse * width <= 1 + CLOSED:
+            break
     assert best is not None
     proposal = _rounded(response, best)
     multiplier = _multiplier(proposal)
@@ -161,7 +182,7 @@ def _reach(discrete: DiscreteBlock, *, odd: bool, taps: int | None) -> tuple[Mul
     guess = 1 / proposal.inverse if proposal.inverse > 0 else math.inf
 
     def certified(width: Fraction) -> bool:
-        return certifies(discrete, multiplier, width, odd=odd)
+        return discrete.lower + width < ceiling and certifies(discrete, multiplier, width, odd=odd)
 
     return multiplier, largest_certified(discrete.lower, guess, certified)
 
