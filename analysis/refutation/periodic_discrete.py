@@ -1,0 +1,261 @@
+"""Periodic orbits of discrete-time loops: the smallest slope, or sector, that admits one of a short period."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.criteria.hurwitz import is_stable_gain
+from analysis.refutation.exact_orbit import Proposal, exact_orbit
+from analysis.refutation.linear import linear_witness
+from analysis.refutation.matrix_game import solve_games
+from analysis.refutation.orbit import shifted_block
+from analysis.refutation.patterns import (
+    EXHAUSTIVE,
+    Family,
+    all_patterns,
+    basis,
+    neighbours,
+    pattern_count,
+    sinusoids,
+)
+from analysis.witness import Witness
+from lure.errors import InputError
+from lure.rational import RationalBlock
+
+Floats = NDArray[np.float64]
+
+PERIODS = range(1, 25)
+_GAIN = 1e-9  # relative: a smaller improvement is none
+_CLIMBS = 30
+_BATCH = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class _Room:
+    """Where one kind of orbit is looked for: ``w = -u`` with ``w[t + q] = twist w[t]``."""
+
+    response: Floats
+    q: int
+    twist: int
+    family: Family
+
+
+def periodic_witness_discrete(
+    block: RationalBlock, *, odd: bool, lower: Fraction = Fraction(0), periods: Iterable[int] = PERIODS
+) -> Witness | None:
+    r"""A monotone law with slope in ``[lower, k]`` and a periodic orbit, for the smallest ``k`` found.
+
+    An orbit ``sigma = G_p u`` of period ``p`` belongs to such a law exactly if ``w = -u`` and ``sigma - w/k`` are
+    ordered alike, zero included (``lower = 0``; else the loop is shifted).  For one order ``w = V d``, ``d >= 0`` are
+    the steps between neighbours, and the condition reads ``A d >= d/k`` with ``A = -V^-1 G_p V``: the largest ``1/k``
+    is found from the values of matrix games.  All orders are tried for periods up to 8 (of odd laws 7, or 14 if
+    mirrored), the orders of sinusoids and what an ascent from them reaches for the others.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        In discrete time.
+    odd : bool
+        Whether the law has to be odd.  If not, odd laws are looked for as well.
+    lower : Fraction
+        Lower bound of the slope.
+    periods : iterable of int
+        Periods tried.
+
+    Returns
+    -------
+    Witness or None
+        CERTIFIED, of ``k`` below the smallest destabilising linear gain.  None: nothing was found, which shows nothing.
+
+    Raises
+    ------
+    InputError
+        The block is in continuous time or a period is not positive.
+
+    Notes
+    -----
+    The search is in floating point; the orbit is then made exact and checked by
+    :func:`~analysis.refutation.orbit.verify_periodic_discrete`.  With a simple pole at 1 (the critical case) the orbit
+    is looked for in ``[e, k]`` with a small ``e > 0``, inside the class ``(0, k]``.  Orbits from phases of sinusoids:
+    P. Seiler, J. Carrasco, IEEE Control Systems Letters 5 (2021) 1291-1296.
+    """
+    families: tuple[Family, ...] = ("odd",) if odd else ("monotone", "odd")
+    return _search(block, families, Fraction(lower), periods)
+
+
+def sector_witness_discrete(
+    block: RationalBlock, *, odd: bool = False, lower: Fraction = Fraction(0), periods: Iterable[int] = range(1, 25)
+) -> Witness | None:
+    r"""A time-invariant law in the sector ``[lower, k]`` with a periodic orbit, for the smallest ``k`` found.
+
+    As :func:`periodic_witness_discrete`, but only the signs of ``w`` and of ``sigma - w/k`` have to agree, and equal
+    ``sigma`` have equal ``w``; the slopes of the law are not restricted.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        In discrete time.
+    odd : bool
+        Whether the law has to be odd.
+    lower : Fraction
+        Lower bound of the sector.
+    periods : iterable of int
+        Periods tried.
+
+    Returns
+    -------
+    Witness or None
+        CERTIFIED, of ``k`` below the smallest destabilising linear gain; None if nothing was found.
+
+    Raises
+    ------
+    InputError
+        The block is in continuous time or a period is not positive.
+    """
+    return _search(block, ("sector",), Fraction(lower), periods, odd=odd)
+
+
+def _search(
+    block: RationalBlock, families: tuple[Family, ...], lower: Fraction, periods: Iterable[int], *, odd: bool = False
+) -> Witness | None:
+    """The exact orbit of smallest ``k`` among the proposals that can be made exact."""
+    if block.dt is None:
+        raise InputError("orbits of difference equations need a block in discrete time; give dt")
+    linear = linear_witness(block, lower=lower)
+    if linear is not None and linear.k <= lower:
+        return None
+    start = searched_lower(block, lower, linear)
+    top = np.inf if linear is None else linear.k
+    for proposal in proposals(shifted_block(block, start), families, top - float(start), periods):
+        witness = exact_orbit(block, start, proposal, odd=odd)
+        if witness is not None:
+            return witness
+    return None
+
+
+def searched_lower(block: RationalBlock, lower: Fraction, linear: Witness | None) -> Fraction:
+    """The lower bound, or a gain just above it if the loop is only marginal there (and ``linear`` lies above it)."""
+    if is_stable_gain(block, lower):
+        return lower
+    width = linear.k - float(lower) if linear is not None else 1 / max(abs(complex(block.transfer(-1.0))), 1e-9)
+    return lower + Fraction(2) ** (math.floor(math.log2(width)) - 14)
+
+
+def proposals(
+    block: RationalBlock, families: tuple[Family, ...], width: float, periods: Iterable[int]
+) -> list[Proposal]:
+    """Orbits for the lower bound zero, of ``k`` below ``width``, smallest ``k`` first; in floating point.
+
+    Those of the family ``sector`` belong to a law that may vary with time.
+
+    Raises
+    ------
+    InputError
+        A period is not positive.
+    """
+    wanted = sorted(set(periods))
+    if wanted and wanted[0] < 1:
+        raise InputError(f"periods contains {wanted[0]}; give positive numbers of samples")
+    found: list[Proposal] = []
+    for p in wanted:
+        for room in _rooms(block, families, p):
+            floor = found[-1].reach if found else max(1 / width, 1e-7 * np.abs(room.response).max())
+            better = _best_pattern(room, floor * (1 + _GAIN))
+            found += [] if better is None else [better]
+    return found[::-1]
+
+
+def _rooms(block: RationalBlock, families: tuple[Family, ...], p: int) -> list[_Room]:
+    """The kinds of orbit of period ``p``: any, and for odd laws those whose second half mirrors the first."""
+    kinds: list[tuple[int, int, Family]] = []
+    for family in families:
+        if family != "monotone" and p % 2 == 0:
+            kinds.append((p // 2, -1, family))
+        if not (family == "odd" and "monotone" in families):
+            kinds.append((p, 1, family))
+    found = []
+    for q, twist, family in kinds:
+        response = _float_response(block, q, twist)
+        if np.isfinite(response).all():
+            found.append(_Room(response, q, twist, family))
+    return found
+
+
+def _float_response(block: RationalBlock, q: int, twist: int) -> Floats:
+    """The map ``u -> sigma`` of the periodic steady state in floating point, from ``H`` where ``z^q = twist``."""
+    t = np.arange(q)
+    roots = np.exp(1j * (2 * np.pi * t + (0 if twist == 1 else np.pi)) / q)
+    wave = roots[None, :] ** t[:, None]
+    with np.errstate(invalid="ignore"):
+        return np.asarray(((wave * block.transfer(roots)) @ wave.conj().T).real / q)
+
+
+def _best_pattern(room: _Room, floor: float) -> Proposal | None:
+    """The pattern of largest ``1/k`` above the floor."""
+    if pattern_count(room.q, room.family) * room.q**2 <= EXHAUSTIVE:
+        return _reach(room, all_patterns(room.q, room.family), floor)
+    angles = []
+    for turns in np.arange(room.q // 2 + 1) + (0.5 if room.twist == -1 else 0.0):
+        t = np.arange(room.q)
+        wave = np.exp(2j * np.pi * turns * t / room.q)
+        angles.append((abs(np.angle(-(room.response[0] @ wave.conj()).conj() - floor)), turns))
+    best: Proposal | None = None
+    for _, turns in sorted(angles)[:2]:
+        seeds = sinusoids(room.q, turns, room.family)
+        found = _climb(room, seeds, floor if best is None else best.reach * (1 + _GAIN))
+        best = best if found is None else found
+    return best
+
+
+def _climb(room: _Room, seeds: Floats, floor: float) -> Proposal | None:
+    """Steepest ascent of the game's value over neighbouring patterns, from the best seed; the floor rises with it."""
+    best: Proposal | None = None
+    current, held = seeds, -np.inf
+    for _ in range(_CLIMBS):
+        value = solve_games(_matrices(room, current, floor)).value
+        place = int(np.nanargmax(value)) if np.isfinite(value).any() else 0
+        if not value[place] > held:
+            break
+        start, held = current[place], float(value[place])
+        if held > 0:
+            found = _reach(room, start[None], floor)
+            if found is not None:
+                best, floor, held = found, found.reach * (1 + _GAIN), -_GAIN * found.reach
+        current = neighbours(start, room.family)
+    return best
+
+
+def _matrices(room: _Room, values: Floats, reach: float) -> Floats:
+    V = basis(values, room.family)
+    return np.asarray(np.rint(np.linalg.inv(V)) @ (-room.response - reach * np.eye(room.q)) @ V)
+
+
+def _reach(room: _Room, values: Floats, floor: float) -> Proposal | None:
+    """The largest ``1/k`` above the floor over these patterns.
+
+    A game of positive value at ``1/k`` has a mixture with ``A d >= (1/k + gain) d``: the best of them raises the
+    floor for all, and only the games of positive value at the new floor stay.
+    """
+    best: Proposal | None = None
+    for start in range(0, len(values), _BATCH):
+        alive = values[start : start + _BATCH]
+        while len(alive):
+            games = _matrices(room, alive, floor)
+            solved = solve_games(games)
+            keep = solved.value > 1e-12 * np.abs(games).max()
+            alive, games, mixtures = alive[keep], games[keep], solved.mixture[keep]
+            if not len(alive):
+                break
+            image = np.einsum("bij,bj->bi", games, mixtures)
+            used = mixtures > 1e-9
+            gain = np.where(used, image / np.where(used, mixtures, 1.0), np.inf).min(axis=1)
+            place = int(gain.argmax())
+            best = Proposal(floor + float(gain[place]), room.q, room.twist, room.family, alive[place], mixtures[place])
+            floor = best.reach * (1 + _GAIN)
+    return best

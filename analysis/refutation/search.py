@@ -1,0 +1,60 @@
+"""All ways to refute a class of laws for one block, smallest class first."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from analysis.refutation.linear import linear_witness
+from analysis.refutation.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
+from analysis.refutation.switched_discrete import switched_witness_discrete
+from analysis.witness import Witness
+from lure.rational import RationalBlock
+
+
+def refute(
+    block: RationalBlock, *, slope: bool, odd: bool, time_varying: bool, lower: Fraction = Fraction(0)
+) -> tuple[Witness, ...]:
+    r"""Destabilising members of a class of laws ``mu = -phi(sigma)``, ``sigma = H mu``, in ascending order of ``k``.
+
+    Each refutes the class ``[lower, k']`` for every ``k' >= k``.  Nothing follows from what is not found.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        The block, in continuous or discrete time.
+    slope : bool
+        Whether the laws have slope in ``[lower, k]``; else they lie in that sector only.
+    odd : bool
+        Whether the laws are odd.
+    time_varying : bool
+        Whether the laws may vary with time.
+    lower : Fraction
+        Lower bound of slope or sector.  Where the loop is only marginal there, the class is that of ``(lower, k]``.
+
+    Returns
+    -------
+    tuple of Witness
+        At most one of each kind; a nonlinear one only if its ``k`` is below that of the linear gain.
+    """
+    lower = Fraction(lower)
+    found = [linear_witness(block, lower=lower)]
+    if found[0] is None or found[0].k > lower:
+        search = _continuous if block.dt is None else _discrete
+        found += search(block, lower, slope=slope, odd=odd, time_varying=time_varying)
+    return tuple(sorted((witness for witness in found if witness is not None), key=lambda witness: witness.k))
+
+
+def _discrete(
+    block: RationalBlock, lower: Fraction, *, slope: bool, odd: bool, time_varying: bool
+) -> list[Witness | None]:
+    if time_varying:
+        return [switched_witness_discrete(block, lower=lower)]
+    if slope:
+        return [periodic_witness_discrete(block, odd=odd, lower=lower)]
+    return [sector_witness_discrete(block, odd=odd, lower=lower)]
+
+
+def _continuous(
+    block: RationalBlock, lower: Fraction, *, slope: bool, odd: bool, time_varying: bool
+) -> list[Witness | None]:
+    return []
