@@ -74,9 +74,10 @@ def _block(
     """Entries ``low - 1`` to ``high - 2`` of the solution, from the rows ``low`` to ``high - 1`` of the matrix."""
     low, high = rows
     known = _product(H[low:high, high:], X[high:])
+    flat = known.view(np.float64)
     for i in range(high - 1, low - 1, -1):
-        inner = known[i - low] + _product(H[i : i + 1, i:high], X[i:high])[0]
-        X[i - 1] = (points * X[i] - inner) / H[i, i - 1]
+        flat[: i - low + 1] += H[low : i + 1, i : i + 1] * X[i].view(np.float64)
+        X[i - 1] = (points * X[i] - known[i - low]) / H[i, i - 1]
         if not np.abs(X[i - 1].view(np.float64)).max() <= _LARGE:
             shrink = np.exp2(-np.floor(np.log2(np.maximum(np.abs(X[i - 1]), 1.0))))
             X[i - 1 :] *= shrink

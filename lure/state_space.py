@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import control
 
 MAX_STATES = 5000
-_BATCH = 256
+_BATCH_ENTRIES = 1 << 19  # of the solutions held at once, n for each point
 _UNIT = float(np.finfo(float).eps)
 
 
@@ -136,9 +136,9 @@ class StateSpaceBlock:
     def _values(self, points: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
         """``H`` at the points (m,) and the estimate of its error (m,)."""
         values, errors = np.empty(points.size, dtype=complex), np.empty(points.size)
-        size = np.abs(self.A)
-        for first in range(0, points.size, _BATCH):
-            batch = slice(first, first + _BATCH)
+        size, step = np.abs(self.A), max(_BATCH_ENTRIES // self.order, 1)
+        for first in range(0, points.size, step):
+            batch = slice(first, first + step)
             values[batch], errors[batch] = self._batch(points[batch], size)
         return values, errors
 
