@@ -118,5 +118,11 @@ def largest_certified(lower: Fraction, guess: float, certified: Callable[[Fracti
     return math.nan
 
 
+def below(value: Fraction) -> float:
+    """The largest double that is not above ``value``."""
+    nearest = float(value)
+    return nearest if Fraction(nearest) <= value else math.nextafter(nearest, -math.inf)
+
+
 def _floats(values: list[fmpq], scale: fmpq) -> NDArray[np.float64]:
     return np.array([float(to_fraction(value / scale)) for value in values])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +48,24 @@ class SampledResponse:
         z = np.exp(1j * omega)
         return np.asarray(np.polyval(self.numerator, z) / np.polyval(self.denominator, z))
 
+    def maximum(self, f: Callable[[Array], Array]) -> tuple[float, Array]:
+        """The largest value of ``f`` seen, refined between grid points, and the frequencies of its local maxima."""
+        values = f(self.omega)
+        padded = np.concatenate([[-np.inf], values, [-np.inf]])
+        peaks = np.flatnonzero((values > padded[:-2]) & (values >= padded[2:]))
+        left = self.omega[np.maximum(peaks - 1, 0)]
+        right = self.omega[np.minimum(peaks + 1, len(values) - 1)]
+        inside = np.linspace(0, 1, ZOOM_POINTS)
+        rows = np.arange(len(peaks))
+        found = self.omega[peaks]
+        for _ in range(ZOOMS):
+            mesh = left[:, None] + (right - left)[:, None] * inside
+            best = np.argmax(f(mesh.ravel()).reshape(mesh.shape), axis=1)
+            found = mesh[rows, best]
+            left, right = mesh[rows, np.maximum(best - 1, 0)], mesh[rows, np.minimum(best + 1, ZOOM_POINTS - 1)]
+        tight = np.concatenate([found, self.omega[peaks]])
+        return float(np.max(f(tight), initial=-np.inf)), tight
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Proposal:
@@ -72,19 +91,8 @@ def evaluated(response: SampledResponse, shifts: tuple[int, ...], taps: Array) -
             value = -(M * response.at(omega)).real / M.real
         return np.asarray(np.where(M.real > 0, value, np.inf))
 
-    values = ratio(response.omega)
-    padded = np.concatenate([[-np.inf], values, [-np.inf]])
-    peaks = np.flatnonzero((values >= padded[:-2]) & (values >= padded[2:]))
-    last = len(values) - 1
-    left, right = response.omega[np.maximum(peaks - 1, 0)], response.omega[np.minimum(peaks + 1, last)]
-    inside = np.linspace(0, 1, ZOOM_POINTS)
-    for _ in range(ZOOMS):
-        mesh = left[:, None] + (right - left)[:, None] * inside
-        best = np.argmax(ratio(mesh.ravel()).reshape(mesh.shape), axis=1)
-        rows = np.arange(len(mesh))
-        left, right = mesh[rows, np.maximum(best - 1, 0)], mesh[rows, np.minimum(best + 1, ZOOM_POINTS - 1)]
-    tight = np.concatenate([mesh[rows, best], response.omega[peaks]])
-    return Proposal(shifts=shifts, taps=taps, inverse=float(np.max(ratio(tight))), tight=tight)
+    inverse, tight = response.maximum(ratio)
+    return Proposal(shifts=shifts, taps=taps, inverse=inverse, tight=tight)
 
 
 def best_taps(response: SampledResponse, length: int, *, odd: bool, start: Proposal | None = None) -> Proposal:

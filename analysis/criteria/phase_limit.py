@@ -71,7 +71,7 @@ def phase_limit(discrete: DiscreteBlock, period: int, *, odd: bool) -> PhaseLimi
     References
     ----------
     .. [1] J. Zhang, J. Carrasco, W. P. Heath, Duality bounds for discrete-time Zames-Falb multipliers, IEEE Trans.
-       Automatic Control 67 (2022) 3521-3528.
+       Automatic Control 67 (2022).
     """
     numerator, denominator = discrete.coefficients()
     z = np.exp(2j * np.pi * np.arange(period // 2 + 1) / period)

@@ -11,7 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from analysis.answer import Answer
-from analysis.criteria.discrete_block import DiscreteBlock, largest_certified
+from analysis.criteria.discrete_block import DiscreteBlock, below, largest_certified
 from analysis.criteria.fir_multiplier import Multiplier, certifies, certifies_every, inequality
 from analysis.criteria.fir_search import Proposal, SampledResponse, best_taps, evaluated
 from analysis.criteria.hurwitz import hurwitz_limit
@@ -89,7 +89,7 @@ def zames_falb_discrete_largest(
     ceiling, why = _ceiling(block, discrete, odd=odd)
     multiplier, low = _reach(discrete, ceiling, odd=odd, taps=taps)
     if not low > lower:
-        return replace(_blank(SlopeBounds(lower, math.inf), odd=odd), largest=Bracket(_below(lower), ceiling))
+        return replace(_blank(SlopeBounds(lower, math.inf), odd=odd), largest=Bracket(below(lower), ceiling))
     width = None if math.isinf(low) else Fraction(low) - lower
     margin, worst = _margin(discrete, multiplier, width)
     reach = "every finite slope" if width is None else f"slopes up to {low:.10g}"
@@ -142,7 +142,7 @@ def zames_falb_discrete_criterion(block: RationalBlock, bounds: SlopeBounds, *, 
     margin, worst = _margin(discrete, multiplier, upper - lower)
     return replace(
         _blank(bounds, odd=odd),
-        largest=Bracket(low if low > lower else _below(lower), ceiling),
+        largest=Bracket(low if low > lower else below(lower), ceiling),
         verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
         multiplier=str(multiplier),
         parameters=_parameters(multiplier, upper),
@@ -223,7 +223,7 @@ def _blank(bounds: SlopeBounds, *, odd: bool) -> Answer:
     return Answer(
         criterion=NAME,
         theorem=THEOREM,
-        largest=Bracket(_below(Fraction(bounds.lower)), math.inf),
+        largest=Bracket(below(Fraction(bounds.lower)), math.inf),
         law_class=LawClass(sector=Sector(bounds.lower, bounds.upper), slope=bounds, odd=odd),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
@@ -240,9 +240,3 @@ def _blank(bounds: SlopeBounds, *, odd: bool) -> Answer:
         ),
         reason="No multiplier was found that proves any slope above the lower one.",
     )
-
-
-def _below(value: Fraction) -> float:
-    """The largest double that is not above ``value``."""
-    nearest = float(value)
-    return nearest if Fraction(nearest) <= value else math.nextafter(nearest, -math.inf)
