@@ -21,7 +21,9 @@ from lure.waves import RodBlock
 THETA_EASE = 1.25
 
 
-def rod_popov_criterion(block: UpwindScheme | RodBlock, sector: Sector, *, theta: float | None = None) -> CriterionResult:
+def rod_popov_criterion(
+    block: UpwindScheme | RodBlock, sector: Sector, *, theta: float | None = None
+) -> CriterionResult:
     r"""Popov's frequency inequality for the rod or its scheme, certified over all frequencies.
 
     For ``mu = -phi(sigma)`` and ``phi`` in ``[0, k]`` brackets

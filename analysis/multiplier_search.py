@@ -1,0 +1,177 @@
+r"""The best number ``theta`` in ``inf_x (U + theta W)/D``: exact cutting planes, no grid and no semidefinite program.
+
+For polynomials ``D, U, W`` with ``D > 0`` on ``[0, inf)`` the function ``m(theta) = inf {u(x) + theta w(x)}`` with
+``u = U/D`` and ``w = W/D`` is concave.  Each point ``x`` gives a *cut* ``m(theta) <= u(x) + theta w(x)``; two cuts
+whose slopes ``w`` have opposite signs bound ``sup m`` from above, exactly.  From below a level counts only after an
+exact root count has shown ``U + theta W - level D > 0`` on all of ``[0, inf)``; where that fails, the intervals between
+roots yield new cuts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from flint import fmpq
+
+from analysis.criteria.gain_ends import simplest_between
+from analysis.polynomial import to_fmpq, to_fraction
+
+ROUNDS = 60
+TOLERANCE = fmpq(1, 10**12)
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """``m(theta) <= u + theta w`` for every ``theta``, from the point ``x``; None is infinity."""
+
+    u: fmpq
+    w: fmpq
+    x: fmpq | None = None
+
+    def at(self, theta: fmpq) -> fmpq:
+        """The bound at this ``theta``."""
+        return self.u + theta * self.w
+
+
+CAP = Cut(fmpq(0), fmpq(0))
+
+
+@dataclass(frozen=True, slots=True)
+class Summit:
+    """The least upper bound of ``sup m`` that some cuts give, and the one or two cuts behind it."""
+
+    value: fmpq
+    support: tuple[Cut, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """The ``theta`` at which all cuts lie above some level, from ``low`` to ``high``; None where unbounded."""
+
+    low: fmpq | None
+    high: fmpq | None
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """``m(theta) > level``, and ``sup m <= summit.value``; ``theta`` None: no level was shown to be exceeded."""
+
+    theta: fmpq | None
+    level: fmpq
+    summit: Summit
+
+
+class Family(Protocol):
+    """What is asked about ``u + theta w``."""
+
+    def violations(self, theta: fmpq, level: fmpq) -> Sequence[Cut]:
+        """Cuts that do not exceed ``level`` at ``theta``; none at all is the claim ``m(theta) > level``."""
+        ...
+
+
+def search(family: Family, cuts: Sequence[Cut], rounded: Callable[[fmpq], fmpq], *, nonnegative: bool = False) -> Found:
+    """The largest level up to 0 that some ``theta`` exceeds, from above by cuts and from below by the family's word.
+
+    Parameters
+    ----------
+    family : Family
+        Decides whether a level is exceeded; its word is the evidence behind ``level``.
+    cuts : sequence of Cut
+        What is known at the start.
+    rounded : callable
+        Takes a negative level to one not above it that the caller can state exactly.
+    nonnegative : bool
+        Whether only ``theta >= 0`` is admitted.
+    """
+    known = [CAP, *cuts]
+    for attempt in range(ROUNDS):
+        top = summit(known, nonnegative=nonnegative)
+        slack = TOLERANCE * (1 if attempt < ROUNDS - 8 else 10 ** (attempt - ROUNDS + 9))
+        aim = top.value * (1 + slack) if top.value < 0 else -_scale(known) * slack
+        window = admissible(known, aim, nonnegative=nonnegative)
+        level = rounded(aim * (1 + slack))
+        if window is None:
+            continue
+        theta = choice(window)
+        found = family.violations(theta, level)
+        if not found:
+            return Found(theta, level, top)
+        known += found
+    return Found(None, fmpq(0), summit(known, nonnegative=nonnegative))
+
+
+def summit(cuts: Sequence[Cut], *, nonnegative: bool = False) -> Summit:
+    """The greatest value over ``theta`` of the least cut; the cuts must bound it.
+
+    Parameters
+    ----------
+    cuts : sequence of Cut
+        At least one of slope zero.
+    nonnegative : bool
+        Whether only ``theta >= 0`` is admitted.
+    """
+    flat = min((cut for cut in cuts if cut.w == 0), key=lambda cut: cut.u)
+    rising = [cut for cut in cuts if cut.w > 0]
+    falling = [cut for cut in cuts if cut.w < 0]
+    if nonnegative:
+        at_zero = min(cuts, key=lambda cut: cut.u)
+        if at_zero.w <= 0:
+            return Summit(at_zero.u, (at_zero,))
+    if not rising or not falling:
+        return Summit(flat.u, (flat,))
+    left, right = rising[0], falling[0]
+    while True:
+        theta = (right.u - left.u) / (left.w - right.w)
+        least = min(cuts, key=lambda cut: cut.at(theta))
+        if least.w == 0:
+            return Summit(flat.u, (flat,))
+        if not least.at(theta) < left.at(theta):
+            return Summit(least.at(theta), (left, right))
+        left, right = (least, right) if least.w > 0 else (left, least)
+
+
+def admissible(cuts: Sequence[Cut], level: fmpq, *, nonnegative: bool = False) -> Window | None:
+    """The ``theta`` at which no cut lies below ``level``; None if there is none.
+
+    Parameters
+    ----------
+    cuts : sequence of Cut
+        The cuts.
+    level : fmpq
+        The level.
+    nonnegative : bool
+        Whether only ``theta >= 0`` is admitted.
+    """
+    if any(cut.w == 0 and cut.u < level for cut in cuts):
+        return None
+    lows = [(level - cut.u) / cut.w for cut in cuts if cut.w > 0]
+    highs = [(level - cut.u) / cut.w for cut in cuts if cut.w < 0]
+    low = max(lows + [fmpq(0)] * nonnegative, default=None)
+    high = min(highs, default=None)
+    if low is not None and high is not None and low > high:
+        return None
+    return Window(low, high)
+
+
+def choice(window: Window) -> fmpq:
+    """A simple ``theta`` well inside a window: 0 if it lies there."""
+    low, high = window.low, window.high
+    if (low is None or low <= 0) and (high is None or high >= 0):
+        return fmpq(0)
+    if low is None and high is not None:
+        return -choice(Window(-high, None))
+    assert low is not None
+    if high is None:
+        return _simplest(low * fmpq(5, 4), low * 3)
+    quarter = (high - low) / 4
+    return _simplest(low + quarter, high - quarter)
+
+
+def _simplest(low: fmpq, high: fmpq) -> fmpq:
+    return to_fmpq(simplest_between(to_fraction(low), to_fraction(high)))
+
+
+def _scale(cuts: Sequence[Cut]) -> fmpq:
+    return max((abs(cut.u) for cut in cuts), default=fmpq(1)) or fmpq(1)

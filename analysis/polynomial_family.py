@@ -1,0 +1,181 @@
+"""``(U + theta W)/D`` on ``[0, inf]`` for polynomials: exact levels, and points where a level fails."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from flint import arb_poly, fmpq, fmpq_poly
+
+from analysis.criteria.gain_ends import simplest_between
+from analysis.multiplier_search import CAP, Cut, admissible, choice
+from analysis.polynomial import exact_midpoint, positive_from_zero, positive_root_count, real_roots, to_fmpq
+from analysis.precision import ball, working_precision
+
+LEVEL_ROUNDS = 30
+GOLDEN_STEPS = 30
+NEAR = fmpq(1, 2**20)
+CLOSE = fmpq(1, 2**90)
+
+
+@dataclass(frozen=True, slots=True)
+class PolynomialFamily:
+    """``(U + theta W)/D`` on ``[0, inf]``, ``D > 0`` on ``[0, inf)``, no degree above that of ``D``."""
+
+    D: fmpq_poly
+    U: fmpq_poly
+    W: fmpq_poly
+
+    def cut(self, x: fmpq) -> Cut:
+        """The cut of a point, exactly."""
+        bottom = self.D(x)
+        return Cut(self.U(x) / bottom, self.W(x) / bottom, x)
+
+    @property
+    def at_infinity(self) -> Cut:
+        """The cut of the limit."""
+        top = self.D.degree()
+        return Cut(self.U[top] / self.D[top], self.W[top] / self.D[top])
+
+    def first_cuts(self) -> list[Cut]:
+        """Both ends, and two pairs of points around each root of ``W``: there ``theta`` has no say."""
+        cuts = [self.cut(fmpq(0)), self.at_infinity]
+        if self.W.degree() > 0:
+            for root in real_roots(self.W):
+                if root > 0:
+                    x = to_fmpq(exact_midpoint(root))
+                    cuts += [self.cut(short_between(x * (1 + a), x * (1 + b))) for a, b in _AROUND]
+        return cuts
+
+    def level(self, theta: fmpq, level: fmpq) -> fmpq_poly:
+        """``U + theta W - level D``."""
+        return self.U + theta * self.W - level * self.D
+
+    def exceeds(self, theta: fmpq, level: fmpq) -> bool:
+        """Whether ``inf (U + theta W)/D > level``, the limit at infinity included; exact."""
+        p = self.level(theta, level)
+        return p.degree() == self.D.degree() and positive_from_zero(p)
+
+    def violations(self, theta: fmpq, level: fmpq) -> list[Cut]:
+        """Cuts that show where ``level`` is not exceeded; none if :meth:`exceeds` holds."""
+        if self.exceeds(theta, level):
+            return []
+        p = self.level(theta, level)
+        found = [self.cut(x) for x in self.dips(p, theta)]
+        touched = [self.cut(to_fmpq(exact_midpoint(root))) for root in real_roots(p) if root > 0] if p != 0 else []
+        return found or [*touched, self.cut(fmpq(0)), self.at_infinity]
+
+    def dips(self, p: fmpq_poly, theta: fmpq) -> list[fmpq]:
+        """A point for each interval of ``(0, inf)`` on which ``p``, a level polynomial for ``theta``, is negative."""
+        if p.degree() < 0:
+            return []
+        marks = [fmpq(0), *(to_fmpq(exact_midpoint(root)) for root in real_roots(p) if root > 0)]
+        dips = []
+        for i, left in enumerate(marks):
+            right = marks[i + 1] if i + 1 < len(marks) else 2 * left + 1
+            inside = (left + right) / 2
+            if p(inside) < 0:
+                dips.append(self._lowest(theta, left, right, inside) if i + 1 < len(marks) else inside)
+        return dips
+
+    def _lowest(self, theta: fmpq, left: fmpq, right: fmpq, inside: fmpq) -> fmpq:
+        """About where ``(U + theta W)/D`` is least between two points, by golden section; ``inside`` if that fails."""
+        top = self.level(theta, fmpq(0))
+        ratio = (math.sqrt(5.0) - 1) / 2
+        with working_precision(max(128, 8 * self.D.degree())):
+            over, under = arb_poly(top), arb_poly(self.D)
+            a, b = ball(Fraction(int(left.p), int(left.q))), ball(Fraction(int(right.p), int(right.q)))
+
+            def at(t: float) -> tuple[float, float]:
+                x = (a + (b - a) * t).mid()
+                y = over(x) / under(x)
+                return (float(y), t) if y.is_finite() else (math.inf, t)
+
+            low, high = 0.0, 1.0
+            one, two = at(1 - ratio), at(ratio)
+            for _ in range(GOLDEN_STEPS):
+                if one[0] < two[0]:
+                    high, two = two[1], one
+                    one = at(high - ratio * (high - low))
+                else:
+                    low, one = one[1], two
+                    two = at(low + ratio * (high - low))
+            best = to_fmpq(min(one, two)[1])
+        x = short_between(*(left + (right - left) * best * (1 + side * NEAR * NEAR) for side in (-1, 1)))
+        return x if self.level(theta, fmpq(0))(x) / self.D(x) < top(inside) / self.D(inside) else inside
+
+    def everywhere(self, cuts: list[Cut], *, nonnegative: bool = False) -> fmpq | None:
+        """A ``theta`` with ``U + theta W >= 0`` on ``[0, inf)``; None if none was found.
+
+        Parameters
+        ----------
+        cuts : list of Cut
+            Known cuts.
+        nonnegative : bool
+            Whether only ``theta >= 0`` is admitted.
+        """
+        known = [CAP, *cuts, *self._edge_cuts()]
+        for _ in range(LEVEL_ROUNDS):
+            window = admissible(known, fmpq(0), nonnegative=nonnegative)
+            if window is None:
+                return None
+            theta = choice(window)
+            p = self.level(theta, fmpq(0))
+            if is_nonnegative(p):
+                return theta
+            known += [self.cut(x) for x in self.dips(p, theta)]
+        return None
+
+    def _edge_cuts(self) -> list[Cut]:
+        """The leading coefficients at zero and at infinity, as cuts for the level 0 alone."""
+        powers = [i for i in range(self.D.degree() + 1) if self.U[i] != 0 or self.W[i] != 0]
+        return [Cut(self.U[i], self.W[i]) for i in (powers[0], powers[-1])] if powers else []
+
+    @property
+    def mirrored(self) -> PolynomialFamily:
+        """The same for ``-theta``."""
+        return PolynomialFamily(self.D, self.U, -self.W)
+
+    def rises_for_ever(self) -> bool:
+        """Whether ``m`` tends to 0 or more for ``theta -> inf``: ``W >= 0``, and ``U >= 0`` where ``W/D`` is or tends to 0."""
+        if self.W.degree() < 0 or not is_nonnegative(self.W):
+            return False
+        ends = [self.cut(fmpq(0)), self.at_infinity]
+        if any(end.w == 0 and end.u < 0 for end in ends):
+            return False
+        rest, shared = self.W, self.W.gcd(self.U)
+        while shared.degree() > 0:
+            rest = rest // shared
+            shared = rest.gcd(self.U)
+        return all(_positive_at(self.U, rest, i) for i, root in enumerate(real_roots(rest)) if root > 0)
+
+
+_AROUND = [(-NEAR, -NEAR / 2), (-CLOSE, -CLOSE / 2), (CLOSE / 2, CLOSE), (NEAR / 2, NEAR)]
+
+
+def short_between(low: fmpq, high: fmpq) -> fmpq:
+    """The simplest rational between two others."""
+    first, last = (Fraction(int(end.p), int(end.q)) for end in (low, high))
+    return to_fmpq(simplest_between(first, last))
+
+
+def is_nonnegative(p: fmpq_poly) -> bool:
+    """Whether ``p(x) >= 0`` for every ``x >= 0``."""
+    if p.degree() < 0:
+        return True
+    if p[p.degree()] < 0:
+        return False
+    odd = [factor for factor, times in p.numer().factor_squarefree()[1] if int(times) % 2]
+    return all(positive_root_count(fmpq_poly(factor)) == 0 for factor in odd if factor.degree() > 0)
+
+
+def _positive_at(p: fmpq_poly, q: fmpq_poly, index: int) -> bool:
+    """Whether ``p > 0`` at a root of ``q``, given by its place among the real ones; they share no root."""
+    bits = 128
+    while True:
+        with working_precision(bits):
+            there = arb_poly(p)(real_roots(q)[index])
+            if there > 0 or there < 0:
+                return bool(there > 0)
+        bits *= 2
