@@ -11,7 +11,15 @@ from flint import acb, acb_poly, arb, arb_poly, fmpq_poly
 
 from analysis.criteria.kernels import Delay, Gamma, Multiplier
 from analysis.plant import Plant
-from analysis.polynomial import X, even_odd, exact_midpoint, positive_from_zero, real_roots, to_fmpq
+from analysis.polynomial import (
+    X,
+    even_odd,
+    exact_midpoint,
+    positive_from_zero,
+    positive_root_count,
+    real_roots,
+    to_fmpq,
+)
 from analysis.precision import ball, working_precision
 
 BITS = 128
@@ -52,8 +60,8 @@ class Inequality:
     full: int
 
     @classmethod
-    def of(cls, plant: Plant, k: Fraction, multiplier: Multiplier) -> Inequality:
-        """The inequality for ``H = n/d`` with ``d`` Hurwitz and slopes in ``[0, k]``."""
+    def of(cls, plant: Plant, k: Fraction, multiplier: Multiplier, floor: Fraction) -> Inequality:
+        """The inequality ``... >= floor`` for ``H = n/d`` with ``d`` Hurwitz and slopes in ``[0, k]``."""
         gain, n, d = to_fmpq(k), plant.n, plant.d
         gammas = [(c, g) for c, g in multiplier.terms if isinstance(g, Gamma)]
         orders: dict[Fraction, int] = {}
@@ -69,13 +77,15 @@ class Inequality:
             rational -= to_fmpq(c) * a**g.order * (E // factor)
         mirrored = d(_MIRROR)
         psi = (gain * n + d) * mirrored
-        total = rational * psi + to_fmpq(multiplier.theta) * gain * X * n * E * mirrored
+        total = rational * psi + (to_fmpq(multiplier.theta) * X * n - to_fmpq(floor) * d) * gain * E * mirrored
         delays = tuple((c, g.delay) for c, g in multiplier.terms if isinstance(g, Delay) and c != 0)
         return cls(even_odd(total)[0], E * psi, delays, d.degree() + E.degree() // 2)
 
 
-def check(plant: Plant, k: Fraction, multiplier: Multiplier, *, boxes: int = MAX_BOXES) -> Check:
-    r"""Whether ``Re[M(iw)(H(iw) + 1/k) + i w theta H(iw)] >= eps`` for some ``eps > 0`` and every real ``w``.
+def check(
+    plant: Plant, k: Fraction, multiplier: Multiplier, *, floor: Fraction = Fraction(0), boxes: int = MAX_BOXES
+) -> Check:
+    r"""Whether ``Re[M(iw)(H(iw) + 1/k) + i w theta H(iw)] >= floor + eps``, some ``eps > 0``, for every real ``w``.
 
     Without delays this is a sign test on a polynomial in ``w^2``, exact.  With delays of total mass ``Q`` it follows
     from ``A(x) > 0`` and ``A(x)^2 > Q^2 |Psi|^2`` wherever these polynomial inequalities hold, in particular for all
@@ -90,10 +100,12 @@ def check(plant: Plant, k: Fraction, multiplier: Multiplier, *, boxes: int = MAX
         Upper slope, positive [unit of mu / unit of sigma].
     multiplier : Multiplier
         Its admissibility is not checked here.
+    floor : Fraction
+        What the left-hand side is to exceed.
     boxes : int
         Number of boxes after which the search for a proof is given up.
     """
-    inequality = Inequality.of(plant, k, multiplier)
+    inequality = Inequality.of(plant, k, multiplier, floor)
     A = inequality.A
     if A.degree() < inequality.full or not A[A.degree()] > 0:
         return Check(holds=False, where=math.inf)
@@ -107,17 +119,62 @@ def check(plant: Plant, k: Fraction, multiplier: Multiplier, *, boxes: int = MAX
     return _check_intervals(inequality, _open_intervals(A, bound), boxes)
 
 
+def check_every(plant: Plant, multiplier: Multiplier) -> bool:
+    r"""Whether the multiplier proves every finite slope at once, without delays.
+
+    ``Re[M H + i w theta H] >= 0`` with ``Re M >= 1 - sum |c_j| > 0`` leaves ``Re M / k`` for every ``k``.
+
+    Parameters
+    ----------
+    plant : Plant
+        ``H = n/d`` in continuous time, ``d`` Hurwitz and ``H(inf) >= 0`` (neither is checked here).
+    multiplier : Multiplier
+        Its signs are not checked here.
+    """
+    if multiplier.mass >= 1 or any(isinstance(kernel, Delay) for _, kernel in multiplier.terms):
+        return False
+    one, two = (Inequality.of(plant, k, multiplier, Fraction(0)).A for k in (Fraction(1), Fraction(2)))
+    return _nonnegative(two - one)
+
+
+def value_at(plant: Plant, k: Fraction, multiplier: Multiplier, omega: Fraction) -> arb:
+    """The left-hand side at one frequency [rad/s], as a ball."""
+    with working_precision(BITS):
+        s = acb(0, ball(omega))
+        top, bottom = (acb_poly([acb(arb(c)) for c in p.coeffs()])(s) for p in (plant.n, plant.d))
+        H, M = top / bottom, acb(1)
+        for c, kernel in multiplier.terms:
+            if isinstance(kernel, Delay):
+                M -= ball(c) * (-s * ball(kernel.delay)).exp()
+            else:
+                rate = ball(kernel.rate)
+                M -= ball(c) * (rate / (rate + (s if kernel.side == "causal" else -s))) ** kernel.order
+        return (M * (H + 1 / ball(k)) + s * ball(multiplier.theta) * H).real
+
+
+def _nonnegative(p: fmpq_poly) -> bool:
+    """Whether ``p(x) >= 0`` for every ``x >= 0``."""
+    if p.degree() < 0:
+        return True
+    odd = fmpq_poly([1])
+    for factor, multiplicity in p.numer().factor_squarefree()[1]:
+        if multiplicity % 2:
+            odd *= fmpq_poly(factor)
+    return bool(p[p.degree()] > 0) and positive_root_count(odd) == 0
+
+
 def _first_failure(A: fmpq_poly) -> float:
     roots = [root for root in real_roots(A) if root > 0]
     return math.sqrt(float(roots[0])) if roots and A[0] > 0 else 0.0
 
 
 def _open_intervals(A: fmpq_poly, bound: fmpq_poly) -> list[tuple[arb, arb]]:
-    """Intervals of ``w >= 0`` that cover all ``x = w^2 >= 0`` without ``A > 0`` and ``bound > 0``; both positive far out."""
+    """Intervals of ``w >= 0``: outside of them ``A(w^2) > 0`` and ``bound(w^2) > 0``, given that both are far out."""
     ends = [arb(0)] + [root for root in real_roots(A * bound) if root > 0]
     found = [(end, end) for end in ends]
     for low, high in itertools.pairwise(ends):
-        between = to_fmpq((exact_midpoint(low) + exact_midpoint(high)) / 2)
+        gap = exact_midpoint(high) - exact_midpoint(high.rad()) - exact_midpoint(low) - exact_midpoint(low.rad())
+        between = to_fmpq(exact_midpoint(low) + exact_midpoint(low.rad()) + gap / 2)
         if not (A(between) > 0 and bound(between) > 0):
             found.append((low, high))
     return [(low.lower().sqrt().lower(), high.upper().sqrt().upper()) for low, high in found]

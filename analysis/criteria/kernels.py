@@ -105,6 +105,30 @@ class Multiplier:
             total -= float(c) * kernel.at(points)
         return total
 
+    def scaled(self, unit: Fraction) -> Multiplier:
+        """The same multiplier when frequencies are multiplied by ``unit``: ``M(s / unit)``."""
+        terms = tuple(
+            (
+                c,
+                Delay(kernel.delay / unit)
+                if isinstance(kernel, Delay)
+                else Gamma(kernel.rate * unit, kernel.order, kernel.side),
+            )
+            for c, kernel in self.terms
+        )
+        return Multiplier(self.theta / unit, terms)
+
+    def mirrored(self) -> Multiplier:
+        """``M(-s) - theta s``: causal and anticausal exchanged, as for ``H(-s)``."""
+        terms: list[tuple[Fraction, Kernel]] = []
+        for c, kernel in self.terms:
+            if isinstance(kernel, Delay):
+                terms.append((c, Delay(-kernel.delay)))
+            else:
+                side: Side = "anticausal" if kernel.side == "causal" else "causal"
+                terms.append((c, Gamma(kernel.rate, kernel.order, side)))
+        return Multiplier(-self.theta, tuple(terms))
+
     def __str__(self) -> str:
         text = "1"
         for c, kernel in self.terms:

@@ -1,0 +1,245 @@
+"""How far multipliers of Zames and Falb reach: bisection in floating point, every result proved exactly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from analysis.criteria.kernel_certificate import check, check_every
+from analysis.criteria.kernel_search import TOLERANCE, Family, Floats, Proposal, Search
+from analysis.criteria.kernels import Multiplier
+from analysis.plant import Plant
+from analysis.polynomial import to_descending
+
+BELOW = (0.0, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5)
+CAP = 1e6
+TRIVIAL = Multiplier(Fraction(0), ())
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """A certified slope ``k`` (None: every finite one) and the multiplier that proves it."""
+
+    k: Fraction | None
+    multiplier: Multiplier
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Task:
+    """The class ``[lower, k]`` and what is known beforehand.
+
+    Attributes
+    ----------
+    plant : Plant
+        ``H / (1 + lower H)``, strictly stable, in continuous time.
+    lower : Fraction
+        Lower slope.
+    limit : float
+        Every ``k`` looked for is strictly below it: the loop with the gain ``limit`` is not stable, or ``inf``.
+    odd : bool
+        Whether coefficients may be negative.
+    full : bool
+        Whether to take more time.
+    """
+
+    plant: Plant
+    lower: Fraction
+    limit: float
+    odd: bool
+    full: bool
+
+    @property
+    def families(self) -> tuple[Family, ...]:
+        """The kernels to try, in this order."""
+        return ("none", "gamma", "delays", "both") if self.full else ("none", "gamma", "delays")
+
+
+@dataclass(frozen=True, slots=True)
+class Scaled:
+    """``H(unit s) / gain`` in doubles, of size about 1, and the way back; both factors are powers of two."""
+
+    numerator: Floats
+    denominator: Floats
+    unit: Fraction
+    gain: Fraction
+
+    @classmethod
+    def of(cls, plant: Plant) -> Scaled:
+        """The plant with the geometric mean of its poles and the peak of ``|H|`` near 1."""
+        n, d = to_descending(plant.n), to_descending(plant.d)
+        order = len(d) - 1
+        unit = _power_of_two(_log2(abs(d[-1] / d[0])) / order)
+        top = [c * unit**i for c, i in zip(n, range(len(n) - 1, -1, -1), strict=True)]
+        bottom = [c * unit**i for c, i in zip(d, range(order, -1, -1), strict=True)]
+        lead = _power_of_two(max(_log2(abs(c)) for c in bottom if c))
+        size = _power_of_two(max(_log2(abs(c)) for c in top if c))
+        numerator = np.array([float(c / size) for c in top])
+        denominator = np.array([float(c / lead) for c in bottom])
+        probe = Search(numerator, denominator, odd=False, family="none")
+        peak = _power_of_two(math.log2(float(np.max(np.abs(probe.response(probe.rows))))))
+        return cls(numerator / float(peak), denominator, unit, peak * size / lead)
+
+    def search(self, family: Family, *, odd: bool) -> Search:
+        """A search for this plant."""
+        return Search(self.numerator, self.denominator, odd=odd, family=family)
+
+
+def reach(task: Task) -> Reach | None:
+    """The largest ``k`` proved; None if not even a small one was."""
+    if _static(task.plant):
+        edge = _rounded_down(Fraction(min(task.limit, 1e300)), task)
+        return every(task, TRIVIAL) or (Reach(edge, TRIVIAL) if edge and proved(task, edge, TRIVIAL) else None)
+    scaled = Scaled.of(task.plant)
+    best = _small(task, scaled)
+    for family in task.families:
+        search = scaled.search(family, odd=task.odd)
+        for k, proposal in _candidates(task, scaled, search, best):
+            found = certify(task, scaled, search, (k, proposal))
+            if found is not None and (best is None or best.k is None or found.k is None or found.k > best.k):
+                best = found
+                break
+        if best is not None and (best.k is None or float(best.k) > task.limit * (1 - 1e-7)):
+            break
+    if best is not None and best.k is not None and task.limit == math.inf:
+        best = every(task, best.multiplier) or best
+    return best
+
+
+def every(task: Task, multiplier: Multiplier) -> Reach | None:
+    """Every finite slope, if this multiplier proves them all."""
+    legal = task.limit == math.inf and multiplier.admissible(odd=task.odd)
+    return Reach(None, multiplier) if legal and check_every(task.plant, multiplier) else None
+
+
+def proved(task: Task, k: Fraction, multiplier: Multiplier) -> bool:
+    """Whether the multiplier is legal and proves the slopes ``[lower, k]``."""
+    legal = task.lower < k < task.limit and multiplier.admissible(odd=task.odd)
+    return legal and check(task.plant, k - task.lower, multiplier).holds
+
+
+def propose_at(task: Task, k: Fraction) -> Reach | None:
+    """A proof for the slopes ``[lower, k]`` of one class; None if none was found."""
+    if not task.lower < k < task.limit:
+        return None
+    if _static(task.plant):
+        return Reach(k, TRIVIAL) if proved(task, k, TRIVIAL) else None
+    scaled = Scaled.of(task.plant)
+    for family in task.families:
+        found = _attempts(task, scaled, scaled.search(family, odd=task.odd), k)
+        if found is not None:
+            return found
+    return None
+
+
+def least_sample(plant: Plant, width: Fraction, multiplier: Multiplier) -> float:
+    """A frequency [rad/s] near which the left-hand side is least, from samples."""
+    if _static(plant):
+        return 0.0
+    scaled = Scaled.of(plant)
+    search = scaled.search("none", odd=False)
+    return search.least(multiplier.scaled(1 / scaled.unit), float(width * scaled.gain)) * float(scaled.unit)
+
+
+def certify(task: Task, scaled: Scaled, search: Search, start: tuple[float, Proposal]) -> Reach | None:
+    """A proof at, or somewhat below, a slope that the search found feasible."""
+    for below in BELOW:
+        k = _rounded_down(task.lower + scaled_back(scaled, start[0] * (1 - below)), task)
+        if k is None:
+            continue
+        if proved(task, k, start[1].multiplier.scaled(scaled.unit)):
+            return Reach(k, start[1].multiplier.scaled(scaled.unit))
+        found = _attempts(task, scaled, search, k)
+        if found is not None:
+            return found
+    return None
+
+
+def scaled_back(scaled: Scaled, width: float) -> Fraction:
+    """A width of slopes in the units of the plant."""
+    return Fraction(width) / scaled.gain
+
+
+def _attempts(task: Task, scaled: Scaled, search: Search, k: Fraction) -> Reach | None:
+    """Propose and check; a frequency at which the check fails becomes a row of the next programme."""
+    width = float((k - task.lower) * scaled.gain)
+    for _ in range(6 if task.full else 4):
+        proposal = search.propose(width)
+        if proposal is None or not proposal.least > 0:
+            return None
+        multiplier = proposal.multiplier.scaled(scaled.unit)
+        found = check(task.plant, k - task.lower, multiplier)
+        if found.holds and multiplier.admissible(odd=task.odd):
+            return Reach(k, multiplier)
+        if found.where is None or not math.isfinite(found.where):
+            return None
+        search.add_row(found.where / float(scaled.unit))
+    return None
+
+
+def _candidates(task: Task, scaled: Scaled, search: Search, best: Reach | None) -> Iterator[tuple[float, Proposal]]:
+    """Slopes, scaled, at which the search has a multiplier on its fine grid: the largest found."""
+    limit = float((Fraction(task.limit) - task.lower) * scaled.gain) if math.isfinite(task.limit) else math.inf
+    cap = min(CAP, limit)
+    for width in (cap * (1 - 1e-8), cap * (1 - 1e-6)) if cap == limit else (cap,):
+        found = _feasible(search, width)
+        if found is not None:
+            yield found
+            break
+    known = float((best.k - task.lower) * scaled.gain) if best is not None and best.k is not None else 1e-3
+    low = _feasible(search, known * 1.0005)
+    if low is None:
+        return
+    width, proposal, high = low[0], low[1], cap
+    while high > width * (1 + (1e-6 if task.full else 1e-4)):
+        middle = math.sqrt(width * high)
+        found = _feasible(search, middle)
+        if found is None:
+            high = middle
+            continue
+        width, proposal = found
+        farther = min(search.largest(proposal.multiplier, width), high * (1 - 1e-9))
+        width = max(width, width + (farther - width) * (1 - 1e-6))
+    yield width, proposal
+
+
+def _feasible(search: Search, width: float) -> tuple[float, Proposal] | None:
+    proposal = search.propose(width)
+    return (width, proposal) if proposal is not None and proposal.least > TOLERANCE else None
+
+
+def _static(plant: Plant) -> bool:
+    return plant.d.degree() == 0 or plant.n.degree() < 0
+
+
+def _small(task: Task, scaled: Scaled) -> Reach | None:
+    """Slopes below the inverse of the peak of ``|H|``: the multiplier 1 proves them."""
+    for halvings in range(8):
+        k = _rounded_down(task.lower + scaled_back(scaled, 2.0**-halvings), task)
+        if k is not None and proved(task, k, TRIVIAL):
+            return Reach(k, TRIVIAL)
+    return None
+
+
+def _rounded_down(k: Fraction, task: Task) -> Fraction | None:
+    """The slope as a double of nine digits, in the class and not above ``k``; None if there is none."""
+    if not math.isfinite(float(k)):
+        return None
+    for digits in (9, 12, 15, 17):
+        value = float(f"{float(k):.{digits}g}")
+        step = abs(value) * 10.0 ** (1 - digits)
+        for candidate in (value, float(f"{value - step:.{digits}g}")):
+            if task.lower < Fraction(candidate) <= k and candidate < task.limit:
+                return Fraction(candidate)
+    return None
+
+
+def _power_of_two(exponent: float) -> Fraction:
+    return Fraction(2) ** round(exponent)
+
+
+def _log2(value: Fraction) -> float:
+    return math.log2(value.numerator) - math.log2(value.denominator)
