@@ -44,9 +44,6 @@ def check_plant(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Plant
     --------
     >>> check_plant(RationalBlock([1], [1, 3, 2, 0])).case
     'critical'
-    >>> check_plant(RationalBlock([1, 1], [1, 0, 0]))
-    Traceback (most recent call last):
-    lure.errors.AssumptionError: the pole at s = 0 has multiplicity 2; ...
     """
     if not isinstance(block, RationalBlock):
         raise InputError(f"block is a {type(block).__name__}; give a RationalBlock")

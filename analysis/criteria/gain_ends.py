@@ -11,6 +11,7 @@ from functools import lru_cache
 from flint import arb, fmpq_mat, fmpq_poly
 
 from analysis.evidence import Bracket
+from analysis.extremum import value_at
 from analysis.plant import Plant
 from analysis.polynomial import X, even_odd, exact_midpoint, is_hurwitz, real_roots, to_fmpq, to_fraction
 from analysis.precision import ball, outward, working_precision
@@ -126,7 +127,7 @@ def _groups(curve: _Curve) -> list[list[_Crossing]]:
             found = [_Crossing(ball(gain), gain, omega) for gain, omega in curve.rational]
             for x in real_roots(curve.I):
                 if x > 0:
-                    gain = -value(curve.U, x) / value(curve.N, x)
+                    gain = -value_at(curve.U, x) / value_at(curve.N, x)
                     found.append(_Crossing(gain, None, float(x.sqrt())))
             fine = all(one.exact is not None or one.gain.rel_accuracy_bits() >= RELATIVE_BITS for one in found)
             groups = _by_overlap(found) if fine else []
@@ -196,14 +197,6 @@ def _on_axis(plant: Plant, gain: Fraction) -> bool:
     even, odd = even_odd(plant.d + to_fmpq(gain) * plant.n)
     shared = even.gcd(odd)
     return shared.degree() > 0 and any(bool(root > 0) for root in real_roots(shared))
-
-
-def value(p: fmpq_poly, x: arb) -> arb:
-    """``p(x)`` for a ball ``x``."""
-    result = arb(0)
-    for coefficient in reversed(p.coeffs()):
-        result = result * x + arb(coefficient)
-    return result
 
 
 def simplest_between(low: Fraction, high: Fraction) -> Fraction:
