@@ -154,7 +154,7 @@ def _certified(system: Realisation, lower: Fraction, k: float, pattern: tuple[in
             slope_restricted=True,
             odd=True,
             time_varying=True,
-            description=f"phi(t, sigma) = k(t) sigma, k(t) repeating {text}, k = {short(upper)}: it grows without bound",
+            description=f"phi(t, sigma) = k(t) sigma, k(t) repeating {text}, k = {short(upper)}: motions grow for ever",
             data={"k": str(upper), "lower": str(lower), "period": len(gains), "gains": [str(g) for g in gains]},
         )
     return None
