@@ -24,6 +24,12 @@ def _check_bounds(name: str, lower: float | Fraction, upper: float | Fraction) -
         raise InputError(f"{name} needs lower < upper; got [{lower}, {upper}]")
 
 
+def _bound(value: float | Fraction) -> str:
+    """Six digits if they are the number, else all of them: rounding a bound would claim another sector."""
+    short = f"{float(value):g}"
+    return short if float(short) == float(value) else repr(float(value))
+
+
 @dataclass(frozen=True, slots=True)
 class Sector:
     r"""The laws with ``lower * sigma^2 <= sigma * phi(sigma) <= upper * sigma^2`` for every ``sigma``.
@@ -54,7 +60,7 @@ class Sector:
         _check_bounds("Sector", self.lower, self.upper)
 
     def __str__(self) -> str:
-        return f"[{float(self.lower):g}, {float(self.upper):g}]"
+        return f"[{_bound(self.lower)}, {_bound(self.upper)}]"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,4 +87,4 @@ class SlopeBounds:
         _check_bounds("SlopeBounds", self.lower, self.upper)
 
     def __str__(self) -> str:
-        return f"[{float(self.lower):g}, {float(self.upper):g}]"
+        return f"[{_bound(self.lower)}, {_bound(self.upper)}]"

@@ -11,7 +11,7 @@ from typing import cast
 
 import typer
 
-from analysis.cli.commands import app
+from analysis.cli.loops import app
 from lure.errors import InputError
 
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141

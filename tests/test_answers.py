@@ -1,0 +1,190 @@
+"""Two-sided answers: what is proved stays below what is refuted, whatever the plant, its realisation and its units."""
+
+import json
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analysis.answers import analyse, max_sector, max_slope, questions
+from analysis.answers.subject import Subject
+from analysis.evidence import Bracket, Evidence, Verdict
+from lure import AssumptionError, InputError, LawClass, RationalBlock, Sector
+from lure.delay import DelayBlock
+
+THIRD = RationalBlock([1], [1, 3, 2, 0])
+CARRASCO_6 = RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)
+
+
+def test_popov_in_the_critical_case_is_a_closed_form():
+    # 1/(s(s+1)(s+2)): Routh gives 6; theta = 3/2 reaches it
+    found = max_sector(THIRD, criterion="popov")
+    assert (found.verdict, found.evidence) == (Verdict.PROVED, Evidence.CERTIFIED)
+    assert 6 * (1 - 1e-8) < found.largest.low < 6 <= found.largest.high * (1 + 1e-12)
+    assert found.theta == pytest.approx(1.5, rel=1e-3)
+    assert found.hurwitz == Bracket(6, 6)
+    assert found.closed
+
+
+def test_monotone_and_odd_laws_have_different_answers():
+    # example 6: a monotone law of slope 175/192 has an orbit of period 3, while linear gains are stable up to 25/23
+    monotone, odd = max_slope(CARRASCO_6), max_slope(CARRASCO_6, odd=True)
+    assert 0.9114 < monotone.largest.low < 175 / 192
+    assert monotone.refuted_at == pytest.approx(175 / 192, rel=1e-15)
+    assert monotone.largest.high == monotone.refuted_at
+    assert monotone.witness is not None
+    assert monotone.witness.evidence is Evidence.CERTIFIED
+    assert 1.0869 < odd.largest.low < 25 / 23
+    assert odd.refuted_at >= 25 / 23
+
+
+@pytest.mark.parametrize(
+    ("block", "slope", "largest"),
+    [
+        (RationalBlock([1], [1, 3, 3, 1]), 8, {"circle": 4, "popov": 8}),  # Re H and Popov's line in closed form
+        (RationalBlock([1], [1, 1, 0]), math.inf, {"circle": 1, "popov": math.inf}),
+    ],
+)
+def test_each_criterion_by_name_reaches_its_own_limit(block, slope, largest):
+    for criterion, k in largest.items():
+        found = max_sector(block, criterion=criterion)
+        assert found.criterion == criterion
+        assert found.largest.low == pytest.approx(k, rel=1e-8)
+        assert found.largest.low <= k
+        assert found.hurwitz.high >= slope * (1 - 1e-12)
+
+
+def test_an_answer_is_no_truth_value_and_reads_as_a_sentence():
+    found = max_sector(THIRD)
+    with pytest.raises(TypeError, match="three values"):
+        bool(found)
+    assert str(found).startswith("Stable for every phi, time-invariant, in the sector [0, 5.99")
+    assert "<b>PROVED</b>" in found._repr_html_()
+
+
+def test_an_answer_goes_to_json_without_nan_or_infinity():
+    data = json.loads(json.dumps(max_sector(RationalBlock([1], [1, 1, 0])).to_dict(), allow_nan=False))
+    assert {
+        "criterion",
+        "largest",
+        "theta",
+        "multiplier",
+        "verdict",
+        "evidence",
+        "hurwitz",
+        "refuted_at",
+        "witness",
+    } <= set(data)
+    assert data["largest"] == ["inf", "inf"]
+    assert data["hurwitz"] == ["inf", "inf"]
+
+
+def test_a_gain_that_no_sector_can_exclude_refutes():
+    # 1/(s - 1): phi = 0 lies in every sector [0, k]
+    found = max_sector(RationalBlock([1], [1, -1]))
+    assert found.verdict is Verdict.REFUTED
+    assert found.witness is not None
+    assert found.refuted_at == 0
+
+
+def test_an_unstable_block_has_a_sector_away_from_zero():
+    # 4/((s - 1)(s/3 + 1)) is stable for gains above 1/4
+    block = RationalBlock([12], [1, 2, -3])
+    found = max_sector(block, lower=1, criterion="circle")
+    assert found.verdict is Verdict.PROVED
+    assert found.largest.low > 1
+
+
+def test_dead_time_has_two_sides_too():
+    found = max_sector(DelayBlock.parse("exp(-s/2)/s"))
+    assert found.largest.low == pytest.approx(math.pi, rel=1e-7)
+    assert found.refuted_at >= math.pi
+    assert found.verdict is Verdict.PROVED
+
+
+@pytest.mark.parametrize(
+    ("question", "words"),
+    [
+        (lambda: max_sector(THIRD, criterion="popv"), "did you mean 'popov'"),
+        (lambda: max_sector(THIRD, criterion="park"), "needs slope bounds"),
+        (lambda: max_sector(CARRASCO_6, criterion="popov"), "continuous"),
+        (lambda: max_slope(THIRD, criterion="tsypkin"), "discrete"),
+        (lambda: max_sector(THIRD, criterion="popov", time_varying=True), "time-invariant"),
+        (lambda: max_sector(THIRD, lower=math.nan), "finite number"),
+        (lambda: max_sector(([1, 0], [1])), "improper"),
+    ],
+)
+def test_a_question_without_an_answer_is_refused_in_a_sentence(question, words):
+    with pytest.raises((InputError, AssumptionError), match=words):
+        question()
+
+
+def test_a_proof_above_a_refutation_is_not_reported(monkeypatch):
+    stray = max_sector(CARRASCO_6).witness
+    monkeypatch.setattr(questions, "witnesses", lambda asked, limit: [stray])
+    with pytest.raises(questions.ContradictionError, match="one of the two is wrong"):
+        max_sector(THIRD)
+
+
+GAINS = st.fractions(min_value=Fraction(1, 50), max_value=50, max_denominator=50)
+ROOTS = st.fractions(min_value=Fraction(1, 20), max_value=5, max_denominator=20)
+
+
+@st.composite
+def blocks(draw):
+    """Stable blocks from known poles, some nearly on the axis, some nearly cancelled."""
+    den = [Fraction(1)]
+    num = [Fraction(draw(st.sampled_from([-2, 1, 5])))]
+
+    def times(p, q):
+        out = [Fraction(0)] * (len(p) + len(q) - 1)
+        for i, a in enumerate(p):
+            for j, b in enumerate(q):
+                out[i + j] += a * b
+        return out
+
+    for _ in range(draw(st.integers(1, 3))):
+        w, damping = draw(ROOTS), draw(st.sampled_from([Fraction(1, 1000), Fraction(1, 10), Fraction(1)]))
+        den = times(den, [Fraction(1), 2 * damping * w, w * w] if draw(st.booleans()) else [Fraction(1), w])
+        if draw(st.booleans()) and len(num) < len(den) - 1:
+            num = times(num, [Fraction(1), draw(st.sampled_from([w + Fraction(1, 10**6), -w, w / 2]))])
+    return RationalBlock(num, den)
+
+
+@given(blocks())
+@settings(max_examples=15, deadline=None)
+def test_the_criteria_keep_their_order_and_none_reaches_the_linear_limit(block):
+    circle, popov = max_sector(block, criterion="circle"), max_sector(block, criterion="popov")
+    assert circle.largest.low <= popov.largest.low * (1 + 1e-7)
+    for found in (circle, popov):
+        assert found.largest.low < found.hurwitz.high or found.hurwitz.high == math.inf
+
+
+@given(blocks(), GAINS, GAINS)
+@settings(max_examples=10, deadline=None)
+def test_units_of_time_and_gain_do_not_matter(block, gain, scale):
+    n, d = len(block.numerator) - 1, block.order
+    # H(s / scale) * gain
+    num = [c * gain * scale ** (d - n + i) for i, c in enumerate(block.numerator)]
+    den = [c * scale**i for i, c in enumerate(block.denominator)]
+    other = RationalBlock(num, den)
+    for criterion in ("circle", "popov"):
+        a, b = max_sector(block, criterion=criterion), max_sector(other, criterion=criterion)
+        if math.isinf(a.largest.low) or math.isinf(b.largest.low):
+            assert a.largest.low == b.largest.low
+        else:
+            assert a.largest.low == pytest.approx(float(gain) * b.largest.low, rel=1e-6)
+
+
+def test_analyse_decides_the_class_asked_about():
+    inside = analyse(Subject(name="x", block=THIRD, law_class=LawClass(sector=Sector(0, 5))))
+    assert inside.verdict is Verdict.PROVED
+    assert "PROVED  x" in str(inside)
+    outside = analyse(Subject(name="x", block=THIRD, law_class=LawClass(sector=Sector(0, 7))))
+    assert outside.verdict is Verdict.REFUTED
+    assert outside.evidence is Evidence.CERTIFIED
+    varying = analyse(Subject(name="x", block=THIRD, law_class=LawClass(sector=Sector(0, 5), time_varying=True)))
+    assert varying.verdict is not Verdict.PROVED
+    assert any("time-invariance" in hint for hint in varying.hints)
