@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -94,19 +94,28 @@ def reach(task: Task) -> Reach | None:
         edge = _rounded_down(Fraction(min(task.limit, 1e300)), task)
         return every(task, TRIVIAL) or (Reach(edge, TRIVIAL) if edge and proved(task, edge, TRIVIAL) else None)
     scaled = Scaled.of(task.plant)
-    best = _small(task, scaled)
-    for family in task.families:
-        search = scaled.search(family, odd=task.odd)
-        for k, proposal in _candidates(task, scaled, search, best):
-            found = certify(task, scaled, search, (k, proposal))
-            if found is not None and (best is None or best.k is None or found.k is None or found.k > best.k):
-                best = found
-                break
-        if best is not None and (best.k is None or float(best.k) > task.limit * (1 - 1e-7)):
-            break
-    if best is not None and best.k is not None and task.limit == math.inf:
-        best = every(task, best.multiplier) or best
+    best = reach(replace(task, odd=False)) if task.odd else _small(task, scaled)
+    if best is not None and (
+        best.k is None or float(best.k - task.lower) * float(scaled.gain) >= _cap(task, scaled)[0] * (1 - 2e-8)
+    ):
+        return best
+    searches = [scaled.search(family, odd=task.odd) for family in task.families]
+    for search in searches:
+        found = next((certify(task, scaled, search, start) for start in _at_cap(task, scaled, search)), None)
+        best = _larger(best, found)
+        if found is not None and best is found:
+            return every(task, found.multiplier) or found
+    for search in reversed(searches):
+        start = _farthest(task, scaled, search, best)
+        if start is not None:
+            best = _larger(best, certify(task, scaled, search, start))
     return best
+
+
+def _larger(one: Reach | None, two: Reach | None) -> Reach | None:
+    if one is None or two is None:
+        return one or two
+    return two if one.k is not None and (two.k is None or two.k > one.k) else one
 
 
 def every(task: Task, multiplier: Multiplier) -> Reach | None:
@@ -180,30 +189,40 @@ def _attempts(task: Task, scaled: Scaled, search: Search, k: Fraction) -> Reach 
     return None
 
 
-def _candidates(task: Task, scaled: Scaled, search: Search, best: Reach | None) -> Iterator[tuple[float, Proposal]]:
-    """Slopes, scaled, at which the search has a multiplier on its fine grid: the largest found."""
+def _cap(task: Task, scaled: Scaled) -> tuple[float, float]:
+    """The width, scaled, at which the search stops, and the limit, which may be the same."""
     limit = float((Fraction(task.limit) - task.lower) * scaled.gain) if math.isfinite(task.limit) else math.inf
-    cap = min(CAP, limit)
+    return min(CAP, limit), limit
+
+
+def _at_cap(task: Task, scaled: Scaled, search: Search) -> Iterator[tuple[float, Proposal]]:
+    """A multiplier just below the limit or at the largest slope asked for, if the search has one."""
+    cap, limit = _cap(task, scaled)
     for width in (cap * (1 - 1e-8), cap * (1 - 1e-6)) if cap == limit else (cap,):
         found = _feasible(search, width)
         if found is not None:
             yield found
-            break
+            return
+
+
+def _farthest(task: Task, scaled: Scaled, search: Search, best: Reach | None) -> tuple[float, Proposal] | None:
+    """The largest slope, scaled, at which the search has a multiplier on its fine grid, if above the best known."""
+    high, _ = _cap(task, scaled)
     known = float((best.k - task.lower) * scaled.gain) if best is not None and best.k is not None else 1e-3
-    low = _feasible(search, known * 1.0005)
-    if low is None:
-        return
-    width, proposal, high = low[0], low[1], cap
+    found = _feasible(search, known * 1.0005)
+    if found is None:
+        return None
+    width, proposal = found
     while high > width * (1 + (1e-6 if task.full else 1e-4)):
-        middle = math.sqrt(width * high)
+        farther = min(search.largest(proposal.multiplier, width), high * (1 - 1e-9))
+        width = max(width, width + (farther - width) * (1 - 1e-6))
+        middle = min(math.sqrt(width * high), 8 * width)
         found = _feasible(search, middle)
         if found is None:
             high = middle
-            continue
-        width, proposal = found
-        farther = min(search.largest(proposal.multiplier, width), high * (1 - 1e-9))
-        width = max(width, width + (farther - width) * (1 - 1e-6))
-    yield width, proposal
+        else:
+            width, proposal = found
+    return width, proposal
 
 
 def _feasible(search: Search, width: float) -> tuple[float, Proposal] | None:

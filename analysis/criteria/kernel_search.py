@@ -70,9 +70,9 @@ class Search:
         self.far = 10 * high
         self.rows = _sorted(
             [0.0],
-            np.geomspace(self.low / 100, high * 100, 160),
-            np.linspace(0, 3 * high, 120),
-            _around(self.poles, 20),
+            np.geomspace(self.low / 100, high * 100, 80),
+            np.linspace(0, 3 * high, 60),
+            _around(self.poles, 10),
         )
         self.lags = np.concatenate([np.geomspace(1e-2, 1, 200), np.linspace(1, HORIZON, 3000)[1:]]) / self.unit
         self.columns = self._first_columns()
@@ -86,7 +86,7 @@ class Search:
         """The best multiplier found for slopes in ``[0, k]``; None if there is none on the rows."""
         fine = self._fine(k)
         best: Proposal | None = None
-        rows = _sorted(self.rows, _around(self._closed_loop(k), 10))
+        rows = _sorted(self.rows, _around(self._closed_loop(k), 6))
         for _ in range(rounds):
             solved = self._solve(k, rows)
             if solved is None:
@@ -131,7 +131,7 @@ class Search:
         signs = (1, -1) if self.odd else (1,)
         kernels: list[Kernel] = []
         if self.family in ("delays", "both"):
-            for lag in np.geomspace(0.05, HORIZON, 16) / self.unit:
+            for lag in np.geomspace(0.05, HORIZON, 8) / self.unit:
                 kernels += [Delay(_short(lag)), Delay(-_short(lag))]
         if self.family in ("gamma", "both"):
             for rate in np.geomspace(1e-2, 1e2, 13) * self.unit:
@@ -224,7 +224,7 @@ class Search:
                     if column not in known:
                         found.append((float(gain[i]), column))
         found.sort(key=lambda pair: -pair[0])
-        return [column for _, column in found[:24]]
+        return [column for _, column in found[:10]]
 
     def _split(self, multiplier: Multiplier, omega: Floats, H: NDArray[np.complex128]) -> tuple[Floats, Floats]:
         """``Re(M H) + theta Re(i w H)`` and ``Re M``."""
