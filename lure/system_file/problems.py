@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from lure.errors import InputError
@@ -11,7 +12,7 @@ from lure.system_file.schema import TABLES, dotted_keys
 from lure.system_file.values import shown
 
 if TYPE_CHECKING:
-    from pydantic import ValidationError
+    from pydantic import BaseModel, ValidationError
     from pydantic_core import ErrorDetails
 
 _LETTERS = {
@@ -24,56 +25,96 @@ _LETTERS = {
     "m": "rod.exponent",
     "N": "discretisation.cells",
 }
-_KNOWN = f"a system has the key name and the tables {', '.join(f'[{table}]' for table in TABLES)}"
 
 
-def refusal(error: ValidationError) -> InputError:
+@dataclass(frozen=True, kw_only=True)
+class Vocabulary:
+    """The keys of one kind of file.
+
+    Attributes
+    ----------
+    tables : Mapping of str to type
+        The model of each table.
+    single : tuple of str
+        Keys outside the tables.
+    letters : Mapping of str to str
+        Symbols of the formulas and the keys they stand for.
+    """
+
+    tables: Mapping[str, type[BaseModel]]
+    single: tuple[str, ...] = ("name",)
+    letters: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def keys(self) -> list[str]:
+        """Every key there is, ``rod.length`` and ``name``."""
+        return dotted_keys(self.tables, self.single)
+
+    def __str__(self) -> str:
+        ending = "s" if len(self.single) > 1 else ""
+        listed = ", ".join(f"[{table}]" for table in self.tables)
+        return f"a system has the key{ending} {' and '.join(self.single)} and the tables {listed}"
+
+
+ROD_FILE = Vocabulary(tables=TABLES, letters=_LETTERS)
+
+
+def refusal(error: ValidationError, words: Vocabulary = ROD_FILE) -> InputError:
     """The first problem as a sentence, with the number of others.
 
+    Parameters
+    ----------
+    error : ValidationError
+        What pydantic found.
+    words : Vocabulary
+        The keys of the file.
+
+    Notes
+    -----
     Unknown keys come first, since a misspelt key is also a missing one; a missing key that such a sentence proposes is
     not counted again.
     """
     details = error.errors(include_url=False)
     unknown = [".".join(map(str, item["loc"])) for item in details if item["type"] == "extra_forbidden"]
-    proposed = {nearest_key(key) for key in unknown}
-    problems = [unknown_key(key) for key in unknown]
-    problems += [_missing(item) for item in details if item["type"] == "missing" and _path(item) not in proposed]
-    problems += [_wrong(item) for item in details if item["type"] not in ("extra_forbidden", "missing")]
+    proposed = {nearest_key(key, words) for key in unknown}
+    problems = [unknown_key(key, words) for key in unknown]
+    problems += [_missing(item, words) for item in details if item["type"] == "missing" and _path(item) not in proposed]
+    problems += [_wrong(item, words) for item in details if item["type"] not in ("extra_forbidden", "missing")]
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     return InputError(f"{problems[0]}{more}")
 
 
-def nearest_key(key: str) -> str | None:
+def nearest_key(key: str, words: Vocabulary = ROD_FILE) -> str | None:
     """The key or table that a misspelt dotted key most likely means.
 
     >>> nearest_key("rod.dampng"), nearest_key("rod.eps"), nearest_key("cell"), nearest_key("rods")
     ('rod.damping', 'rod.compliance', 'discretisation.cells', 'rod')
     """
     table, _, last = key.rpartition(".")
-    if last in _LETTERS:
-        return _LETTERS[last]
-    if table in TABLES:
-        inside = _closest(last, TABLES[table].model_fields)
+    if last in words.letters:
+        return words.letters[last]
+    if table in words.tables:
+        inside = _closest(last, words.tables[table].model_fields)
         if inside:
             return f"{table}.{inside}"
     elif not table:
-        first = _closest(last, ["name", *TABLES])
+        first = _closest(last, [*words.single, *words.tables])
         if first:
             return first
-    elsewhere = {candidate.rpartition(".")[2]: candidate for candidate in reversed(dotted_keys())}
-    whole = None if last in elsewhere else _closest(key, dotted_keys())
+    elsewhere = {candidate.rpartition(".")[2]: candidate for candidate in reversed(words.keys)}
+    whole = None if last in elsewhere else _closest(key, words.keys)
     if whole:
         return whole
     end = _closest(last, elsewhere)
     return elsewhere[end] if end else None
 
 
-def unknown_key(key: str) -> str:
+def unknown_key(key: str, words: Vocabulary = ROD_FILE) -> str:
     """Sentence on a key that does not exist: what was meant, and what is allowed there."""
     table = key.rpartition(".")[0]
-    near = nearest_key(key)
+    near = nearest_key(key, words)
     hint = f"did you mean {near}? " if near else ""
-    allowed = f"[{table}] takes {', '.join(TABLES[table].model_fields)}" if table in TABLES else _KNOWN
+    allowed = f"[{table}] takes {', '.join(words.tables[table].model_fields)}" if table in words.tables else str(words)
     return f"unknown key {shown(key)[1:-1]}; {hint}{allowed}"
 
 
@@ -86,19 +127,20 @@ def _path(item: ErrorDetails) -> str:
     return ".".join(map(str, item["loc"]))
 
 
-def _missing(item: ErrorDetails) -> str:
+def _missing(item: ErrorDetails, words: Vocabulary) -> str:
     path = _path(item)
-    if path in TABLES:
-        required = [key for key, field in TABLES[path].model_fields.items() if field.is_required()]
+    if path in words.tables:
+        fields = words.tables[path].model_fields
+        required = [key for key, entry in fields.items() if entry.is_required()] or list(fields)[:2]
         return f"the table [{path}] is missing; give it with {', '.join(required)}"
     table, _, key = path.partition(".")
-    return f"{path} is missing; give {TABLES[table].model_fields[key].description}"
+    return f"{path} is missing; give {words.tables[table].model_fields[key].description}"
 
 
-def _wrong(item: ErrorDetails) -> str:
+def _wrong(item: ErrorDetails, words: Vocabulary) -> str:
     if item["type"] == "value_error":
         return str(item["ctx"]["error"]).rstrip(".")
     path = _path(item)
-    if path in TABLES:
+    if path in words.tables:
         return f"{path} is {shown(item['input'])}; give a table that starts with the line [{path}]"
     raise AssertionError(f"{path}: no sentence for pydantic's {item['type']}")

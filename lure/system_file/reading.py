@@ -1,7 +1,8 @@
-"""From the name of a built-in, a file or a text to a checked :class:`lure.systems.RodSystem`."""
+"""From the name of a built-in, a file or a text to a checked rod or loop."""
 
 from __future__ import annotations
 
+import difflib
 import stat
 import tomllib
 from collections.abc import Sequence
@@ -11,25 +12,30 @@ from typing import Any, TypeAlias
 from pydantic import ValidationError
 
 from lure.errors import InputError
+from lure.loop_library import builtin_loop, loop_names
 from lure.system_file.building import built_system
-from lure.system_file.problems import refusal, unknown_key
-from lure.system_file.schema import TEXT_KEYS, SystemTables, dotted_keys
+from lure.system_file.plant_building import built_loop, is_plant_file
+from lure.system_file.plant_schema import PLANT_FILE, PLANT_TEXTS, PlantTables
+from lure.system_file.plant_writing import loop_tables
+from lure.system_file.problems import ROD_FILE, Vocabulary, refusal, unknown_key
+from lure.system_file.schema import TEXT_KEYS, SystemTables
 from lure.system_file.values import exact_decimal, number_or_text, shown, shown_path
 from lure.system_file.writing import system_tables
 from lure.systems import RodSystem, builtin_system, builtin_systems
+from lure.systems_loop import LoopSystem
 
 MAX_BYTES = 64 * 1024
 _MAX_DOTS = 1000
 Tables: TypeAlias = dict[str, Any]
 
 
-def find_system(reference: str, settings: Sequence[str] = ()) -> RodSystem:
+def find_system(reference: str, settings: Sequence[str] = ()) -> RodSystem | LoopSystem:
     """The system a user names: a built-in, else a file (the name ends in ``.toml``, or something of that name exists).
 
     Parameters
     ----------
     reference : str
-        ``"paper-rod"`` or the path of a TOML file.
+        ``"paper-rod"``, ``"kalman-fitts"`` or the path of a TOML file.
     settings : sequence of str
         Changes made before anything is checked, each as ``"rod.damping=8e-4"``; the last of two for one key counts.
 
@@ -38,25 +44,31 @@ def find_system(reference: str, settings: Sequence[str] = ()) -> RodSystem:
     InputError
         There is no such system, or :func:`read_system` refuses it.
     """
-    if reference in builtin_systems():
-        system = builtin_system(reference)
+    if reference in builtin_systems() or reference in loop_names():
+        system = builtin_system(reference) if reference in builtin_systems() else builtin_loop(reference)
         if not settings:
             return system
-        tables = _changed(system_tables(system), settings)
+        tables = system_tables(system) if isinstance(system, RodSystem) else loop_tables(system)
+        tables = _changed(tables, settings, ROD_FILE if isinstance(system, RodSystem) else PLANT_FILE)
         name = system.name if tables.get("name") == system.name else None
         tables["name"] = f"{name} (changed)" if name else tables.get("name")
+        if tables.get("title") == system.title:
+            del tables["title"]
         changes = _changes(settings)
         return _checked(tables, title=system.title + changes, source=system.source + changes)
     path = Path(reference)
     if reference.endswith(".toml") or path.exists():
         return read_system(path, settings)
-    try:
-        return builtin_system(reference)
-    except InputError as error:
-        raise InputError(f"{error}, or give the path of a TOML file") from None
+    names = [*builtin_systems(), *loop_names()]
+    near = difflib.get_close_matches(reference, names, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    raise InputError(
+        f"there is no built-in system {reference!r}; {hint}choose from {', '.join(names)}, "
+        "or give the path of a TOML file"
+    )
 
 
-def read_system(path: Path, settings: Sequence[str] = ()) -> RodSystem:
+def read_system(path: Path, settings: Sequence[str] = ()) -> RodSystem | LoopSystem:
     """The system in a TOML file, every decimal taken exactly (``0.1`` is 1/10).
 
     Parameters
@@ -75,8 +87,8 @@ def read_system(path: Path, settings: Sequence[str] = ()) -> RodSystem:
     return parse_system(_text(path), name=path.stem, source=path.name, settings=settings)
 
 
-def parse_system(text: str, *, name: str, source: str, settings: Sequence[str] = ()) -> RodSystem:
-    """The system in the text of a TOML file.
+def parse_system(text: str, *, name: str, source: str, settings: Sequence[str] = ()) -> RodSystem | LoopSystem:
+    """The system in the text of a TOML file: a loop if it has a table ``[plant]``, else a rod.
 
     Parameters
     ----------
@@ -85,7 +97,7 @@ def parse_system(text: str, *, name: str, source: str, settings: Sequence[str] =
     name : str
         Name of the system, should the text give none.
     source : str
-        Where the text comes from, for messages and for ``RodSystem.source``.
+        Where the text comes from, for messages and for the ``source`` of the system.
     settings : sequence of str
         As for :func:`find_system`.
 
@@ -113,10 +125,12 @@ def parse_system(text: str, *, name: str, source: str, settings: Sequence[str] =
         raise InputError(f"{label} does not parse as TOML: brackets are nested too deeply") from None
     except ValueError:  # int() of more than 4300 digits
         raise InputError(f"{label} does not parse as TOML: a whole number has more than 4300 digits") from None
-    tables = _changed(tables, settings)
-    tables.setdefault("name", shown(name)[1:-1] or "rod")
+    plant = is_plant_file(tables)
+    tables = _changed(tables, settings, PLANT_FILE if plant else ROD_FILE)
+    tables.setdefault("name", shown(name)[1:-1] or ("loop" if plant else "rod"))
     changes = _changes(settings)
-    return _checked(tables, title=f"the rod of {label}{changes}", source=f"{label}{changes}")
+    title = f"the {'loop' if plant else 'rod'} of {label}{changes}"
+    return _checked(tables, title=title, source=f"{label}{changes}")
 
 
 def _text(path: Path) -> str:
@@ -150,7 +164,7 @@ def _changes(settings: Sequence[str]) -> str:
     return "".join(f"; with {shown(setting.strip())[1:-1]}" for setting in settings)
 
 
-def _changed(tables: Tables, settings: Sequence[str]) -> Tables:
+def _changed(tables: Tables, settings: Sequence[str], words: Vocabulary) -> Tables:
     changed = {key: dict(value) if isinstance(value, dict) else value for key, value in tables.items()}
     for setting in settings:
         key, equals, text = (part.strip() for part in setting.partition("="))
@@ -158,18 +172,29 @@ def _changed(tables: Tables, settings: Sequence[str]) -> Tables:
             raise InputError(f"--set {shown(setting)[1:-1]}: give KEY=VALUE, such as --set rod.damping=8e-4")
         if not key:
             raise InputError(f"--set {shown(setting)[1:-1]}: the key is missing; give one such as rod.damping=8e-4")
-        if key not in dotted_keys():
-            raise InputError(f"--set: {unknown_key(key)}")
+        if key not in words.keys and not (words is PLANT_FILE and key.startswith("nonlinearity.")):
+            raise InputError(f"--set: {unknown_key(key, words)}")
         table, _, last = key.rpartition(".")
         target = changed.setdefault(table, {}) if table else changed
         if isinstance(target, dict):  # otherwise the file is wrong here, and is told so when it is checked
-            target[last] = text if key in TEXT_KEYS else number_or_text(text)
+            target[last] = _value(key, text, words)
     return changed
 
 
-def _checked(tables: Tables, *, title: str, source: str) -> RodSystem:
+def _value(key: str, text: str, words: Vocabulary) -> object:
+    if key in (TEXT_KEYS if words is ROD_FILE else PLANT_TEXTS):
+        return text
+    if words is PLANT_FILE and text in ("true", "false"):
+        return text == "true"
+    return number_or_text(text)
+
+
+def _checked(tables: Tables, *, title: str, source: str) -> RodSystem | LoopSystem:
+    plant = is_plant_file(tables)
     try:
+        if plant:
+            return built_loop(PlantTables.model_validate(tables), title=title, source=source)
         checked = SystemTables.model_validate(tables)
     except ValidationError as error:
-        raise refusal(error) from None
+        raise refusal(error, PLANT_FILE if plant else ROD_FILE) from None
     return built_system(checked, title=title, source=source)

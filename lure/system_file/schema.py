@@ -5,8 +5,10 @@ A field's description names the quantity and its unit; error messages and writte
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from decimal import Decimal
 from fractions import Fraction
+from types import MappingProxyType
 from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
@@ -21,18 +23,17 @@ MAX_NAME = 100
 _MAX_DIGITS = 1000
 _MAX_EXPONENT = 400
 _VARIABLES = {"g": ("t",), "f": ("t", "x"), "u0": ("x",), "u1": ("x",)}
-_STRICT = ConfigDict(strict=True, extra="forbid", frozen=True, arbitrary_types_allowed=True)
+STRICT = ConfigDict(strict=True, extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
 
-def _field(info: ValidationInfo) -> str:
-    """Dotted key, ``rod.length``; the title of a table's model is the name of the table."""
+def field_key(info: ValidationInfo) -> str:
+    """Dotted key, ``rod.length``; the title of a table's model is the name of the table, in small letters."""
     title = info.config.get("title") if info.config else None
-    return f"{title}.{info.field_name}" if title in TABLES else str(info.field_name)
+    return f"{title}.{info.field_name}" if title and title.islower() else str(info.field_name)
 
 
-def _number(value: object, info: ValidationInfo) -> Fraction:
+def number_of(value: object, name: str) -> Fraction:
     """The exact number; size and digits are looked at before anything is computed with it."""
-    name = _field(info)
     if isinstance(value, bool) or not isinstance(value, int | Decimal | Fraction):
         raise InputError(f"{name} is {shown(value)}; give a number")
     if isinstance(value, Decimal) and value.is_finite() and value:
@@ -43,15 +44,19 @@ def _number(value: object, info: ValidationInfo) -> Fraction:
     return Fraction(0) if isinstance(value, Decimal) and not value else exact_number(value, name)
 
 
+def _number(value: object, info: ValidationInfo) -> Fraction:
+    return number_of(value, field_key(info))
+
+
 def _positive(value: object, info: ValidationInfo) -> Fraction:
     number = _number(value, info)
     if number <= 0:
-        raise InputError(f"{_field(info)} is {float(number):g}; give a positive number")
+        raise InputError(f"{field_key(info)} is {float(number):g}; give a positive number")
     return number
 
 
 def _formula(value: object, info: ValidationInfo) -> Expression:
-    name = _field(info)
+    name = field_key(info)
     if isinstance(value, bool) or not isinstance(value, int | Decimal | Fraction | str):
         raise InputError(f"{name} is {shown(value)}; give a number or a formula in quotes")
     return Expression.parse(value, variables=_VARIABLES[str(info.field_name)], field=name)
@@ -59,22 +64,23 @@ def _formula(value: object, info: ValidationInfo) -> Expression:
 
 def _whole(value: object, info: ValidationInfo) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise InputError(f"{_field(info)} is {shown(value)}; give a whole number")
-    return checked_cells(value, _field(info))
+        raise InputError(f"{field_key(info)} is {shown(value)}; give a whole number")
+    return checked_cells(value, field_key(info))
 
 
 def _form(value: object, info: ValidationInfo) -> Form:
     if value not in FORMS:
         allowed = " or ".join(f'"{form}"' for form in FORMS)
-        raise InputError(f"{_field(info)} is {shown(value)}; give {allowed}")
+        raise InputError(f"{field_key(info)} is {shown(value)}; give {allowed}")
     return value
 
 
-def _name(value: object, info: ValidationInfo) -> str:
+def one_line(value: object, info: ValidationInfo) -> str:
+    """A text that fits in a heading."""
     if not isinstance(value, str):
-        raise InputError(f"{_field(info)} is {shown(value)}; give a text in quotes")
+        raise InputError(f"{field_key(info)} is {shown(value)}; give a text in quotes")
     if not value.strip() or len(value) > MAX_NAME or not value.isprintable():
-        raise InputError(f"{_field(info)} is {shown(value)}; give one line of 1 to {MAX_NAME} printable characters")
+        raise InputError(f"{field_key(info)} is {shown(value)}; give one line of 1 to {MAX_NAME} printable characters")
     return value
 
 
@@ -91,7 +97,7 @@ _ZERO_OF_X = Expression.parse(0, variables=("x",))
 class RodTable(BaseModel):
     """``[rod]``: the parameters of :class:`lure.rod.Rod`, which checks their signs."""
 
-    model_config = ConfigDict(**_STRICT, title="rod")
+    model_config = ConfigDict(**STRICT, title="rod")
     youngs_modulus: Number = Field(description="E, Young's modulus [Pa]")
     density: Number = Field(description="rho [kg/m^3]")
     length: Number = Field(description="L [m]")
@@ -105,7 +111,7 @@ class RodTable(BaseModel):
 class DiscretisationTable(BaseModel):
     """``[discretisation]``: the scheme that is analysed."""
 
-    model_config = ConfigDict(**_STRICT, title="discretisation")
+    model_config = ConfigDict(**STRICT, title="discretisation")
     cells: Cells = Field(default=10, description="N of the scheme that is analysed")
     form: Annotated[Form, BeforeValidator(_form)] = Field(
         default="corrected", description='"corrected" or "as-printed"'
@@ -115,7 +121,7 @@ class DiscretisationTable(BaseModel):
 class ForceTable(BaseModel):
     """``[force]``: loads."""
 
-    model_config = ConfigDict(**_STRICT, title="force")
+    model_config = ConfigDict(**STRICT, title="force")
     g: Formula = Field(default=_ZERO_OF_T, description="force on the end x = 0, of t [N]")
     f: Formula = Field(default=_ZERO_OF_TX, description="force along the rod, of t and x [N/m]")
 
@@ -123,7 +129,7 @@ class ForceTable(BaseModel):
 class InitialTable(BaseModel):
     """``[initial]``: the state at ``t = 0``."""
 
-    model_config = ConfigDict(**_STRICT, title="initial")
+    model_config = ConfigDict(**STRICT, title="initial")
     u0: Formula = Field(default=_ZERO_OF_X, description="displacement at t = 0, of x [m]")
     u1: Formula = Field(default=_ZERO_OF_X, description="velocity at t = 0, of x [m/s]")
 
@@ -131,7 +137,7 @@ class InitialTable(BaseModel):
 class SimulationTable(BaseModel):
     """``[simulation]``: how long, and with how many cells if not those analysed."""
 
-    model_config = ConfigDict(**_STRICT, title="simulation")
+    model_config = ConfigDict(**STRICT, title="simulation")
     until: Annotated[Fraction | None, BeforeValidator(_positive)] = Field(default=None, description="end [s]")
     cells: Annotated[int | None, BeforeValidator(_whole)] = Field(default=None, description="N that is simulated")
 
@@ -139,8 +145,8 @@ class SimulationTable(BaseModel):
 class SystemTables(BaseModel):
     """A whole file."""
 
-    model_config = ConfigDict(**_STRICT)
-    name: Annotated[str | None, BeforeValidator(_name)] = Field(default=None, description="name for the report")
+    model_config = ConfigDict(**STRICT)
+    name: Annotated[str | None, BeforeValidator(one_line)] = Field(default=None, description="name for the report")
     rod: RodTable
     discretisation: DiscretisationTable = DiscretisationTable()
     force: ForceTable = ForceTable()
@@ -158,6 +164,8 @@ TABLES: dict[str, type[BaseModel]] = {
 TEXT_KEYS = ("name", "discretisation.form")
 
 
-def dotted_keys() -> list[str]:
+def dotted_keys(
+    tables: Mapping[str, type[BaseModel]] = MappingProxyType(TABLES), single: tuple[str, ...] = ("name",)
+) -> list[str]:
     """Every key there is, ``rod.length`` and ``name``."""
-    return ["name", *(f"{table}.{key}" for table, model in TABLES.items() for key in model.model_fields)]
+    return [*single, *(f"{table}.{key}" for table, model in tables.items() for key in model.model_fields)]
