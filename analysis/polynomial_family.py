@@ -59,24 +59,23 @@ class PolynomialFamily:
 
     def violations(self, theta: fmpq, level: fmpq) -> list[Cut]:
         """Cuts that show where ``level`` is not exceeded; none if :meth:`exceeds` holds."""
-        if self.exceeds(theta, level):
-            return []
         p = self.level(theta, level)
-        found = [self.cut(x) for x in self.dips(p, theta)]
-        touched = [self.cut(to_fmpq(exact_midpoint(root))) for root in real_roots(p) if root > 0] if p != 0 else []
-        return found or [*touched, self.cut(fmpq(0)), self.at_infinity]
-
-    def dips(self, p: fmpq_poly, theta: fmpq) -> list[fmpq]:
-        """A point for each interval of ``(0, inf)`` on which ``p``, a level polynomial for ``theta``, is negative."""
-        if p.degree() < 0:
+        marks = _positive_roots(p)
+        if p.degree() == self.D.degree() and p[0] > 0 and not marks:
             return []
-        marks = [fmpq(0), *(to_fmpq(exact_midpoint(root)) for root in real_roots(p) if root > 0)]
+        found = [self.cut(x) for x in self.dips(p, marks, theta)]
+        return found or [*(self.cut(x) for x in marks), self.cut(fmpq(0)), self.at_infinity]
+
+    def dips(self, p: fmpq_poly, marks: list[fmpq], theta: fmpq) -> list[fmpq]:
+        """A point for each interval on which ``p``, a level polynomial for ``theta``, is negative; ``marks``: its roots."""
+        ends = [fmpq(0), *marks]
         dips = []
-        for i, left in enumerate(marks):
-            right = marks[i + 1] if i + 1 < len(marks) else 2 * left + 1
+        for i, left in enumerate(ends):
+            last = i == len(marks)
+            right = 2 * left + 1 if last else ends[i + 1]
             inside = (left + right) / 2
             if p(inside) < 0:
-                dips.append(self._lowest(theta, left, right, inside) if i + 1 < len(marks) else inside)
+                dips.append(inside if last else self._lowest(theta, left, right, inside))
         return dips
 
     def _lowest(self, theta: fmpq, left: fmpq, right: fmpq, inside: fmpq) -> fmpq:
@@ -124,7 +123,7 @@ class PolynomialFamily:
             p = self.level(theta, fmpq(0))
             if is_nonnegative(p):
                 return theta
-            known += [self.cut(x) for x in self.dips(p, theta)]
+            known += [self.cut(x) for x in self.dips(p, _positive_roots(p), theta)]
         return None
 
     def _edge_cuts(self) -> list[Cut]:
@@ -138,7 +137,7 @@ class PolynomialFamily:
         return PolynomialFamily(self.D, self.U, -self.W)
 
     def rises_for_ever(self) -> bool:
-        """Whether ``m`` tends to 0 or more for ``theta -> inf``: ``W >= 0``, and ``U >= 0`` where ``W/D`` is or tends to 0."""
+        """Whether ``m`` tends to 0 or more for ``theta -> inf``: ``W >= 0``, and ``U >= 0`` where ``W/D`` vanishes."""
         if self.W.degree() < 0 or not is_nonnegative(self.W):
             return False
         ends = [self.cut(fmpq(0)), self.at_infinity]
@@ -152,6 +151,11 @@ class PolynomialFamily:
 
 
 _AROUND = [(-NEAR, -NEAR / 2), (-CLOSE, -CLOSE / 2), (CLOSE / 2, CLOSE), (NEAR / 2, NEAR)]
+
+
+def _positive_roots(p: fmpq_poly) -> list[fmpq]:
+    """Points near the positive roots of a polynomial, in ascending order; as many as there are."""
+    return [to_fmpq(exact_midpoint(root)) for root in real_roots(p) if root > 0] if p.degree() > 0 else []
 
 
 def short_between(low: fmpq, high: fmpq) -> fmpq:

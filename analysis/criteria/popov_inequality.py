@@ -33,7 +33,7 @@ class Reach:
 
 @dataclass(frozen=True, slots=True)
 class PopovInequality:
-    """``1/k + Re[(1 + i omega theta) H] > 0`` on ``[0, inf]``; the block is shifted by ``lower``, ``k = upper - lower``."""
+    """``1/k + Re[(1 + i omega theta) H] > 0`` on ``[0, inf]`` for the shifted block, ``k = upper - lower``."""
 
     plant: Plant
     lower: Fraction
