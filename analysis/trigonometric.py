@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -11,7 +12,7 @@ from analysis.evidence import Bracket
 from analysis.polynomial import exact_midpoint, positive_root_count, real_roots, to_fraction
 from analysis.precision import outward, working_precision
 
-BITS = 192
+BITS = (192, 768, 3072)
 ONE_MINUS_TWO_V = fmpq_poly([1, -2])
 ONE_PLUS = fmpq_poly([1, 1])
 
@@ -86,19 +87,22 @@ def least_on_circle(p: fmpq_poly, q: fmpq_poly) -> tuple[Bracket, float]:
     bracket : Bracket
         Around the minimum.
     where : float
-        The minimiser, rounded.
+        The minimiser, rounded; NaN, with an infinite bracket, if 3072 bits do not tell ``q`` from zero.
     """
     slope = p.derivative() * q - p * q.derivative()
-    with working_precision(BITS):
-        points = [arb(-1), arb(1)]
-        if slope.degree() > 0:
-            # a ball that straddles an end is kept: it encloses the root, and the end is in the list anyway
-            points += [root for root in real_roots(slope) if not (root < -1 or root > 1)]
-        above, below = arb_poly(p), arb_poly(q)
-        values = [(above(c) / below(c), c) for c in points]
-        low = min(values, key=lambda pair: exact_midpoint(pair[0].lower()))
-        high = min((value.upper() for value, c in values if -1 <= c <= 1), key=exact_midpoint)
-        return outward(low[0], high), float(low[1].mid())
+    for bits in BITS:
+        with working_precision(bits):
+            points = [arb(-1), arb(1)]
+            if slope.degree() > 0:
+                # a ball that straddles an end is kept: it encloses the root, and the end is in the list anyway
+                points += [root for root in real_roots(slope) if not (root < -1 or root > 1)]
+            above, below = arb_poly(p), arb_poly(q)
+            values = [(above(c) / below(c), c) for c in points]
+            if all(value.is_finite() for value, _ in values):
+                low = min(values, key=lambda pair: exact_midpoint(pair[0].lower()))
+                high = min((value.upper() for value, c in values if -1 <= c <= 1), key=exact_midpoint)
+                return outward(low[0], high), float(low[1].mid())
+    return Bracket(-math.inf, math.inf), math.nan
 
 
 def at_cosine(p: fmpq_poly, c: Fraction) -> Fraction:

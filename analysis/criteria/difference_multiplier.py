@@ -81,16 +81,22 @@ class DifferenceMultiplier:
     def excluded(self, width: Fraction, cosines: Iterable[Fraction]) -> bool:
         """Whether no ``q >= 0`` satisfies the inequality even at these ``c = cos w`` alone, decided exactly.
 
-        At one ``c`` it reads ``alpha + beta q > 0``; two that ask for ``q`` above and below contradict each other where
-        ``alpha_1 beta_2 <= alpha_2 beta_1``, ``beta_1 < 0 < beta_2``.
+        At one ``c`` it reads ``alpha + beta q > 0``: a bound on ``q`` from below or from above.
         """
         constant, slope = self.constant(width), self.slope(width)
-        lines = [(at_cosine(constant, c), at_cosine(slope, c)) for c in cosines if -1 <= c <= 1]
-        if any(alpha <= 0 and beta <= 0 for alpha, beta in lines):
-            return True
-        falling = [line for line in lines if line[1] < 0]
-        rising = [line for line in lines if line[1] > 0]
-        return any(down[0] * up[1] <= up[0] * down[1] for down in falling for up in rising)
+        above, below = Fraction(0), None
+        for c in cosines:
+            alpha, beta = at_cosine(constant, c), at_cosine(slope, c)
+            if not -1 <= c <= 1 or (beta == 0 and alpha > 0):
+                continue
+            if beta == 0:
+                return True
+            if beta > 0:
+                above = max(above, -alpha / beta)
+            else:
+                below = -alpha / beta if below is None else min(below, -alpha / beta)
+        # q above ``above``, or equal to it where it is 0, and strictly below ``below``
+        return below is not None and below <= above
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -99,7 +99,7 @@ def best_taps(response: SampledResponse, length: int, *, odd: bool, start: Propo
     r"""Taps at shifts up to ``length`` either way that minimise ``max_w -Re[M H]/Re[M]``, with ``sum |h_i| < 1``.
 
     Dinkelbach's method: at the present ``1/k`` a linear program over the taps maximises ``t`` in
-    ``Re[M (H + 1/k)] >= t Re[M_present]`` at a few frequencies; the local maxima of the ratio then join them.
+    ``Re[M (H + 1/k)] >= t Re[M_present]/k`` at a few frequencies; the local maxima of the ratio then join them.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def _linear_program(G: NDArray[np.complex128], omega: Array, best: Proposal, *, 
     rows = (shifted * G[:, None]).real / scale[:, None]
     if odd:
         rows = np.hstack([rows, -rows])
-    weight = np.maximum((1 - shifted @ best.taps).real, 1e-9) / scale
+    weight = np.maximum((1 - shifted @ best.taps).real, 1e-9) * abs(best.inverse) / scale
     count = rows.shape[1]
     result = linprog(
         np.append(np.zeros(count), -1.0),

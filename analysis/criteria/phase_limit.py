@@ -119,7 +119,7 @@ def _best_weights(A: Array, B: Array) -> tuple[Array, float] | None:
     scale = np.maximum(np.abs(A).max(axis=1), 1e-300)
     for _ in range(ROUNDS):
         current = A + x * B
-        slack = np.maximum(B @ weights, 1e-9)
+        slack = np.maximum(B @ weights, 1e-9) * scale.max()
         result = linprog(
             np.append(np.zeros(count), -1.0),
             A_ub=np.column_stack([current, slack]) / scale[:, None],

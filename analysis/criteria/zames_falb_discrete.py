@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
@@ -28,9 +28,10 @@ THEOREM = (
     "Discrete-time Zames-Falb multipliers (J. C. Willems and R. W. Brockett, IEEE Trans. Automatic Control 13 (1968) "
     "539-549; finite length: J. Carrasco et al., IEEE Trans. Automatic Control 65 (2020) 4538-4553)"
 )
-LENGTHS = (2, 5, 10, 20)
+LENGTHS = (2, 5, 10, 20, 40)
 PERIODS = range(2, 21)
-CLOSED = 1e-9
+CLOSED = 5e-9
+NEGLIGIBLE = 1e-12
 DENOMINATORS = tuple(10**digits for digits in (2, 3, 4, 6, 8, 10, 12, 15))
 
 
@@ -56,7 +57,7 @@ def zames_falb_discrete_largest(
     lower : Fraction
         Lower slope.
     taps : int, optional
-        Largest ``|i|``; by default lengths up to 20 are tried.
+        Largest ``|i|``; by default lengths up to 40 are tried.
 
     Returns
     -------
@@ -167,17 +168,15 @@ def _ceiling(block: RationalBlock, discrete: DiscreteBlock, *, odd: bool) -> tup
 
 def _reach(discrete: DiscreteBlock, ceiling: float, *, odd: bool, taps: int | None) -> tuple[Multiplier, float]:
     """The best multiplier found and the certified upper slope, infinite for all finite ones, NaN for none."""
-    width = float(Fraction(ceiling) - discrete.lower) if ceiling < math.inf else math.inf
+    target = (1 + CLOSED) / float(Fraction(ceiling) - discrete.lower) if ceiling < math.inf else 0.0
     response = SampledResponse.of(*discrete.coefficients())
-    best: Proposal | None = None
-    for length in LENGTHS if taps is None else (*(n for n in LENGTHS if n < taps), taps):
-        best = best_taps(response, length, odd=odd, start=best)
-        if best.inverse * width <= 1 + CLOSED:
-            break
-    assert best is not None
+    lengths = LENGTHS if taps is None else (*(n for n in LENGTHS if n < taps), taps)
+    best = _search(response, lengths, target, odd=odd)
+    if odd and best.inverse > target:  # odd laws are monotone too: never less than for those
+        best = min(best, _search(response, lengths, target, odd=False), key=lambda proposal: proposal.inverse)
     proposal = _rounded(response, best)
     multiplier = _multiplier(proposal)
-    if proposal.inverse <= 0 and certifies_every(discrete, multiplier, odd=odd):
+    if math.isinf(ceiling) and proposal.inverse <= NEGLIGIBLE and certifies_every(discrete, multiplier, odd=odd):
         return multiplier, math.inf
     guess = 1 / proposal.inverse if proposal.inverse > 0 else math.inf
 
@@ -185,6 +184,17 @@ def _reach(discrete: DiscreteBlock, ceiling: float, *, odd: bool, taps: int | No
         return discrete.lower + width < ceiling and certifies(discrete, multiplier, width, odd=odd)
 
     return multiplier, largest_certified(discrete.lower, guess, certified)
+
+
+def _search(response: SampledResponse, lengths: Sequence[int], target: float, *, odd: bool) -> Proposal:
+    """The best taps of growing length, until their ``1/k`` is down to ``target``."""
+    best: Proposal | None = None
+    for length in lengths:
+        best = best_taps(response, length, odd=odd, start=best)
+        if best.inverse <= target:
+            break
+    assert best is not None
+    return best
 
 
 def _rounded(response: SampledResponse, best: Proposal) -> Proposal:
