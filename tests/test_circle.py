@@ -117,6 +117,14 @@ def test_the_largest_sector_is_sharp_to_the_last_bits(block):
     assert largest.width <= 1e-14 * largest.low
 
 
+# H = 1/z is least at z = -1, the point at infinity of the mapped axis: z + k = 0 leaves the disc at k = 1
+def test_a_minimum_at_minus_one_counts():
+    delay = RationalBlock([1], [1, 0], dt=1)
+    assert circle_criterion(delay, Sector(0, 1)).verdict is Verdict.REFUTED
+    assert circle_criterion(delay, Sector(0, 1)).worst_frequency == pytest.approx(math.pi)
+    assert 1 - 1e-15 < circle_largest(delay).largest.low < 1
+
+
 # Re H = (1 - x)/((1 - x)^2 + x): margin 1/k - 1/3 at w = sqrt 2
 @pytest.mark.parametrize(
     ("k", "verdict"), [(F(29, 10), Verdict.PROVED), (3, Verdict.INCONCLUSIVE), (4, Verdict.INCONCLUSIVE)]

@@ -254,6 +254,22 @@ def test_degenerate_blocks(numerator, denominator, expected):
     assert ends == pytest.approx([end for pair in expected for end in pair])
 
 
+# s^3 + 3 s^2 + 3 s + 1 + k (s^2 + 4): Routh (3 + k) 3 > 1 + 4 k, that is k < 8; the zeros +-2i are the limit k -> inf
+def test_zeros_on_the_axis_are_no_ends():
+    (interval,) = gain_intervals(RationalBlock([1, 0, 4], [1, 3, 3, 1]))
+    assert (interval.lower.exact, interval.upper.exact) == (F(-1, 4), 8)
+
+
+def test_a_gain_very_close_to_an_irrational_end_is_told_apart():
+    block = RationalBlock([1, 2, 12, 8, 33], [1, 2, 8, 20, 17, 50])  # roots on the axis at k = sqrt 2, see above
+    scale = 10**400
+    below = F(math.isqrt(2 * scale**2), scale)
+    for mark, side in ((below, "above"), (below + F(1, scale), "below")):
+        end = next(end for end in gain_ends(block, (mark,)) if abs(end.value.middle - math.sqrt(2)) < 1e-9)
+        assert end.exact is None
+        assert end.low > mark if side == "above" else end.high < mark
+
+
 def test_a_hidden_mode_at_minus_one_leaves_no_gain():
     assert gain_intervals(RationalBlock([1, 1], [1, F(1, 2), F(-1, 2)], dt=1)) == ()
     assert gain_intervals(RationalBlock([0], [1, 1], dt=1)) == ()

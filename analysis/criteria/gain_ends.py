@@ -99,7 +99,7 @@ def gain_ends(block: RationalBlock, marks: tuple[Fraction, ...] = ()) -> tuple[G
 def _curve(plant: Plant, marks: Sequence[Fraction]) -> _Curve | None:
     n, d = plant.n // plant.hidden, plant.d // plant.hidden
     degree = plant.degree - plant.hidden.degree()
-    if not is_hurwitz(plant.hidden) or (n.degree() < degree and d.degree() < degree):
+    if not is_hurwitz(plant.hidden):
         return None
     rational: list[tuple[Fraction, float | None]] = [(mark, None) for mark in marks]
     if n[0] != 0:
@@ -182,7 +182,8 @@ def _end(plant: Plant, group: Sequence[_Crossing], frequencies: tuple[float, ...
     exact = next((one.exact for one in group if one.exact is not None), None)
     with working_precision(FIRST_BITS):
         narrowest = max((one.gain for one in group), key=lambda gain: gain.rel_accuracy_bits())
-        low, high = exact_midpoint(narrowest.lower()), exact_midpoint(narrowest.upper())
+        middle, radius = exact_midpoint(narrowest), exact_midpoint(narrowest.rad())
+        low, high = middle - radius, middle + radius  # exact: rounded ends could swallow a mark
         if exact is None:
             candidate = simplest_between(low, high)
             short = candidate.numerator.bit_length() + candidate.denominator.bit_length() < RELATIVE_BITS // 2
