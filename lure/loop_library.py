@@ -135,15 +135,7 @@ _LAWS: dict[str, tuple[Entry, dict[str, object]]] = {
 
 def builtin_loops() -> Mapping[str, LoopSystem]:
     """The named loops: plants alone, plants with a class of laws, plants with a law."""
-    rows = [(name, entry, None, None) for name, entry in _PLANTS.items()]
-    classes = [(name, entry, None, asked) for name, (entry, asked) in _CLASSES.items()]
-    laws = [(name, entry, table, None) for name, (entry, table) in _LAWS.items()]
-    return MappingProxyType(
-        {
-            name: loop_system((name, title, source), parse_transfer(formula), law_table=table, law_class=asked)
-            for name, (title, formula, source), table, asked in [*rows, *classes, *laws]
-        }
-    )
+    return MappingProxyType({name: builtin_loop(name) for name in loop_names()})
 
 
 def loop_names() -> tuple[str, ...]:
@@ -173,4 +165,11 @@ def builtin_loop(name: str) -> LoopSystem:
         near = difflib.get_close_matches(name, loop_names(), n=1, cutoff=0.5)
         hint = f"did you mean {near[0]!r}? " if near else ""
         raise InputError(f"there is no built-in loop {name!r}; {hint}choose from {', '.join(loop_names())}")
-    return builtin_loops()[name]
+    table = asked = None
+    if name in _PLANTS:
+        title, formula, source = _PLANTS[name]
+    elif name in _CLASSES:
+        (title, formula, source), asked = _CLASSES[name]
+    else:
+        (title, formula, source), table = _LAWS[name]
+    return loop_system((name, title, source), parse_transfer(formula), law_table=table, law_class=asked)
