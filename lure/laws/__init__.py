@@ -6,10 +6,10 @@ from lure.laws.law import Law as Law
 from lure.laws.piecewise import DeadZone as DeadZone
 from lure.laws.piecewise import GraphLaw as GraphLaw
 from lure.laws.piecewise import LeakyReLU as LeakyReLU
-from lure.laws.piecewise import PiecewiseLinear as PiecewiseLinear
 from lure.laws.piecewise import ReLU as ReLU
 from lure.laws.piecewise import Saturation as Saturation
 from lure.laws.piecewise import relay_with_slope as relay_with_slope
+from lure.laws.points import PiecewiseLinear as PiecewiseLinear
 from lure.laws.properties import Properties as Properties
 from lure.laws.properties import Property as Property
 from lure.laws.properties import Standing as Standing

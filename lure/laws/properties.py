@@ -12,7 +12,8 @@ from lure.law_class import LawClass
 from lure.laws.formula import ExpressionLaw
 from lure.laws.graph import Graph
 from lure.laws.law import number_text
-from lure.laws.piecewise import DeadZone, LeakyReLU, PiecewiseLinear, ReLU, Saturation
+from lure.laws.piecewise import DeadZone, LeakyReLU, ReLU, Saturation
+from lure.laws.points import PiecewiseLinear
 from lure.laws.quantiser import Quantiser
 from lure.laws.shifted import ShiftedLaw
 from lure.laws.smooth import Cubic, Tanh

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from lure.exact import Exact, exact_number
 from lure.law_class import LawClass
 from lure.laws.law import Law, number_text
-from lure.laws.piecewise import GraphLaw, PiecewiseLinear
+from lure.laws.piecewise import GraphLaw
+from lure.laws.points import PiecewiseLinear
 from lure.laws.smooth import Cubic
 from lure.nonlinearity import Nonlinearity
 from lure.sector import Sector, SlopeBounds

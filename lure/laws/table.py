@@ -12,7 +12,8 @@ from typing import TypeVar
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.laws.formula import ExpressionLaw
-from lure.laws.piecewise import IDEAL_RELAY, DeadZone, LeakyReLU, PiecewiseLinear, ReLU, Saturation, relay_with_slope
+from lure.laws.piecewise import IDEAL_RELAY, DeadZone, LeakyReLU, ReLU, Saturation, relay_with_slope
+from lure.laws.points import PiecewiseLinear
 from lure.laws.quantiser import Quantiser
 from lure.laws.smooth import Cubic, Tanh
 from lure.nonlinearity import Nonlinearity, NormalCompliance
