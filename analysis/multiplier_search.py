@@ -56,11 +56,15 @@ class Window:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """``m(theta) > level``, and ``sup m <= summit.value``; ``theta`` None: no level was shown to be exceeded."""
+    """``m(theta) > level``, and ``sup m <= summit.value``; ``theta`` None: no level was shown to be exceeded.
+
+    ``cuts`` are those at hand in the end.
+    """
 
     theta: fmpq | None
     level: fmpq
     summit: Summit
+    cuts: tuple[Cut, ...]
 
 
 class Family(Protocol):
@@ -97,9 +101,9 @@ def search(family: Family, cuts: Sequence[Cut], rounded: Callable[[fmpq], fmpq],
         theta = choice(window)
         found = family.violations(theta, level)
         if not found:
-            return Found(theta, level, top)
+            return Found(theta, level, top, tuple(known))
         known += found
-    return Found(None, fmpq(0), summit(known, nonnegative=nonnegative))
+    return Found(None, fmpq(0), summit(known, nonnegative=nonnegative), tuple(known))
 
 
 def summit(cuts: Sequence[Cut], *, nonnegative: bool = False) -> Summit:

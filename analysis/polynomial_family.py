@@ -67,7 +67,7 @@ class PolynomialFamily:
         return found or [*(self.cut(x) for x in marks), self.cut(fmpq(0)), self.at_infinity]
 
     def dips(self, p: fmpq_poly, marks: list[fmpq], theta: fmpq) -> list[fmpq]:
-        """A point for each interval on which ``p``, a level polynomial for ``theta``, is negative; ``marks``: its roots."""
+        """A point for each interval on which ``p``, a level polynomial with roots near ``marks``, is negative."""
         ends = [fmpq(0), *marks]
         dips = []
         for i, left in enumerate(ends):
@@ -135,6 +135,11 @@ class PolynomialFamily:
     def mirrored(self) -> PolynomialFamily:
         """The same for ``-theta``."""
         return PolynomialFamily(self.D, self.U, -self.W)
+
+    def stretched(self, tau: fmpq) -> PolynomialFamily:
+        """``(U + theta W/(1 + tau x))/D``."""
+        stretch = fmpq_poly([1, tau])
+        return PolynomialFamily(self.D * stretch, self.U * stretch, self.W)
 
     def rises_for_ever(self) -> bool:
         """Whether ``m`` tends to 0 or more for ``theta -> inf``: ``W >= 0``, and ``U >= 0`` where ``W/D`` vanishes."""

@@ -14,8 +14,7 @@ from analysis.criteria.popov_inequality import PopovInequality, Reach
 from analysis.criteria.result import CriterionResult
 from analysis.criteria.rod_popov import rod_circle_criterion as circle_criterion
 from analysis.criteria.rod_popov import rod_popov_criterion
-from analysis.doubles import double_above, double_below
-from analysis.evidence import INFINITE, Bracket, Evidence, Verdict
+from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.least_value import LeastValue, least_value
 from analysis.polynomial import to_fraction
 from lure.errors import AssumptionError, InputError
@@ -142,7 +141,7 @@ def popov_criterion(
 
 def _reach_answer(inequality: PopovInequality, best: Reach) -> Answer:
     """The answer about the largest ``k``."""
-    largest = _largest(inequality, best)
+    largest = inequality.largest(best)
     proved = best.theta is not None and largest.low > inequality.lower
     if best.found is None:
         how = "one theta serves them all" if isinstance(best.theta, Fraction) else "the larger k, the larger |theta|"
@@ -177,7 +176,7 @@ def _sector_answer(inequality: PopovInequality, sector: Sector, theta: Fraction,
     holds = inequality.holds(theta, sector.upper)
     if holds:
         margin = Bracket(max(margin.low, 0.0), margin.high)
-    largest = _largest(inequality, best)
+    largest = inequality.largest(best)
     said = f"the inequality holds at every frequency, the margin is {margin}; {_conclusion(inequality)}"
     return Answer(
         criterion="popov",
@@ -195,16 +194,6 @@ def _sector_answer(inequality: PopovInequality, sector: Sector, theta: Fraction,
         hypotheses=_hypotheses(inequality, holds=holds),
         reason=said if holds else _shortfall(sector, least, margin, largest),
     )
-
-
-def _largest(inequality: PopovInequality, best: Reach) -> Bracket:
-    if best.found is None:
-        return INFINITE
-    top = to_fraction(best.found.summit.value)
-    high = double_above(inequality.lower - 1 / top) if top < 0 else math.inf
-    if best.theta is None:
-        return Bracket(double_below(inequality.lower), high)
-    return Bracket(double_below(inequality.lower - 1 / to_fraction(best.found.level)), high)
 
 
 def _parameters(theta: Fraction | float | None, best: Reach) -> Mapping[str, object]:

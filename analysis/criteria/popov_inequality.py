@@ -9,7 +9,8 @@ from fractions import Fraction
 from flint import fmpq
 
 from analysis.criteria.checks import check_plant
-from analysis.doubles import double_below
+from analysis.doubles import double_above, double_below
+from analysis.evidence import INFINITE, Bracket
 from analysis.multiplier_search import Cut, Found, search
 from analysis.plant import Plant
 from analysis.polynomial import positive_from_zero, to_fmpq, to_fraction
@@ -40,7 +41,7 @@ class PopovInequality:
     family: PolynomialFamily
 
     @classmethod
-    def of(cls, block: RationalBlock, lower: Fraction) -> PopovInequality:
+    def of(cls, block: RationalBlock, lower: Fraction, criterion: str = "Popov's criterion") -> PopovInequality:
         """The inequality of a block.
 
         Raises
@@ -50,7 +51,7 @@ class PopovInequality:
         """
         if isinstance(block, RationalBlock) and block.dt is not None:
             raise AssumptionError(
-                f"Popov's criterion is about continuous time, and the block has dt = {float(block.dt):g} s; ask for "
+                f"{criterion} is about continuous time, and the block has dt = {float(block.dt):g} s; ask for "
                 "circle, tsypkin or zames-falb instead"
             )
         plant = check_plant(block, lower=lower)
@@ -92,7 +93,7 @@ class PopovInequality:
                 return Reach(math.inf)
             if not nonnegative and self.family.mirrored.rises_for_ever():
                 return Reach(-math.inf)
-        found = search(self.family, cuts, self._level_of_a_double, nonnegative=nonnegative)
+        found = search(self.family, cuts, self.level_of_a_double, nonnegative=nonnegative)
         return Reach(None if found.theta is None else to_fraction(found.theta), found)
 
     def serving(self, best: Reach, upper: float | Fraction) -> Fraction:
@@ -109,7 +110,17 @@ class PopovInequality:
             )
         return next((theta for theta in candidates if self.holds(theta, upper)), start)
 
-    def _level_of_a_double(self, level: fmpq) -> fmpq:
+    def largest(self, best: Reach) -> Bracket:
+        """How far that is: the largest ``upper`` as a bracket, both ends exact statements."""
+        if best.found is None:
+            return INFINITE
+        top = to_fraction(best.found.summit.value)
+        high = double_above(self.lower - 1 / top) if top < 0 else math.inf
+        if best.theta is None:
+            return Bracket(double_below(self.lower), high)
+        return Bracket(double_below(self.lower - 1 / to_fraction(best.found.level)), high)
+
+    def level_of_a_double(self, level: fmpq) -> fmpq:
         """A level not above a negative one that belongs to a double ``lower - 1/level``, where there is one."""
         upper = Fraction(double_below(self.lower - 1 / to_fraction(level)))
         return -1 / to_fmpq(upper - self.lower) if upper > self.lower else level
