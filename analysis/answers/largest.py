@@ -124,7 +124,7 @@ class Largest:
         raise TypeError("an answer has three values; compare result.verdict")
 
     def __str__(self) -> str:
-        low = _shown(self.largest.low, down=True)
+        low = rounded_down(self.largest.low)
         end = ")" if self.largest.low == math.inf else "]"
         span = f"[{float(self.lower):g}, {low}{end}"
         if self.verdict is Verdict.PROVED:
@@ -184,12 +184,17 @@ def number(value: float | None) -> float | str | None:
     return float(value)
 
 
-def _shown(value: float, *, down: bool) -> str:
-    """Seven digits, rounded so that nothing more is claimed."""
+def rounded_down(value: float) -> str:
+    """Seven digits, never more than the number.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    """
     if not math.isfinite(value) or value == 0:
         return f"{value:g}"
     text = f"{value:.7g}"
-    if down and float(text) > value:
-        step = 10.0 ** (math.floor(math.log10(abs(value))) - 6)
-        text = f"{value - step:.7g}"
+    if float(text) > value:
+        text = f"{value - 10.0 ** (math.floor(math.log10(abs(value))) - 6):.7g}"
     return text

@@ -55,7 +55,8 @@ def subject(loop: object) -> Subject:
     InputError
         It is none of these.
     AssumptionError
-        The block is of a kind that can be computed with but not certified: too large, or measured.
+        The block is of a kind that can be computed with but not certified: too large, or measured; or a sample breaks
+        what is declared of the law.
     """
     if isinstance(loop, Subject):
         return loop
@@ -99,6 +100,7 @@ def certifiable(block: object) -> RationalBlock | DelayBlock:
 def _class_of(law: Nonlinearity | None) -> LawClass | None:
     if law is None:
         return None
-    from lure.laws import law_class
+    from lure.laws import check_declared, law_class
 
+    check_declared(law)  # a declaration that a sample breaks is refused; one that survives is still a declaration
     return law_class(law)

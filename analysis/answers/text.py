@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from analysis.answers.largest import Largest
+from analysis.answers.largest import Largest, rounded_down
 from analysis.evidence import Verdict
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def _row(row: Largest) -> tuple[str, ...]:
     return (
         class_name(row),
         row.criterion if proved else "-",
-        f"{row.largest.low:.7g}" if proved else "-",
+        rounded_down(row.largest.low) if proved else "-",
         str(row.evidence) if proved else "-",
         "-" if row.refuted_at is None else f"{row.refuted_at:.7g}",
         "-" if row.witness is None else row.witness.kind,

@@ -59,16 +59,25 @@ def report(
 
     from analysis.cli.progress import progress
     from analysis.evidence import Verdict
-    from analysis.report import build_report, write_report
+    from analysis.report import StabilityReport, build_report, write_report
+    from analysis.report.loop import LoopReport, build_loop_report, write_loop_report
+    from lure.systems import RodSystem
 
     changes = [part for setting in settings for part in ("--set", setting)]
     command = shlex.join(["lure", "report", system, *changes])
     with progress(quiet=quiet) as tell:
-        found = build_report(chosen, progress=tell, command=command)
+        found: StabilityReport | LoopReport = (
+            build_report(chosen, progress=tell, command=command)
+            if isinstance(chosen, RodSystem)
+            else build_loop_report(chosen, progress=tell, command=command)
+        )
         if tell:
             tell("writing the report", 0.95)
         with replaced(output) as directory:
-            write_report(found, directory)
+            if isinstance(found, StabilityReport):
+                write_report(found, directory)
+            else:
+                write_loop_report(found, directory)
             text = (directory / "report.json").read_text(encoding="utf-8")
     _deliver(text if as_json else str(found), f"The report is {output / 'report.html'}", as_json=as_json, quiet=quiet)
     return {Verdict.PROVED: 0, Verdict.INCONCLUSIVE: 10, Verdict.REFUTED: 11}[found.verdict]

@@ -12,7 +12,7 @@ from typing import cast
 import typer
 
 from analysis.cli.loops import app
-from lure.errors import InputError
+from lure.errors import AssumptionError, InputError
 
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141
 USAGE_ERROR = cast(
@@ -60,7 +60,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         raise BrokenPipeError from error
     except USAGE_ERROR as error:
         return _say(f"{cast('typer.BadParameter', error).format_message()} See lure --help.", status=BAD_INPUT)
-    except InputError as error:
+    except (InputError, AssumptionError) as error:
         return _say(str(error), status=BAD_INPUT)
     except MemoryError:
         return _say("not enough memory for this many cells; give fewer", status=BAD_INPUT)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from analysis.cli import texts
-from analysis.cli.commands import Json, Quiet, app
+from analysis.cli.commands import Json, Quiet
+from analysis.cli.commands import app as app
 from lure.errors import InputError
 
 if TYPE_CHECKING:

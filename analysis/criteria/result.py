@@ -9,7 +9,7 @@ from analysis.evidence import Bracket, Evidence, Verdict
 from lure.sector import Sector
 
 CriterionName = Literal["popov", "circle"]
-Model = Literal["scheme", "rod"]
+Model = Literal["scheme", "rod", "loop"]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -23,8 +23,8 @@ class CriterionResult:
     ----------
     name : {"popov", "circle"}
         The criterion.
-    model : {"scheme", "rod"}
-        What the result is about: the N-cell scheme, or the rod itself.
+    model : {"scheme", "rod", "loop"}
+        What the result is about: the N-cell scheme, the rod itself, or, for drawing, the block of some other loop.
     sector : Sector
         The sector asked about [Pa/m].
     verdict : Verdict

@@ -7,7 +7,7 @@ import math
 import re
 from functools import partial
 from importlib import resources
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from markupsafe import Markup
 
@@ -16,6 +16,9 @@ from analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION
 from analysis.report.claims import LADDER, Claim, merged
 from analysis.report.document import Json
 from analysis.report.figures import Figure
+
+if TYPE_CHECKING:
+    from jinja2 import Template
 
 Rounding = Literal["nearest", "down", "up"]
 _ROUNDING = {
@@ -91,14 +94,9 @@ def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...]) -> 
     figures : tuple of Figure
         Figures, in order.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"prose": prose, "sentence": _sentence}
-    template = environment.from_string(resources.files("analysis.report").joinpath("report.html.j2").read_text("utf-8"))
-    return template.render(
+    return template("report.html.j2").render(
         d=data,
-        n=partial(_shown, data),
+        n=partial(shown, data),
         headline=_HEADLINES[data["conclusion"]["verdict"]],
         claims=claims,
         listed=merged(claims),
@@ -109,11 +107,28 @@ def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...]) -> 
             section: [figure for figure in figures if figure.spec.section == section]
             for section in ("spectrum", "frequency", "simulation")
         },
-        inline=_inline,
-        glyphs=_glyphs(figures),
+        inline=inline,
+        glyphs=glyphs(figures),
         assumptions=_assumptions(data),
         reasons=_reasons(data),
     )
+
+
+def template(name: str) -> Template:
+    """A page template of this package, everything put into it escaped, with the style sheet as ``css``.
+
+    Parameters
+    ----------
+    name : str
+        Its path below this package.
+    """
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"prose": prose, "sentence": _sentence}
+    files = resources.files("analysis.report")
+    environment.globals["css"] = Markup(files.joinpath("style.css").read_text("utf-8"))
+    return environment.from_string(files.joinpath(name).read_text("utf-8"))
 
 
 def prose(text: str) -> str:
@@ -173,7 +188,7 @@ def format_number(value: float, digits: int = 4, rounding: Rounding = "nearest")
     return Markup(f"{mantissa} × 10<sup>{raised}</sup>")
 
 
-def _shown(data: Json, key: str, unit: str = "", digits: int = 4, rounding: Rounding = "nearest") -> Markup:
+def shown(data: Json, key: str, unit: str = "", digits: int = 4, rounding: Rounding = "nearest") -> Markup:
     """The number at a dotted key of the document, rounded, with its unit; a dash where it is missing."""
     value: object = data
     for part in key.split("."):
@@ -188,13 +203,13 @@ def _shown(data: Json, key: str, unit: str = "", digits: int = 4, rounding: Roun
     )
 
 
-def _glyphs(figures: tuple[Figure, ...]) -> Markup:
+def glyphs(figures: tuple[Figure, ...]) -> Markup:
     """The letters of all figures, once: they are most of a small figure's size."""
     found = {match.group(1): match.group() for figure in figures for match in _GLYPH.finditer(figure.picture.svg)}
     return Markup("".join(found[name] for name in sorted(found)))  # drawn by us
 
 
-def _inline(figure: Figure) -> Markup:
+def inline(figure: Figure) -> Markup:
     """A figure for the page: in the colours of the page, with identifiers of its own and letters from the page."""
     svg = figure.picture.svg
     svg = svg[svg.index("<svg ") :]

@@ -1,0 +1,47 @@
+"""From a loop to its report."""
+
+from __future__ import annotations
+
+import platform
+import shlex
+from collections.abc import Callable
+from importlib.metadata import version
+
+from analysis.answers import analyse
+from analysis.report.loop.model import LoopReport
+from lure import __version__
+from lure.systems_loop import LoopSystem
+
+PACKAGES = ("numpy", "scipy", "control", "python-flint", "matplotlib", "jinja2")
+
+Progress = Callable[[str, float], None]
+
+
+def build_loop_report(
+    system: LoopSystem, *, progress: Progress | None = None, command: str | None = None
+) -> LoopReport:
+    """Everything the report says about a loop.
+
+    Parameters
+    ----------
+    system : LoopSystem
+        The loop.
+    progress : callable, optional
+        Called as ``progress(stage, done)`` when a stage begins, with the share ``0 <= done <= 1`` of work behind it.
+    command : str, optional
+        The command that makes the report again; by default ``lure report`` and the name of the system.
+
+    Raises
+    ------
+    AssumptionError
+        Nothing certified can be said of such a block.
+    """
+    found = analyse(system, progress=progress)
+    return LoopReport(
+        analysis=found,
+        observed=(),
+        hints=(),
+        command=command or f"lure report {shlex.quote(system.name)}",
+        versions={"lure": __version__, "python": platform.python_version()}
+        | {name: version(name) for name in PACKAGES},
+    )

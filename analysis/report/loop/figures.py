@@ -1,0 +1,79 @@
+"""The figures of a report on a loop."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+from analysis.answers import Largest
+from analysis.answers.text import class_name
+from analysis.evidence import Verdict
+from analysis.plots import render
+from analysis.plots.loops import plot_law, plot_loop_nyquist, plot_loop_popov, plot_reach
+from analysis.report.figures import Figure, FigureSpec
+from analysis.report.loop.model import LoopReport
+
+_REACH = (
+    "Blue: proved for every law of the class. Hatched: unknown. Cross: the smallest class found with a member that "
+    "destabilises the loop."
+)
+_NYQUIST = (
+    "The curve stays out of the shaded half-plane, which belongs to the largest sector the circle criterion proves."
+)
+_POPOV = (
+    "The curve stays to the right of the line of slope 1/θ through −1/κ, which belongs to the largest sector proved."
+)
+_LAW = "A law of the class for which the loop repeats for ever; the orbit visits the marked points."
+
+
+def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
+    """Draw every figure of a report on a loop.
+
+    Parameters
+    ----------
+    report : LoopReport
+        The report.
+    """
+    rows, block = report.analysis.rows, report.analysis.subject.block
+    names = [class_name(row) for row in rows]
+    specs = [
+        FigureSpec(
+            name="reach",
+            section="frequency",
+            title="How far each class is known",
+            caption=_REACH,
+            draw=partial(plot_reach, rows, names),
+        )
+    ]
+    circle, popov = _reach(rows, "circle"), _reach(rows, "popov")
+    if circle is not None:
+        draw = partial(plot_loop_nyquist, block, circle[0])
+        specs.append(FigureSpec(name="nyquist", section="frequency", title="Nyquist plot", caption=_NYQUIST, draw=draw))
+    if popov is not None:
+        draw_popov = partial(plot_loop_popov, block, popov[0], popov[1])
+        specs.append(FigureSpec(name="popov", section="frequency", title="Popov plot", caption=_POPOV, draw=draw_popov))
+    for row, name in zip(rows, names, strict=True):
+        witness = row.witness
+        if witness is not None and witness.kind == "periodic orbit" and "points" in witness.data:
+            draw_law = partial(plot_law, witness)
+            specs.append(
+                FigureSpec(
+                    name=f"law-{len(specs)}",
+                    section="frequency",
+                    title=f"Counterexample, {name}",
+                    caption=_LAW,
+                    draw=draw_law,
+                )
+            )
+    return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs)
+
+
+def _reach(rows: tuple[Largest, ...], criterion: str) -> tuple[float, float] | None:
+    """The largest ``k`` from 0 that a criterion proves, and its multiplier."""
+    for row in rows:
+        for answer in row.answers:
+            proved = answer.verdict is Verdict.PROVED and answer.criterion == criterion and row.lower == 0
+            if proved and answer.largest.low > 0:
+                k = answer.largest.low if math.isfinite(answer.largest.low) else math.inf
+                return k, answer.theta or 0.0
+    return None

@@ -1,0 +1,46 @@
+"""The report on a loop as an object."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from analysis.answers import LoopAnalysis
+from analysis.evidence import Verdict
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LoopReport:
+    """What was found about a loop; :func:`analysis.report.loop.write_loop_report` turns it into files.
+
+    Attributes
+    ----------
+    analysis : LoopAnalysis
+        Every criterion, every counterexample, and the verdict.
+    observed : tuple of str
+        What simulations of the given law showed, one sentence each; empty without a law.
+    hints : tuple of str
+        What the describing function suggests: hints, not verdicts.
+    command : str
+        The command that makes this report again.
+    versions : Mapping[str, str]
+        Versions of lure, Python and the packages the numbers come from.
+    """
+
+    analysis: LoopAnalysis
+    observed: tuple[str, ...]
+    hints: tuple[str, ...]
+    command: str
+    versions: Mapping[str, str]
+
+    @property
+    def verdict(self) -> Verdict:
+        """Verdict of the analysis, which decides the exit status of the command."""
+        return self.analysis.verdict
+
+    def __bool__(self) -> bool:
+        raise TypeError("a report has three answers; compare report.verdict")
+
+    def __str__(self) -> str:
+        lines = [f"Observed: {text}" for text in self.observed] + [f"Hint: {text}" for text in self.hints]
+        return "\n\n".join([str(self.analysis), *lines])
