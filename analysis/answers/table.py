@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from analysis.answers.catalogue import Question
-from analysis.answers.largest import Largest
+from analysis.answers.largest import Largest, rounded_down
 from analysis.answers.questions import max_sector, max_slope
 from analysis.answers.subject import Subject, subject
 from analysis.criteria.hurwitz import GainInterval, gain_intervals
@@ -111,7 +111,7 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
         else:
             rows.append(max_slope(block, lower=lower["slope"], odd=odd))
     asked = _asked(rows, law_class)
-    verdict, evidence, statement = _decided(rows, law_class, asked)
+    verdict, evidence, statement = _decided(about, rows, asked)
     return LoopAnalysis(
         subject=about,
         case=case,
@@ -154,7 +154,8 @@ def _asked(rows: list[Largest], law_class: LawClass | None) -> Largest | None:
     return rows[3] if law_class.odd else rows[2]
 
 
-def _decided(rows: list[Largest], law_class: LawClass | None, asked: Largest | None) -> tuple[Verdict, Evidence, str]:
+def _decided(about: Subject, rows: list[Largest], asked: Largest | None) -> tuple[Verdict, Evidence, str]:
+    law_class = about.law_class
     if law_class is None or asked is None:
         best = max(rows, key=lambda row: (row.verdict is Verdict.PROVED, row.largest.low))
         return best.verdict, best.evidence, str(best)
@@ -163,8 +164,11 @@ def _decided(rows: list[Largest], law_class: LawClass | None, asked: Largest | N
     for row in serving:
         end = law_class.slope.upper if row.question == "slope" and law_class.slope is not None else upper
         if row.verdict is Verdict.PROVED and end <= row.largest.low:
-            how = f"by the criterion {row.criterion} ({row.evidence}), which reaches {row.largest.low:.7g}"
-            return Verdict.PROVED, row.evidence, f"The loop is stable for every {law_class}, {how}."
+            how = f"by the criterion {row.criterion} ({row.evidence}), which reaches {rounded_down(row.largest.low)}"
+            said = f"{_meaning(about.block, row)} for every {law_class}, {how}."
+            if _rough(about):
+                return Verdict.INCONCLUSIVE, row.evidence, _ROUGH.format(law=about.law, said=said)
+            return Verdict.PROVED, row.evidence, said
     end = upper if law_class.slope is None else law_class.slope.upper
     witness = asked.witness
     if witness is not None and asked.refuted_at is not None and asked.refuted_at <= end:
@@ -177,11 +181,30 @@ def _decided(rows: list[Largest], law_class: LawClass | None, asked: Largest | N
                 "destabilising is another question.",
             )
     reach = max((row.largest.low for row in serving if row.verdict is Verdict.PROVED), default=None)
-    far = "nothing is proved" if reach is None else f"what is proved ends at {reach:.7g}"
+    far = "nothing is proved" if reach is None else f"what is proved ends at {rounded_down(reach)}"
     against = (
         "" if asked.refuted_at is None else f", and the smallest destabilising member found has {asked.refuted_at:.7g}"
     )
     return Verdict.INCONCLUSIVE, Evidence.CERTIFIED, f"Nothing is decided for {law_class}: {far}{against}."
+
+
+_ROUGH = (
+    "Nothing is decided for {law}, which is not locally Lipschitz, as the theorems for continuous time assume. "
+    "For the laws that are: {said}"
+)
+
+
+def _rough(about: Subject) -> bool:
+    """Whether there is a law, and it lacks the regularity that the theorems for continuous time assume."""
+    continuous = getattr(about.block, "dt", None) is None
+    return continuous and about.law is not None and not getattr(about.law, "locally_lipschitz", True)
+
+
+def _meaning(block: RationalBlock | DelayBlock, row: Largest) -> str:
+    """What is proved of the motions: the weakest conclusion of the theorems for such a block."""
+    if _case(block) != "critical" or row.lower > 0:
+        return "The point 0 attracts every motion"
+    return "Every motion is bounded" if row.time_varying else "Every motion converges to the set of equilibria"
 
 
 def _serves(row: Largest, law_class: LawClass) -> bool:
@@ -201,11 +224,11 @@ def _hints(rows: list[Largest], law_class: LawClass | None, verdict: Verdict) ->
     hints: list[str] = []
     serving = [row.largest.low for row in rows if _serves(row, law_class) and row.verdict is Verdict.PROVED]
     if serving and max(serving) > law_class.sector.lower:
-        hints.append(f"an upper bound of {max(serving):.7g} instead of {float(end):.7g} would be proved")
+        hints.append(f"an upper bound of {rounded_down(max(serving))} instead of {float(end):.7g} would be proved")
     names = ("time-varying", "time-invariance", "slope bounds", "slope bounds and oddness")
     for name, row in zip(names, rows, strict=True):
         if not _serves(row, law_class) and row.verdict is Verdict.PROVED and end <= row.largest.low:
-            hints.append(f"{name} of phi would be enough ({row.criterion} reaches {row.largest.low:.7g})")
+            hints.append(f"{name} of phi would be enough ({row.criterion} reaches {rounded_down(row.largest.low)})")
             break
     return tuple(hints)
 
