@@ -147,6 +147,15 @@ def test_a_law_must_belong_to_the_class_given_with_it(table, inside):
         assert "give a class that contains the law" in refusal(text)
 
 
+def test_a_law_whose_slope_falls_below_the_class_is_no_member():
+    text = "[nonlinearity]\nkind = 'expression'\ntext = 'sigma*exp(-abs(sigma))'\nsector = [0, 1]\nslope = [-0.2, 1]\n"
+    assert parsed(PLANT + text + "[class]\nsector = [0, 1]\nslope = [-0.2, 1]\n").law_class is not None
+    assert "give a class that contains the law" in refusal(PLANT + text + "[class]\nslope = [0, 1]\n")
+    assert "give a class that contains the law" in refusal(
+        PLANT + text.replace("slope = [-0.2, 1]\n", "") + "[class]\nslope = [-9, 9]\nsector = [0, 1]\n"
+    )
+
+
 def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
     lopsided = SATURATION + "lower_limit = -2\n[class]\nsector = [0, 9]\n"
     assert parsed(PLANT + lopsided).law_class == LawClass(sector=Sector(0, 9))

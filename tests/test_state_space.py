@@ -111,7 +111,19 @@ def test_a_long_chain_neither_overflows_nor_loses_its_small_gain(n, g):
     assert block.transfer(s) == pytest.approx(expected, rel=1e-10, abs=1e-300)
 
 
+# Weak couplings 1e-8 below a full upper triangle: the substitution is rescaled while sums over it are under way.
+def test_rescaling_reaches_the_sums_under_way():
+    rng = np.random.default_rng(5)
+    n = 70
+    A = np.triu(rng.standard_normal((n, n)), 1) - np.diag(1 + rng.random(n)) + 1e-8 * np.eye(n, k=-1)
+    block = StateSpaceBlock(A, np.eye(n)[0], rng.standard_normal(n))
+    s = np.array([0.3j, 2j])
+    x = ControllerForm(block.A, np.eye(n), 1.0).solutions(s)  # as it stands: balancing would remove the difficulty
+    assert block.C @ x == pytest.approx(exact_values(block, s), rel=1e-9)
+
+
 def test_states_that_the_input_does_not_reach_are_left_out():
+    assert StateSpaceBlock(np.zeros((2, 2)), [1, 0], [1, 1]).transfer(2.0) == pytest.approx(0.5)
     A = np.diag([-1.0, -2.0, 3.0])
     form = ControllerForm.of(A, np.array([1.0, 1.0, 0.0]))
     assert form.H.shape == (2, 2)
