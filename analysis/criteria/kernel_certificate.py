@@ -120,18 +120,25 @@ def check(
 
 
 def check_every(plant: Plant, multiplier: Multiplier) -> bool:
-    r"""Whether the multiplier proves every finite slope at once, without delays.
+    r"""Whether the multiplier proves every finite slope, by ``Re[M H + i w theta H] >= 0`` without delays.
 
-    ``Re[M H + i w theta H] >= 0`` with ``Re M >= 1 - sum |c_j| > 0`` leaves ``Re M / k`` for every ``k``.
+    Then ``Re M / k`` is left, for every ``k``: bounded away from 0 if ``sum |c_j| < 1``, and for ``sum |c_j| = 1`` too
+    if some ``c_j < 0``, for ``|h_j^(iw)| < 1`` unless ``w = 0``.  If ``sum c_j = 1``, all positive, ``Re M`` vanishes at
+    ``w = 0`` alone, and ``c_j`` are to be multiplied by ``1 - delta``: that adds ``delta Re[sum c_j h_j^ (H + 1/k)]``,
+    near ``H(0) + 1/k`` around ``w = 0`` and small elsewhere, so that for each finite ``k`` a small enough ``delta > 0``
+    leaves the sum bounded away from 0 provided that ``H(0) >= 0``.
 
     Parameters
     ----------
     plant : Plant
         ``H = n/d`` in continuous time, ``d`` Hurwitz and ``H(inf) >= 0`` (neither is checked here).
     multiplier : Multiplier
-        Its signs are not checked here.
+        Its admissibility is not checked here.
     """
-    if multiplier.mass >= 1 or any(isinstance(kernel, Delay) for _, kernel in multiplier.terms):
+    if any(isinstance(kernel, Delay) for _, kernel in multiplier.terms):
+        return False
+    signs_differ = any(c < 0 for c, _ in multiplier.terms)
+    if not (multiplier.mass < 1 or signs_differ or plant.n[0] * plant.d[0] >= 0):
         return False
     one, two = (Inequality.of(plant, k, multiplier, Fraction(0)).A for k in (Fraction(1), Fraction(2)))
     return _nonnegative(two - one)

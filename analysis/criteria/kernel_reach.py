@@ -6,17 +6,20 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import reduce
 
 import numpy as np
 
 from analysis.criteria.kernel_certificate import check, check_every
 from analysis.criteria.kernel_search import TOLERANCE, Family, Floats, Proposal, Search
+from analysis.criteria.kernel_seeds import seeds
 from analysis.criteria.kernels import Multiplier
 from analysis.plant import Plant
 from analysis.polynomial import to_descending
 
 BELOW = (0.0, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5)
 CAP = 1e6
+CLOSE = 2e-8
 TRIVIAL = Multiplier(Fraction(0), ())
 
 
@@ -55,7 +58,7 @@ class Task:
     @property
     def families(self) -> tuple[Family, ...]:
         """The kernels to try, in this order."""
-        return ("none", "gamma", "delays", "both") if self.full else ("none", "gamma", "delays")
+        return ("gamma", "delays", "both") if self.full else ("gamma", "delays")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,9 +86,9 @@ class Scaled:
         peak = _power_of_two(math.log2(float(np.max(np.abs(probe.response(probe.rows))))))
         return cls(numerator / float(peak), denominator, unit, peak * size / lead)
 
-    def search(self, family: Family, *, odd: bool) -> Search:
+    def search(self, family: Family, *, odd: bool = False, full: bool = False) -> Search:
         """A search for this plant."""
-        return Search(self.numerator, self.denominator, odd=odd, family=family)
+        return Search(self.numerator, self.denominator, odd=odd, family=family, full=full)
 
 
 def reach(task: Task) -> Reach | None:
@@ -93,13 +96,12 @@ def reach(task: Task) -> Reach | None:
     if _static(task.plant):
         edge = _rounded_down(Fraction(min(task.limit, 1e300)), task)
         return every(task, TRIVIAL) or (Reach(edge, TRIVIAL) if edge and proved(task, edge, TRIVIAL) else None)
+    best = _known(task)
     scaled = Scaled.of(task.plant)
-    best = reach(replace(task, odd=False)) if task.odd else _small(task, scaled)
-    if best is not None and (
-        best.k is None or float(best.k - task.lower) * float(scaled.gain) >= _cap(task, scaled)[0] * (1 - 2e-8)
-    ):
+    cap = _cap(task, scaled)[0]
+    if best is not None and (best.k is None or float((best.k - task.lower) * scaled.gain) >= cap * (1 - CLOSE)):
         return best
-    searches = [scaled.search(family, odd=task.odd) for family in task.families]
+    searches = [scaled.search(family, odd=task.odd, full=task.full) for family in task.families]
     for search in searches:
         found = next((certify(task, scaled, search, start) for start in _at_cap(task, scaled, search)), None)
         best = _larger(best, found)
@@ -109,6 +111,21 @@ def reach(task: Task) -> Reach | None:
         start = _farthest(task, scaled, search, best)
         if start is not None:
             best = _larger(best, certify(task, scaled, search, start))
+    return best
+
+
+def _known(task: Task) -> Reach | None:
+    """The best of what less work and stricter assumptions give."""
+    if task.full or task.odd:
+        easier = [replace(task, full=False)] if task.full else []
+        easier += [replace(task, odd=False)] if task.odd else []
+        return reduce(_larger, map(reach, easier))
+    best: Reach | None = None
+    for k, multiplier in seeds(task.plant.block, task.lower):
+        if k is None:
+            best = _larger(best, every(task, multiplier))
+        elif proved(task, k, multiplier):
+            best = _larger(best, Reach(k, multiplier))
     return best
 
 
@@ -138,7 +155,7 @@ def propose_at(task: Task, k: Fraction) -> Reach | None:
         return Reach(k, TRIVIAL) if proved(task, k, TRIVIAL) else None
     scaled = Scaled.of(task.plant)
     for family in task.families:
-        found = _attempts(task, scaled, scaled.search(family, odd=task.odd), k)
+        found = _attempts(task, scaled, scaled.search(family, odd=task.odd, full=task.full), k)
         if found is not None:
             return found
     return None
@@ -149,7 +166,7 @@ def least_sample(plant: Plant, width: Fraction, multiplier: Multiplier) -> float
     if _static(plant):
         return 0.0
     scaled = Scaled.of(plant)
-    search = scaled.search("none", odd=False)
+    search = scaled.search("none")
     return search.least(multiplier.scaled(1 / scaled.unit), float(width * scaled.gain)) * float(scaled.unit)
 
 
@@ -232,15 +249,6 @@ def _feasible(search: Search, width: float) -> tuple[float, Proposal] | None:
 
 def _static(plant: Plant) -> bool:
     return plant.d.degree() == 0 or plant.n.degree() < 0
-
-
-def _small(task: Task, scaled: Scaled) -> Reach | None:
-    """Slopes below the inverse of the peak of ``|H|``: the multiplier 1 proves them."""
-    for halvings in range(8):
-        k = _rounded_down(task.lower + scaled_back(scaled, 2.0**-halvings), task)
-        if k is not None and proved(task, k, TRIVIAL):
-            return Reach(k, TRIVIAL)
-    return None
 
 
 def _rounded_down(k: Fraction, task: Task) -> Fraction | None:

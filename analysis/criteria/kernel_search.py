@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Literal
@@ -19,6 +19,8 @@ Column = tuple[int, Kernel]
 TOLERANCE = 1e-7
 COEFFICIENT_BITS = 40
 HORIZON = 40.0
+NEW_COLUMNS = 10
+PRICE = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -47,12 +49,15 @@ class Search:
         Whether coefficients may be negative.
     family : {"none", "gamma", "delays", "both"}
         Kernels to use; ``none`` leaves Popov's multiplier.
+    full : bool
+        Whether to add rows and columns for longer.
     """
 
     numerator: Floats
     denominator: Floats
     odd: bool
     family: Family
+    full: bool = False
     poles: NDArray[np.complex128] = field(init=False)
     unit: float = field(init=False)
     low: float = field(init=False)
@@ -82,12 +87,12 @@ class Search:
         s = 1j * omega
         return np.asarray(np.polyval(self.numerator, s) / np.polyval(self.denominator, s))
 
-    def propose(self, k: float, *, rounds: int = 8) -> Proposal | None:
+    def propose(self, k: float) -> Proposal | None:
         """The best multiplier found for slopes in ``[0, k]``; None if there is none on the rows."""
         fine = self._fine(k)
         best: Proposal | None = None
         rows = _sorted(self.rows, _around(self._closed_loop(k), 6))
-        for _ in range(rounds):
+        for _ in range(30 if self.full else 8):
             solved = self._solve(k, rows)
             if solved is None:
                 return best
@@ -212,19 +217,21 @@ class Search:
         """Delays whose price says that they help."""
         if self.family in ("none", "gamma"):
             return []
-        waves = np.exp(-1j * np.outer(self.lags, omega))
         known = set(self.columns)
         found: list[tuple[float, Column]] = []
-        for direction, values in ((1, waves @ prices), (-1, waves.conj() @ prices)):
+        for direction in (1, -1):
             for sign in (1, -1) if self.odd else (1,):
-                gain = -sign * values.real - far
-                peaks = np.flatnonzero((gain[1:-1] > gain[:-2]) & (gain[1:-1] >= gain[2:]) & (gain[1:-1] > 1e-6)) + 1
-                for i in peaks:
-                    column = (sign, Delay(direction * _short(self.lags[i])))
-                    if column not in known:
-                        found.append((float(gain[i]), column))
+
+                def gain(lags: Floats, direction: int = direction, sign: int = sign) -> Floats:
+                    waves = np.exp(-1j * direction * np.outer(lags, omega))
+                    return np.asarray(-sign * (waves @ prices).real - far)
+
+                for value, lag in _peaks(gain, self.lags):
+                    column = (sign, Delay(direction * _short(lag)))
+                    if value > PRICE and column not in known:
+                        found.append((value, column))
         found.sort(key=lambda pair: -pair[0])
-        return [column for _, column in found[:10]]
+        return [column for _, column in found[:NEW_COLUMNS]]
 
     def _split(self, multiplier: Multiplier, omega: Floats, H: NDArray[np.complex128]) -> tuple[Floats, Floats]:
         """``Re(M H) + theta Re(i w H)`` and ``Re M``."""
@@ -241,6 +248,21 @@ class Search:
         )
         worst = low[np.argsort(values[low + 1])][:40] + 1
         return Proposal(multiplier=multiplier, least=float(values[i]), where=float(fine[i])), fine[worst]
+
+
+def _peaks(f: Callable[[Floats], Floats], points: Floats) -> list[tuple[float, float]]:
+    """The highest local maxima of ``f`` and where they are: on the points, then refined between neighbours."""
+    values = f(points)
+    inner = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:]) & (values[1:-1] > PRICE)) + 1
+    found = []
+    for i in inner[np.argsort(-values[inner])][:NEW_COLUMNS]:
+        low, high = points[i - 1], points[i + 1]
+        for _ in range(3):
+            finer = np.linspace(low, high, 21)
+            best = int(np.clip(np.argmax(f(finer)), 1, 19))
+            low, high = finer[best - 1], finer[best + 1]
+        found.append((float(values[i]), float(finer[best])))
+    return found
 
 
 def _around(roots: NDArray[np.complex128], count: int) -> Floats:
@@ -260,4 +282,4 @@ def _sorted(*parts: Sequence[float] | Floats) -> Floats:
 
 
 def _short(value: float) -> Fraction:
-    return Fraction(f"{float(value):.6g}")
+    return Fraction(f"{float(value):.8g}")

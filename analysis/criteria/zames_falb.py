@@ -77,13 +77,13 @@ def zames_falb_largest(
     ``P = int phi d(e)`` satisfies ``P(a) - P(b) <= v(a) (e(a) - e(b))``; hence, for signals in L2, the integral of
     ``v(t) e(t - tau)`` is at most that of ``v e`` for every ``tau`` of either sign, and for odd ``phi`` at least its
     negative.  Summed with weights of total at most 1 (point masses are as good as densities) this gives
-    ``int v (M e) dt >= 0``.  The integral of ``v dsigma/dt`` is a difference of two values of ``int phi d(sigma)``: zero
-    but for the initial state, so that ``theta`` may have either sign.  With ``v = -mu`` and ``e = (H + 1/k) mu``
-    the inequality above bounds the energy of ``mu`` by the initial state.  That signals are in L2 follows by continuation
-    from ``phi`` replaced by ``t phi``, ``0 <= t <= 1``, for which everything holds alike; it needs ``H`` stable,
-    and ``dsigma/dt`` in L2, hence ``H`` strictly proper.  A direct term ``D`` is moved into the law first:
-    ``phi (1 + D phi)^-1`` has slope in ``[0, k']``, ``1/k' = 1/k + D``, if ``1 + k D > 0``, and the inequality is the same
-    since ``i w theta D`` has no real part.
+    ``int v (M e) dt >= 0``.  The integral of ``v dsigma/dt`` is a difference of two values of ``int phi d(sigma)``:
+    zero but for the initial state, so that ``theta`` may have either sign.  With ``v = -mu``, ``e = (H + 1/k) mu`` the
+    inequality above bounds the energy of ``mu`` by the initial state.  That signals are in L2 follows by continuation
+    from ``phi`` replaced by ``t phi``, ``0 <= t <= 1``, for which everything holds alike; it needs ``H`` stable, and
+    ``dsigma/dt`` in L2, hence ``H`` strictly proper.  A direct term ``D`` is moved into the law first:
+    ``phi (1 + D phi)^-1`` has slope in ``[0, k']``, ``1/k' = 1/k + D``, if ``1 + k D > 0``, and the inequality is the
+    same, since ``i w theta D`` has no real part.
 
     The multiplier comes from linear programmes in floating point; whether it satisfies the inequality is then decided
     for all frequencies, see :func:`analysis.criteria.kernel_certificate.check`.
@@ -124,8 +124,8 @@ def zames_falb_criterion(block: RationalBlock, bounds: SlopeBounds, *, odd: bool
     Returns
     -------
     Answer
-        PROVED with a ``margin``, or INCONCLUSIVE: no multiplier was found, which means neither that the loop is unstable
-        nor that there is none.
+        PROVED with a ``margin``, or INCONCLUSIVE: no multiplier was found, which means neither that the loop is
+        unstable nor that there is none.
 
     Raises
     ------
