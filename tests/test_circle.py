@@ -138,7 +138,7 @@ def test_the_margin_is_the_distance_to_the_line(k, verdict):
     assert answer.largest.high >= 3 > answer.largest.low
 
 
-@given(stable_blocks())
+@given(stable_blocks(largest=12))
 def test_circle_stays_below_hurwitz_and_above_no_sample(block):
     answer = circle_largest(block)
     low, high = answer.largest.low, answer.largest.high
