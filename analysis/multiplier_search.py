@@ -75,7 +75,14 @@ class Family(Protocol):
         ...
 
 
-def search(family: Family, cuts: Sequence[Cut], rounded: Callable[[fmpq], fmpq], *, nonnegative: bool = False) -> Found:
+def search(
+    family: Family,
+    cuts: Sequence[Cut],
+    rounded: Callable[[fmpq], fmpq],
+    *,
+    nonnegative: bool = False,
+    tolerance: fmpq = TOLERANCE,
+) -> Found:
     """The largest level up to 0 that some ``theta`` exceeds, from above by cuts and from below by the family's word.
 
     Parameters
@@ -88,11 +95,13 @@ def search(family: Family, cuts: Sequence[Cut], rounded: Callable[[fmpq], fmpq],
         Takes a negative level to one not above it that the caller can state exactly.
     nonnegative : bool
         Whether only ``theta >= 0`` is admitted.
+    tolerance : fmpq
+        How far below the cuts a level is tried, relative.
     """
     known = [CAP, *cuts]
     for attempt in range(ROUNDS):
         top = summit(known, nonnegative=nonnegative)
-        slack = TOLERANCE * (1 if attempt < ROUNDS - 8 else 10 ** (attempt - ROUNDS + 9))
+        slack = tolerance * (1 if attempt < ROUNDS - 8 else 10 ** (attempt - ROUNDS + 9))
         aim = top.value * (1 + slack) if top.value < 0 else -_scale(known) * slack
         window = admissible(known, aim, nonnegative=nonnegative)
         level = rounded(aim * (1 + slack))

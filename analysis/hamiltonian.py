@@ -1,0 +1,224 @@
+"""Popov's criterion for large state-space blocks in floating point: computed, never certified."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+from flint import fmpq
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import eigvals, schur, solve_triangular
+
+from analysis.answer import Answer
+from analysis.evidence import Bracket, Evidence, Verdict
+from analysis.multiplier_search import Cut, Found, search
+from analysis.polynomial import to_fmpq, to_fraction
+from lure.errors import AssumptionError, InputError
+from lure.law_class import LawClass
+from lure.sector import Sector
+
+TOLERANCE = fmpq(1, 10**8)
+NEAR_AXIS = 1e-3
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+GOLDEN_STEPS = 40
+FAR = 40
+
+
+def popov_largest_computed(
+    A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike = 0.0, *, sign: Literal["both", "nonnegative"] = "both"
+) -> Answer:
+    r"""The largest ``k`` of Popov's inequality on ``[0, k]`` for ``x' = A x + B mu``, ``sigma = C x + D mu``, computed.
+
+    As :func:`analysis.criteria.popov.popov_largest`, for blocks too large for exact polynomials (400 states take
+    seconds).  Levels of ``Re[(1 + i omega theta) H]`` are read off the eigenvalues of a Hamiltonian matrix, so that
+    no grid decides; but these are floating point, and the verdict is INCONCLUSIVE whatever they say.
+
+    Parameters
+    ----------
+    A, B, C : array_like
+        Shapes ``(n, n)``, ``(n,)`` or ``(n, 1)``, ``(n,)`` or ``(1, n)``; ``A`` with all eigenvalues in the open left
+        half-plane [1/s].
+    D : array_like
+        Direct term, one number.
+    sign : {"both", "nonnegative"}
+        Whether negative ``theta`` is admitted.
+
+    Returns
+    -------
+    Answer
+        ``largest`` is computed on both sides, relative width about 1e-8; ``theta`` [s] belongs to ``largest.low``.
+
+    Raises
+    ------
+    InputError
+        Shapes do not fit, or an entry is not finite.
+    AssumptionError
+        An eigenvalue of ``A`` is not in the open left half-plane; the critical case cannot be told in floating point.
+
+    References
+    ----------
+    .. [1] S. Boyd, V. Balakrishnan, P. Kabamba, Math. Control Signals Systems 2 (1989) 207-219.
+
+    Examples
+    --------
+    >>> answer = popov_largest_computed([[0, 1, 0], [0, 0, 1], [-1, -3, -3]], [0, 0, 1], [1, 0, 0])
+    >>> round(answer.largest.low, 6), answer.evidence
+    (8.0, <Evidence.COMPUTED: 'computed'>)
+    """
+    family = HamiltonianFamily.of(A, B, C, D)
+    cuts = [*family.samples(), family.at_infinity, Cut(to_fmpq(family.direct), fmpq(0))]
+    found = search(family, cuts, lambda level: level, nonnegative=sign == "nonnegative", tolerance=TOLERANCE)
+    return _answer(family, found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HamiltonianFamily:
+    """``Re[(1 + i omega theta) H(i omega)]`` of a stable state-space block.
+
+    Attributes
+    ----------
+    A, B, C : ndarray
+        Shapes ``(n, n)``, ``(n,)``, ``(n,)``.
+    direct : float
+        ``D``.
+    triangle, inward, outward : ndarray
+        Complex Schur form of ``A`` with ``B`` and ``C`` in its basis.
+    """
+
+    A: NDArray[np.float64]
+    B: NDArray[np.float64]
+    C: NDArray[np.float64]
+    direct: float
+    triangle: NDArray[np.complex128] = field(repr=False)
+    inward: NDArray[np.complex128] = field(repr=False)
+    outward: NDArray[np.complex128] = field(repr=False)
+
+    @classmethod
+    def of(cls, A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike) -> HamiltonianFamily:
+        """Checked arrays, and the Schur form.
+
+        Raises
+        ------
+        InputError
+            Shapes do not fit, or an entry is not finite.
+        AssumptionError
+            ``A`` is not Hurwitz.
+        """
+        a, b, c, d = (np.array(part, dtype=float) for part in (A, B, C, D))
+        b, c = b.ravel(), c.ravel()
+        if a.ndim != 2 or a.shape != (b.size, b.size) or b.size != c.size or d.size != 1 or b.size == 0:
+            raise InputError(
+                f"a block needs A (n, n), B (n,), C (n,) and one D; got {a.shape}, {b.shape}, {c.shape}, {d.shape}"
+            )
+        if not all(np.isfinite(part).all() for part in (a, b, c, d)):
+            raise InputError("an entry of A, B, C or D is not finite; give finite numbers")
+        triangle, basis = schur(a, output="complex")
+        rightmost = float(np.max(np.diag(triangle).real))
+        if not rightmost < 0:
+            raise AssumptionError(
+                f"A has an eigenvalue with real part {rightmost:.3g} 1/s, and it must be stable; a block with a pole "
+                "at 0 needs exact coefficients: give a RationalBlock"
+            )
+        return cls(a, b, c, float(d.ravel()[0]), triangle, basis.conj().T @ b, c @ basis)
+
+    def response(self, omega: float) -> complex:
+        """``H(i omega)``."""
+        shifted = 1j * omega * np.eye(self.B.size) - self.triangle
+        return complex(self.outward @ solve_triangular(shifted, self.inward, check_finite=False)) + self.direct
+
+    def cut(self, omega: float) -> Cut:
+        """The bound from one frequency."""
+        value = self.response(omega)
+        return Cut(to_fmpq(value.real), to_fmpq(-omega * value.imag), to_fmpq(omega))
+
+    @property
+    def at_infinity(self) -> Cut:
+        """The limit of the bounds."""
+        return Cut(to_fmpq(self.direct), to_fmpq(float(self.C @ self.B)))
+
+    def samples(self) -> list[Cut]:
+        """Where to begin: zero, the frequencies of the poles, and points between them."""
+        poles = np.diag(self.triangle)
+        marks = np.unique(np.concatenate([np.abs(poles), np.abs(poles.imag)]))
+        marks = marks[marks > 0]
+        between = np.sqrt(marks[1:] * marks[:-1])
+        far = np.geomspace(1.5, 1e7, FAR)
+        points = np.unique(np.concatenate([[0.0], marks[0] / far, marks, between, marks[-1] * far]))
+        return [self.cut(float(omega)) for omega in points]
+
+    def violations(self, theta: fmpq, level: fmpq) -> list[Cut]:
+        """Frequencies below a level, as far as floating point can tell: between the crossings of the level."""
+        t, m = float(to_fraction(theta)), float(to_fraction(level))
+        crossings = self.crossings(t, m)
+        inner = np.sqrt(crossings[1:] * crossings[:-1]) if crossings.size else crossings
+        ends = [crossings[0] / 2, crossings[-1] * 2] if crossings.size else []
+        points = np.sort(np.concatenate([crossings, inner, ends]))
+        values = np.array([self.value(float(omega), t) for omega in points])
+        below = [i for i in range(points.size) if not values[i] >= m]
+        lowest = [i for i in below if all(not values[j] < values[i] for j in (i - 1, i + 1) if 0 <= j < points.size)]
+        return [self.cut(self._lowest(points, i, t)) for i in lowest]
+
+    def value(self, omega: float, theta: float) -> float:
+        """``Re[(1 + i omega theta) H]`` at one frequency."""
+        there = self.response(omega)
+        return there.real - theta * omega * there.imag
+
+    def crossings(self, theta: float, level: float) -> NDArray[np.float64]:
+        """Frequencies at which the level may be crossed: eigenvalues of the Hamiltonian matrix near the axis."""
+        row = self.C + theta * (self.C @ self.A)
+        weight = 2.0 * (self.direct + theta * float(self.C @ self.B) - level)
+        if not weight > 0:
+            return np.abs(np.diag(self.triangle))
+        corner = self.A - np.outer(self.B, row) / weight
+        matrix = np.block([[corner, -np.outer(self.B, self.B) / weight], [np.outer(row, row) / weight, -corner.T]])
+        found = eigvals(matrix, check_finite=False)
+        near = np.abs(found.real) <= NEAR_AXIS * np.abs(found)
+        return np.unique(np.abs(found.imag[near & (found.imag != 0)]))
+
+    def _lowest(self, points: NDArray[np.float64], i: int, theta: float) -> float:
+        """The least value next to a point, by golden section on a logarithmic scale."""
+        low = math.log(points[i - 1]) if i > 0 else math.log(points[i] / 4)
+        high = math.log(points[i + 1]) if i + 1 < points.size else math.log(points[i] * 4)
+        one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        at_one, at_two = (self.value(math.exp(point), theta) for point in (one, two))
+        for _ in range(GOLDEN_STEPS):
+            if at_one < at_two:
+                high, two, at_two = two, one, at_one
+                one = high - GOLDEN * (high - low)
+                at_one = self.value(math.exp(one), theta)
+            else:
+                low, one, at_one = one, two, at_two
+                two = low + GOLDEN * (high - low)
+                at_two = self.value(math.exp(two), theta)
+        best = math.exp(one if at_one < at_two else two)
+        return best if self.value(best, theta) < self.value(float(points[i]), theta) else float(points[i])
+
+
+def _answer(family: HamiltonianFamily, found: Found) -> Answer:
+    top = float(to_fraction(found.summit.value))
+    level = float(to_fraction(found.level))
+    high = -1.0 / top if top < 0 else math.inf
+    low = -1.0 / level if found.theta is not None and level < 0 else 0.0
+    x = found.summit.support[0].x
+    return Answer(
+        criterion="popov",
+        theorem="Popov's criterion, theta of either sign",
+        largest=Bracket(min(low, high), high),
+        law_class=LawClass(sector=Sector(0, low if low > 0 else math.inf)),
+        verdict=Verdict.INCONCLUSIVE,
+        evidence=Evidence.COMPUTED,
+        needs=("time-invariant",),
+        theta=None if found.theta is None else float(to_fraction(found.theta)),
+        multiplier="1 + theta s",
+        parameters=MappingProxyType({} if found.theta is None else {"theta": str(found.theta)}),
+        worst_frequency=math.inf if x is None else float(to_fraction(x)),
+        hypotheses=(
+            f"A Hurwitz: computed, largest real part {float(np.max(np.diag(family.triangle).real)):.3g} 1/s",
+            "inequality on [0, inf], limit included: computed from eigenvalues of a Hamiltonian matrix",
+            "phi time-invariant, locally Lipschitz, in the sector: assumed of the class",
+        ),
+        reason="computed in floating point, not certified; give exact coefficients to have it certified",
+    )
