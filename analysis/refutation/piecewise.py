@@ -1,4 +1,4 @@
-"""Loops with a continuous piecewise-linear law: exact affine pieces, and their flow in doubles from switch to switch."""
+"""Loops with a piecewise-linear law: exact affine pieces, and their flow in doubles from switch to switch."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BLOCK = 64
 
 
 def saturation(inner: Fraction, outer: Fraction) -> Graph:
-    """Slope ``inner`` for ``|sigma| <= 1`` and ``outer`` beyond: a saturation, or a dead zone if ``inner`` is smaller."""
+    """Slope ``inner`` for ``|sigma| <= 1``, ``outer`` beyond: a saturation, or a dead zone if ``inner`` is smaller."""
     return Graph.through([(Fraction(-1), -inner), (Fraction(1), inner)], outer, outer)
 
 
@@ -86,7 +86,7 @@ class PiecewiseLoop:
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """The stay on one piece: from time ``start`` and state ``state`` for ``duration``; the last may end with the run."""
+    """A stay on one piece: from time ``start`` and state ``state`` for ``duration``; the last may end with the run."""
 
     piece: int
     start: float
@@ -128,9 +128,10 @@ class Flow:
         return upto if below < upto and float(self.row @ self.generators[below] @ state) > 0 else below
 
     def passages(self, x0: ArrayLike, until: float, most: int = 100_000) -> list[Passage]:
-        """The stays on the pieces from ``x0`` at time 0 to time ``until``, at most so many; the run may end early, at overflow."""
+        """The stays on the pieces from ``x0`` to time ``until``, at most so many; fewer if the motion overflows."""
         state = np.array([*np.asarray(x0, dtype=float), 1.0])
-        piece, time, found = self.piece_of(state), 0.0, []
+        piece, time = self.piece_of(state), 0.0
+        found: list[Passage] = []
         on_level: float | None = None
         while time < until and len(found) < most and np.isfinite(state).all():
             duration, end, level = self._leave(piece, state, until - time, on_level)
@@ -140,6 +141,18 @@ class Flow:
             time, state, on_level = time + duration, end, level
             piece += 1 if level == (self.levels[piece] if piece < len(self.levels) else math.inf) else -1
         return found
+
+    def states_at(self, passage: Passage, after: Vector) -> Vector:
+        """The states, one a row, at ascending times after the start of a passage."""
+        step = self.steps[passage.piece]
+        state, begun, found = np.append(passage.state, 1.0), 0, []
+        for t in after:
+            ahead = int(t / step) - begun
+            while ahead > 0:
+                jump = min(ahead, BLOCK)
+                state, begun, ahead = self.powers[passage.piece][jump] @ state, begun + jump, ahead - jump
+            found.append(self._advance(passage.piece, state, float(t) - begun * step)[:-1])
+        return np.array(found).reshape(len(after), self.order)
 
     def _leave(
         self, piece: int, state: Vector, longest: float, start: float | None
@@ -186,7 +199,7 @@ class Flow:
 
 
 def returns(passages: Sequence[Passage], *, tolerance: float = 1e-6) -> tuple[int, int] | None:
-    """The last two passages ``(i, j)`` that start on the same piece in the same state, to a relative tolerance; None if none do."""
+    """The last two passages ``(i, j)`` that start on one piece in one state, to a relative tolerance, if any do."""
     last = len(passages) - 2
     for i in range(last - 1, max(-1, last - 200), -1):
         a, b = passages[i], passages[last]

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from analysis.criteria.hurwitz import hurwitz_limit
 from analysis.evidence import Evidence
 from analysis.plant import Plant
-from analysis.polynomial import real_roots, to_fmpq
+from analysis.polynomial import positive_root_count, real_roots, to_fmpq
 from analysis.precision import ball, outward, working_precision
 from analysis.refutation.realisation import Realisation, balls, companion
 from analysis.refutation.switching_search import Pattern, SwitchingSearch
@@ -56,18 +56,20 @@ def switched_witness(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
     if block.dt is not None or not 0 < block.order <= MAX_ORDER:
         return None
     plant = Plant.of(block)
-    if plant.shifted(lower).case == "unstable":
+    if plant.shifted(lower).poles.right > 0:
         return None
-    circle, omega = _circle_reach(plant, lower)
+    circle, omega = circle_reach(plant, lower)
     search = SwitchingSearch(companion(block), lower, circle, omega, hurwitz_limit(block, lower).high)
     found = search.run()
     return None if found is None else _certified(search.system, lower, found)
 
 
-def _circle_reach(plant: Plant, lower: Fraction) -> tuple[float, float]:
+def circle_reach(plant: Plant, lower: Fraction) -> tuple[float, float]:
     """Where the circle criterion stops, in doubles, and at which frequency: nothing below it is worth a search."""
     response = plant.shifted(lower).response()
     slope = response.U.derivative() * response.D - response.U * response.D.derivative()
+    if positive_root_count(response.D) > 0:
+        return float(lower), math.sqrt(float(next(x for x in real_roots(response.D) if x > 0)))
     stationary = [float(x) for x in real_roots(slope) if x > 0] if slope.degree() > 0 else []
     values = [
         (float(response.U(at) / response.D(at)), float(at))

@@ -16,6 +16,7 @@ from analysis.refutation.realisation import Realisation, doubles
 Matrix = NDArray[np.float64]
 
 MAX_SWITCHES = 12
+RUNGS = 45
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +71,13 @@ class SwitchingSearch:
         """The pattern with the smallest ``k`` found, or None."""
         if not self.circle < math.inf:
             return None
-        k, best = self.circle, None
-        while best is None and k < min(self.limit, self.circle * 1e5):
-            k = min(self.above(k, 1.3), self.limit)
+        floor, best = float(self.lower), None
+        reach = self.circle - floor if self.circle > floor else 1e-3 * min(self.limit - floor, 1.0)
+        for i in range(1, RUNGS):
+            k = min(floor + reach * 1.3**i, self.limit)
             best = self.two_times(k)
+            if best is not None or k >= self.limit:
+                break
         if best is None:
             return None
         for _ in range(6):

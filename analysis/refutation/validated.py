@@ -1,15 +1,16 @@
-"""Periodic orbits of piecewise-linear loops, proved to exist: Krawczyk's test on the switching times, signs by subdivision."""
+"""Periodic orbits of piecewise-linear loops, proved to exist in ball arithmetic."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 from flint import arb, arb_mat
 
-from analysis.precision import ball, working_precision
 from analysis.polynomial import exact_midpoint
+from analysis.precision import ball, working_precision
 from analysis.refutation.piecewise import PiecewiseLoop
 from analysis.refutation.realisation import Row, balls
 
@@ -82,11 +83,11 @@ def refined(loop: PiecewiseLoop, orbit: Itinerary) -> Itinerary | None:
 def proved(loop: PiecewiseLoop, orbit: Itinerary) -> bool:
     r"""Whether the loop is proved to have a periodic solution with this itinerary, near these durations.
 
-    The first state and the durations, ``z = (x_0, tau)``, of a periodic solution solve ``F(z) = 0``: ``x_m = +-x_0``, and
-    ``c x_i`` on the level at every switch.  Krawczyk's operator ``z - Y F(z) + (1 - Y F'(Z)) (Z - z)`` maps a box ``Z``
-    into its interior: one zero in ``Z``.  Then ``y = c x(t)`` is shown to stay on the piece between the switches: near
-    each end because ``y`` starts on the level and ``y'`` keeps its sign, elsewhere by bounds on subintervals.  All of it
-    in ball arithmetic, for the exact law and block.
+    The first state and the durations, ``z = (x_0, tau)``, of a periodic solution solve ``F(z) = 0``: ``x_m = +-x_0``,
+    and ``c x_i`` on the level at every switch.  Krawczyk's operator ``z - Y F(z) + (1 - Y F'(Z)) (Z - z)`` maps a box
+    ``Z`` into its interior: one zero in ``Z``.  Then ``y = c x(t)`` is shown to stay on the piece between the switches:
+    near each end because ``y`` starts on the level and ``y'`` keeps its sign, elsewhere by bounds on subintervals.  All
+    of it in ball arithmetic, for the exact law and block.
 
     Parameters
     ----------
@@ -105,7 +106,7 @@ def proved(loop: PiecewiseLoop, orbit: Itinerary) -> bool:
     with working_precision(BITS):
         try:
             equations = _Equations(loop, orbit)
-            enclosed = equations.enclosed([ball(v) for v in (*orbit.state, *orbit.durations)])
+            enclosed = equations.enclosed([ball(v).mid() for v in (*orbit.state, *orbit.durations)])
             if enclosed is None:
                 return False
             states = equations.shoot(enclosed).states
@@ -122,7 +123,7 @@ def _consistent(loop: PiecewiseLoop, orbit: Itinerary) -> bool:
     last = loop.mirrored(orbit.pieces[0]) if orbit.half else orbit.pieces[0]
     path = [*orbit.pieces, last]
     inside = all(0 <= p < len(loop.generators) for p in path)
-    return inside and len(orbit.pieces) > 1 and all(abs(p - q) == 1 for p, q in zip(path, path[1:], strict=False))
+    return inside and len(orbit.pieces) > 1 and all(abs(p - q) == 1 for p, q in pairwise(path))
 
 
 class _Equations:
@@ -164,7 +165,7 @@ class _Equations:
         return _Shot(states, arb_mat([[v] for v in (*gaps, *misses)]), jacobian)
 
     def enclosed(self, unknowns: Sequence[arb]) -> list[arb] | None:
-        """Balls around the unknowns that hold a zero with positive durations; None if the test fails for every radius."""
+        """Balls around the unknowns that hold a zero with positive durations; None if every radius tried fails."""
         m = len(unknowns)
         shot = self.shoot(unknowns)
         inverse = shot.jacobian.mid().inv().mid()

@@ -1,0 +1,231 @@
+"""Periodic orbits in continuous time: published counterexamples, proofs that must fail, and simulations."""
+
+from dataclasses import replace
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from analysis.evidence import Evidence
+from analysis.refutation.acceptance import accept_escape, accept_orbit_continuous
+from analysis.refutation.oscillation import oscillation_witness
+from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns, saturation
+from analysis.refutation.realisation import companion, realisation
+from analysis.refutation.simulated import confirm, simulate_loop
+from analysis.refutation.validated import Itinerary, proved, refined
+from lure.errors import InputError
+from lure.laws import PiecewiseLinear, Saturation, Tanh
+from lure.laws.graph import Graph
+from lure.rational import RationalBlock
+
+DAMPING = F("0.03")
+FITTS = RationalBlock(
+    [1, 0, 0], np.polymul([1, 2 * DAMPING, DAMPING**2 + F("0.81")], [1, 2 * DAMPING, DAMPING**2 + F("1.21")])
+)
+FITTS_SEED = (-0.8568501753859451, 1.5659435663914607, 0.5061096169300414, -1.061805076491118)
+# x1' = -x2 - 10 phi, x2' = x1 - 10.1 phi, x3' = x4, x4' = -x3 - x4 + phi, sigma = x1 - 10.1 x3 - 0.1 x4, mu = -phi
+BRAGIN = (
+    [[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [0, 0, -1, -1]],
+    [10, F("10.1"), 0, -1],
+    [1, 0, F("-10.1"), F("-0.1")],
+)
+BRAGIN_BLOCK = RationalBlock([F("10.1"), 10, 0, 0], np.polymul([1, 0, 1], [1, 1, 1]))
+
+
+def test_the_matrices_and_the_block_of_the_second_counterexample_are_one():
+    system = realisation(BRAGIN)
+    for s in (2.0, 1j / 2, 1 + 3j):
+        A = np.array([[float(v) for v in row] for row in system.A])
+        b, c = (np.array([float(v) for v in side]) for side in (system.b, system.c))
+        assert c @ np.linalg.solve(s * np.eye(4) - A, b) == pytest.approx(complex(BRAGIN_BLOCK.transfer(s)), rel=1e-12)
+
+
+def test_fitts_orbit_with_tanh_is_accepted_as_observed():
+    witness = accept_orbit_continuous(FITTS, Tanh(scale=F("0.01")), FITTS_SEED, 11.917)
+    assert (witness.kind, witness.evidence, witness.k) == ("simulated orbit", Evidence.OBSERVED, 100)
+    assert witness.data["period"] == pytest.approx(11.917, abs=1e-3)
+
+
+def test_fitts_orbit_with_a_saturation_of_the_same_slope_is_proved():
+    witness = accept_orbit_continuous(FITTS, Saturation(gain=100), FITTS_SEED, 11.917)
+    assert (witness.kind, witness.evidence, witness.k) == ("periodic orbit", Evidence.CERTIFIED, 100)
+    assert witness.data["period"] == pytest.approx(11.917, abs=1e-3)
+    assert witness.odd
+    assert witness.slope_restricted
+
+
+def test_a_loop_that_comes_to_rest_is_not_accepted():
+    assert accept_orbit_continuous(FITTS, Saturation(gain=1), FITTS_SEED, 11.917) is None
+    assert accept_orbit_continuous(RationalBlock([1], [1, 3, 3, 1]), np.tanh, [1, 2, 3], 6.0) is None
+
+
+def test_bragin_leonov_kuznetsov_orbit_is_proved_from_a_distant_state():
+    witness = accept_orbit_continuous(BRAGIN, Saturation(gain=1), (0, -20, 0, 0), 9.0)
+    assert (witness.evidence, witness.k) == (Evidence.CERTIFIED, 1)
+
+
+@pytest.mark.parametrize(("block", "reached"), [(FITTS, 1.52), (BRAGIN_BLOCK, 0.40)])
+def test_both_counterexamples_are_found_and_proved(block, reached):
+    witness = oscillation_witness(block, odd=True)
+    assert (witness.kind, witness.evidence, witness.odd) == ("periodic orbit", Evidence.CERTIFIED, True)
+    assert witness.k < reached
+    assert_an_orbit(block, witness)
+    assert oscillation_witness(block, odd=True, k=F(reached)).k <= reached
+    assert oscillation_witness(block, odd=True, k=F(witness.k) / 2) is None
+
+
+def assert_an_orbit(block, witness):
+    """The witness's law and state, integrated by a general method: back at the first state after one period."""
+    points = [(F(x), F(y)) for x, y in witness.data["points"]]
+    law = PiecewiseLinear(points, left_slope=F(witness.data["left_slope"]), right_slope=F(witness.data["right_slope"]))
+    assert float(law.slope_bounds.upper) <= witness.k
+    assert law.odd == witness.odd
+    system = companion(block)
+    A = np.array([[float(v) for v in row] for row in system.A])
+    b, c = (np.array([float(v) for v in side]) for side in (system.b, system.c))
+    x0 = np.array(witness.data["state"])
+    run = solve_ivp(
+        lambda _, x: A @ x - b * float(law(c @ x)),
+        (0, witness.data["period"]),
+        x0,
+        method="DOP853",
+        rtol=1e-10,
+        atol=1e-12,
+        max_step=0.05,
+    )
+    assert np.abs(run.y[:, -1] - x0).max() < 1e-6 * np.abs(x0).max()
+
+
+# 1/(s+1)^3: Popov reaches the Hurwitz limit 8, so no law with slope below 8 oscillates; for (s+1)/(s^2+2s) every law is
+# harmless, and the first plant of the continuous set is absolutely stable for slopes up to its Hurwitz limit.
+@pytest.mark.parametrize(
+    ("top", "bottom"), [([1], [1, 3, 3, 1]), ([1, 1], [1, 2, 0]), ([1, F("-0.2"), F("-0.1")], [1, 2, 1, 1])]
+)
+def test_nothing_is_found_where_nothing_is(top, bottom):
+    assert oscillation_witness(RationalBlock(top, bottom), odd=True) is None
+
+
+def test_discrete_time_and_unstable_loops_have_no_witness_here():
+    assert oscillation_witness(RationalBlock([1], [1, F(1, 2)], dt=1), odd=True) is None
+    assert oscillation_witness(RationalBlock([1], [1, -1]), odd=True) is None
+    assert oscillation_witness(RationalBlock([3], [1]), odd=True) is None
+
+
+# With y = sigma + d phi the loop of H + d and phi is that of H and psi, psi(y) = phi(sigma): s turns into s/(1 + d s).
+def test_feedthrough_is_absorbed():
+    d = F(1, 4)
+    shifted = RationalBlock(np.polyadd([d * c for c in FITTS.denominator], list(FITTS.numerator)), FITTS.denominator)
+    plain, through = (oscillation_witness(block, odd=True) for block in (FITTS, shifted))
+    assert through.evidence is Evidence.CERTIFIED
+    assert through.k == pytest.approx(plain.k / (1 - float(d) * plain.k), rel=1e-3)
+
+
+@pytest.fixture(scope="module")
+def orbit():
+    loop = PiecewiseLoop.of(companion(FITTS), saturation(F(5), F(0)))
+    passages = Flow(loop).passages(-5 * np.array(FITTS_SEED), 2000)
+    i, j = returns(passages)
+    middle = i + (j - i) // 2
+    half = Itinerary(
+        pieces=tuple(p.piece for p in passages[i:middle]),
+        durations=tuple(F(p.duration) for p in passages[i:middle]),
+        state=tuple(F(v) for v in passages[i].state),
+        half=True,
+    )
+    return loop, refined(loop, half)
+
+
+def test_the_orbit_is_proved_as_half_and_as_whole(orbit):
+    loop, half = orbit
+    assert proved(loop, half)
+    mirrored = tuple(loop.mirrored(p) for p in half.pieces)
+    whole = Itinerary(pieces=half.pieces + mirrored, durations=half.durations * 2, state=half.state, half=False)
+    assert proved(loop, whole)
+    assert whole.period == pytest.approx(half.period, rel=1e-15)
+
+
+def test_what_is_not_the_orbit_is_not_proved(orbit):
+    loop, half = orbit
+    assert not proved(loop, replace(half, durations=tuple(t * F(101, 100) for t in half.durations)))
+    assert not proved(loop, replace(half, state=tuple(v * F(101, 100) for v in half.state)))
+    assert not proved(loop, replace(half, half=False))  # does not close
+    assert not proved(loop, replace(half, pieces=tuple(2 - p for p in half.pieces)))  # the mirror image of the pieces
+    assert not proved(loop, replace(half, pieces=(0, 2)))  # no neighbours
+    weaker = PiecewiseLoop.of(companion(FITTS), saturation(F(3), F(0)))
+    assert not proved(weaker, half)
+    one_sided = PiecewiseLoop.of(companion(FITTS), Graph.through([(F(-1), F(-5)), (F(1), F(5))], F(0), F(1, 100)))
+    assert not proved(one_sided, half)  # not odd
+
+
+def test_an_orbit_that_would_leave_its_pieces_is_not_proved():
+    # Closure and levels hold as before, but beyond half the orbit's peak the law turns up again.
+    loop = PiecewiseLoop.of(companion(FITTS), saturation(F(5), F(0)))
+    passages = Flow(loop).passages(-5 * np.array(FITTS_SEED), 2000)
+    settled = simulate_loop(FITTS, loop.law, passages[-2].state, 20.0)
+    level = F(float(np.abs(settled.sigma).max()) / 2)
+    assert level > 1
+    law = Graph.through([(-level, F(-5)), (F(-1), F(-5)), (F(1), F(5)), (level, F(5))], F(1), F(1))
+    i, j = returns(passages)
+    pieces = tuple({0: 1, 1: 2, 2: 3}[p.piece] for p in passages[i:j])
+    durations = tuple(F(p.duration) for p in passages[i:j])
+    state = tuple(F(v) for v in passages[i].state)
+    candidate = Itinerary(pieces=pieces, durations=durations, state=state, half=False)
+    bent = PiecewiseLoop.of(companion(FITTS), law)
+    assert refined(bent, candidate) is not None
+    assert not proved(bent, refined(bent, candidate))
+
+
+def test_escape_from_a_double_zero_is_observed():
+    def law(sigma):
+        return sigma * np.exp(-np.abs(sigma))
+
+    witness = accept_escape(RationalBlock([1, 1], [1, 0, 0]), law, (1, 5), 2000)
+    assert (witness.kind, witness.evidence) == ("simulated orbit", Evidence.OBSERVED)
+    assert accept_escape(RationalBlock([1, 1], [1, 2, 0]), law, (1, 5), 2000) is None
+
+
+def test_piecewise_flow_agrees_with_an_integrator():
+    law = Graph.through([(F(-2), F(-1)), (F(-1), F(-1)), (F(1), F(2)), (F(3), F(2))], F(1, 2), F(1, 3))
+    for block in (FITTS, RationalBlock([1, 2, 5], [1, 1, 4]), RationalBlock([1], [1, 3, 2, 0])):
+        x0 = np.linspace(3, -4, block.order)
+        exact = simulate_loop(block, law, x0, 30.0, samples=301)
+        general = simulate_loop(block, lambda sigma: law(sigma), x0, 30.0, samples=301)
+        scale = np.abs(general.states).max()
+        assert np.abs(exact.states - general.states).max() < 1e-5 * scale
+        assert np.abs(exact.sigma - general.sigma).max() < 1e-5 * np.abs(general.sigma).max()
+
+
+# y+ = y/2 + 2 u + (23/25) u_prev with the law of benchmarks: u = (192/415, 192/415, -1) repeats.
+def test_discrete_recursion_repeats_a_known_orbit():
+    block = RationalBlock([2, F(23, 25)], [1, F(-1, 2), 0], dt=1)
+    law = PiecewiseLinear(
+        [(F(-36864, 72625), F(-192, 415)), (F(0), F(0)), (F(192, 175), F(1))], left_slope=0, right_slope=0
+    )
+    u = np.array([192 / 415, 192 / 415, -1.0] * 40)
+    x = np.zeros(2)
+    A, b = np.array([[0, 1], [0, 0.5]]), np.array([0, 1.0])
+    for value in u:  # the linear part driven by the orbit forgets where it began
+        x = A @ x + b * value
+    motion = simulate_loop(block, law, x, 9.0)
+    assert motion.sigma[:3] == pytest.approx(motion.sigma[3:6], rel=1e-12)
+    assert -law(motion.sigma[:3]) == pytest.approx(u[:3], rel=1e-12)
+
+
+def test_confirm_tells_rest_from_oscillation():
+    assert confirm(RationalBlock([1], [1, 3, 3, 1]), np.tanh, until=100.0).settled
+    assert not confirm(FITTS, Saturation(gain=100), until=300.0).settled
+
+
+def test_bad_input_is_refused_in_one_sentence():
+    block = RationalBlock([1], [1, 1])
+    with pytest.raises(InputError, match="1 finite number"):
+        simulate_loop(block, np.tanh, [1, 2], 1.0)
+    with pytest.raises(InputError, match="positive time"):
+        simulate_loop(block, np.tanh, [1], 0.0)
+    with pytest.raises(InputError, match="not well posed"):
+        PiecewiseLoop.of(companion(RationalBlock([-1, 0], [1, 1])), saturation(F(2), F(0)))
+    with pytest.raises(InputError, match="straight line"):
+        PiecewiseLoop.of(companion(block), Graph.through([], F(1), F(1)))
+    with pytest.raises(InputError, match="A \\(n, n\\)"):
+        realisation(([[1, 2]], [1], [1]))
