@@ -79,7 +79,9 @@ def test_neither_end_moves_without_notice(form):
     assert multiplier.certifies(k, q)
     assert not multiplier.certifies(k * (1 + Fraction(1, 10**6)), q)
     assert not multiplier.certifies(k, 2 * q)
-    assert not multiplier.certifies(k, -q)
+    assert multiplier.certifies(k / 100, Fraction(0))
+    assert not multiplier.certifies(k / 100, Fraction(-1, 100))  # the inequality holds, the theorem does not
+    assert multiplier.inequality(k / 100, Fraction(-1, 100))(0) > 0
     cosines = [Fraction(i, 1000) for i in range(-1000, 1001)]
     assert multiplier.excluded(k * (1 + Fraction(1, 100)), cosines)
     assert not multiplier.excluded(k, cosines)

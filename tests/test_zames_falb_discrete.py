@@ -182,6 +182,28 @@ def test_a_pure_delay_reaches_the_small_gain_bound(delay):
     assert 1 - 1e-9 < answer.largest.low < 1
 
 
+# 1/(z - 1 + e) is stable for kappa < 2 - e; H = g/(z + 1/2) for kappa < 1/(2 g)
+@pytest.mark.parametrize(
+    ("numerator", "denominator", "limit"),
+    [
+        ([1], [1, Fraction(1, 10**18) - 1], 2.0),
+        ([10**200], [1, "0.5"], 5e-201),
+        (["1e-300"], [1, "0.5"], 5e299),
+    ],
+)
+def test_extreme_blocks_are_certified_all_the_same(numerator, denominator, limit):
+    answer = zames_falb_discrete_largest(block(numerator, denominator), odd=False)
+    assert limit * (1 - 1e-8) < answer.largest.low < limit
+
+
+def test_what_doubles_cannot_search_is_left_open():
+    # poles at +-i within 1e-18 of the circle; and a reach of 1e400, beyond doubles
+    for plant in (block([1], [1, 0, 1 - Fraction(1, 10**18)]), block([Fraction(1, 10**400)], [1, "0.5"])):
+        answer = zames_falb_discrete_largest(plant, odd=True)
+        assert answer.verdict is Verdict.INCONCLUSIVE
+        assert answer.largest.low == 0
+
+
 @pytest.mark.parametrize(("numerator", "denominator"), [([0], [1, "-.5"]), ([2, 0], [2, -1]), ([1, 1], [1, 0])])
 def test_a_positive_real_block_admits_every_slope(numerator, denominator):
     answer = zames_falb_discrete_largest(block(numerator, denominator), odd=False)

@@ -11,7 +11,7 @@ import numpy as np
 from flint import fmpq_poly
 from numpy.typing import NDArray
 
-from analysis.criteria.discrete_block import DiscreteBlock, largest_certified
+from analysis.criteria.discrete_block import DiscreteBlock, largest_certified, nearest_double
 from analysis.criteria.fir_search import SampledResponse
 from analysis.polynomial import to_fmpq
 from analysis.trigonometric import Laurent, at_cosine, nonnegative_on_circle, positive_on_circle
@@ -127,16 +127,15 @@ def difference_reach(multiplier: DifferenceMultiplier) -> DifferenceReach:
         rounded, _ = sampled.inverse_reach(float(q))
         if rounded <= inverse * (1 + 1e-12):
             break
-    lower = multiplier.discrete.lower
+    discrete = multiplier.discrete
     if not inverse > 1e-12 * sampled.size and multiplier.certifies_every(q):
         return DifferenceReach(q=q, low=math.inf, high=math.inf)
-    guess = 1 / rounded if rounded > 0 else math.inf
-    low = largest_certified(lower, guess, lambda width: multiplier.certifies(width, q))
+    low = largest_certified(discrete, rounded, lambda width: multiplier.certifies(width, q))
     cosines = [Fraction(c) for c in np.unique(np.cos(tight)).tolist()]
     high = math.inf
-    for step in STEPS_UP if inverse > 0 else ():
-        k = float(lower + Fraction(1 / inverse * (1 + step)))
-        if Fraction(k) > lower and multiplier.excluded(Fraction(k) - lower, cosines):
+    for step in STEPS_UP if 0 < inverse < math.inf else ():
+        k = nearest_double(discrete.lower + (1 + Fraction(step)) / (Fraction(inverse) * discrete.gain))
+        if discrete.lower < k < math.inf and multiplier.excluded(Fraction(k) - discrete.lower, cosines):
             high = k
             break
     return DifferenceReach(q=q, low=low, high=high)
@@ -159,9 +158,10 @@ class _Sampled:
         z, H = np.exp(1j * omega), self.response.at(omega)
         difference = self.multiplier.difference
         Z = np.polyval([float(c.p) / float(c.q) for c in reversed(difference.p.coeffs())], z) / z**difference.shift
-        R = ((1 + q * Z) * H).real
-        Q = float(self.multiplier.loss) * np.abs((z - 1) * H) ** 2
-        return np.asarray((np.sqrt(R * R + 4 * q * Q) - R) / 2)
+        with np.errstate(invalid="ignore", over="ignore"):
+            R = ((1 + q * Z) * H).real
+            Q = float(self.multiplier.loss) * np.abs((z - 1) * H) ** 2
+            return np.asarray((np.sqrt(R * R + 4 * q * Q) - R) / 2)
 
     def inverse_reach(self, q: float) -> tuple[float, Array]:
         """The largest value over all frequencies, and the frequencies of the local maxima."""

@@ -18,7 +18,7 @@ from lure.errors import AssumptionError, InputError
 from lure.rational import RationalBlock
 
 STEPS_BACK = (1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5)
-LARGEST_GAIN = 1e12
+LEAST_INVERSE = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,40 +89,56 @@ class DiscreteBlock:
         """Whether ``1 + kappa D > 0`` for ``kappa`` in ``[0, K]``: ``sigma + D phi(sigma) = r`` has one solution."""
         return 1 + K * self.feedthrough > 0
 
+    @property
+    def gain(self) -> Fraction:
+        """The unit in which the searches measure ``H``, so that no number leaves the range of doubles."""
+        top = max((abs(c) for c in self.n.p.coeffs()), default=fmpq(1))
+        return to_fraction(top / max(abs(c) for c in self.d.p.coeffs()))
+
     def coefficients(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Numerator and denominator, descending powers, divided by one number and rounded to doubles."""
+        """Numerator and denominator of ``H / gain``, descending powers, rounded to doubles."""
         top, bottom = list(reversed(self.n.p.coeffs())), list(reversed(self.d.p.coeffs()))
-        scale = max(abs(c) for c in bottom)
-        return _floats(top, scale), _floats(bottom, scale)
+        return _floats(top), _floats(bottom)
 
 
-def largest_certified(lower: Fraction, guess: float, certified: Callable[[Fraction], bool]) -> float:
-    """The first double ``k`` below ``lower + guess``, in growing steps, with ``certified(k - lower)``; NaN if none.
+def largest_certified(discrete: DiscreteBlock, inverse: float, certified: Callable[[Fraction], bool]) -> float:
+    """The first double ``k`` below a guess, in growing steps, with ``certified(k - lower)``; NaN if there is none.
 
     Parameters
     ----------
-    lower : Fraction
-        Where the class begins.
-    guess : float
-        Width of the class to try first; not trusted.
+    discrete : DiscreteBlock
+        The block, with its ``lower`` and its ``gain``.
+    inverse : float
+        ``1/(k - lower)`` in units of ``gain``, to try first; not trusted.
     certified : callable
-        Exact test of a width.
+        Exact test of a width ``k - lower``.
     """
-    if not guess > 0:
+    if not math.isfinite(inverse):
         return math.nan
+    guess = 1 / (Fraction(max(inverse, LEAST_INVERSE)) * discrete.gain)
     for step in STEPS_BACK:
-        k = float(lower + Fraction(min(guess, LARGEST_GAIN) * (1 - step)))
-        width = Fraction(k) - lower
-        if width > 0 and certified(width):
+        k = nearest_double(discrete.lower + guess * (1 - Fraction(step)))
+        if math.isfinite(k) and Fraction(k) > discrete.lower and certified(Fraction(k) - discrete.lower):
             return k
     return math.nan
 
 
+def nearest_double(value: Fraction) -> float:
+    """The nearest double; an infinite one beyond their range."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
 def below(value: Fraction) -> float:
     """The largest double that is not above ``value``."""
-    nearest = float(value)
+    nearest = nearest_double(value)
+    if math.isinf(nearest):
+        return nearest
     return nearest if Fraction(nearest) <= value else math.nextafter(nearest, -math.inf)
 
 
-def _floats(values: list[fmpq], scale: fmpq) -> NDArray[np.float64]:
+def _floats(values: list[fmpq]) -> NDArray[np.float64]:
+    scale = max((abs(value) for value in values), default=fmpq(1))
     return np.array([float(to_fraction(value / scale)) for value in values])

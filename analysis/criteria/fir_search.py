@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -44,13 +45,22 @@ class SampledResponse:
         return cls(numerator, denominator, np.unique(np.clip(np.concatenate(parts), 0, np.pi)))
 
     def at(self, omega: Array) -> NDArray[np.complex128]:
-        """``H`` at these frequencies."""
+        """``H`` at these frequencies; not finite where a pole is too near for doubles."""
         z = np.exp(1j * omega)
-        return np.asarray(np.polyval(self.numerator, z) / np.polyval(self.denominator, z))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            return np.asarray(np.polyval(self.numerator, z) / np.polyval(self.denominator, z))
 
     def maximum(self, f: Callable[[Array], Array]) -> tuple[float, Array]:
-        """The largest value of ``f`` seen, refined between grid points, and the frequencies of its local maxima."""
-        values = f(self.omega)
+        """The largest value of ``f`` seen, refined between grid points, and the frequencies of its local maxima.
+
+        Values that are not numbers are passed over.
+        """
+
+        def g(omega: Array) -> Array:
+            found = f(omega)
+            return np.where(np.isnan(found), -np.inf, found)
+
+        values = g(self.omega)
         padded = np.concatenate([[-np.inf], values, [-np.inf]])
         peaks = np.flatnonzero((values > padded[:-2]) & (values >= padded[2:]))
         left = self.omega[np.maximum(peaks - 1, 0)]
@@ -60,11 +70,11 @@ class SampledResponse:
         found = self.omega[peaks]
         for _ in range(ZOOMS):
             mesh = left[:, None] + (right - left)[:, None] * inside
-            best = np.argmax(f(mesh.ravel()).reshape(mesh.shape), axis=1)
+            best = np.argmax(g(mesh.ravel()).reshape(mesh.shape), axis=1)
             found = mesh[rows, best]
             left, right = mesh[rows, np.maximum(best - 1, 0)], mesh[rows, np.minimum(best + 1, ZOOM_POINTS - 1)]
         tight = np.concatenate([found, self.omega[peaks]])
-        return float(np.max(f(tight), initial=-np.inf)), tight
+        return float(np.max(g(tight), initial=-np.inf)), tight
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -87,7 +97,7 @@ def evaluated(response: SampledResponse, shifts: tuple[int, ...], taps: Array) -
 
     def ratio(omega: Array) -> Array:
         M = 1 - np.exp(-1j * omega[:, None] * where) @ taps[used]
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             value = -(M * response.at(omega)).real / M.real
         return np.asarray(np.where(M.real > 0, value, np.inf))
 
@@ -140,6 +150,9 @@ def best_taps(response: SampledResponse, length: int, *, odd: bool, start: Propo
 
 
 def _linear_program(G: NDArray[np.complex128], omega: Array, best: Proposal, *, odd: bool) -> Array | None:
+    omega, G = omega[np.isfinite(G)], G[np.isfinite(G)]
+    if not math.isfinite(best.inverse):
+        return None
     shifted = np.exp(-1j * np.outer(omega, best.shifts))
     scale = np.abs(G) + abs(best.inverse)
     scale[scale == 0] = 1.0

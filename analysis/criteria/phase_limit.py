@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from analysis.criteria.discrete_block import DiscreteBlock
+from analysis.criteria.fir_search import SampledResponse
 from analysis.polynomial import to_fmpq
 from analysis.precision import ball, outward, working_precision
 
@@ -74,17 +75,18 @@ def phase_limit(discrete: DiscreteBlock, period: int, *, odd: bool) -> PhaseLimi
        Automatic Control 67 (2022).
     """
     numerator, denominator = discrete.coefficients()
-    z = np.exp(2j * np.pi * np.arange(period // 2 + 1) / period)
-    H = np.polyval(numerator, z) / np.polyval(denominator, z)
+    H = SampledResponse.of(numerator, denominator).at(2 * np.pi * np.arange(period // 2 + 1) / period)
+    if not np.all(np.isfinite(H)):
+        return None
     factors = _factors(period, odd=odd)
-    multipliers = np.array([[_value(r * shift, period, sign) for r in range(len(z))] for sign, shift in factors])
+    multipliers = np.array([[_value(r * shift, period, sign) for r in range(len(H))] for sign, shift in factors])
     found = _best_weights((multipliers * H).real, multipliers.real)
     if found is None:
         return None
     weights, inverse = found
     exact = [Fraction(w) for w in weights.tolist()]
     for step in STEPS_UP:
-        trial = Fraction(inverse * (1 - step))
+        trial = Fraction(inverse * (1 - step)) * discrete.gain
         if trial > 0 and _rules_out(discrete, exact, (period, trial), factors):
             with working_precision(BITS):
                 k = outward(ball(discrete.lower), ball(discrete.lower + 1 / trial)).high

@@ -168,7 +168,9 @@ def _ceiling(block: RationalBlock, discrete: DiscreteBlock, *, odd: bool) -> tup
 
 def _reach(discrete: DiscreteBlock, ceiling: float, *, odd: bool, taps: int | None) -> tuple[Multiplier, float]:
     """The best multiplier found and the certified upper slope, infinite for all finite ones, NaN for none."""
-    target = (1 + CLOSED) / float(Fraction(ceiling) - discrete.lower) if ceiling < math.inf else 0.0
+    target = 0.0
+    if ceiling < math.inf:
+        target = float((1 + Fraction(CLOSED)) / ((Fraction(ceiling) - discrete.lower) * discrete.gain))
     response = SampledResponse.of(*discrete.coefficients())
     lengths = LENGTHS if taps is None else (*(n for n in LENGTHS if n < taps), taps)
     best = _search(response, lengths, target, odd=odd)
@@ -178,12 +180,11 @@ def _reach(discrete: DiscreteBlock, ceiling: float, *, odd: bool, taps: int | No
     multiplier = _multiplier(proposal)
     if math.isinf(ceiling) and proposal.inverse <= NEGLIGIBLE and certifies_every(discrete, multiplier, odd=odd):
         return multiplier, math.inf
-    guess = 1 / proposal.inverse if proposal.inverse > 0 else math.inf
 
     def certified(width: Fraction) -> bool:
         return discrete.lower + width < ceiling and certifies(discrete, multiplier, width, odd=odd)
 
-    return multiplier, largest_certified(discrete.lower, guess, certified)
+    return multiplier, largest_certified(discrete, proposal.inverse, certified)
 
 
 def _search(response: SampledResponse, lengths: Sequence[int], target: float, *, odd: bool) -> Proposal:
