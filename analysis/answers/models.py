@@ -64,9 +64,7 @@ def answers(asked: Asked) -> list[Answer]:
 
                 found.append(LARGEST[entry.name](block))
             elif isinstance(block, StateSpaceBlock):
-                from analysis.hamiltonian import largest_computed
-
-                found.append(largest_computed(block, entry.name))
+                found.append(_computed(block, entry.name))
             else:
                 from analysis.sampled import largest_sampled
 
@@ -95,6 +93,17 @@ def witnesses(asked: Asked, limit: Bracket) -> list[Witness]:
         found = [_dead_time_gain(block, limit)]
     ranked = [witness for witness in found if witness.evidence > Evidence.OBSERVED]
     return sorted(ranked, key=lambda witness: witness.k)
+
+
+def _computed(block: StateSpaceBlock, name: str) -> Answer:
+    if name != "popov" or block.dt is not None:
+        raise AssumptionError(
+            f"for a block of order {block.A.shape[0]} given by matrices only popov in continuous time is computed, not "
+            f"{name}; give coefficients for the exact criteria"
+        )
+    from analysis.hamiltonian import popov_largest_computed
+
+    return popov_largest_computed(block.A, block.B, block.C, block.D)
 
 
 def _dead_time_gain(block: DelayBlock, limit: Bracket) -> Witness:
