@@ -15,7 +15,7 @@ from analysis.refutation.matrix_game import solve_games
 from analysis.refutation.orbit import orbit_witness, shifted_block, steady_state_map
 from analysis.refutation.patterns import Family, basis
 from analysis.witness import Witness
-from lure.errors import AssumptionError, InputError
+from lure.errors import InputError
 from lure.rational import RationalBlock
 
 Floats = NDArray[np.float64]
@@ -88,8 +88,9 @@ def _witness(
     full = [value + lower * s for value, s in zip(w, sigma, strict=True)]
     try:
         law = PiecewiseLinear.through(zip(sigma, full, strict=True), lower, odd=odd or proposal.family == "odd")
-        return orbit_witness(block, law, [-value for value in full], slope_restricted=proposal.family != "sector")
-    except (AssumptionError, InputError):
+        u = [-value for value in full]
+        return orbit_witness(block, law, u, sigma, slope_restricted=proposal.family != "sector")
+    except InputError:
         return None
 
 

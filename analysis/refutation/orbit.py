@@ -81,9 +81,14 @@ def steady_state(block: RationalBlock, u: Sequence[Fraction]) -> list[Fraction]:
 
 
 def orbit_witness(
-    block: RationalBlock, law: PiecewiseLinear, u: Sequence[Fraction], *, slope_restricted: bool = True
+    block: RationalBlock,
+    law: PiecewiseLinear,
+    u: Sequence[Fraction],
+    sigma: Sequence[Fraction],
+    *,
+    slope_restricted: bool = True,
 ) -> Witness:
-    """The witness of an orbit ``mu[t] = u[t % p]`` that is one, checked exactly.
+    """The witness of an orbit ``mu[t] = u[t % p]``, ``sigma[t] = sigma[t % p]``, if it is one: checked exactly.
 
     Parameters
     ----------
@@ -91,8 +96,8 @@ def orbit_witness(
         In discrete time.
     law : PiecewiseLinear
         The law; its ``tail`` is the lower bound of the class.
-    u : sequence of Fraction
-        One period of ``mu``, not zero.
+    u, sigma : sequence of Fraction
+        One period of ``mu``, not zero, and of ``sigma``.
     slope_restricted : bool
         Whether the class meant is that of slopes in ``[tail, k]``, or only the sector.
 
@@ -101,7 +106,6 @@ def orbit_witness(
     InputError
         It is no orbit, or the law does not have the lower bound.
     """
-    sigma = steady_state(block, u)
     low, k = law.slopes if slope_restricted else law.sector
     record: dict[str, object] = {
         "k": str(k),
@@ -249,4 +253,4 @@ def accept_orbit(
         raise InputError(f"points and u need exact numbers, as Fraction or text p/q: {error}") from None
     if not drive:
         raise InputError("u is empty; give one period of mu")
-    return orbit_witness(block, PiecewiseLinear.through(listed, Fraction(lower)), drive)
+    return orbit_witness(block, PiecewiseLinear.through(listed, Fraction(lower)), drive, steady_state(block, drive))

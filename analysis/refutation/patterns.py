@@ -36,7 +36,7 @@ def basis(values: Floats, family: Family) -> Floats:
     p = values.shape[1]
     sign = np.sign(values)
     if family == "sector":
-        return np.asarray(sign[:, :, None] * np.eye(p))
+        return np.asarray(sign[:, :, None] * np.eye(p), dtype=float)
     step = np.arange(p)[None, None, :]
     if family == "odd":
         rank = np.argsort(np.argsort(np.abs(values), axis=1), axis=1)[:, :, None]
@@ -45,7 +45,7 @@ def basis(values: Floats, family: Family) -> Floats:
     below = (values < 0).sum(axis=1)[:, None, None]
     above_zero = (below <= step) & (step <= rank)
     below_zero = (rank <= step) & (step < below)
-    return above_zero.astype(float) - below_zero.astype(float)
+    return np.asarray(above_zero, dtype=np.float64) - np.asarray(below_zero, dtype=np.float64)
 
 
 def pattern_count(p: int, family: Family) -> int:

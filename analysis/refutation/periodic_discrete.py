@@ -144,7 +144,7 @@ def searched_lower(block: RationalBlock, lower: Fraction, linear: Witness | None
     if is_stable_gain(block, lower):
         return lower
     width = linear.k - float(lower) if linear is not None else 1 / max(abs(complex(block.transfer(-1.0))), 1e-9)
-    return lower + Fraction(2) ** (math.floor(math.log2(width)) - 14)
+    return lower + Fraction(2) ** (math.floor(math.log2(width)) - 20)
 
 
 def proposals(

@@ -39,8 +39,10 @@ def refute(
     lower = Fraction(lower)
     found = [linear_witness(block, lower=lower)]
     if found[0] is None or found[0].k > lower:
-        search = _continuous if block.dt is None else _discrete
-        found += search(block, lower, slope=slope, odd=odd, time_varying=time_varying)
+        if block.dt is None:
+            found += _continuous(block, lower, odd=odd, time_varying=time_varying)
+        else:
+            found += _discrete(block, lower, slope=slope, odd=odd, time_varying=time_varying)
     return tuple(sorted((witness for witness in found if witness is not None), key=lambda witness: witness.k))
 
 
@@ -54,7 +56,10 @@ def _discrete(
     return [sector_witness_discrete(block, odd=odd, lower=lower)]
 
 
-def _continuous(
-    block: RationalBlock, lower: Fraction, *, slope: bool, odd: bool, time_varying: bool
-) -> list[Witness | None]:
-    return []
+def _continuous(block: RationalBlock, lower: Fraction, *, odd: bool, time_varying: bool) -> list[Witness | None]:
+    from analysis.refutation.oscillation import oscillation_witness
+    from analysis.refutation.switched import switched_witness
+
+    if time_varying:
+        return [switched_witness(block, lower=lower)]
+    return [oscillation_witness(block, odd=odd, lower=lower)]

@@ -30,6 +30,8 @@ MAX_PERIOD = 10  # every pattern up to it is tried,
 MAX_RUNS = 40  # and up to this one those of two runs
 _LADDER = ((1e-9, 256), (1e-8, 1024), (1e-6, 1024), (1e-4, 4096))  # how far above k, and bits of the balls
 _SQUARINGS = 48
+_ROUNDS = 40
+_GAIN = 1e-7  # relative: a smaller improvement is none
 
 
 def switched_witness_discrete(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Witness | None:
@@ -85,19 +87,21 @@ def switched_witness_discrete(block: RationalBlock, *, lower: Fraction = Fractio
 def _improved(system: Realisation, lower: float, k: float, pattern: tuple[int, ...]) -> tuple[tuple[int, ...], float]:
     """The pattern that grows most at ``k``, and the lowest ``k`` at which it does by bisection, again and again."""
     listed = _necklaces(MAX_PERIOD) + _two_runs(MAX_RUNS)
-    while True:
-        radius = _radii(system, sorted({*listed, *_changed(pattern)}, key=len), lower, k * (1 - 1e-7))
+    for _ in range(_ROUNDS):
+        high = lower + (k - lower) * (1 - _GAIN)
+        radius = _radii(system, sorted({*listed, *_changed(pattern)}, key=len), lower, high)
         best = max(radius, key=lambda found: radius[found])
         if not radius[best] > 1 + 1e-9:
-            return pattern, k
-        pattern, low, high = best, lower, k * (1 - 1e-7)
-        while high - low > 1e-13 * high:
+            break
+        pattern, low = best, lower
+        for _ in range(50):
             middle = 0.5 * (low + high)
             if _radii(system, [best], lower, middle)[best] > 1:
                 high = middle
             else:
                 low = middle
         k = high
+    return pattern, k
 
 
 def _necklaces(longest: int) -> list[tuple[int, ...]]:
