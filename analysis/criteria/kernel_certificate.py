@@ -123,8 +123,8 @@ def check_every(plant: Plant, multiplier: Multiplier) -> bool:
     r"""Whether the multiplier proves every finite slope, by ``Re[M H + i w theta H] >= 0`` without delays.
 
     Then ``Re M / k`` is left, for every ``k``: bounded away from 0 if ``sum |c_j| < 1``, and for ``sum |c_j| = 1`` too
-    if some ``c_j < 0``, for ``|h_j^(iw)| < 1`` unless ``w = 0``.  If ``sum c_j = 1``, all positive, ``Re M`` vanishes at
-    ``w = 0`` alone, and ``c_j`` are to be multiplied by ``1 - delta``: that adds ``delta Re[sum c_j h_j^ (H + 1/k)]``,
+    if some ``c_j < 0``, for ``|h_j^(iw)| < 1`` unless ``w = 0``.  If ``sum c_j = 1``, all positive, ``Re M`` vanishes
+    at ``w = 0`` alone.  Multiplying all ``c_j`` by ``1 - delta`` adds ``delta Re[sum c_j h_j^ (H + 1/k)]``,
     near ``H(0) + 1/k`` around ``w = 0`` and small elsewhere, so that for each finite ``k`` a small enough ``delta > 0``
     leaves the sum bounded away from 0 provided that ``H(0) >= 0``.
 

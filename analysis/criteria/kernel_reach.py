@@ -153,6 +153,9 @@ def propose_at(task: Task, k: Fraction) -> Reach | None:
         return None
     if _static(task.plant):
         return Reach(k, TRIVIAL) if proved(task, k, TRIVIAL) else None
+    for known, multiplier in seeds(task.plant.block, task.lower):
+        if (known is None or known >= k) and proved(task, k, multiplier):
+            return Reach(k, multiplier)
     scaled = Scaled.of(task.plant)
     for family in task.families:
         found = _attempts(task, scaled, scaled.search(family, odd=task.odd, full=task.full), k)

@@ -99,7 +99,9 @@ def zames_falb_largest(
     if found is None:
         return _answer(task, SlopeBounds(task.lower, math.inf), None, "no multiplier found proves any slope")
     if found.k is None:
-        reason = "one multiplier proves every finite slope; the inequality was decided exactly"
+        limit = found.multiplier.mass == 1 and all(c > 0 for c, _ in found.multiplier.terms)
+        how = "coefficients as close to these as k asks for" if limit else "one multiplier"
+        reason = f"every finite slope is proved, with {how}; the inequality was decided exactly"
         return _answer(task, SlopeBounds(task.lower, math.inf), found, reason)
     reason = f"slopes up to {float(found.k):.9g} are proved; the inequality was decided at every frequency"
     return _answer(task, SlopeBounds(task.lower, found.k), found, reason)
