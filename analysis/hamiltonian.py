@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Literal
 
@@ -14,7 +15,7 @@ from scipy.linalg import eigvals, schur, solve_triangular
 
 from analysis.answer import Answer
 from analysis.evidence import Bracket, Evidence, Verdict
-from analysis.multiplier_search import Cut, Found, search
+from analysis.multiplier_search import Cut, Found, mixture, search
 from analysis.polynomial import to_fmpq, to_fraction
 from lure.errors import AssumptionError, InputError
 from lure.law_class import LawClass
@@ -24,6 +25,7 @@ TOLERANCE = fmpq(1, 10**8)
 NEAR_AXIS = 1e-3
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 GOLDEN_STEPS = 40
+LOWEST = 6
 FAR = 40
 
 
@@ -84,6 +86,8 @@ class HamiltonianFamily:
         Shapes ``(n, n)``, ``(n,)``, ``(n,)``.
     direct : float
         ``D``.
+    marks, at_marks : ndarray
+        Where the search begins [rad/s], and ``H`` there.
     triangle, inward, outward : ndarray
         Complex Schur form of ``A`` with ``B`` and ``C`` in its basis.
     """
@@ -92,6 +96,8 @@ class HamiltonianFamily:
     B: NDArray[np.float64]
     C: NDArray[np.float64]
     direct: float
+    marks: NDArray[np.float64] = field(repr=False)
+    at_marks: NDArray[np.complex128] = field(repr=False)
     triangle: NDArray[np.complex128] = field(repr=False)
     inward: NDArray[np.complex128] = field(repr=False)
     outward: NDArray[np.complex128] = field(repr=False)
@@ -122,7 +128,9 @@ class HamiltonianFamily:
                 f"A has an eigenvalue with real part {rightmost:.3g} 1/s, and it must be stable; a block with a pole "
                 "at 0 needs exact coefficients: give a RationalBlock"
             )
-        return cls(a, b, c, float(d.ravel()[0]), triangle, basis.conj().T @ b, c @ basis)
+        marks, bare = _marks(np.diag(triangle)), np.zeros(0, dtype=complex)
+        family = cls(a, b, c, float(d.ravel()[0]), marks, bare, triangle, basis.conj().T @ b, c @ basis)
+        return replace(family, at_marks=np.array([family.response(float(omega)) for omega in marks]))
 
     def response(self, omega: float) -> complex:
         """``H(i omega)``."""
@@ -140,26 +148,29 @@ class HamiltonianFamily:
         return Cut(to_fmpq(self.direct), to_fmpq(float(self.C @ self.B)))
 
     def samples(self) -> list[Cut]:
-        """Where to begin: zero, the frequencies of the poles, and points between them."""
-        poles = np.diag(self.triangle)
-        marks = np.unique(np.concatenate([np.abs(poles), np.abs(poles.imag)]))
-        marks = marks[marks > 0]
-        between = np.sqrt(marks[1:] * marks[:-1])
-        far = np.geomspace(1.5, 1e7, FAR)
-        points = np.unique(np.concatenate([[0.0], marks[0] / far, marks, between, marks[-1] * far]))
-        return [self.cut(float(omega)) for omega in points]
+        """The cuts of the marks."""
+        slopes = -self.marks * self.at_marks.imag
+        rows = zip(self.at_marks.real, slopes, self.marks, strict=True)
+        return [Cut(to_fmpq(float(u)), to_fmpq(float(w)), to_fmpq(float(omega))) for u, w, omega in rows]
 
     def violations(self, theta: fmpq, level: fmpq) -> list[Cut]:
-        """Frequencies below a level, as far as floating point can tell: between the crossings of the level."""
+        """Frequencies below a level, as far as floating point can tell: between its crossings, and near the marks."""
         t, m = float(to_fraction(theta)), float(to_fraction(level))
         crossings = self.crossings(t, m)
         inner = np.sqrt(crossings[1:] * crossings[:-1]) if crossings.size else crossings
         ends = [crossings[0] / 2, crossings[-1] * 2] if crossings.size else []
-        points = np.sort(np.concatenate([crossings, inner, ends]))
-        values = np.array([self.value(float(omega), t) for omega in points])
-        below = [i for i in range(points.size) if not values[i] >= m]
-        lowest = [i for i in below if all(not values[j] < values[i] for j in (i - 1, i + 1) if 0 <= j < points.size)]
-        return [self.cut(self._lowest(points, i, t)) for i in lowest]
+        extra = np.concatenate([crossings, inner, ends])
+        there = np.array([self.response(float(omega)) for omega in extra], dtype=complex)
+        points, first = np.unique(np.concatenate([self.marks, extra]), return_index=True)
+        response = np.concatenate([self.at_marks, there])[first]
+        values = response.real - t * points * response.imag
+        lowest = sorted(_dips(values), key=lambda i: values[i])[:LOWEST]
+        found = [self._lowest(points, i, t) for i in lowest if points[i] > 0]
+        return [self.cut(omega) for omega in found if not self.value(omega, t) >= m]
+
+    def bound(self, support: Sequence[Cut]) -> fmpq:
+        """The upper bound from some cuts, in floating point."""
+        return mixture(support)
 
     def value(self, omega: float, theta: float) -> float:
         """``Re[(1 + i omega theta) H]`` at one frequency."""
@@ -180,7 +191,7 @@ class HamiltonianFamily:
 
     def _lowest(self, points: NDArray[np.float64], i: int, theta: float) -> float:
         """The least value next to a point, by golden section on a logarithmic scale."""
-        low = math.log(points[i - 1]) if i > 0 else math.log(points[i] / 4)
+        low = math.log(points[i - 1]) if i > 0 and points[i - 1] > 0 else math.log(points[i] / 4)
         high = math.log(points[i + 1]) if i + 1 < points.size else math.log(points[i] * 4)
         one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
         at_one, at_two = (self.value(math.exp(point), theta) for point in (one, two))
@@ -195,6 +206,20 @@ class HamiltonianFamily:
                 at_two = self.value(math.exp(two), theta)
         best = math.exp(one if at_one < at_two else two)
         return best if self.value(best, theta) < self.value(float(points[i]), theta) else float(points[i])
+
+
+def _dips(values: NDArray[np.float64]) -> list[int]:
+    """Places of the local minima."""
+    padded = np.concatenate([[np.inf], values, [np.inf]])
+    return [int(i) for i in np.flatnonzero((padded[1:-1] <= padded[:-2]) & (padded[1:-1] <= padded[2:]))]
+
+
+def _marks(poles: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Zero, the frequencies of the poles, points between them, and some far away."""
+    marks = np.unique(np.concatenate([np.abs(poles), np.abs(poles.imag)]))
+    marks = marks[marks > 1e-12 * marks[-1]]
+    far = np.geomspace(1.5, 1e7, FAR)
+    return np.unique(np.concatenate([[0.0], marks[0] / far, marks, np.sqrt(marks[1:] * marks[:-1]), marks[-1] * far]))
 
 
 def _answer(family: HamiltonianFamily, found: Found) -> Answer:

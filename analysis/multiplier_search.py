@@ -24,7 +24,10 @@ TOLERANCE = fmpq(1, 10**12)
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """``m(theta) <= u + theta w`` for every ``theta``, from the point ``x``; None is infinity."""
+    """``m(theta) <= u + theta w`` for every ``theta``, from the point ``x``; None is infinity.
+
+    The two numbers may be rounded; what is claimed in the end is computed anew from ``x``.
+    """
 
     u: fmpq
     w: fmpq
@@ -40,7 +43,7 @@ CAP = Cut(fmpq(0), fmpq(0))
 
 @dataclass(frozen=True, slots=True)
 class Summit:
-    """The least upper bound of ``sup m`` that some cuts give, and the one or two cuts behind it."""
+    """An upper bound of ``sup m`` from some cuts, and the one or two cuts behind it."""
 
     value: fmpq
     support: tuple[Cut, ...]
@@ -72,6 +75,10 @@ class Family(Protocol):
 
     def violations(self, theta: fmpq, level: fmpq) -> Sequence[Cut]:
         """Cuts that do not exceed ``level`` at ``theta``; none at all is the claim ``m(theta) > level``."""
+        ...
+
+    def bound(self, support: Sequence[Cut]) -> fmpq:
+        """The upper bound of ``sup m`` from the points of one or two cuts, as exact as the family can say it."""
         ...
 
 
@@ -110,9 +117,10 @@ def search(
         theta = choice(window)
         found = family.violations(theta, level)
         if not found:
-            return Found(theta, level, top, tuple(known))
+            return Found(theta, level, Summit(family.bound(top.support), top.support), tuple(known))
         known += found
-    return Found(None, fmpq(0), summit(known, nonnegative=nonnegative), tuple(known))
+    top = summit(known, nonnegative=nonnegative)
+    return Found(None, fmpq(0), Summit(family.bound(top.support), top.support), tuple(known))
 
 
 def summit(cuts: Sequence[Cut], *, nonnegative: bool = False) -> Summit:
@@ -143,6 +151,22 @@ def summit(cuts: Sequence[Cut], *, nonnegative: bool = False) -> Summit:
         if not least.at(theta) < left.at(theta):
             return Summit(least.at(theta), (left, right))
         left, right = (least, right) if least.w > 0 else (left, least)
+
+
+def mixture(support: Sequence[Cut]) -> fmpq:
+    """The upper bound of ``sup m`` that a support gives; 0 if it gives none.
+
+    Parameters
+    ----------
+    support : sequence of Cut
+        Two cuts of opposite slopes; or one of slope zero, or of negative slope if only ``theta >= 0`` is admitted.
+    """
+    if len(support) == 1:
+        return support[0].u
+    one, two = support
+    if not one.w * two.w < 0:
+        return fmpq(0)
+    return (one.u * abs(two.w) + two.u * abs(one.w)) / (abs(one.w) + abs(two.w))
 
 
 def admissible(cuts: Sequence[Cut], level: fmpq, *, nonnegative: bool = False) -> Window | None:

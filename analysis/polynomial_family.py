@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from flint import arb_poly, fmpq, fmpq_poly
 
 from analysis.criteria.gain_ends import simplest_between
-from analysis.multiplier_search import CAP, Cut, admissible, choice
+from analysis.multiplier_search import CAP, Cut, admissible, choice, mixture
 from analysis.polynomial import exact_midpoint, positive_from_zero, positive_root_count, real_roots, to_fmpq
 from analysis.precision import ball, working_precision
 
 LEVEL_ROUNDS = 30
 GOLDEN_STEPS = 30
+BITS = 256
 NEAR = fmpq(1, 2**20)
 CLOSE = fmpq(1, 2**90)
 
@@ -27,10 +29,22 @@ class PolynomialFamily:
     U: fmpq_poly
     W: fmpq_poly
 
-    def cut(self, x: fmpq) -> Cut:
+    def exact(self, x: fmpq) -> Cut:
         """The cut of a point, exactly."""
         bottom = self.D(x)
         return Cut(self.U(x) / bottom, self.W(x) / bottom, x)
+
+    def cut(self, x: fmpq) -> Cut:
+        """The cut of a point, in numbers of moderate length."""
+        found = self.exact(x)
+        return Cut(_shortened(found.u), _shortened(found.w), x)
+
+    def bound(self, support: Sequence[Cut]) -> fmpq:
+        """The upper bound from the points of some cuts, exactly."""
+        exact = [cut if cut.x is None else self.exact(cut.x) for cut in support]
+        if len(exact) == 1 and support[0].w == 0 and exact[0].w != 0:
+            return fmpq(0)
+        return mixture(exact)
 
     @property
     def at_infinity(self) -> Cut:
@@ -156,6 +170,13 @@ class PolynomialFamily:
 
 
 _AROUND = [(-NEAR, -NEAR / 2), (-CLOSE, -CLOSE / 2), (CLOSE / 2, CLOSE), (NEAR / 2, NEAR)]
+
+
+def _shortened(value: fmpq) -> fmpq:
+    """A number next to another, with the same sign and of about 256 bits."""
+    top, bottom = int(value.p), int(value.q)
+    excess = min(top.bit_length(), bottom.bit_length()) - BITS
+    return fmpq(top >> excess, bottom >> excess) if excess > 0 else value
 
 
 def _positive_roots(p: fmpq_poly) -> list[fmpq]:

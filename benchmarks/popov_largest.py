@@ -1,9 +1,10 @@
-"""Claim: Popov's largest sector with the best multiplier, certified from both sides, at least 100 times faster than an SDP.
+"""Claim: Popov's largest sector and best multiplier, certified from both sides, are 100 times faster than by an SDP.
 
-A block of order 40 with 20 lightly damped modes.  Ours: exact cutting planes, one root count as the proof.  Usual
-practice: bisection in ``k`` on the KYP matrix inequality with ``P`` and ``theta`` free, by cvxpy and Clarabel, which needs
-``cvxpy`` installed; its tolerance in ``k`` is 5 percent, from a bracket of a factor of 2, so that it ends within minutes.
-The answers must agree to that tolerance.  Then a dense block of 400 states in floating point: computed, not certified.
+A block of order 40, 20 lightly damped modes.  Ours: exact cutting planes, one root count as the proof, relative width
+1e-9 or less.  Usual practice: doubling, then bisection in ``k`` to 1e-6 on the KYP matrix inequality with ``P`` and
+``theta`` free, by cvxpy and Clarabel (``cvxpy`` must be installed); it proves nothing.  The answers must agree to 1e-3,
+which is what the inequality is good for here.  Then a dense block of 400 states in floating point: computed, not
+certified.
 """
 
 import sys
@@ -17,7 +18,7 @@ from analysis.evidence import Evidence, Verdict
 from analysis.hamiltonian import popov_largest_computed
 from lure.rational import RationalBlock
 
-MODES, TOLERANCE, RATIO, SECONDS = 20, 0.05, 100, 60.0
+MODES, TOLERANCE, AGREEMENT, RATIO, SECONDS = 20, 1e-6, 1e-3, 100, 60.0
 
 
 def modal(modes: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -36,12 +37,17 @@ def exact(a: np.ndarray, c: np.ndarray) -> RationalBlock:
     """The same block as an exact fraction."""
     top, bottom = [Fraction(0)], [Fraction(1)]
     for i in range(c.size // 2):
-        w, gain = Fraction(a[2 * i, 2 * i + 1]), Fraction(c[2 * i])
-        mode = [Fraction(1), -Fraction(a[2 * i + 1, 2 * i + 1]), w * w]
+        w, damping, gain = (decimal(v) for v in (a[2 * i, 2 * i + 1], -a[2 * i + 1, 2 * i + 1], c[2 * i]))
+        mode = [Fraction(1), damping, w * w]
         scaled = [gain * w * w * d for d in bottom]
         top = added(multiplied(top, mode), scaled)
         bottom = multiplied(bottom, mode)
     return RationalBlock(top, bottom)
+
+
+def decimal(value: float) -> Fraction:
+    """The decimal of six digits that was meant."""
+    return Fraction(f"{value:.6f}")
 
 
 def multiplied(p: list[Fraction], q: list[Fraction]) -> list[Fraction]:
@@ -82,25 +88,31 @@ def main() -> int:
     a, b, c = modal(MODES, 1)
     block = exact(a, c)
     runs = []
-    for _ in range(3):
+    for _ in range(5):
         start = time.perf_counter()
         answer = popov_largest(block)
         runs.append(time.perf_counter() - start)
     ours = min(runs)
-    print(
-        f"order {block.order}: certified {answer.largest.low:.12g} .. {answer.largest.high:.12g}, theta {answer.theta:.6g} s"
-    )
+    largest = answer.largest
+    print(f"order {block.order}: certified {largest.low:.13g} .. {largest.high:.13g}, theta {answer.theta:.6g} s")
     certified = answer.verdict is Verdict.PROVED and answer.largest.width <= 1e-9 * answer.largest.high
 
-    low, high = answer.largest.middle / 2**0.5, answer.largest.middle * 2**0.5
-    start = time.perf_counter()
-    while high / low > 1 + TOLERANCE:
-        k = (low * high) ** 0.5
+    start, low, high = time.perf_counter(), 0.0, 1.0
+    if feasible(a, b, c, high):
+        while feasible(a, b, c, 2 * high):
+            high *= 2
+        low, high = high, 2 * high
+    else:
+        while not feasible(a, b, c, high / 2):
+            high /= 2
+        low = high / 2
+    while high - low > TOLERANCE * high:
+        k = (low + high) / 2
         low, high = (k, high) if feasible(a, b, c, k) else (low, k)
-        print(f"cvxpy and Clarabel: {low:.6g} .. {high:.6g}, {time.perf_counter() - start:.0f} s", file=sys.stderr)
+        print(f"cvxpy and Clarabel: {low:.8g} .. {high:.8g}, {time.perf_counter() - start:.0f} s", file=sys.stderr)
     peer = time.perf_counter() - start
-    agrees = low <= answer.largest.middle * (1 + TOLERANCE) and high >= answer.largest.middle * (1 - TOLERANCE)
-    print(f"cvxpy and Clarabel    {low:.6g} .. {high:.6g}, {peer:.3g} s")
+    agrees = abs(high - answer.largest.middle) <= AGREEMENT * high
+    print(f"cvxpy and Clarabel    {low:.8g} .. {high:.8g}, {peer:.3g} s")
     print(f"certified             {ours:.3g} s")
     print(f"ratio                 {peer / ours:,.0f}")
 

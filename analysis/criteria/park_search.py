@@ -135,7 +135,7 @@ class _Search:
 
     def _support(self, found: Found) -> Support:
         """The support in terms of the unstretched functions."""
-        cuts = tuple(self.family.cut(cut.x) for cut in found.summit.support if cut.x is not None)
+        cuts = tuple(self.family.exact(cut.x) for cut in found.summit.support if cut.x is not None)
         if len(cuts) == 1:
             return Support(cuts, (fmpq(1),))
         return Support(cuts, (-cuts[1].w, cuts[0].w))
