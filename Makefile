@@ -6,7 +6,8 @@ ARGS =
 BIN = .venv/bin
 PIP = $(BIN)/python -m pip install --disable-pip-version-check --no-input -c constraints.txt
 # One linear-algebra thread for each of the two test processes: more only compete for the cores.
-PYTEST = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
+ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+PYTEST = $(ONE_THREAD) $(BIN)/python -m pytest
 
 .DEFAULT_GOAL = help
 .NOTPARALLEL:
@@ -31,7 +32,7 @@ check: .venv/.dev ## format, lint and docstrings, types, tests; stops at the fir
 	$(PYTEST) -n 2 $(ARGS)
 
 bench: .venv/.core ## the benchmarks, one after another
-	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python "$$script"; done
+	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(ONE_THREAD) $(BIN)/python "$$script"; done
 
 benchmarks-table: .venv/.core ## published numbers against ours: circle to Zames-Falb, and counterexamples
 	$(BIN)/python benchmarks/published/table.py $(ARGS)

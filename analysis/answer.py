@@ -20,13 +20,13 @@ class Answer:
     Attributes
     ----------
     criterion : str
-        ``circle``, ``popov``, ``off-axis circle``, ``park``, ``zames-falb``, ``tsypkin``, ``jury-lee``, ``hurwitz``.
+        ``circle``, ``popov``, ``off-axis-circle``, ``park``, ``zames-falb``, ``tsypkin``, ``jury-lee``, ``hurwitz``.
     theorem : str
         The theorem by name, with its source.
     largest : Bracket
         The largest ``k`` of the classes ``[lower, k]``, ``lower`` that of ``law_class``.  ``low``: every class
         ``[lower, k]`` with finite ``k <= low`` is proved if ``verdict`` is PROVED.  ``high``: the criterion (for
-        ``zames-falb``: any criterion) can say nothing at or above it.
+        ``zames-falb`` in continuous time: any criterion) can say nothing at or above it.
     law_class : LawClass
         The class of laws the answer is about, at ``k = largest.low`` or at the ``k`` asked about.
     verdict : Verdict

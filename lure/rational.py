@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -91,16 +92,42 @@ class RationalBlock:
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H`` at complex ``s`` (or ``z``), elementwise, in floating point; not finite at a pole."""
-        points = np.asarray(s, dtype=complex)
+        # s = q x with a power of two q near the size of the roots, both sides divided by the largest coefficient
+        q, points = self._unit(), np.asarray(s, dtype=complex)
+        top, bottom = (
+            [c * q ** (len(side) - 1 - i) for i, c in enumerate(side)] for side in (self.numerator, self.denominator)
+        )
+        largest = max(abs(c) for c in bottom)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            top = np.polyval([float(c) for c in self.numerator], points)
-            return np.asarray(top / np.polyval([float(c) for c in self.denominator], points))
+            x = points / float(q)
+            values = [np.polyval([float(c / largest) for c in side], x) for side in (top, bottom)]
+            return np.asarray(values[0] / values[1])
+
+    def _unit(self) -> Fraction:
+        """A power of two near the geometric mean of the poles that are not zero."""
+        last = max(i for i, c in enumerate(self.denominator) if c)
+        if last == 0:
+            return Fraction(1)
+        c = abs(self.denominator[last])
+        octaves = (c.numerator.bit_length() - c.denominator.bit_length()) // last
+        return Fraction(2) ** max(-900, min(900, octaves))
 
     def to_control(self) -> control.TransferFunction:
-        """The block as a ``control.TransferFunction``, coefficients rounded to doubles."""
+        """The block as a ``control.TransferFunction``, coefficients rounded to doubles.
+
+        Raises
+        ------
+        InputError
+            A coefficient exceeds the largest double.
+        """
         import control
 
-        top, bottom = ([float(c) for c in side] for side in (self.numerator, self.denominator))
+        try:
+            top, bottom = ([float(c) for c in side] for side in (self.numerator, self.denominator))
+        except OverflowError:
+            raise InputError(
+                "a coefficient of this block exceeds the largest double, 1.8e308; rescale the unit of time"
+            ) from None
         return control.TransferFunction(top, bottom, 0 if self.dt is None else float(self.dt))
 
     def __str__(self) -> str:
@@ -118,12 +145,22 @@ def polynomial_text(coefficients: Sequence[Fraction], variable: str) -> str:
     for power, value in zip(range(degree, -1, -1), coefficients, strict=True):
         if value == 0:
             continue
-        size = f"{float(abs(value)):.6g}"
+        size = _six_digits(abs(value))
         letter = "" if power == 0 else variable if power == 1 else f"{variable}^{power}"
         term = letter if size == "1" and letter else f"{size} {letter}".strip()
         sign = "-" if value < 0 else "+"
         parts.append(f"{sign} {term}" if parts else f"-{term}" if value < 0 else term)
     return " ".join(parts) or "0"
+
+
+def _six_digits(value: Fraction) -> str:
+    """Six digits of a number of any size."""
+    short = f"{Decimal(value.numerator) / Decimal(value.denominator):.6g}"
+    if "E" not in short.upper():
+        return f"{float(short):.6g}"
+    mantissa, exponent = short.lower().split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    return f"{mantissa}e{int(exponent):+03d}"
 
 
 def _coefficients(values: Sequence[Exact], name: str) -> list[Fraction]:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from analysis.answers import analyse, max_sector, max_slope, questions
 from analysis.answers.subject import Subject
 from analysis.evidence import Bracket, Evidence, Verdict
-from lure import AssumptionError, InputError, LawClass, RationalBlock, Sector
+from lure import AssumptionError, InputError, LawClass, RationalBlock, RodBlock, Sector, builtin_system, upwind
 from lure.delay import DelayBlock
 
 THIRD = RationalBlock([1], [1, 3, 2, 0])
@@ -188,3 +188,24 @@ def test_analyse_decides_the_class_asked_about():
     varying = analyse(Subject(name="x", block=THIRD, law_class=LawClass(sector=Sector(0, 5), time_varying=True)))
     assert varying.verdict is not Verdict.PROVED
     assert any("time-invariance" in hint for hint in varying.hints)
+
+
+def test_the_scheme_of_the_rod_is_proved_and_the_rod_is_left_to_its_own_theorem():
+    rod = builtin_system("paper-rod").rod
+    scheme, itself = max_sector(upwind(rod, 10)), max_sector(RodBlock(rod), criterion="circle")
+    assert (scheme.verdict, scheme.largest.low) == (Verdict.PROVED, math.inf)
+    assert itself.verdict is Verdict.INCONCLUSIVE
+    assert "energy theorem" in itself.reason
+    # (1 - |a|)^2/(4 |a| d T) of the paper's rod
+    assert itself.largest.low == pytest.approx(8.0000002, rel=1e-7)
+
+
+def test_large_blocks_are_computed_and_say_so():
+    # sixty-one equal lags in cascade are too many for exact polynomials: 1/(s + 1)^61 has the gain limit sec(pi/61)^61
+    n = 61
+    A = [[-1 if i == j else (1 if i == j + 1 else 0) for j in range(n)] for i in range(n)]
+    found = max_sector((A, [1] + [0] * (n - 1), [0] * (n - 1) + [1], 0), criterion="popov")
+    assert (found.verdict, found.evidence) == (Verdict.INCONCLUSIVE, Evidence.COMPUTED)
+    assert found.largest.low <= math.cos(math.pi / n) ** -n * (1 + 1e-6)
+    with pytest.raises(InputError, match="finite number"):
+        max_sector(([[float("nan")]], [1], [1], 0))

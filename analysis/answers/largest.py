@@ -132,7 +132,7 @@ class Largest:
         elif self.verdict is Verdict.REFUTED:
             head = f"Not stable for {self.about} [{float(self.lower):g}, k], whatever k > {float(self.lower):g}"
         elif self.largest.low > self.lower:
-            head = f"Not proved; {self.criterion} reaches {span}, {self.evidence} only"
+            head = f"Not proved; the inequality of {self.criterion} holds for {span} ({self.evidence})"
         else:
             head = f"Nothing is proved for {self.about} [{float(self.lower):g}, k]"
         tail = f"; {self.witness}" if self.witness is not None and self.refuted_at is not None else ""

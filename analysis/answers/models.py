@@ -9,6 +9,7 @@ from typing import Literal
 
 from analysis.answer import Answer
 from analysis.answers.catalogue import BEST, Question, entries
+from analysis.answers.rods import rod_hurwitz, rod_largest
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.witness import Witness
 from lure.delay import DelayBlock
@@ -18,9 +19,11 @@ from lure.law_class import LawClass
 from lure.rational import RationalBlock
 from lure.sector import Sector, SlopeBounds
 from lure.state_space import StateSpaceBlock
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
 
 Search = Literal["linear", "full"]
-Block = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData
+Block = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData | UpwindScheme | RodBlock
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -48,6 +51,8 @@ def hurwitz(asked: Asked) -> Bracket:
         from analysis.dead_time.criteria import hurwitz_limit as with_dead_time
 
         return with_dead_time(block)
+    if isinstance(block, UpwindScheme | RodBlock):
+        return rod_hurwitz(block)
     return Bracket(0.0, math.inf)
 
 
@@ -63,6 +68,8 @@ def answers(asked: Asked) -> list[Answer]:
                 from analysis.dead_time.criteria import LARGEST
 
                 found.append(LARGEST[entry.name](block))
+            elif isinstance(block, UpwindScheme | RodBlock):
+                found.append(rod_largest(block, entry.name))
             elif isinstance(block, StateSpaceBlock):
                 found.append(_computed(block, entry.name))
             else:

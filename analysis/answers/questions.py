@@ -8,13 +8,10 @@ from analysis.answers.catalogue import BEST
 from analysis.answers.largest import Largest
 from analysis.answers.models import Asked, Block, Search, answers, hurwitz, witnesses
 from analysis.evidence import Bracket, Verdict
-from lure.delay import DelayBlock
-from lure.errors import AssumptionError
 from lure.exact import Exact, exact_number
-from lure.frequency_data import FrequencyData
 from lure.inputs import as_block
-from lure.rational import RationalBlock
-from lure.state_space import StateSpaceBlock
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
 
 
 class ContradictionError(RuntimeError):
@@ -37,7 +34,7 @@ def max_sector(
     Parameters
     ----------
     block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
-        The linear block, whatever :func:`lure.as_block` takes.
+        The linear block, whatever :func:`lure.as_block` takes, or an ``UpwindScheme`` or ``RodBlock``.
     criterion : str
         ``circle``, ``popov``, ``hurwitz`` (linear gains only), or ``best``: the farthest of all that apply.
     lower : int, float, Fraction or Decimal
@@ -96,7 +93,7 @@ def max_slope(
     Parameters
     ----------
     block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
-        The linear block, whatever :func:`lure.as_block` takes.
+        The linear block, whatever :func:`lure.as_block` takes, or an ``UpwindScheme`` or ``RodBlock``.
     odd : bool
         Whether ``phi(-sigma) = -phi(sigma)`` is assumed.
     criterion : str
@@ -134,12 +131,7 @@ def max_slope(
 
 
 def _block(block: object) -> Block:
-    found = as_block(block)
-    if not isinstance(found, RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData):
-        raise AssumptionError(
-            f"nothing is known how to ask a {type(found).__name__}; give coefficients, matrices or a formula"
-        )
-    return found
+    return block if isinstance(block, UpwindScheme | RodBlock) else as_block(block)
 
 
 def _answer(asked: Asked) -> Largest:

@@ -1,0 +1,73 @@
+"""The rod and its scheme as blocks of a question: what is certified of them elsewhere, in the form of an answer."""
+
+from __future__ import annotations
+
+import math
+
+from analysis.answer import Answer
+from analysis.criteria.rod_popov import rod_circle_criterion, rod_popov_criterion
+from analysis.evidence import INFINITE, Bracket, Verdict
+from lure.errors import AssumptionError
+from lure.law_class import LawClass
+from lure.sector import Sector
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+_CRITERIA = {"popov": rod_popov_criterion, "circle": rod_circle_criterion}
+
+
+def rod_largest(block: UpwindScheme | RodBlock, name: str) -> Answer:
+    """The largest sector ``[0, k]`` of Popov's or the circle criterion for the rod or its scheme.
+
+    For the rod itself the inequality is no theorem about the partial differential equation, and the answer is
+    INCONCLUSIVE whatever it reaches: see :func:`analysis.conclusion.conclusion`.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The scheme, or the rod.
+    name : {"popov", "circle"}
+        The criterion.
+
+    Raises
+    ------
+    AssumptionError
+        The criterion is not one for the rod.
+    """
+    if name not in _CRITERIA:
+        raise AssumptionError(f"for the rod and its scheme there are popov and circle, and no {name}")
+    found = _CRITERIA[name](block, Sector(0, math.inf))
+    reach = found.largest_sector if found.largest_sector is not None else Bracket(0.0, math.inf)
+    scheme = isinstance(block, UpwindScheme)
+    proved = scheme and reach.low > 0 and found.theta is not None
+    pde = "about the rod itself Popov's inequality proves nothing; its energy theorem does: lure report"
+    return Answer(
+        criterion=name,
+        theorem=f"{name} criterion in the critical case of a simple zero eigenvalue",
+        largest=reach,
+        law_class=LawClass(sector=Sector(0, reach.low if reach.low > 0 else math.inf)),
+        verdict=Verdict.PROVED
+        if proved
+        else found.verdict
+        if found.verdict is Verdict.REFUTED
+        else Verdict.INCONCLUSIVE,
+        evidence=found.evidence,
+        needs=("time-invariant",),
+        theta=found.theta,
+        multiplier=None if found.theta is None else f"1 + {found.theta:.6g} s",
+        worst_frequency=found.worst_frequency,
+        hypotheses=found.hypotheses,
+        reason=found.reason if scheme else pde,
+        witness=found.witness,
+    )
+
+
+def rod_hurwitz(block: UpwindScheme | RodBlock) -> Bracket:
+    """Supremum of the stable linear gains: every gain, if the dashpot damps, since Popov's criterion covers them.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The scheme, or the rod.
+    """
+    return INFINITE if block.rod.exact["damping"] > 0 else Bracket(0.0, math.inf)
