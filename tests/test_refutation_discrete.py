@@ -14,7 +14,7 @@ from analysis.criteria.hurwitz import is_stable_gain
 from analysis.criteria.zames_falb_discrete import zames_falb_discrete_largest
 from analysis.evidence import Evidence
 from analysis.refutation.interpolation import PiecewiseLinear
-from analysis.refutation.linear import linear_witness
+from analysis.refutation.linear import linear_witness, refutes_lower
 from analysis.refutation.matrix_game import solve_games
 from analysis.refutation.orbit import accept_orbit, shifted_block, steady_state, verify_periodic_discrete
 from analysis.refutation.patterns import all_patterns, basis, neighbours, pattern_count, sinusoids
@@ -194,6 +194,15 @@ def test_a_loop_without_solution_inside_the_class_is_rejected():
     assert not verify_periodic_discrete(RationalBlock([-1], [1], 1), data)
 
 
+def test_two_values_of_the_law_at_one_sigma_are_rejected():
+    # sigma[t] = -u[t-1] - u[t-2] = 3 for u = -1, -2 repeated: in the sector [0, 1], but phi(3) cannot be both 1 and 2
+    data = record() | {"k": "1", "period": 2, "u": ["-1", "-2"], "sigma": ["3", "3"], "slope_restricted": False}
+    plant = RationalBlock([-1, -1], [1, 0, 0], 1)
+    assert not verify_periodic_discrete(plant, data | {"points": [["0", "0"], ["3", "1"], ["3", "2"]]})
+    same = data | {"u": ["-1", "-1"], "sigma": ["2", "2"], "points": [["0", "0"], ["2", "1"]]}
+    assert verify_periodic_discrete(plant, same)  # an equilibrium beside zero
+
+
 # sigma = H mu, so that c H has the orbits of H with sigma, and hence 1/k, multiplied by c
 @pytest.mark.parametrize("c", [F(1, 1000), F(7, 3), F(10**6)])
 def test_gain_may_be_moved_between_block_and_law(c):
@@ -309,6 +318,25 @@ def test_linear_gain_at_an_irrational_limit_is_just_above_it():
     assert witness.k == pytest.approx(0.312370, abs=5e-7)
 
 
+@given(st.lists(st.integers(-9, 9), min_size=1, max_size=4), st.fractions(-2, 2, max_denominator=30), st.booleans())
+def test_linear_gain_is_the_first_that_is_not_stable(top, lower, discrete):
+    """Against a float count of roots at gains up to the witness and just above it."""
+    bottom, dt = ([10, -3, 2, 5, -1], 1) if discrete else ([1, 3, 5, 4, 2], None)
+    plant = RationalBlock(top, bottom, dt)
+    witness = linear_witness(plant, lower=lower)
+    up_to = lower + 20 if witness is None else F(witness.k)
+    for i in range(1, 20):
+        assert refutes_lower(witness) or is_stable_gain(plant, lower + (up_to - lower) * F(i, 20))
+    if witness is not None:
+        gain = F(witness.data.get("gain", witness.k))
+        assert not is_stable_gain(plant, gain)
+        poly = np.polyadd(
+            [float(c) for c in plant.denominator], float(gain) * np.array([float(c) for c in plant.numerator])
+        )
+        roots = np.roots(poly)
+        assert (abs(roots).max() if discrete else 1 + roots.real.max()) > 1 - 1e-4
+
+
 def test_linear_gain_is_counted_from_the_lower_bound():
     plant = RationalBlock([4], [F(1, 3), F(2, 3), -1])  # 4/((s - 1)(s/3 + 1)): stable for k > 1/4
     assert F(linear_witness(plant).data["gain"]) == 0
@@ -316,6 +344,7 @@ def test_linear_gain_is_counted_from_the_lower_bound():
     assert linear_witness(plant, lower=F(1, 4)) is None  # the class is (1/4, k]
 
 
+@pytest.mark.slow
 def test_refutations_come_in_order_and_only_of_the_class():
     slope = refute(PLANTS[6], slope=True, odd=False, time_varying=False)
     assert [witness.kind for witness in slope] == ["periodic orbit", "linear gain"]
@@ -427,3 +456,11 @@ def test_no_proof_reaches_a_refutation(poles, top, odd):
     assert zames_falb_discrete_largest(plant, odd=odd).largest.low < F(witness.data["k"])
     sector = sector_witness_discrete(plant, odd=odd, periods=range(2, 7))
     assert sector.k <= witness.k
+
+
+def test_an_unstable_loop_at_a_lower_bound_that_is_no_double_is_refuted_there():
+    plant = RationalBlock([-2], [1, F(-3, 2)], 1)
+    found = refute(plant, slope=True, odd=False, time_varying=False, lower=F(1, 3))
+    assert [F(witness.data["gain"]) for witness in found] == [F(1, 3)]
+    assert refutes_lower(found[0])
+    assert periodic_witness_discrete(plant, odd=False, lower=F(1, 3)) is None

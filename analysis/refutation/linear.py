@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import cast
 
 from analysis.criteria.gain_ends import GainEnd, gain_ends, simplest_between
-from analysis.criteria.hurwitz import gain_intervals, is_stable_gain
+from analysis.criteria.hurwitz import is_stable_gain
 from analysis.evidence import Evidence
 from analysis.refutation.rounding import rounded_up, short
 from analysis.witness import Witness
@@ -46,24 +46,33 @@ def linear_witness(
     limit, ``gain_low`` and ``gain_high`` instead: the one gain between them with roots on the axis.
     """
     lower = Fraction(lower)
-    for interval in gain_intervals(block):
-        starts, ends = interval.lower, interval.upper
-        begins = starts.exact == lower or starts.high is None or starts.high <= lower
-        if begins and (ends.low is None or lower < ends.low) and lower != ends.exact:
-            found = None if ends.low is None else _at(block, lower, ends)
-            return None if found is None or found.k > bound else found
-    return _gain(block, lower, lower) if lower <= bound else None
+    ends = gain_ends(block, (lower,)) or ()
+    above = [end for end in ends if end.low is not None and end.low > lower]
+    near = lower
+    if any(end.exact == lower for end in ends):
+        near = (lower + above[0].low) / 2 if above and above[0].low is not None else lower + 1
+    if not is_stable_gain(block, near):
+        found = _gain(block, lower, lower)
+    elif above:
+        found = _at(block, lower, above[0])
+    else:
+        return None
+    return found if found.k <= bound else None
+
+
+def refutes_lower(linear: Witness | None) -> bool:
+    """Whether the gain of a :func:`linear_witness` is the lower bound itself: no larger class can be stable."""
+    return linear is not None and linear.data.get("gain") == linear.data["lower"]
 
 
 def _at(block: RationalBlock, lower: Fraction, end: GainEnd) -> Witness:
-    """The witness at the end of the stable gains from ``lower``."""
+    """The witness at a gain with roots on the axis, the loop being stable between ``lower`` and it."""
     if end.exact is not None:
         return _gain(block, lower, end.exact)
     limit = cast("Fraction", end.high)
-    above = [other.low for other in gain_ends(block, (lower,)) or () if other.low is not None and other.low > limit]
     far = limit + abs(limit) * _ABOVE
     gain = simplest_between((limit + far) / 2, far)
-    if (not above or gain < above[0]) and not is_stable_gain(block, gain):
+    if not is_stable_gain(block, gain):
         return _gain(block, lower, gain)
     k = end.value.high
     text = f"phi = k sigma with k = {k:.10g}: roots on the axis, a periodic motion"

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.criteria.hurwitz import is_stable_gain
 from analysis.refutation.exact_orbit import Proposal, exact_orbit
-from analysis.refutation.linear import linear_witness
+from analysis.refutation.linear import linear_witness, refutes_lower
 from analysis.refutation.matrix_game import solve_games
 from analysis.refutation.orbit import shifted_block
 from analysis.refutation.patterns import (
@@ -128,7 +128,7 @@ def _search(
     if block.dt is None:
         raise InputError("orbits of difference equations need a block in discrete time; give dt")
     linear = linear_witness(block, lower=lower)
-    if linear is not None and linear.k <= lower:
+    if block.order == 0 or refutes_lower(linear):
         return None
     start = searched_lower(block, lower, linear)
     top = np.inf if linear is None else linear.k

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from analysis.refutation.linear import linear_witness
+from analysis.refutation.linear import linear_witness, refutes_lower
 from analysis.refutation.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
 from analysis.refutation.switched_discrete import switched_witness_discrete
 from analysis.witness import Witness
@@ -38,7 +38,7 @@ def refute(
     """
     lower = Fraction(lower)
     found = [linear_witness(block, lower=lower)]
-    if found[0] is None or found[0].k > lower:
+    if not refutes_lower(found[0]):
         if block.dt is None:
             found += _continuous(block, lower, odd=odd, time_varying=time_varying)
         else:

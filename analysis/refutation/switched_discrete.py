@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from analysis.criteria.gain_ends import simplest_between
 from analysis.evidence import Evidence
 from analysis.precision import working_precision
-from analysis.refutation.linear import linear_witness
+from analysis.refutation.linear import linear_witness, refutes_lower
 from analysis.refutation.orbit import shifted_block
 from analysis.refutation.periodic_discrete import PERIODS, proposals, searched_lower
 from analysis.refutation.realisation import Realisation, balls, companion, doubles
@@ -70,7 +70,7 @@ def switched_witness_discrete(block: RationalBlock, *, lower: Fraction = Fractio
         raise InputError("switched_witness_discrete needs a block in discrete time; give dt")
     lower = Fraction(lower)
     linear = linear_witness(block, lower=lower)
-    if not 0 < block.order <= MAX_ORDER or (linear is not None and linear.k <= lower):
+    if not 0 < block.order <= MAX_ORDER or refutes_lower(linear):
         return None
     lower = searched_lower(block, lower, linear)
     k = np.inf if linear is None else linear.k
