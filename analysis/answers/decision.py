@@ -1,0 +1,127 @@
+"""The verdict on the class asked about, from the table of classes."""
+
+from __future__ import annotations
+
+from analysis.answers.largest import Largest, rounded_down
+from analysis.answers.subject import Subject
+from analysis.criteria.hurwitz import GainInterval
+from analysis.evidence import Evidence, Verdict
+from analysis.plant import Case
+from lure.law_class import LawClass
+
+Decision = tuple[Verdict, Evidence, str]
+
+_ROUGH = (
+    "Nothing is decided for {law}, which is not locally Lipschitz, as the theorems for continuous time assume. "
+    "For the laws that are: {said}"
+)
+
+
+def asked_row(rows: list[Largest], law_class: LawClass | None) -> Largest | None:
+    """The row whose class is that of the question, of the four in their order of the table."""
+    if law_class is None:
+        return None
+    if law_class.time_varying:
+        return rows[0]
+    if law_class.slope is None:
+        return rows[1]
+    return rows[3] if law_class.odd else rows[2]
+
+
+def decided(about: Subject, case: Case, rows: list[Largest]) -> Decision:
+    """Verdict, evidence and a sentence: on the class asked about, or without one on the row that reaches farthest."""
+    law_class, asked = about.law_class, asked_row(rows, about.law_class)
+    if law_class is None or asked is None:
+        best = max(rows, key=lambda row: (row.verdict is Verdict.PROVED, row.largest.low, not row.time_varying))
+        return best.verdict, best.evidence, str(best)
+    return (
+        _proved(about, case, [asked, *(row for row in rows if row is not asked)], law_class)
+        or _refuted(asked, law_class)
+        or _open(asked, [row for row in rows if serves(row, law_class)], law_class)
+    )
+
+
+def _proved(about: Subject, case: Case, rows: list[Largest], law_class: LawClass) -> Decision | None:
+    for row in rows:
+        slope = law_class.slope if row.question == "slope" else None
+        end = law_class.sector.upper if slope is None else slope.upper
+        if serves(row, law_class) and row.verdict is Verdict.PROVED and end <= row.largest.low:
+            how = f"by the criterion {row.criterion} ({row.evidence}), which reaches {rounded_down(row.largest.low)}"
+            said = f"{_meaning(case, row)} for every {law_class}, {how}."
+            if _rough(about):
+                return Verdict.INCONCLUSIVE, row.evidence, _ROUGH.format(law=about.law, said=said)
+            return Verdict.PROVED, row.evidence, said
+    return None
+
+
+def _refuted(asked: Largest, law_class: LawClass) -> Decision | None:
+    """Refuted only by a member of the very class: the row may assume less than the question does."""
+    witness, bounds = asked.witness, law_class.slope or law_class.sector
+    tighter = law_class.slope is not None and (
+        (law_class.sector.lower, law_class.sector.upper) != (law_class.slope.lower, law_class.slope.upper)
+    )
+    if witness is None or asked.refuted_at is None or tighter or not asked.refuted_at <= bounds.upper:
+        return None
+    if (law_class.odd and not witness.odd) or (law_class.slope is not None and not witness.slope_restricted):
+        return None
+    return (
+        Verdict.REFUTED,
+        witness.evidence,
+        f"The loop is not stable for every {law_class}: {witness}. Whether a given law of the class destabilises is "
+        "another question.",
+    )
+
+
+def _open(asked: Largest, serving: list[Largest], law_class: LawClass) -> Decision:
+    reach = max((row.largest.low for row in serving if row.verdict is Verdict.PROVED), default=None)
+    far = "nothing is proved" if reach is None else f"what is proved ends at {rounded_down(reach)}"
+    found = asked.refuted_at
+    against = "" if found is None else f", and the smallest destabilising member found has {found:.7g}"
+    return Verdict.INCONCLUSIVE, Evidence.CERTIFIED, f"Nothing is decided for {law_class}: {far}{against}."
+
+
+def _rough(about: Subject) -> bool:
+    """Whether there is a law, and it lacks the regularity that the theorems for continuous time assume."""
+    continuous = getattr(about.block, "dt", None) is None
+    return continuous and about.law is not None and not getattr(about.law, "locally_lipschitz", True)
+
+
+def _meaning(case: Case, row: Largest) -> str:
+    """What is proved of the motions: the weakest conclusion of the theorems for such a block."""
+    if case != "critical" or row.lower > 0:
+        return "The point 0 attracts every motion"
+    return "Every motion is bounded" if row.time_varying else "Every motion converges to the set of equilibria"
+
+
+def serves(row: Largest, law_class: LawClass) -> bool:
+    """Whether the class asked about is contained in the class of the row, but for its upper end."""
+    if law_class.time_varying:
+        return row.time_varying
+    if row.question == "slope":
+        return law_class.slope is not None and (law_class.odd or not row.odd)
+    return True
+
+
+def hints(
+    rows: list[Largest], law_class: LawClass | None, gains: tuple[GainInterval, ...], verdict: Verdict
+) -> tuple[str, ...]:
+    """What would decide more: a smaller class, another lower end, a property the law may have."""
+    if verdict is Verdict.PROVED:
+        return ()
+    found: list[str] = []
+    if gains and all(row.verdict is not Verdict.PROVED for row in rows):
+        spans = ", ".join(str(gain) for gain in gains)
+        found.append(f"take classes whose lower end is a stable linear gain, inside one of {spans}")
+    if law_class is None:
+        return tuple(found)
+    end = law_class.sector.upper
+    serving = [row.largest.low for row in rows if serves(row, law_class) and row.verdict is Verdict.PROVED]
+    if serving and max(serving) > law_class.sector.lower:
+        found.append(f"an upper bound of {rounded_down(max(serving))} instead of {float(end):.7g} would be proved")
+    names = ("time-varying", "time-invariance", "slope bounds", "slope bounds and oddness")
+    for name, row in zip(names, rows, strict=True):
+        if not serves(row, law_class) and row.verdict is Verdict.PROVED and end <= row.largest.low:
+            reach = rounded_down(row.largest.low)
+            found.append(f"{name} of phi would be enough ({row.criterion} reaches {reach})")
+            break
+    return tuple(found)
