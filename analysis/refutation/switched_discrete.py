@@ -16,7 +16,7 @@ from analysis.evidence import Evidence
 from analysis.precision import working_precision
 from analysis.refutation.linear import linear_witness, refutes_lower
 from analysis.refutation.orbit import shifted_block
-from analysis.refutation.periodic_discrete import PERIODS, proposals, searched_lower
+from analysis.refutation.periodic_discrete import proposals, searched_lower
 from analysis.refutation.realisation import Realisation, balls, companion, doubles
 from analysis.refutation.rounding import rounded_up, short
 from analysis.witness import Witness
@@ -75,7 +75,7 @@ def switched_witness_discrete(block: RationalBlock, *, lower: Fraction = Fractio
     lower = searched_lower(block, lower, linear)
     k = np.inf if linear is None else linear.k
     pattern: tuple[int, ...] = ()
-    for proposal in proposals(shifted_block(block, lower), ("sector",), k - float(lower), PERIODS)[:1]:
+    for proposal in proposals(shifted_block(block, lower), ("sector",), k - float(lower), range(1, 25))[:1]:
         k = float(lower) + 1 / proposal.reach
         pattern = tuple(int(step > 1e-9) for step in proposal.mixture)
     system = companion(block)
