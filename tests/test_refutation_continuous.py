@@ -115,8 +115,9 @@ def test_discrete_time_and_unstable_loops_have_no_witness_here():
 # With y = sigma + d phi the loop of H + d and phi is that of H and psi, psi(y) = phi(sigma): s turns into s/(1 + d s).
 def test_feedthrough_is_absorbed():
     d = F(1, 4)
-    shifted = RationalBlock(np.polyadd([d * c for c in FITTS.denominator], list(FITTS.numerator)), FITTS.denominator)
-    plain, through = (oscillation_witness(block, odd=True) for block in (FITTS, shifted))
+    bottom = BRAGIN_BLOCK.denominator
+    shifted = RationalBlock(np.polyadd([d * c for c in bottom], list(BRAGIN_BLOCK.numerator)), bottom)
+    plain, through = (oscillation_witness(block, odd=True) for block in (BRAGIN_BLOCK, shifted))
     assert through.evidence is Evidence.CERTIFIED
     assert through.k == pytest.approx(plain.k / (1 - float(d) * plain.k), rel=1e-3)
 

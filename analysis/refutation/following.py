@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,11 @@ class Orbit:
     state: Reals
     durations: Reals
     half: bool
+
+    def adjacent(self, last: int) -> bool:
+        """Whether the pieces, ``0`` to ``last``, follow one another, over the turn of a half too."""
+        closing = last - self.pieces[0] if self.half else self.pieces[0]
+        return all(abs(p - q) == 1 for p, q in pairwise((*self.pieces, closing)))
 
     def exact(self) -> Itinerary:
         """The same numbers as Fractions."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -9,6 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from analysis.refutation.following import Orbit, followed, settled
+from analysis.refutation.harmonic import HarmonicBalance
 from analysis.refutation.piecewise import PiecewiseLoop, saturation
 from analysis.refutation.realisation import Realisation, doubles
 from analysis.refutation.relay import Reals, RelayOrbit, RelayOrbits
@@ -17,7 +19,8 @@ from lure.errors import InputError
 Slopes = Callable[[Fraction], tuple[Fraction, Fraction]]
 
 STEEP = 1e4
-LADDER = 8
+RUNGS = 8
+MISSES = 3
 ROUGH = 2e-3
 FINE = 2e-5
 SHARES = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
@@ -61,17 +64,21 @@ class OrbitSearch:
         Slopes at or above it are not wanted.
     start : float
         Slopes at or below it are not worth a search.
+    numerator, denominator : ndarray
+        Of the block, descending powers.
     """
 
     system: Realisation
     lower: Fraction
     limit: float
     start: float
+    numerator: Reals
+    denominator: Reals
 
     def candidates(self) -> list[Oscillation]:
         """Orbits with the larger slope below the limit, smallest first."""
         found = list(self.saturations())
-        found += self.dead_zones(min([self.limit, *(o.top for o in found)]))
+        found += self.balanced(min([self.limit, *(o.top for o in found)]))
         found = sorted((o for o in found if o.top < self.limit), key=lambda o: o.top)
         return sorted([*(self.improved(o) for o in found[:2]), *found], key=lambda o: o.top)
 
@@ -92,7 +99,7 @@ class OrbitSearch:
         floor = float(self.lower)
         for counts in (((1, True), (2, False), (3, True)), ((5, True),)):
             any_found = False
-            for relay in self.relays(floor, 1.0, counts):
+            for relay in self.relays(floor, counts):
                 for steep in (STEEP, 30.0):
                     size = floor + steep * max(1.0, self.start - floor)
                     begin = steepened(relay, size - floor, self.closed(floor), self.row)
@@ -104,33 +111,37 @@ class OrbitSearch:
             if any_found:
                 return
 
-    def dead_zones(self, below: float) -> Iterator[Oscillation]:
-        """Dead zones with the slope ``lower`` inside: with slope ``k`` outside, ``k y - phi`` is a saturation."""
+    def balanced(self, below: float) -> Iterator[Oscillation]:
+        """Saturations and dead zones from harmonic balance, at ever smaller slopes, as long as any are found."""
         floor = float(self.lower)
-        least = 1.2 * (self.start - floor) if self.start > floor else 0.01 * (min(below, 1e3) - floor)
-        most = 0.97 * min(below - floor, 1e3 * least)
-        for size in np.geomspace(most, least, LADDER) if least < most else ():
-            yield from self.dead_zones_from(floor + float(size), float(size))
+        reach = self.start - floor if self.start > floor else 1e-3 * (min(below, 1.0) - floor)
+        bounded = below < math.inf
+        size, misses, shrink = (below - floor if bounded else 1e4 * reach) * 0.97, 0, 0.7 if bounded else 0.2
+        for _ in range(RUNGS):
+            found = list(self.balanced_at(floor + size))
+            yield from found
+            best = min((o.top - floor for o in found), default=math.inf)
+            misses = 0 if best < size else misses + 1
+            size = 0.97 * best if best < size else shrink * size
+            if misses == MISSES or size < reach:
+                return
 
-    def dead_zones_from(self, k: float, size: float) -> Iterator[Oscillation]:
-        """Dead zones from relays of the loop with the gain ``k`` taken out, ``size = k - lower``."""
-        exact = Fraction(k)
+    def balanced_at(self, k: float) -> Iterator[Oscillation]:
+        """The same with the larger slope ``k``, followed from there."""
+        floor = float(self.lower)
+        families = [((k, floor), lambda p: (p, self.lower)), ((floor, k), lambda p: (self.lower, p))]
+        for ends, slopes in families:
+            balance = HarmonicBalance(self.numerator, self.denominator, ends)
+            for wave in balance.solutions()[:8]:
+                guess = balance.orbit(wave)
+                if guess is not None and guess.adjacent(2):
+                    found = self.follow(slopes, k, guess, floor)
+                    if found is not None:
+                        yield found
 
-        def shifted(p: Fraction) -> tuple[Fraction, Fraction]:
-            return exact - p, exact
-
-        for relay in self.relays(k, -1.0, ((1, True),)):
-            begin = steepened(relay, STEEP * size, self.closed(k), self.row)
-            found = self.follow(shifted, STEEP * size, begin, size)
-            if found is not None and found.parameter <= size:
-                dead_zone = self.follow(lambda p: (self.lower, p), k, found.orbit, float(self.lower))
-                if dead_zone is not None:
-                    yield dead_zone
-
-    def relays(self, gain: float, sign: float, counts: tuple[tuple[int, bool], ...]) -> Iterator[RelayOrbit]:
+    def relays(self, gain: float, counts: tuple[tuple[int, bool], ...]) -> Iterator[RelayOrbit]:
         """Relay orbits of the loop with a gain taken out, at most four for every number of switches."""
-        b = np.array([float(v) for v in self.system.b])
-        search = RelayOrbits(self.closed(gain), sign * b, self.row)
+        search = RelayOrbits(self.closed(gain), np.array([float(v) for v in self.system.b]), self.row)
         for count, half in counts:
             yield from search.with_switches(count, half=half)[:4]
 

@@ -8,6 +8,8 @@ from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
 
+import numpy as np
+
 from analysis.criteria.hurwitz import hurwitz_limit
 from analysis.evidence import Evidence
 from analysis.plant import Plant
@@ -54,10 +56,11 @@ def oscillation_witness(
 
     Notes
     -----
-    Relay loops, the limit of steep saturations, have orbits that follow from a few times by Newton's method.  They
-    are followed from there while the slope of the saturation falls, down to the fold where they vanish; likewise dead
-    zones, which are saturations in the loop shifted by ``k``.  Feedthrough ``d`` is first absorbed: with
-    ``y = sigma + d phi`` the block is ``H - d`` and slopes turn into ``s/(1 + d s)``.
+    Relay loops, the limit of steep saturations, have orbits that follow from a few times by Newton's method.  They are
+    followed from there while the slope of the saturation falls, down to the fold where they vanish.  Orbits of
+    saturations and dead zones with smaller slopes come from harmonic balance with four odd harmonics and are followed
+    likewise.  Feedthrough ``d`` is first absorbed: with ``y = sigma + d phi`` the block is ``H - d`` and slopes turn
+    into ``s/(1 + d s)``.
     """
     witness = _smallest(block, lower)
     fits = witness is not None and (k is None or Fraction(witness.k) <= k) and (witness.odd or not odd)
@@ -80,6 +83,8 @@ def _smallest(block: RationalBlock, lower: Fraction) -> Witness | None:
         lower=lower / (1 + d * lower),
         limit=absorbed(limit, float(d)),
         start=absorbed(start, float(d)),
+        numerator=np.array([float(c) for c in reversed(system.c)]),
+        denominator=np.array([float(c) for c in block.denominator]),
     )
     for found in search.candidates()[:4]:
         witness = _witness(system, found)
