@@ -38,13 +38,17 @@ class OnAxis:
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H`` at ``s = i omega``, or at ``z = exp(s)``."""
         points = np.asarray(s, dtype=complex)
-        discrete = isinstance(self.block, RationalBlock) and self.block.dt is not None
-        return self.block.transfer(np.exp(points) if discrete else points)
+        return self.block.transfer(np.exp(points) if self.discrete else points)
+
+    @property
+    def discrete(self) -> bool:
+        """Whether time is discrete."""
+        return isinstance(self.block, RationalBlock) and self.block.dt is not None
 
     def frequencies(self) -> NDArray[np.float64]:
         """Frequencies at which the curve looks as it is: a logarithmic grid, refined around every resonance."""
         roots = np.roots([float(c) for c in self.block.denominator])
-        if isinstance(self.block, RationalBlock) and self.block.dt is not None:
+        if self.discrete:
             roots = np.log(roots[np.abs(roots) > 1e-6])
             low, high = 1e-3, math.pi
         else:
@@ -52,6 +56,9 @@ class OnAxis:
             low, high = 1e-2 * min(sizes), 1e2 * max(sizes)
         across = np.tan(np.linspace(-1.5, 1.5, 101))
         near = [abs(root.imag) + abs(root.real) * across for root in roots.tolist() if root.imag]
+        if isinstance(self.block, DelayBlock):  # a phase that turns evenly in omega
+            longest = max(float(delay) for delay, _ in self.block.terms)
+            near.append(np.linspace(low, min(high, 20 * math.pi / longest) if longest else high, POINTS))
         omega = np.unique(np.concatenate([np.geomspace(low, high, POINTS), *near]))
         return np.asarray(omega[(omega >= low) & (omega <= high)])
 
@@ -69,35 +76,64 @@ def plot_reach(rows: Sequence[Largest], names: Sequence[str], *, ax: Axes | None
         Where to draw; by default a new figure.
     """
     axes = axes_or_new(ax)
-    marks = [value for row in rows for value in (row.largest.low, row.refuted_at, row.hurwitz.high) if value]
-    finite = [value for value in marks if 0 < value < math.inf]
-    end = 1.15 * max(finite) if finite else 1.0
-    smallest = min(finite, default=1.0)
-    wide = end > 200 * smallest and all(row.lower == 0 for row in rows)
-    start = 0.3 * smallest if wide else min(0.0, *(float(row.lower) for row in rows))
-    for place, row in enumerate(reversed(rows)):
-        low = min(row.largest.low, end) if row.verdict is Verdict.PROVED else start
-        beyond = end if row.refuted_at is None else min(row.refuted_at, end)
+    start, end, wide = _range(rows)
+    labels: set[str] = set()
+
+    def once(text: str) -> str | None:
+        fresh = text not in labels
+        labels.add(text)
+        return text if fresh else None
+
+    for place, (row, name) in enumerate(zip(reversed(rows), reversed(names), strict=True)):
         left = start if wide else float(row.lower)
-        axes.barh(place, low - left, left=left, height=0.5, color=BLUE, label="proved" if place == 0 else None)
-        if beyond > low:
-            axes.barh(place, beyond - low, left=low, height=0.5, color="none", edgecolor=GREY, hatch="///", lw=0.5,
-                      label="unknown" if place == 0 else None)  # fmt: skip
-        if row.refuted_at is not None and row.refuted_at < end:
-            axes.plot([row.refuted_at], [place], marker="X", ms=8, ls="", color=VERMILLION,
-                      label="counterexample" if place == 0 else None)  # fmt: skip
+        low = max(min(row.largest.low, end), left) if row.verdict is Verdict.PROVED else left
+        against = end if row.refuted_at is None else max(min(row.refuted_at, end), low)
+        if low > left:
+            axes.barh(place, low - left, left=left, color=BLUE, height=0.34, label=once("proved"))
+        if against > low:
+            axes.barh(place, against - low, left=low, color="none", edgecolor=GREY, hatch="////", lw=0.5,
+                      height=0.34, label=once("unknown"))  # fmt: skip
+        if row.refuted_at is not None and against < end:
+            axes.barh(place, end - against, left=against, color=VERMILLION, alpha=0.25, height=0.34)
+            axes.plot([against], [place], marker="X", ms=7, ls="", color=VERMILLION, label=once("counterexample"))
+        words = f"{name}: {_reach_words(row)}"
+        axes.text(0.0, place + 0.24, words, transform=axes.get_yaxis_transform(), fontsize="small", va="bottom")
     limit = rows[0].hurwitz.high
-    if math.isfinite(limit):
-        axes.axvline(limit, color=GREEN, lw=1.2, ls="--", label="limit of linear gains")
-    axes.set_yticks(range(len(rows)), list(reversed(names)))
+    if start < limit < end:
+        axes.axvline(limit, color=GREEN, lw=1.2, ls="--", zorder=0, label="linear gains")
+    axes.set_yticks([])
+    axes.spines["left"].set_visible(False)
     if wide:
         axes.set_xscale("log")
     axes.set_xlim(start, end)
-    axes.set_ylim(-0.6, len(rows) + 0.4)
-    axes.set_xlabel("upper bound k of the class [unit of μ / unit of σ]")
+    axes.set_ylim(-0.45, len(rows) + 0.35)
+    axes.set_xlabel("upper end k of the class [unit of μ / unit of σ]" + (", logarithmic" if wide else ""))
     finish_axes(axes)
-    axes.legend(loc="upper left", ncols=2, **LEGEND)
+    axes.legend(loc="upper center", ncols=4, columnspacing=1.0, borderaxespad=0.0, **LEGEND)
     return axes
+
+
+def _range(rows: Sequence[Largest]) -> tuple[float, float, bool]:
+    """Ends of the axis of ``k``, and whether it is logarithmic."""
+    marks = [abs(value) for row in rows for value in (row.largest.low, row.refuted_at, row.hurwitz.high) if value]
+    finite = [value for value in marks if 0 < value < math.inf]
+    lower = min(float(row.lower) for row in rows)
+    if not finite:
+        return min(lower, 0.0), max(lower, 0.0) + 1.0, False
+    largest, smallest = max(finite), min(finite)
+    if lower == 0 and largest > 50 * smallest:
+        return 0.3 * smallest, 3.0 * largest, True
+    room = 0.2 * (largest - min(lower, 0.0))
+    return min(lower, 0.0), largest + room, False
+
+
+def _reach_words(row: Largest) -> str:
+    proved = row.verdict is Verdict.PROVED
+    low = "every finite k" if row.largest.low == math.inf else number(row.largest.low)
+    words = [f"proved to {low}" if proved and row.largest.low < math.inf else f"{low} proved"] if proved else []
+    if row.refuted_at is not None:
+        words.append(f"refuted at {number(row.refuted_at)}")
+    return ", ".join(words) or "unknown"
 
 
 def plot_loop_nyquist(block: RationalBlock | DelayBlock, k: float, *, ax: Axes | None = None) -> Axes:
@@ -113,7 +149,13 @@ def plot_loop_nyquist(block: RationalBlock | DelayBlock, k: float, *, ax: Axes |
         Where to draw; by default a new figure.
     """
     seen = OnAxis(block)
-    return plot_nyquist(seen, Sector(0, k), omega=seen.frequencies(), ax=ax)
+    axes = plot_nyquist(seen, Sector(0, k), omega=seen.frequencies(), ax=ax)
+    if seen.discrete:
+        axes.set_xlabel("Re H(exp iω) [unit of σ / unit of μ]")
+        axes.set_ylabel("Im H(exp iω) [unit of σ / unit of μ]")
+        axes.lines[0].set_label("H(exp iω), 0 < ω < π")
+    axes.legend(loc="best", **LEGEND)
+    return axes
 
 
 def plot_loop_popov(block: RationalBlock | DelayBlock, k: float, theta: float, *, ax: Axes | None = None) -> Axes:
@@ -144,30 +186,35 @@ def plot_loop_popov(block: RationalBlock | DelayBlock, k: float, theta: float, *
         largest_sector=None,
         reason="a drawing",
     )
-    return plot_popov(seen, result, omega=seen.frequencies(), ax=ax)
+    axes = plot_popov(seen, result, omega=seen.frequencies(), ax=ax)
+    axes.legend(loc="best", **LEGEND)
+    return axes
 
 
 def plot_law(witness: Witness, *, ax: Axes | None = None) -> Axes:
-    """The law of a periodic orbit in discrete time, and the points of it that the orbit visits.
+    """The piecewise linear law of a periodic orbit, and in discrete time the points of it that the orbit visits.
 
     Parameters
     ----------
     witness : Witness
-        With ``points`` and ``sigma`` in its data.
+        With ``points`` in its data; ``sigma``, ``left_slope`` and ``right_slope`` where there are any.
     ax : Axes, optional
         Where to draw; by default a new figure.
     """
     axes = axes_or_new(ax)
     points = cast("Sequence[Sequence[str]]", witness.data["points"])
-    x, y = ([float(Fraction(point[i])) for point in points] for i in (0, 1))
-    room = 0.25 * (max(x) - min(x))
-    axes.plot([min(x) - room, *x, max(x) + room], [y[0], *y, y[-1]], color=BLUE, lw=1.4, label="φ")
-    visited = [float(Fraction(value)) for value in cast("Sequence[str]", witness.data["sigma"])]
-    axes.plot(visited, np.interp(visited, x, y), marker="o", ms=5, ls="", color=VERMILLION, label="visited")
+    x, y = (np.array([float(Fraction(point[i])) for point in points]) for i in (0, 1))
+    room = 0.25 * float(np.ptp(x))
+    slopes = [float(Fraction(str(witness.data.get(side, 0)))) for side in ("left_slope", "right_slope")]
+    ends = [y[0] - room * slopes[0], y[-1] + room * slopes[1]]
+    axes.plot([x[0] - room, *x, x[-1] + room], [ends[0], *y, ends[1]], color=BLUE, lw=1.4, label="φ")
+    if "sigma" in witness.data:
+        visited = [float(Fraction(value)) for value in cast("Sequence[str]", witness.data["sigma"])]
+        axes.plot(visited, np.interp(visited, x, y), marker="o", ms=4, ls="", color=VERMILLION, label="visited")
     axes.axhline(0.0, color=GREY, lw=0.6)
     axes.axvline(0.0, color=GREY, lw=0.6)
-    axes.set_xlabel("σ")
-    axes.set_ylabel(f"φ(σ), slope at most {number(witness.k)}")
+    axes.set_xlabel("σ [unit of σ]")
+    axes.set_ylabel("φ(σ) [unit of μ]")
     finish_axes(axes)
     axes.legend(loc="upper left", **LEGEND)
     return axes

@@ -8,7 +8,9 @@ from collections.abc import Callable
 from importlib.metadata import version
 
 from analysis.answers import analyse
+from analysis.report.loop.balance import balance_hints
 from analysis.report.loop.model import LoopReport
+from analysis.report.loop.observed import observed
 from lure import __version__
 from lure.systems_loop import LoopSystem
 
@@ -35,12 +37,16 @@ def build_loop_report(
     ------
     AssumptionError
         Nothing certified can be said of such a block.
+    ContradictionError
+        A simulation contradicts what is proved.
     """
-    found = analyse(system, progress=progress)
+    say = progress or (lambda _stage, _done: None)
+    found = analyse(system, progress=lambda stage, done: say(stage, 0.8 * done))
+    say("simulation", 0.8)
     return LoopReport(
         analysis=found,
-        observed=(),
-        hints=(),
+        observed=observed(found),
+        hints=balance_hints(found.subject),
         command=command or f"lure report {shlex.quote(system.name)}",
         versions={"lure": __version__, "python": platform.python_version()}
         | {name: version(name) for name in PACKAGES},

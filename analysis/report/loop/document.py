@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
+import math
 from typing import Any
 
 from analysis.answers.document import analysis_dict
+from analysis.answers.subject import Subject
 from analysis.report.loop.model import LoopReport
+from analysis.report.loop.plain import plain
 from analysis.report.model import SCHEMA
+from lure.laws import Property, properties
+from lure.nonlinearity import Nonlinearity
+from lure.rational import RationalBlock
+from lure.transform import sector_shift
 
 
 def loop_document(report: LoopReport) -> dict[str, Any]:
@@ -19,29 +27,79 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
     report : LoopReport
         The report.
     """
-    found = analysis_dict(report.analysis)
-    keys = ("name", "title", "source", "block", "case", "law", "class")
-    system = {"kind": "loop", **{key: found[key] for key in keys}}
+    about = report.analysis.subject
+    found: dict[str, Any] = plain(analysis_dict(report.analysis))
+    keys = ("name", "title", "source", "block", "case", "class")
+    system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _law(about.law)}
     return {
         "schema": SCHEMA,
         "system": system,
         "conclusion": {key: found[key] for key in ("verdict", "evidence", "statement", "hints", "not_shown")},
-        "gains": found["gains"],
+        "transformation": list(transformation(about)),
+        "gains": found["gains"] if isinstance(about.block, RationalBlock) else None,
         "answers": found["answers"],
         "observed": list(report.observed),
         "hints": list(report.hints),
-        "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(system)},
+        "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(about, found)},
         "versions": dict(report.versions),
     }
 
 
-def inputs_sha256(system: dict[str, Any]) -> str:
+def transformation(about: Subject) -> tuple[str, ...]:
+    """The sector shift behind the answers, step by step; empty if the class begins at 0 or nothing was shifted.
+
+    Parameters
+    ----------
+    about : Subject
+        The loop.
+    """
+    block, asked = about.block, about.law_class
+    if not isinstance(block, RationalBlock) or asked is None or asked.sector.lower in (0, -math.inf):
+        return ()
+    return sector_shift(block, asked).steps
+
+
+def inputs_sha256(about: Subject, found: dict[str, Any]) -> str:
     """Fingerprint of everything that was put in: the block to the last digit, the law, the class.
 
     Parameters
     ----------
-    system : dict
-        The ``system`` part of the document.
+    about : Subject
+        The loop.
+    found : dict
+        Its analysis as plain data.
     """
-    inputs = {key: system[key] for key in ("kind", "block", "law", "class")}
+    law = about.law
+    exact = repr(law) if dataclasses.is_dataclass(law) else None if law is None else law_text(law)
+    inputs = {"kind": "loop", "block": found["block"], "class": found["class"], "law": exact}
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def law_text(law: Nonlinearity) -> str:
+    """A law in words: what it prints, or the name of its class if it prints nothing of use.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        Any law.
+    """
+    own = type(law).__str__ is not object.__str__ or type(law).__repr__ is not object.__repr__
+    return str(law) if own else type(law).__name__
+
+
+def _law(law: Nonlinearity | None) -> dict[str, Any] | None:
+    if law is None:
+        return None
+    known = properties(law)
+    slope = known.slope_bounds
+    return {
+        "text": law_text(law),
+        "sector": _property(known.sector, str(known.sector.value)),
+        "slope": _property(slope, "not known to be bounded" if slope.value is None else str(slope.value)),
+        "odd": _property(known.odd, "yes" if known.odd.value else "not known to be"),
+        "regularity": _property(known.regularity, known.regularity.value),
+    }
+
+
+def _property(known: Property[Any], value: str) -> dict[str, str]:
+    return {"value": value, "standing": str(known.standing), "how": known.how}

@@ -14,8 +14,8 @@ from analysis.report.figures import Figure, FigureSpec
 from analysis.report.loop.model import LoopReport
 
 _REACH = (
-    "Blue: proved for every law of the class. Hatched: unknown. Cross: the smallest class found with a member that "
-    "destabilises the loop."
+    "Blue: proved for every law of the class. Hatched: unknown. Cross: the smallest class found with a law that "
+    "destabilises the loop; larger classes contain it too."
 )
 _NYQUIST = (
     "The curve stays out of the shaded half-plane, which belongs to the largest sector the circle criterion proves."
@@ -23,7 +23,7 @@ _NYQUIST = (
 _POPOV = (
     "The curve stays to the right of the line of slope 1/θ through −1/κ, which belongs to the largest sector proved."
 )
-_LAW = "A law of the class for which the loop repeats for ever; the orbit visits the marked points."
+_LAW = "A law for which the loop has a motion that repeats for ever.{}"
 
 
 def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
@@ -52,19 +52,24 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
     if popov is not None:
         draw_popov = partial(plot_loop_popov, block, popov[0], popov[1])
         specs.append(FigureSpec(name="popov", section="frequency", title="Popov plot", caption=_POPOV, draw=draw_popov))
+    drawn: list[str] = []
     for row, name in zip(rows, names, strict=True):
         witness = row.witness
-        if witness is not None and witness.kind == "periodic orbit" and "points" in witness.data:
-            draw_law = partial(plot_law, witness)
-            specs.append(
-                FigureSpec(
-                    name=f"law-{len(specs)}",
-                    section="frequency",
-                    title=f"Counterexample, {name}",
-                    caption=_LAW,
-                    draw=draw_law,
-                )
+        if witness is None or witness.kind != "periodic orbit" or "points" not in witness.data:
+            continue
+        if witness.description in drawn:
+            continue
+        drawn.append(witness.description)
+        visits = " It visits the marked points." if "sigma" in witness.data else ""
+        specs.append(
+            FigureSpec(
+                name=f"law-{len(drawn)}",
+                section="frequency",
+                title=f"Counterexample, {name}: {witness.description.partition(': ')[2] or witness.kind}",
+                caption=_LAW.format(visits),
+                draw=partial(plot_law, witness),
             )
+        )
     return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs)
 
 

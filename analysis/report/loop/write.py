@@ -7,19 +7,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from analysis.report.claims import LADDER
 from analysis.report.document import to_json
 from analysis.report.figures import Figure
 from analysis.report.html import glyphs, inline, shown, template
 from analysis.report.loop.document import loop_document
 from analysis.report.loop.figures import loop_figures
 from analysis.report.loop.model import LoopReport
+from analysis.report.loop.words import asked_about, class_words, counterexamples, criteria, explanation, headline
 
-_CLASSES = {
-    ("sector", False, True): "sector, time-varying",
-    ("sector", False, False): "sector, time-invariant",
-    ("slope", False, False): "slope",
-    ("slope", True, False): "slope, odd",
-}
+_LAW_ROWS = (("sector", "sector"), ("slope", "slope"), ("odd", "odd"), ("regularity", "regularity"))
 
 
 def write_loop_report(report: LoopReport, directory: str | os.PathLike[str]) -> Path:
@@ -62,20 +59,15 @@ def loop_page(data: dict[str, Any], figures: tuple[Figure, ...]) -> str:
     return template("loop/loop.html.j2").render(
         d=data,
         n=partial(shown, data),
-        names=[_CLASSES[row["question"], row["odd"], row["time_varying"]] for row in data["answers"]],
+        headline=headline(data),
+        explanation=explanation(data),
+        names=[class_words(row) for row in data["answers"]],
+        asked=[asked_about(row, data["system"]["class"]) for row in data["answers"]],
         figures=figures,
         inline=inline,
         glyphs=glyphs(figures),
-        criteria=_criteria(data),
+        criteria=criteria(data),
+        counterexamples=counterexamples(data),
+        law_rows=_LAW_ROWS,
+        ladder=LADDER,
     )
-
-
-def _criteria(data: dict[str, Any]) -> list[dict[str, Any]]:
-    """Each criterion once, with its key in the document, whichever rows of the table repeat it."""
-    seen: dict[tuple[str, str], dict[str, Any]] = {}
-    for i, row in enumerate(data["answers"]):
-        for j, answer in enumerate(row["answers"]):
-            odd = row["odd"] and answer["criterion"] == "zames-falb"
-            name = f"{answer['criterion']}{', odd laws' if odd else ''}"
-            seen.setdefault((name, str(row["lower"])), {"name": name, "key": f"answers.{i}.answers.{j}", **answer})
-    return list(seen.values())
