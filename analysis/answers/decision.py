@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 from analysis.answers.largest import Largest, rounded_down
 from analysis.answers.subject import Subject
+from analysis.criteria.circle import circle_criterion
 from analysis.criteria.hurwitz import GainInterval
+from analysis.criteria.popov import popov_criterion
 from analysis.evidence import Evidence, Verdict
 from analysis.plant import Case
+from lure.errors import AssumptionError
 from lure.law_class import LawClass
+from lure.rational import RationalBlock
+from lure.sector import Sector
 
 Decision = tuple[Verdict, Evidence, str]
 
@@ -45,13 +52,31 @@ def _proved(about: Subject, case: Case, rows: list[Largest], law_class: LawClass
     for row in rows:
         slope = law_class.slope if row.question == "slope" else None
         end = law_class.sector.upper if slope is None else slope.upper
-        if serves(row, law_class) and row.verdict is Verdict.PROVED and end <= row.largest.low:
+        if not (serves(row, law_class) and row.verdict is Verdict.PROVED and end <= row.largest.low):
+            continue
+        if end < math.inf or _unbounded(about, row, law_class):
             how = f"by the criterion {row.criterion} ({row.evidence}), which reaches {rounded_down(row.largest.low)}"
             said = f"{_meaning(case, row)} for every {law_class}, {how}."
             if _rough(about):
                 return Verdict.INCONCLUSIVE, row.evidence, _ROUGH.format(law=about.law, said=said)
             return Verdict.PROVED, row.evidence, said
     return None
+
+
+def _unbounded(about: Subject, row: Largest, law_class: LawClass) -> bool:
+    """Whether the class without an upper bound is proved too: every finite ``k`` is less than that.
+
+    ``sigma^3`` lies in ``[0, inf]`` and in no ``[0, k]``.
+    """
+    block = about.block
+    if not isinstance(block, RationalBlock):
+        return False
+    sector = Sector(row.lower, math.inf)
+    criterion = circle_criterion if law_class.time_varying else popov_criterion
+    try:
+        return criterion(block, sector).verdict is Verdict.PROVED
+    except AssumptionError:
+        return False
 
 
 def _refuted(asked: Largest, law_class: LawClass) -> Decision | None:
@@ -76,6 +101,8 @@ def _open(asked: Largest, serving: list[Largest], law_class: LawClass) -> Decisi
     reach = max((row.largest.low for row in serving if row.verdict is Verdict.PROVED), default=None)
     far = "nothing is proved" if reach is None else f"what is proved ends at {rounded_down(reach)}"
     found = asked.refuted_at
+    if reach == math.inf:
+        far = "every finite upper bound is proved, and a class without any holds laws beyond all of them"
     against = "" if found is None else f", and the smallest destabilising member found has {found:.7g}"
     return Verdict.INCONCLUSIVE, Evidence.CERTIFIED, f"Nothing is decided for {law_class}: {far}{against}."
 
