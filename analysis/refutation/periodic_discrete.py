@@ -31,7 +31,7 @@ from lure.rational import RationalBlock
 
 Floats = NDArray[np.float64]
 
-PERIODS = range(1, 41)
+PERIODS = range(1, 29)
 _GAIN = 1e-9  # relative: a smaller improvement is none
 _CLIMBS = 30
 _BATCH = 20_000
