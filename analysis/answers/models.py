@@ -89,13 +89,14 @@ def witnesses(asked: Asked, limit: Bracket) -> list[Witness]:
     if isinstance(block, RationalBlock):
         from analysis.refutation.linear import linear_witness
 
-        linear = linear_witness(block, lower=asked.lower)
-        found = [linear] if linear is not None else []
-        if asked.search == "full" and limit.high > asked.lower:
+        if asked.search == "full":
             from analysis.refutation.search import refute
 
             kind = {"slope": asked.question == "slope", "odd": asked.odd, "time_varying": asked.time_varying}
             found += refute(block, lower=asked.lower, **kind)
+        else:
+            linear = linear_witness(block, lower=asked.lower)
+            found += [linear] if linear is not None else []
     elif isinstance(block, DelayBlock) and limit.high < math.inf:
         found = [_dead_time_gain(block, limit)]
     ranked = [witness for witness in found if witness.evidence > Evidence.OBSERVED]
