@@ -18,7 +18,7 @@ from analysis.polynomial_family import PolynomialFamily
 from lure.errors import AssumptionError
 from lure.rational import RationalBlock
 
-TRIES = 400
+TRIES = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,14 +100,13 @@ class PopovInequality:
         """A multiplier for ``[lower, upper]``, from the best one."""
         if best.theta is None:
             return Fraction(0)
+        candidates: list[Fraction]
         if isinstance(best.theta, float):
             start = Fraction(1 if best.theta > 0 else -1)
-            candidates = (start * 4**power for power in range(-8, TRIES))
+            candidates = [start * Fraction(4) ** power for power in range(-8, TRIES)]
         else:
             start = best.theta
-            candidates = (
-                (start * Fraction(c) for c in ("1", "9/8", "2", "7/8")) if start else iter((start, Fraction(1)))
-            )
+            candidates = [start * Fraction(c) for c in ("1", "9/8", "2", "7/8")] if start else [start, Fraction(1)]
         return next((theta for theta in candidates if self.holds(theta, upper)), start)
 
     def largest(self, best: Reach) -> Bracket:
