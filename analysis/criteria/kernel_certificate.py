@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TypeVar
 
-from flint import acb, acb_poly, arb, arb_poly, fmpq_poly
+from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_poly
 
 from analysis.criteria.kernels import Delay, Gamma, Multiplier
 from analysis.plant import Plant
@@ -23,7 +25,9 @@ from analysis.polynomial import (
 from analysis.precision import ball, working_precision
 
 BITS = 128
-MAX_BOXES = 20_000
+Ball = TypeVar("Ball", arb, acb)
+MAX_BOXES = 5_000
+ORDER = 6
 _MIRROR = fmpq_poly([0, -1])
 
 
@@ -188,43 +192,43 @@ def _open_intervals(A: fmpq_poly, bound: fmpq_poly) -> list[tuple[arb, arb]]:
 
 
 class _Function:
-    """``T`` and its bounds on boxes in ``w``, in ball arithmetic."""
+    """``T`` on boxes in ``w``: its Taylor polynomial at the midpoint and a bound on the rest, in ball arithmetic."""
 
     def __init__(self, inequality: Inequality) -> None:
-        in_omega = [fmpq_poly([0])[0]] * (2 * inequality.A.degree() + 1)
+        in_omega = [fmpq(0)] * (2 * inequality.A.degree() + 1)
         in_omega[0::2] = inequality.A.coeffs()
-        first = arb_poly(in_omega)
-        self.real = (first, first.derivative(), first.derivative().derivative())
-        turned = [c * (1, 1, -1, -1)[i % 4] for i, c in enumerate(inequality.psi.coeffs())]
-        psi = acb_poly([acb(arb(c), 0) if i % 2 == 0 else acb(0, arb(c)) for i, c in enumerate(turned)])
-        self.psi = (psi, psi.derivative(), psi.derivative().derivative())
+        self.real = arb_poly(in_omega)
+        turned = [arb(c * (1, 1, -1, -1)[i % 4]) for i, c in enumerate(inequality.psi.coeffs())]
+        self.psi = acb_poly([acb(0, c) if i % 2 else acb(c) for i, c in enumerate(turned)])
         self.delays = [(ball(c), ball(tau)) for c, tau in inequality.delays]
 
-    def _sums(self, omega: arb, order: int) -> list[acb]:
-        sums = [acb(0)] * (order + 1)
+    def expansion(self, middle: arb, radius: arb) -> tuple[list[arb], arb]:
+        """``T_j`` for ``j < ORDER`` and ``R``: ``|T(middle + u radius) - sum T_j u^j| <= R`` for ``-1 <= u <= 1``."""
+        real = _padded(self.real(arb_poly([middle, radius])).coeffs(), arb(0))
+        psi = _padded(self.psi(acb_poly([acb(middle), acb(radius)])).coeffs(), acb(0))
+        waves, rest = self._waves(middle, radius)
+        terms = [real[j] - sum((waves[i] * psi[j - i] for i in range(j + 1)), acb(0)).real for j in range(ORDER)]
+        sizes, heights = [abs(wave) for wave in waves], [abs(value) for value in psi]
+        beyond = _total(abs(value) for value in real[ORDER:])
+        beyond += _total(sizes[i] * heights[j] for i in range(ORDER) for j in range(ORDER - i, ORDER))
+        beyond += _total(sizes) * _total(heights[ORDER:]) + rest * _total(heights)
+        return terms, beyond
+
+    def _waves(self, middle: arb, radius: arb) -> tuple[list[acb], arb]:
+        """The same for ``q``."""
+        waves, rest = [acb(0)] * ORDER, arb(0)
         for c, tau in self.delays:
-            sine, cosine = (omega * tau).sin_cos()
-            term = c * acb(cosine, -sine)
-            for power in range(order + 1):
-                sums[power] += term
-                term *= acb(0, -tau)
-        return sums
-
-    def value(self, omega: arb) -> tuple[arb, arb]:
-        """``T`` and its derivative."""
-        q0, q1 = self._sums(omega, 1)
-        p0, p1 = self.psi[0](acb(omega)), self.psi[1](acb(omega))
-        return self.real[0](omega) - (q0 * p0).real, self.real[1](omega) - (q1 * p0 + q0 * p1).real
-
-    def curvature(self, omega: arb) -> arb:
-        """Second derivative of ``T``."""
-        q0, q1, q2 = self._sums(omega, 2)
-        p0, p1, p2 = (p(acb(omega)) for p in self.psi)
-        return self.real[2](omega) - (q2 * p0 + 2 * q1 * p1 + q0 * p2).real
+            sine, cosine = (middle * tau).sin_cos()
+            term, step = c * acb(cosine, -sine), acb(0, -tau * radius)
+            for power in range(ORDER):
+                waves[power] += term
+                term *= step / (power + 1)
+            rest += abs(term)
+        return waves, rest
 
 
 def _check_intervals(inequality: Inequality, intervals: list[tuple[arb, arb]], boxes: int) -> Check:
-    with working_precision(BITS):
+    with working_precision(BITS + 4 * inequality.psi.degree()):
         function = _Function(inequality)
         waiting = list(intervals)
         for _ in range(boxes):
@@ -233,18 +237,20 @@ def _check_intervals(inequality: Inequality, intervals: list[tuple[arb, arb]], b
             low, high = waiting.pop()
             box = low.union(high)
             middle = box.mid()
-            value, slope = function.value(middle)
-            if not value > 0:
+            terms, beyond = function.expansion(middle, (box - middle).abs_upper())
+            if not terms[0] > 0:
                 return Check(holds=False, where=float(middle))
-            radius = (box - middle).abs_upper()
-            bend = function.curvature(box)
-            bound = value - abs(slope) * radius - abs(bend) * radius**2 / 2
-            if bend >= 0:
-                bound = value - abs(slope) * radius
-            if not bound > 0:
-                waiting += [(low, middle), (middle, high)]
-        return (
-            Check(holds=False, where=float(waiting[-1][0].union(waiting[-1][1]).mid()))
-            if waiting
-            else Check(holds=True)
-        )
+            beyond += _total(abs(term) for term in terms[3:])
+            straight = terms[0] - abs(terms[1]) - (abs(terms[2]) if not terms[2] > 0 else 0)
+            if straight > beyond or (terms[2] > 0 and terms[0] - terms[1] ** 2 / (4 * terms[2]) > beyond):
+                continue
+            waiting += [(low, middle), (middle, high)]
+        return Check(holds=not waiting, where=float(waiting[-1][0]) if waiting else None)
+
+
+def _total(values: Iterable[arb]) -> arb:
+    return sum(values, arb(0))
+
+
+def _padded(values: list[Ball], zero: Ball) -> list[Ball]:
+    return values + [zero] * (ORDER - len(values))
