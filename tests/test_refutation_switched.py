@@ -36,7 +36,7 @@ def multiplier(block, witness):
     return np.abs(np.linalg.eigvals(product)).max()
 
 
-# x'' + 2 a x' + (1 + u) x = 0 with u in {0, k}: energy grows fastest with u = k while x x' < 0 and u = 0 while x x' > 0.
+# x'' + 2 a x' + (1 + u) x = 0 with u in {0, k}: energy grows fastest with u = k while x x' < 0, u = 0 while x x' > 0.
 # From x = 1 at rest to x = 0 with stiffness 1 + k takes (pi - atan(w/a))/w and ends at the speed sqrt(1 + k) e^(-a t);
 # from x = 0 to rest with stiffness 1 takes atan(w0/a)/w0 and ends at v e^(-a t0).  The half turn grows by the product.
 @pytest.mark.parametrize("a", [0.05, 0.5, 0.9])
@@ -52,8 +52,8 @@ def test_the_worst_switching_of_an_oscillator_is_the_known_one(a):
     assert (witness.kind, witness.evidence, witness.time_varying) == ("switched gain", Evidence.CERTIFIED, True)
 
 
-# A gain that alternates at 2 w drives a weakly damped motion at w.  Of k(t) in {0, k} the first harmonic is (2/pi) k; the
-# circle criterion stops where a harmonic of k would do it: hence pi/2 times 4.0004e-4, to first order in k.
+# A gain that alternates at 2 w drives a weakly damped motion at w.  Of k(t) in {0, k} the first harmonic is (2/pi) k;
+# the circle criterion stops where a harmonic of k would do it: hence pi/2 times 4.0004e-4, to first order in k.
 def test_weak_damping_leaves_the_ratio_of_a_square_wave_to_its_first_harmonic():
     block = RationalBlock([1, 0, 0], [1, F("0.0003"), 10, F("0.0021"), 9])
     assert switched_witness(block).k == pytest.approx(math.pi / 2 * 4.0004e-4, rel=1e-3)
@@ -83,6 +83,20 @@ def test_passive_blocks_discrete_blocks_and_unstable_ones_have_no_witness():
     assert switched_witness(RationalBlock([1], [1, F(1, 2)], dt=1)) is None
     assert switched_witness(RationalBlock([1], [1, -1])) is None
     assert switched_witness(RationalBlock([2], [1])) is None
+
+
+# Steep gains make products of exponentials overflow in the search.
+@pytest.mark.parametrize(
+    ("top", "bottom"),
+    [
+        ([-0.9526, 0.1033, -0.2813], [1, 0.79022, 2.64687]),
+        ([-0.1603, 0.0136, -0.0254], [1, 2.37609, 0.37965]),
+    ],
+)
+def test_overflow_in_the_search_is_survived(top, bottom):
+    block = RationalBlock(top, bottom)
+    witness = switched_witness(block)
+    assert witness is None or multiplier(block, witness) > 1
 
 
 def test_a_lower_gain_is_the_loop_shifted():

@@ -86,7 +86,9 @@ def _smallest(block: RationalBlock, lower: Fraction) -> Witness | None:
         numerator=np.array([float(c) for c in reversed(system.c)]),
         denominator=np.array([float(c) for c in block.denominator]),
     )
-    for found in search.candidates()[:4]:
+    with np.errstate(all="ignore"):  # Newton's method may run off; what is not finite is dropped
+        candidates = search.candidates()[:4]
+    for found in candidates:
         witness = _witness(system, found)
         if witness is not None and witness.k < limit:
             return witness

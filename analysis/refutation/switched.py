@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from types import MappingProxyType
 
+import numpy as np
+
 from analysis.criteria.hurwitz import hurwitz_limit
 from analysis.evidence import Evidence
 from analysis.plant import Plant
@@ -60,7 +62,8 @@ def switched_witness(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
         return None
     circle, omega = circle_reach(plant, lower)
     search = SwitchingSearch(companion(block), lower, circle, omega, hurwitz_limit(block, lower).high)
-    found = search.run()
+    with np.errstate(all="ignore"):  # products overflow where the loop grows fast; such values are never chosen
+        found = search.run()
     return None if found is None else _certified(search.system, lower, found)
 
 

@@ -196,6 +196,8 @@ class _Bins:
         before = [np.eye(n)]
         for c in choice:
             before.append(self.steps[c] @ before[-1])
+        if not np.isfinite(before[-1]).all():
+            return 0.0, np.zeros(len(choice))
         values, left, right = _eigenvectors(before[-1])
         at = int(np.abs(values).argmax())
         y, x, value = left[at], right[:, at], values[at]
