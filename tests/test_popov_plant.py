@@ -4,16 +4,18 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from flint import acb, acb_poly, fmpq
+from flint import acb, acb_poly, fmpq, fmpq_poly
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from analysis.criteria.hurwitz import hurwitz_limit, is_stable_gain
 from analysis.criteria.popov import popov_criterion, popov_largest
 from analysis.criteria.popov_inequality import PopovInequality
+from analysis.doubles import double_above, double_below
 from analysis.evidence import Evidence, Verdict
 from analysis.least_value import least_value
 from analysis.plant import Plant
+from analysis.polynomial_family import is_nonnegative
 from analysis.precision import working_precision
 from lure import Sector
 from lure.errors import AssumptionError, InputError
@@ -320,3 +322,27 @@ def test_every_smaller_sector_is_proved_too(plant, shares):
     if math.isfinite(answer.largest.high):
         assert popov_criterion(plant, Sector(0, answer.largest.high)).verdict is Verdict.INCONCLUSIVE
         assert all(a.margin.high >= b.margin.low for a, b in pairwise(margins))
+
+
+# 1/(s+1) with theta = -1: Re[..] = (1-x)/(1+x) > -1 for every x, and -1 in the limit: k = 1 is not proved
+def test_the_limit_at_infinity_must_be_strict_too():
+    plant = block([1], [1, 1])
+    assert popov_criterion(plant, Sector(0, 1), theta=-1).verdict is Verdict.INCONCLUSIVE
+    assert popov_criterion(plant, Sector(0, Fraction("0.999999")), theta=-1).verdict is Verdict.PROVED
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "expected"), [([-1], False), ([1, -2, 1], True), ([1, -3, 1], False), ([], True), ([0, 1], True)]
+)
+def test_a_polynomial_may_touch_zero_and_still_be_nonnegative(coefficients, expected):
+    assert is_nonnegative(fmpq_poly(coefficients)) == expected
+
+
+# one tenth lies below the double 0.1, one fifth below 0.2, 3/10 above 0.3
+@pytest.mark.parametrize(
+    "value", [Fraction(1, 10), Fraction(1, 5), Fraction(3, 10), Fraction(-1, 10), Fraction(10**400)]
+)
+def test_doubles_are_rounded_to_the_side_they_say(value):
+    below, above = double_below(value), double_above(value)
+    assert Fraction(below) <= value
+    assert math.nextafter(below, math.inf) == above
