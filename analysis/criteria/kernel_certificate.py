@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeVar
 
-from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_poly
+from flint import acb, acb_poly, arb, fmpq_poly
 
-from analysis.criteria.kernels import Delay, Gamma, Multiplier
+from analysis.criteria.kernel_boxes import BITS, Check, Inequality, positive_on
+from analysis.criteria.kernels import Delay, Multiplier
+from analysis.evidence import Bracket
 from analysis.plant import Plant
 from analysis.polynomial import (
     X,
@@ -22,68 +21,10 @@ from analysis.polynomial import (
     real_roots,
     to_fmpq,
 )
-from analysis.precision import ball, working_precision
+from analysis.precision import ball, outward, working_precision
 
-BITS = 128
-Ball = TypeVar("Ball", arb, acb)
 MAX_BOXES = 5_000
-ORDER = 6
-_MIRROR = fmpq_poly([0, -1])
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Check:
-    """What was found: ``holds`` is a proof; else ``where`` is a frequency where it fails or stays open [rad/s]."""
-
-    holds: bool
-    where: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Inequality:
-    r"""The inequality times ``k |d|^2 E > 0`` on the axis, in exact polynomials.
-
-    ``T(w) = A(w^2) - Re[q(w) Psi(i w)]`` with ``q = sum c_j exp(-i w tau_j)`` over the delays and
-    ``Psi(s) = E(s) (k n + d)(s) d(-s)``; ``E`` clears the denominators of the gamma kernels, which are in ``A``.
-
-    Attributes
-    ----------
-    A : fmpq_poly
-        In ``x = w^2``.
-    psi : fmpq_poly
-        In ``s``.
-    delays : tuple of (Fraction, Fraction)
-        Coefficients ``c_j`` and delays ``tau_j`` [s].
-    full : int
-        Degree of ``k |d|^2 E`` in ``x``: ``T`` divided by it stays away from 0 at infinity only if ``A`` has it too.
-    """
-
-    A: fmpq_poly
-    psi: fmpq_poly
-    delays: tuple[tuple[Fraction, Fraction], ...]
-    full: int
-
-    @classmethod
-    def of(cls, plant: Plant, k: Fraction, multiplier: Multiplier, floor: Fraction) -> Inequality:
-        """The inequality ``... >= floor`` for ``H = n/d`` with ``d`` Hurwitz and slopes in ``[0, k]``."""
-        gain, n, d = to_fmpq(k), plant.n, plant.d
-        gammas = [(c, g) for c, g in multiplier.terms if isinstance(g, Gamma)]
-        orders: dict[Fraction, int] = {}
-        for _, g in gammas:
-            orders[g.rate] = max(orders.get(g.rate, 0), g.order)
-        E = fmpq_poly([1])
-        for rate, order in orders.items():
-            E *= fmpq_poly([to_fmpq(rate) ** 2, 0, -1]) ** order
-        rational = E
-        for c, g in gammas:
-            a = to_fmpq(g.rate)
-            factor = fmpq_poly([a, 1 if g.side == "causal" else -1]) ** g.order
-            rational -= to_fmpq(c) * a**g.order * (E // factor)
-        mirrored = d(_MIRROR)
-        psi = (gain * n + d) * mirrored
-        total = rational * psi + (to_fmpq(multiplier.theta) * X * n - to_fmpq(floor) * d) * gain * E * mirrored
-        delays = tuple((c, g.delay) for c, g in multiplier.terms if isinstance(g, Delay) and c != 0)
-        return cls(even_odd(total)[0], E * psi, delays, d.degree() + E.degree() // 2)
+SHARES = (Fraction(999, 1000), Fraction(9, 10), Fraction(1, 2), Fraction(1, 10))
 
 
 def check(
@@ -120,7 +61,7 @@ def check(
     bound = A * A - mass**2 * (even * even + X * odd * odd)
     if bound.degree() < 2 * inequality.full or not bound[bound.degree()] > 0:
         return Check(holds=False, where=math.inf)
-    return _check_intervals(inequality, _open_intervals(A, bound), boxes)
+    return positive_on(inequality, _open_intervals(A, bound), boxes)
 
 
 def check_every(plant: Plant, multiplier: Multiplier) -> bool:
@@ -149,7 +90,7 @@ def check_every(plant: Plant, multiplier: Multiplier) -> bool:
 
 
 def value_at(plant: Plant, k: Fraction, multiplier: Multiplier, omega: Fraction) -> arb:
-    """The left-hand side at one frequency [rad/s], as a ball."""
+    """The left-hand side of :func:`check` at one frequency ``omega`` [rad/s], as a ball."""
     with working_precision(BITS):
         s = acb(0, ball(omega))
         top, bottom = (acb_poly([acb(arb(c)) for c in p.coeffs()])(s) for p in (plant.n, plant.d))
@@ -161,6 +102,25 @@ def value_at(plant: Plant, k: Fraction, multiplier: Multiplier, omega: Fraction)
                 rate = ball(kernel.rate)
                 M -= ball(c) * (rate / (rate + (s if kernel.side == "causal" else -s))) ** kernel.order
         return (M * (H + 1 / ball(k)) + s * ball(multiplier.theta) * H).real
+
+
+def margin_near(plant: Plant, k: Fraction, multiplier: Multiplier, omega: Fraction) -> Bracket:
+    """A bracket on the infimum of the left-hand side of an inequality that holds.
+
+    Parameters
+    ----------
+    plant, k, multiplier
+        As for :func:`check`, which has said yes.
+    omega : Fraction
+        A frequency near which it is least [rad/s]: it gives the upper end.  The lower end is proved by :func:`check`,
+        and 0 if no share of the upper end could be.
+    """
+    high = value_at(plant, k, multiplier, omega)
+    guess = Fraction(float(high.lower()))
+    for share in SHARES:
+        if guess > 0 and check(plant, k, multiplier, floor=share * guess).holds:
+            return outward(ball(share * guess), high)
+    return outward(ball(0), high)
 
 
 def _nonnegative(p: fmpq_poly) -> bool:
@@ -189,68 +149,3 @@ def _open_intervals(A: fmpq_poly, bound: fmpq_poly) -> list[tuple[arb, arb]]:
         if not (A(between) > 0 and bound(between) > 0):
             found.append((low, high))
     return [(low.lower().sqrt().lower(), high.upper().sqrt().upper()) for low, high in found]
-
-
-class _Function:
-    """``T`` on boxes in ``w``: its Taylor polynomial at the midpoint and a bound on the rest, in ball arithmetic."""
-
-    def __init__(self, inequality: Inequality) -> None:
-        in_omega = [fmpq(0)] * (2 * inequality.A.degree() + 1)
-        in_omega[0::2] = inequality.A.coeffs()
-        self.real = arb_poly(in_omega)
-        turned = [arb(c * (1, 1, -1, -1)[i % 4]) for i, c in enumerate(inequality.psi.coeffs())]
-        self.psi = acb_poly([acb(0, c) if i % 2 else acb(c) for i, c in enumerate(turned)])
-        self.delays = [(ball(c), ball(tau)) for c, tau in inequality.delays]
-
-    def expansion(self, middle: arb, radius: arb) -> tuple[list[arb], arb]:
-        """``T_j`` for ``j < ORDER`` and ``R``: ``|T(middle + u radius) - sum T_j u^j| <= R`` for ``-1 <= u <= 1``."""
-        real = _padded(self.real(arb_poly([middle, radius])).coeffs(), arb(0))
-        psi = _padded(self.psi(acb_poly([acb(middle), acb(radius)])).coeffs(), acb(0))
-        waves, rest = self._waves(middle, radius)
-        terms = [real[j] - sum((waves[i] * psi[j - i] for i in range(j + 1)), acb(0)).real for j in range(ORDER)]
-        sizes, heights = [abs(wave) for wave in waves], [abs(value) for value in psi]
-        beyond = _total(abs(value) for value in real[ORDER:])
-        beyond += _total(sizes[i] * heights[j] for i in range(ORDER) for j in range(ORDER - i, ORDER))
-        beyond += _total(sizes) * _total(heights[ORDER:]) + rest * _total(heights)
-        return terms, beyond
-
-    def _waves(self, middle: arb, radius: arb) -> tuple[list[acb], arb]:
-        """The same for ``q``."""
-        waves, rest = [acb(0)] * ORDER, arb(0)
-        for c, tau in self.delays:
-            sine, cosine = (middle * tau).sin_cos()
-            term, step = c * acb(cosine, -sine), acb(0, -tau * radius)
-            for power in range(ORDER):
-                waves[power] += term
-                term *= step / (power + 1)
-            rest += abs(term)
-        return waves, rest
-
-
-def _check_intervals(inequality: Inequality, intervals: list[tuple[arb, arb]], boxes: int) -> Check:
-    with working_precision(BITS + 4 * inequality.psi.degree()):
-        function = _Function(inequality)
-        waiting = list(intervals)
-        for _ in range(boxes):
-            if not waiting:
-                return Check(holds=True)
-            low, high = waiting.pop()
-            box = low.union(high)
-            middle = box.mid()
-            terms, beyond = function.expansion(middle, (box - middle).abs_upper())
-            if not terms[0] > 0:
-                return Check(holds=False, where=float(middle))
-            beyond += _total(abs(term) for term in terms[3:])
-            straight = terms[0] - abs(terms[1]) - (abs(terms[2]) if not terms[2] > 0 else 0)
-            if straight > beyond or (terms[2] > 0 and terms[0] - terms[1] ** 2 / (4 * terms[2]) > beyond):
-                continue
-            waiting += [(low, middle), (middle, high)]
-        return Check(holds=not waiting, where=float(waiting[-1][0]) if waiting else None)
-
-
-def _total(values: Iterable[arb]) -> arb:
-    return sum(values, arb(0))
-
-
-def _padded(values: list[Ball], zero: Ball) -> list[Ball]:
-    return values + [zero] * (ORDER - len(values))

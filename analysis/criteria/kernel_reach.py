@@ -8,14 +8,12 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import reduce
 
-import numpy as np
-
 from analysis.criteria.kernel_certificate import check, check_every
-from analysis.criteria.kernel_search import TOLERANCE, Family, Floats, Proposal, Search
+from analysis.criteria.kernel_scaled import Scaled
+from analysis.criteria.kernel_search import TOLERANCE, Family, Proposal, Search
 from analysis.criteria.kernel_seeds import seeds
 from analysis.criteria.kernels import Multiplier
 from analysis.plant import Plant
-from analysis.polynomial import to_descending
 
 BELOW = (0.0, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5)
 CAP = 1e6
@@ -59,36 +57,6 @@ class Task:
     def families(self) -> tuple[Family, ...]:
         """The kernels to try, in this order."""
         return ("gamma", "delays", "both") if self.full else ("gamma", "delays")
-
-
-@dataclass(frozen=True, slots=True)
-class Scaled:
-    """``H(unit s) / gain`` in doubles, of size about 1, and the way back; both factors are powers of two."""
-
-    numerator: Floats
-    denominator: Floats
-    unit: Fraction
-    gain: Fraction
-
-    @classmethod
-    def of(cls, plant: Plant) -> Scaled:
-        """The plant with the geometric mean of its poles and the peak of ``|H|`` near 1."""
-        n, d = to_descending(plant.n), to_descending(plant.d)
-        order = len(d) - 1
-        unit = _power_of_two(_log2(abs(d[-1] / d[0])) / order)
-        top = [c * unit**i for c, i in zip(n, range(len(n) - 1, -1, -1), strict=True)]
-        bottom = [c * unit**i for c, i in zip(d, range(order, -1, -1), strict=True)]
-        lead = _power_of_two(max(_log2(abs(c)) for c in bottom if c))
-        size = _power_of_two(max(_log2(abs(c)) for c in top if c))
-        numerator = np.array([float(c / size) for c in top])
-        denominator = np.array([float(c / lead) for c in bottom])
-        probe = Search(numerator, denominator, odd=False, family="none")
-        peak = _power_of_two(math.log2(float(np.max(np.abs(probe.response(probe.rows))))))
-        return cls(numerator / float(peak), denominator, unit, peak * size / lead)
-
-    def search(self, family: Family, *, odd: bool = False, full: bool = False) -> Search:
-        """A search for this plant."""
-        return Search(self.numerator, self.denominator, odd=odd, family=family, full=full)
 
 
 def reach(task: Task) -> Reach | None:
@@ -176,7 +144,7 @@ def least_sample(plant: Plant, width: Fraction, multiplier: Multiplier) -> float
 def certify(task: Task, scaled: Scaled, search: Search, start: tuple[float, Proposal]) -> Reach | None:
     """A proof at, or somewhat below, a slope that the search found feasible."""
     for below in BELOW:
-        k = _rounded_down(task.lower + scaled_back(scaled, start[0] * (1 - below)), task)
+        k = _rounded_down(task.lower + Fraction(start[0] * (1 - below)) / scaled.gain, task)
         if k is None:
             continue
         if proved(task, k, start[1].multiplier.scaled(scaled.unit)):
@@ -185,11 +153,6 @@ def certify(task: Task, scaled: Scaled, search: Search, start: tuple[float, Prop
         if found is not None:
             return found
     return None
-
-
-def scaled_back(scaled: Scaled, width: float) -> Fraction:
-    """A width of slopes in the units of the plant."""
-    return Fraction(width) / scaled.gain
 
 
 def _attempts(task: Task, scaled: Scaled, search: Search, k: Fraction) -> Reach | None:
@@ -265,11 +228,3 @@ def _rounded_down(k: Fraction, task: Task) -> Fraction | None:
             if task.lower < Fraction(candidate) <= k and candidate < task.limit:
                 return Fraction(candidate)
     return None
-
-
-def _power_of_two(exponent: float) -> Fraction:
-    return Fraction(2) ** round(exponent)
-
-
-def _log2(value: Fraction) -> float:
-    return math.log2(value.numerator) - math.log2(value.denominator)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Literal
@@ -11,10 +10,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.criteria.kernel_grid import Floats, around, increasing, peaks, short
 from analysis.criteria.kernels import Delay, Gamma, Kernel, Multiplier
 
 Family = Literal["none", "gamma", "delays", "both"]
-Floats = NDArray[np.float64]
 Column = tuple[int, Kernel]
 TOLERANCE = 1e-7
 COEFFICIENT_BITS = 40
@@ -73,11 +72,11 @@ class Search:
         self.unit = float(np.exp(np.mean(np.log(sizes))))
         self.low, high = float(sizes.min()), float(max([*sizes, *zeros[zeros < 1e3 * sizes.max()]]))
         self.far = 10 * high
-        self.rows = _sorted(
+        self.rows = increasing(
             [0.0],
             np.geomspace(self.low / 100, high * 100, 80),
             np.linspace(0, 3 * high, 60),
-            _around(self.poles, 10),
+            around(self.poles, 10),
         )
         self.lags = np.concatenate([np.geomspace(1e-2, 1, 200), np.linspace(1, HORIZON, 3000)[1:]]) / self.unit
         self.columns = self._first_columns()
@@ -91,7 +90,7 @@ class Search:
         """The best multiplier found for slopes in ``[0, k]``; None if there is none on the rows."""
         fine = self._fine(k)
         best: Proposal | None = None
-        rows = _sorted(self.rows, _around(self._closed_loop(k), 6))
+        rows = increasing(self.rows, around(self._closed_loop(k), 6))
         for _ in range(30 if self.full else 8):
             solved = self._solve(k, rows)
             if solved is None:
@@ -107,8 +106,8 @@ class Search:
                 return best
             if not new and dips.size == 0:
                 return best
-            rows = _sorted(rows, dips)
-            self.rows = _sorted(self.rows, dips)
+            rows = increasing(rows, dips)
+            self.rows = increasing(self.rows, dips)
             self.columns += new
         return best
 
@@ -130,29 +129,29 @@ class Search:
 
     def add_row(self, omega: float) -> None:
         """Add a frequency at which a proof failed, with neighbours."""
-        self.rows = _sorted(self.rows, omega * (1 + np.array([-1e-4, 0.0, 1e-4])))
+        self.rows = increasing(self.rows, omega * (1 + np.array([-1e-4, 0.0, 1e-4])))
 
     def _first_columns(self) -> list[Column]:
         signs = (1, -1) if self.odd else (1,)
         kernels: list[Kernel] = []
         if self.family in ("delays", "both"):
             for lag in np.geomspace(0.05, HORIZON, 8) / self.unit:
-                kernels += [Delay(_short(lag)), Delay(-_short(lag))]
+                kernels += [Delay(short(lag)), Delay(-short(lag))]
         if self.family in ("gamma", "both"):
             for rate in np.geomspace(1e-2, 1e2, 13) * self.unit:
                 for order in (1, 2, 3, 5):
-                    kernels += [Gamma(_short(rate), order, "causal"), Gamma(_short(rate), order, "anticausal")]
+                    kernels += [Gamma(short(rate), order, "causal"), Gamma(short(rate), order, "anticausal")]
         return [(sign, kernel) for kernel in kernels for sign in signs]
 
     def _closed_loop(self, k: float) -> NDArray[np.complex128]:
         return np.asarray(np.roots(np.polyadd(self.denominator, k * self.numerator)))
 
     def _fine(self, k: float) -> Floats:
-        return _sorted(
+        return increasing(
             np.geomspace(self.low / 1e3, self.far * 1e3, 3000),
             np.linspace(0, self.far / 2, 4000),
-            _around(self.poles, 100),
-            _around(self._closed_loop(k), 100),
+            around(self.poles, 100),
+            around(self._closed_loop(k), 100),
         )
 
     def _solve(
@@ -226,8 +225,8 @@ class Search:
                     waves = np.exp(-1j * direction * np.outer(lags, omega))
                     return np.asarray(-sign * (waves @ prices).real - far)
 
-                for value, lag in _peaks(gain, self.lags):
-                    column = (sign, Delay(direction * _short(lag)))
+                for value, lag in peaks(gain, self.lags, least=PRICE, count=NEW_COLUMNS):
+                    column = (sign, Delay(direction * short(lag)))
                     if value > PRICE and column not in known:
                         found.append((value, column))
         found.sort(key=lambda pair: -pair[0])
@@ -248,38 +247,3 @@ class Search:
         )
         worst = low[np.argsort(values[low + 1])][:40] + 1
         return Proposal(multiplier=multiplier, least=float(values[i]), where=float(fine[i])), fine[worst]
-
-
-def _peaks(f: Callable[[Floats], Floats], points: Floats) -> list[tuple[float, float]]:
-    """The highest local maxima of ``f`` and where they are: on the points, then refined between neighbours."""
-    values = f(points)
-    inner = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:]) & (values[1:-1] > PRICE)) + 1
-    found = []
-    for i in inner[np.argsort(-values[inner])][:NEW_COLUMNS]:
-        low, high = points[i - 1], points[i + 1]
-        for _ in range(3):
-            finer = np.linspace(low, high, 21)
-            best = int(np.clip(np.argmax(f(finer)), 1, 19))
-            low, high = finer[best - 1], finer[best + 1]
-        found.append((float(values[i]), float(finer[best])))
-    return found
-
-
-def _around(roots: NDArray[np.complex128], count: int) -> Floats:
-    """Frequencies around lightly damped roots, closer and closer."""
-    found: list[Floats] = [np.zeros(0)]
-    for root in roots:
-        frequency, damping = float(root.imag), abs(float(root.real))
-        if frequency > 2 * damping > 0:
-            away = damping * np.geomspace(1e-2, frequency / damping, count)
-            found += [frequency + away, frequency - away, np.array([frequency])]
-    return np.concatenate(found)
-
-
-def _sorted(*parts: Sequence[float] | Floats) -> Floats:
-    omega = np.unique(np.concatenate([np.asarray(part, dtype=float) for part in parts]))
-    return np.asarray(omega[np.isfinite(omega) & (omega >= 0)])
-
-
-def _short(value: float) -> Fraction:
-    return Fraction(f"{float(value):.8g}")

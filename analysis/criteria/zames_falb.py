@@ -12,9 +12,9 @@ from typing import Literal
 from analysis.answer import Answer
 from analysis.criteria.checks import check_plant
 from analysis.criteria.hurwitz import hurwitz_limit
-from analysis.criteria.kernel_certificate import check, value_at
+from analysis.criteria.kernel_certificate import margin_near
 from analysis.criteria.kernel_reach import Reach, Task, every, least_sample, propose_at, proved, reach
-from analysis.criteria.kernels import Multiplier, multiplier_of
+from analysis.criteria.kernels import multiplier_of
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.precision import ball, outward
 from lure.errors import AssumptionError, InputError
@@ -215,7 +215,10 @@ def _answer(task: Task, bounds: SlopeBounds, found: Reach | None, reason: str) -
     )
     if found is None:
         return blank
-    margin, worst = (None, None) if found.k is None else _margin(task, found.k, found.multiplier)
+    margin, worst = None, None
+    if found.k is not None:
+        worst = least_sample(task.plant, found.k - lower, found.multiplier)
+        margin = margin_near(task.plant, found.k - lower, found.multiplier, Fraction(worst))
     parameters = {
         "lower": str(lower),
         "k": "inf" if found.k is None else str(found.k),
@@ -244,15 +247,3 @@ def _hypotheses(task: Task) -> tuple[str, ...]:
         "sum of |c_j| at most 1, kernels nonnegative of mass 1: exact",
         "the inequality at every frequency and in the limit: polynomials exactly, delays by ball arithmetic",
     )
-
-
-def _margin(task: Task, k: Fraction, multiplier: Multiplier) -> tuple[Bracket, float]:
-    """A bracket on the infimum of the left-hand side; the lower end is proved like the inequality itself."""
-    width = k - task.lower
-    worst = least_sample(task.plant, width, multiplier)
-    high = value_at(task.plant, width, multiplier, Fraction(worst))
-    guess = Fraction(float(high.lower()))
-    for share in (Fraction(999, 1000), Fraction(9, 10), Fraction(1, 2), Fraction(1, 10)):
-        if guess > 0 and check(task.plant, width, multiplier, floor=share * guess).holds:
-            return outward(ball(share * guess), high), worst
-    return outward(ball(0), high), worst
