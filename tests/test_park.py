@@ -164,3 +164,9 @@ def test_gain_and_time_scale_do_not_matter(plant, factor):
     )
     one, other = park_largest(plant), park_largest(moved)
     assert float(factor) * other.largest.low == pytest.approx(one.largest.low, rel=1e-6)
+
+
+# H = -1/(s+1)^2: U + r W/x = 1 + x for r = -1, yet H(0) = -1 and the gain 1 is not stable
+def test_a_negative_static_gain_bounds_every_multiplier():
+    answer = park_largest(block([-1], [1, 2, 1]))
+    assert answer.largest.low < 1 <= answer.largest.high < 1 + 1e-9

@@ -346,3 +346,9 @@ def test_doubles_are_rounded_to_the_side_they_say(value):
     below, above = double_below(value), double_above(value)
     assert Fraction(below) <= value
     assert math.nextafter(below, math.inf) == above
+
+
+# 1/(s^2+s+1) with theta = 1: Re[..] = 1/D falls like omega^-4, which is too fast for laws that no gain bounds
+def test_an_inequality_that_fades_too_fast_is_not_enough_for_laws_that_no_gain_bounds():
+    assert popov_criterion(block([1], [1, 1, 1]), Sector(0, math.inf), theta=1).verdict is Verdict.INCONCLUSIVE
+    assert popov_criterion(block([1], [1, 1, 1]), Sector(0, math.inf), theta=2).verdict is Verdict.PROVED
