@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from flint import arb, arb_mat
+from flint import arb_mat
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.exact_matrix import exact_entry
@@ -95,8 +95,3 @@ def doubles(rows: Sequence[Row]) -> NDArray[np.float64]:
 def balls(rows: Sequence[Sequence[Fraction]]) -> arb_mat:
     """Exact rows as balls, as narrow as the working precision allows."""
     return arb_mat([[ball(value) for value in row] for row in rows])
-
-
-def scaled(matrix: arb_mat, factor: arb) -> arb_mat:
-    """``factor * matrix``."""
-    return matrix * factor
