@@ -18,11 +18,12 @@ from analysis.cli.doctor import NEEDED
 from analysis.evidence import Verdict
 from lure import __version__
 from lure.errors import InputError
+from lure.loop_library import loop_names
 from lure.system_file import read_system, system_to_toml, template
 from lure.systems import builtin_system, builtin_systems
 
 ROOT = Path(__file__).parents[1]
-COMMANDS = ("report", "init", "systems", "reproduce", "doctor")
+COMMANDS = ("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope")
 
 # In place of the analysis: a report that holds its system, and a paper with one claim.
 STUB = """
@@ -189,7 +190,7 @@ def test_every_built_in_is_found_by_the_command(here, lure, stub):
         (["init", "full"], "'full' is a directory; give the name of a file, such as 'full/rod.toml'\n"),
         (["init", "file"], "'file' exists; give another name, or --force to replace it\n"),
         (["init", "no/rod.toml"], "'no/rod.toml' cannot be written (No such file or directory); give another place\n"),
-        (["systems", "paper-rd"], "there is no built-in system 'paper-rd'; did you mean 'paper-rod'? choose from "),
+        (["systems", "paper-rd"], "there is no built-in system 'paper-rd'; did you mean 'paper-rod'? lure systems lists "),
         (["systems", "--toml"], "--toml needs the name of a system; give one such as: lure systems paper-rod --toml\n"),
     ],
 )
@@ -368,7 +369,7 @@ def test_init_writes_a_file_that_reports_accept_and_never_overwrites_one(here, l
 def test_systems_lists_describes_and_writes_the_built_ins(lure):
     status, out, _ = lure("systems")
     assert status == 0
-    assert re.findall(r"^\S+", out, re.MULTILINE) == list(builtin_systems())
+    assert re.findall(r"^\S+", out, re.MULTILINE) == [*builtin_systems(), *loop_names()]
     assert max(map(len, out.splitlines())) <= 80
     assert lure("systems", "paper-rod-figure-8")[1].startswith(
         "paper-rod-figure-8: force 2 sin 4t as printed: contact\n"
@@ -423,7 +424,7 @@ def test_help_fits_80_columns_and_shows_examples_before_options(lure):
         assert not re.search(r"[`\\]b|\[bold", text)
         start, options = text.index("Examples:\n"), text.index("Options:\n")
         assert start < options
-        assert re.match(rf"    lure {command or 'report'}", text[start:].splitlines()[1])
+        assert re.match(rf"    lure {command or 'max-sector'}", text[start:].splitlines()[1])
         assert "..." not in text.partition("Commands:")[2]  # no summary is cut short
 
 
@@ -434,20 +435,25 @@ def test_help_is_what_no_command_and_h_print_too(lure):
 
 def test_the_examples_of_the_help_texts_are_commands_that_exist(lure):
     for text in helps(lure).values():
-        for used in re.findall(r"\blure (\w+)", text.partition("Examples:")[2].partition("\n\n")[0]):
+        for used in re.findall(r"\blure ([\w-]+)", text.partition("Examples:")[2].partition("\n\n")[0]):
             assert used in COMMANDS
 
 
 def test_the_root_help_reads_as_written(lure):
     assert lure("--help")[1].partition("Options:")[0] == (
         "Usage: lure [OPTIONS] COMMAND [ARGS]...\n\n"
-        "  What can be proved about the stability of a rod that hits an obstacle.\n\n"
+        "  For which laws is a Lur'e loop stable, and how do we know?\n\n"
+        "  A linear block in feedback with a nonlinearity of a given sector or slope:\n"
+        "  how far it is proved stable, by which criterion, and where a counterexample\n"
+        "  begins.\n\n"
         "  Examples:\n"
-        "    lure report                          the paper's rod, into ./lure-report\n"
-        "    lure init                            write rod.toml, commented, to edit\n"
-        "    lure report rod.toml                 the same report for your own rod\n"
-        "    lure report --set rod.damping=8e-4   a built-in with another dashpot\n"
-        "    lure reproduce paper                 the paper's claims, one by one\n\n"
+        '    lure max-sector --num "1" --den "1 3 2 0"     the largest stable sector\n'
+        '    lure max-slope --odd --transfer "1/(s+1)^3"   the largest slope of odd laws\n'
+        "    lure init --loop                              write plant.toml, to edit\n"
+        "    lure report plant.toml                        all there is to say, as a page\n"
+        "    lure report kalman-fitts                      the same for a built-in loop\n"
+        "    lure report                                   the rod of the paper\n"
+        "    lure reproduce paper                          the paper's claims, one by one\n\n"
         "  Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,\n"
         "  1 a bug in lure, 130 interrupted.\n\n"
     )

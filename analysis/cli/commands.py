@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import difflib
 import shlex
 import sys
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from analysis.cli import texts
 from lure import __version__
 from lure.errors import InputError
+
+if TYPE_CHECKING:
+    from analysis.report import StabilityReport
+    from analysis.report.loop import LoopReport
+    from lure.systems import RodSystem
+    from lure.systems_loop import LoopSystem
 
 app = typer.Typer(
     add_completion=False,
@@ -59,41 +67,54 @@ def report(
 
     from analysis.cli.progress import progress
     from analysis.evidence import Verdict
-    from analysis.report import StabilityReport, build_report, write_report
-    from analysis.report.loop import LoopReport, build_loop_report, write_loop_report
-    from lure.systems import RodSystem
 
+    build, write = _reporting(chosen)
     changes = [part for setting in settings for part in ("--set", setting)]
     command = shlex.join(["lure", "report", system, *changes])
     with progress(quiet=quiet) as tell:
-        found: StabilityReport | LoopReport = (
-            build_report(chosen, progress=tell, command=command)
-            if isinstance(chosen, RodSystem)
-            else build_loop_report(chosen, progress=tell, command=command)
-        )
+        found = build(chosen, progress=tell, command=command)
         if tell:
             tell("writing the report", 0.95)
         with replaced(output) as directory:
-            if isinstance(found, StabilityReport):
-                write_report(found, directory)
-            else:
-                write_loop_report(found, directory)
+            write(found, directory)
             text = (directory / "report.json").read_text(encoding="utf-8")
     _deliver(text if as_json else str(found), f"The report is {output / 'report.html'}", as_json=as_json, quiet=quiet)
     return {Verdict.PROVED: 0, Verdict.INCONCLUSIVE: 10, Verdict.REFUTED: 11}[found.verdict]
 
 
+def _reporting(
+    system: RodSystem | LoopSystem,
+) -> tuple[Callable[..., StabilityReport | LoopReport], Callable[..., Path]]:
+    """What builds and what writes the report on such a system."""
+    from lure.systems import RodSystem
+
+    if isinstance(system, RodSystem):
+        from analysis.report import build_report, write_report
+
+        return build_report, write_report
+    from analysis.report.loop import build_loop_report, write_loop_report
+
+    return build_loop_report, write_loop_report
+
+
 @app.command(help=texts.INIT)
 def init(
-    path: Annotated[Path, typer.Argument(metavar="PATH", help="The file to write.")] = Path("rod.toml"),
+    path: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="PATH", help="The file to write; rod.toml, or plant.toml with --loop.", show_default=False
+        ),
+    ] = None,
+    loop: Annotated[bool, typer.Option("--loop", help="A plant with a nonlinearity instead of a rod.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
 ) -> None:
     """Write the template."""
     from analysis.output import write_new
-    from lure.system_file import template
+    from lure.system_file import plant_template, template
 
-    write_new(path, template(), force=force)
-    print(f"{path} is written; edit it, then run: {shlex.join(['lure', 'report', str(path)])}")
+    target = path or Path("plant.toml" if loop else "rod.toml")
+    write_new(target, plant_template() if loop else template(), force=force)
+    print(f"{target} is written; edit it, then run: {shlex.join(['lure', 'report', str(target)])}")
 
 
 @app.command(help=texts.SYSTEMS)
@@ -105,21 +126,34 @@ def systems(
     toml: Annotated[bool, typer.Option("--toml", help="Print it as a TOML file.")] = False,
 ) -> None:
     """List the built-in systems, or show one."""
-    from lure.system_file import system_to_toml
-    from lure.systems import builtin_system, builtin_systems
+    from lure.loop_library import builtin_loop, loop_names
+    from lure.system_file import loop_to_toml, system_to_toml
+    from lure.systems import RodSystem, builtin_system, builtin_systems
 
+    rods, loops = tuple(builtin_systems()), loop_names()
     if name is None:
         if toml:
             raise InputError("--toml needs the name of a system; give one such as: lure systems paper-rod --toml")
-        for system in builtin_systems().values():
-            print(textwrap.fill(f"{system.name:<20} {system.title}", 80, subsequent_indent=" " * 21))
+        listed: list[RodSystem | LoopSystem] = [*map(builtin_system, rods), *map(builtin_loop, loops)]
+        for system in listed:
+            print(textwrap.fill(f"{system.name:<23} {system.title}", 80, subsequent_indent=" " * 24))
         return
-    chosen = builtin_system(name)
+    if name not in (*rods, *loops):
+        near = difflib.get_close_matches(name, (*rods, *loops), n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise InputError(f"there is no built-in system {name!r:.60}; {hint}lure systems lists them")
+    chosen = builtin_system(name) if name in rods else builtin_loop(name)
+    rod = isinstance(chosen, RodSystem)
     if toml:
-        print(system_to_toml(chosen), end="")
+        print(system_to_toml(chosen) if isinstance(chosen, RodSystem) else loop_to_toml(chosen), end="")
         return
-    print(f"{chosen.name}: {chosen.title}\nSource: {chosen.source}\nReport: lure report {chosen.name}")
-    print(f"As a file to edit: lure systems {chosen.name} --toml > rod.toml")
+    print(f"{chosen.name}: {chosen.title}\nSource: {chosen.source}")
+    if not isinstance(chosen, RodSystem):
+        print(f"H = {chosen.block}")
+        about = chosen.nonlinearity or chosen.law_class
+        print(f"{'Law' if chosen.nonlinearity else 'Class'}: {about or 'none, every class is looked at'}")
+    print(f"Report: lure report {chosen.name}")
+    print(f"As a file to edit: lure systems {chosen.name} --toml > {'rod' if rod else 'plant'}.toml")
 
 
 @app.command(help=texts.REPRODUCE)

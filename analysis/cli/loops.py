@@ -61,10 +61,11 @@ def analyse(
     from analysis.answers import analyse as run
     from analysis.answers.document import analysis_dict
     from analysis.cli.progress import progress
+    from analysis.report.loop.plain import plain
 
     with progress(quiet=quiet) as tell:
         found = run(chosen, progress=tell)
-    print(_json(analysis_dict(found)) if as_json else f"{found}")
+    print(_json(plain(analysis_dict(found))) if as_json else f"{found}")
     return _status(found.verdict)
 
 
@@ -92,7 +93,7 @@ def max_sector(
         time_varying=time_varying,
         search="full" if full else "linear",
     )
-    return _print(found, as_json=as_json)
+    return _print(found, block, as_json=as_json)
 
 
 @app.command("max-slope", help=texts.MAX_SLOPE)
@@ -111,7 +112,8 @@ def max_slope(
     block = _block(num, den, transfer, dt, system)
     from analysis.answers import max_slope as run
 
-    return _print(run(block, odd=odd, criterion=criterion, lower=_number(lower)), as_json=as_json)
+    found = run(block, odd=odd, criterion=criterion, lower=_number(lower))
+    return _print(found, block, as_json=as_json)
 
 
 def _block(num: str | None, den: str | None, transfer: str | None, dt: str | None, system: str | None) -> object:
@@ -129,7 +131,7 @@ def _block(num: str | None, den: str | None, transfer: str | None, dt: str | Non
             "give the block once, by --num and --den, by --transfer or by --system"
             + (f"; got {' and '.join(given)}" if given else "")
         )
-    step = None if dt is None else _number(dt, "--dt")
+    step = None if dt is None else _step(dt)
     if system is not None:
         if step is not None:
             raise InputError("--dt belongs to --num and --den or --transfer; a system has its own sampling time")
@@ -147,20 +149,38 @@ def _block(num: str | None, den: str | None, transfer: str | None, dt: str | Non
 def _number(text: str, name: str = "--lower") -> Any:  # noqa: ANN401 -- an exact number of any type
     from lure.inputs import coefficients
 
-    values = coefficients(text)
+    try:
+        values = coefficients(text)
+    except InputError:
+        values = ()
     if len(values) != 1:
-        raise InputError(f"{name} is {text!r}; give one number")
+        raise InputError(f"{name} is {text!r:.60}; give one number such as 2, -0.5, 1e-3 or 2/3")
     return values[0]
 
 
-def _print(found: Largest, *, as_json: bool) -> int:
-    print(_json(found.to_dict()) if as_json else str(found))
-    if not as_json:
-        print(f"Linear gains are stable up to {found.hurwitz}.")
-        if found.multiplier:
-            print(f"Multiplier: {found.multiplier}")
-        if found.reason:
-            print(f"Reason: {found.reason}")
+def _step(text: str) -> Any:  # noqa: ANN401 -- an exact number of any type
+    step = _number(text, "--dt")
+    if step <= 0:
+        raise InputError(f"--dt is {text!r:.60}; give a positive sampling time, or leave it out for continuous time")
+    return step
+
+
+def _print(found: Largest, block: object, *, as_json: bool) -> int:
+    if as_json:
+        from analysis.report.loop.plain import plain
+
+        print(_json(plain(found.to_dict())))
+        return _status(found.verdict)
+    from analysis.cli.answers import lines
+    from analysis.criteria.hurwitz import gain_intervals
+    from analysis.plant import Plant
+    from lure.delay import DelayBlock
+    from lure.rational import RationalBlock
+
+    rational = RationalBlock([1], block.denominator) if isinstance(block, DelayBlock) else block
+    case = Plant.of(rational).case if isinstance(rational, RationalBlock) else None
+    stable = gain_intervals(block) if isinstance(block, RationalBlock) else None
+    print("\n".join(lines(found, case=case, stable=stable)))
     return _status(found.verdict)
 
 

@@ -1,14 +1,19 @@
 """The help texts: what a command is for, then examples, each within 80 columns."""
 
-ROOT = """What can be proved about the stability of a rod that hits an obstacle.
+ROOT = """For which laws is a Lur'e loop stable, and how do we know?
+
+A linear block in feedback with a nonlinearity of a given sector or slope: how
+far it is proved stable, by which criterion, and where a counterexample begins.
 
 \b
 Examples:
-  lure report                          the paper's rod, into ./lure-report
-  lure init                            write rod.toml, commented, to edit
-  lure report rod.toml                 the same report for your own rod
-  lure report --set rod.damping=8e-4   a built-in with another dashpot
-  lure reproduce paper                 the paper's claims, one by one
+  lure max-sector --num "1" --den "1 3 2 0"     the largest stable sector
+  lure max-slope --odd --transfer "1/(s+1)^3"   the largest slope of odd laws
+  lure init --loop                              write plant.toml, to edit
+  lure report plant.toml                        all there is to say, as a page
+  lure report kalman-fitts                      the same for a built-in loop
+  lure report                                   the rod of the paper
+  lure reproduce paper                          the paper's claims, one by one
 
 \b
 Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
@@ -20,7 +25,9 @@ REPORT = """Analyse a system and write the report.
 \b
 Examples:
   lure report
-  lure report rod.toml -o results/rod
+  lure report plant.toml -o results/plant
+  lure report kalman-fitts
+  lure report plant.toml --set class.odd=true
   lure report paper-rod-figure-8 --set rod.damping=8e-4 --set rod.gap=0.01
   lure report rod.toml --set "force.g=2*sin(4*t)"
   lure report --json --quiet | python -m json.tool
@@ -28,20 +35,24 @@ Examples:
 \b
 The directory gets report.html, report.json and the figures as SVG and PNG.
 It is replaced as a whole, once all is done, and only if it is empty or holds
-a report.  `lure systems` lists the built-in systems, `lure init` writes a
-file that explains every key.
+a report.  `lure systems` lists the built-in systems, `lure init` and
+`lure init --loop` write files that explain every key.
 
 \b
 Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
 1 a bug in lure, 130 interrupted.
 """
 
-INIT = """Write a commented TOML file to start from: the paper's rod.
+INIT = """Write a commented TOML file to start from.
 
 \b
 Examples:
   lure init && lure report rod.toml
-  lure init beams/steel.toml
+  lure init --loop && lure report plant.toml
+  lure init --loop plants/servo.toml
+
+\b
+Without --loop it describes the paper's rod.
 """
 
 SYSTEMS = """List the built-in systems, or show one of them.
@@ -49,7 +60,8 @@ SYSTEMS = """List the built-in systems, or show one of them.
 \b
 Examples:
   lure systems
-  lure systems paper-rod-figure-8
+  lure systems kalman-fitts
+  lure systems kalman-fitts --toml > plant.toml
   lure systems paper-rod-figure-8 --toml > rod.toml
 """
 
@@ -73,7 +85,7 @@ and what the rod itself does.  The directory gets paper.html, paper.json and
 the figures; it is replaced as a whole.
 """
 
-ANALYSE = """Run every criterion and every search for a counterexample on a loop.
+ANALYSE = """Run every criterion and counterexample search on a loop.
 
 \b
 Examples:

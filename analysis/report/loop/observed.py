@@ -73,7 +73,7 @@ def _count(number: int) -> str:
 
 
 def _rates(about: Subject) -> tuple[float, float]:
-    """Slowest decay [1/s] over linear gains of the class, 0 if one does not decay, and the fastest mode at a medium one."""
+    """Slowest decay over linear gains of the class [1/s], 0 if one does not decay; fastest mode at a medium gain."""
     block, asked = about.block, about.law_class
     assert isinstance(block, RationalBlock), "only rational blocks are simulated"
     low = 0.0 if asked is None else float(asked.sector.lower)
