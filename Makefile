@@ -31,7 +31,7 @@ check: .venv/.dev ## format, lint and docstrings, types, tests; stops at the fir
 	$(BIN)/python -m mypy
 	$(PYTEST) -n 2 $(ARGS)
 
-bench: .venv/.core ## the benchmarks, one after another
+bench: .venv/.bench ## the benchmarks, one after another
 	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(ONE_THREAD) $(BIN)/python "$$script"; done
 
 benchmarks-table: .venv/.core ## published numbers against ours: circle to Zames-Falb, and counterexamples
@@ -51,6 +51,10 @@ clean: ## remove the environment, the caches and everything made here
 .venv/.core: .venv/.place pyproject.toml constraints.txt
 	$(call install,.,lure)
 	@touch $@
+
+.venv/.bench: .venv/.place pyproject.toml constraints.txt
+	$(call install,.[bench],lure and the peers it is compared with)
+	@touch .venv/.core $@
 
 .venv/.test: .venv/.place pyproject.toml constraints.txt
 	$(call install,.[test],lure and what its tests need)

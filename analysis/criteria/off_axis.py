@@ -84,7 +84,7 @@ def off_axis_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
         else f"every k up to {largest.low:.15g} is proved, and no straight line reaches {largest.high:.15g}"
     )
     return Answer(
-        criterion="off-axis circle",
+        criterion="off-axis-circle",
         theorem=THEOREM,
         largest=largest,
         law_class=_class(inequality.lower, largest.low if proved else math.inf),
@@ -144,7 +144,7 @@ def off_axis_criterion(block: RationalBlock, bounds: SlopeBounds, *, alpha: Frac
         f"largest k is {inequality.largest(best)}"
     )
     return Answer(
-        criterion="off-axis circle",
+        criterion="off-axis-circle",
         theorem=THEOREM,
         largest=inequality.largest(best),
         law_class=_class(bounds.lower, bounds.upper),
