@@ -6,10 +6,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from flint import fmpq_poly
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from analysis.criteria.hurwitz import hurwitz_limit
+from analysis.criteria.kernel_boxes import Inequality, TaylorBound
 from analysis.criteria.kernel_certificate import check, check_every, value_at
 from analysis.criteria.kernel_seeds import first_order
 from analysis.criteria.kernels import Delay, Gamma, Multiplier, multiplier_of
@@ -18,6 +20,7 @@ from analysis.criteria.popov import popov_largest
 from analysis.criteria.zames_falb import recheck, zames_falb_criterion, zames_falb_largest
 from analysis.evidence import Evidence, Verdict
 from analysis.plant import Plant
+from analysis.precision import ball
 from lure.errors import AssumptionError, InputError
 from lure.rational import RationalBlock
 from lure.sector import SlopeBounds
@@ -176,14 +179,14 @@ def test_negative_coefficients_are_for_odd_laws_only():
 
 
 def test_mass_above_one_is_refused():
-    # Re[(1 - c/(s + 1))/k + ...] would hold for c = 11/10 too: legality is not the inequality's business
-    plant = block("-1 0", "1 1 1")
-    terms = [{"coefficient": c, "rate": "5", "order": 1, "side": "anticausal"} for c in ("1/2", "1/2")]
-    parameters = {"lower": "0", "k": "1/100", "odd": False, "theta": "0", "kernels": terms}
-    heavier = [{**terms[0], "coefficient": "1/2"}, {**terms[1], "coefficient": "501/1000"}]
-    light = [{**terms[0], "coefficient": "1/2"}, {**terms[1], "coefficient": "49/100"}]
-    assert recheck(plant, {**parameters, "kernels": light})
-    assert not recheck(plant, {**parameters, "kernels": heavier})
+    # Re[1 + c 5/(5 + s)] >= 1 for c > 0, and 1/k = 100 outweighs H: the inequality holds, the multiplier is illegal
+    plant = block("1", "1 1")
+    term = {"coefficient": "-1", "rate": "5", "order": 1, "side": "causal"}
+    parameters = {"lower": "0", "k": "1/100", "odd": True, "theta": "0", "kernels": [term]}
+    assert recheck(plant, parameters)
+    heavy = {**parameters, "kernels": [{**term, "coefficient": "-1001/1000"}]}
+    assert check(Plant.of(plant), F("1/100"), multiplier_of(heavy)).holds
+    assert not recheck(plant, heavy)
 
 
 @pytest.mark.parametrize(
@@ -400,6 +403,49 @@ def test_a_dip_too_narrow_for_a_grid():
     for multiplier in (Multiplier(F(0), ()), Multiplier(F(0), ((F("1/100"), Delay(F(1))),))):
         assert check(Plant.of(system), F("1e-9"), multiplier).holds
         assert not check(Plant.of(system), F("3e-9"), multiplier).holds
+
+
+def test_a_long_delay_meets_every_phase():
+    # with delay 1000 the least value is that of Re F - 0.9 |F|, F = H + 1/k, nearly: negative though Re F > 0.45 |F|
+    system, k = block("1", "1 1 1"), F("3/5")
+    multiplier = Multiplier(F(0), ((F("9/10"), Delay(F(1000))),))
+    omega = np.linspace(0, 10, 2_000_001)
+    phase = system.transfer(1j * omega) + 1 / float(k)
+    assert (phase.real > 0.46 * np.abs(phase)).all()
+    assert left_hand_side(system, k, multiplier, omega).min() < -0.01
+    assert not check(Plant.of(system), k, multiplier).holds
+    assert check(Plant.of(system), k, Multiplier(F(0), ((F("9/20"), Delay(F(1000))),))).holds
+
+
+def test_an_inequality_that_fades_at_infinity():
+    # 1/(s + 1), k = 1, theta = -1: Re[(1 - i w)/(1 + i w)] + 1 = 2/(1 + w^2) > 0, but no eps is left
+    plant = Plant.of(block("1", "1 1"))
+    assert not check(plant, F(1), Multiplier(F(-1), ())).holds
+    assert check(plant, F(1), Multiplier(F("-99/100"), ())).holds
+
+
+@pytest.mark.parametrize("radius", ["1/100", "1", "5"])
+def test_the_bound_on_a_box(radius):
+    # |T(m + u r) - sum T_j u^j| <= R, against T at single points
+    multiplier = Multiplier(F("1/3"), ((F("1/2"), Delay(F(2))), (F("-1/4"), Delay(F(-1)))))
+    function = TaylorBound(Inequality.of(Plant.of(EX[3]), F(2), multiplier, F(0)))
+    middle, r = F(6), F(radius)
+    terms, rest = function.expansion(ball(middle), ball(r))
+    for u in (F(i) / 10 for i in range(-10, 11)):
+        exact = function.expansion(ball(middle + u * r), ball(0))[0][0]
+        miss = abs(float(exact - sum(term * ball(u) ** j for j, term in enumerate(terms))))
+        assert miss <= float(rest.upper()) + 1e-9 * abs(float(exact))
+
+
+def test_the_parts_of_the_bound_on_a_box():
+    # a polynomial alone, then a wave times a constant: each part of R is needed
+    alone = Inequality(fmpq_poly([0] * 6 + [1]), fmpq_poly([0]), ((F("1/2"), F(1)),), 0)
+    terms, rest = TaylorBound(alone).expansion(ball(0), ball(1))  # w^12 has no terms below the twelfth
+    assert (float(sum(terms)), float(rest)) == (0.0, 1.0)
+    wave = Inequality(fmpq_poly([0]), fmpq_poly([1]), ((F(1), F(2)),), 0)
+    terms, rest = TaylorBound(wave).expansion(ball(0), ball(1))  # -cos(2 u) = -1 + 2 u^2 - 2 u^4/3 + ...
+    assert [float(term) for term in terms] == pytest.approx([-1, 0, 2, 0, -2 / 3, 0])
+    assert float(rest) == pytest.approx(2**6 / math.factorial(6))
 
 
 def test_mass_one_of_delays_touches_zero():

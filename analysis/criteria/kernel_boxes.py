@@ -75,7 +75,7 @@ class Inequality:
         return cls(even_odd(total)[0], E * psi, delays, d.degree() + E.degree() // 2)
 
 
-class _Function:
+class TaylorBound:
     """``T`` on boxes in ``w``: its Taylor polynomial at the midpoint and a bound on the rest, in ball arithmetic."""
 
     def __init__(self, inequality: Inequality) -> None:
@@ -124,7 +124,7 @@ def positive_on(inequality: Inequality, intervals: list[tuple[arb, arb]], boxes:
         Number of boxes after which the proof is given up.
     """
     with working_precision(BITS + 4 * inequality.psi.degree()):
-        function = _Function(inequality)
+        function = TaylorBound(inequality)
         waiting = list(intervals)
         for _ in range(boxes):
             if not waiting:
