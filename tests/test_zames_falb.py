@@ -446,6 +446,9 @@ def test_the_parts_of_the_bound_on_a_box():
     terms, rest = TaylorBound(wave).expansion(ball(0), ball(1))  # -cos(2 u) = -1 + 2 u^2 - 2 u^4/3 + ...
     assert [float(term) for term in terms] == pytest.approx([-1, 0, 2, 0, -2 / 3, 0])
     assert float(rest) == pytest.approx(2**6 / math.factorial(6))
+    slow = Inequality(fmpq_poly([0]), fmpq_poly([0] * 8 + [1]), ((F(1), F("1/1000")),), 0)
+    terms, rest = TaylorBound(slow).expansion(ball(0), ball(1))  # -u^8 cos(u/1000)
+    assert (float(sum(terms)), float(rest)) == (0.0, pytest.approx(1, abs=2e-3))
 
 
 def test_mass_one_of_delays_touches_zero():
