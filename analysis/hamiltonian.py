@@ -168,6 +168,10 @@ class HamiltonianFamily:
         found = [self._lowest(points, i, t) for i in lowest if points[i] > 0]
         return [self.cut(omega) for omega in found if not self.value(omega, t) >= m]
 
+    def nearby(self, cuts: Sequence[Cut], theta: fmpq) -> list[Cut]:
+        """Nothing: the crossings show where to look."""
+        return []
+
     def bound(self, support: Sequence[Cut]) -> fmpq:
         """The upper bound from some cuts, in floating point."""
         return mixture(support)

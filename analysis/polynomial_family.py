@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from flint import arb_poly, fmpq, fmpq_poly
+from flint import arb, arb_poly, fmpq, fmpq_poly
 
 from analysis.criteria.gain_ends import simplest_between
 from analysis.multiplier_search import CAP, Cut, admissible, choice, mixture
@@ -16,7 +16,8 @@ from analysis.precision import ball, working_precision
 
 LEVEL_ROUNDS = 30
 GOLDEN_STEPS = 30
-BITS = 256
+NEWTON_STEPS = 6
+BITS = 160
 NEAR = fmpq(1, 2**20)
 CLOSE = fmpq(1, 2**90)
 
@@ -79,6 +80,26 @@ class PolynomialFamily:
             return []
         found = [self.cut(x) for x in self.dips(p, marks, theta)]
         return found or [*(self.cut(x) for x in marks), self.cut(fmpq(0)), self.at_infinity]
+
+    def nearby(self, cuts: Sequence[Cut], theta: fmpq) -> list[Cut]:
+        """Cuts of the local minima of ``(U + theta W)/D`` next to given points, by Newton's method."""
+        over = self.level(theta, fmpq(0))
+        slope = over.derivative() * self.D - over * self.D.derivative()
+        found = []
+        with working_precision(max(128, 8 * self.D.degree())):
+            f, df = arb_poly(slope), arb_poly(slope.derivative())
+            for cut in cuts:
+                if cut.x is None or not cut.x > 0:
+                    continue
+                x = arb(cut.x)
+                for _ in range(NEWTON_STEPS):
+                    bend = df(x)
+                    if not bend > 0:
+                        break
+                    x = (x - f(x) / bend).mid()
+                if 0 < float(x) < math.inf:
+                    found.append(self.cut(to_fmpq(float(x))))
+        return found
 
     def dips(self, p: fmpq_poly, marks: list[fmpq], theta: fmpq) -> list[fmpq]:
         """A point for each interval on which ``p``, a level polynomial with roots near ``marks``, is negative."""

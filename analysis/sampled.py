@@ -1,4 +1,4 @@
-"""Circle and Popov criteria on measured frequency responses: samples can bound a criterion's reach and prove nothing."""
+"""Circle and Popov criteria on measured frequency responses: bounds on their reach, and no proof."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Search:
     lags: Floats = field(init=False)
 
     def __post_init__(self) -> None:
-        self.poles = np.roots(self.denominator)
+        self.poles = np.roots(self.denominator).astype(complex)
         sizes = np.abs(self.poles)
         zeros = np.abs(np.roots(self.numerator))
         self.unit = float(np.exp(np.mean(np.log(sizes))))

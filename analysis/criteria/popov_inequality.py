@@ -89,9 +89,9 @@ class PopovInequality:
             theta = self.family.everywhere(cuts, nonnegative=nonnegative)
             if theta is not None:
                 return Reach(to_fraction(theta))
-            if self.family.rises_for_ever():
+            if all(cut.w >= 0 for cut in cuts) and self.family.rises_for_ever():
                 return Reach(math.inf)
-            if not nonnegative and self.family.mirrored.rises_for_ever():
+            if not nonnegative and all(cut.w <= 0 for cut in cuts) and self.family.mirrored.rises_for_ever():
                 return Reach(-math.inf)
         found = search(self.family, cuts, self.level_of_a_double, nonnegative=nonnegative)
         return Reach(None if found.theta is None else to_fraction(found.theta), found)
