@@ -100,7 +100,7 @@ def counterexamples(data: Data) -> list[Data]:
                 {**witness, "classes": [], "details": _details(witness["data"])},
             )
             entry["classes"].append(class_words(row))
-    return list(seen.values())
+    return sorted(seen.values(), key=lambda witness: _size(witness["k"]))
 
 
 _SHOWN = (

@@ -1,0 +1,374 @@
+"""The commands about loops: objects and sentences they print, exit statuses, and what they refuse."""
+
+import json
+import math
+import re
+from fractions import Fraction
+
+import pytest
+
+from analysis.answers import max_sector, max_slope
+from analysis.cli import main
+from analysis.cli.answers import linear, lines
+from analysis.evidence import Bracket
+from lure import RationalBlock
+from lure.loop_library import builtin_loop, loop_names
+from lure.system_file import parse_system, plant_template, read_system
+
+KEYS = {"criterion", "largest", "theta", "multiplier", "verdict", "evidence", "hurwitz", "refuted_at", "witness"}
+THIRD = ("--num", "1", "--den", "1 3 2 0")
+EXAMPLE_6 = ("--num", "2 0.92", "--den", "1 -0.5 0", "--dt", "1")
+
+
+@pytest.fixture
+def lure(capsys, tmp_path, monkeypatch):
+    """Run a command in an empty directory; its exit status, stdout and stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        status = main(arguments)
+        out, err = capsys.readouterr()
+        return status, out, err
+
+    return run
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+# max-sector, max-slope ------------------------------------------------------------------------------------------------
+
+
+def test_the_sector_of_the_issue(lure):
+    # 1/(s(s+1)(s+2)): Routh's limit 6, and Popov with theta = 3/2 reaches it
+    status, out, err = lure("max-sector", *THIRD, "--criterion", "popov", "--json")
+    data = json.loads(out)
+    assert (status, err) == (0, "")
+    assert data.keys() >= KEYS
+    assert data["criterion"] == "popov"
+    assert data["verdict"] == "PROVED"
+    assert data["evidence"] == "certified"
+    low, high = data["largest"]
+    assert 6 * (1 - 1e-8) < low < 6 <= high <= 6 * (1 + 1e-12)
+    assert data["theta"] == pytest.approx(1.5, rel=1e-3)
+    assert data["hurwitz"] == [6, 6]
+
+
+def test_the_slope_of_a_published_example_with_its_counterexample(lure):
+    # Carrasco et al., example 6: a monotone law of slope 175/192 has an orbit of period 3
+    status, out, _ = lure("max-slope", *EXAMPLE_6, "--json")
+    data = json.loads(out)
+    assert status == 0
+    assert data.keys() >= KEYS
+    assert 0.9114 < data["largest"][0] < 175 / 192
+    assert data["refuted_at"] == pytest.approx(175 / 192, rel=1e-15)
+    assert data["witness"]["kind"] == "periodic orbit"
+    assert data["witness"]["evidence"] == "certified"
+    assert data["odd"] is False
+    odd = json.loads(lure("max-slope", "--odd", *EXAMPLE_6, "--json")[1])
+    assert 1.0869 < odd["largest"][0] < 25 / 23 == pytest.approx(odd["hurwitz"][1])
+    assert odd["odd"] is True
+
+
+def test_an_infinite_reach_is_the_text_inf(lure):
+    # 1/(s(s+1)) is stable for every sector [0, k]
+    data = json.loads(lure("max-sector", "--transfer", "1/(s*(s+1))", "--json")[1])
+    assert data["largest"] == ["inf", "inf"]
+    assert data["hurwitz"] == ["inf", "inf"]
+    assert data["refuted_at"] is data["witness"] is None
+
+
+@pytest.mark.parametrize(
+    ("command", "found"),
+    [
+        (
+            ("max-sector", "--num", "-1 0 0", "--den", "1 0.2 6 0.1 1", "--criterion", "circle"),
+            lambda block: max_sector(block, criterion="circle"),
+        ),
+        (("max-slope", "--num", "-1", "--den", "1 2 1", "--lower=-0.5"), lambda block: max_slope(block, lower=-0.5)),
+        (
+            ("max-sector", "--num", "-1", "--den", "1 2 1", "--lower", "-1/2"),
+            lambda block: max_sector(block, lower=-0.5),
+        ),
+        (
+            ("max-sector", "--num", "-1", "--den", "1 2 1", "--time-varying"),
+            lambda block: max_sector(block, time_varying=True),
+        ),
+    ],
+)
+def test_negative_numbers_are_values_and_the_answer_is_that_of_python(lure, command, found):
+    numerator = [int(c) for c in command[2].split()]
+    block = RationalBlock(numerator, [Fraction(c) for c in command[4].split()])
+    status, out, err = lure(*command, "--json")
+    assert (status, err) == (0, "")
+    assert json.loads(out) == json.loads(json.dumps(found(block).to_dict()))
+
+
+def test_a_system_gives_its_block(lure, tmp_path):
+    data = json.loads(lure("max-sector", "--system", "third-order", "--json")[1])
+    assert data["largest"][0] == pytest.approx(6)
+    (tmp_path / "plant.toml").write_text("[plant]\nnum = [1]\nden = [1, 3, 2, 0]\n")
+    assert json.loads(lure("max-sector", "--system", "plant.toml", "--json")[1]) == data
+
+
+@pytest.mark.parametrize(
+    ("command", "status", "said"),
+    [
+        (
+            ("max-sector", *THIRD, "--criterion", "popov"),
+            0,
+            "Stable for every phi in the sector [0, 5.999999], by popov (certified).\n"
+            "Stable means: every motion converges to the equilibria, to 0 alone if phi\n"
+            "vanishes nowhere else.\n"
+            "Refuted from 6 on: with phi = 6 sigma the loop is not asymptotically stable\n"
+            "(certified).\n"
+            "Linear gains are stable up to 6.\n",
+        ),
+        (
+            ("max-sector", "--transfer", "12/((s-1)*(s+3))"),
+            11,
+            "Not stable for every phi in the sector [0, k], whatever k: without feedback\n"
+            "(phi = 0) the loop is not asymptotically stable (certified).\n",
+        ),
+        (
+            ("max-sector", "--transfer", "1/((s+1)*(s+2))"),
+            0,
+            "Stable for every phi in the sector [0, inf), by popov (certified).\n"
+            "Every positive linear gain is stable.\n",
+        ),
+        (
+            ("max-slope", "--transfer", "1/(s+1)^3", "--criterion", "circle"),
+            0,
+            "Stable for every phi with slope in [0, 3.999999], by circle (certified).\n",
+        ),
+        (("max-sector", "--transfer", "(s+1)/s^2"), 10, "Nothing is proved for phi in the sector [0, k].\n"),
+    ],
+)
+def test_the_answer_reads_as_sentences(lure, command, status, said):
+    found, out, err = lure(*command)
+    assert (found, err) == (status, "")
+    assert out.startswith(said)
+    assert max(map(len, out.splitlines())) <= 80
+    assert not re.search(r"0 sigma|\.\.|phi = 1 sigma", out)
+
+
+def test_an_unstable_plant_is_told_a_lower_gain_that_works(lure):
+    # 12/((s-1)(s+3)) is stable for gains above 1/4
+    out = lure("max-sector", "--transfer", "12/((s-1)*(s+3))")[1]
+    (lower,) = re.findall(r"--lower=(\S+)\.", out.replace("\n", " "))
+    assert Fraction(lower) > Fraction(1, 4)
+    assert lure("max-sector", "--transfer", "12/((s-1)*(s+3))", f"--lower={lower}")[0] == 0
+
+
+def test_a_plant_that_no_gain_stabilises_is_told_so(lure):
+    out = lure("max-sector", "--transfer", "(s-1)/(s^2-1)")[1]
+    assert "No linear gain makes the loop stable." in out
+    assert "--lower" not in out
+
+
+@pytest.mark.parametrize(
+    ("limit", "lower", "said"),
+    [
+        (Bracket(6, 6), 0, "Linear gains are stable up to 6."),
+        (Bracket(2.2618263337, 2.2618263341), 0, "Linear gains are stable up to 2.261826."),
+        (Bracket(math.inf, math.inf), 0, "Every positive linear gain is stable."),
+        (Bracket(math.inf, math.inf), Fraction(1, 2), "Every larger linear gain is stable."),
+        (Bracket(5, math.inf), 0, "Linear gains are stable up to 5 at least."),
+        (Bracket(0, 0), 0, "Linear gains at the lower end of the class are not stable."),
+    ],
+)
+def test_the_linear_limit_is_one_number(limit, lower, said):
+    assert linear(limit, Fraction(lower)) == said
+
+
+def test_a_gap_is_called_a_gap():
+    found = max_sector(builtin_loop("triple-lag").block, criterion="circle")
+    assert "Nothing is known in between." in lines(found, case="stable", stable=())
+    closed = max_sector(builtin_loop("triple-lag").block, criterion="popov")
+    assert "Nothing is known in between." not in lines(closed, case="stable", stable=())
+
+
+# refusals -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("--num", "1 0 0", "--den", "1 3"), "improper: the numerator has degree 2, the denominator 1; give"),
+        (("--num", "", "--den", "1 3"), "numerator is empty; give at least one number"),
+        (("--num", "1", "--den", ""), "denominator is empty; give at least one number"),
+        (("--num", "1", "--den", "0"), "denominator is zero; give its coefficients, highest power first"),
+        (("--num", "nan", "--den", "1 1"), "numerator[0] is 'nan'; give a number such as"),
+        (("--num", "1", "--den", "1 x"), "denominator[1] is 'x'; give a number such as"),
+        (("--num", "-1 0", "--den", "1 1", "--lower", "1"), "not well posed: 1 + k H(inf) = 0 at the lower gain k = 1"),
+        (("--num", "1", "--den", "1 1", "--lower", "x"), "--lower is 'x'; give one number such as 2, -0.5"),
+        (("--num", "1", "--den", "1 1", "--lower", "1 2"), "--lower is '1 2'; give one number"),
+        (("--num", "1", "--den", "1 1", "--lower=inf"), "--lower is 'inf'; give one number"),
+        (("--num", "1", "--den", "1 1", "--dt", "0"), "--dt is '0'; give a positive sampling time"),
+        (("--num", "1", "--den", "1 1", "--dt=-1"), "--dt is '-1'; give a positive sampling time"),
+        (("--num", "1"), "--num and --den go together; give --den too"),
+        (("--den", "1 1"), "--num and --den go together; give --num too"),
+        ((), "give the block once, by --num and --den, by --transfer or by --system"),
+        (("--num", "1", "--den", "1 1", "--system", "ct-1"), "got --num and --den and --system"),
+        (("--transfer", "1/(s+1)", "--dt", "1"), "the formula is in s but dt asks for discrete time"),
+        (("--transfer", "1/(s+1) + 1/(z-2)"), "both s and z occur"),
+        (("--transfer", "s"), "improper"),
+        (("--transfer", "__import__('os')"), "transfer"),
+        (("--system", "dt-1", "--dt", "1"), "--dt belongs to --num and --den or --transfer"),
+        (("--system", "paper-rod"), "paper-rod is a rod; run: lure report paper-rod"),
+        (("--system", "third-ordr"), "did you mean 'third-order'?"),
+        (("--num", "1", "--den", "1 1", "--criterion", "popof"), "did you mean 'popov'? choose from best, hurwitz"),
+        (
+            ("--num", "1", "--den", "1 1", "--criterion", "tsypkin"),
+            "tsypkin is for discrete time, this block is in cont",
+        ),
+        (
+            ("--transfer", "1/(z-0.5)", "--criterion", "popov"),
+            "popov is for continuous time, this block is in discrete",
+        ),
+    ],
+)
+@pytest.mark.parametrize("command", ["max-sector", "max-slope"])
+def test_bad_flags_are_one_sentence_and_status_2(lure, tmp_path, command, arguments, sentence):
+    status, out, err = lure(command, *arguments)
+    assert (status, out) == (2, "")
+    assert err.startswith("lure: ")
+    assert sentence in err
+    assert err.count("\n") == 1
+    assert names(tmp_path) == []
+
+
+def test_a_criterion_that_the_class_cannot_use_is_refused(lure):
+    status, _, err = lure("max-sector", "--num", "1", "--den", "1 1", "--criterion", "park")
+    assert status == 2
+    assert "needs slope bounds" in err
+    status, _, err = lure("max-sector", "--num", "1", "--den", "1 1", "--criterion", "popov", "--time-varying")
+    assert status == 2
+    assert "time-invariant laws" in err
+
+
+PLANT = "[plant]\nnum = [1]\nden = [1, 1]\n"
+EXPRESSION = '[nonlinearity]\nkind = "expression"\nexpression = "{}"\nsector = [0, 2]\n'
+BAD = {
+    "improper": ("[plant]\nnum = [1, 0, 0]\nden = [1, 1]\n", "improper: the numerator has degree 2"),
+    "no numerator": ("[plant]\nnum = []\nden = [1, 1]\n", "plant.num is empty; give at least one number"),
+    "no denominator": ("[plant]\nnum = [1]\nden = []\n", "plant.den is empty; give at least one number"),
+    "no plant": ("[plant]\n", "the block is given by num and den, or A, B and C, or transfer; got none"),
+    "two plants": (PLANT + "A = [[1]]\n", "the block is given by num and den, or A, B and C, or transfer; got A, "),
+    "ill posed": (
+        "[plant]\nnum = [-1, 0]\nden = [1, 1]\n[class]\nsector = [1, 2]\n",
+        "not well posed: 1 + k H(inf) = 0",
+    ),
+    "phi(0) of a formula": (PLANT + EXPRESSION.format("sigma + 1"), "phi(0) = 1; a law must vanish at 0"),
+    "phi(0) of points": (
+        PLANT
+        + '[nonlinearity]\nkind = "piecewise linear"\npoints = [[-1, 1], [1, 1]]\nleft_slope = 0\nright_slope = 0\n',
+        "phi(0) = 1; a law must vanish at 0",
+    ),
+    "false sector": (PLANT + EXPRESSION.format("sigma**3"), "declared to have the sector [0, 2], but phi(sigma)/sigma"),
+    "k1 > k2": (PLANT + "[class]\nsector = [2, 1]\n", "class.sector is [2, 1]; the first must be smaller"),
+    "k1 = k2": (PLANT + "[class]\nsector = [1, 1]\n", "class.sector is [1, 1]; the first must be smaller"),
+    "slopes": (
+        PLANT + "[class]\nsector = [0, 1]\nslope = [1, 0]\n",
+        "class.slope is [1, 0]; the first must be smaller",
+    ),
+    "no lower end": (PLANT + "[class]\nsector = [-inf, 3]\n", "the class has no lower end"),
+    "mixed times": ('[plant]\ntransfer = "1/(s+1)"\ndt = 0.1\n', "the formula is in s but dt asks for discrete time"),
+    "s and z": ('[plant]\ntransfer = "1/(s+1) + 1/(z-2)"\n', "both s and z occur"),
+    "dt = 0": (PLANT + "dt = 0\n", "plant.dt is 0; give a positive time, or leave dt out"),
+    "NaN in A": ("[plant]\nA = [[nan, 1], [0, -1]]\nB = [0, 1]\nC = [1, 0]\n", "plant.A[0][0] is NaN; give a finite"),
+    "NaN in num": ("[plant]\nnum = [nan]\nden = [1, 1]\n", "plant.num[0] is NaN; give a finite number"),
+    "shapes": ("[plant]\nA = [[0, 1], [0, -1]]\nB = [0, 1, 2]\nC = [1, 0]\n", "B is 1 x 3 and A is 2 x 2"),
+    "two inputs": ("[plant]\nA = [[0, 1], [0, -1]]\nB = [[0, 1], [1, 0]]\nC = [1, 0]\n", "one input and one output"),
+    "no such law": (PLANT + '[nonlinearity]\nkind = "satration"\n', "did you mean 'saturation'?"),
+    "law outside class": (
+        PLANT + '[nonlinearity]\nkind = "saturation"\ngain = 5\nlimit = 1\n[class]\nsector = [0, 3]\n',
+        "the class is phi in the sector [0, 3] but the law is only known to be among odd phi with slope in [0, 5]",
+    ),
+}
+
+
+@pytest.mark.parametrize("command", ["report", "analyse", "max-sector"])
+@pytest.mark.parametrize("name", BAD)
+def test_bad_files_are_one_sentence_and_nothing_is_written(lure, tmp_path, name, command):
+    text, sentence = BAD[name]
+    (tmp_path / "plant.toml").write_text(text)
+    if command == "max-sector" and name in ("ill posed", "false sector", "no lower end"):
+        pytest.skip("max-sector asks about the block alone")
+    system = ("--system", "plant.toml") if command == "max-sector" else ("plant.toml",)
+    status, out, err = lure(command, *system)
+    assert (status, out) == (2, "")
+    assert err.startswith("lure: ")
+    assert sentence in err
+    assert err.count("\n") == 1
+    assert names(tmp_path) == ["plant.toml"]
+
+
+def test_a_mode_that_no_feedback_reaches_is_named(lure, tmp_path):
+    # A = diag(1, -1), the unstable mode neither driven nor seen
+    (tmp_path / "plant.toml").write_text("[plant]\nA = [[1, 0], [0, -1]]\nB = [0, 1]\nC = [0, 1]\n")
+    status, out, _ = lure("max-sector", "--system", "plant.toml")
+    assert status == 11
+    assert "it cancels in H" in out.replace("\n", " ")
+
+
+# analyse, report, systems, init ---------------------------------------------------------------------------------------
+
+
+def test_analyse_takes_settings_and_prints_a_table_or_json(lure, tmp_path):
+    (tmp_path / "plant.toml").write_text(PLANT + "[class]\nsector = [0, 5]\n")
+    status, out, err = lure("analyse", "plant.toml")
+    assert (status, err) == (0, "")
+    assert out.startswith("PROVED  plant: H = 1 / (s + 1)\n")
+    data = json.loads(lure("analyse", "plant.toml", "--json", "--set", "class.sector=[0, 7]")[1])
+    assert data["class"]["sector"] == [0, 7]
+    assert data["verdict"] == "PROVED"
+    assert lure("analyse", "unstable-lag")[0] == 11
+    assert lure("analyse", "double-zero")[0] == 10
+    assert lure("analyse", "paper-rod")[2] == "lure: paper-rod is a rod; run: lure report paper-rod\n"
+    assert names(tmp_path) == ["plant.toml"]
+
+
+def test_report_writes_the_page_on_a_loop(lure, tmp_path):
+    (tmp_path / "plant.toml").write_text(PLANT + "[class]\nsector = [0, 5]\n")
+    status, out, err = lure("report", "plant.toml", "--set", "plant.num=[2]")
+    assert (status, err) == (0, "")
+    assert out.endswith("The report is lure-report/report.html\n")
+    assert names(tmp_path / "lure-report") == ["figures", "report.html", "report.json"]
+    data = json.loads((tmp_path / "lure-report" / "report.json").read_text("utf-8"))
+    assert data["system"]["block"]["numerator"] == ["2"]
+    assert data["reproduce"]["command"] == "lure report plant.toml --set 'plant.num=[2]'"
+    assert lure("report", "unstable-lag", "--json", "-q")[0] == 11
+    data = json.loads((tmp_path / "lure-report" / "report.json").read_text("utf-8"))
+    assert data["system"]["name"] == "unstable-lag"
+
+
+def test_systems_shows_loops_and_writes_them_as_files(lure, tmp_path):
+    assert lure("systems", "kalman-fitts")[1].splitlines()[2:5] == [
+        "H = s^2 / (s^4 + 0.12 s^3 + 2.0254 s^2 + 0.121308 s + 0.981919)",
+        "Law: 1 tanh(sigma / 0.01)",
+        "Report: lure report kalman-fitts",
+    ]
+    assert "Class: phi in the sector [0, 1]\n" in lure("systems", "iqc-resonance")[1]
+    assert "Class: none, every class is looked at\n" in lure("systems", "ct-1")[1]
+    for name in loop_names():
+        status, out, _ = lure("systems", name, "--toml")
+        assert status == 0
+        read, built = parse_system(out, name=name, source="a file"), builtin_loop(name)
+        assert (read.block, read.law_class, read.name) == (built.block, built.law_class, name)
+    status, _, err = lure("systems", "kalman-fits")
+    assert (status, err) == (
+        2,
+        "lure: there is no built-in system 'kalman-fits'; did you mean 'kalman-fitts'? lure systems lists them\n",
+    )
+
+
+def test_init_writes_the_template_of_a_loop(lure, tmp_path):
+    assert lure("init", "--loop") == (0, "plant.toml is written; edit it, then run: lure report plant.toml\n", "")
+    assert (tmp_path / "plant.toml").read_text("utf-8") == plant_template()
+    assert lure("init", "--loop")[0] == 2
+    assert lure("init", "--loop", "--force")[0] == 0
+    assert lure("init", "--loop", "other.toml")[0] == 0
+    assert read_system(tmp_path / "other.toml").nonlinearity is not None
+    assert lure("init")[1].startswith("rod.toml is written")

@@ -1,0 +1,387 @@
+"""The report on any loop: its JSON keeps the published schema, its page says the same, what is typed in stays text."""
+
+import json
+import math
+import re
+from dataclasses import replace
+from fractions import Fraction
+from html.parser import HTMLParser
+from importlib import resources
+from types import SimpleNamespace
+
+import jsonschema
+import numpy as np
+import pytest
+
+from analysis.answers import analyse
+from analysis.evidence import Verdict
+from analysis.plots.loops import OnAxis, plot_loop_nyquist, plot_loop_popov, plot_reach
+from analysis.report.loop import LoopReport, build_loop_report, write_loop_report
+from analysis.report.loop import observed as observing
+from analysis.report.loop.balance import balance_hints
+from analysis.report.loop.document import inputs_sha256, law_text, loop_document
+from analysis.report.loop.observed import observed
+from analysis.report.loop.plain import plain
+from analysis.report.loop.words import asked_about, class_words, counterexamples, explanation, headline
+from analysis.report.model import ContradictionError
+from lure import DelayBlock, RationalBlock
+from lure.loop_library import builtin_loop
+from lure.system_file import parse_system
+
+SCHEMA = json.loads(resources.files("analysis.report").joinpath("schema.json").read_text("utf-8"))
+CHECK = jsonschema.Draft202012Validator(SCHEMA)
+HOSTILE = "<script>alert('x')</script> & \"q\" {{ 7 * 7 }} ]]>"
+FILES = {
+    "proved": "[plant]\nnum=[1]\nden=[1,1]\n[class]\nsector=[0,5]\n",
+    "shifted": '[plant]\nnum=[12]\nden=[1,2,-3]\n[class]\nsector=["1/2",3]\n',
+    "discrete": '[plant]\ntransfer="(2*z+0.92)/(z^2-0.5*z)"\ndt=0.1\n[class]\nsector=[0,1]\nslope=[0,1]\n',
+    "dead time": '[plant]\ntransfer="exp(-s)/(s+1)"\n',
+    "dead time and law": ('[plant]\ntransfer="exp(-s)/(s+1)"\n[nonlinearity]\nkind="saturation"\ngain=1\nlimit=1\n'),
+    "law": '[plant]\nnum=[1]\nden=[1,2,1]\n[nonlinearity]\nkind="tanh"\nscale=1\ngain=2\n',
+    "discrete law": '[plant]\ntransfer="1/(z-0.5)"\ndt=1\n[nonlinearity]\nkind="relu"\ngain=1\n',
+    "not Lipschitz": '[plant]\nnum=[1]\nden=[1,2,1]\n[nonlinearity]\nkind="quantiser"\nstep=1\n',
+    "time-varying": "[plant]\nnum=[1]\nden=[1,1,1]\n[class]\nsector=[0,10]\ntime_varying=true\n",
+    "hostile": f"name='''{HOSTILE}'''\n[plant]\nnum=[1]\nden=[1,1]\n[nonlinearity]\nkind=\"relu\"\ngain=1\n",
+}
+BUILT_IN = ("unstable-lag", "double-zero", "contact", "positive-real", "lurie-hidden-zero")
+NAMES = (*FILES, *BUILT_IN)
+WRITTEN = ("shifted", "discrete", "hostile", "unstable-lag")
+
+
+def loop(name):
+    return parse_system(FILES[name], name=name, source="a file") if name in FILES else builtin_loop(name)
+
+
+@pytest.fixture(scope="module")
+def reports():
+    return {name: build_loop_report(loop(name)) for name in NAMES}
+
+
+@pytest.fixture(scope="module")
+def documents(reports):
+    return {name: loop_document(report) for name, report in reports.items()}
+
+
+@pytest.fixture(scope="module")
+def pages(reports, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("loops")
+    return {name: write_loop_report(reports[name], folder / name) for name in WRITTEN}
+
+
+class Page(HTMLParser):
+    """What a browser would find: elements, the numbers with their keys, and the text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self.numbers, self.words, self.identifiers = [], [], [], []
+        self.heading, self.inside = "", False
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.elements.append((tag, given))
+        self.identifiers += [given["id"]] if "id" in given else []
+        self.inside = tag == "h1"
+        if tag == "data":
+            self.numbers.append((given["data-key"], given["value"]))
+
+    def handle_endtag(self, tag):
+        self.inside = self.inside and tag != "h1"
+
+    def handle_data(self, data):
+        self.words.append(data)
+        self.heading += data if self.inside else ""
+
+
+# schema ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_json_keeps_the_published_schema(documents, name):
+    text = json.dumps(documents[name], allow_nan=False)
+    CHECK.validate(json.loads(text))
+    assert documents[name]["system"]["kind"] == "loop"
+    assert SCHEMA["$id"] == "urn:lure:report:1"
+
+
+def test_the_cases_differ(documents):
+    verdicts = {name: data["conclusion"]["verdict"] for name, data in documents.items()}
+    assert set(verdicts.values()) == {"PROVED", "REFUTED", "INCONCLUSIVE"}
+    assert verdicts["unstable-lag"] == verdicts["time-varying"] == "REFUTED"
+    assert verdicts["double-zero"] == verdicts["not Lipschitz"] == "INCONCLUSIVE"
+    assert {data["system"]["case"] for data in documents.values()} == {"stable", "critical", "unstable"}
+    assert documents["dead time"]["gains"] is None
+    assert documents["lurie-hidden-zero"]["gains"] == []
+    assert documents["discrete"]["system"]["block"]["dt"] == "1/10"
+
+
+@pytest.mark.parametrize(
+    ("where", "value"),
+    [
+        ((), {"surprise": 1}),
+        (("system",), {"kind": "rod"}),
+        (("system",), {"surprise": 1}),
+        (("system", "law"), {"text": 1}),
+        (("conclusion",), {"verdict": "TRUE"}),
+        (("answers", 0), {"largest": [0.0, math.nan]}),
+        (("answers", 0), {"largest": [0.0, None]}),
+        (("answers", 0), {"surprise": 1}),
+        (("answers", 0, "answers", 0), {"evidence": "sure"}),
+        (("versions",), {"numpy": 2}),
+    ],
+)
+def test_the_schema_refuses_what_it_does_not_describe(documents, where, value):
+    data = json.loads(json.dumps(documents["law"]))
+    place = data
+    for key in where:
+        place = place[key]
+    place.update(value)
+    if value == {"largest": [0.0, math.nan]}:
+        with pytest.raises(ValueError, match="not JSON compliant"):
+            json.dumps(data, allow_nan=False)
+    else:
+        assert not CHECK.is_valid(data)
+
+
+def test_every_field_of_the_schema_is_described_or_plain():
+    loop_parts = ("criterion_answer", "largest_answer", "law_class", "law", "block", "witness")
+    for part in loop_parts:
+        for name, field in SCHEMA["$defs"][part]["properties"].items():
+            assert "description" in field or "enum" in field or "$ref" in field, (part, name)
+        assert SCHEMA["$defs"][part]["additionalProperties"] is False
+
+
+def test_plain_data_has_no_number_that_json_lacks():
+    odd = {
+        "a": (math.inf, -math.inf, math.nan),
+        1: Fraction(2, 3),
+        "n": np.float64(1.5),
+        "e": Verdict.PROVED,
+        "b": True,
+    }
+    assert plain(odd) == {"a": ["inf", "-inf", None], "1": "2/3", "n": 1.5, "e": "PROVED", "b": True}
+
+
+# content --------------------------------------------------------------------------------------------------------------
+
+
+def test_the_shift_of_an_unstable_plant_is_shown_step_by_step(documents):
+    # H = 12/(s^2 + 2 s - 3), 1/2 moved into it: 12/(s^2 + 2 s + 3)
+    steps = documents["shifted"]["transformation"]
+    assert "H/(1 + 0.5 H) = 12 / (s^2 + 2 s + 3)" in steps[1]
+    assert "gain k + 0.5 of phi" in steps[2]
+    assert documents["proved"]["transformation"] == documents["unstable-lag"]["transformation"] == []
+
+
+def test_properties_are_checked_or_declared(documents):
+    known, word = documents["law"]["system"]["law"], documents["double-zero"]["system"]["law"]
+    assert {known[key]["standing"] for key in ("sector", "slope", "odd", "regularity")} == {"checked"}
+    assert {word[key]["standing"] for key in ("sector", "slope", "odd", "regularity")} == {"declared"}
+    assert documents["proved"]["system"]["law"] is None
+
+
+def test_the_fingerprint_is_that_of_the_inputs(reports, documents):
+    sums = {data["reproduce"]["inputs_sha256"] for data in documents.values()}
+    assert len(sums) == len(documents)
+    again = build_loop_report(loop("proved"))
+    assert loop_document(again) == documents["proved"]
+    nearly = parse_system(FILES["law"].replace("gain=2", "gain=2.00000000000000000001"), name="law", source="a file")
+    about = replace(reports["law"].analysis.subject, law=nearly.nonlinearity)
+    assert inputs_sha256(about, documents["law"]["system"]) != inputs_sha256(
+        reports["law"].analysis.subject, documents["law"]["system"]
+    )
+
+
+class Silent:
+    """A law of a user that does not print."""
+
+
+def test_a_law_that_does_not_print_is_named_after_its_class():
+    assert law_text(Silent()) == "Silent"
+    assert law_text(builtin_loop("dead-zone").nonlinearity).startswith("dead zone")
+
+
+def test_counterexamples_are_listed_once_with_all_their_classes(documents):
+    # phi = 0 is odd, has slope 0 and does not depend on time: it belongs to all four kinds of class
+    (only,) = counterexamples(documents["unstable-lag"])
+    assert (only["kind"], len(only["classes"])) == ("linear gain", 4)
+    found = counterexamples(documents["discrete"])
+    assert len({json.dumps(witness["data"]) for witness in found}) == len(found) > 1
+    assert [witness["k"] for witness in found] == sorted(witness["k"] for witness in found)
+    orbit = next(witness for witness in found if witness["kind"] == "periodic orbit")
+    assert {"φ through (σ, φ)", "σ repeats", "μ repeats"} <= {name for name, _ in orbit["details"]}
+
+
+def test_the_row_asked_about_is_the_one_of_the_class(documents):
+    for name, words in {
+        "proved": "sector [0, k]",
+        "time-varying": "sector [0, k], time-varying",
+        "discrete": "slope in [0, k]",
+        "law": "slope in [0, k], odd",
+        "shifted": "sector [0.5, k]",
+    }.items():
+        data = documents[name]
+        assert [class_words(row) for row in data["answers"] if asked_about(row, data["system"]["class"])] == [words]
+    assert not any(asked_about(row, None) for row in documents["unstable-lag"]["answers"])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_headline_and_explanation_are_the_statement(documents, name):
+    data = documents[name]
+    first, rest = headline(data), explanation(data)
+    statement = data["conclusion"]["statement"]
+    assert len(first) <= 140
+    assert first.count(".") == 1 + len(re.findall(r"\d\.\d", first))
+    assert letters(statement) == letters(first) + letters(rest)
+
+
+def letters(text):
+    return re.sub(r"[^a-z0-9]", "", text.lower())
+
+
+# simulation -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_law_is_simulated_and_classes_are_not(reports):
+    for name in ("law", "discrete law", "contact"):
+        (sentence,) = reports[name].observed
+        assert sentence.startswith("4 simulated motions over ")
+    assert "came to rest, not always at 0" in reports["contact"].observed[0]
+    assert "ended below a thousandth" in reports["law"].observed[0]
+    assert reports["proved"].observed == reports["dead time and law"].observed == ()
+    assert "not locally Lipschitz" in reports["not Lipschitz"].observed[0]
+
+
+def swinging(rate, until, *, times=400):
+    t = np.linspace(0.0, until, times)
+    return SimpleNamespace(t=t, sigma=np.exp(-rate * t) * np.cos(20 * t * 2 * np.pi / until))
+
+
+@pytest.mark.parametrize(("rate", "stops"), [(0.0, True), (-0.05, True), (0.5, False), (1.0, False)])
+def test_a_simulation_that_swings_on_contradicts_a_proof(reports, monkeypatch, rate, stops):
+    # 1/(s+1)^2 with gains in [0, 2] decays at least as e^-t: poles -1 +- i sqrt(k)
+    found = reports["law"].analysis
+    assert found.verdict is Verdict.PROVED
+
+    def confirm(_block, _law, *, until):
+        return SimpleNamespace(motions=(swinging(rate, until),), settled=False)
+
+    monkeypatch.setattr(observing, "confirm", confirm)
+    if stops:
+        with pytest.raises(ContradictionError, match="one of the two is wrong"):
+            observed(found)
+        assert "swinging undiminished" in observed(replace(found, verdict=Verdict.INCONCLUSIVE))[0]
+    else:
+        assert "swinging" not in observed(found)[0]
+
+
+def test_a_motion_that_cannot_be_followed_is_called_that(reports, monkeypatch):
+    lost = SimpleNamespace(t=np.array([0.0, 1.0]), sigma=np.array([1.0, np.nan]))
+    monkeypatch.setattr(observing, "confirm", lambda *_, **__: SimpleNamespace(motions=(lost,), settled=False))
+    assert "could not be followed" in observed(reports["law"].analysis)[0]
+
+
+def test_a_slow_decay_close_to_the_limit_is_no_contradiction():
+    # 1/(s+1)^3 is stable up to the gain 8 and Popov proves as much; at 7.99 the slowest linear loop takes 2400 s
+    text = '[plant]\nnum=[1]\nden=[1,3,3,1]\n[nonlinearity]\nkind="saturation"\ngain=7.99\nlimit=1\n'
+    found = analyse(parse_system(text, name="near", source="a file"))
+    assert found.verdict is Verdict.PROVED
+    assert observed(found)
+
+
+def test_the_describing_function_is_a_hint_for_odd_laws_in_continuous_time(reports):
+    assert "describing function" in balance_hints(reports["law"].analysis.subject)[0]
+    assert "odd laws" in balance_hints(reports["contact"].analysis.subject)[0]
+    assert balance_hints(reports["discrete law"].analysis.subject) == ()
+    assert balance_hints(reports["proved"].analysis.subject) == ()
+
+
+# page -----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_the_page_says_what_the_json_says(pages, documents, name):
+    page = Page(pages[name].read_text("utf-8"))
+    data = json.loads((pages[name].parent / "report.json").read_text("utf-8"))
+    assert data == documents[name]
+    assert page.numbers
+    for key, value in page.numbers:
+        found = data
+        for part in key.split("."):
+            found = found[int(part)] if isinstance(found, list) else found[part]
+        assert str(found) == value
+    assert data["conclusion"]["verdict"] in "".join(page.words)
+    assert len(page.heading) <= 140
+    for row in data["answers"]:
+        assert class_words(row) in "".join(page.words)
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_the_page_is_one_file_without_scripts(pages, name):
+    text = pages[name].read_text("utf-8")
+    page = Page(text)
+    assert len(set(page.identifiers)) == len(page.identifiers)
+    assert not [tag for tag, _ in page.elements if tag in ("script", "link", "iframe", "object", "img")]
+    assert not [given for _, given in page.elements if any(key.startswith("on") for key in given)]
+    assert "://" not in re.sub(r'xmlns(:xlink)?="[^"]*"', "", text)
+    assert len(text) < 300_000
+
+
+def test_what_a_user_types_is_text_on_the_page_and_in_no_figure(pages):
+    text = pages["hostile"].read_text("utf-8")
+    assert "<script" not in text
+    assert HOSTILE in "".join(Page(text).words)
+    figures = sorted((pages["hostile"].parent / "figures").glob("*.svg"))
+    assert figures
+    for figure in figures:
+        assert "script" not in figure.read_text("utf-8")
+        assert figure.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+
+
+# figures --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_reach_of_every_class_fits_the_chart(reports, name):
+    from matplotlib import pyplot
+
+    rows = reports[name].analysis.rows
+    axes = plot_reach(rows, ["a class"] * len(rows))
+    left, right = axes.get_xlim()
+    assert left < right
+    assert all(math.isfinite(end) for end in (left, right))
+    for row in rows:
+        if row.refuted_at is not None:
+            assert left <= row.refuted_at <= right
+        if row.verdict is Verdict.PROVED and math.isfinite(row.largest.low):
+            assert left <= row.largest.low <= right
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert len(labels) == len(set(labels))
+    pyplot.close("all")
+
+
+def test_curves_of_every_kind_of_block_are_drawn():
+    from matplotlib import pyplot
+
+    for block in (
+        RationalBlock([1], [1, 0]),
+        RationalBlock([1, 0, 0], [1, Fraction("0.0003"), 10, Fraction("0.0021"), 9]),
+        RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1),
+        DelayBlock.parse("exp(-10*s)/(s+1)"),
+        RationalBlock([1], [1]),
+    ):
+        omega = OnAxis(block).frequencies()
+        assert (np.diff(omega) > 0).all()
+        assert (np.isfinite(OnAxis(block).transfer(1j * omega))).all()
+        axes = plot_loop_nyquist(block, 1.0)
+        assert ("exp iω" in axes.get_xlabel()) == OnAxis(block).discrete
+        if not OnAxis(block).discrete:
+            plot_loop_popov(block, math.inf, -0.5)
+        pyplot.close("all")
+
+
+def test_a_report_is_no_truth_value_and_prints_what_was_observed(reports):
+    assert isinstance(reports["law"], LoopReport)
+    with pytest.raises(TypeError, match="three answers"):
+        bool(reports["law"])
+    assert "Observed: 4 simulated motions" in str(reports["law"])
