@@ -1,1 +1,38 @@
 """What can be said about a Lur'e loop, by what means, and with which margin."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from analysis.answers import Largest as Largest
+    from analysis.answers import LoopAnalysis as LoopAnalysis
+    from analysis.answers import analyse as analyse
+    from analysis.answers import max_sector as max_sector
+    from analysis.answers import max_slope as max_slope
+    from analysis.evidence import Bracket as Bracket
+    from analysis.evidence import Evidence as Evidence
+    from analysis.evidence import Verdict as Verdict
+
+_HOMES = {
+    "Largest": "answers",
+    "LoopAnalysis": "answers",
+    "analyse": "answers",
+    "max_sector": "answers",
+    "max_slope": "answers",
+    "Bracket": "evidence",
+    "Evidence": "evidence",
+    "Verdict": "evidence",
+}
+
+
+def __getattr__(name: str) -> object:
+    """The main names, loaded when they are used: ``lure --help`` does not wait for them."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'analysis' has no attribute {name!r}")
+    return getattr(import_module(f"analysis.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

@@ -9,6 +9,16 @@ from lure.expressions import Expression as Expression
 from lure.frequency_data import FrequencyData as FrequencyData
 from lure.inputs import as_block as as_block
 from lure.law_class import LawClass as LawClass
+from lure.laws import Cubic as Cubic
+from lure.laws import DeadZone as DeadZone
+from lure.laws import ExpressionLaw as ExpressionLaw
+from lure.laws import LeakyReLU as LeakyReLU
+from lure.laws import PiecewiseLinear as PiecewiseLinear
+from lure.laws import Quantiser as Quantiser
+from lure.laws import ReLU as ReLU
+from lure.laws import Saturation as Saturation
+from lure.laws import Tanh as Tanh
+from lure.laws import relay_with_slope as relay_with_slope
 from lure.loop import Loop as Loop
 from lure.nonlinearity import Nonlinearity as Nonlinearity
 from lure.nonlinearity import NormalCompliance as NormalCompliance
@@ -24,6 +34,9 @@ from lure.state_space import StateSpaceBlock as StateSpaceBlock
 from lure.systems import RodSystem as RodSystem
 from lure.systems import builtin_system as builtin_system
 from lure.systems import builtin_systems as builtin_systems
+from lure.systems_loop import LoopSystem as LoopSystem
+from lure.transform import pole_shift as pole_shift
+from lure.transform import sector_shift as sector_shift
 from lure.upwind import UpwindScheme as UpwindScheme
 from lure.upwind import upwind as upwind
 from lure.waves import RodBlock as RodBlock
