@@ -5,17 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from fractions import Fraction
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.answers.largest import Largest
 from analysis.criteria.result import CriterionResult
 from analysis.evidence import Evidence, Verdict
 from analysis.plots.nyquist import plot_nyquist
 from analysis.plots.popov import plot_popov
-from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, number
+from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes
 from lure.delay import DelayBlock
 from lure.rational import RationalBlock
 from lure.sector import Sector
@@ -23,7 +25,6 @@ from lure.sector import Sector
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from analysis.answers.largest import Largest
     from analysis.witness import Witness
 
 POINTS = 1500
@@ -128,12 +129,18 @@ def _range(rows: Sequence[Largest]) -> tuple[float, float, bool]:
 
 
 def _reach_words(row: Largest) -> str:
-    proved = row.verdict is Verdict.PROVED
-    low = "every finite k" if row.largest.low == math.inf else number(row.largest.low)
-    words = [f"proved to {low}" if proved and row.largest.low < math.inf else f"{low} proved"] if proved else []
+    words = []
+    if row.verdict is Verdict.PROVED:
+        endless = row.largest.low == math.inf
+        words.append("every finite k proved" if endless else f"proved to {_short(row.largest.low, ROUND_FLOOR)}")
     if row.refuted_at is not None:
-        words.append(f"refuted at {number(row.refuted_at)}")
+        words.append(f"refuted at {_short(row.refuted_at, ROUND_CEILING)}")
     return ", ".join(words) or "unknown"
+
+
+def _short(value: float, rounding: str) -> str:
+    """Five digits, rounded to the side on which the statement stays true."""
+    return f"{Context(prec=5, rounding=rounding).create_decimal_from_float(value):g}"
 
 
 def plot_loop_nyquist(block: RationalBlock | DelayBlock, k: float, *, ax: Axes | None = None) -> Axes:
@@ -150,6 +157,9 @@ def plot_loop_nyquist(block: RationalBlock | DelayBlock, k: float, *, ax: Axes |
     """
     seen = OnAxis(block)
     axes = plot_nyquist(seen, Sector(0, k), omega=seen.frequencies(), ax=ax)
+    if k == math.inf:  # every finite sector has its boundary further left
+        for patch in axes.patches:
+            patch.set_label("forbidden: Re H < 0")
     if seen.discrete:
         axes.set_xlabel("Re H(exp iω) [unit of σ / unit of μ]")
         axes.set_ylabel("Im H(exp iω) [unit of σ / unit of μ]")

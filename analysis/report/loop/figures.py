@@ -20,8 +20,14 @@ _REACH = (
 _NYQUIST = (
     "The curve stays out of the shaded half-plane, which belongs to the largest sector the circle criterion proves."
 )
+_NYQUIST_ENDLESS = (
+    "The curve does not enter the left half-plane, so that the circle criterion reaches every finite sector."
+)
 _POPOV = (
     "The curve stays to the right of the line of slope 1/θ through −1/κ, which belongs to the largest sector proved."
+)
+_POPOV_ENDLESS = (
+    "The curve does not cross the line of slope 1/θ through 0, so that the multiplier serves every finite sector."
 )
 _LAW = "A law for which the loop has a motion that repeats for ever.{}"
 
@@ -48,10 +54,14 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
     circle, popov = _reach(rows, "circle"), _reach(rows, "popov")
     if circle is not None:
         draw = partial(plot_loop_nyquist, block, circle[0])
-        specs.append(FigureSpec(name="nyquist", section="frequency", title="Nyquist plot", caption=_NYQUIST, draw=draw))
+        caption = _NYQUIST_ENDLESS if circle[0] == math.inf else _NYQUIST
+        specs.append(FigureSpec(name="nyquist", section="frequency", title="Nyquist plot", caption=caption, draw=draw))
     if popov is not None:
         draw_popov = partial(plot_loop_popov, block, popov[0], popov[1])
-        specs.append(FigureSpec(name="popov", section="frequency", title="Popov plot", caption=_POPOV, draw=draw_popov))
+        caption = _POPOV_ENDLESS if popov[0] == math.inf else _POPOV
+        specs.append(
+            FigureSpec(name="popov", section="frequency", title="Popov plot", caption=caption, draw=draw_popov)
+        )
     drawn: list[str] = []
     for row, name in zip(rows, names, strict=True):
         witness = row.witness

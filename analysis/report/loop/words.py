@@ -6,6 +6,8 @@ import re
 from fractions import Fraction
 from typing import Any
 
+from analysis.answers.largest import rounded_down
+
 Data = dict[str, Any]
 _END = re.compile(r", by the criterion |: | \(|; |\. ")
 
@@ -31,7 +33,34 @@ def explanation(data: Data) -> str:
     """
     statement = data["conclusion"]["statement"]
     rest: str = statement[len(headline(data)) - 1 :].lstrip(",:;. ")
-    return rest[1:].replace(")", "", 1) if rest.startswith("(") else rest
+    return "by " + rest[1:].replace(")", "", 1) if rest.startswith("(") else rest
+
+
+def open_questions(data: Data) -> list[str]:
+    """What is not decided, and what would decide it.
+
+    Parameters
+    ----------
+    data : dict
+        The document.
+    """
+    conclusion, rows = data["conclusion"], data["answers"]
+    if conclusion["hints"]:
+        return list(conclusion["hints"])
+    if conclusion["verdict"] == "REFUTED":
+        return ["a smaller class: the table says how far each kind is proved"]
+    if data["system"]["class"] is not None:
+        proved = conclusion["verdict"] == "PROVED"
+        return ["nothing: the question asked is decided" if proved else "nothing that these criteria know of"]
+    gaps = [f"{class_words(row)}: nothing is known {_gap(row)}" for row in rows if not row["closed"]]
+    return gaps or ["nothing: every gap is closed"]
+
+
+def _gap(row: Data) -> str:
+    """Where between its two numbers a row of the table is silent."""
+    low, high = row["largest"][0] if row["verdict"] == "PROVED" else row["lower"], row["refuted_at"]
+    start = rounded_down(_size(low))
+    return f"above {start}" if high is None else f"between {start} and {high:.7g}"
 
 
 def class_words(row: Data) -> str:
@@ -96,7 +125,7 @@ def counterexamples(data: Data) -> list[Data]:
         witness = row["witness"]
         if witness is not None:
             entry = seen.setdefault(
-                repr((witness["description"], witness["data"])),
+                repr((witness["kind"], witness["description"])),
                 {**witness, "classes": [], "details": _details(witness["data"])},
             )
             entry["classes"].append(class_words(row))

@@ -14,7 +14,15 @@ from analysis.report.html import glyphs, inline, shown, template
 from analysis.report.loop.document import loop_document
 from analysis.report.loop.figures import loop_figures
 from analysis.report.loop.model import LoopReport
-from analysis.report.loop.words import asked_about, class_words, counterexamples, criteria, explanation, headline
+from analysis.report.loop.words import (
+    asked_about,
+    class_words,
+    counterexamples,
+    criteria,
+    explanation,
+    headline,
+    open_questions,
+)
 
 _LAW_ROWS = (("sector", "sector"), ("slope", "slope"), ("odd", "odd"), ("regularity", "regularity"))
 
@@ -61,6 +69,8 @@ def loop_page(data: dict[str, Any], figures: tuple[Figure, ...]) -> str:
         n=partial(shown, data),
         headline=headline(data),
         explanation=explanation(data),
+        open_questions=open_questions(data),
+        endless=all(row["verdict"] == "PROVED" and row["largest"][0] == "inf" for row in data["answers"]),
         names=[class_words(row) for row in data["answers"]],
         asked=[asked_about(row, data["system"]["class"]) for row in data["answers"]],
         figures=figures,
