@@ -1,7 +1,8 @@
-"""Exact numbers rounded to doubles in a stated direction."""
+"""Exact numbers rounded to doubles, and doubles to text, in a stated direction."""
 
 from __future__ import annotations
 
+import decimal
 import math
 import sys
 from fractions import Fraction
@@ -19,3 +20,25 @@ def double_below(value: Fraction) -> float:
 def double_above(value: Fraction) -> float:
     """The least double not below an exact number; ``inf`` above all of them."""
     return -double_below(-value)
+
+
+def text_below(value: float, digits: int = 10) -> str:
+    """Some digits of a number, rounded down: what is proved up to it is proved up to what is printed."""
+    return _directed(value, digits, decimal.ROUND_FLOOR)
+
+
+def text_above(value: float, digits: int = 10) -> str:
+    """Some digits of a number, rounded up."""
+    return _directed(value, digits, decimal.ROUND_CEILING)
+
+
+def _directed(value: float, digits: int, rounding: str) -> str:
+    if not math.isfinite(value) or value == 0:
+        return f"{value:g}"
+    rounded = decimal.Context(prec=digits, rounding=rounding).plus(decimal.Decimal(value))
+    plain = -5 < rounded.adjusted() < digits + 6
+    text = f"{rounded:f}" if plain else f"{rounded:e}"
+    mantissa, _, exponent = text.partition("e")
+    if "." in mantissa:
+        mantissa = mantissa.rstrip("0").rstrip(".")
+    return f"{mantissa}e{int(exponent):+03d}" if exponent else mantissa

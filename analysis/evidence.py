@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import total_ordering
 
+from analysis.doubles import text_above, text_below
+
 
 class Verdict(Enum):
     """A three-valued answer; it has no truth value, so that ``if verdict:`` cannot be written by mistake."""
@@ -78,8 +80,8 @@ class Bracket:
 
     def __str__(self) -> str:
         if self.low == self.high:
-            return f"{self.low:.10g}"
-        return f"{self.low:.10g} .. {self.high:.10g}"
+            return f"{self.low:.15g}" if float(f"{self.low:.15g}") == self.low else repr(self.low)
+        return f"{text_below(self.low)} .. {text_above(self.high)}"
 
 
 INFINITE = Bracket(math.inf, math.inf)

@@ -85,12 +85,11 @@ class DelayBlock:
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H(s)``, elementwise, in floating point; not finite at a pole."""
         points = np.asarray(s, dtype=complex)
-        bottom = np.polyval([float(c) for c in self.denominator], points)
-        total = sum(
-            np.polyval([float(c) for c in top], points) * np.exp(-float(delay) * points) for delay, top in self.terms
-        )
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(total / bottom)
+        parts = [
+            RationalBlock(top, self.denominator).transfer(points) * np.exp(-float(delay) * points)
+            for delay, top in self.terms
+        ]
+        return np.asarray(sum(parts))
 
     def __str__(self) -> str:
         parts = []

@@ -9,6 +9,7 @@ from fractions import Fraction
 from lure.errors import InputError
 from lure.exact import exact_number
 
+_LONGEST = 24
 _A_BOUND = "an int, a float, a Fraction or math.inf"
 
 
@@ -25,9 +26,12 @@ def _check_bounds(name: str, lower: float | Fraction, upper: float | Fraction) -
 
 
 def _bound(value: float | Fraction) -> str:
-    """Six digits if they are the number, else all of them: rounding a bound would claim another sector."""
+    """Six digits if they are the number, else all of them, or ``p/q``: rounding a bound would claim another sector."""
     short = f"{float(value):g}"
-    return short if float(short) == float(value) else repr(float(value))
+    if value in (math.inf, -math.inf) or (Fraction(short) == Fraction(value) or float(short) == value):
+        return short
+    whole = str(Fraction(value))
+    return repr(float(value)) if isinstance(value, float) or len(whole) > _LONGEST else whole
 
 
 @dataclass(frozen=True, slots=True)

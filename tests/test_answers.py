@@ -11,7 +11,17 @@ from hypothesis import strategies as st
 from analysis.answers import analyse, max_sector, max_slope, questions
 from analysis.answers.subject import Subject
 from analysis.evidence import Bracket, Evidence, Verdict
-from lure import AssumptionError, InputError, LawClass, RationalBlock, RodBlock, Sector, builtin_system, upwind
+from lure import (
+    AssumptionError,
+    InputError,
+    LawClass,
+    RationalBlock,
+    RodBlock,
+    Sector,
+    SlopeBounds,
+    builtin_system,
+    upwind,
+)
 from lure.delay import DelayBlock
 
 THIRD = RationalBlock([1], [1, 3, 2, 0])
@@ -60,7 +70,8 @@ def test_an_answer_is_no_truth_value_and_reads_as_a_sentence():
     found = max_sector(THIRD)
     with pytest.raises(TypeError, match="three values"):
         bool(found)
-    assert str(found).startswith("Stable for every phi, time-invariant, in the sector [0, 5.99")
+    start = "Every motion converges to the set of equilibria for every phi, time-invariant, in the sector [0, 5.99"
+    assert str(found).startswith(start)
     assert "<b>PROVED</b>" in found._repr_html_()
 
 
@@ -209,3 +220,66 @@ def test_large_blocks_are_computed_and_say_so():
     assert found.largest.low <= math.cos(math.pi / n) ** -n * (1 + 1e-6)
     with pytest.raises(InputError, match="finite number"):
         max_sector(([[float("nan")]], [1], [1], 0))
+
+
+def decide(block, **properties):
+    return analyse(Subject(name="x", block=block, law_class=LawClass(**properties)))
+
+
+# phi = lower sigma lies in each class and leaves a pole at 0 (z = 1): every state is an equilibrium of that loop
+@pytest.mark.parametrize(
+    ("block", "sector"),
+    [
+        (RationalBlock([1], [1, -1]), Sector(1, 3)),
+        (RationalBlock([1], [1, 1]), Sector(-1, 3)),
+        (RationalBlock([1], [1, -2], dt=1), Sector(1, Fraction(5, 2))),
+    ],
+)
+def test_a_pole_at_zero_of_the_shifted_loop_forbids_that_zero_attracts_all(block, sector):
+    found = decide(block, sector=sector)
+    assert "attracts" not in found.statement
+    assert all("attracts" not in str(row) for row in found.rows if row.question == "sector")
+    assert any("pole at 0" in note for note in found.not_shown)
+
+
+def test_with_a_direct_term_a_bare_sector_is_not_enough_for_popov():
+    # phi = 25 sigma (1 + sin(400 ln |sigma|)) lies in [0, 50], and sigma + 2 phi(sigma) = y has many solutions: the
+    # state can grow by jumps between them, though Popov's inequality holds for every finite k
+    block = RationalBlock([2, Fraction(1, 5), 1], [1, Fraction(1, 5), 3])
+    assert decide(block, sector=Sector(0, 50)).verdict is Verdict.INCONCLUSIVE
+    assert decide(block, sector=Sector(0, 50), slope=SlopeBounds(0, 50)).verdict is Verdict.PROVED
+    assert "increasing" in str(max_sector(block, criterion="popov"))
+
+
+def test_a_class_without_an_upper_bound_is_more_than_every_finite_one():
+    # s/(s^2 + s + 1) is positive real but not strictly so: phi = t^2 sigma lies in [0, inf], and x need not vanish
+    block = RationalBlock([1, 0], [1, 1, 1])
+    varying = decide(block, sector=Sector(0, math.inf), time_varying=True)
+    assert varying.verdict is not Verdict.PROVED
+
+
+def test_only_a_member_of_the_very_class_refutes_it():
+    # phi = 0 is no member of the sector [.1, .8], nor a law without symmetry of the odd ones
+    tighter = RationalBlock([1], [1, Fraction("-1.2"), Fraction("0.15")], dt=1)
+    found = decide(tighter, sector=Sector(Fraction("0.1"), Fraction("0.8")), slope=SlopeBounds(0, Fraction("0.8")))
+    assert found.verdict is not Verdict.REFUTED
+    block = RationalBlock(
+        [1, Fraction("-1.95"), Fraction("0.9"), Fraction("0.05")],
+        [1, Fraction("-2.8"), Fraction("3.5"), Fraction("-2.412"), Fraction("0.7209")],
+        dt=1,
+    )
+    odd = decide(block, sector=Sector(0, 0.3161589031990729), odd=True)
+    assert odd.verdict is not Verdict.REFUTED or odd.asked.witness.odd
+
+
+def test_no_word_rounds_a_proof_up():
+    # -1/(s + 1): phi = sigma makes every state an equilibrium; [0, 1] is not stable and must not be printed as proved
+    block = RationalBlock([-1], [1, 1])
+    for found in (
+        max_sector(block, criterion="circle"),
+        max_sector(block),
+        max_slope(block, criterion="zames-falb", search="linear"),
+    ):
+        assert found.largest.low < 1
+        assert "[0, 1]" not in str(found) + found.reason
+        assert "up to 1 " not in found.reason + " "

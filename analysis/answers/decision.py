@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 from analysis.answers.largest import Largest, rounded_down
 from analysis.answers.subject import Subject
@@ -10,11 +11,10 @@ from analysis.criteria.circle import circle_criterion
 from analysis.criteria.hurwitz import GainInterval
 from analysis.criteria.popov import popov_criterion
 from analysis.evidence import Evidence, Verdict
-from analysis.plant import Case
 from lure.errors import AssumptionError
 from lure.law_class import LawClass
 from lure.rational import RationalBlock
-from lure.sector import Sector
+from lure.sector import Sector, SlopeBounds
 
 Decision = tuple[Verdict, Evidence, str]
 
@@ -35,28 +35,31 @@ def asked_row(rows: list[Largest], law_class: LawClass | None) -> Largest | None
     return rows[3] if law_class.odd else rows[2]
 
 
-def decided(about: Subject, case: Case, rows: list[Largest]) -> Decision:
+def decided(about: Subject, rows: list[Largest]) -> Decision:
     """Verdict, evidence and a sentence: on the class asked about, or without one on the row that reaches farthest."""
     law_class, asked = about.law_class, asked_row(rows, about.law_class)
     if law_class is None or asked is None:
         best = max(rows, key=lambda row: (row.verdict is Verdict.PROVED, row.largest.low, not row.time_varying))
         return best.verdict, best.evidence, str(best)
     return (
-        _proved(about, case, [asked, *(row for row in rows if row is not asked)], law_class)
+        _proved(about, [asked, *(row for row in rows if row is not asked)], law_class)
         or _refuted(asked, law_class)
         or _open(asked, [row for row in rows if serves(row, law_class)], law_class)
     )
 
 
-def _proved(about: Subject, case: Case, rows: list[Largest], law_class: LawClass) -> Decision | None:
+def _proved(about: Subject, rows: list[Largest], law_class: LawClass) -> Decision | None:
     for row in rows:
         slope = law_class.slope if row.question == "slope" else None
         end = law_class.sector.upper if slope is None else slope.upper
         if not (serves(row, law_class) and row.verdict is Verdict.PROVED and end <= row.largest.low):
             continue
+        if row.proviso and not _solvable(about, law_class):
+            continue
         if end < math.inf or _unbounded(about, row, law_class):
             how = f"by the criterion {row.criterion} ({row.evidence}), which reaches {rounded_down(row.largest.low)}"
-            said = f"{_meaning(case, row)} for every {law_class}, {how}."
+            proviso = f" {row.proviso}" if row.proviso and law_class.slope is None else ""
+            said = f"{row.meaning} for every {law_class}{proviso}, {how}."
             if _rough(about):
                 return Verdict.INCONCLUSIVE, row.evidence, _ROUGH.format(law=about.law, said=said)
             return Verdict.PROVED, row.evidence, said
@@ -101,7 +104,10 @@ def _open(asked: Largest, serving: list[Largest], law_class: LawClass) -> Decisi
     reach = max((row.largest.low for row in serving if row.verdict is Verdict.PROVED), default=None)
     far = "nothing is proved" if reach is None else f"what is proved ends at {rounded_down(reach)}"
     found = asked.refuted_at
-    if reach == math.inf:
+    if any(row.proviso and law_class.sector.upper <= row.largest.low for row in serving):
+        far = "Popov's criterion proves it for laws " + next(row.proviso for row in serving if row.proviso)
+        far += ", which the class does not promise; slope bounds would"
+    elif reach == math.inf:
         far = "every finite upper bound is proved, and a class without any holds laws beyond all of them"
     against = "" if found is None else f", and the smallest destabilising member found has {found:.7g}"
     return Verdict.INCONCLUSIVE, Evidence.CERTIFIED, f"Nothing is decided for {law_class}: {far}{against}."
@@ -113,11 +119,15 @@ def _rough(about: Subject) -> bool:
     return continuous and about.law is not None and not getattr(about.law, "locally_lipschitz", True)
 
 
-def _meaning(case: Case, row: Largest) -> str:
-    """What is proved of the motions: the weakest conclusion of the theorems for such a block."""
-    if case != "critical" or row.lower > 0:
-        return "The point 0 attracts every motion"
-    return "Every motion is bounded" if row.time_varying else "Every motion converges to the set of equilibria"
+def _solvable(about: Subject, law_class: LawClass) -> bool:
+    """Whether slope bounds of the class or the law keep ``1 + D phi'`` positive: the loop then defines ``sigma``."""
+    if not isinstance(about.block, RationalBlock):
+        return False
+    slope = law_class.slope or getattr(about.law, "slope_bounds", None)
+    if not isinstance(slope, SlopeBounds):
+        return False
+    ends = (slope.lower, slope.upper)
+    return all(math.isfinite(end) and 1 + about.block.feedthrough * Fraction(end) > 0 for end in ends)
 
 
 def serves(row: Largest, law_class: LawClass) -> bool:
@@ -147,7 +157,7 @@ def hints(
         found.append(f"an upper bound of {rounded_down(max(serving))} instead of {float(end):.7g} would be proved")
     names = ("time-varying", "time-invariance", "slope bounds", "slope bounds and oddness")
     for name, row in zip(names, rows, strict=True):
-        if not serves(row, law_class) and row.verdict is Verdict.PROVED and end <= row.largest.low:
+        if not serves(row, law_class) and row.verdict is Verdict.PROVED and end <= row.largest.low and end < math.inf:
             reach = rounded_down(row.largest.low)
             found.append(f"{name} of phi would be enough ({row.criterion} reaches {reach})")
             break

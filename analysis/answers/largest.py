@@ -11,6 +11,7 @@ from typing import Any
 
 from analysis.answer import Answer
 from analysis.answers.catalogue import Question
+from analysis.doubles import text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.witness import Witness
 
@@ -29,6 +30,11 @@ class Largest:
         What else the class assumes of ``phi``, or allows.
     lower : Fraction
         Lower end of the classes.
+    critical : bool
+        Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): then boundedness is proved for
+        time-varying laws, convergence to the set of equilibria for the others; else that 0 attracts every motion.
+    proviso : str
+        What the theorem assumes of the laws beyond their class; empty if nothing.
     criterion : str
         The criterion asked for, or the one that reached farthest.
     largest : Bracket
@@ -60,6 +66,8 @@ class Largest:
     odd: bool
     time_varying: bool
     lower: Fraction
+    critical: bool
+    proviso: str
     criterion: str
     largest: Bracket
     hurwitz: Bracket
@@ -97,6 +105,8 @@ class Largest:
             "odd": self.odd,
             "time_varying": self.time_varying,
             "lower": number(float(self.lower)),
+            "critical": self.critical,
+            "proviso": self.proviso,
             "largest": [number(self.largest.low), number(self.largest.high)],
             "theta": number(self.theta),
             "multiplier": self.multiplier,
@@ -123,18 +133,25 @@ class Largest:
     def __bool__(self) -> bool:
         raise TypeError("an answer has three values; compare result.verdict")
 
+    @property
+    def meaning(self) -> str:
+        """What is proved of the motions where ``verdict`` is PROVED: the weakest conclusion of the theorems."""
+        if not self.critical:
+            return "The point 0 attracts every motion"
+        return "Every motion is bounded" if self.time_varying else "Every motion converges to the set of equilibria"
+
     def __str__(self) -> str:
-        low = rounded_down(self.largest.low)
-        end = ")" if self.largest.low == math.inf else "]"
-        span = f"[{float(self.lower):g}, {low}{end}"
+        start = str(self.lower) if len(str(self.lower)) < 12 else text_above(float(self.lower), 15)
+        span = f"[{start}, {rounded_down(self.largest.low)}{')' if self.largest.low == math.inf else ']'}"
         if self.verdict is Verdict.PROVED:
-            head = f"Stable for every {self.about} {span} ({self.criterion}, {self.evidence})"
+            proviso = f" {self.proviso}" if self.proviso else ""
+            head = f"{self.meaning} for every {self.about} {span}{proviso} ({self.criterion}, {self.evidence})"
         elif self.verdict is Verdict.REFUTED:
-            head = f"Not stable for {self.about} [{float(self.lower):g}, k], whatever k > {float(self.lower):g}"
+            head = f"Not stable for {self.about} [{start}, k], whatever k > {start}"
         elif self.largest.low > self.lower:
             head = f"Not proved; the inequality of {self.criterion} holds for {span} ({self.evidence})"
         else:
-            head = f"Nothing is proved for {self.about} [{float(self.lower):g}, k]"
+            head = f"Nothing is proved for {self.about} [{start}, k]"
         tail = f"; {self.witness}" if self.witness is not None and self.refuted_at is not None else ""
         between = "" if self.closed or self.witness is None else "; in between nothing is known"
         return f"{head}{tail}{between}."
@@ -192,9 +209,4 @@ def rounded_down(value: float) -> str:
     value : float
         The number.
     """
-    if not math.isfinite(value) or value == 0:
-        return f"{value:g}"
-    text = f"{value:.7g}"
-    if float(text) > value:
-        text = f"{value - 10.0 ** (math.floor(math.log10(abs(value))) - 6):.7g}"
-    return text
+    return text_below(value, 7)

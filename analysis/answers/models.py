@@ -11,6 +11,7 @@ from analysis.answer import Answer
 from analysis.answers.catalogue import BEST, Question, entries
 from analysis.answers.rods import rod_hurwitz, rod_largest
 from analysis.evidence import Bracket, Evidence, Verdict
+from analysis.plant import Plant
 from analysis.witness import Witness
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError
@@ -54,6 +55,25 @@ def hurwitz(asked: Asked) -> Bracket:
     if isinstance(block, UpwindScheme | RodBlock):
         return rod_hurwitz(block)
     return Bracket(0.0, math.inf)
+
+
+def critical(asked: Asked) -> bool:
+    """Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): laws of the class add equilibria."""
+    block = asked.block
+    if isinstance(block, RationalBlock):
+        return Plant.of(block).shifted(asked.lower).case == "critical"
+    if isinstance(block, DelayBlock):
+        return block.denominator[-1] == 0
+    return isinstance(block, UpwindScheme | RodBlock)
+
+
+def proviso(asked: Asked, criterion: str) -> str:
+    """What Popov's criterion for a sector assumes where the block has a direct term: the loop must define ``sigma``."""
+    block = asked.block
+    direct = block.feedthrough if isinstance(block, RationalBlock) else Fraction(0)
+    if asked.question == "slope" or criterion != "popov" or direct == 0:
+        return ""
+    return f"for which sigma + D phi(sigma), D = {direct}, is increasing with a locally Lipschitz inverse"
 
 
 def answers(asked: Asked) -> list[Answer]:

@@ -6,7 +6,7 @@ import math
 
 from analysis.answers.catalogue import BEST
 from analysis.answers.largest import Largest
-from analysis.answers.models import Asked, Block, Search, answers, hurwitz, witnesses
+from analysis.answers.models import Asked, Block, Search, answers, critical, hurwitz, proviso, witnesses
 from analysis.evidence import Bracket, Verdict
 from lure.exact import Exact, exact_number
 from lure.inputs import as_block
@@ -28,8 +28,9 @@ def max_sector(
 ) -> Largest:
     r"""The largest ``k`` such that the loop is stable for every ``phi`` in the sector ``[lower, k]``.
 
-    ``sigma = H mu``, ``mu = -phi(sigma)``, ``lower sigma^2 <= sigma phi(sigma) <= k sigma^2``.  Of equilibria: in the
-    critical case (``H`` has a simple pole at 0) and ``lower = 0`` only convergence to the stationary set is claimed.
+    ``sigma = H mu``, ``mu = -phi(sigma)``, ``lower sigma^2 <= sigma phi(sigma) <= k sigma^2``.  Where the loop
+    with the gain ``lower`` has a pole at 0, only convergence to the set of equilibria is claimed (boundedness if
+    ``phi`` depends on time); see ``meaning`` and ``proviso`` of the answer.
 
     Parameters
     ----------
@@ -154,6 +155,8 @@ def _answer(asked: Asked) -> Largest:
         odd=asked.odd,
         time_varying=asked.time_varying,
         lower=asked.lower,
+        critical=critical(asked),
+        proviso=proviso(asked, best.criterion),
         criterion=best.criterion,
         largest=Bracket(best.largest.low, max(best.largest.low, ceiling)),
         hurwitz=limit,

@@ -38,19 +38,18 @@ def rod_largest(block: UpwindScheme | RodBlock, name: str) -> Answer:
         raise AssumptionError(f"for the rod and its scheme there are popov and circle, and no {name}")
     found = _CRITERIA[name](block, Sector(0, math.inf))
     reach = found.largest_sector if found.largest_sector is not None else Bracket(0.0, math.inf)
+    if 0 < reach.low < math.inf:  # asked of the largest sector, strictly inside its reach
+        reach = Bracket(math.nextafter(reach.low, 0), reach.high)
+        found = _CRITERIA[name](block, Sector(0, reach.low))
     scheme = isinstance(block, UpwindScheme)
-    proved = scheme and reach.low > 0 and found.theta is not None
+    proved = scheme and reach.low > 0 and found.verdict is Verdict.PROVED
     pde = "about the rod itself Popov's inequality proves nothing; its energy theorem does: lure report"
     return Answer(
         criterion=name,
         theorem=f"{name} criterion in the critical case of a simple zero eigenvalue",
         largest=reach,
         law_class=LawClass(sector=Sector(0, reach.low if reach.low > 0 else math.inf)),
-        verdict=Verdict.PROVED
-        if proved
-        else found.verdict
-        if found.verdict is Verdict.REFUTED
-        else Verdict.INCONCLUSIVE,
+        verdict=found.verdict if proved or found.verdict is Verdict.REFUTED else Verdict.INCONCLUSIVE,
         evidence=found.evidence,
         needs=("time-invariant",),
         theta=found.theta,

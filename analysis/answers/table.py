@@ -110,7 +110,7 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
             rows.append(max_sector(block, lower=lower["sector"], time_varying=varying, search="full"))
         else:
             rows.append(max_slope(block, lower=lower["slope"], odd=odd))
-    verdict, evidence, statement = decided(about, case, rows)
+    verdict, evidence, statement = decided(about, rows)
     gains = gain_intervals(block) if isinstance(block, RationalBlock) else ()
     return LoopAnalysis(
         subject=about,
@@ -122,7 +122,7 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
         evidence=evidence,
         statement=statement,
         hints=hints(rows, law_class, gains, verdict),
-        not_shown=_not_shown(case, lower["sector"]),
+        not_shown=_not_shown(block, rows),
     )
 
 
@@ -143,12 +143,14 @@ def _title(question: Question, *, odd: bool, varying: bool) -> str:
     return f"slope, {'odd' if odd else 'monotone'} laws"
 
 
-def _not_shown(case: Case, lower: Fraction) -> tuple[str, ...]:
+def _not_shown(block: RationalBlock | DelayBlock, rows: list[Largest]) -> tuple[str, ...]:
     notes = ["no rate of decay, no bound on the size of the motion, and nothing about external inputs"]
-    if case == "critical" and lower == 0:
+    if getattr(block, "dt", None) is None:
+        notes.insert(0, "nothing about laws that are not locally Lipschitz")
+    if any(row.critical for row in rows):
         notes.insert(
             0,
-            "the block has a pole at 0 and the class contains laws that vanish on an interval: motions converge to the "
-            "set of equilibria, to 0 alone only if phi vanishes nowhere else",
+            "the loop with the smallest gain of the class has a pole at 0, and the class contains laws with more "
+            "equilibria than 0: motions converge to the set of equilibria, to 0 alone only if that is all of it",
         )
     return tuple(notes)

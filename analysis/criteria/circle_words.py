@@ -10,6 +10,7 @@ from types import MappingProxyType
 from analysis.answer import Answer
 from analysis.criteria.encirclement import encirclement_condition, region
 from analysis.criteria.hurwitz import simplest_inside
+from analysis.doubles import text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.extremum import Infimum
 from analysis.plant import Plant
@@ -115,7 +116,7 @@ def failure(case: CircleCase, margin: Bracket, reach: Bracket | None, gain: str 
         return f"{failing}, and the linear gain {gain} of the sector is not stable"
     advice = "ask Popov's for more"
     if reach is not None and reach.low > case.sector.lower:
-        reached = f"[{float(case.sector.lower):g}, k] with k up to {reach.low:.6g}"
+        reached = f"[{float(case.sector.lower):g}, k] with k up to {text_below(reach.low)}"
         advice = f"the criterion reaches the sectors {reached}: {advice}"
     return f"{failing}, from which nothing follows about the loop; {advice}"
 
@@ -155,7 +156,7 @@ def _named(case: CircleCase) -> str:
     lower, upper = float(case.sector.lower), float(case.sector.upper)
     if upper == math.inf and not case.unbounded:
         return f"every sector [{lower:g}, k] with finite k"
-    return f"the sector [{lower:.10g}, {upper:.10g}]"
+    return f"the sector [{text_above(lower, 15)}, {text_below(upper, 15)}]"
 
 
 def _text(bound: float | Fraction) -> str:

@@ -12,6 +12,7 @@ from analysis.answer import Answer
 from analysis.criteria.difference_multiplier import DifferenceMultiplier, DifferenceReach, difference_reach
 from analysis.criteria.discrete_block import DiscreteBlock, below
 from analysis.criteria.hurwitz import hurwitz_limit
+from analysis.doubles import text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.trigonometric import Laurent, least_on_circle
 from lure.errors import AssumptionError
@@ -73,8 +74,8 @@ def largest_answer(block: RationalBlock, form: Form, *, lower: Fraction) -> Answ
         parameters=MappingProxyType({"q": str(reach.q), "k": _text(reach.low)}),
         margin=margin,
         worst_frequency=worst,
-        reason=f"With q = {float(reach.q):.8g} the inequality holds up to k = {reach.low:.10g}, decided exactly; "
-        f"no q reaches {reach.high:.10g}.",
+        reason=f"With q = {float(reach.q):.8g} the inequality holds up to k = {text_below(reach.low)}, decided "
+        f"exactly; no q reaches {text_above(reach.high)}.",
     )
 
 
@@ -110,7 +111,8 @@ def class_answer(block: RationalBlock, form: Form, bounds: SlopeBounds) -> Answe
         worst_frequency=worst,
         reason="The inequality holds at every frequency, decided exactly."
         if proved
-        else f"The criterion reaches {reach.low:.10g} and not {reach.high:.10g}; nothing follows about larger slopes.",
+        else f"The criterion reaches {text_below(reach.low)} and not {text_above(reach.high)}; nothing follows about "
+        "larger slopes.",
     )
 
 

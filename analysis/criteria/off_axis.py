@@ -12,6 +12,7 @@ from flint import fmpq_poly
 from analysis.answer import Answer
 from analysis.criteria.checks import require_well_posed
 from analysis.criteria.popov_inequality import PopovInequality, Reach
+from analysis.doubles import text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.least_value import least_value
 from analysis.polynomial import X, to_fraction
@@ -81,7 +82,8 @@ def off_axis_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
     said = (
         "every finite k is proved"
         if best.found is None
-        else f"every k up to {largest.low:.15g} is proved, and no straight line reaches {largest.high:.15g}"
+        else f"every k up to {text_below(largest.low, 15)} is proved, and no straight line reaches "
+        f"{text_above(largest.high, 15)}"
     )
     return Answer(
         criterion="off-axis-circle",

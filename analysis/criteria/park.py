@@ -12,7 +12,7 @@ from analysis.answer import Answer
 from analysis.criteria.checks import require_well_posed
 from analysis.criteria.park_search import Best, best_pair
 from analysis.criteria.popov_inequality import PopovInequality, Reach
-from analysis.doubles import double_above, double_below
+from analysis.doubles import double_above, double_below, text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.least_value import least_value
 from analysis.polynomial import X, to_fmpq, to_fraction
@@ -86,7 +86,8 @@ def park_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answ
     said = (
         "every finite k is proved"
         if largest.low == math.inf
-        else f"every k up to {largest.low:.15g} is proved, and no multiplier of this form reaches {largest.high:.15g}"
+        else f"every k up to {text_below(largest.low, 15)} is proved, and no multiplier of this form reaches "
+        f"{text_above(largest.high, 15)}"
         if proved
         else "no k that a double can state was reached"
     )

@@ -14,6 +14,7 @@ from analysis.criteria.popov_inequality import PopovInequality, Reach
 from analysis.criteria.result import CriterionResult
 from analysis.criteria.rod_popov import rod_circle_criterion as circle_criterion
 from analysis.criteria.rod_popov import rod_popov_criterion
+from analysis.doubles import text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.least_value import LeastValue, least_value
 from analysis.polynomial import to_fraction
@@ -147,7 +148,8 @@ def _reach_answer(inequality: PopovInequality, best: Reach) -> Answer:
         how = "one theta serves them all" if isinstance(best.theta, Fraction) else "the larger k, the larger |theta|"
         said = f"every finite k is proved, {how}; {_conclusion(inequality)}"
     elif proved:
-        said = f"every k up to {largest.low:.15g} is proved, and no multiplier reaches {largest.high:.15g}"
+        said = f"every k up to {text_below(largest.low, 15)} is proved, and no multiplier reaches "
+        said += text_above(largest.high, 15)
         said = f"{said}; {_conclusion(inequality)}"
     else:
         said = "no k that a double can state was reached"
@@ -222,7 +224,7 @@ def _shortfall(sector: Sector, least: LeastValue, margin: Bracket, largest: Brac
     if sector.upper == math.inf:
         return (
             "the inequality for laws that no gain bounds is not established; the sectors [lower, k] are proved for "
-            f"every k up to {largest.low:.6g}"
+            f"every k up to {text_below(largest.low)}"
         )
     fails = f"fails by {-margin.high:.6g} at {least.frequency:.6g} rad/s" if margin.high < 0 else "is not strict"
     return (

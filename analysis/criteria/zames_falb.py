@@ -15,6 +15,7 @@ from analysis.criteria.hurwitz import hurwitz_limit
 from analysis.criteria.kernel_certificate import margin_near
 from analysis.criteria.kernel_reach import Reach, Task, every, least_sample, propose_at, proved, reach
 from analysis.criteria.kernels import multiplier_of
+from analysis.doubles import text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.precision import ball, outward
 from lure.errors import AssumptionError, InputError
@@ -103,7 +104,7 @@ def zames_falb_largest(
         how = "coefficients as close to these as k asks for" if limit else "one multiplier"
         reason = f"every finite slope is proved, with {how}; the inequality was decided exactly"
         return _answer(task, SlopeBounds(task.lower, math.inf), found, reason)
-    reason = f"slopes up to {float(found.k):.9g} are proved; the inequality was decided at every frequency"
+    reason = f"slopes up to {text_below(float(found.k))} are proved; the inequality was decided at every frequency"
     return _answer(task, SlopeBounds(task.lower, found.k), found, reason)
 
 

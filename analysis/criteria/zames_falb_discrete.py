@@ -16,6 +16,7 @@ from analysis.criteria.fir_multiplier import Multiplier, certifies, certifies_ev
 from analysis.criteria.fir_search import Proposal, SampledResponse, best_taps, evaluated
 from analysis.criteria.hurwitz import hurwitz_limit
 from analysis.criteria.phase_limit import lowest_phase_limit
+from analysis.doubles import text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.trigonometric import least_on_circle
 from lure.errors import AssumptionError, InputError
@@ -93,7 +94,7 @@ def zames_falb_discrete_largest(
         return replace(_blank(SlopeBounds(lower, math.inf), odd=odd), largest=Bracket(below(lower), ceiling))
     width = None if math.isinf(low) else Fraction(low) - lower
     margin, worst = _margin(discrete, multiplier, width)
-    reach = "every finite slope" if width is None else f"slopes up to {low:.10g}"
+    reach = "every finite slope" if width is None else f"slopes up to {text_below(low)}"
     return replace(
         _blank(SlopeBounds(lower, low), odd=odd),
         largest=Bracket(low, ceiling),
@@ -151,7 +152,7 @@ def zames_falb_discrete_criterion(block: RationalBlock, bounds: SlopeBounds, *, 
         worst_frequency=worst,
         reason="The inequality holds at every frequency, decided exactly."
         if proved
-        else f"The multipliers found reach {low:.10g} only; {why}; nothing follows about larger slopes.",
+        else f"The multipliers found reach {text_below(low)} only; {why}; nothing follows about larger slopes.",
     )
 
 
@@ -160,10 +161,13 @@ def _ceiling(block: RationalBlock, discrete: DiscreteBlock, *, odd: bool) -> tup
     linear = hurwitz_limit(block, discrete.lower).high
     limit = lowest_phase_limit(discrete, PERIODS, odd=odd)
     if limit is not None and limit.k < linear:
-        return limit.k, f"the harmonics of period {limit.period} rule out every multiplier from {limit.k:.10g} on"
+        return (
+            limit.k,
+            f"the harmonics of period {limit.period} rule out every multiplier from {text_above(limit.k)} on",
+        )
     if math.isinf(linear):
         return linear, "no upper limit of the criterion was found"
-    return linear, f"linear gains are stable only below {linear:.10g}"
+    return linear, f"linear gains are stable only below {text_above(linear)}"
 
 
 def _reach(discrete: DiscreteBlock, ceiling: float, *, odd: bool, taps: int | None) -> tuple[Multiplier, float]:

@@ -184,8 +184,8 @@ def _best_multiplier(plant: DelayPlant) -> tuple[Fraction, arb]:
 
 def _answer(name: str, plant: DelayPlant, theta: Fraction, found: Minimum, ceiling: arb) -> Answer:
     limit = gain_limit(plant.block, plant.response, plant.start)
-    reach = outward(_reach(found.low), _reach(ceiling))
-    low = min(reach.low, math.nextafter(limit.low, 0))
+    reach = outward(_reach(found.low, arb(0)), _reach(ceiling, arb("inf")))
+    low = max(0.0, min(math.nextafter(reach.low, 0), math.nextafter(limit.low, 0)))
     high = max(low, min(reach.high, limit.high))
     varying = name == "circle"
     proved = low > 0
@@ -215,8 +215,10 @@ def _answer(name: str, plant: DelayPlant, theta: Fraction, found: Minimum, ceili
     )
 
 
-def _reach(infimum: arb) -> arb:
-    return -1 / infimum if infimum < 0 else arb("inf")
+def _reach(infimum: arb, unknown: arb) -> arb:
+    if infimum >= 0:
+        return arb("inf")
+    return -1 / infimum if infimum < 0 else unknown
 
 
 LARGEST: dict[str, Callable[[DelayBlock], Answer]] = {
