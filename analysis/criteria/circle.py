@@ -13,6 +13,7 @@ from analysis.criteria.checks import check_plant, require_well_posed
 from analysis.criteria.circle_words import CircleCase, circle_answer, failure
 from analysis.criteria.gain_ends import GainEnd
 from analysis.criteria.hurwitz import unstable_gain
+from analysis.doubles import double_below
 from analysis.evidence import INFINITE, Bracket, Verdict
 from analysis.extremum import Infimum, infimum, largest_below, positive_with_limits
 from analysis.plant import Plant, Response
@@ -133,7 +134,7 @@ def circle_criterion(block: RationalBlock, sector: Sector) -> Answer:
         gain = unstable_gain(used, Sector(lower, upper))
         verdict = Verdict.INCONCLUSIVE if gain is None else Verdict.REFUTED
     if mirrored:
-        reach = Bracket(float(sector.upper) if verdict is Verdict.PROVED else -math.inf, math.inf)
+        reach = Bracket(double_below(Fraction(sector.upper)) if verdict is Verdict.PROVED else -math.inf, math.inf)
     case = CircleCase(block, plant, sector, found, _holds(plant, response, math.inf))
     answer = circle_answer(case, reach, verdict)
     margin = _margin(found, upper - lower, holds=verdict is Verdict.PROVED)
@@ -166,6 +167,8 @@ def _holds(plant: Plant, response: Response, width: Fraction | float) -> bool:
     D, U = response.D, response.U
     if width != math.inf:
         return positive_with_limits(D + to_fmpq(width) * U, D.degree())
+    if plant.hidden.degree() > 0:  # the proof without an upper bound needs a minimal realisation
+        return False
     # Re P > 0 at every frequency, and w^2 Re P has a positive limit (in discrete time Re P itself)
     return positive_with_limits(U, U.degree()) and D.degree() - U.degree() <= (0 if plant.discrete else 1)
 
