@@ -94,7 +94,7 @@ class Largest:
         """The class in words, without its upper end."""
         words = f"{'odd ' if self.odd else ''}phi"
         when = ", time-varying" if self.time_varying else ", time-invariant"
-        return f"{words} with slope" if self.question == "slope" else f"{words}{when}, in the sector"
+        return f"{words} with slope in" if self.question == "slope" else f"{words}{when}, in the sector"
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as plain data; infinite numbers are the text ``inf``."""

@@ -144,13 +144,13 @@ def _title(question: Question, *, odd: bool, varying: bool) -> str:
 
 
 def _not_shown(block: RationalBlock | DelayBlock, rows: list[Largest]) -> tuple[str, ...]:
-    notes = ["no rate of decay, no bound on the size of the motion, and nothing about external inputs"]
+    notes = ["a rate of decay, a bound on the size of the motion, anything about external inputs"]
     if getattr(block, "dt", None) is None:
-        notes.insert(0, "nothing about laws that are not locally Lipschitz")
+        notes.insert(0, "anything about laws that are not locally Lipschitz")
     if any(row.critical for row in rows):
         notes.insert(
             0,
-            "the loop with the smallest gain of the class has a pole at 0, and the class contains laws with more "
-            "equilibria than 0: motions converge to the set of equilibria, to 0 alone only if that is all of it",
+            "that 0 attracts every motion: the loop with the smallest gain of the class has a pole at 0, and the class "
+            "contains laws with more equilibria than 0",
         )
     return tuple(notes)
