@@ -118,9 +118,8 @@ def test_a_system_gives_its_block(lure, tmp_path):
         (
             ("max-sector", *THIRD, "--criterion", "popov"),
             0,
-            "Stable for every phi in the sector [0, 5.999999], by popov (certified).\n"
-            "Stable means: every motion converges to the equilibria, to 0 alone if phi\n"
-            "vanishes nowhere else.\n"
+            "Every motion converges to the set of equilibria for every phi in the sector\n"
+            "[0, 5.999999], by popov (certified).\n"
             "Refuted from 6 on: with phi = 6 sigma the loop is not asymptotically stable\n"
             "(certified).\n"
             "Linear gains are stable up to 6.\n",
@@ -134,13 +133,13 @@ def test_a_system_gives_its_block(lure, tmp_path):
         (
             ("max-sector", "--transfer", "1/((s+1)*(s+2))"),
             0,
-            "Stable for every phi in the sector [0, inf), by popov (certified).\n"
+            "The point 0 attracts every motion for every phi in the sector [0, inf), by popov\n(certified).\n"
             "Every positive linear gain is stable.\n",
         ),
         (
             ("max-slope", "--transfer", "1/(s+1)^3", "--criterion", "circle"),
             0,
-            "Stable for every phi with slope in [0, 3.999999], by circle (certified).\n",
+            "The point 0 attracts every motion for every phi with slope in [0, 3.999999], by\ncircle (certified).\n",
         ),
         (("max-sector", "--transfer", "(s+1)/s^2"), 10, "Nothing is proved for phi in the sector [0, k].\n"),
     ],
@@ -184,9 +183,9 @@ def test_the_linear_limit_is_one_number(limit, lower, said):
 
 def test_a_gap_is_called_a_gap():
     found = max_sector(builtin_loop("triple-lag").block, criterion="circle")
-    assert "Nothing is known in between." in lines(found, case="stable", stable=())
+    assert "Nothing is known in between." in lines(found, stable=())
     closed = max_sector(builtin_loop("triple-lag").block, criterion="popov")
-    assert "Nothing is known in between." not in lines(closed, case="stable", stable=())
+    assert "Nothing is known in between." not in lines(closed, stable=())
 
 
 # refusals -------------------------------------------------------------------------------------------------------------

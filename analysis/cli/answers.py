@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Sequence
 from fractions import Fraction
@@ -17,15 +18,13 @@ if TYPE_CHECKING:
 WIDTH = 80
 
 
-def lines(found: Largest, *, case: str | None, stable: Sequence[GainInterval] | None) -> list[str]:
+def lines(found: Largest, *, stable: Sequence[GainInterval] | None) -> list[str]:
     """What is proved, what is refuted, the linear limit, the multiplier and, where nothing is proved, why.
 
     Parameters
     ----------
     found : Largest
         The answer.
-    case : {"stable", "critical", "unstable"} or None
-        The poles of the block; None where they were not looked at.
     stable : sequence of GainInterval or None
         The intervals of stable linear gains, None if they were not computed.
     """
@@ -33,8 +32,6 @@ def lines(found: Largest, *, case: str | None, stable: Sequence[GainInterval] | 
 
     proved, refuted = found.verdict is Verdict.PROVED, found.verdict is Verdict.REFUTED
     said = [_claim(found)]
-    if proved and case == "critical" and found.lower == 0:
-        said.append(_BOUNDED if found.time_varying else _STATIONARY)
     if found.witness is not None and found.refuted_at is not None:
         if refuted:
             said = [f"{said[0][:-1]}: {refutation(found.witness)}."]
@@ -55,12 +52,9 @@ def lines(found: Largest, *, case: str | None, stable: Sequence[GainInterval] | 
         where = " and ".join(map(str, stable))
         said.append(f"Linear gains in {where} are stable; begin the class there, as with --lower={stable[0].sample}.")
     joined = [text.replace("phi = ", "phi\xa0=\xa0").replace("k = ", "k\xa0=\xa0") for text in said]
+    joined = [re.sub(r"(\[[^,\]\s]+), ", "\\1,\xa0", text) for text in joined]
     wrapped = [line for text in joined for line in textwrap.wrap(text, WIDTH, break_on_hyphens=False)]
     return [line.replace("\xa0", " ") for line in wrapped]
-
-
-_STATIONARY = "Stable means: every motion converges to the equilibria, to 0 alone if phi vanishes nowhere else."
-_BOUNDED = "Stable means: every motion is bounded; no more is claimed of a phi that may vanish."
 
 
 def _claim(found: Largest) -> str:
@@ -70,7 +64,8 @@ def _claim(found: Largest) -> str:
     low, lower = found.largest.low, f"{float(found.lower):g}"
     span = f"[{lower}, {rounded_down(low)}{')' if low == math.inf else ']'}"
     if found.verdict is Verdict.PROVED:
-        return f"Stable for every {_class(found, span)}, by {found.criterion} ({found.evidence})."
+        proviso = f" {found.proviso}" if found.proviso else ""
+        return f"{found.meaning} for every {_class(found, span)}{proviso}, by {found.criterion} ({found.evidence})."
     if found.verdict is Verdict.REFUTED:
         return f"Not stable for every {_class(found, f'[{lower}, k]')}, whatever k."
     if low > found.lower:

@@ -173,14 +173,10 @@ def _print(found: Largest, block: object, *, as_json: bool) -> int:
         return _status(found.verdict)
     from analysis.cli.answers import lines
     from analysis.criteria.hurwitz import gain_intervals
-    from analysis.plant import Plant
-    from lure.delay import DelayBlock
     from lure.rational import RationalBlock
 
-    rational = RationalBlock([1], block.denominator) if isinstance(block, DelayBlock) else block
-    case = Plant.of(rational).case if isinstance(rational, RationalBlock) else None
     stable = gain_intervals(block) if isinstance(block, RationalBlock) else None
-    print("\n".join(lines(found, case=case, stable=stable)))
+    print("\n".join(lines(found, stable=stable)))
     return _status(found.verdict)
 
 
