@@ -18,7 +18,7 @@ LINES = [
 # the paper's reproduction takes a minute and has tests of its own
 COMMANDS = [line for line in LINES if line.startswith("lure ") and "reproduce" not in line]
 STATUSES = re.findall(r"^\| (\d+) \|.*`(lure [^`]+)`", README, re.MULTILINE)
-TARGETS = re.findall(r"^([a-z]+):.*##", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+TARGETS = re.findall(r"^([a-z-]+):.*##", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
 
 
 def test_the_report_shown_is_the_report_printed(tmp_path, monkeypatch, capsys):
@@ -40,8 +40,23 @@ def test_the_commands_shown_work_one_after_another(tmp_path, monkeypatch):
     assert [status for status, _ in STATUSES] == ["10", "11"]
 
 
+NUMBER = re.compile(r"\d+\.\d+")
+
+
+def rounded(text):
+    """On one line, numbers to five digits: the last ones depend on the versions of the search's libraries."""
+    return NUMBER.sub(lambda match: f"{float(match.group()):.5g}", " ".join(text.split()))
+
+
+@pytest.mark.parametrize("block", re.findall(r"^\$ (.*\n(?:[^$`].*\n)+)", README, re.MULTILINE))
+def test_the_answers_shown_are_the_answers_printed(block, capsys):
+    command, shown = block.split("\n", 1)
+    assert main(shlex.split(command)[1:]) == 0
+    assert rounded(capsys.readouterr().out).startswith(rounded(shown))
+
+
 def test_every_make_target_shown_exists_and_every_one_but_two_is_shown():
-    shown = set(re.findall(r"\bmake ([a-z]+)", "\n".join(LINES)))
+    shown = set(re.findall(r"\bmake ([a-z-]+)", "\n".join(LINES)))
     assert shown == set(TARGETS) - {"help", "clean"}
 
 
