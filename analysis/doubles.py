@@ -42,3 +42,18 @@ def _directed(value: float, digits: int, rounding: str) -> str:
     if "." in mantissa:
         mantissa = mantissa.rstrip("0").rstrip(".")
     return f"{mantissa}e{int(exponent):+03d}" if exponent else mantissa
+
+
+def json_number(value: float | None) -> float | str | None:
+    """A number for JSON: an infinite one as text, None for a missing one and for NaN.
+
+    Parameters
+    ----------
+    value : float or None
+        The number.
+    """
+    if value is None or math.isnan(value):
+        return None
+    if math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return float(value)

@@ -40,7 +40,7 @@ class DelayBlock:
     --------
     >>> block = DelayBlock.parse("exp(-s/2)/(s + 1)")
     >>> print(block)
-    1 exp(-0.5 s) / (s + 1)
+    exp(-0.5 s) / (s + 1)
     """
 
     terms: tuple[tuple[Fraction, tuple[Fraction, ...]], ...]
@@ -96,7 +96,8 @@ class DelayBlock:
         for delay, top in self.terms:
             text = polynomial_text(top, "s")
             text = f"({text})" if " " in text and len(top) > 1 else text
-            parts.append(text if delay == 0 else f"{text} exp(-{float(delay):g} s)")
+            wait = f"exp(-{float(delay):g} s)"
+        parts.append(text if delay == 0 else wait if text == "1" else f"{text} {wait}")
         joined = " + ".join(parts)
         joined = f"({joined})" if len(parts) > 1 else joined
         return f"{joined} / ({polynomial_text(self.denominator, 's')})"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import decimal
 import math
 from dataclasses import dataclass
 from fractions import Fraction
@@ -25,13 +26,23 @@ def _check_bounds(name: str, lower: float | Fraction, upper: float | Fraction) -
         raise InputError(f"{name} needs lower < upper; got [{lower}, {upper}]")
 
 
-def _bound(value: float | Fraction) -> str:
-    """Six digits if they are the number, else all of them, or ``p/q``: rounding a bound would claim another sector."""
+def _interval(lower: float | Fraction, upper: float | Fraction) -> str:
+    """The bounds as text, exact if that is short, else rounded inwards: no other sector is claimed."""
+    return f"[{_bound(lower, decimal.ROUND_CEILING)}, {_bound(upper, decimal.ROUND_FLOOR)}]"
+
+
+def _bound(value: float | Fraction, rounding: str) -> str:
     short = f"{float(value):g}"
-    if value in (math.inf, -math.inf) or (Fraction(short) == Fraction(value) or float(short) == value):
+    if value in (math.inf, -math.inf) or Fraction(short) == Fraction(value) or float(short) == value:
         return short
     whole = str(Fraction(value))
-    return repr(float(value)) if isinstance(value, float) or len(whole) > _LONGEST else whole
+    if isinstance(value, float):
+        return repr(value)
+    if len(whole) <= _LONGEST:
+        return whole
+    exact = Fraction(value)
+    context = decimal.Context(prec=17, rounding=rounding)
+    return str(context.divide(decimal.Decimal(exact.numerator), decimal.Decimal(exact.denominator)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +75,7 @@ class Sector:
         _check_bounds("Sector", self.lower, self.upper)
 
     def __str__(self) -> str:
-        return f"[{_bound(self.lower)}, {_bound(self.upper)}]"
+        return _interval(self.lower, self.upper)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,4 +102,4 @@ class SlopeBounds:
         _check_bounds("SlopeBounds", self.lower, self.upper)
 
     def __str__(self) -> str:
-        return f"[{_bound(self.lower)}, {_bound(self.upper)}]"
+        return _interval(self.lower, self.upper)

@@ -13,8 +13,10 @@ from analysis.answers.subject import Subject
 from analysis.evidence import Bracket, Evidence, Verdict
 from lure import (
     AssumptionError,
+    ExpressionLaw,
     InputError,
     LawClass,
+    Loop,
     RationalBlock,
     RodBlock,
     Sector,
@@ -23,6 +25,7 @@ from lure import (
     upwind,
 )
 from lure.delay import DelayBlock
+from lure.loop_library import builtin_loop
 
 THIRD = RationalBlock([1], [1, 3, 2, 0])
 CARRASCO_6 = RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)
@@ -283,3 +286,48 @@ def test_no_word_rounds_a_proof_up():
         assert found.largest.low < 1
         assert "[0, 1]" not in str(found) + found.reason
         assert "up to 1 " not in found.reason + " "
+
+
+@pytest.mark.parametrize(
+    ("question", "words"),
+    [
+        (lambda: max_slope(THIRD, odd="no"), "odd is 'no'"),
+        (lambda: max_sector(THIRD, time_varying=1), "time_varying is 1"),
+        (lambda: max_sector(THIRD, search="FULL"), "search is 'FULL'"),
+        (lambda: max_sector(THIRD, criterion=None), "criterion is None"),
+        (lambda: max_sector(RationalBlock([Fraction(-1, 10**300)], [1, Fraction(10) ** 300])), "range of doubles"),
+        (lambda: max_slope(DelayBlock.parse("exp(-s)/(s + 1)"), criterion="park"), "moderate order"),
+    ],
+)
+def test_options_and_extremes_are_refused_in_a_sentence(question, words):
+    with pytest.raises((InputError, AssumptionError), match=words):
+        question()
+
+
+def test_a_limit_at_zero_above_a_negative_lower_end_is_searched_too():
+    # -(s + 1)/s^2: s^2 - k s - k is stable for k < 0 only
+    block = RationalBlock([-1, -1], [1, 0, 0])
+    found = max_sector(block, lower=-1, time_varying=True, search="full")
+    assert found.hurwitz == Bracket(0, 0)
+    assert found.largest.low <= 0
+
+
+def test_smooth_formulas_are_known_to_be_locally_lipschitz():
+    smooth = ExpressionLaw("tanh(sigma) + sigma**3/3", sector=Sector(0, math.inf))
+    rough = ExpressionLaw("sign(sigma)*sqrt(abs(sigma))", sector=Sector(0, math.inf))
+    assert smooth.locally_lipschitz
+    assert not rough.locally_lipschitz
+    plant = RationalBlock([1], [1, 1])
+    assert analyse(Loop(plant, smooth)).verdict is Verdict.PROVED
+    found = analyse(Loop(plant, rough))
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert "not known to be locally Lipschitz" in found.statement
+
+
+def test_a_counterexample_refutes_the_larger_classes_too():
+    # Leonov, Bragin, Kuznetsov: a monotone law of slope .396 has an orbit; it lies in the time-varying sector too
+    loop = builtin_loop("leonov-bragin-kuznetsov")
+    found = analyse(loop)
+    assert {row.refuted_at for row in found.rows} == {found.asked.refuted_at}
+    assert found.asked.refuted_at < 0.4
+    assert found.verdict is Verdict.REFUTED

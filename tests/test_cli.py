@@ -190,7 +190,10 @@ def test_every_built_in_is_found_by_the_command(here, lure, stub):
         (["init", "full"], "'full' is a directory; give the name of a file, such as 'full/rod.toml'\n"),
         (["init", "file"], "'file' exists; give another name, or --force to replace it\n"),
         (["init", "no/rod.toml"], "'no/rod.toml' cannot be written (No such file or directory); give another place\n"),
-        (["systems", "paper-rd"], "there is no built-in system 'paper-rd'; did you mean 'paper-rod'? lure systems lists "),
+        (
+            ["systems", "paper-rd"],
+            "there is no built-in system 'paper-rd'; did you mean 'paper-rod'? lure systems lists ",
+        ),
         (["systems", "--toml"], "--toml needs the name of a system; give one such as: lure systems paper-rod --toml\n"),
     ],
 )

@@ -119,7 +119,7 @@ def test_a_system_gives_its_block(lure, tmp_path):
             ("max-sector", *THIRD, "--criterion", "popov"),
             0,
             "Every motion converges to the set of equilibria for every phi in the sector\n"
-            "[0, 5.999999], by popov (certified).\n"
+            "[0, 5.999999999], by popov (certified).\n"
             "Refuted from 6 on: with phi = 6 sigma the loop is not asymptotically stable\n"
             "(certified).\n"
             "Linear gains are stable up to 6.\n",
@@ -139,7 +139,7 @@ def test_a_system_gives_its_block(lure, tmp_path):
         (
             ("max-slope", "--transfer", "1/(s+1)^3", "--criterion", "circle"),
             0,
-            "The point 0 attracts every motion for every phi with slope in [0, 3.999999], by\ncircle (certified).\n",
+            "The point 0 attracts every motion for every phi with slope in [0, 3.999999999],\nby circle (certified).\n",
         ),
         (("max-sector", "--transfer", "(s+1)/s^2"), 10, "Nothing is proved for phi in the sector [0, k].\n"),
     ],

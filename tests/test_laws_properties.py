@@ -121,7 +121,7 @@ def test_a_piecewise_linear_formula_is_checked_exactly():
     [
         (
             {"sector": Sector(0, 2 - Fraction(1, 10**30))},
-            r"have the sector \[0, 2\], but phi\(sigma\)/sigma is 2 as sigma -> 0-",
+            r"have the sector \[0, 1.9999999999999999\], but phi\(sigma\)/sigma is 2 as sigma -> 0-",
         ),
         ({"sector": Sector(Fraction(1, 10**9), 2)}, "sector .*, but .* is 0 as sigma -> -inf"),
         (

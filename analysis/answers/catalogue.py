@@ -49,7 +49,13 @@ class Entry:
         """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves."""
         module, function = self.place.split(":")
         call = cast("Callable[..., Answer]", getattr(import_module(f"analysis.criteria.{module}"), function))
-        return call(block, lower=lower, odd=odd) if self.odd else call(block, lower=lower)
+        if not self.odd:
+            return call(block, lower=lower)
+        found = call(block, lower=lower, odd=odd)
+        if not odd or block.dt is None:
+            return found
+        monotone = call(block, lower=lower, odd=False)  # odd laws are monotone laws
+        return monotone if monotone.largest.low > found.largest.low else found
 
 
 _BOTH: tuple[Time, ...] = ("continuous", "discrete")
@@ -115,7 +121,13 @@ def entries(block: object, question: Question, criterion: str, *, time_varying: 
             and (question == "slope" or not entry.slope)
             and (entry.time_varying or not time_varying)
         ]
+    named = [entry for entry in CATALOGUE if entry.name == wanted and time in entry.times]
     found = [entry for entry in found if entry.name == wanted]
+    if named and not found:
+        raise AssumptionError(
+            f"the criterion {wanted} is evaluated for rational blocks of moderate order only; for this one ask circle "
+            "or popov"
+        )
     if not found:
         other = "discrete" if time == "continuous" else "continuous"
         raise AssumptionError(f"the criterion {wanted} is for {other} time, this block is in {time} time; try {BEST}")

@@ -19,8 +19,8 @@ from lure.sector import Sector, SlopeBounds
 Decision = tuple[Verdict, Evidence, str]
 
 _ROUGH = (
-    "Nothing is decided for {law}, which is not locally Lipschitz, as the theorems for continuous time assume. "
-    "For the laws that are: {said}"
+    "Nothing is decided for {law}, not known to be locally Lipschitz, as the theorems for continuous time assume. For "
+    "the laws that are: {said}"
 )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from analysis.answers.largest import number
+from analysis.doubles import json_number
 from lure.rational import RationalBlock
 
 if TYPE_CHECKING:
@@ -66,8 +66,8 @@ def class_dict(law_class: LawClass) -> dict[str, Any]:
     """
     slope = law_class.slope
     return {
-        "sector": [number(float(law_class.sector.lower)), number(float(law_class.sector.upper))],
-        "slope": None if slope is None else [number(float(slope.lower)), number(float(slope.upper))],
+        "sector": [json_number(float(law_class.sector.lower)), json_number(float(law_class.sector.upper))],
+        "slope": None if slope is None else [json_number(float(slope.lower)), json_number(float(slope.upper))],
         "odd": law_class.odd,
         "time_varying": law_class.time_varying,
         "text": str(law_class),

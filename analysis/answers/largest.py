@@ -11,7 +11,7 @@ from typing import Any
 
 from analysis.answer import Answer
 from analysis.answers.catalogue import Question
-from analysis.doubles import text_above, text_below
+from analysis.doubles import json_number, text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.witness import Witness
 
@@ -104,22 +104,22 @@ class Largest:
             "criterion": self.criterion,
             "odd": self.odd,
             "time_varying": self.time_varying,
-            "lower": number(float(self.lower)),
+            "lower": json_number(float(self.lower)),
             "critical": self.critical,
             "proviso": self.proviso,
-            "largest": [number(self.largest.low), number(self.largest.high)],
-            "theta": number(self.theta),
+            "largest": [json_number(self.largest.low), json_number(self.largest.high)],
+            "theta": json_number(self.theta),
             "multiplier": self.multiplier,
             "parameters": dict(self.parameters),
             "verdict": str(self.verdict),
             "evidence": str(self.evidence),
-            "hurwitz": [number(self.hurwitz.low), number(self.hurwitz.high)],
-            "refuted_at": number(self.refuted_at),
+            "hurwitz": [json_number(self.hurwitz.low), json_number(self.hurwitz.high)],
+            "refuted_at": json_number(self.refuted_at),
             "witness": None
             if witness is None
             else {
                 "kind": witness.kind,
-                "k": number(witness.k),
+                "k": json_number(witness.k),
                 "evidence": str(witness.evidence),
                 "description": witness.description,
                 "data": dict(witness.data),
@@ -171,42 +171,29 @@ def answer_dict(answer: Answer) -> dict[str, Any]:
     return {
         "criterion": answer.criterion,
         "theorem": answer.theorem,
-        "largest": [number(answer.largest.low), number(answer.largest.high)],
+        "largest": [json_number(answer.largest.low), json_number(answer.largest.high)],
         "class": str(answer.law_class),
         "verdict": str(answer.verdict),
         "evidence": str(answer.evidence),
         "needs": list(answer.needs),
-        "theta": number(answer.theta),
+        "theta": json_number(answer.theta),
         "multiplier": answer.multiplier,
         "parameters": dict(answer.parameters),
-        "margin": None if answer.margin is None else [number(answer.margin.low), number(answer.margin.high)],
-        "worst_frequency": number(answer.worst_frequency),
+        "margin": None if answer.margin is None else [json_number(answer.margin.low), json_number(answer.margin.high)],
+        "worst_frequency": json_number(answer.worst_frequency),
         "hypotheses": list(answer.hypotheses),
         "reason": answer.reason,
     }
 
 
-def number(value: float | None) -> float | str | None:
-    """A number for JSON: an infinite one as text, None for a missing one and for NaN.
-
-    Parameters
-    ----------
-    value : float or None
-        The number.
-    """
-    if value is None or math.isnan(value):
-        return None
-    if math.isinf(value):
-        return "inf" if value > 0 else "-inf"
-    return float(value)
-
-
 def rounded_down(value: float) -> str:
-    """Seven digits, never more than the number.
+    """Seven digits, or ten just below a short number; never more than the number.
 
     Parameters
     ----------
     value : float
         The number.
     """
-    return text_below(value, 7)
+    nearest = f"{value:.7g}"
+    short = len(nearest.split("e")[0].replace(".", "").strip("-0")) <= 3
+    return text_below(value, 10 if short and float(nearest) != value else 7)

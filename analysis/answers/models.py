@@ -23,6 +23,7 @@ from lure.state_space import StateSpaceBlock
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
+REFUSED = "does not apply"
 Search = Literal["linear", "full"]
 Block = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData | UpwindScheme | RodBlock
 
@@ -100,7 +101,13 @@ def answers(asked: Asked) -> list[Answer]:
             found.append(_refused(entry.name, asked, str(refusal)))
     if not found:
         raise AssumptionError(f"no criterion called {asked.criterion} applies to this block; try {BEST}")
-    return sorted(found, key=lambda answer: (answer.verdict is not Verdict.PROVED, -answer.largest.low))
+    return sorted(found, key=_rank)
+
+
+def _rank(answer: Answer) -> tuple[bool, bool, float, float]:
+    """Proofs first, refusals last, farther reach before shorter."""
+    refused = answer.theorem == REFUSED
+    return answer.verdict is not Verdict.PROVED, refused, -answer.largest.low, -answer.largest.high
 
 
 def witnesses(asked: Asked, limit: Bracket) -> list[Witness]:
@@ -160,7 +167,7 @@ def _refused(name: str, asked: Asked, reason: str) -> Answer:
     slope = SlopeBounds(lower, math.inf) if asked.question == "slope" else None
     return Answer(
         criterion=name,
-        theorem="does not apply",
+        theorem=REFUSED,
         largest=Bracket(lower, math.inf),
         law_class=LawClass(sector=Sector(lower, math.inf), slope=slope, odd=asked.odd),
         verdict=Verdict.INCONCLUSIVE,

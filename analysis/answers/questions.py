@@ -8,8 +8,11 @@ from analysis.answers.catalogue import BEST
 from analysis.answers.largest import Largest
 from analysis.answers.models import Asked, Block, Search, answers, critical, hurwitz, proviso, witnesses
 from analysis.evidence import Bracket, Verdict
+from lure.errors import InputError
 from lure.exact import Exact, exact_number
+from lure.frequency_data import FrequencyData
 from lure.inputs import as_block
+from lure.state_space import StateSpaceBlock
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
@@ -65,6 +68,7 @@ def max_sector(
     >>> print(found.verdict, round(found.largest.low, 6), round(found.theta, 6))
     PROVED 6.0 1.5
     """
+    _checked(criterion, search, time_varying=time_varying)
     return _answer(
         Asked(
             block=_block(block),
@@ -118,6 +122,7 @@ def max_slope(
     ContradictionError
         What is proved and what is refuted overlap: a bug.
     """
+    _checked(criterion, search, odd=odd)
     return _answer(
         Asked(
             block=_block(block),
@@ -131,14 +136,30 @@ def max_slope(
     )
 
 
+def _checked(criterion: object, search: object, **flags: object) -> None:
+    """The options, before anything is computed from them."""
+    for name, value in flags.items():
+        if not isinstance(value, bool):
+            raise InputError(f"{name} is {value!r:.40}; give True or False")
+    if search not in ("linear", "full"):
+        raise InputError(f"search is {search!r:.40}; give 'linear' or 'full'")
+    if not isinstance(criterion, str):
+        raise InputError(f"criterion is {criterion!r:.40}; give its name as text")
+
+
 def _block(block: object) -> Block:
     return block if isinstance(block, UpwindScheme | RodBlock) else as_block(block)
 
 
 def _answer(asked: Asked) -> Largest:
-    limit = hurwitz(asked)
-    found = answers(asked)
-    against = witnesses(asked, limit)
+    try:
+        limit = hurwitz(asked)
+        found = answers(asked)
+        against = witnesses(asked, limit)
+    except OverflowError:
+        raise InputError(
+            f"a gain or frequency of {asked.block} exceeds the range of doubles, 1e-308 to 1e308; rescale the units"
+        ) from None
     best, witness = found[0], against[0] if against else None
     refuted_at = None if witness is None else witness.k
     if best.verdict is Verdict.PROVED and refuted_at is not None and best.largest.low >= refuted_at:
@@ -147,7 +168,7 @@ def _answer(asked: Asked) -> Largest:
             f"{refuted_at!r}; one of the two is wrong: please report the block {asked.block}"
         )
     ceiling = min(limit.high, math.inf if refuted_at is None else refuted_at)
-    if asked.criterion != BEST:
+    if asked.criterion != BEST or isinstance(asked.block, StateSpaceBlock | FrequencyData):
         ceiling = min(ceiling, best.largest.high)
     refuted = limit.high <= asked.lower and witness is not None
     return Largest(

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from analysis.answers.catalogue import Question
 from analysis.answers.decision import asked_row, decided, hints
 from analysis.answers.largest import Largest
-from analysis.answers.questions import max_sector, max_slope
+from analysis.answers.questions import ContradictionError, max_sector, max_slope
 from analysis.answers.subject import Subject, subject
 from analysis.criteria.hurwitz import GainInterval, gain_intervals
-from analysis.evidence import Evidence, Verdict
+from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.plant import Case, Plant
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError
@@ -94,6 +94,8 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
     ------
     AssumptionError
         The class has no finite lower end, or no criterion applies to the block.
+    ContradictionError
+        What is proved and what is refuted overlap: a bug.
     """
     say = progress or (lambda _stage, _done: None)
     about = subject(loop)
@@ -110,6 +112,7 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
             rows.append(max_sector(block, lower=lower["sector"], time_varying=varying, search="full"))
         else:
             rows.append(max_slope(block, lower=lower["slope"], odd=odd))
+    rows = _spread(rows)
     verdict, evidence, statement = decided(about, rows)
     gains = gain_intervals(block) if isinstance(block, RationalBlock) else ()
     return LoopAnalysis(
@@ -141,6 +144,22 @@ def _title(question: Question, *, odd: bool, varying: bool) -> str:
     if question == "sector":
         return f"sector, {'time-varying' if varying else 'time-invariant'} laws"
     return f"slope, {'odd' if odd else 'monotone'} laws"
+
+
+def _spread(rows: list[Largest]) -> list[Largest]:
+    """A counterexample to a class refutes the larger ones before it too, if they begin at the same gain."""
+    found = list(rows)
+    for place in range(len(found) - 2, -1, -1):
+        larger, smaller = found[place], found[place + 1]
+        if smaller.refuted_at is None or larger.lower != smaller.lower:
+            continue
+        if larger.refuted_at is None or smaller.refuted_at < larger.refuted_at:
+            low, high = larger.largest.low, smaller.refuted_at
+            if larger.verdict is Verdict.PROVED and low >= high:
+                raise ContradictionError(f"{larger.criterion} proves up to {low!r}, and {smaller.witness} at {high!r}")
+            largest = Bracket(low, max(low, min(larger.largest.high, high)))
+            found[place] = replace(larger, refuted_at=high, witness=smaller.witness, largest=largest)
+    return found
 
 
 def _not_shown(block: RationalBlock | DelayBlock, rows: list[Largest]) -> tuple[str, ...]:

@@ -118,7 +118,8 @@ def _best_weights(A: Array, B: Array) -> tuple[Array, float] | None:
     """Weights and the largest ``x > 0`` with ``(A + x B) weights <= 0``, by Dinkelbach's method."""
     count = A.shape[1]
     weights, x = np.full(count, 1 / count), 0.0
-    scale = np.maximum(np.abs(A).max(axis=1), 1e-300)
+    scale = np.abs(A).max(axis=1)
+    scale = np.maximum(scale, 1e-12 * scale.max() or 1.0)
     for _ in range(ROUNDS):
         current = A + x * B
         slack = np.maximum(B @ weights, 1e-9) * scale.max()

@@ -70,8 +70,9 @@ class DelayResponse:
         critical = counts.axis == 1 and bottom[0] == 0
         if counts.right or (counts.axis and not critical):
             raise AssumptionError(
-                f"the block {block} has {counts.right} unstable poles and {counts.axis} on the axis; with dead time "
-                "only stable blocks, or a simple pole at 0 besides, are covered: stabilise it by a loop around it first"
+                f"the block {block} has poles that are not stable ({counts.right} to the right of the axis, "
+                f"{counts.axis} on it); with dead time only stable blocks, "
+                "or a simple pole at 0 besides, are covered: stabilise it by a loop around it first"
             )
         if any(len(top) == len(block.denominator) for _, top in block.terms):
             raise AssumptionError(

@@ -82,7 +82,8 @@ def _at(block: RationalBlock, lower: Fraction, end: GainEnd) -> Witness:
 def _gain(block: RationalBlock, lower: Fraction, gain: Fraction) -> Witness:
     solvable = 1 + gain * block.feedthrough != 0
     text = "the loop is not asymptotically stable" if solvable else "the loop has no solution, 1 + k H(inf) = 0"
-    return _witness(rounded_up(gain), f"phi = {short(gain)} sigma: {text}", {"lower": str(lower), "gain": str(gain)})
+    law = f"phi = {short(gain)} sigma" if gain else "phi = 0"
+    return _witness(rounded_up(gain), f"{law}: {text}", {"lower": str(lower), "gain": str(gain)})
 
 
 def _witness(k: float, text: str, data: Mapping[str, object]) -> Witness:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
@@ -17,6 +17,8 @@ Matrix = NDArray[np.float64]
 
 MAX_SWITCHES = 12
 RUNGS = 45
+MAX_EXPONENTIALS = 60_000  # a few seconds at order 12
+GRID_COST = 1_500  # a grid of 48 x 48 products, in exponentials
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,8 @@ class SwitchingSearch:
         Where the circle criterion stops, and at which frequency [rad/s]: nothing below it is worth a search.
     limit : float
         The first gain that is itself unstable: nothing at or above it is wanted.
+    spent : list of int
+        Matrix exponentials computed so far; past a limit nothing grows any more, and the search ends with what it has.
     """
 
     system: Realisation
@@ -48,13 +52,17 @@ class SwitchingSearch:
     circle: float
     omega: float
     limit: float
+    spent: list[int] = field(default_factory=lambda: [0], repr=False, compare=False)
 
     def closed(self, k: float) -> Matrix:
         """``A - b c k/(1 + k d)``."""
         return doubles(self.system.closed(Fraction(k)))
 
     def growth(self, times: Matrix, k: float) -> float:
-        """Logarithm of the spectral radius over the period, per unit of time."""
+        """Logarithm of the spectral radius over the period, per unit of time; ``-inf`` once the work is used up."""
+        self.spent[0] += len(times)
+        if self.spent[0] > MAX_EXPONENTIALS:
+            return -math.inf
         radius = _radius(self.transition(times, k))
         return math.log(radius) / float(times.sum()) if 0 < radius < math.inf else -math.inf
 
@@ -103,6 +111,7 @@ class SwitchingSearch:
 
     def best_of_grid(self, k: float) -> Matrix:
         """The two durations of a grid with the largest growth."""
+        self.spent[0] += GRID_COST
         pair = self.closed(float(self.lower)), self.closed(k)
         rates = np.abs(np.concatenate([np.linalg.eigvals(A) for A in pair]))
         rates = rates[rates > 1e-6 * rates.max()]
@@ -144,7 +153,7 @@ class SwitchingSearch:
             high, low = low, max(self.circle, self.above(low, 0.5))
         if not self.growth(pattern.times, low) < 0 < self.growth(pattern.times, high):
             return pattern.k
-        return float(brentq(lambda k: self.growth(pattern.times, k), low, high, xtol=1e-13 * high, rtol=1e-13))
+        return float(brentq(lambda k: self.growth(pattern.times, k), low, high, xtol=1e-13 * (high - low), rtol=1e-13))
 
     def more_switches(self, pattern: Pattern) -> Pattern | None:
         """A pattern with a smaller ``k`` that the switching function leads to, or None."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from analysis.criteria.result import CriterionResult
+from analysis.doubles import json_number
 from analysis.evidence import Bracket
 from analysis.report.comparison import compared
 from analysis.report.model import SCHEMA, StabilityReport
@@ -42,9 +42,9 @@ def document(report: StabilityReport) -> Json:
         "conclusion": _conclusion(report),
         "response_check": {
             "frequencies": report.response.frequencies,
-            "lowest": number(report.response.lowest),
-            "highest": number(report.response.highest),
-            "difference": number(report.response.difference),
+            "lowest": json_number(report.response.lowest),
+            "highest": json_number(report.response.highest),
+            "difference": json_number(report.response.difference),
             "skipped": report.response.skipped,
         },
         "simulation": _simulation(report),
@@ -62,21 +62,6 @@ def to_json(data: Json) -> str:
         From :func:`document`.
     """
     return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def number(value: float | None) -> float | str | None:
-    """A number for JSON: ``"inf"`` and ``"-inf"`` as strings, None for a missing one and for NaN.
-
-    Parameters
-    ----------
-    value : float or None
-        The number.
-    """
-    if value is None or math.isnan(value):
-        return None
-    if math.isinf(value):
-        return "inf" if value > 0 else "-inf"
-    return float(value)
 
 
 def exact_text(value: Fraction) -> str:
@@ -141,8 +126,8 @@ def _spectrum(report: StabilityReport) -> Json:
     found = report.spectrum
     return {
         "zero_multiplicity": found.zero_multiplicity,
-        "residue_at_zero": number(found.residue_at_zero),
-        "slowest_decay_rate": {"scheme": number(found.decay_scheme), "rod": number(found.decay_rod)},
+        "residue_at_zero": json_number(found.residue_at_zero),
+        "slowest_decay_rate": {"scheme": json_number(found.decay_scheme), "rod": json_number(found.decay_rod)},
         "first_elastic_mode": {"scheme": _pair(found.elastic_scheme), "rod": _pair(found.elastic_rod)},
         "jordan_size": found.jordan_size,
         "modes": [
@@ -150,7 +135,7 @@ def _spectrum(report: StabilityReport) -> Json:
                 "number": mode.number,
                 "scheme": _pair(mode.scheme),
                 "rod": _pair(mode.rod),
-                "numerical_share": number(mode.numerical_share),
+                "numerical_share": json_number(mode.numerical_share),
             }
             for mode in found.modes
         ],
@@ -161,16 +146,16 @@ def _criterion(result: CriterionResult) -> Json:
     return {
         "name": result.name,
         "model": result.model,
-        "sector": [number(float(result.sector.lower)), number(float(result.sector.upper))],
+        "sector": [json_number(float(result.sector.lower)), json_number(float(result.sector.upper))],
         "verdict": str(result.verdict),
         "evidence": str(result.evidence),
-        "theta": number(result.theta),
+        "theta": json_number(result.theta),
         # the end that is safe to quote: a multiplier that works, a margin that is there
-        "smallest_theta": number(result.smallest_theta.high) if result.smallest_theta else None,
+        "smallest_theta": json_number(result.smallest_theta.high) if result.smallest_theta else None,
         "smallest_theta_bracket": _bracket(result.smallest_theta),
-        "margin": number(result.margin.low) if result.margin else None,
+        "margin": json_number(result.margin.low) if result.margin else None,
         "margin_bracket": _bracket(result.margin),
-        "worst_frequency": number(result.worst_frequency),
+        "worst_frequency": json_number(result.worst_frequency),
         "largest_sector": _bracket(result.largest_sector),
         "reason": result.reason,
         "hypotheses": list(result.hypotheses),
@@ -205,25 +190,25 @@ def _simulation(report: StabilityReport) -> Json:
     contacts = () if run is None else run.contacts
     return {
         "cells": report.simulation.cells,
-        "t_end": None if run is None else number(float(run.t[-1])),
-        "max_gap_coordinate": None if run is None else number(run.max_gap_coordinate),
+        "t_end": None if run is None else json_number(float(run.t[-1])),
+        "max_gap_coordinate": None if run is None else json_number(run.max_gap_coordinate),
         "contact": None if run is None else bool(run.contact),
         "contact_count": None if run is None else len(contacts),
         "contacts": [
             {
-                "start": number(contact.start),
-                "end": number(contact.end),
-                "peak_penetration": number(contact.peak_penetration),
-                "impulse": number(contact.impulse),
+                "start": json_number(contact.start),
+                "end": json_number(contact.end),
+                "peak_penetration": json_number(contact.peak_penetration),
+                "impulse": json_number(contact.impulse),
                 "open": contact.open,
             }
             for contact in contacts[:MOST_CONTACTS]
         ],
-        "rest_position": None if run is None else number(run.rest_position),
-        "rest_limit": None if run is None else number(run.rest_limit),
+        "rest_position": None if run is None else json_number(run.rest_position),
+        "rest_limit": None if run is None else json_number(run.rest_limit),
         "rest_is_final": None if run is None else run.rest_is_final,
-        "energy_residual": None if run is None else number(run.energy_residual),
-        "error_estimate": None if run is None else number(run.error_estimate),
+        "energy_residual": None if run is None else json_number(run.energy_residual),
+        "error_estimate": None if run is None else json_number(run.error_estimate),
         "method": None if run is None else run.method,
         "ended_early": None if run is None else run.ended_early,
         # a contradiction stops the report before this point
@@ -234,8 +219,8 @@ def _simulation(report: StabilityReport) -> Json:
 
 
 def _pair(value: complex | None) -> list[float | str | None] | None:
-    return None if value is None else [number(value.real), number(value.imag)]
+    return None if value is None else [json_number(value.real), json_number(value.imag)]
 
 
 def _bracket(bracket: Bracket | None) -> list[float | str | None] | None:
-    return None if bracket is None else [number(bracket.low), number(bracket.high)]
+    return None if bracket is None else [json_number(bracket.low), json_number(bracket.high)]

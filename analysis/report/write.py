@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
 from analysis.report.claims import claims
 from analysis.report.document import document, to_json
-from analysis.report.figures import figures
+from analysis.report.figures import Figure, figures
 from analysis.report.html import page
 from analysis.report.model import StabilityReport
 
@@ -32,6 +33,21 @@ def write_report(report: StabilityReport, directory: str | os.PathLike[str]) -> 
     """
     data, drawn = document(report), figures(report)
     texts = {"report.json": to_json(data), "report.html": page(data, claims(report), drawn)}
+    return write_files(texts, drawn, directory)
+
+
+def write_files(texts: Mapping[str, str], drawn: tuple[Figure, ...], directory: str | os.PathLike[str]) -> Path:
+    """Write texts by name, and figures into ``figures/``; the page is ``report.html``.
+
+    Parameters
+    ----------
+    texts : Mapping of str to str
+        Contents by file name.
+    drawn : tuple of Figure
+        The figures.
+    directory : path
+        Where to write.
+    """
     target = Path(directory)
     (target / "figures").mkdir(parents=True, exist_ok=True)
     for figure in drawn:

@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.expressions import Expression
+from lure.expressions.tree import Apply, Node, Number
 from lure.laws.affine import piecewise_linear_graph
 from lure.laws.graph import Graph
 from lure.laws.law import assign
 from lure.sector import Sector, SlopeBounds
 
 VARIABLE = "sigma"
+_LIPSCHITZ = frozenset(("+", "-", "*", "neg", "abs", "min", "max", "sin", "cos", "exp", "tanh", "atan", "pi"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +40,8 @@ class ExpressionLaw:
     odd : bool
         Whether the law is declared odd.
     locally_lipschitz : bool
-        Whether it is declared locally Lipschitz; finite slope bounds make it so.
+        Whether it is declared locally Lipschitz; finite slope bounds make it so, and so does a formula made only of
+        sums, products, whole powers, ``abs min max sin cos exp tanh atan`` and division by numbers.
 
     Raises
     ------
@@ -90,7 +93,7 @@ class ExpressionLaw:
             sector=sector,
             slope_bounds=slope_bounds,
             odd=odd,
-            locally_lipschitz=locally_lipschitz or finite or graph is not None,
+            locally_lipschitz=locally_lipschitz or finite or graph is not None or _smooth_enough(expression.tree),
             expression=expression,
             derivative=expression.derivative(VARIABLE),
             graph=graph,
@@ -164,3 +167,16 @@ def _demand_zero(expression: Expression) -> None:
             f"ExpressionLaw {expression.source[:60]!r} has phi(0) = {float(value):.6g}; a law must vanish at 0: "
             "measure sigma and phi from the equilibrium"
         )
+
+
+def _smooth_enough(node: Node) -> bool:
+    """Whether a formula is visibly locally Lipschitz on the whole line."""
+    if not isinstance(node, Apply):
+        return True
+    if node.operation in ("/", "**"):
+        first, last = node.arguments
+        if not isinstance(last, Number):
+            return False
+        fits = last.value != 0 if node.operation == "/" else last.value >= 1 and last.value.denominator == 1
+        return fits and _smooth_enough(first)
+    return node.operation in _LIPSCHITZ and all(_smooth_enough(part) for part in node.arguments)

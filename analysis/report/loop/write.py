@@ -23,6 +23,7 @@ from analysis.report.loop.words import (
     headline,
     open_questions,
 )
+from analysis.report.write import write_files
 
 _LAW_ROWS = (("sector", "sector"), ("slope", "slope"), ("odd", "odd"), ("regularity", "regularity"))
 
@@ -44,14 +45,7 @@ def write_loop_report(report: LoopReport, directory: str | os.PathLike[str]) -> 
     """
     data, drawn = loop_document(report), loop_figures(report)
     texts = {"report.json": to_json(data), "report.html": loop_page(data, drawn)}
-    target = Path(directory)
-    (target / "figures").mkdir(parents=True, exist_ok=True)
-    for figure in drawn:
-        (target / "figures" / f"{figure.spec.name}.svg").write_text(figure.picture.svg, encoding="utf-8")
-        (target / "figures" / f"{figure.spec.name}.png").write_bytes(figure.picture.png)
-    for name, text in texts.items():
-        (target / name).write_text(text, encoding="utf-8")
-    return target / "report.html"
+    return write_files(texts, drawn, directory)
 
 
 def loop_page(data: dict[str, Any], figures: tuple[Figure, ...]) -> str:
