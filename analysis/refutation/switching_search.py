@@ -17,7 +17,7 @@ Matrix = NDArray[np.float64]
 
 MAX_SWITCHES = 12
 RUNGS = 45
-MAX_EXPONENTIALS = 60_000  # a few seconds at order 12
+MAX_EXPONENTIALS = 60_000  # up to order 5, then fewer: a few seconds
 GRID_COST = 1_500  # a grid of 48 x 48 products, in exponentials
 
 
@@ -45,6 +45,8 @@ class SwitchingSearch:
         The first gain that is itself unstable: nothing at or above it is wanted.
     spent : list of int
         Matrix exponentials computed so far; past a limit nothing grows any more, and the search ends with what it has.
+    known : dict
+        Closed-loop matrices by gain.
     """
 
     system: Realisation
@@ -53,15 +55,18 @@ class SwitchingSearch:
     omega: float
     limit: float
     spent: list[int] = field(default_factory=lambda: [0], repr=False, compare=False)
+    known: dict[float, Matrix] = field(default_factory=dict, repr=False, compare=False)
 
     def closed(self, k: float) -> Matrix:
-        """``A - b c k/(1 + k d)``."""
-        return doubles(self.system.closed(Fraction(k)))
+        """``A - b c k/(1 + k d)``, remembered: it is computed exactly and asked for again and again."""
+        if k not in self.known:
+            self.known[k] = doubles(self.system.closed(Fraction(k)))
+        return self.known[k]
 
     def growth(self, times: Matrix, k: float) -> float:
         """Logarithm of the spectral radius over the period, per unit of time; ``-inf`` once the work is used up."""
         self.spent[0] += len(times)
-        if self.spent[0] > MAX_EXPONENTIALS:
+        if self.spent[0] * max(1, self.system.order // 3) > MAX_EXPONENTIALS:
             return -math.inf
         radius = _radius(self.transition(times, k))
         return math.log(radius) / float(times.sum()) if 0 < radius < math.inf else -math.inf
