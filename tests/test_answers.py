@@ -331,3 +331,40 @@ def test_a_counterexample_refutes_the_larger_classes_too():
     assert {row.refuted_at for row in found.rows} == {found.asked.refuted_at}
     assert found.asked.refuted_at < 0.4
     assert found.verdict is Verdict.REFUTED
+
+
+@given(blocks())
+@settings(max_examples=5, deadline=None)
+def test_slopes_reach_no_less_than_sectors_and_no_further_than_gains(block):
+    popov = max_sector(block, criterion="popov")
+    for odd in (False, True):
+        slope = max_slope(block, odd=odd, criterion="zames-falb", search="linear")
+        assert slope.largest.low >= popov.largest.low * (1 - 1e-6)
+        assert slope.largest.low < slope.hurwitz.high or slope.hurwitz.high == math.inf
+
+
+@given(blocks(), st.lists(st.integers(-3, 3), min_size=30, max_size=30))
+@settings(max_examples=10, deadline=None)
+def test_the_basis_of_the_states_does_not_matter(block, numbers):
+    # companion form, then x = T z with T unit lower triangular: exact in fractions
+    n = block.order
+    top = [Fraction(0)] * (n + 1 - len(block.numerator)) + list(block.numerator)
+    A = [[Fraction(int(j == i + 1)) for j in range(n)] for i in range(n - 1)]
+    A.append([-c for c in block.denominator[:0:-1]])
+    C = [top[n - j] - top[0] * block.denominator[n - j] for j in range(n)]
+    T = [
+        [Fraction(1 if i == j else numbers[i * n + j] if j < i and i * n + j < 30 else 0) for j in range(n)]
+        for i in range(n)
+    ]
+    inverse = [[Fraction(int(i == j)) for j in range(n)] for i in range(n)]
+    for i in range(n):
+        for j in range(i):
+            inverse[i] = [a - T[i][j] * b for a, b in zip(inverse[i], inverse[j], strict=True)]
+
+    def product(p, q):
+        return [[sum(a * b for a, b in zip(row, column, strict=True)) for column in zip(*q, strict=True)] for row in p]
+
+    turned = product(product(inverse, A), T)
+    B = [row[-1] for row in inverse]
+    found = max_sector((turned, B, product([C], T)[0], top[0]), criterion="popov")
+    assert found.largest == max_sector(block, criterion="popov").largest
