@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from analysis.answers import analyse as analyse
     from analysis.answers import max_sector as max_sector
     from analysis.answers import max_slope as max_slope
+    from analysis.criteria.describing import describing_hint as describing_hint
+    from analysis.criteria.passivity import passivity_indices as passivity_indices
     from analysis.evidence import Bracket as Bracket
     from analysis.evidence import Evidence as Evidence
     from analysis.evidence import Verdict as Verdict
@@ -21,6 +23,8 @@ _HOMES = {
     "analyse": "answers",
     "max_sector": "answers",
     "max_slope": "answers",
+    "describing_hint": "criteria.describing",
+    "passivity_indices": "criteria.passivity",
     "Bracket": "evidence",
     "Evidence": "evidence",
     "Verdict": "evidence",

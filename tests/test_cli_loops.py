@@ -346,7 +346,7 @@ def test_report_writes_the_page_on_a_loop(lure, tmp_path):
 def test_systems_shows_loops_and_writes_them_as_files(lure, tmp_path):
     assert lure("systems", "kalman-fitts")[1].splitlines()[2:5] == [
         "H = s^2 / (s^4 + 0.12 s^3 + 2.0254 s^2 + 0.121308 s + 0.981919)",
-        "Law: 1 tanh(sigma / 0.01)",
+        "Law: tanh(sigma / 0.01)",
         "Report: lure report kalman-fitts",
     ]
     assert "Class: phi in the sector [0, 1]\n" in lure("systems", "iqc-resonance")[1]

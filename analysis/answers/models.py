@@ -148,8 +148,8 @@ def _dead_time_gain(block: DelayBlock, limit: Bracket) -> Witness:
         evidence=Evidence.CERTIFIED,
         slope_restricted=True,
         odd=True,
-        description=f"a linear gain between {limit.low:.9g} and {limit.high:.9g} puts a root on the imaginary axis, so "
-        "that the loop does not come to rest",
+        description=f"a linear gain of about {limit.middle:.9g} puts a root on the imaginary axis, so that the loop "
+        "does not come to rest",
         data={"gain": [limit.low, limit.high], "block": str(block)},
     )
 

@@ -75,3 +75,8 @@ def number_text(value: Fraction) -> str:
     text = f"{float(value):.6g}"
     short = value.denominator != 1 and max(abs(value.numerator), value.denominator) < 10**6
     return str(value) if short and Fraction(text) != value else text
+
+
+def factor_text(value: Fraction) -> str:
+    """A number before a product: ``2 ``, nothing for 1."""
+    return "" if value == 1 else f"{number_text(value)} "

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 from lure.laws.graph import Graph
-from lure.laws.law import assign, number_text, positive
+from lure.laws.law import assign, factor_text, number_text, positive
 from lure.sector import Sector, SlopeBounds
 
 
@@ -110,8 +110,8 @@ class Saturation(GraphLaw):
         assign(self, gain=g, limit=top, lower_limit=bottom, graph=Graph.through(points, Fraction(0), Fraction(0)))
 
     def __str__(self) -> str:
-        g, low, high = (number_text(x) for x in (self.gain, self.lower_limit, self.limit))
-        return f"saturation min(max({g} sigma, {low}), {high})"
+        low, high = (number_text(x) for x in (self.lower_limit, self.limit))
+        return f"saturation min(max({factor_text(self.gain)}sigma, {low}), {high})"
 
 
 def relay_with_slope(*, gain: Exact, level: Exact) -> Saturation:
@@ -198,7 +198,7 @@ class ReLU(GraphLaw):
         assign(self, gain=g, graph=Graph.through([], Fraction(0), g))
 
     def __str__(self) -> str:
-        return f"ReLU {number_text(self.gain)} max(sigma, 0)"
+        return f"ReLU {factor_text(self.gain)}max(sigma, 0)"
 
 
 @dataclass(frozen=True, slots=True)

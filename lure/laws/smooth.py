@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
-from lure.laws.law import assign, number_text, positive
+from lure.laws.law import assign, factor_text, number_text, positive
 from lure.sector import Sector, SlopeBounds
 
 
@@ -91,9 +91,9 @@ class Cubic:
 
     def __str__(self) -> str:
         if self.linear == 0:
-            return f"cubic {number_text(self.cubic)} sigma^3"
+            return f"cubic {factor_text(self.cubic)}sigma^3"
         sign = "-" if self.cubic < 0 else "+"
-        return f"cubic {number_text(self.linear)} sigma {sign} {number_text(abs(self.cubic))} sigma^3"
+        return f"cubic {factor_text(self.linear)}sigma {sign} {factor_text(abs(self.cubic))}sigma^3"
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,4 +171,4 @@ class Tanh:
             return np.asarray(np.asarray(sigma, dtype=float) / float(self.scale))
 
     def __str__(self) -> str:
-        return f"{number_text(self.gain)} tanh(sigma / {number_text(self.scale)})"
+        return f"{factor_text(self.gain)}tanh(sigma / {number_text(self.scale)})"
