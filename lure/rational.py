@@ -92,25 +92,18 @@ class RationalBlock:
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H`` at complex ``s`` (or ``z``), elementwise, in floating point; not finite at a pole."""
-        # s = q x with a power of two q near the size of the roots, both sides divided by the largest coefficient
-        q, points = self._unit(), np.asarray(s, dtype=complex)
-        top, bottom = (
-            [c * q ** (len(side) - 1 - i) for i, c in enumerate(side)] for side in (self.numerator, self.denominator)
-        )
-        largest = max(abs(c) for c in bottom)
+        # s = q x with a power of two q near the size of the points: what then underflows beside the largest
+        # coefficient is negligible there
+        points = np.asarray(s, dtype=complex)
+        q = _power_of_two(points)
+        values, sizes = [], []
+        for side in (self.numerator, self.denominator):
+            scaled = [c * q ** (len(side) - 1 - i) for i, c in enumerate(side)]
+            sizes.append(max(abs(c) for c in scaled))
+            with np.errstate(over="ignore", invalid="ignore"):
+                values.append(np.polyval([float(c / (sizes[-1] or 1)) for c in scaled], points / float(q)))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            x = points / float(q)
-            values = [np.polyval([float(c / largest) for c in side], x) for side in (top, bottom)]
-            return np.asarray(values[0] / values[1])
-
-    def _unit(self) -> Fraction:
-        """A power of two near the geometric mean of the poles that are not zero."""
-        last = max(i for i, c in enumerate(self.denominator) if c)
-        if last == 0:
-            return Fraction(1)
-        c = abs(self.denominator[last])
-        octaves = (c.numerator.bit_length() - c.denominator.bit_length()) // last
-        return Fraction(2) ** max(-900, min(900, octaves))
+            return np.asarray(values[0] / values[1] * _float(sizes[0] / sizes[1]))
 
     def to_control(self) -> control.TransferFunction:
         """The block as a ``control.TransferFunction``, coefficients rounded to doubles.
@@ -151,6 +144,19 @@ def polynomial_text(coefficients: Sequence[Fraction], variable: str) -> str:
         sign = "-" if value < 0 else "+"
         parts.append(f"{sign} {term}" if parts else f"-{term}" if value < 0 else term)
     return " ".join(parts) or "0"
+
+
+def _power_of_two(points: NDArray[np.complex128]) -> Fraction:
+    sizes = np.abs(points)
+    sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
+    return Fraction(2) ** round(float(np.median(np.log2(sizes)))) if sizes.size else Fraction(1)
+
+
+def _float(value: Fraction) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return float("inf")
 
 
 def _six_digits(value: Fraction) -> str:

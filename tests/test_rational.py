@@ -23,6 +23,12 @@ def test_values_do_not_depend_on_the_unit_of_time(decades, roots):
     assert block.transfer(1j * float(T)) == pytest.approx(expected, rel=1e-11)
 
 
+def test_a_pole_far_smaller_than_the_others_does_no_harm():
+    # 0.1/(z (z - 1e-300)) is 0.1/z^2 at |z| = 1
+    block = RationalBlock([Fraction(1, 10)], [1, -Fraction(1, 10**300), 0], dt=1)
+    assert block.transfer([1, 1j]) == pytest.approx([0.1, -0.1], rel=1e-15)
+
+
 def test_a_pole_is_not_finite_and_infinity_is_the_feedthrough():
     block = RationalBlock([3, 1], [1, 2])
     assert not np.isfinite(block.transfer(-2))
