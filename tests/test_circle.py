@@ -164,6 +164,7 @@ def test_unit_of_time_and_split_of_the_gain(block, speed, gain):
             for power, c in zip(range(len(coefficients))[::-1], coefficients, strict=True)
         ]
 
+    assume(is_stable_gain(block, F(0)))  # rounded coefficients can put a weakly damped pole on the axis
     other = RationalBlock(scaled(block.numerator, F(gain)), scaled(block.denominator, F(1)))
     one, two = circle_largest(block).largest, circle_largest(other).largest
     assert two.low * gain == pytest.approx(one.low, rel=1e-13)
