@@ -85,12 +85,14 @@ def minimum(
     heap: list[tuple[float, int, arb, arb, arb]] = []
 
     def offer(point: arb) -> None:
+        """Keep the value at a point if it is the least so far."""
         nonlocal best, where
         upper = f(point).upper()
         if upper < best:
             best, where = upper, point
 
     def push(a: arb, b: arb) -> None:
+        """Bound a box from below and queue it."""
         box = a.union(b)
         middle = box.mid()
         offer(middle)

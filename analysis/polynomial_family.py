@@ -122,6 +122,7 @@ class PolynomialFamily:
             a, b = ball(Fraction(int(left.p), int(left.q))), ball(Fraction(int(right.p), int(right.q)))
 
             def at(t: float) -> tuple[float, float]:
+                """Value at a share of the interval, with the share."""
                 x = (a + (b - a) * t).mid()
                 y = over(x) / under(x)
                 return (float(y), t) if y.is_finite() else (math.inf, t)

@@ -229,6 +229,7 @@ def _initial_travel(rod: Rod, scenario: Scenario, times: NDArray[np.float64]) ->
     kicked = _Primitive(scenario.velocity, "x", L / 4, L)
 
     def within(phase: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The wave inside one transit."""
         left = np.clip(L - c * phase, 0.0, L)
         right = np.clip(c * (phase - T), 0.0, L)
         forward = u0(x=left) - u0(x=L) + (kicked(np.array(L)) - kicked(left)) / c

@@ -64,7 +64,9 @@ def _run(arguments: Sequence[str] | None) -> int:
         return _say(str(error), status=BAD_INPUT)
     except MemoryError:
         return _say("not enough memory for this many cells; give fewer", status=BAD_INPUT)
-    except Exception as error:
+    except (
+        Exception
+    ) as error:  # the outermost frame: whatever is left is a bug, said in a sentence and not as a traceback
         if os.environ.get("LURE_DEBUG") == "1":
             traceback.print_exc()
         return _say(

@@ -13,6 +13,8 @@ from analysis.cli.commands import app as app
 from lure.errors import InputError
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
     from analysis.answers import Largest
     from analysis.evidence import Verdict
 
@@ -146,19 +148,19 @@ def _block(num: str | None, den: str | None, transfer: str | None, dt: str | Non
     return as_block((num, den), dt=step)
 
 
-def _number(text: str, name: str = "--lower") -> Any:  # noqa: ANN401 -- an exact number of any type
+def _number(text: str, name: str = "--lower") -> Fraction:
     from lure.inputs import coefficients
 
     try:
         values = coefficients(text)
     except InputError:
-        values = ()
+        values = ()  # the sentence below names the option
     if len(values) != 1:
         raise InputError(f"{name} is {text!r:.60}; give one number such as 2, -0.5, 1e-3 or 2/3")
     return values[0]
 
 
-def _step(text: str) -> Any:  # noqa: ANN401 -- an exact number of any type
+def _step(text: str) -> Fraction:
     step = _number(text, "--dt")
     if step <= 0:
         raise InputError(f"--dt is {text!r:.60}; give a positive sampling time, or leave it out for continuous time")

@@ -33,6 +33,7 @@ def progress(*, quiet: bool) -> Iterator[Tell | None]:
         task = bars.add_task("starting", total=None)
 
         def tell(stage: str, done: float | None = None) -> None:
+            """Move the bar to a stage."""
             bars.update(task, description=stage, total=None if done is None else 1.0, completed=done)
 
         yield tell

@@ -161,6 +161,7 @@ def _solutions(law: Nonlinearity, grid: NDArray[np.float64], excess: NDArray[np.
     from scipy.optimize import brentq
 
     def difference(size: float) -> float:
+        """What vanishes at a balance."""
         return float(describing_function(law, size)) - needed
 
     return [

@@ -151,10 +151,12 @@ class _Sampled:
 
     @classmethod
     def of(cls, multiplier: DifferenceMultiplier) -> _Sampled:
+        """The left-hand side of a multiplier on the points of a response."""
         response = SampledResponse.of(*multiplier.discrete.coefficients())
         return cls(response, multiplier, float(np.max(np.abs(response.at(response.omega)))))
 
     def at(self, omega: Array, q: float) -> Array:
+        """Its values at ``omega`` for one ``q``, in floating point."""
         z, H = np.exp(1j * omega), self.response.at(omega)
         difference = self.multiplier.difference
         Z = np.polyval([float(c.p) / float(c.q) for c in reversed(difference.p.coeffs())], z) / z**difference.shift

@@ -57,6 +57,7 @@ class SampledResponse:
         """
 
         def g(omega: Array) -> Array:
+            """The function to be maximised, ``-inf`` where it is not a number."""
             found = f(omega)
             return np.where(np.isnan(found), -np.inf, found)
 
@@ -96,6 +97,7 @@ def evaluated(response: SampledResponse, shifts: tuple[int, ...], taps: Array) -
     where = np.asarray(shifts, dtype=float)[used]
 
     def ratio(omega: Array) -> Array:
+        """``1/k`` that each frequency asks for; ``inf`` where the multiplier cannot serve it."""
         M = 1 - np.exp(-1j * omega[:, None] * where) @ taps[used]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             value = -(M * response.at(omega)).real / M.real

@@ -222,6 +222,7 @@ class Search:
             for sign in (1, -1) if self.odd else (1,):
 
                 def gain(lags: Floats, direction: int = direction, sign: int = sign) -> Floats:
+                    """What a delay would earn at the prices of the frequencies."""
                     waves = np.exp(-1j * direction * np.outer(lags, omega))
                     return np.asarray(-sign * (waves @ prices).real - far)
 

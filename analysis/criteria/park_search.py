@@ -80,6 +80,7 @@ class _Search:
     high: tuple[fmpq, Support] | None = None
 
     def run(self, scale: fmpq) -> Best:
+        """The best multiplier found."""
         if self._visit(fmpq(0)):
             return self.best
         tau = scale

@@ -135,6 +135,7 @@ def popov_minimum(ring: Ring, multiplier: arb, ease: arb) -> Minimum:
         return _exactly(ease + at_zero / ring.defect**2, arb(0))
 
     def value(psi: Number) -> Number:
+        """The expression at one angle."""
         r, g = ring.parts(psi)
         numerator = 2 * a * r * g + multiplier * ring.gap(r) * (1 + ring.size * r)
         return ease + numerator / ring.denominator(psi, r)
@@ -163,10 +164,12 @@ def smallest_multiplier(ring: Ring, ease: arb) -> Minimum:
         return _clipped(_exactly(-needed, arb(0)))
 
     def value(psi: Number) -> Number:
+        """The expression at one angle."""
         r, g = ring.parts(psi)
         return (ease * ring.denominator(psi, r) + 2 * a * r * g) / (ring.gap(r) * (1 + ring.size * r))
 
     def width(best: arb) -> arb:
+        """Bracket width to stop at."""
         return abs(best) * arb(RELATIVE_WIDTH) + (ease + 1) * arb("1e-25")
 
     return _clipped(minimum(value, arb.pi(), 2 * arb.pi(), width=width))

@@ -186,6 +186,7 @@ def _reach(discrete: DiscreteBlock, ceiling: float, *, odd: bool, taps: int | No
         return multiplier, math.inf
 
     def certified(width: Fraction) -> bool:
+        """Whether the exact test proves this width."""
         return discrete.lower + width < ceiling and certifies(discrete, multiplier, width, odd=odd)
 
     return multiplier, largest_certified(discrete, proposal.inverse, certified)

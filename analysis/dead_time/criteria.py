@@ -148,6 +148,7 @@ def _best_multiplier(plant: DelayPlant) -> tuple[Fraction, arb]:
     """A nearly best ``theta >= 0``, and an upper bound on the infimum for every ``theta >= 0``."""
 
     def worst(theta: Fraction) -> tuple[arb, arb, arb]:
+        """Lower bound of the infimum for one multiplier, and both parts where it is attained."""
         found = popov_infimum(plant.response, ball(theta), plant.start)
         real, slope = plant.response.parts(found.where)
         return found.low, real, slope

@@ -25,6 +25,7 @@ def popov_infimum(response: DelayResponse, theta: arb, start: float) -> Minimum:
     """
 
     def value(omega: Number) -> Number:
+        """The Popov expression at one frequency."""
         real, slope = response.parts(omega)
         return real + theta * slope
 

@@ -81,6 +81,7 @@ def plot_reach(rows: Sequence[Largest], names: Sequence[str], *, ax: Axes | None
     labels: set[str] = set()
 
     def once(text: str) -> str | None:
+        """A legend entry the first time it is asked for, then None."""
         fresh = text not in labels
         labels.add(text)
         return text if fresh else None

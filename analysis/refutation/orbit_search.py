@@ -178,6 +178,7 @@ class OrbitSearch:
         """Slopes ``p`` and ``lower + share (p - lower)``."""
 
         def slopes(p: Fraction) -> tuple[Fraction, Fraction]:
+            """Slope inside and outside of the kinks."""
             flat = self.lower + share * (p - self.lower)
             return (p, flat) if steep_inside else (flat, p)
 

@@ -168,6 +168,7 @@ def _integrated(system: Realisation, law: Law, start: Reals, instants: Reals) ->
     A, b, c, d = _floats(system)
 
     def velocity(_: float, x: Reals) -> Reals:
+        """Right-hand side of the closed loop."""
         return A @ x - b * _phi(law, d, float(c @ x))[1]
 
     size = max(float(np.abs(start).max()), 1e-12)

@@ -134,6 +134,7 @@ class SwitchingSearch:
         """Times near the given ones with the largest growth."""
 
         def slowness(logarithms: Matrix) -> float:
+            """Negative growth, for a minimiser."""
             return -self.growth(np.exp(logarithms), k) if np.abs(logarithms).max() < 60 else math.inf
 
         options = {"xatol": 1e-7, "fatol": 1e-14, "maxiter": 150 * len(times)}

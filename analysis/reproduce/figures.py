@@ -95,6 +95,7 @@ def _release_figures(runs: PaperRuns) -> list[PaperFigure]:
     ]
 
     def zoomed(curve: EndCurve) -> EndCurve:
+        """The curve on the window of the figure."""
         kept = curve.t <= _ZOOM
         return replace(curve, t=curve.t[kept], u=curve.u[kept])
 

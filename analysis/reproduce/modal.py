@@ -208,6 +208,7 @@ def _crossing(phase: _Phase, low: float, high: float) -> float:
     from scipy.optimize import brentq
 
     def gap(t: float) -> float:
+        """Gap coordinate at one time."""
         return float(phase.gap(np.array([t]))[0])
 
     return float(brentq(gap, low, high, xtol=1e-15)) if gap(low) * gap(high) < 0 else high

@@ -90,6 +90,7 @@ def scheme_settling(rod: Rod, scenario: Scenario, cells: int) -> Settling:
     ringing = np.arange(2 * cells) != still
 
     def signal(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What is to settle, at the times ``t``."""
         return np.asarray((weights[ringing] * np.exp(np.multiply.outer(t, values[ringing]))).sum(axis=-1).real)
 
     start = rod.gap + scenario.contact_coordinate(rod)
@@ -141,6 +142,7 @@ def rod_settling(rod: Rod, scenario: Scenario) -> Settling:
     drift = float(0.25 * np.tile(gauss, 2) @ periodic)
 
     def signal(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What is to settle, at the times ``t``."""
         return motion.end_displacement(t) - rest - drift * np.exp(decay * t)
 
     size = abs(float(signal(np.zeros(1))[0]))

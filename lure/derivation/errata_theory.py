@@ -46,6 +46,7 @@ def _weak_form() -> tuple[Misprint, ...]:
     impulse = sp.Integral(force(y), (y, 0, t))
 
     def in_time(rate: sp.Expr) -> sp.Expr:
+        """The rate as it acts in time."""
         displacement = sp.Symbol("u(t,0)", real=True) - sp.Symbol("u0(0)", real=True)
         return rate.diff(velocity_left) * displacement + rate.diff(g) * impulse
 

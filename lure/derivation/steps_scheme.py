@@ -146,6 +146,7 @@ def _balances(schemes: tuple[Scheme, ...]) -> tuple[Step, ...]:
     density = area * (rho * pair[0] ** 2 + E * pair[1] ** 2) / 2  # [J/m], in terms of r1 and r2
 
     def claims(balances: tuple[Balance, ...]) -> sp.Expr:
+        """The residual of some balances together."""
         return residual(*(balance.residual for balance in balances))
 
     return (

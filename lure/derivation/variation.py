@@ -71,6 +71,7 @@ class _Variation:
 
     @property
     def euler_lagrange(self) -> sp.Expr:
+        """Left-hand side of the Euler-Lagrange equation."""
         return self.body - self.momentum.diff(t) - self.flux.diff(x)
 
 

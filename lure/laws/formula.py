@@ -131,6 +131,7 @@ class ExpressionLaw:
         kinks = [float(point) for point in self.breakpoints]
 
         def integral(end: float) -> float:
+            """Integral from 0 to ``end``, between the kinks."""
             if not np.isfinite(end):
                 return float("nan")
             inside = sorted({0.0, end, *(kink for kink in kinks if min(0.0, end) < kink < max(0.0, end))})

@@ -136,6 +136,7 @@ def _all(law: Nonlinearity, standing: Standing, how: str) -> Properties:
     """Every property of the law with one standing; what the law does not say is not known."""
 
     def known(value: T, *, missing: bool) -> Property[T]:
+        """A property of this standing."""
         if missing:
             return Property(value=value, standing=Standing.DECLARED, how="nothing is declared")
         return Property(value=value, standing=standing, how=how)
