@@ -1,0 +1,133 @@
+"""Blocks and classes of laws as they stand in a certificate: exact numbers as text ``p`` or ``p/q``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+from lure.delay import DelayBlock
+from lure.errors import InputError
+from lure.law_class import LawClass
+from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+_ROD = {"E": "youngs_modulus", "rho": "density", "L": "length", "A": "area", "k": "damping"}
+
+
+def system_of(block: object) -> dict[str, Any]:
+    r"""The system of a certificate for a block, in ``sigma = H mu``, ``mu = -phi(sigma)``.
+
+    Parameters
+    ----------
+    block : RationalBlock, DelayBlock, StateSpaceBlock, UpwindScheme or RodBlock
+        The block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices mean the
+        doubles they are; the rod's parameters are those of :attr:`lure.rod.Rod.exact`.
+
+    Returns
+    -------
+    dict
+        ``SYSTEM`` of ``notebooks/notes/0008-certificates.md``.  The force on the rod does not enter the loop, so both
+        forms of the scheme and all orderings of its states are the same system.
+
+    Raises
+    ------
+    InputError
+        It is no such block.
+
+    Examples
+    --------
+    >>> system_of(RationalBlock([1, Fraction("-0.2")], [1, 3, 2]))["numerator"]
+    ['1', '-1/5']
+    """
+    if isinstance(block, RationalBlock):
+        time = "continuous" if block.dt is None else "discrete"
+        top, bottom = texts(block.numerator), texts(block.denominator)
+        return {"kind": "transfer", "time": time, "numerator": top, "denominator": bottom}
+    if isinstance(block, DelayBlock):
+        terms = [[str(delay), texts(top)] for delay, top in block.terms]
+        return {"kind": "delay", "terms": terms, "denominator": texts(block.denominator)}
+    if isinstance(block, StateSpaceBlock):
+        return {
+            "kind": "state-space",
+            "time": "continuous" if block.dt is None else "discrete",
+            "A": [texts(row) for row in block.A.tolist()],
+            "b": texts(block.B.tolist()),
+            "c": texts(block.C.tolist()),
+            "d": text(block.D),
+        }
+    if isinstance(block, UpwindScheme | RodBlock):
+        parameters = {name: text(block.rod.exact[long]) for name, long in _ROD.items()}
+        if isinstance(block, RodBlock):
+            return {"kind": "rod", **parameters}
+        return {"kind": "rod-scheme", **parameters, "cells": block.cells}
+    raise InputError(
+        f"a {type(block).__name__} has no exact data to write in a certificate; give coefficients, matrices, a formula "
+        "with dead time, or a rod"
+    )
+
+
+def laws_of(law_class: LawClass, *, unbounded: bool, linear: bool = False) -> dict[str, Any]:
+    """The class of laws of a certificate.
+
+    Parameters
+    ----------
+    law_class : LawClass
+        The class.
+    unbounded : bool
+        What an infinite upper end means: that no gain bounds the laws (``"inf"``), or that each law has some finite
+        bound (``"finite"``).  An infinite slope above a finite sector is no bound at all in either case.
+    linear : bool
+        Whether only constant gains are meant.
+
+    Returns
+    -------
+    dict
+        ``laws`` of ``notebooks/notes/0008-certificates.md``.
+
+    Examples
+    --------
+    >>> from lure import LawClass, Sector
+    >>> laws_of(LawClass(sector=Sector(0, math.inf)), unbounded=False)["sector"]
+    ['0', 'finite']
+    """
+    sector, slope = law_class.sector, law_class.slope
+    endless = "inf" if unbounded else "finite"
+    bounds = None
+    if slope is not None:
+        top = endless if slope.upper == math.inf == sector.upper else text(slope.upper)
+        bounds = [text(slope.lower), top]
+    return {
+        "sector": [text(sector.lower), endless if sector.upper == math.inf else text(sector.upper)],
+        "slope": bounds,
+        "odd": law_class.odd,
+        "time_varying": law_class.time_varying,
+        "linear": linear,
+    }
+
+
+def text(value: Fraction | float) -> str:
+    """A number as text: ``p`` or ``p/q``, a double as the rational it is; ``inf`` and ``-inf``.
+
+    Parameters
+    ----------
+    value : Fraction or float
+        The number, not NaN.
+    """
+    if value in (math.inf, -math.inf):
+        return "inf" if value > 0 else "-inf"
+    return str(Fraction(value))
+
+
+def texts(values: Iterable[Fraction | float]) -> list[str]:
+    """Each number as text.
+
+    Parameters
+    ----------
+    values : iterable of Fraction or float
+        The numbers.
+    """
+    return [text(value) for value in values]
