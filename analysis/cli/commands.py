@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from analysis.cli import texts
-from lure import __version__
-from lure.errors import InputError
+from analysis.cli.refused import refused
 
 if TYPE_CHECKING:
     from analysis.report import StabilityReport
@@ -40,6 +39,8 @@ def root(
 ) -> None:
     """Without a command: the version or the help."""
     if version:
+        from lure import __version__
+
         print(f"lure {__version__}")
         raise typer.Exit
     if context.invoked_subcommand is None:
@@ -133,7 +134,7 @@ def systems(
     rods, loops = tuple(builtin_systems()), loop_names()
     if name is None:
         if toml:
-            raise InputError("--toml needs the name of a system; give one such as: lure systems paper-rod --toml")
+            raise refused("--toml needs the name of a system; give one such as: lure systems paper-rod --toml")
         listed: list[RodSystem | LoopSystem] = [*map(builtin_system, rods), *map(builtin_loop, loops)]
         for system in listed:
             print(textwrap.fill(f"{system.name:<23} {system.title}", 80, subsequent_indent=" " * 24))
@@ -141,7 +142,7 @@ def systems(
     if name not in (*rods, *loops):
         near = difflib.get_close_matches(name, (*rods, *loops), n=1, cutoff=0.5)
         hint = f"did you mean {near[0]!r}? " if near else ""
-        raise InputError(f"there is no built-in system {name!r:.60}; {hint}lure systems lists them")
+        raise refused(f"there is no built-in system {name!r:.60}; {hint}lure systems lists them")
     chosen = builtin_system(name) if name in rods else builtin_loop(name)
     rod = isinstance(chosen, RodSystem)
     if toml:
@@ -165,7 +166,7 @@ def reproduce(
 ) -> None:
     """Reproduce the paper."""
     if what != "paper":
-        raise InputError(f"there is nothing to reproduce under the name {what!r}; give paper")
+        raise refused(f"there is nothing to reproduce under the name {what!r}; give paper")
     from analysis.output import checked_target, replaced
 
     checked_target(output)

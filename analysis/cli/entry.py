@@ -11,8 +11,7 @@ from typing import cast
 
 import typer
 
-from analysis.cli.loops import app
-from lure.errors import AssumptionError, InputError
+from analysis.cli.certificates import app
 
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141
 USAGE_ERROR = cast(
@@ -60,13 +59,15 @@ def _run(arguments: Sequence[str] | None) -> int:
         raise BrokenPipeError from error
     except USAGE_ERROR as error:
         return _say(f"{cast('typer.BadParameter', error).format_message()} See lure --help.", status=BAD_INPUT)
-    except (InputError, AssumptionError) as error:
-        return _say(str(error), status=BAD_INPUT)
     except MemoryError:
         return _say("not enough memory for this many cells; give fewer", status=BAD_INPUT)
     except (
         Exception
     ) as error:  # the outermost frame: whatever is left is a bug, said in a sentence and not as a traceback
+        from lure.errors import AssumptionError, InputError
+
+        if isinstance(error, InputError | AssumptionError):
+            return _say(str(error), status=BAD_INPUT)
         if os.environ.get("LURE_DEBUG") == "1":
             traceback.print_exc()
         return _say(

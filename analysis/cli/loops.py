@@ -10,7 +10,7 @@ import typer
 from analysis.cli import texts
 from analysis.cli.commands import Json, Quiet
 from analysis.cli.commands import app as app
-from lure.errors import InputError
+from analysis.cli.refused import refused
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -59,7 +59,7 @@ def analyse(
 
     chosen = find_system(system, set_ or [])
     if not isinstance(chosen, LoopSystem):
-        raise InputError(f"{system} is a rod; run: lure report {system}")
+        raise refused(f"{system} is a rod; run: lure report {system}")
     from analysis.answers import analyse as run
     from analysis.answers.document import analysis_dict
     from analysis.cli.progress import progress
@@ -85,13 +85,13 @@ def max_sector(
     as_json: Json = False,
 ) -> int:
     """Print the largest sector."""
-    block = _block(num, den, transfer, dt, system)
+    block = block_of(num, den, transfer, dt, system)
     from analysis.answers import max_sector as run
 
     found = run(
         block,
         criterion=criterion,
-        lower=_number(lower),
+        lower=number_of(lower),
         time_varying=time_varying,
         search="full" if full else "linear",
     )
@@ -111,14 +111,36 @@ def max_slope(
     as_json: Json = False,
 ) -> int:
     """Print the largest slope."""
-    block = _block(num, den, transfer, dt, system)
+    block = block_of(num, den, transfer, dt, system)
     from analysis.answers import max_slope as run
 
-    found = run(block, odd=odd, criterion=criterion, lower=_number(lower))
+    found = run(block, odd=odd, criterion=criterion, lower=number_of(lower))
     return _print(found, block, as_json=as_json)
 
 
-def _block(num: str | None, den: str | None, transfer: str | None, dt: str | None, system: str | None) -> object:
+def block_of(
+    num: str | None,
+    den: str | None,
+    transfer: str | None,
+    dt: str | None,
+    system: str | None,
+    *,
+    alternative: str = "--system",
+) -> object:
+    """The block that the options describe.
+
+    Parameters
+    ----------
+    num, den, transfer, dt, system : str or None
+        The options of these names.
+    alternative : str
+        How a system is named, for the sentence of a refusal.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: the block is given more than once or not at all, or an option is no good.
+    """
     from lure.inputs import as_block
     from lure.system_file import find_system
     from lure.systems_loop import LoopSystem
@@ -129,26 +151,41 @@ def _block(num: str | None, den: str | None, transfer: str | None, dt: str | Non
         if value is not None
     ]
     if len(given) != 1:
-        raise InputError(
-            "give the block once, by --num and --den, by --transfer or by --system"
+        raise refused(
+            f"give the block once, by --num and --den, by --transfer or by {alternative}"
             + (f"; got {' and '.join(given)}" if given else "")
         )
     step = None if dt is None else _step(dt)
     if system is not None:
         if step is not None:
-            raise InputError("--dt belongs to --num and --den or --transfer; a system has its own sampling time")
+            raise refused("--dt belongs to --num and --den or --transfer; a system has its own sampling time")
         chosen = find_system(system, [])
         if not isinstance(chosen, LoopSystem):
-            raise InputError(f"{system} is a rod; run: lure report {system}")
+            raise refused(f"{system} is a rod; run: lure report {system}")
         return chosen.block
     if transfer is not None:
         return as_block(transfer, dt=step)
     if num is None or den is None:
-        raise InputError(f"--num and --den go together; give --{'den' if den is None else 'num'} too")
+        raise refused(f"--num and --den go together; give --{'den' if den is None else 'num'} too")
     return as_block((num, den), dt=step)
 
 
-def _number(text: str, name: str = "--lower") -> Fraction:
+def number_of(text: str, name: str = "--lower") -> Fraction:
+    """The one exact number an option holds.
+
+    Parameters
+    ----------
+    text : str
+        Its value.
+    name : str
+        The option, for the sentence of a refusal.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: it is not one number.
+    """
+    from lure.errors import InputError
     from lure.inputs import coefficients
 
     try:
@@ -156,14 +193,14 @@ def _number(text: str, name: str = "--lower") -> Fraction:
     except InputError:
         values = ()  # the sentence below names the option
     if len(values) != 1:
-        raise InputError(f"{name} is {text!r:.60}; give one number such as 2, -0.5, 1e-3 or 2/3")
+        raise refused(f"{name} is {text!r:.60}; give one number such as 2, -0.5, 1e-3 or 2/3")
     return values[0]
 
 
 def _step(text: str) -> Fraction:
-    step = _number(text, "--dt")
+    step = number_of(text, "--dt")
     if step <= 0:
-        raise InputError(f"--dt is {text!r:.60}; give a positive sampling time, or leave it out for continuous time")
+        raise refused(f"--dt is {text!r:.60}; give a positive sampling time, or leave it out for continuous time")
     return step
 
 

@@ -13,6 +13,8 @@ Examples:
   lure report plant.toml                        all there is to say, as a page
   lure report kalman-fitts                      the same for a built-in loop
   lure report                                   the rod of the paper
+  lure certify plant.toml                       the proof alone, as a file
+  lure verify certificate.json                  check it without trusting lure
   lure reproduce paper                          the paper's claims, one by one
 
 \b
@@ -133,4 +135,56 @@ of the symmetry of phi, and a bound for odd laws need not hold.
 
 \b
 Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.
+"""
+
+VERIFY = """Check certificates in exact arithmetic.
+
+\b
+Examples:
+  lure verify certificate.json
+  lure verify lure-report/certificates/*.json
+  lure verify certificate.json --second --json
+  lure certify third-order --sector 0 5.9 -o - | lure verify -
+
+\b
+Prints ACCEPTED, the claim, the theorem and every hypothesis that was checked,
+or REJECTED and why.  Nothing in a file is believed: the checker recomputes all
+from the claim.  It is one file of Python's standard library and runs alone:
+  python checker.py certificate.json
+--second asks another checker too, which shares no code with the first.
+
+\b
+Exit status: 0 accepted, 11 rejected, 2 no certificate (if none is rejected).
+"""
+
+CERTIFY = """Write a certificate: the proof, or the refutation, of one question.
+
+\b
+Examples:
+  lure certify plant.toml
+  lure certify --num "1" --den "1 3 2 0" --sector 0 5.9 -o cert.json
+  lure certify --transfer "1/(s+1)^3" --slope 0 7.9 --odd
+  lure certify kalman-fitts --sector 0 0.4 --criterion circle
+  lure certify third-order --sector 0 5.9 --method matrix --force
+  lure certify paper-rod && lure verify certificate.json
+
+\b
+The class is that of the file, or --sector and --slope; inf as an upper bound
+means none at all, finite some bound, whichever.  Nothing is written unless the
+checker accepts it.  What is open ends with a code: lure explain CODE.
+
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.
+"""
+
+EXPLAIN = """Explain a code of an inconclusive answer: what happened, what to try.
+
+\b
+Examples:
+  lure explain
+  lure explain LURE-I001
+  lure explain I013 --json
+
+\b
+Without a code: the list of all.
 """

@@ -1,0 +1,222 @@
+"""One question, one certificate: the proof or the refutation of exactly the class asked about, or a code."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from analysis.certificates import codes
+from analysis.certificates.checker import Proved, Refuted
+from analysis.certificates.codes import Code
+from analysis.certificates.guard import Failure, guarded, time_limit
+from analysis.certificates.posing import Question, posed
+from analysis.certificates.proposals import Numbers
+from analysis.certificates.searching import searches
+from analysis.evidence import Verdict
+from lure.law_class import LawClass
+
+Method = Literal["best", "polynomial", "matrix", "cover", "structure"]
+# Which failure names the outcome, first to last: what makes the rest doubtful, what may have hidden a proof, what is
+# known of the loop, and in the end that nothing was found or nothing applied.
+_WORST = (
+    codes.DISAGREEMENT,
+    codes.OUT_OF_TIME,
+    codes.OUT_OF_MEMORY,
+    codes.UNEXPECTED,
+    codes.EVERY_FINITE,
+    codes.SEVERAL_SOLUTIONS,
+    codes.ROUGH_LAW,
+    codes.FOREIGN_LAW,
+    codes.ILL_POSED,
+    codes.HIDDEN_MODE,
+    codes.DOUBLE_ZERO,
+    codes.RESIDUE,
+    codes.UNSTABLE,
+    codes.UNDAMPED,
+    codes.SAMPLED,
+    codes.NO_LOWER_END,
+    codes.DEAD_TIME,
+    codes.RANGE,
+    codes.PRECISION,
+    codes.UNPROVED_ORBIT,
+    codes.REJECTED,
+    codes.SOLVER_FAILED,
+    codes.NO_NUMBERS,
+    codes.CRITICAL,
+    codes.COMPUTED,
+    codes.NO_MULTIPLIER,
+    codes.NOT_APPLICABLE,
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Ways:
+    """How to look for a proof.
+
+    Attributes
+    ----------
+    criterion : str
+        A criterion by name, or ``best``: all that apply, cheapest first.  ``hurwitz`` is about linear gains alone.
+    method : {"best", "polynomial", "matrix", "cover", "structure"}
+        The kind of proof.
+    finite : bool
+        Whether an infinite upper end means every law with some finite bound, whichever.
+    seconds : float or None
+        Time allowed; None for no limit.
+    numbers : {"rationals", "decimals as written", "doubles, exactly"}
+        Where the numbers came from, for the file.
+    """
+
+    criterion: str = "best"
+    method: Method = "best"
+    finite: bool = False
+    seconds: float | None = None
+    numbers: Numbers = "rationals"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Certification:
+    """What came of a question.
+
+    Attributes
+    ----------
+    verdict : Verdict
+        PROVED or REFUTED only with a certificate that the checker accepted.
+    shown : Proved, Refuted or None
+        What the checker made of it; ``shown.certificate`` is the certificate.
+    code : Code or None
+        Why it is INCONCLUSIVE; None otherwise.
+    detail : str
+        One sentence: the claim, or what stood in the way.
+    failures : tuple of Failure
+        Every search that showed nothing, in the order they were made.
+    """
+
+    verdict: Verdict
+    shown: Proved | Refuted | None = None
+    code: Code | None = None
+    detail: str
+    failures: tuple[Failure, ...] = field(default=())
+
+    @property
+    def certificate(self) -> Mapping[str, Any] | None:
+        """The certificate, ready to be written as JSON; None if there is none."""
+        return None if self.shown is None else self.shown.certificate
+
+    def __bool__(self) -> bool:
+        raise TypeError("a certification has three outcomes; compare certification.verdict")
+
+    def __str__(self) -> str:
+        return f"{self.verdict}: {self.detail}" if self.code is None else f"{self.verdict} ({self.code}): {self.detail}"
+
+
+def certify(
+    loop: object,
+    law_class: LawClass | None = None,
+    *,
+    ways: Ways | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Certification:
+    r"""A certificate for one loop and one class of laws, ``sigma = H mu``, ``mu = -phi(sigma)``.
+
+    A search proposes, the checker decides.  Whatever happens inside a search, an exception of a solver, NaN, too few
+    digits, the end of the time allowed, ends INCONCLUSIVE with a code and never as a proof.
+
+    Parameters
+    ----------
+    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.inputs.as_block` takes
+        The loop.
+    law_class : LawClass, optional
+        The class of laws; by default that of the loop, or the smallest that its law is known to belong to.
+    ways : Ways, optional
+        Which criterion, which kind of proof, how long.
+    progress : callable, optional
+        Told the name of each search as it begins.
+
+    Returns
+    -------
+    Certification
+        PROVED or REFUTED with a certificate about exactly this class, or a larger one that contains it; else
+        INCONCLUSIVE with a code.
+
+    Raises
+    ------
+    InputError
+        The loop or the class is no good, no class is given, or there is no such criterion or method.
+
+    Notes
+    -----
+    Linear gains are tried first, then the criteria, cheapest first, then the searches for counterexamples.
+
+    Examples
+    --------
+    >>> from lure import LawClass, Sector
+    >>> print(certify(([1], [1, 3, 2, 0]), LawClass(sector=Sector(0, 5))).verdict)
+    PROVED
+    """
+    chosen = ways or Ways()
+    question = posed(loop, law_class, criterion=chosen.criterion, finite=chosen.finite)
+    say = progress or (lambda _name: None)
+
+    def limited() -> Certification:
+        """The searches, within the time allowed."""
+        with time_limit(chosen.seconds) as over:
+            return _searched(question, chosen, over, say)
+
+    found = guarded("the search", limited)
+    return found if isinstance(found, Certification) else _inconclusive([found])
+
+
+def text_of(certificate: Mapping[str, Any]) -> str:
+    """A certificate as the text of a file, ASCII, one key of the top level a line or more.
+
+    Parameters
+    ----------
+    certificate : Mapping
+        A certificate.
+    """
+    entries = (f"{json.dumps(key)}: {_value(value)}" for key, value in certificate.items())
+    return "{\n" + ",\n".join(entries) + "\n}\n"
+
+
+def _value(value: object) -> str:
+    if isinstance(value, Mapping) and len(value) > 1:
+        return "{\n" + ",\n".join(f"  {json.dumps(k)}: {json.dumps(v)}" for k, v in value.items()) + "\n}"
+    return json.dumps(value)
+
+
+def _searched(question: Question, ways: Ways, over: Callable[[], bool], say: Callable[[str], None]) -> Certification:
+    failures: list[Failure] = list(question.refusals)
+    pending: Iterator[tuple[str, Callable[[], Proved | Refuted | Failure | None]]] = searches(
+        question, method=ways.method, numbers=ways.numbers
+    )
+    for name, search in pending:
+        if over():
+            failures.append(Failure(search=name, code=codes.OUT_OF_TIME, detail="the time allowed is over"))
+            break
+        say(name)
+        found = guarded(name, search)
+        if isinstance(found, Proved | Refuted):
+            verdict = Verdict.PROVED if isinstance(found, Proved) else Verdict.REFUTED
+            return Certification(verdict=verdict, shown=found, detail=found.claim, failures=tuple(failures))
+        if isinstance(found, Failure):
+            failures.append(found)
+            if found.code is codes.OUT_OF_TIME:
+                break
+    return _inconclusive(failures)
+
+
+def _inconclusive(failures: list[Failure]) -> Certification:
+    if not failures:
+        failures = [Failure(search="all", code=codes.NOT_APPLICABLE, detail="no criterion serves such a class")]
+    some = any(failure.code is codes.NO_MULTIPLIER for failure in failures)
+    told = [f for f in failures if not (some and f.code is codes.NOT_APPLICABLE)]
+    worst = min(told, key=lambda failure: _WORST.index(failure.code))
+    return Certification(
+        verdict=Verdict.INCONCLUSIVE,
+        code=worst.code,
+        detail=f"{worst.search}: {worst.detail}",
+        failures=tuple(failures),
+    )

@@ -1,0 +1,147 @@
+"""A question in the form a certificate has: a block, a class of laws, perhaps one law, in exact numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from analysis.answers.catalogue import entries
+from analysis.certificates import codes
+from analysis.certificates.concrete import law_of
+from analysis.certificates.guard import Failure, guarded
+from analysis.certificates.systems import laws_of
+from lure.delay import DelayBlock
+from lure.errors import AssumptionError, InputError
+from lure.frequency_data import FrequencyData
+from lure.inputs import as_block
+from lure.law_class import LawClass
+from lure.loop import Loop
+from lure.nonlinearity import Nonlinearity
+from lure.rational import RationalBlock
+from lure.sector import Sector
+from lure.state_space import StateSpaceBlock
+from lure.systems import RodSystem
+from lure.systems_loop import LoopSystem
+from lure.upwind import UpwindScheme, upwind
+from lure.waves import RodBlock
+
+AnyBlock = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData | UpwindScheme | RodBlock
+_EVERY = LawClass(sector=Sector(0, math.inf))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Question:
+    """A loop and a class of laws: is the loop stable for every one of them.
+
+    Attributes
+    ----------
+    block : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+        The linear block.
+    law_class : LawClass
+        The class.
+    laws : Mapping
+        The class as it stands in a certificate.
+    law : Mapping or None
+        The law as it stands in a certificate, where its membership can be checked.
+    criterion : str
+        The criterion asked for, or ``best``.
+    finite : bool
+        Whether an infinite upper end means every law with some finite bound.
+    rough : bool
+        Whether there is a law that lacks the regularity the theorems assume, so that nothing is proved for it.
+    refusals : tuple of Failure
+        What is known to stand in the way before any search.
+    """
+
+    block: AnyBlock
+    law_class: LawClass
+    laws: Mapping[str, Any]
+    law: Mapping[str, Any] | None
+    criterion: str
+    finite: bool
+    rough: bool
+    refusals: tuple[Failure, ...] = ()
+
+
+def posed(loop: object, law_class: LawClass | None, *, criterion: str, finite: bool) -> Question:
+    """The question about a loop.
+
+    Parameters
+    ----------
+    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.inputs.as_block` takes
+        The loop.  A ``RodSystem`` means the rod itself, for a named criterion its scheme.
+    law_class : LawClass or None
+        The class; None for the class of the loop, or the smallest its law is known to belong to.  A class given here
+        leaves the law of the loop out.
+    criterion : str
+        The criterion asked for; ``hurwitz`` is about linear gains alone.
+    finite : bool
+        Whether an infinite upper end means every law with some finite bound.
+
+    Raises
+    ------
+    InputError
+        The loop is none, there is no class, or no such criterion.
+    """
+    block, law, own = _parts(loop, criterion)
+    refusals = []
+    if law_class is not None:
+        law = None
+    elif own is not None:
+        law_class = own
+    elif law is not None:
+        known = guarded("the law", lambda: _class_of(law))
+        if isinstance(known, Failure):
+            refusals, law_class = [known], LawClass(sector=law.sector)
+        else:
+            law_class = known
+    if law_class is None:
+        raise InputError("no class of laws is given; give one such as a sector [0, 5.9], or a law")
+    with suppress(AssumptionError):  # what does not apply is a result; a name that does not exist is a mistake
+        entries(block, "sector" if law_class.slope is None else "slope", criterion)
+    rough = _rough(block, law)
+    if rough:
+        detail = f"{law} is not known to be locally Lipschitz, as the theorems for continuous time assume"
+        refusals.append(Failure(search="the law", code=codes.ROUGH_LAW, detail=detail))
+    if isinstance(block, FrequencyData):
+        detail = f"H is known at {len(block.omega)} frequencies, and nothing is known between them"
+        refusals.append(Failure(search="the block", code=codes.SAMPLED, detail=detail))
+    return Question(
+        block=block,
+        law_class=law_class,
+        laws=laws_of(law_class, unbounded=not finite, linear=criterion == "hurwitz"),
+        law=law_of(law),
+        criterion=criterion,
+        finite=finite,
+        rough=rough or any(refusal.code is codes.FOREIGN_LAW for refusal in refusals),
+        refusals=tuple(refusals),
+    )
+
+
+def _parts(loop: object, criterion: str) -> tuple[AnyBlock, Nonlinearity | None, LawClass | None]:
+    """Block, law and class of whatever describes a loop."""
+    if isinstance(loop, RodSystem):
+        scheme = criterion != "best"
+        return upwind(loop.rod, loop.cells) if scheme else RodBlock(loop.rod), None, _EVERY
+    if isinstance(loop, UpwindScheme | RodBlock):
+        return loop, None, _EVERY
+    if isinstance(loop, LoopSystem):
+        return loop.block, loop.nonlinearity, loop.law_class
+    if isinstance(loop, Loop):
+        return as_block(loop.block), loop.nonlinearity, None
+    return as_block(loop), None, None
+
+
+def _class_of(law: Nonlinearity) -> LawClass:
+    from lure.laws import check_declared, law_class
+
+    check_declared(law)
+    return law_class(law)
+
+
+def _rough(block: AnyBlock, law: object) -> bool:
+    continuous = getattr(block, "dt", None) is None
+    return continuous and law is not None and not getattr(law, "locally_lipschitz", True)

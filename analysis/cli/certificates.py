@@ -1,0 +1,276 @@
+"""The commands about certificates: ``verify``, ``certify``, ``explain``."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from analysis.cli import texts
+from analysis.cli.commands import Json, Quiet
+from analysis.cli.loops import Criterion, Den, Dt, Num, Transfer, block_of, number_of
+from analysis.cli.loops import app as app
+from analysis.cli.refused import refused
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from analysis.certificates.certify import Certification
+    from analysis.certificates.codes import Code
+    from lure.law_class import LawClass
+
+Seconds = Annotated[
+    float | None, typer.Option("--seconds", metavar="S", help="Time allowed; without it no limit.", show_default=False)
+]
+Pair = tuple[str, str]
+METHODS = ("best", "polynomial", "matrix", "cover", "structure")
+
+
+@app.command(help=texts.VERIFY)
+def verify(
+    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Certificates; - is standard input.")],
+    second: Annotated[bool, typer.Option("--second", help="Ask the second checker too.")] = False,
+    seconds: Seconds = None,
+    as_json: Json = False,
+) -> int:
+    """Check certificates; 11 if one is rejected, else 2 if one is no certificate, else 0."""
+    _check_seconds(seconds)
+    from analysis.cli.verifying import NO_CERTIFICATE, verified
+
+    found = [verified(file, second=second, seconds=seconds) for file in files]
+    if as_json:
+        print(json.dumps([each.to_dict() for each in found], indent=2, ensure_ascii=False))
+    for each in found:
+        if each.result == NO_CERTIFICATE:
+            print(f"lure: {each.reason}", file=sys.stderr)
+        elif not as_json:
+            if len(found) > 1:
+                print(f"{each.file}:")
+            print("\n".join(each.lines()))
+    return max(each.status for each in found)
+
+
+@app.command(help=texts.CERTIFY)
+def certify(
+    system: Annotated[
+        str | None, typer.Argument(metavar="PLANT", help="A TOML file or a built-in system.", show_default=False)
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE", help="The file to write; - for standard output.")
+    ] = Path("certificate.json"),
+    force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
+    num: Num = None,
+    den: Den = None,
+    transfer: Transfer = None,
+    dt: Dt = None,
+    sector: Annotated[
+        Pair | None,
+        typer.Option("--sector", metavar="K1 K2", help="The class: phi(sigma)/sigma in [K1, K2].", show_default=False),
+    ] = None,
+    slope: Annotated[
+        Pair | None,
+        typer.Option("--slope", metavar="K1 K2", help="The class: slopes in [K1, K2].", show_default=False),
+    ] = None,
+    odd: Annotated[bool, typer.Option("--odd", help="Assume that phi is odd.")] = False,
+    time_varying: Annotated[bool, typer.Option("--time-varying", help="Let phi depend on time.")] = False,
+    criterion: Criterion = "best",
+    method: Annotated[
+        str, typer.Option("--method", metavar="KIND", help="The kind of proof: polynomial, matrix, cover, structure.")
+    ] = "best",
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable."),
+    ] = None,
+    seconds: Seconds = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Find a proof or a refutation of one class, have it checked, and write it."""
+    _check_options(method, seconds)
+    asked, finite = _asked(sector, slope, odd=odd, time_varying=time_varying)
+    loop = _loop(system, (num, den, transfer, dt), set_ or [])
+    if asked is None and not _has_class(loop):
+        raise refused("no class of laws is given; give one, such as --sector 0 5.9 or --slope 0 1")
+    if str(output) != "-":
+        _check_target(output, force=force)
+    from analysis.certificates.certify import Ways, text_of
+    from analysis.certificates.certify import certify as run
+    from analysis.cli.progress import progress
+
+    ways = Ways(criterion=criterion, method=method, finite=finite, seconds=seconds, numbers=_numbers(loop))  # type: ignore[arg-type]
+    with progress(quiet=quiet) as tell:
+        found = run(loop, asked, ways=ways, progress=tell)
+    if found.certificate is not None:
+        text = text_of(found.certificate)
+        if str(output) == "-":
+            print(text, end="")
+        else:
+            from analysis.output import write_new
+
+            write_new(output, text, force=force)
+    _told(found, output, as_json=as_json, quiet=quiet)
+    return {"PROVED": 0, "INCONCLUSIVE": 10, "REFUTED": 11}[str(found.verdict)]
+
+
+def _check_options(method: str, seconds: float | None) -> None:
+    if method not in METHODS:
+        near = difflib.get_close_matches(method, METHODS, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise refused(f"--method is {method!r:.40}; {hint}choose from {', '.join(METHODS)}")
+    _check_seconds(seconds)
+
+
+def _check_seconds(seconds: float | None) -> None:
+    if seconds is not None and not 0 < seconds < 1e9:
+        raise refused(f"--seconds is {seconds:g}; give a positive number of seconds, or leave it out")
+
+
+def _asked(sector: Pair | None, slope: Pair | None, *, odd: bool, time_varying: bool) -> tuple[LawClass | None, bool]:
+    """The class of the options, None without any; and whether an upper bound is just finite."""
+    from lure.law_class import LawClass
+    from lure.sector import Sector, SlopeBounds
+
+    if sector is None and slope is None:
+        if odd or time_varying:
+            option = "--odd" if odd else "--time-varying"
+            raise refused(f"{option} belongs to a class; give --sector or --slope too")
+        return None, False
+    inner = _interval(sector or slope or ("0", "inf"), "--sector" if sector else "--slope")
+    outer = None if slope is None else _interval(slope, "--slope")
+    finite = "finite" in {*(sector or ()), *(slope or ())}
+    bounds = None if outer is None else SlopeBounds(*outer)
+    return LawClass(sector=Sector(*inner), slope=bounds, odd=odd, time_varying=time_varying), finite
+
+
+def _interval(pair: Pair, name: str) -> tuple[Fraction | float, Fraction | float]:
+    low, high = pair
+    first = -math.inf if low in ("-inf", "-infinity") else number_of(low, name)
+    second = math.inf if high in ("inf", "+inf", "finite") else number_of(high, name)
+    if not first < second:
+        raise refused(f"{name} is {low:.40} {high:.40}; the first number must be smaller than the second")
+    return first, second
+
+
+def _loop(system: str | None, parts: tuple[str | None, ...], settings: list[str]) -> object:
+    num, den, transfer, dt = parts
+    if system is None:
+        if settings:
+            raise refused("--set changes a system; give a TOML file or a built-in system with it")
+        return block_of(num, den, transfer, dt, None, alternative="a TOML file or a built-in system")
+    if any(part is not None for part in parts):
+        raise refused(f"give the block once: by the system {system} or by --num and --den, --transfer and --dt")
+    from lure.system_file import find_system
+
+    return find_system(system, settings)
+
+
+def _has_class(loop: object) -> bool:
+    from lure.systems import RodSystem
+    from lure.systems_loop import LoopSystem
+
+    if isinstance(loop, LoopSystem):
+        return loop.law_class is not None or loop.nonlinearity is not None
+    return isinstance(loop, RodSystem)
+
+
+def _check_target(path: Path, *, force: bool) -> None:
+    """Refuse a file that exists before the search and not after it."""
+    label = repr(str(path))
+    if path.is_dir():
+        raise refused(f"{label} is a directory; give the name of a file, such as {str(path / 'certificate.json')!r}")
+    if os.path.lexists(path) and not force:
+        raise refused(f"{label} exists; give another name with -o, or --force to replace it")
+    if not path.parent.is_dir():
+        raise refused(f"{str(path.parent)!r} is no directory; give a file in one that exists")
+
+
+def _numbers(loop: object) -> str:
+    from lure.state_space import StateSpaceBlock
+
+    block = getattr(loop, "block", loop)
+    return "doubles, exactly" if isinstance(block, StateSpaceBlock) else "decimals as written"
+
+
+def _told(found: Certification, output: Path, *, as_json: bool, quiet: bool) -> None:
+    """What was found: on stdout, or on stderr where that is for the certificate."""
+    from analysis.cli.wrapping import wrapped
+
+    to_stdout = str(output) == "-"
+    if as_json and not to_stdout:
+        print(json.dumps(_outcome(found, output), indent=2, ensure_ascii=False))
+        return
+    said = wrapped(f"{found.verdict}: {found.detail}", indent=2)
+    if found.shown is not None:
+        said += wrapped(f"  theorem: {found.shown.theorem}", indent=4)
+        for name, fact in found.shown.facts.items():
+            said += wrapped(f"  {name}: {fact}", indent=4)
+        if not to_stdout and not quiet:
+            said += ["", f"The certificate is {output}; check it: {shlex.join(['lure', 'verify', str(output)])}"]
+    elif found.code is not None:
+        said += [f"  {found.code}", "", f"What it means, and what to try: lure explain {found.code.identifier}"]
+    if not (to_stdout and quiet):
+        print("\n".join(said), file=sys.stderr if to_stdout else sys.stdout)
+
+
+def _outcome(found: Certification, output: Path) -> dict[str, Any]:
+    shown = found.shown
+    return {
+        "verdict": str(found.verdict),
+        "claim": None if shown is None else shown.claim,
+        "theorem": None if shown is None else shown.theorem,
+        "facts": None if shown is None else dict(shown.facts),
+        "file": None if shown is None else str(output),
+        "code": None if found.code is None else found.code.identifier,
+        "detail": found.detail,
+        "searches": [
+            {"search": each.search, "code": each.code.identifier, "detail": each.detail} for each in found.failures
+        ],
+    }
+
+
+@app.command(help=texts.EXPLAIN)
+def explain(
+    code: Annotated[
+        str | None, typer.Argument(metavar="CODE", help="The code, such as LURE-I001.", show_default=False)
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Explain a code, or list them all."""
+    from analysis.certificates.codes import CODES, find, nearest
+
+    if code is None:
+        print(json.dumps(list(map(_plain, CODES)), indent=2) if as_json else "\n".join(map(str, CODES)))
+        return
+    found = find(code)
+    if found is None:
+        raise refused(f"there is no code {code!r:.40}; did you mean {nearest(code)}? lure explain lists them")
+    print(json.dumps(_plain(found), indent=2) if as_json else "\n".join(_explained(found)))
+
+
+def _plain(code: Code) -> dict[str, Any]:
+    return {
+        "code": code.identifier,
+        "title": code.title,
+        "happened": code.happened,
+        "means": code.means,
+        "tries": list(code.tries),
+    }
+
+
+def _explained(code: Code) -> list[str]:
+    from analysis.cli.wrapping import wrapped
+
+    said = [str(code)]
+    for title, text in (("What happened", code.happened), ("What it means", code.means)):
+        said += ["", title, *wrapped(f"  {text}", indent=2)]
+    said += ["", "What to try"]
+    for text in code.tries:
+        said += wrapped(f"  - {text}", indent=4)
+    return said

@@ -1,0 +1,141 @@
+"""What ``lure verify`` does with one file: read it, have it checked, say what came of it.
+
+Nothing here imports numpy, a solver or the package ``lure``: the checker needs Python's standard library only.
+"""
+
+from __future__ import annotations
+
+import stat
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from analysis.certificates.checker import SIZE, Malformed, Proved, Refuted, Rejected, check
+from analysis.cli.wrapping import wrapped
+
+ACCEPTED, REJECTED, NO_CERTIFICATE = "ACCEPTED", "REJECTED", "NO CERTIFICATE"
+STATUS = {ACCEPTED: 0, NO_CERTIFICATE: 2, REJECTED: 11}
+_SECOND = "the second checker, on python-flint, agrees"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Verified:
+    """What came of one file.
+
+    Attributes
+    ----------
+    file : str
+        Its name as given; ``-`` is standard input.
+    result : str
+        ``ACCEPTED``, ``REJECTED`` or ``NO CERTIFICATE``.
+    reason : str
+        The claim that was accepted, or why it was not.
+    shown : Proved, Refuted or None
+        What the checker made of an accepted certificate.
+    second : bool or None
+        Whether the second checker agreed; None if it was not asked.
+    """
+
+    file: str
+    result: str
+    reason: str
+    shown: Proved | Refuted | None = None
+    second: bool | None = None
+
+    @property
+    def status(self) -> int:
+        """Exit status for this file alone."""
+        return STATUS[self.result]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same as plain data."""
+        data: dict[str, Any] = {"file": self.file, "result": self.result}
+        if self.shown is None:
+            return {**data, "reason": self.reason, "second": self.second}
+        found = self.shown
+        return {
+            **data,
+            "verdict": "PROVED" if isinstance(found, Proved) else "REFUTED",
+            "claim": found.claim,
+            "theorem": found.theorem,
+            "facts": dict(found.facts),
+            "second": self.second,
+        }
+
+    def lines(self) -> list[str]:
+        """The same in lines of 80 columns, exact numbers unbroken."""
+        said = wrapped(f"{self.result}: {self.reason}", indent=2)
+        if self.shown is not None:
+            said += wrapped(f"  theorem: {self.shown.theorem}", indent=4)
+            for name, fact in self.shown.facts.items():
+                said += wrapped(f"  {name}: {fact}", indent=4)
+        if self.second:
+            said.append(f"  {_SECOND}")
+        return said
+
+
+def verified(file: str, *, second: bool, seconds: float | None) -> Verified:
+    """Read and check one file; every outcome is a value and no exception.
+
+    Parameters
+    ----------
+    file : str
+        A path, or ``-`` for standard input.
+    second : bool
+        Whether the second checker is asked too; a disagreement is a rejection.
+    seconds : float or None
+        Time allowed to the checker.
+    """
+    data = _read(file)
+    if isinstance(data, str):
+        return Verified(file=file, result=NO_CERTIFICATE, reason=data)
+    try:
+        shown = check(data) if seconds is None else check(data, seconds)
+    except Malformed as refusal:
+        return Verified(file=file, result=NO_CERTIFICATE, reason=f"{_label(file)} is no certificate: {refusal}")
+    except Rejected as refusal:
+        return Verified(file=file, result=REJECTED, reason=str(refusal))
+    except (MemoryError, RecursionError):
+        return Verified(file=file, result=REJECTED, reason="checking it needs more memory than there is")
+    if not second:
+        return Verified(file=file, result=ACCEPTED, reason=shown.claim, shown=shown)
+    against = _against(shown)
+    if against:
+        return Verified(file=file, result=REJECTED, reason=f"the second checker disagrees: {against}", second=False)
+    return Verified(file=file, result=ACCEPTED, reason=shown.claim, shown=shown, second=True)
+
+
+def _against(shown: Proved | Refuted) -> str:
+    """What the second checker says against a certificate that the first accepted; empty if it agrees."""
+    from analysis.certificates.second import recheck
+
+    try:
+        again = recheck(shown.certificate)
+    except ValueError as refusal:
+        return str(refusal) or type(refusal).__name__
+    return again
+
+
+def _read(file: str) -> bytes | str:
+    """The content, one byte more than a certificate can have at most, or a sentence on why there is none."""
+    label = _label(file)
+    if file == "-":
+        return sys.stdin.buffer.read(SIZE + 1)
+    try:
+        kind = Path(file).stat().st_mode
+        if stat.S_ISDIR(kind):
+            return f"{label} is a directory; give a certificate file, such as cert.json"
+        if not stat.S_ISREG(kind):
+            return f"{label} is not an ordinary file; give a certificate file, or - for standard input"
+        with Path(file).open("rb") as content:
+            return content.read(SIZE + 1)
+    except FileNotFoundError:
+        return f"{label} does not exist; write a certificate with: lure certify plant.toml -o cert.json"
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        return f"{label} cannot be read ({reason}); give a readable file"
+
+
+def _label(file: str) -> str:
+    return "standard input" if file == "-" else repr(file)
