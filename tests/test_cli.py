@@ -23,7 +23,10 @@ from lure.system_file import read_system, system_to_toml, template
 from lure.systems import builtin_system, builtin_systems
 
 ROOT = Path(__file__).parents[1]
-COMMANDS = ("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope")
+COMMANDS = (
+    *("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope"),
+    *("certify", "verify", "explain"),
+)
 
 # In place of the analysis: a report that holds its system, and a paper with one claim.
 STUB = """
@@ -456,6 +459,8 @@ def test_the_root_help_reads_as_written(lure):
         "    lure report plant.toml                        all there is to say, as a page\n"
         "    lure report kalman-fitts                      the same for a built-in loop\n"
         "    lure report                                   the rod of the paper\n"
+        "    lure certify plant.toml                       the proof alone, as a file\n"
+        "    lure verify certificate.json                  check it without trusting lure\n"
         "    lure reproduce paper                          the paper's claims, one by one\n\n"
         "  Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,\n"
         "  1 a bug in lure, 130 interrupted.\n\n"
@@ -466,7 +471,7 @@ def test_help_loads_nothing_heavy():
     script = "import sys; from analysis.cli import main; main(['--help']); print('LOADED', *sys.modules)"
     run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
     loaded = {name.split(".")[0] for name in run.stdout.partition("LOADED ")[2].split()}
-    assert not loaded & {"scipy", "sympy", "control", "matplotlib", "flint", "pydantic", "jinja2"}
+    assert not loaded & {"numpy", "scipy", "sympy", "control", "matplotlib", "flint", "pydantic", "jinja2"}
 
 
 def test_help_costs_less_than_half_a_second_more_than_python_itself():

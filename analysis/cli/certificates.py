@@ -35,7 +35,7 @@ METHODS = ("best", "polynomial", "matrix", "cover", "structure")
 
 @app.command(help=texts.VERIFY)
 def verify(
-    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Certificates; - is standard input.")],
+    files: Annotated[list[str], typer.Argument(metavar="FILE", help="Certificates; - is standard input.")],
     second: Annotated[bool, typer.Option("--second", help="Ask the second checker too.")] = False,
     seconds: Seconds = None,
     as_json: Json = False,

@@ -148,16 +148,16 @@ Examples:
 
 \b
 Prints ACCEPTED, the claim, the theorem and every hypothesis that was checked,
-or REJECTED and why.  Nothing in a file is believed: the checker recomputes all
-from the claim.  It is one file of Python's standard library and runs alone:
-  python checker.py certificate.json
+or REJECTED and why.  Nothing in a file is believed: the checker recomputes
+all from the claim.  It is one file, needs Python's standard library only, and
+runs alone: python checker.py certificate.json
 --second asks another checker too, which shares no code with the first.
 
 \b
 Exit status: 0 accepted, 11 rejected, 2 no certificate (if none is rejected).
 """
 
-CERTIFY = """Write a certificate: the proof, or the refutation, of one question.
+CERTIFY = """Write the certificate of one class of laws.
 
 \b
 Examples:
@@ -170,14 +170,14 @@ Examples:
 
 \b
 The class is that of the file, or --sector and --slope; inf as an upper bound
-means none at all, finite some bound, whichever.  Nothing is written unless the
-checker accepts it.  What is open ends with a code: lure explain CODE.
+means none at all, finite means some bound, whichever.  Nothing is written
+unless the checker accepts it.  What stays open has a code: lure explain CODE.
 
 \b
 Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.
 """
 
-EXPLAIN = """Explain a code of an inconclusive answer: what happened, what to try.
+EXPLAIN = """Explain the code of an open answer.
 
 \b
 Examples:
@@ -186,5 +186,6 @@ Examples:
   lure explain I013 --json
 
 \b
-Without a code: the list of all.
+What happened, what it means and does not mean, and what to try.  Without a
+code: the list of all.
 """
