@@ -1,0 +1,140 @@
+"""Classes of laws: what a claim speaks about, what it contains, and whether a theorem covers all of it."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from typing import Literal, cast
+
+from analysis.certificates.second.reading import NotShown, flag, listed, number, record, require
+from lure.laws.graph import Graph
+
+Upper = Fraction | Literal["finite", "inf"]
+Lower = Fraction | Literal["-inf"]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Laws:
+    """Laws with ``phi(0) = 0`` and the bounds of ``phi(sigma)/sigma`` and of the difference quotients.
+
+    ``finite`` as an upper bound: the union of the classes with a finite bound; ``inf``: no bound at all.
+    """
+
+    lower: Lower
+    upper: Upper
+    slope: tuple[Lower, Upper] | None
+    odd: bool
+    time_varying: bool
+    linear: bool
+
+    def mirrored(self) -> Laws:
+        """The class of ``-phi``, which the loop of ``-H`` has; ``[-k, -l]`` in place of ``[l, k]``."""
+        slope = None if self.slope is None else _mirrored(*self.slope)
+        lower, upper = _mirrored(self.lower, self.upper)
+        return Laws(
+            lower=lower, upper=upper, slope=slope, odd=self.odd, time_varying=self.time_varying, linear=self.linear
+        )
+
+    def slopes_within(self, lower: Lower, upper: Upper) -> bool:
+        """Whether every law of the class has its slope within these bounds."""
+        return self.slope is not None and at_least(self.slope[0], lower) and at_most(self.slope[1], upper)
+
+    def has_gain(self, gain: Fraction) -> bool:
+        """Whether ``phi = gain sigma``, an odd law that does not depend on time, is in the class."""
+        inside = at_least(gain, self.lower) and at_most(gain, self.upper)
+        return inside and (self.slope is None or (at_least(gain, self.slope[0]) and at_most(gain, self.slope[1])))
+
+    def has(self, law: Graph) -> bool:
+        """Whether a piecewise-linear law is in the class."""
+        chords = [chord for chord, _ in law.chords]
+        inside = at_least(min(chords), self.lower) and at_most(max(chords), self.upper)
+        if self.slope is not None:
+            inside = inside and at_least(min(law.slopes), self.slope[0]) and at_most(max(law.slopes), self.slope[1])
+        return inside and (law.odd or not self.odd) and (law.is_line or not self.linear)
+
+
+def at_most(bound: Upper, limit: Upper) -> bool:
+    """``bound <= limit`` for upper bounds: every number < ``finite`` < ``inf``."""
+    if limit == "inf":
+        return True
+    if limit == "finite":
+        return bound != "inf"
+    return isinstance(bound, Fraction) and bound <= limit
+
+
+def at_least(bound: Lower, limit: Lower) -> bool:
+    """``bound >= limit`` for lower bounds."""
+    return limit == "-inf" or (isinstance(bound, Fraction) and bound >= limit)
+
+
+def read_laws(value: Mapping[str, object]) -> Laws:
+    """The class of a certificate."""
+    found = record(value, "sector", "slope", "odd", "time_varying", "linear")
+    lower, upper = _bounds(found["sector"])
+    return Laws(
+        lower=lower,
+        upper=upper,
+        slope=None if found["slope"] is None else _bounds(found["slope"]),
+        odd=flag(found["odd"]),
+        time_varying=flag(found["time_varying"]),
+        linear=flag(found["linear"]),
+    )
+
+
+def require_member(value: Mapping[str, object], laws: Laws) -> None:
+    """Check that one law, as written in a certificate, is in the class."""
+    if value.get("kind") == "tanh":
+        found = record(value, "kind", "height", "rate")
+        height, rate = number(found["height"]), number(found["rate"])
+        require(height > 0 and rate > 0, "tanh needs a positive height and rate")
+        # phi/sigma and the slope take every value in (0, height rate), and the slope its maximum at 0
+        steepest, flattest = height * rate, Fraction(0)
+        inside = at_least(flattest, laws.lower) and at_most(steepest, laws.upper) and not laws.linear
+        if laws.slope is not None:
+            inside = inside and at_least(flattest, laws.slope[0]) and at_most(steepest, laws.slope[1])
+        require(inside, "the law is not in the class")
+        return
+    found = record(value, "kind", "points", "left", "right")
+    require(found["kind"] == "piecewise-linear", "the kind of law is unknown")
+    require(laws.has(graph(found["points"], found["left"], found["right"])), "the law is not in the class")
+
+
+def graph(points: object, left: object, right: object) -> Graph:
+    """The piecewise-linear law through these points; it must pass through the origin."""
+    pairs = [tuple(number(value) for value in listed(point)) for point in listed(points)]
+    require(all(len(pair) == 2 for pair in pairs), "a point of the law is not a pair")
+    through = [(pair[0], pair[1]) for pair in pairs]
+    require(all(p[0] < q[0] for p, q in pairwise(through)), "the points of the law do not ascend")
+    slopes = number(left), number(right)
+    if through:
+        x = [sigma for sigma, _ in through]
+        i = bisect_left(x, Fraction(0))
+        if i < len(x) and x[i] == 0:
+            at_zero = through[i][1]
+        elif 0 < i < len(x):
+            (x0, y0), (x1, y1) = through[i - 1], through[i]
+            at_zero = y0 - x0 * (y1 - y0) / (x1 - x0)
+        else:
+            sigma, value = through[0] if i == 0 else through[-1]
+            at_zero = value - slopes[0 if i == 0 else 1] * sigma
+        require(at_zero == 0, "the law does not vanish at 0")
+    return Graph.through(through, *slopes)
+
+
+def _bounds(value: object) -> tuple[Lower, Upper]:
+    ends = listed(value)
+    require(len(ends) == 2, "bounds are not a pair")
+    lower: Lower = "-inf" if ends[0] == "-inf" else number(ends[0])
+    upper: Upper = cast("Upper", ends[1]) if ends[1] in ("finite", "inf") else number(ends[1])
+    if isinstance(lower, Fraction) and isinstance(upper, Fraction):
+        require(lower <= upper, "the lower bound is above the upper one")
+    return lower, upper
+
+
+def _mirrored(lower: Lower, upper: Upper) -> tuple[Lower, Upper]:
+    if upper == "finite":
+        raise NotShown("a class without a common upper bound has no mirror image here")
+    return ("-inf" if upper == "inf" else -upper), ("inf" if lower == "-inf" else -lower)

@@ -1,0 +1,143 @@
+"""Whether a sum of polynomials times cosines and sines is positive, on boxes of frequency and beyond the last one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from flint import arb, arb_series, fmpq_poly
+
+from analysis.certificates.second.axis import Curve
+from analysis.certificates.second.positivity import Need
+from analysis.certificates.second.reading import NotShown, count, listed, number, record, require
+from analysis.polynomial import X, positive_from_zero, to_fmpq
+from analysis.precision import SERIES_TERMS, ball, working_precision
+
+BITS = 256
+MOST_BOXES = 60_000
+DOUBLINGS = 60
+
+
+def require_cover(curve: Curve, proof: object, need: Need) -> None:
+    """Check ``F > 0`` on ``[0, inf)``, and for ``need = "positive"`` that it stays away from 0 over ``|d|^2``.
+
+    The boxes of the file must follow one another from 0; each is halved here until a Taylor bound in ball arithmetic
+    decides it.  Beyond them the part without delay must exceed the absolute values of the others, coefficient by
+    coefficient, from some frequency on up to which boxes are added.
+
+    Raises
+    ------
+    NotShown
+        The boxes leave a gap, or positivity is not shown.
+    """
+    found = record(proof, "method", "boxes", "order")
+    count(found["order"])
+    at = Fraction(0)
+    boxes: list[tuple[Fraction, Fraction]] = []
+    for box in listed(found["boxes"]):
+        ends = [number(end) for end in listed(box)]
+        require(len(ends) == 2 and ends[0] == at < ends[1], "the boxes leave a gap")
+        boxes.append((ends[0], ends[1]))
+        at = ends[1]
+    require(len(boxes) > 0, "there are no boxes")
+    end = at
+    for _ in range(DOUBLINGS):
+        if _tail(curve, end, need):
+            break
+        end *= 2
+    else:
+        raise NotShown("the part without delay does not outweigh the others at high frequencies")
+    if end > at:
+        boxes.append((at, end))
+    with working_precision(BITS):
+        require(_positive(curve, boxes), "the inequality is not shown on the boxes")
+
+
+def _tail(curve: Curve, start: Fraction, need: Need) -> bool:
+    """Whether ``F > 0`` for ``omega >= start`` for the sizes of the coefficients alone."""
+    square = X * X
+    extra = square if curve.divided else fmpq_poly([1])
+    total = extra * curve.terms[Fraction(0)][0](square)
+    for tau, (U, V) in curve.terms.items():
+        if tau:
+            total -= extra * _sizes(U)(square) + X * _sizes(V)(square)
+    full = 2 * curve.full + extra.degree()
+    if need != "nonnegative" and total.degree() < full:
+        return False
+    return positive_from_zero(total(fmpq_poly([to_fmpq(start), 1])))
+
+
+def _sizes(p: fmpq_poly) -> fmpq_poly:
+    return fmpq_poly([abs(c) for c in p.coeffs()])
+
+
+@dataclass(frozen=True, slots=True)
+class _Term:
+    tau: arb
+    U: list[arb]
+    V: list[arb]
+
+
+def _positive(curve: Curve, boxes: list[tuple[Fraction, Fraction]]) -> bool:
+    terms = [
+        _Term(ball(tau), [arb(c) for c in U.coeffs()], [arb(c) for c in V.coeffs()])
+        for tau, (U, V) in curve.terms.items()
+    ]
+    stack = list(boxes)
+    for _ in range(MOST_BOXES):
+        if not stack:
+            return True
+        low, high = stack.pop()
+        if _bound(terms, low, high, divided=curve.divided) > 0:
+            continue
+        middle = (low + high) / 2
+        stack += [(low, middle), (middle, high)]
+    return False
+
+
+def _bound(terms: list[_Term], low: Fraction, high: Fraction, *, divided: bool) -> arb:
+    """A ball around the values on ``[low, high]``: Taylor's formula at the middle."""
+    box = ball(low).union(ball(high))
+    if divided and low == 0:
+        return _value(terms, box)
+    middle, radius = ball((low + high) / 2), ball((high - low) / 2).upper()
+    here = _series(terms, arb_series([middle, 1]), divided=divided)
+    last = _series(terms, arb_series([box, 1]), divided=divided)[SERIES_TERMS - 1]
+    total, power = here[0], arb(1)
+    for i in range(1, SERIES_TERMS):
+        power *= radius
+        coefficient = last if i == SERIES_TERMS - 1 else here[i]
+        total += coefficient * power * (arb(0.5, 0.5) if i % 2 == 0 else arb(0, 1))
+    return total
+
+
+def _value(terms: list[_Term], omega: arb) -> arb:
+    """The critical case near 0: ``V sin(tau omega)/omega = V tau sinc``."""
+    x, total = omega * omega, arb(0)
+    for term in terms:
+        angle = omega * term.tau
+        total += _ball_at(term.U, x) * angle.cos() + _ball_at(term.V, x) * term.tau * angle.sinc()
+    return total
+
+
+def _series(terms: list[_Term], omega: arb_series, *, divided: bool) -> arb_series:
+    x, total = omega * omega, 0 * omega
+    for term in terms:
+        angle = omega * term.tau
+        sine = angle.sin()
+        total += _at(term.U, x) * angle.cos() + _at(term.V, x) * (sine / omega if divided else omega * sine)
+    return total
+
+
+def _ball_at(coefficients: list[arb], x: arb) -> arb:
+    total = arb(0)
+    for c in reversed(coefficients):
+        total = total * x + c
+    return total
+
+
+def _at(coefficients: list[arb], x: arb_series) -> arb_series:
+    total = 0 * x
+    for c in reversed(coefficients):
+        total = total * x + c
+    return total

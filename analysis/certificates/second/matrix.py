@@ -1,0 +1,180 @@
+r"""Lyapunov matrices: a quadratic form that falls along every motion, tested in ball arithmetic.
+
+With ``x' = A x + b mu``, ``sigma = c x + D mu`` after the shift and ``rho`` the residue at 0 (0 in the principal case)
+``V = x'P x + xi^2/rho + 2 theta int phi`` satisfies ``V' <= -[x; mu]' M [x; mu] - 2 phi (sigma - phi/w)``,
+
+.. math::
+
+    M = \begin{pmatrix} -(A'P + PA) & -Pb + c' + \theta A'c' \\ \cdot & 2/w + 2\theta (cb + \rho) + 2D \end{pmatrix},
+
+and in discrete time, ``theta = 0``, ``V = x'P x + xi^2/rho``, with ``P - A'PA``, ``-A'Pb + c'`` and
+``2/w + 2D - rho - b'Pb``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from flint import arb, arb_mat
+
+from analysis.certificates.second.claims import Claim
+from analysis.certificates.second.reading import NotShown, count, listed, numbers, record, require, whole
+from analysis.certificates.second.systems import Case, Rational
+from analysis.precision import ball, working_precision
+from analysis.refutation.realisation import Row, balls
+
+BITS = (256, 1024, 4096)
+DIRECT = 6
+LARGEST_EXPONENT = 1_000_000
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class State:
+    """State equations without the pole at 0: ``x' = A x + b mu``, ``xi' = rho mu``, ``sigma = c x + xi + D mu``."""
+
+    A: tuple[Row, ...]
+    b: Row
+    c: Row
+    direct: Fraction
+    rho: Fraction
+
+
+def require_matrix(system: Rational, claim: Claim, theta: Fraction, proof: object) -> Case:
+    """Check ``P > 0`` and ``M > 0``; the case is critical if a zero eigenvalue was split off.
+
+    Parameters
+    ----------
+    system : Rational
+        The block before the shift.
+    claim : Claim
+        Its ``lower`` and ``ease = 1/w``.
+    theta : Fraction
+        Popov multiplier, 0 for the circle criterion.
+    proof : object
+        ``P`` in integers, the lower triangle row by row, the exponent, and the zero eigenvalue.
+
+    Raises
+    ------
+    NotShown
+        A matrix is not shown to be positive definite, or the zero eigenvalue is not simple with a positive residue.
+    """
+    found = record(proof, "method", "P", "exponent", "zero")
+    require(not (system.discrete and theta != 0), "Popov's criterion is for continuous time")
+    states = _shifted(system, claim.lower)
+    case: Case = "stable"
+    if found["zero"] is not None:
+        states = [_deflated(state, found["zero"], discrete=system.discrete) for state in states]
+        require(all(state.rho > 0 for state in states), "the residue at the pole 0 is not positive")
+        case = "critical"
+    n = len(states[0].b)
+    rows = [[whole(entry) for entry in listed(row)] for row in listed(found["P"])]
+    require(
+        [len(row) for row in rows] == list(range(1, n + 1)), "P is not the lower triangle of a matrix of this order"
+    )
+    exponent = count(found["exponent"], least=-LARGEST_EXPONENT)
+    require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
+    for bits in BITS:
+        with working_precision(bits):
+            unit = arb(2) ** -exponent
+            P = arb_mat([[arb(rows[max(i, j)][min(i, j)]) * unit for j in range(n)] for i in range(n)])
+            definite = positive_definite(P)
+            if definite and any(
+                positive_definite(_form(state, P, claim.ease, theta, discrete=system.discrete)) for state in states
+            ):
+                return case
+    raise NotShown("P or the matrix of the inequality is not shown to be positive definite")
+
+
+def positive_definite(M: arb_mat) -> bool:
+    """Whether a symmetric matrix is shown to be positive definite: first block and Schur complement, each halved."""
+    n = M.nrows()
+    if n <= DIRECT:
+        return _eliminated([[M[i, j] for j in range(n)] for i in range(n)])
+    half = n // 2
+    first, side = _part(M, 0, half, 0, half), _part(M, 0, half, half, n)
+    if not positive_definite(first):
+        return False
+    try:
+        solved = first.solve(side)
+    except ZeroDivisionError:
+        return False
+    return positive_definite(_part(M, half, n, half, n) - side.transpose() * solved)
+
+
+def _eliminated(rows: list[list[arb]]) -> bool:
+    n = len(rows)
+    for i in range(n):
+        if not rows[i][i] > 0:
+            return False
+        for j in range(i + 1, n):
+            factor = rows[j][i] / rows[i][i]
+            rows[j] = [v - factor * u for v, u in zip(rows[j], rows[i], strict=True)]
+    return True
+
+
+def _part(M: arb_mat, top: int, bottom: int, left: int, right: int) -> arb_mat:
+    return arb_mat([[M[i, j] for j in range(left, right)] for i in range(top, bottom)])
+
+
+def _form(state: State, P: arb_mat, ease: Fraction, theta: Fraction, *, discrete: bool) -> arb_mat:
+    """``M`` at the working precision."""
+    n = len(state.b)
+    direct = 2 * ball(ease) + 2 * ball(state.direct)
+    if n == 0:
+        return arb_mat([[direct + 2 * ball(theta * state.rho) - (ball(state.rho) if discrete else 0)]])
+    A, b, c = balls(state.A), balls([[v] for v in state.b]), balls([[v] for v in state.c])
+    transposed = A.transpose()
+    if discrete:
+        main, side = P - transposed * P * A, c - transposed * P * b
+        corner = direct - ball(state.rho) - (b.transpose() * P * b)[0, 0]
+    else:
+        main, side = -(transposed * P + P * A), c - P * b + transposed * c * ball(theta)
+        corner = direct + 2 * ball(theta) * ((c.transpose() * b)[0, 0] + ball(state.rho))
+    rows = [[*(main[i, j] for j in range(n)), side[i, 0]] for i in range(n)]
+    return arb_mat([*rows, [*(side[i, 0] for i in range(n)), corner]])
+
+
+def _shifted(system: Rational, lower: Fraction) -> list[State]:
+    """The loop after the shift; with a direct term the factor ``1/(1 + l D)`` may belong to ``b`` or to ``c``."""
+    r = system.realisation
+    beta = 1 / (1 + lower * r.d)
+    A = r.closed(lower) if lower else r.A
+    return [
+        State(
+            A=A,
+            b=tuple(left * v for v in r.b),
+            c=tuple(beta * beta / left * v for v in r.c),
+            direct=r.d * beta,
+            rho=Fraction(0),
+        )
+        for left in dict.fromkeys((Fraction(1), beta, beta * beta))
+    ]
+
+
+def _deflated(state: State, zero: object, *, discrete: bool) -> State:
+    """The block without its eigenvalue 0 (1 in discrete time), in the coordinates ``x_j - (x0_j/x0_p) x_p``."""
+    found = record(zero, "right", "left", "pivot")
+    x0, left, n = numbers(found["right"]), numbers(found["left"]), len(state.b)
+    p = count(found["pivot"])
+    require(len(x0) == n and len(left) == n and p < n and x0[p] != 0, "the eigenvectors of 0 do not fit")
+    eigenvalue = Fraction(int(discrete))
+    for j in range(n):
+        require(_dot(state.A[j], x0) == eigenvalue * x0[j], "the right eigenvector is none")
+        require(_dot([row[j] for row in state.A], left) == eigenvalue * left[j], "the left eigenvector is none")
+    overlap = _dot(left, x0)
+    require(overlap != 0, "the eigenvalue 0 is not simple")
+    gain = _dot(state.c, x0) / overlap
+    kept = [j for j in range(n) if j != p]
+    share = {j: x0[j] / x0[p] for j in kept}
+    return State(
+        A=tuple(tuple(state.A[j][k] - share[j] * state.A[p][k] for k in kept) for j in kept),
+        b=tuple(state.b[j] - share[j] * state.b[p] for j in kept),
+        c=tuple(state.c[k] - gain * left[k] for k in kept),
+        direct=state.direct,
+        rho=gain * _dot(left, state.b),
+    )
+
+
+def _dot(left: list[Fraction] | Row, right: list[Fraction] | Row) -> Fraction:
+    return sum((u * v for u, v in zip(left, right, strict=True) if u and v), Fraction(0))

@@ -1,0 +1,113 @@
+r"""The rod: inequalities proved once for all parameters, evaluated in exact arithmetic.
+
+With ``a = (k - Z)/(k + Z)`` and the travel time ``T``, ``1/k_s + Re[(1 + i w theta) H] > 0`` follows for every number
+of cells from ``theta (1 - a^2)/T >= 4 |a|``, that is ``theta >= L |k^2 - Z^2|/(k A E)``; the circle criterion reaches
+``(1 - |a|)^2/(4 |a| d T) = (E/L) min(k, Z)^2/|k^2 - Z^2|``.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from fractions import Fraction
+
+from analysis.certificates.second import claims
+from analysis.certificates.second.classes import Laws, at_least, at_most
+from analysis.certificates.second.reading import Document, number, record, require
+from analysis.certificates.second.systems import RodData
+
+LARGEST_SCHEME = 2_000_000
+
+
+def proved(document: Document, rod: RodData, laws: Laws) -> str:
+    """The sentence that is proved about the rod or its scheme.
+
+    Raises
+    ------
+    NotShown
+        A hypothesis fails.
+    """
+    require(record(document.proof, "method")["method"] == "structure", "the rod is proved by its structure")
+    require(rod.k > 0, "the dashpot must be positive")
+    require(at_least(laws.lower, Fraction(0)), "the sector must start at 0")
+    theorem = document.theorem
+    if theorem == "rod-energy":
+        record(document.multiplier)
+        require(not laws.time_varying, "the energy theorem needs laws fixed in time")
+        if rod.cells is not None:
+            _require_dissipation(rod.cells)
+        return claims.AT_REST
+    require(rod.cells is not None, "the inequality is a theorem about the scheme, not about the rod")
+    defect = abs(rod.k**2 - rod.squared_impedance)
+    if theorem == "rod-popov":
+        require(not laws.time_varying, "Popov's criterion needs laws fixed in time")
+        theta = number(record(document.multiplier, "theta")["theta"])
+        least = rod.length * defect / (rod.k * rod.area * rod.E)
+        if laws.upper == "inf":  # the inequality strict and no hidden modes, which k = Z brings
+            require(theta > least > 0, "theta is too small for laws without upper bound")
+        require(theta >= least, "theta is too small")
+        return claims.EQUILIBRIA
+    require(theorem == "rod-circle", "the theorem is unknown for the rod")
+    record(document.multiplier)
+    if defect > 0:
+        limit = rod.E / rod.length * min(rod.k**2, rod.squared_impedance) / defect
+        require(isinstance(laws.upper, Fraction) and laws.upper < limit, "the sector exceeds what the circle reaches")
+    require(laws.upper != "inf", "the circle criterion needs an upper bound")
+    return claims.BOUNDED if laws.time_varying else claims.EQUILIBRIA
+
+
+def refuted(document: Document, rod: RodData, laws: Laws) -> str:
+    """The sentence that is refuted: a dashpot that drives, ``k < 0``.
+
+    For ``-Z < k < 0`` the mode ``s ((-a)^(1/2N) - 1) > 0`` (rod: ``ln(-a)/2T``) grows with ``phi = 0``.  For ``k < -Z``
+    the residue ``A/k`` is negative and ``H`` has no positive pole, so that ``1 + g H`` has a positive root for every
+    gain ``g > 0``.
+
+    Raises
+    ------
+    NotShown
+        ``k >= 0`` or ``k = -Z``, or no such gain is in the class.
+    """
+    require(record(document.proof, "method")["method"] == "structure", "the rod is refuted by its structure")
+    require(rod.k < 0 and rod.k**2 != rod.squared_impedance, "the dashpot is not negative, or minus the impedance")
+    if rod.k**2 < rod.squared_impedance:
+        require(laws.has_gain(Fraction(0)), "phi = 0 is not in the class")
+        return claims.NO_REST
+    gain = Fraction(1)
+    uppers = [laws.upper] if laws.slope is None else [laws.upper, laws.slope[1]]
+    for upper in uppers:
+        if isinstance(upper, Fraction):
+            gain = min(gain, upper)
+    lowers = [laws.lower] if laws.slope is None else [laws.lower, laws.slope[0]]
+    for lower in lowers:
+        if isinstance(lower, Fraction):
+            gain = max(gain, lower)
+    require(gain > 0 and laws.has_gain(gain), "no positive gain is in the class")
+    require(all(at_most(gain, upper) for upper in uppers), "no positive gain is in the class")
+    return claims.NO_REST
+
+
+def _require_dissipation(cells: int) -> None:
+    r"""Check row by row that ``(1/2s) sum y_i^2 + 2 d P(z)`` falls at the rate ``D``.
+
+    .. math:: D = \tfrac12 \sum_i (prev_i - y_i)^2 + \tfrac{1 - a^2}{2} y_{2N}^2, \qquad y_i'/s = prev_i - y_i,
+
+    with ``prev_1 = -a y_2N``, ``prev_{N+1} = y_N - 2 d p``, else ``y_{i-1}``, and ``z' = y_N - d p``.  Both sides are
+    quadratic forms in ``(y, p)`` whose coefficients are polynomials in ``a`` and ``d``, of degree at most 2 and with
+    integers below 100, so that equality at ``a = 10^3``, ``d = 10^9`` is equality.  ``D`` is definite for
+    ``|a| < 1``, ``d > 0``: the jumps and ``y_2N`` determine ``y`` and ``p``.
+    """
+    require(cells <= LARGEST_SCHEME, "the scheme is too large")
+    a, d, last, p = 10**3, 10**9, 2 * cells, 0
+    twice: dict[tuple[int, int], int] = defaultdict(int)  # 2 (V' + D), as coefficients of products
+    for i in range(1, last + 1):
+        before = {last: -a} if i == 1 else {i - 1: 1, p: -2 * d} if i == cells + 1 else {i - 1: 1}
+        jump = defaultdict(int, before)
+        jump[i] -= 1
+        for j, u in jump.items():
+            twice[min(i, j), max(i, j)] += 2 * u  # 2 y_i (prev_i - y_i)
+            for m, v in jump.items():
+                twice[min(j, m), max(j, m)] += u * v
+    twice[last, last] += 1 - a * a
+    twice[p, cells] += 4 * d  # 2 . 2 d p z'
+    twice[p, p] -= 4 * d * d
+    require(not any(twice.values()), "the dissipation identity does not hold")

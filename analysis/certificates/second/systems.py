@@ -1,0 +1,221 @@
+"""The linear part of a certificate: rational, with dead time, or the rod; and the loop shifted by the lower gain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Literal
+
+from flint import fmpq, fmpq_mat, fmpq_poly
+
+from analysis.certificates.second.reading import NotShown, count, listed, number, numbers, record, require
+from analysis.plant import Plant
+from analysis.polynomial import from_descending, is_hurwitz, root_counts, to_descending, to_fmpq, to_fraction
+from analysis.refutation.realisation import Realisation, Row, companion
+from lure.rational import RationalBlock
+
+Case = Literal["stable", "critical"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rational:
+    """``H = n/d``, the characteristic polynomial ``d`` with hidden modes, and one realisation.
+
+    Attributes
+    ----------
+    discrete : bool
+        Whether the variable is ``z``.
+    realisation : Realisation
+        State equations; for transfer functions the controllable companion form of the monic ``d``.
+    given : tuple of fmpq_poly or None
+        ``(n, d)`` where the file gives them.
+    """
+
+    discrete: bool
+    realisation: Realisation
+    given: tuple[fmpq_poly, fmpq_poly] | None
+
+    @cached_property
+    def polynomials(self) -> tuple[fmpq_poly, fmpq_poly]:
+        """``(n, d)``: with matrices ``d = det(s - A)`` and ``n = det(s - A + b c) - det(s - A) + D d``."""
+        if self.given is not None:
+            return self.given
+        r = self.realisation
+        A = fmpq_mat([[to_fmpq(v) for v in row] for row in r.A])
+        looped = fmpq_mat(
+            [[to_fmpq(v - bi * cj) for v, cj in zip(row, r.c, strict=True)] for row, bi in zip(r.A, r.b, strict=True)]
+        )
+        d = A.charpoly()
+        return looped.charpoly() - d + to_fmpq(r.d) * d, d
+
+    @property
+    def feedthrough(self) -> Fraction:
+        """``D = H(inf)``."""
+        return self.realisation.d
+
+    @cached_property
+    def plant(self) -> Plant:
+        """The same for :mod:`analysis.plant`."""
+        n, d = self.polynomials
+        return Plant.of(RationalBlock(to_descending(n), to_descending(d), 1 if self.discrete else None))
+
+    def closed(self, gain: Fraction) -> fmpq_poly:
+        """The characteristic polynomial ``d + gain n`` of the loop with a linear law."""
+        n, d = self.polynomials
+        return d + to_fmpq(gain) * n
+
+
+@dataclass(frozen=True, kw_only=True)
+class Delayed:
+    """``H = sum n_j exp(-s T_j) / d``, every term strictly proper."""
+
+    terms: tuple[tuple[Fraction, fmpq_poly], ...]
+    d: fmpq_poly
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RodData:
+    """The rod, ``cells`` None, or its scheme: Young's modulus, density, length, area > 0 and the dashpot."""
+
+    E: Fraction
+    rho: Fraction
+    length: Fraction
+    area: Fraction
+    k: Fraction
+    cells: int | None
+
+    @property
+    def squared_impedance(self) -> Fraction:
+        """``Z^2 = A^2 rho E``."""
+        return self.area**2 * self.rho * self.E
+
+
+System = Rational | Delayed | RodData
+
+
+def read_system(value: Mapping[str, object]) -> System:
+    """The system of a certificate."""
+    kind = value.get("kind")
+    if kind == "transfer":
+        found = record(value, "kind", "time", "numerator", "denominator")
+        n, d = (numbers(found[side]) for side in ("numerator", "denominator"))
+        return _rational(from_descending(n), from_descending(d), discrete=_discrete(found["time"]))
+    if kind == "state-space":
+        return _state_space(record(value, "kind", "time", "A", "b", "c", "d"))
+    if kind == "delay":
+        return _delayed(record(value, "kind", "terms", "denominator"))
+    if kind in ("rod", "rod-scheme"):
+        names = ["kind", "E", "rho", "L", "A", "k"] + (["cells"] if kind == "rod-scheme" else [])
+        found = record(value, *names)
+        E, rho, length, area, k = (number(found[name]) for name in names[1:6])
+        require(min(E, rho, length, area) > 0, "E, rho, L and A of the rod must be positive")
+        cells = count(found["cells"], least=1) if kind == "rod-scheme" else None
+        return RodData(E=E, rho=rho, length=length, area=area, k=k, cells=cells)
+    raise NotShown("the kind of system is unknown")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shifted:
+    """The loop of ``phi - lower sigma``: ``n / (d + lower n)``, every pole stable or one simple one at 0 besides.
+
+    Attributes
+    ----------
+    n : tuple of (Fraction, fmpq_poly)
+        Delays and numerators; one without delay for a rational block.
+    d : fmpq_poly
+        In ``s`` or ``z``.
+    plant : Plant or None
+        None with dead time.
+    case : {"stable", "critical"}
+        Critical: a simple pole at ``s = 0`` (``z = 1``) whose residue is positive.
+    """
+
+    n: tuple[tuple[Fraction, fmpq_poly], ...]
+    d: fmpq_poly
+    discrete: bool
+    plant: Plant | None
+    case: Case
+
+    @property
+    def hidden(self) -> bool:
+        """Whether ``n`` and ``d`` have a common factor; with dead time not decided, and so taken for granted."""
+        return self.plant is None or self.plant.hidden.degree() > 0
+
+    @property
+    def feedthrough(self) -> Fraction:
+        """``H(inf)`` after the shift."""
+        if self.plant is None:
+            return Fraction(0)
+        n, degree = self.n[0][1], self.d.degree()
+        return to_fraction(n[degree] / self.d[degree])
+
+
+def shifted(system: Rational | Delayed, lower: Fraction) -> Shifted:
+    """The loop after the shift by ``lower``; its poles are counted exactly, hidden modes included."""
+    if isinstance(system, Delayed):
+        require(lower == 0, "with dead time the lower bound must be 0")
+        return _shifted_delayed(system)
+    require(1 + lower * system.feedthrough != 0, "1 + l H(inf) vanishes: the loop is not well posed at its lower gain")
+    plant = system.plant.shifted(lower)
+    case = plant.case
+    if case == "unstable":
+        raise NotShown("the loop with the lower gain has a pole on the axis or beyond that is no simple one at 0")
+    if case == "critical":
+        require(plant.residue > 0, "the residue at the pole 0 is not positive")
+        require(is_hurwitz(plant.hidden), "a hidden mode is not strictly stable")
+    n, _ = system.polynomials
+    return Shifted(n=((Fraction(0), n),), d=system.closed(lower), discrete=system.discrete, plant=plant, case=case)
+
+
+def require_well_posed(direct: Fraction, lower: Fraction, upper: Fraction | str) -> None:
+    """Check that ``1 + kappa D`` keeps its sign, without zero, for ``kappa`` in ``[lower, upper]``."""
+    start = 1 + lower * direct
+    good = start * (1 + upper * direct) > 0 if isinstance(upper, Fraction) else start != 0 and direct * start >= 0
+    require(good, "1 + kappa H(inf) changes sign in the sector: the loop is not well posed")
+
+
+def _shifted_delayed(system: Delayed) -> Shifted:
+    counts = root_counts(system.d)
+    critical = counts.axis == 1 and system.d[0] == 0
+    require(counts.right == 0 and (counts.axis == 0 or critical), "a pole is not stable")
+    if critical:
+        residue = sum((n[0] for _, n in system.terms), fmpq(0)) / system.d[1]
+        require(bool(residue > 0), "the residue at the pole 0 is not positive")
+    case: Case = "critical" if critical else "stable"
+    return Shifted(n=system.terms, d=system.d, discrete=False, plant=None, case=case)
+
+
+def _rational(n: fmpq_poly, d: fmpq_poly, *, discrete: bool) -> Rational:
+    require(d.degree() >= 0 and n.degree() <= d.degree(), "the transfer function is not proper")
+    block = RationalBlock(to_descending(n), to_descending(d), 1 if discrete else None)
+    return Rational(discrete=discrete, realisation=companion(block), given=(n, d))
+
+
+def _state_space(found: Mapping[str, object]) -> Rational:
+    A = [tuple(numbers(row)) for row in listed(found["A"])]
+    b, c = tuple(numbers(found["b"])), tuple(numbers(found["c"]))
+    require(len(A) > 0 and all(len(row) == len(A) for row in (*A, b, c)), "the shapes of A, b, c do not fit")
+    rows: Sequence[Row] = A
+    state = Realisation(tuple(rows), b, c, number(found["d"]))
+    return Rational(discrete=_discrete(found["time"]), realisation=state, given=None)
+
+
+def _delayed(found: Mapping[str, object]) -> Delayed:
+    d = from_descending(numbers(found["denominator"]))
+    terms: dict[Fraction, fmpq_poly] = {}
+    for entry in listed(found["terms"]):
+        pair = listed(entry)
+        require(len(pair) == 2, "a term with dead time is not a pair")
+        delay, n = number(pair[0]), from_descending(numbers(pair[1]))
+        require(delay >= 0 and delay not in terms, "a dead time is negative or given twice")
+        require(n.degree() < d.degree(), "a term with dead time is not strictly proper")
+        terms[delay] = n
+    require(len(terms) > 0, "there are no terms")
+    return Delayed(terms=tuple(terms.items()), d=d)
+
+
+def _discrete(time: object) -> bool:
+    require(time in ("continuous", "discrete"), "time is neither continuous nor discrete")
+    return time == "discrete"
