@@ -1,0 +1,333 @@
+"""The arithmetic of the checker: exact, or with bounds on every error; standard library only.
+
+No statement about a loop is made here.  Polynomials and their signs (Sturm, Tarski, Routh), quasi-polynomials on the
+imaginary axis, matrices of integers with a bound on their error, positive definiteness.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import operator
+import re
+import time
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+NUMBER = re.compile(r"-?[0-9]{1,4000}(/[1-9][0-9]{0,3999})?")
+ZERO, INF, LARGEST_FILE = Fraction(0), math.inf, 12_000_000
+DEADLINE = [INF]
+
+
+class Malformed(ValueError):
+    """The file is no certificate at all."""
+
+
+class Rejected(ValueError):
+    """The certificate does not prove its claim."""
+
+
+def need(condition: bool, reason: str, error: type[ValueError] = Rejected) -> None:
+    """A hypothesis fails."""
+    if not condition:
+        raise error(reason)
+
+
+def form(condition: bool, reason: str) -> None:
+    """It is no certificate."""
+    need(condition, reason, Malformed)
+
+
+def tick() -> None:
+    """Called in every long loop."""
+    need(time.monotonic() < DEADLINE[0], "the time allowed for checking is over")
+
+
+def fields(data: Any, *names: str) -> list[Any]:
+    """The values of an object that has exactly these keys."""
+    form(
+        isinstance(data, dict) and set(data) == set(names), f"an object needs the keys {', '.join(names)}, and no other"
+    )
+    return [data[name] for name in names]
+
+
+def number(text: Any) -> Fraction:
+    form(isinstance(text, str) and NUMBER.fullmatch(text) is not None, f"not a number of the form p/q: {text!r:.60}")
+    return Fraction(text)
+
+
+def numbers(data: Any, length: int | None = None) -> list[Fraction]:
+    form(isinstance(data, list) and 0 < len(data) <= 2000, "a list of 1 to 2000 numbers is missing")
+    form(length in (None, len(data)), f"a list needs {length} numbers")
+    return [number(text) for text in data]
+
+
+def integer(data: Any, least: int, most: int) -> int:
+    form(type(data) is int and least <= data <= most, f"a count is {data!r:.40}, not within {least} and {most}")
+    return int(data)
+
+
+def extended(data: Any) -> Any:
+    """A bound of a class; "finite" means every finite one."""
+    infinities = {"inf": INF, "finite": INF, "-inf": -INF}
+    return infinities[data] if isinstance(data, str) and data in infinities else number(data)
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    form(len({key for key, _ in pairs}) == len(pairs), "an object has a key twice")
+    return dict(pairs)
+
+
+def _no_float(text: str) -> Any:
+    raise Malformed(f"a JSON number is not an integer: {text:.40}; exact numbers are text p/q")
+
+
+def parsed(data: str | bytes) -> Any:
+    """JSON without duplicate keys, floats or long integers."""
+    form(len(data) <= LARGEST_FILE, f"more than {LARGEST_FILE} bytes")
+    try:
+        return json.loads(data, object_pairs_hook=_unique, parse_float=_no_float, parse_constant=_no_float)
+    except Malformed:
+        raise
+    except (ValueError, RecursionError) as error:
+        raise Malformed(f"no JSON: {error!s:.200}") from None
+
+
+# -- sums of (u + i v) omega^n exp(-i omega tau)
+class Form(dict[tuple[Fraction, int], tuple[Fraction, Fraction]]):
+    def __add__(self, other: Form) -> Form:
+        out = Form(self)
+        for key, (u, v) in other.items():
+            a, b = out.get(key, (ZERO, ZERO))
+            out[key] = (a + u, b + v)
+        return Form({key: z for key, z in out.items() if any(z)})
+
+    def __mul__(self, other: Form) -> Form:
+        out = Form()
+        for (s, m), (a, b) in self.items():
+            for (t, n), (c, d) in other.items():
+                u, v = out.get((s + t, m + n), (ZERO, ZERO))
+                out[s + t, m + n] = (u + a * c - b * d, v + a * d + b * c)
+        return out + Form()
+
+    def __pow__(self, n: int) -> Form:
+        return self * self ** (n - 1) if n > 0 else real(1)
+
+    def conjugate(self) -> Form:
+        return Form({(-tau, n): (u, -v) for (tau, n), (u, v) in self.items()})
+
+    def part(self, imaginary: int = 0, tau: Fraction = ZERO) -> list[Fraction]:
+        """Coefficients of one term, ascending."""
+        top = max((n for (t, n), z in self.items() if t == tau and z[imaginary]), default=-1)
+        return [self.get((tau, n), (ZERO, ZERO))[imaginary] for n in range(top + 1)]
+
+
+def real(*p: Fraction | int) -> Form:
+    """A real polynomial in omega, ascending."""
+    return Form({(ZERO, n): (Fraction(c), ZERO) for n, c in enumerate(p) if c})
+
+
+S, X1, MINUS = Form({(ZERO, 1): (ZERO, Fraction(1))}), real(1, 0, 1), real(-1)  # s = i omega, |1 + s|^2
+
+
+def ascending(d: Form) -> list[Fraction]:
+    """Real coefficients of d(s), s = i omega."""
+    sizes = range(len(d.part()) + len(d.part(1)))
+    return [d.get((ZERO, n), (ZERO, ZERO))[n % 2] * (1 if n % 4 < 2 else -1) for n in sizes]
+
+
+def homogeneous(p: list[Fraction], up: Form, down: Form, degree: int) -> Form:
+    """Down^degree p(up/down), p descending."""
+    out, weight = Form(), real(1)
+    for c in p:
+        out, weight, degree = out * up + real(c) * weight, weight * down, degree - 1
+    return out * down ** (degree + 1)
+
+
+# -- real polynomials, ascending
+def primitive(p: Any) -> list[int]:
+    """Integers without common divisor, a positive multiple of p; no zeros at the end."""
+    exact = [Fraction(a) for a in p]
+    while exact and not exact[-1]:
+        exact.pop()
+    unit = math.lcm(*(a.denominator for a in exact))
+    shared = math.gcd(*(int(a * unit) for a in exact))
+    return [int(a * unit) // shared for a in exact]
+
+
+def chain(p: list[int], q: list[int]) -> list[list[int]]:
+    """Signed remainders; the last is the greatest common divisor."""
+    rows = [p, q]
+    while rows[-1]:
+        tick()
+        a, b = rows[-2:]
+        while len(a) >= len(b):
+            lead, top, low = abs(b[-1]), a[-1] if b[-1] > 0 else -a[-1], len(a) - len(b)
+            a = primitive(lead * x - (top * b[i - low] if i >= low else 0) for i, x in enumerate(a))
+        rows.append([-x for x in a])
+    return rows[:-1]
+
+
+def value(p: Any, x: Fraction) -> Fraction:
+    """P(x)."""
+    total = ZERO
+    for a in reversed(p):
+        total = total * x + a
+    return total
+
+
+def roots(p: Any, q: Any, low: Fraction, high: Fraction | None) -> int:
+    """Sturm and Tarski; p is not 0 at the ends."""
+    """Distinct roots of ``p`` in ``(low, high)`` with ``q > 0`` less those with ``q < 0``; ``high`` None: infinity."""
+    slope = real(*(i * a for i, a in enumerate(p) if i))
+    rows = chain(primitive(p), primitive((slope * real(*q)).part()))
+    ends = [value(row, low) for row in rows], [row[-1] if high is None else value(row, high) for row in rows]
+    before, after = (sum((a > 0) != (b > 0) for a, b in pairwise([x for x in end if x])) for end in ends)
+    return before - after
+
+
+def positive(
+    p: Any, low: Fraction = ZERO, high: Fraction | None = None
+) -> bool:  # on [low, high]; None: and at infinity
+    if not p or value(p, low) <= 0 or (p[-1] if high is None else value(p, high)) <= 0:
+        return False
+    if low == 0 and high is not None and p[0] + sum(min(a, 0) * high**i for i, a in enumerate(p) if i) > 0:
+        return True
+    p = p[::2] if low == 0 and high is None and not any(p[1::2]) else p
+    return len(p) == 1 or roots(p, [1], low, high) == 0
+
+
+def hurwitz(d: Form) -> bool:
+    """All roots in Re s < 0: the first column of Routh's array keeps its sign."""
+    p = primitive(ascending(d))[::-1] or [0]
+    a, b = ([x if p[0] > 0 else -x for x in p[i::2]] for i in (0, 1))
+    while b and b[0] > 0:
+        row = [b[0] * x - a[0] * y for x, y in zip(a[1:], b[1:] + [0] * len(a))]
+        a, b = b, [x // (math.gcd(*row) or 1) for x in row]
+    return a[0] > 0 and not b
+
+
+# -- matrices
+class Ball(NamedTuple):
+    rows: list[list[int]]
+    error: int
+    bits: int
+
+
+def norm(X: Ball) -> int:
+    return max(sum(map(abs, row)) for row in X.rows) + X.error
+
+
+def ball(matrix: Any, bits: int) -> Ball:
+    return Ball([[round(v * 2**bits) for v in row] for row in matrix], len(matrix[0]), bits)
+
+
+def product(X: Ball, Y: Ball) -> Ball:
+    """Errors |X| e_Y + e_X |Y|, and one unit for each column rounded."""
+    tick()
+    need(norm(X).bit_length() + norm(Y).bit_length() < 32 * X.bits, "the matrices grow too large")
+    rows = [[sum(map(operator.mul, row, col)) >> X.bits for col in zip(*Y.rows)] for row in X.rows]
+    return Ball(rows, (norm(X) * Y.error + X.error * norm(Y) >> X.bits) + 1 + len(Y.rows[0]), X.bits)
+
+
+def plus(X: Ball, Y: Ball, sign: int = 1) -> Ball:
+    rows = [[x + sign * y for x, y in zip(row, other)] for row, other in zip(X.rows, Y.rows)]
+    return Ball(rows, X.error + Y.error, X.bits)
+
+
+def identity(n: int, columns: int | None = None) -> list[list[Fraction]]:
+    return [[Fraction(i == j) for j in range(columns or n)] for i in range(n)]
+
+
+def size(matrix: Any) -> Fraction:
+    """The infinity norm."""
+    return max(sum(map(abs, row), ZERO) for row in matrix)
+
+
+def exponential(G: Any, t: Fraction, bits: int) -> Ball:
+    """Exp(G t) = exp(X)^(2^s), |X| < 2^-8, by its series."""
+    s = int(size(G) * abs(t)).bit_length() + 8
+    need(s <= 64, "the exponent of a matrix exponential is too large")
+    X = ball([[v * t / 2**s for v in row] for row in G], bits)
+    total = term = ball(identity(len(G)), bits)
+    j, rest = 0, 2 ** (bits + 1)  # the terms from the j-th on add up to less than 2 |X|^j / j! < rest + 1 units
+    while rest:
+        j, term = j + 1, product(term, X)
+        term = Ball([[v // j for v in row] for row in term.rows], term.error // j + 1 + len(G), bits)
+        total, rest = plus(total, term), rest // (256 * j)
+    total = Ball(total.rows, total.error + 1, bits)
+    for _ in range(s):
+        total = product(total, total)
+    return total
+
+
+def dot(u: Any, v: Any) -> Any:
+    """U . v, as far as both go."""
+    tick()
+    return sum(map(operator.mul, u, v))
+
+
+def positive_definite(M: list[list[int]], bits: int = 30) -> bool:
+    """M: rows of the lower triangle; False if undecided."""
+    n, L, half = len(M), list[list[int]](), [bits - (row[-1].bit_length() + 1) // 2 for row in M]
+    N = [[v << h + k if h + k >= 0 else v >> -h - k for v, k in zip(row, half)] for row, h in zip(M, half)]
+    for i, row in enumerate(N):  # N <= S M S < N + 1, S powers of two; L: Cholesky's factor of N - n 2^bits, rounded
+        new = list[int]()
+        for j in range(i):
+            new.append((row[j] - dot(new, L[j])) // L[j][j])
+        rest = row[i] - (n << bits) - dot(new, new)
+        if rest <= 0:
+            return M[i][i] > 0 and bits < 480 and positive_definite(M, 2 * bits)
+        L.append([*new, math.isqrt(rest)])
+    R = [[v - dot(L[i], L[j]) for j, v in enumerate(row)] for i, row in enumerate(N)]
+    aside = [sum(abs(v) + 1 for v in (*R[i][:i], *(R[j][i] for j in range(i + 1, n)))) for i in range(n)]
+    return all(row[-1] > most for row, most in zip(R, aside))  # S M S - L L' is strictly diagonally dominant
+
+
+# -- signs over a range of frequencies
+def box(F: Form, a: Fraction, b: Fraction, order: int, critical: bool = False) -> bool:
+    """Whether ``Re F > 0`` on ``[a, b]``; over ``omega^2`` if critical and ``a = 0``.
+
+    ``exp(-i tau (a + t))`` is a number, off by ``e``, times a Taylor polynomial, off by ``r = (|tau| t)^order/order!``:
+    its cosine and sine are each off by at most ``2 e + 4 r``.
+    """
+    body, shift = Form(), real(a, 1)
+    for tau in {tau for tau, _ in F}:
+        parts = [Form(), Form()]  # p(a + t), q(a + t)
+        for which in (0, 1):
+            for c in reversed(F.part(which, tau)):
+                parts[which] = parts[which] * shift + real(c)
+        p, q = parts
+        if tau == 0:
+            body = body + p
+            continue
+        E = exponential([[ZERO, -tau * a], [tau * a, ZERO]], Fraction(1), 160)  # [[cos, -sin], [sin, cos]]
+        c, s, error = (Fraction(x, 2**160) for x in (E.rows[0][0], E.rows[1][0], E.error if a else 0))
+        taylor = [tau**j / math.factorial(j) for j in range(order)]
+        C, Z = (real(*(x * sign[j % 4] for j, x in enumerate(taylor))) for sign in ((1, 0, -1, 0), (0, 1, 0, -1)))
+        wide = real(
+            *(
+                sum(abs(z) for part in parts for z in part.get((ZERO, n), ()))
+                for n in range(len(p.part()) + len(q.part()))
+            )
+        )
+        off = real(-2 * error, *[0] * (order - 1), -4 * abs(tau) ** order / math.factorial(order))
+        body = body + (real(c) * p + real(s) * q) * C + (real(c) * q + real(-s) * p) * Z + wide * off
+    left = body.part()
+    return positive(left[2:] if critical and a == 0 and not any(left[:2]) else left, ZERO, b - a)
+
+
+def tail(F: Form, start: Fraction, degree: int) -> bool:
+    """Whether ``Re F > 0`` from ``start`` on, and at infinity over ``omega^degree``: the undelayed part outweighs the rest.
+
+    For any weights ``l > 0``, ``(sum |z_tau|)^2 <= sum l sum |z_tau|^2/l``; taken are the leading coefficients.
+    """
+    parts = {t: Form({(ZERO, n): z for (tau, n), z in F.items() if tau == t}) for t, _ in F if t}
+    lead = {t: max(*map(abs, z.get((ZERO, degree), (ZERO, ZERO)))) for t, z in parts.items()}
+    weight = {t: max(l, sum(lead.values()) / 10**6) or Fraction(1) for t, l in lead.items()}
+    A, square = F.part(), Form()
+    for t, z in parts.items():
+        square = square + z * z.conjugate() * real(-sum(weight.values()) / weight[t])
+    left = (real(*A) * real(*A) + square).part()
+    return len(A) == degree + 1 and len(left) == 2 * degree + 1 and positive(A, start) and positive(left, start)

@@ -1,0 +1,150 @@
+"""The linear blocks of certificates: read, checked for their form, shifted and realised; standard library only."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from .arithmetic import ZERO, Form, S, fields, form, homogeneous, hurwitz, integer, need, number, numbers, real
+
+MINUS = real(-1)
+
+
+class Block(NamedTuple):
+    """``H = n/d`` on the axis; in discrete time ``z = (1 + s)/(1 - s)``, which takes 1 to 0 and -1 to infinity."""
+
+    n: Form
+    d: Form
+    order: int
+    direct: Fraction  # H(infinity)
+    discrete: bool
+    delayed: bool
+
+
+def coefficients(system: Any) -> tuple[list[tuple[Fraction, list[Fraction]]], list[Fraction], bool]:
+    """Delayed numerators and denominator, descending, and whether in discrete time."""
+    if system.get("kind") == "delay":
+        _, terms, bottom = fields(system, "kind", "terms", "denominator")
+        form(isinstance(terms, list) and all(isinstance(x, list) and len(x) == 2 for x in terms), "terms are pairs")
+        top, d, discrete = [(number(tau), numbers(n)) for tau, n in terms], numbers(bottom), False
+        proper = all(tau >= 0 and len(n) < len(d) for tau, n in top) and len({tau for tau, _ in top}) == len(top) > 0
+        form(proper, "terms need different delays >= 0 and must be strictly proper")
+    else:
+        kind, domain, n, bottom = fields(system, "kind", "time", "numerator", "denominator")
+        form(kind == "transfer" and domain in ("continuous", "discrete"), "the system is of no kind for this proof")
+        top, d, discrete = [(ZERO, numbers(n))], numbers(bottom), domain == "discrete"
+    form(len(top[0][1]) <= len(d) <= 401 and d[0] != 0, "not proper, of degree above 400, or denominator[0] = 0")
+    return top, d, discrete
+
+
+def block(system: Any) -> Block:
+    """The linear block."""
+    top, d, discrete = coefficients(system)
+    up, down, order, n = (
+        (real(1) + S, real(1) + MINUS * S, len(d) - 1, Form()) if discrete else (S, real(1), len(d) - 1, Form())
+    )
+    for tau, p in top:
+        n = n + homogeneous(p, up, down, order) * Form({(tau, 0): (Fraction(1), ZERO)})
+    direct = top[0][1][0] / d[0] if len(top[0][1]) == len(d) else ZERO
+    return Block(n, homogeneous(d, up, down, order), order, direct, discrete, system["kind"] == "delay")
+
+
+def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
+    """``d + l n`` for the sector shifted by ``l``, whether it is critical, and what was checked of its roots."""
+    need(l == 0 or not B.delayed, "with dead time the classes begin at 0")
+    d, at = B.d + real(l) * B.n if l else B.d, "z = 1" if B.discrete else "s = 0"
+    need(1 + l * B.direct != 0, "1 + l H(inf) = 0 at the lower bound l")
+    need(max((n for _, n in d), default=-1) == B.order, "d + l n has a root at z = -1")
+    if hurwitz(d):
+        return d, False, f"d + l n, of degree {B.order}, has all roots strictly inside"
+    low = Form({(tau, n - 1): (v, -u) for (tau, n), (u, v) in d.items() if n})  # d/s
+    need((ZERO, 0) not in d and hurwitz(low), f"d + l n has a root not strictly inside, and not one at {at} alone")
+    residue = sum((u for (_, n), (u, _) in B.n.items() if n == 0), ZERO) / low[ZERO, 0][0]
+    need(residue > 0, f"the residue at {at} is {residue}, not positive")
+    return (
+        d,
+        True,
+        f"d + l n, of degree {B.order}: residue {residue} > 0 at a simple root {at}, the others strictly inside",
+    )
+
+
+def realised(system: Any, l: Fraction) -> tuple[Any, Any, Any, Fraction, bool]:
+    """``A, b, c, d`` of ``x' = A x + b mu``, ``sigma = c x + d mu`` (or ``x+``), shifted by ``l``, and if discrete."""
+    if system.get("kind") == "state-space":
+        _, domain, rows, b, c, d = fields(system, "kind", "time", "A", "b", "c", "d")
+        form(isinstance(rows, list) and domain in ("continuous", "discrete"), "A is a list of rows, time is one of two")
+        A, b, c, d = [numbers(row, len(rows)) for row in rows], numbers(b, len(rows)), numbers(c, len(rows)), number(d)
+        need(1 + l * d != 0, "1 + l H(inf) = 0 at the lower bound l")
+        gain = l / (1 + l * d)
+        A = [
+            [x - gain * u * v if u and v else x for x, v in zip(row, c, strict=True)]
+            for row, u in zip(A, b, strict=True)
+        ]
+        return A, [u / (1 + l * d) for u in b], [v / (1 + l * d) for v in c], d / (1 + l * d), domain == "discrete"
+    if system.get("kind") == "rod-scheme":
+        need(l == 0, "for the rod the classes begin at 0")
+        return *scheme(system), ZERO, False
+    top, d, discrete = coefficients(system)
+    n = [ZERO] * (len(d) - len(top[0][1])) + top[0][1]
+    need(system["kind"] == "transfer" and len(d) > 1, "state space needs a rational block with a state")
+    d = [x + l * y for x, y in zip(d, n, strict=True)]
+    need(d[0] != 0, "1 + l H(inf) = 0 at the lower bound l")
+    direct, order = n[0] / d[0], len(d) - 1
+    A = [[Fraction(j == i + 1) for j in range(order)] for i in range(order - 1)] + [[-x / d[0] for x in d[:0:-1]]]
+    c = [(y - direct * x) / d[0] for x, y in zip(d[:0:-1], n[:0:-1], strict=True)]
+    return A, [ZERO] * (order - 1) + [Fraction(1)], c, direct, discrete
+
+
+def rod(system: Any) -> tuple[Fraction, Fraction, Fraction, Fraction, Fraction, int]:
+    """``E, rho, L, A, k`` and the number of cells, 0 for the rod itself."""
+    cells = fields(
+        system, "kind", "E", "rho", "L", "A", "k", *(["cells"] if system.get("kind") == "rod-scheme" else [])
+    )
+    form(cells[0] in ("rod", "rod-scheme"), "the system is of no kind for this proof")
+    E, rho, L, A, k = map(number, cells[1:6])
+    form(min(E, rho, L, A) > 0, "E, rho, L and A are positive")
+    return E, rho, L, A, k, integer(cells[6], 1, 1_000_000) if len(cells) == 7 else 0
+
+
+def scheme(system: Any) -> tuple[Any, Any, Any]:
+    """``A, b, c`` of the scheme: ``y_i' = s (prev_i - y_i)``, ``z' = y_N + d mu``, ``Z = A sqrt(rho E)`` rational."""
+    E, rho, L, area, k, N = rod(system)
+    square = area * area * rho * E
+    Z = Fraction(math.isqrt(square.numerator), math.isqrt(square.denominator))
+    need(square == Z * Z and N <= 1000 and k + Z != 0, "Z = A sqrt(rho E) is irrational, N exceeds 1000, or k = -Z")
+    s, a, d, order = Z * N / (area * rho * L), (k - Z) / (k + Z), area / Z, 2 * N + 1
+    A = [[ZERO] * order for _ in range(order)]
+    for i in range(2 * N):
+        A[i][i] -= s
+        A[i][i - 1 if i else 2 * N - 1] += s if i else -s * a
+    A[2 * N][N - 1] = Fraction(1)
+    return (
+        A,
+        [2 * s * d if i == N else d if i == 2 * N else ZERO for i in range(order)],
+        [*[ZERO] * (2 * N), Fraction(1)],
+    )
+
+
+def identity(N: int) -> None:
+    """``V' + (1/2) sum (prev_i - y_i)^2 + (1 - a^2)/2 y_2N^2 = 0`` for the scheme, as a form in ``y_1..y_2N`` and ``p = y_0``.
+
+    Its coefficients are polynomials of degree at most 2 in ``a`` and ``d`` with integer coefficients below 100: they vanish
+    if they do at ``a = 10^3``, ``d = 10^9``.
+    """
+    a, d, total = 10**3, 10**9, dict[tuple[int, int], int]()
+
+    def put(u: int, v: int, x: int) -> None:
+        key = (u, v) if u < v else (v, u)
+        total[key] = total.get(key, 0) + x
+        if not total[key]:
+            del total[key]
+
+    for i in range(1, 2 * N + 1):
+        jump = [(i, -1), (2 * N, -a) if i == 1 else (i - 1, 1), *([(0, -2 * d)] if i == N + 1 else [])]
+        for u, x in jump:  # jump (2 y_i + jump)
+            for v, y in (*jump, (i, 2)):
+                put(u, v, x * y)
+    for u, v, x in ((0, N, 4 * d), (0, 0, -4 * d * d), (2 * N, 2 * N, 1 - a * a)):  # 2 (2 d P)' = 4 d p (y_N - d p)
+        put(u, v, x)
+    need(not total, "the dissipation identity fails")

@@ -1,0 +1,405 @@
+"""Check a certificate of lure in exact arithmetic, with nothing but Python's standard library.
+
+    python checker.py certificate.json
+
+prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format and
+formulas: notebooks/notes/0008-certificates.md.  Nothing in a file is believed: every hypothesis is recomputed from the
+claim.  Nothing but this file can make a ``Proved`` or a ``Refuted``; ``arithmetic.py`` and ``states.py`` beside it
+compute.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Mapping
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+if not __package__:  # run as a script: the files beside it are its package
+    sys.path.append(str(Path(__file__).resolve().parents[1]))
+    __package__ = Path(__file__).resolve().parent.name
+
+from . import arithmetic as exact
+from . import states
+from .arithmetic import INF, ZERO, Form, Malformed, Rejected, S, fields, form, integer, need, number, numbers, real
+from .blocks import MINUS, Block, block, identity, realised, rod, shifted
+
+X1 = real(1, 0, 1)  # 1 + omega^2 = |1 + s|^2
+FORMAT, CONVENTION = "lure-certificate/1", "sigma = H mu, mu = -phi(sigma)"
+ORIGINS = ("rationals", "decimals as written", "doubles, exactly")
+ATTRACTS = "0 attracts every motion"
+CONVERGES = "every motion converges to the set of equilibria"
+BOUNDED = "every motion is bounded"
+FINITE_ENERGY = "0 attracts every motion with inputs and initial functions of finite energy"
+RESTS = "every motion of finite energy comes to rest, its end at a zero of the law"
+LINEAR = "every constant gain of the class makes the loop asymptotically stable"
+MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
+OTHERS = "a loop of the class has equilibria other than 0"
+INEQUALITY = "1/k + Re[(1 + i omega theta) H(i omega)] > 0 at every frequency, which alone proves nothing about the rod"
+SLOPED = ("off-axis-circle", "park", "zames-falb")
+_SEAL = object()
+
+
+class Checked:
+    """A claim that was checked; ``facts`` are the hypotheses found to hold, by name."""
+
+    def __init__(self, seal: object, certificate: Mapping[str, Any], claim: str, facts: Mapping[str, str]) -> None:
+        if seal is not _SEAL:
+            raise TypeError(f"only the checker makes a {type(self).__name__}: give the certificate to check()")
+        self.certificate, self.claim, self.facts = certificate, claim, facts
+
+    @property
+    def theorem(self) -> str:
+        """Name of the theorem used."""
+        return str(self.certificate["theorem"])
+
+
+class Proved(Checked):
+    """The conclusion holds for every law of the class."""
+
+
+class Refuted(Checked):
+    """A law of the class destabilises the loop."""
+
+
+def multiplier(name: str, data: Any, B: Block, unbounded: bool) -> tuple[Form, Form, Form, Form, bool]:
+    """``m, p, e, r`` of ``F = Re[m (w N d* + |d|^2) + w e N d*] - w^2 r |N|^2``, over ``p |d|^2``; if odd is needed."""
+    none, one = Form(), real(1)
+    if name == "circle":
+        fields(data)
+        return one, one, none, none, False
+    if name in ("popov", "off-axis-circle"):
+        theta = number(*fields(data, "theta" if name == "popov" else "alpha"))
+        need(theta >= 0 or not B.delayed, "with dead time theta >= 0 is needed")
+        turn = S if name == "popov" else Form({(ZERO, 0): (ZERO, Fraction(1))})
+        return one + turn * real(theta), one, none, none, False
+    if name == "park":
+        theta, tau = map(number, fields(data, "theta", "tau"))
+        need(tau >= 0, "tau < 0")
+        return real(1, 0, tau) + S * real(theta), real(1, 0, tau), none, none, False
+    if name in ("tsypkin", "jury-lee"):
+        q, ahead = number(*fields(data, "q")), name == "jury-lee"
+        need(q >= 0 and not (ahead and unbounded and q), "q < 0, or q > 0 without a bound on the slope")
+        step = (one + S) ** 2 + MINUS * X1 if ahead else X1 + MINUS * (one + MINUS * S) ** 2  # p (z - 1), p (1 - 1/z)
+        return X1, X1, real(q) * step, real(0, 0, 2 * q if ahead else 0), False
+    need(name == "zames-falb", f"there is no theorem {name!r:.40} for this kind of proof")
+    theta, terms = kernels(data, B.discrete)
+    top = {a: max(n for _, _, b, n in terms if b == a) for _, _, a, _ in terms}
+    p = m = math.prod((real(a * a, 0, 1) ** n for a, n in top.items()), start=one)
+    for c, h, a, n in terms:
+        m = m + real(-c) * h * math.prod((real(b * b, 0, 1) ** (k - n * (a == b)) for b, k in top.items()), start=one)
+    mass = sum(abs(c) for c, *_ in terms)
+    need(mass <= 1 and (mass < 1 or not unbounded), f"the masses add up to {mass}: more than 1, or 1 without a bound")
+    return m, p, S * real(theta) * p, none, any(c < 0 for c, *_ in terms)
+
+
+def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, Form, Fraction, int]]]:
+    """``theta``, and ``(c, h, a, n)`` for each kernel ``c h/(a^2 + omega^2)^n`` of mass ``c``."""
+    terms, one, unit = list[tuple[Fraction, Form, Fraction, int]](), real(1), Fraction(1)
+    theta, given = (ZERO, *fields(data, "taps")) if discrete else fields(data, "theta", "kernels")
+    form(isinstance(given, list) and len(given) <= 400, "taps or kernels are a list")
+    for item in given:
+        if discrete:
+            form(isinstance(item, list) and len(item) == 2, "a tap is a pair")
+            i, sign = integer(item[0], -400, 400), MINUS if item[0] > 0 else one
+            terms.append((number(item[1]), (one + sign * S) ** (2 * abs(i)), unit, abs(i)))
+        elif isinstance(item, dict) and "delay" in item:
+            c, tau = map(number, fields(item, "coefficient", "delay"))
+            terms.append((c, Form({(tau, 0): (unit, ZERO)}), unit, 0))
+        else:
+            c, rate, n, side = fields(item, "coefficient", "rate", "order", "side")
+            a, sign, n = number(rate), MINUS if side == "causal" else one, integer(n, 1, 100)
+            form(a > 0 and side in ("causal", "anticausal"), "a kernel has a rate > 0 and is causal or anticausal")
+            terms.append((number(c), (real(a) * (real(a) + sign * S)) ** n, a, n))
+    return number(theta) if not discrete else ZERO, terms
+
+
+def inequality(name: str, data: Any, B: Block, laws: states.Laws) -> tuple[Form, int, bool, dict[str, str]]:
+    """``F``, its full degree, whether the case is critical, and the hypotheses, of the frequency criterion ``name``."""
+    slopes, mirrored = name in SLOPED, name == "circle" and data == {"mirrored": True}
+    (l, k), (low, high) = laws.slope if slopes else laws.sector, laws.slope
+    if mirrored:  # phi in [l, k] for H is -phi in [-k, -l] for -H
+        B, l, k, data = B._replace(n=B.n * MINUS, direct=-B.direct), -k, -l, {}
+    need(abs(l) != INF, "the lower bound is infinite")
+    d, critical, stable = shifted(B, l)
+    D, w = B.direct / (1 + l * B.direct), None if k == INF else k - l
+    need(1 + w * D > 0 if w else D >= 0, "1 + g H(inf) vanishes for a gain g of the class")
+    timed = name in ("circle", "zames-falb") or B.discrete == (name in ("tsypkin", "jury-lee"))
+    need(timed, f"{name} is not for {'discrete' if B.discrete else 'continuous'} time")
+    need(not critical or name == "popov" or (name == "circle" and not B.delayed), f"{name} does not cover a pole at 0")
+    need(not B.delayed or name in ("circle", "popov"), f"{name} does not cover dead time")
+    need(name == "circle" or not laws.varying, f"{name} is about laws that do not depend on time")
+    need(name != "tsypkin" or (low >= l and (D >= 0 or high <= k)), "slopes >= l are needed, and <= k if H(inf) < 0")
+    need(name != "jury-lee" or (high <= k and (D <= 0 or low >= l)), "slopes <= k are needed, and >= l if H(inf) > 0")
+    m, p, e, r, odd = multiplier(name, data, B, k == INF)
+    need(not odd or laws.odd, "coefficients < 0 need odd laws")
+    cross, square = B.n * d.conjugate(), d * d.conjugate()
+    F, full = (m + e) * cross, 2 * B.order + max(n for _, n in p)
+    if w:
+        F = real(w) * F + m * square + real(-w * w) * r * B.n * B.n.conjugate()
+    elif mirrored or laws.endless[slopes]:  # laws without an upper bound
+        theta = m.get((ZERO, 1), (ZERO, ZERO))[1]
+        common = exact.chain(exact.primitive(exact.ascending(B.n)), exact.primitive(exact.ascending(d)))[-1]
+        direct = D > 0 and name == "popov"
+        need(name in ("circle", "popov") and not B.delayed, f"{name} does not cover laws without an upper bound")
+        need(direct or (theta >= 0 and len(common) == 1), "without an upper bound: theta >= 0 and no hidden modes")
+        full = full if direct or B.discrete else max(len(F.part()) - 1, full - 2)
+    else:  # each finite bound adds a positive term
+        full = len(F.part()) - 1
+    facts = {"stable": stable, "well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {B.direct}"}
+    if D and name == "popov":
+        facts["solvable"] = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
+    return F, full, critical, facts
+
+
+def unbounded(name: str, data: Any, laws: states.Laws) -> bool:
+    """Whether the upper bound stands for every finite one."""
+    which = name in SLOPED
+    return (laws.sector, laws.slope)[which][1] == INF and not laws.endless[which] and data != {"mirrored": True}
+
+
+def polynomial_proof(F: Form, *, critical: bool, bounded: bool) -> dict[str, Any]:
+    """``F`` as it stands in a certificate: over ``omega^2`` in the critical case, without roots at 0 if unbounded."""
+    p, skip = F.part(), 2 if critical else 0
+    need(all(tau == 0 for tau, _ in F) and not any(p[:skip]), "with delays a cover is needed")
+    p = p[skip:]
+    while p and p[0] == 0 and not bounded:
+        p = p[1:]
+    step = 2 if not any(p[1::2]) else 1
+    whole = [str(c) for c in exact.primitive(p[::step])]
+    variable, limits = "omega^2" if step == 2 else "omega", [str(p[0]), str(p[-1])] if p else ["0", "0"]
+    return {"method": "polynomial", "variable": variable, "coefficients": whole, "limits": limits}
+
+
+def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any) -> dict[str, str]:
+    """``F > 0`` at every frequency and at infinity; unbounded: up to the positive term that each bound adds."""
+    if proof["method"] == "cover":
+        _, boxes, order = fields(proof, "method", "boxes", "order")
+        form(isinstance(boxes, list) and 0 < len(boxes) < 10_000, "boxes are a list of pairs")
+        ends, order = [numbers(x, 2) for x in boxes], integer(order, 2, 60)
+        need(ends[0][0] == 0 and all(x[1] == y[0] for x, y in pairwise(ends)), "the boxes leave a gap")
+        for a, b in ends:
+            need(a < b and exact.box(F, a, b, order, critical), f"F > 0 is not shown on the box [{a}, {b}]")
+        need(exact.tail(F, ends[-1][1], full), "F > 0 is not shown beyond the boxes")
+        return {"inequality": f"F > 0 on {len(ends)} boxes up to omega = {ends[-1][1]}, and beyond"}
+    need(proof == polynomial_proof(F, critical=critical, bounded=bounded), "F is another polynomial")
+    p, skip = [int(c) for c in proof["coefficients"]], 2 if critical else 0
+    degree = (len(p) - 1) * (2 if proof["variable"] == "omega^2" else 1)
+    need(not bounded or degree == full - skip, "F > 0 fails in the limit of high frequencies")
+    need(exact.positive(p) or not (p or bounded), "F > 0 fails at some frequency")
+    return {"inequality": f"F, of degree {degree} in omega, has no root in [0, inf) and a positive leading coefficient"}
+
+
+def by_matrix(name: str, data: Any, system: Any, laws: states.Laws, proof: Any) -> tuple[bool, dict[str, str]]:
+    """Circle or Popov by a matrix inequality: whether critical, and the hypotheses."""
+    need(
+        name in ("circle", "popov") and (name == "circle" or not laws.varying), "this theorem has no matrix proof here"
+    )
+    theta, (l, k) = number(*fields(data, "theta")) if name == "popov" else ZERO * len(fields(data)), laws.sector
+    need(abs(l) != INF, "the lower bound is infinite")
+    A, b, c, d, discrete = realised(system, l)
+    w = None if k == INF else k - l
+    need((1 + w * d > 0 if w else d >= 0) and not (discrete and name == "popov"), "1 + g H(inf) vanishes in the class")
+    need(w is not None or theta >= 0 or not laws.endless[0], "without an upper bound theta >= 0 is needed")
+    facts = states.matrix_facts(A, b, c, d, w, theta, discrete, proof)
+    return proof["zero"] is not None, facts | {"well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {d}"}
+
+
+def structure(name: str, data: Any, system: Any, laws: states.Laws) -> tuple[str, dict[str, str]]:
+    """The rod and its scheme, from inequalities proved for every number of cells: conclusion and hypotheses."""
+    (E, rho, L, area, k, N), (l, K) = rod(system), laws.sector
+    Z2 = area * area * rho * E
+    need(k > 0 and l >= 0, "k > 0 and a sector from 0 on are needed")
+    facts = {
+        "dissipation": f"k = {k} > 0, so that |a| < 1: zero is a simple eigenvalue, its residue A/k = {area / k} > 0"
+    }
+    need(name == "rod-circle" or not laws.varying, f"{name} is about laws that do not depend on time")
+    if name == "rod-energy":
+        fields(data)
+        if N:
+            identity(N)
+            falls = "V' = -(1/2) sum (prev_i - y_i)^2 - (1 - a^2)/2 y_2N^2"
+            facts["energy"] = f"V = (1/(2 s)) sum y_i^2 + 2 d P(z): {falls}, row by row for {2 * N} rows"
+        return RESTS, facts
+    if name == "rod-popov":  # |sin psi|/omega <= 2 T and 1 - a^2 R^2 >= 1 - a^2
+        theta, least = number(*fields(data, "theta")), L * abs(k * k - Z2) / (k * area * E)
+        need(theta >= least and (theta > least or K != INF or not laws.endless[0]), f"theta must exceed {least}")
+        facts["inequality"] = f"theta = {theta} against 4 |a| T/(1 - a^2) = L |k^2 - Z^2|/(k A E) = {least}"
+    else:
+        need(name == "rod-circle" and fields(data) == [], f"there is no theorem {name!r:.40} for the rod")
+        reach = E / L * min(k * k, Z2) / abs(k * k - Z2) if k * k != Z2 else INF
+        need(reach > K or (K == INF == reach and not laws.endless[0]), f"the sector must end below {reach}")
+        facts["inequality"] = f"K = {K} against (1 - |a|)^2/(4 |a| d T) = (E/L) min(k, Z)^2/|k^2 - Z^2| = {reach}"
+    return (CONVERGES if not laws.varying else BOUNDED) if N else INEQUALITY, facts
+
+
+def linear(B: Block, laws: states.Laws) -> dict[str, str]:
+    """Every constant gain: no root of ``d + g n`` meets the axis, for at the roots of ``Im n d*`` the real part is too large."""
+    (l, k), one = laws.sector, [1]
+    need(laws.linear and abs(l) != INF and not B.delayed, "it is about constant gains from a finite lower bound on")
+    d, critical, stable = shifted(B, l)
+    need(not critical, "d + l n has a root at 0")
+    cross, square = B.n * d.conjugate(), d * d.conjugate()
+    G = cross if k == INF else square + real(k - l) * cross
+    g, W = G.part()[::2], cross.part(1)[1::2]
+    while W and W[0] == 0:
+        W = W[1:]
+    ends = (k == INF or (len(g) == B.order + 1 and g[-1] > 0 and g[0] > 0)) and (not g or (g[0] >= 0 and g[-1] >= 0))
+    inside = exact.roots(W, g, ZERO, None) == exact.roots(W, one, ZERO, None) if W else exact.positive(g or one)
+    need(ends and inside, "a gain of the class has a root on the axis, or in the limit")
+    return {
+        "stable": stable,
+        "gains": "no gain of the class has a root on the axis, by Tarski's count, nor at infinity",
+    }
+
+
+def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dict[str, str]]:
+    """A law of the class and a motion that does not come to rest at 0: conclusion and findings."""
+    method, bounds = proof["method"], (laws.sector, laws.slope)
+    if method == "structure":
+        fields(proof, "method")
+        E, rho, _, area, k, _ = rod(system)
+        slow = k * k < area * area * rho * E
+        need(k < 0 and k * k != area * area * rho * E, "the rod is refuted for k < 0, k not -Z")
+        need(all((a <= 0) if slow else (b > 0) for a, b in bounds), "the law is not in the class")
+        return MOVES, {
+            "growth": "phi = 0: a wave mode grows, |a| > 1" if slow else "a gain > 0: a positive real root, A/k < 0"
+        }
+    if method == "flow-orbit":
+        need(realised(system, ZERO)[4] is False, "flow-orbit is about continuous time")
+        return MOVES, states.flow_orbit(realised(system, ZERO)[:4], laws, proof)
+    if method == "switched-gain":
+        *parts, discrete = realised(system, ZERO)
+        return MOVES, states.switched_gain(parts, discrete, laws, proof)
+    B = block(system)
+    try:
+        critical = abs(laws.sector[0]) != INF and shifted(B, laws.sector[0])[1]
+    except Rejected:
+        critical = False
+    if method == "orbit":
+        need(B.discrete, "orbit is about discrete time")
+        facts = states.orbit(system, laws, proof, critical)
+        return (OTHERS if "equilibrium" in facts["orbit"] else MOVES), facts
+    if method == "crossing":
+        _, gains, frequencies = fields(proof, "method", "gains", "frequencies")
+        (g, h), (a, b), cross = numbers(gains, 2), numbers(frequencies, 2), B.n * B.d.conjugate()
+        need(all(x <= g < h <= y for x, y in bounds) and 0 < a < b, "the gains are outside the class")
+        lines, turn = (
+            [B.d * B.d.conjugate() + real(x) * cross for x in (g, h)],
+            cross * Form({(ZERO, 0): (ZERO, Fraction(-1))}),
+        )
+        apart = any(exact.box(u, a, b, 24) and exact.box(MINUS * v, a, b, 24) for u, v in (lines, lines[::-1]))
+        turns = any(exact.box(u, a, a, 24) and exact.box(MINUS * u, b, b, 24) for u in (turn, MINUS * turn))
+        need(apart and turns, "no root i omega is shown for a gain between the two")
+        return MOVES, {"root": f"Im H changes sign between {a} and {b}, and |d|^2 + g Re(n d*) between the two gains"}
+    need(method == "linear-gain" and not B.delayed, f"there is no refutation {method!r:.40} for this system")
+    g = number(fields(proof, "method", "gain")[1])
+    need(all(x <= g <= y for x, y in bounds), "the gain is outside the class")
+    d = B.d + real(g) * B.n
+    if max((n for _, n in d), default=-1) == B.order:
+        low = Form({(tau, n - 1): (v, -u) for (tau, n), (u, v) in d.items() if n})
+        need(not exact.hurwitz(d), "the gain is stable")
+        if (ZERO, 0) not in d and exact.hurwitz(low):
+            need(not critical, "a simple root at 0 alone refutes nothing in the critical case")
+            return OTHERS, {"root": f"d + g n has a simple root at 0 for g = {g}"}
+    return MOVES, {"root": f"d + g n is not Hurwitz for g = {g} (or has a root at infinity), by Routh's array"}
+
+
+def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
+    """What a certificate shows: kind, conclusion, and every hypothesis with how it was found to hold."""
+    head = fields(certificate, "format", "verdict", "convention", "numbers", "system", "laws", "law", "theorem", "multiplier",
+                  "conclusion", "hypotheses", "proof")  # fmt: skip
+    version, verdict, convention, origin, system, given, law, name, data, _, _, proof = head
+    form(
+        (version, convention) == (FORMAT, CONVENTION) and origin in ORIGINS,
+        f"format, convention or numbers: not of {FORMAT}",
+    )
+    form(
+        verdict in ("PROVED", "REFUTED") and isinstance(name, str),
+        "the verdict is PROVED or REFUTED, the theorem a name",
+    )
+    form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")
+    laws = states.classes(given)
+    facts = {"class": f"phi(0) = 0, continuous, {described(laws)}: assumed of the class"}
+    if law is not None:
+        facts["law"] = states.known(law, laws)
+    if verdict == "REFUTED":
+        need(name == "counterexample" and data == {}, "a refutation is a counterexample")
+        conclusion, found = counterexample(system, laws, proof)
+        return Refuted, conclusion, facts | found
+    if name.startswith("rod-"):
+        fields(proof, "method")
+        need(proof["method"] == "structure", "the rod is proved by structure")
+        conclusion, found = structure(name, data, system, laws)
+        return Proved, conclusion, facts | found
+    need(proof["method"] in ("polynomial", "cover", "matrix"), f"there is no proof by {proof['method']!r:.40}")
+    if name == "hurwitz":
+        need(fields(data) == [] and proof == {"method": "polynomial"}, "constant gains are proved by polynomials")
+        return Proved, LINEAR, facts | linear(block(system), laws)
+    if proof["method"] == "matrix":
+        critical, found = by_matrix(name, data, system, laws, proof)
+        delayed = False
+    else:
+        B = block(system)
+        F, full, critical, found = inequality(name, data, B, laws)
+        found, delayed = found | on_axis(F, full, critical, not unbounded(name, data, laws), proof), B.delayed
+    if critical:
+        return Proved, BOUNDED if laws.varying else CONVERGES, facts | found
+    return Proved, FINITE_ENERGY if delayed else ATTRACTS, facts | found
+
+
+def described(laws: states.Laws) -> str:
+    """The class of laws in words."""
+    ends = (
+        ("no" if free else "every finite") + " bound" if k == INF else f"{k}"
+        for k, free in zip((laws.sector[1], laws.slope[1]), laws.endless, strict=True)
+    )
+    top, steep = ends
+    words = (
+        "constant gains"
+        if laws.linear
+        else "time-varying laws"
+        if laws.varying
+        else "time-invariant laws, locally Lipschitz"
+    )
+    slopes = f", slopes from {laws.slope[0]} up to {steep}" if laws.slope != (-INF, INF) else ""
+    return f"{'odd ' * laws.odd}{words}, phi(sigma)/sigma from {laws.sector[0]} up to {top}{slopes}"
+
+
+def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600) -> Proved | Refuted:
+    """What the certificate proves or refutes; raises ``Rejected`` or ``Malformed`` (both ``ValueError``) otherwise."""
+    certificate = exact.parsed(data if isinstance(data, str | bytes) else json.dumps(data))
+    exact.DEADLINE[0] = time.monotonic() + seconds
+    kind, conclusion, facts = examine(certificate)
+    need(certificate["conclusion"] == conclusion, f"the conclusion is another: {conclusion}")
+    need(certificate["hypotheses"] == facts, "the hypotheses are not those found to hold")
+    claim = f"{conclusion}; {facts['class']}"
+    return kind(_SEAL, certificate, claim, facts)  # type: ignore[return-value]
+
+
+def main(paths: list[str]) -> int:
+    """Check files and say what was found; the worst status counts."""
+    worst = 0 if paths else 2
+    for path in paths:
+        try:
+            with Path(path).open("rb") as file:
+                found = check(file.read(exact.LARGEST_FILE + 1))
+            print(f"ACCEPTED: {found.claim} ({type(found).__name__}, {found.theorem})")
+            for name, fact in found.facts.items():
+                print(f"  {name}: {fact}")
+        except Rejected as reason:
+            print(f"REJECTED: {reason}")
+            worst = max(worst, 11)
+        except (Malformed, OSError) as reason:
+            print(f"NOT A CERTIFICATE: {reason}")
+            worst = max(worst, 2)
+    return worst
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

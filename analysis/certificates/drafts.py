@@ -1,0 +1,44 @@
+"""Certificates in the making: the parts of a certificate that the checker arrives at by itself, filled in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from analysis.certificates.blocks import block
+from analysis.certificates.checker import CONVENTION, FORMAT, examine, inequality, polynomial_proof, unbounded
+from analysis.certificates.states import classes
+
+
+def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
+    """The certificate of a draft, with format, convention, polynomial, conclusion and hypotheses.
+
+    Nothing is trusted: the certificate still has to pass :func:`analysis.certificates.checker.check`.
+
+    Parameters
+    ----------
+    draft : Mapping
+        ``verdict``, ``system``, ``laws``, ``theorem`` and ``proof``, in the format of
+        ``notebooks/notes/0008-certificates.md``; ``multiplier``, ``law`` and ``numbers`` where they are not empty.
+
+    Raises
+    ------
+    ValueError
+        ``Rejected`` or ``Malformed``: the draft proves nothing.
+    """
+    certificate: dict[str, Any] = {
+        "format": FORMAT,
+        "convention": CONVENTION,
+        "numbers": "rationals",
+        "law": None,
+        "multiplier": {},
+        **draft,
+        "conclusion": "",
+        "hypotheses": {},
+    }
+    if certificate["proof"].get("method") == "polynomial" and certificate["theorem"] != "hurwitz":
+        laws, name, data = classes(certificate["laws"]), certificate["theorem"], certificate["multiplier"]
+        F, _, critical, _ = inequality(name, data, block(certificate["system"]), laws)
+        certificate["proof"] = polynomial_proof(F, critical=critical, bounded=not unbounded(name, data, laws))
+    _, conclusion, facts = examine(certificate)
+    return {**certificate, "conclusion": conclusion, "hypotheses": facts}

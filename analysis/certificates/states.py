@@ -1,0 +1,269 @@
+"""State-space arguments of the checker: laws through points, matrix inequalities, growing and periodic motions.
+
+Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from fractions import Fraction
+from itertools import compress, pairwise
+from typing import Any, NamedTuple
+
+from .arithmetic import (
+    INF,
+    ZERO,
+    Ball,
+    ball,
+    dot,
+    exponential,
+    extended,
+    fields,
+    form,
+    identity,
+    integer,
+    need,
+    norm,
+    number,
+    numbers,
+    plus,
+    positive_definite,
+    product,
+    size,
+    tick,
+)
+
+
+class Laws(NamedTuple):
+    sector: tuple[Any, Any]
+    slope: tuple[Any, Any]  # (-inf, inf): nothing is assumed
+    endless: tuple[bool, bool]  # whether the upper bounds are no bounds at all, or stand for every finite one
+    odd: bool
+    varying: bool
+    linear: bool
+
+
+def classes(data: Any) -> Laws:
+    sector, slope, odd, varying, linear = fields(data, "sector", "slope", "odd", "time_varying", "linear")
+    form(all(type(x) is bool for x in (odd, varying, linear)), "odd, time_varying and linear are true or false")
+    form(
+        all(isinstance(x, list) and len(x) == 2 for x in (sector, slope or [0, 0])),
+        "sector and slope are pairs of bounds",
+    )
+    bounds = [(extended(x[0]), extended(x[1])) for x in (sector, slope if slope is not None else ["-inf", "inf"])]
+    form(all(x[0] < x[1] for x in bounds), "the bounds are not in order")
+    return Laws(bounds[0], bounds[1], (sector[1] == "inf", slope is None or slope[1] == "inf"), odd, varying, linear)
+
+
+class Law(NamedTuple):
+    """Piecewise linear, with one slope more than knots, 0 among them."""
+
+    knots: list[tuple[Fraction, Fraction]]
+    slopes: list[Fraction]
+
+    def at(self, x: Fraction) -> Fraction:
+        i = sum(s < x for s, _ in self.knots)
+        s, w = self.knots[max(i - 1, 0)]
+        return w + self.slopes[i] * (x - s)
+
+    def member(self, laws: Laws) -> bool:
+        odd = self.slopes[0] == self.slopes[-1] and all(self.at(-x) == -w for x, w in self.knots)
+        i = [x for x, _ in self.knots].index(ZERO)
+        chords = [self.slopes[j] for j in (0, i, i + 1, -1)] + [w / x for x, w in self.knots if x]
+        inside = all(a <= min(x) and max(x) <= b for x, (a, b) in ((chords, laws.sector), (self.slopes, laws.slope)))
+        return inside and (odd or not laws.odd) and (not laws.linear or min(self.slopes) == max(self.slopes))
+
+
+def piecewise(points: Any, left: Any, right: Any) -> Law:
+    form(isinstance(points, list) and all(isinstance(p, list) and len(p) == 2 for p in points), "points are pairs")
+    knots = sorted((number(x), number(w)) for x, w in points)
+    need(
+        len({x for x, _ in knots}) == len(knots) and (ZERO, ZERO) in knots,
+        "the points need distinct sigma, (0, 0) among them",
+    )
+    return Law(knots, [number(left), *((q[1] - p[1]) / (q[0] - p[0]) for p, q in pairwise(knots)), number(right)])
+
+
+def known(law: Any, laws: Laws) -> str:
+    """One law, in the class."""
+    if law.get("kind") == "tanh":
+        height, rate = (number(x) for x in fields(law, "kind", "height", "rate")[1:])
+        top = height * rate  # slopes and chords fill (0, top]
+        inside = all(a <= 0 and top <= b for a, b in (laws.sector, laws.slope)) and not laws.linear
+        need(height > 0 and rate > 0 and inside, "the law is not in the class")
+        return f"{height} tanh({rate} sigma) has slopes and chords in (0, {top}] and is odd"
+    need(piecewise(*fields(law, "kind", "points", "left", "right")[1:]).member(laws), "the law is not in the class")
+    return "piecewise linear through the given points: its slopes and chords lie within the bounds"
+
+
+def unit(rows: Any) -> int:
+    """The common denominator, unless it may be too long to work with."""
+    parts = {v.denominator for row in rows for v in row}
+    need(sum(map(int.bit_length, parts)) < 200_000, "the denominators are too long")
+    return math.lcm(*parts)
+
+
+def deflated(A: Any, b: Any, c: Any, zero: object) -> tuple[Any, Any, Any, Fraction]:
+    """``A, b, c`` in ``x_i - (x0_i/x0_p) x_p``, and ``rho`` of ``zeta' = rho mu`` for ``zeta = (c x0)(l x)/(l x0)``."""
+    right, left, pivot = fields(zero, "right", "left", "pivot")
+    x, y, p, _ = numbers(right), numbers(left), integer(pivot, 0, len(A) - 1), unit((*A, b, c))
+    need(len(x) == len(y) == len(A) and unit((x, y)) > 0 and x[p] != 0 != dot(y, x), "no null vectors, or l x0 = 0")
+    need(not any(dot(v, x) for v in A) and not any(dot(y, v) for v in zip(*A)), "A x0 = 0 or l A = 0 fails")
+    gain, rest = dot(c, x) / dot(y, x), [i for i in range(len(A)) if i != p]
+    need(gain * dot(y, b) > 0, "the residue at s = 0 is not positive")
+    small = [[A[i][j] - x[i] / x[p] * A[p][j] if A[p][j] else A[i][j] for j in rest] for i in rest]
+    return small, [b[i] - x[i] / x[p] * b[p] for i in rest], [c[i] - gain * y[i] for i in rest], gain * dot(y, b)
+
+
+def matrix_facts(A: Any, b: Any, c: Any, d: Any, width: Any, theta: Any, discrete: bool, proof: object) -> Any:
+    """What ``P`` shows: ``A`` stable and ``1/width + Re[(1 + i omega theta) H] > 0``; ``width > 0``, None: no bound.
+
+    ``V = x'Px + zeta^2/rho + 2 theta int phi`` falls, as ``2 phi (sigma - phi/width) >= 0``; discrete: ``V = x'Px``.
+    """
+    _, rows, exponent, zero = fields(proof, "method", "P", "exponent", "zero")
+    need(not discrete or (zero is None and theta == 0), "in discrete time theta is 0 and zero is null")
+    A, b, c, rho = (A, b, c, Fraction(0)) if zero is None else deflated(A, b, c, zero)
+    n, e, a = len(A), integer(exponent, 0, 10**5), unit((*A, b, c))
+    sizes = isinstance(rows, list) and [isinstance(row, list) and len(row) for row in rows]
+    form(sizes == list(range(1, n + 1)), f"P is no lower triangle of order {n}")
+    half = [[number(v) for v in row] for row in rows]
+    large = max((v.numerator.bit_length() for row in (*half, *A, b, c) for v in row), default=0) + a.bit_length()
+    need(all(v.denominator == 1 for row in half for v in row) and n * n * large < 10**9, "P: integers, not so long")
+    P = [[half[max(i, j)][min(i, j)].numerator for j in range(n)] for i in range(n)]  # times 2^e; A, b, c times a:
+    *At, b, c = [[v.numerator * (a // v.denominator) for v in vector] for vector in (*zip(*A), b, c)]
+    PA, Pb = [[dot(compress(row, v), filter(None, v)) for v in At] for row in P], [dot(row, b) for row in P]
+    end = (0 if width is None else 2 / width) + 2 * theta * (Fraction(dot(b, c), a * a) + rho) + 2 * d
+    if discrete:
+        APA = [[dot(compress(w, v), filter(None, v)) for v in At[: i + 1]] for i, w in enumerate(zip(*PA))]
+        M = [[a * a * v - w for v, w in zip(*lines)] for lines in zip(P, APA)]
+        edge, end = [(a * v << e) - dot(b, w) for v, w in zip(c, zip(*PA))], end * (a * a << e) - dot(b, Pb)
+    else:
+        M = [[-PA[i][j] - PA[j][i] for j in range(i + 1)] for i in range(n)]
+        edge, end = [(v << e) - w + theta * Fraction(dot(c, u) << e, a) for u, v, w in zip(At, c, Pb)], end * (a << e)
+    s = math.lcm(*(v.denominator for v in (*edge, end)))  # multiplies the last row and column
+    need(positive_definite([row[: i + 1] for i, row in enumerate(P)]), "P > 0 fails, or is undecided")
+    need(positive_definite([*M, [int(s * v) for v in (*edge, s * end)]]), "the inequality of P fails, or is undecided")
+    stable = f"P > 0, {'P - A^T P A > 0' if discrete else 'A^T P + P A < 0'} (order {n})"
+    facts = {"stable": stable, "inequality": f"the matrix of order {n + 1} is positive definite: F > 0"}
+    return facts if zero is None else facts | {"residue": f"rho = {rho} > 0, and the zero eigenvalue is simple"}
+
+
+def chords(law: Law) -> list[Fraction]:
+    """Phi(sigma)/sigma is monotone between knots, and a slope next to 0 and far out."""
+    i = [x for x, _ in law.knots].index(ZERO)
+    return [law.slopes[j] for j in (0, i, i + 1, -1)] + [w / x for x, w in law.knots if x]
+
+
+def gained(A: Any, b: Any, f: Any) -> list[list[Fraction]]:
+    """A - b f, for mu = -f x."""
+    return [[x - v * y for x, y in zip(row, f)] for row, v in zip(A, b)]
+
+
+def switched_gain(realised: Any, discrete: bool, laws: Laws, proof: Any) -> dict[str, str]:
+    """Gains that repeat: with no eigenvalue of the period's ``M`` outside the unit disc, ``|trace M^N| <= n``."""
+    (A, b, c, d), gains, M = realised, numbers(proof["gains"]), None
+    bits, m, times = integer(proof["bits"], 64, 4096), integer(proof["squarings"], 0, 64), [Fraction(1)] * len(gains)
+    times = times if discrete else numbers(proof["times"], len(gains))
+    need(0 < len(b) <= 64 and all(t > 0 for t in times), "orders 1 to 64 and times > 0 are needed")
+    need(laws.varying and not laws.linear, "the laws of the class do not vary")
+    need(all(low <= g <= high for g in gains for low, high in (laws.sector, laws.slope)), "a gain is outside the class")
+    need(all(1 + g * d != 0 for g in gains), "1 + g H(inf) = 0")
+    for g, t in zip(gains, times):
+        G = gained(A, b, [g * v / (1 + g * d) for v in c])
+        step = ball(G, bits) if discrete else exponential(G, t, bits)
+        M = step if M is None else product(step, M)
+    for _ in range(m):
+        M = product(M, M)
+    trace = abs(sum(row[i] for i, row in enumerate(M.rows))) - len(b) * M.error
+    need(trace > len(b) << bits, "the trace does not show growth")
+    return {"growth": f"|trace M^(2^{m})| > {len(b)} for the period of {len(gains)} gains, so some motion grows"}
+
+
+def orbit(system: Any, laws: Laws, proof: Any, critical: bool) -> dict[str, str]:
+    """An orbit in discrete time, exactly: ``sum d_j sigma[t-j] = sum n_j u[t-j]`` and ``u = -phi(sigma)``."""
+    law = piecewise(proof["points"], proof["left"], proof["right"])
+    u, n, d = numbers(proof["u"]), numbers(system["numerator"]), numbers(system["denominator"])
+    sigma, n, p = numbers(proof["sigma"], len(u)), [ZERO] * (len(d) - len(n)) + n, len(u)
+    need(law.member(laws), "the law is not in the class")
+    direct = [1 + g * n[0] / d[0] for g in (chords(law) if laws.slope == (-INF, INF) else law.slopes)]
+    need(min(direct) > 0 or max(direct) < 0, "1 + g H(inf) does not keep its sign over the law")
+    for t in range(p):
+        tick()
+        need(law.at(sigma[t]) == -u[t], f"sample {t} is not on the law")
+        rest = sum(d[j] * sigma[(t - j) % p] - n[j] * u[(t - j) % p] for j in range(len(d)))
+        need(rest == 0, f"sample {t} does not satisfy the difference equation")
+    moves = len(set(sigma)) > 1
+    need(any(u) and (moves or not critical), "u vanishes, or it is an equilibrium in the critical case")
+    return {"orbit": f"a motion that repeats after {p} samples" if moves else "an equilibrium other than 0"}
+
+
+def flow_orbit(realised: Any, laws: Laws, proof: Any) -> dict[str, str]:
+    """An orbit ``X' = G_i X``, ``X = (x, 1)``, over the pieces of the law, near the given one, by a contraction.
+
+    First state and durations ``z`` solve ``F(z) = (x_m -+ x_0, c x_(i-1) - level_i) = 0``.  Let ``|Y F| <= Y0`` at the
+    given ``z`` and ``|1 - Y F'| <= Z1 < 1`` within ``r`` of it (maximum norm), ``Y0 + Z1 r < r``: then ``z - Y F(z)``
+    maps that ball into itself and contracts, ``Y`` is regular and the fixed point a zero.  Balls of radius 0 and ``r``
+    go through the pieces; ``|exp(G (t + q)) - exp(G t)| <= 2 |G q| |exp(G t)|`` if ``|G q| <= 1``.
+    """
+    (A, b, c, d), bits, pieces, half = realised, integer(proof["bits"], 64, 4096), proof["pieces"], proof["half"]
+    law, x0, n = piecewise(proof["points"], proof["left"], proof["right"]), numbers(proof["state"], len(b)), len(b)
+    times, r, sign = numbers(proof["durations"], len(pieces)), number(proof["radius"]), -1 if half else 1
+    form(type(half) is bool and len(proof["inverse"]) == n + len(times), "half is a flag, and the inverse is square")
+    Y, bounds = ball([numbers(row, n + len(times)) for row in proof["inverse"]], bits), list[list[int]]()
+    need(law.member(laws._replace(odd=laws.odd or half)), "the law is not in the class, or half needs an odd one")
+    need(all(1 + d * k > 0 for k in law.slopes), "1 + slope H(inf) > 0 is needed on every piece")
+    kinks = [(x, w, k) for (x, w), h, k in zip(law.knots, law.slopes, law.slopes[1:]) if h != k]
+    levels = [-INF, *(x + d * w for x, w, _ in kinks), INF]  # of y = c x = sigma + d phi, which tells the pieces
+    path = [integer(p, 0, len(kinks)) for p in pieces] + [len(kinks) - pieces[0] if half else pieces[0]]
+    need(all(abs(p - q) == 1 for p, q in pairwise(path)), "the pieces do not follow one another")
+    entries = [sign * levels[max(path[-2:])], *(levels[max(p, q)] for p, q in pairwise(pieces))]
+    lines = [(*law.knots[0], law.slopes[0]), *kinks]  # sigma, phi, slope
+    forces = [[k * v / (1 + d * k) for v in c] + [(w - k * x) / (1 + d * k)] for x, w, k in lines]  # phi = f X
+    closed = [[*gained([[*row, ZERO] for row in A], b, f), [ZERO] * (n + 1)] for f in forces]
+    stays = [(closed[p], t, levels[p : p + 2]) for p, t in zip(pieces, times)]
+    need(all(0 < 4 * r < t and r * size(G) <= 1 for G, t, _ in stays), "the radius must be positive and small")
+    unit = [*identity(n, n + len(times)), [ZERO] * (n + len(times))]
+    for q in (ZERO, r):
+        first = ball([[v, *row] for v, row in zip([*x0, 1], unit)], bits)
+        Z = first = first._replace(error=first.error + int(q * 2**bits) + 1)  # [X_i, X_i']
+        starts, rows = list[Ball](), list[Ball]()
+        for j, ((G, t, _), level) in enumerate(zip(stays, entries), n + 1):
+            starts, rows = [*starts, Z], [*rows, product(ball([[*c, -level]], bits), Z)]
+            E = exponential(G, t, bits)
+            Z = product(E._replace(error=E.error + int(2 * size(G) * q * norm(E)) + 1), Z)
+            push = product(ball(G, bits), Z)
+            for row, (v, *_) in zip(Z.rows, push.rows):
+                row[j] += v
+            Z = Z._replace(error=Z.error + push.error)
+        closing = plus(Z, first, -sign)
+        F = Ball(closing.rows[:n] + [X.rows[0] for X in rows], max(X.error for X in [closing, *rows]), bits)
+        P = product(Y, F)  # [Y F, Y F']
+        for i, row in enumerate(P.rows):
+            row[i + 1] -= 2**bits
+        bounds.append([max(sum(map(abs, row[s])) for row in P.rows) + P.error for s in (slice(1), slice(1, None))])
+    need(bounds[0][0] + bounds[1][1] * r < r * 2**bits, "no contraction near the given orbit")
+    for (G, t, sides), X in zip(stays, starts):
+        X, least = X._replace(rows=[row[:1] for row in X.rows]), int(8 * size(G) * t) + 8
+        counts = [least << k for k in range(12) if least << k <= 2**16]
+        need(any(inside(G, c, X, (t, r), sides, count) for count in counts), "y is not shown to stay on a piece")
+    return {"orbit": f"a periodic motion; {len(times)} switches of the piece make {'half a' if half else 'a'} period"}
+
+
+def inside(G: Any, c: Any, X: Ball, time: Any, sides: Any, count: int) -> bool:
+    """Whether ``y = c exp(G s) X`` is between the sides for ``0 < s < t'``, ``|t' - t| <= r``, if on one at both."""
+    (t, r), (low, high), one, C = time, sides, 2**X.bits, [[*c, ZERO]]
+    for _ in range(2):
+        C.append([sum(map(operator.mul, C[-1], column)) for column in zip(*G)])
+    E, step, R = exponential(G, t / count, X.bits), t / count + r, ball(C[:2], X.bits)
+    for j in range(count):  # y and y' by Taylor's formula, |exp(G s)| <= 2 on a step
+        P, turn = product(R, X), 2 * step * size(C[2:]) * norm(X)
+        (y,), (v,) = P.rows
+        rises, falls = v - P.error > turn, v + P.error < -turn
+        least = (y - P.error + step * (min(0, v - P.error) - turn / 2)) / one
+        most = (y + P.error + step * (max(0, v + P.error) + turn / 2)) / one
+        above = least > low or (j == 0 and rises) or (j == count - 1 and falls)
+        if not (above and (most < high or (j == 0 and falls) or (j == count - 1 and rises))):
+            return False
+        X = product(E, X)
+    return 2 * size(G) * step <= 1 and r < t / count
