@@ -24,7 +24,7 @@ Multiplier = dict[str, Any]
 
 EASE = Fraction(5, 4)
 _NEARBY = (Fraction(1), Fraction(9, 8), Fraction(2), Fraction(7, 8), Fraction(1, 2))
-_SHRINKING = tuple(1 - Fraction(1, 10**digits) for digits in (12, 9, 6, 4, 3, 2, 1))
+_SHRINKING = tuple(1 - Fraction(1, 10**digits) for digits in (24, 18, 15, 12, 9, 6, 4, 3, 2, 1))
 
 
 def multipliers(block: Block, answer: Answer, upper: Upper) -> Iterator[Multiplier]:
@@ -46,8 +46,8 @@ def multipliers(block: Block, answer: Answer, upper: Upper) -> Iterator[Multipli
 
     Notes
     -----
-    Where ``theta`` (``alpha``, ``tau``) grows without bound with ``k``, no one multiplier serves every finite ``k``, and
-    for ``"finite"`` there is nothing to try; for one number the criterion is asked again.
+    Where ``theta`` (``alpha``, ``tau``) grows without bound with ``k``, no one multiplier serves every finite ``k``,
+    and for ``"finite"`` there is nothing to try; for one number the criterion is asked again.
     """
     if isinstance(block, UpwindScheme | RodBlock):
         yield {"theta": str(rod_theta(block.rod))} if answer.criterion == "popov" else {}
@@ -78,6 +78,24 @@ def rod_theta(rod: Rod) -> Fraction:
     if k <= 0:
         raise AssumptionError(f"rod.damping is {float(k):g}; Popov's criterion needs a positive one")
     return EASE * L * abs(k * k - A * A * rho * E) / (k * A * E) or Fraction(f"{rod.travel_time:.3g}")
+
+
+def rod_circle_bound(rod: Rod) -> Fraction | None:
+    r"""``(E/L) min(k, Z)^2/|k^2 - Z^2|`` [Pa/m], below which the circle criterion covers ``[0, K]`` for every scheme.
+
+    Parameters
+    ----------
+    rod : Rod
+        A rod with ``damping > 0``.
+
+    Returns
+    -------
+    Fraction or None
+        None for ``k = Z``, where there is no bound.
+    """
+    E, rho, L, A, k = (rod.exact[name] for name in ("youngs_modulus", "density", "length", "area", "damping"))
+    squares = k * k, A * A * rho * E
+    return E / L * min(squares) / abs(squares[0] - squares[1]) if squares[0] != squares[1] else None
 
 
 def _own(answer: Answer, upper: Upper) -> Iterator[Multiplier]:

@@ -1,0 +1,221 @@
+"""Certificates for what the criteria proved, by the polynomial, cover and structure methods: proposed, then checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Literal
+
+import numpy as np
+
+from analysis.answer import Answer
+from analysis.certificates.arithmetic import Rejected
+from analysis.certificates.checker import CONVENTION, FORMAT, Proved, check
+from analysis.certificates.covers import Uncovered, cover_proof, has_delays
+from analysis.certificates.drafts import completed
+from analysis.certificates.multipliers import Block, Multiplier, Upper, multipliers, rod_circle_bound
+from analysis.certificates.systems import laws_of, system_of, text
+from lure.delay import DelayBlock
+from lure.errors import AssumptionError
+from lure.law_class import LawClass
+from lure.rational import RationalBlock
+from lure.sector import Sector
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+Numbers = Literal["rationals", "decimals as written", "doubles, exactly"]
+
+DOUBLES_BELOW = 3
+STEPS_DOWN = (1e-15, 1e-14, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7)
+FARTHER_DOWN = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 5e-4, 9e-4)
+ROD_SLACK = Fraction(1, 10**12)
+LARGE = (10**12, 10**9, 10**6, 10**3)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Certified:
+    """A certificate that the checker accepted.
+
+    Attributes
+    ----------
+    proved : Proved
+        What it proves; ``proved.certificate`` is the certificate.
+    upper : Fraction or {"finite", "inf"}
+        Upper end of the class certified: it can be below the one asked for, and the claim then has to be lowered.
+    """
+
+    proved: Proved
+    upper: Upper
+
+
+def answer_draft(block: Block, answer: Answer, upper: Upper, *, numbers: Numbers = "rationals") -> dict[str, Any]:
+    """The likeliest certificate for an answer, without what :func:`analysis.certificates.drafts.completed` fills in.
+
+    Parameters
+    ----------
+    block : RationalBlock, DelayBlock, UpwindScheme or RodBlock
+        The block of the answer.
+    answer : Answer
+        An answer whose verdict is PROVED, of any criterion; of ``hurwitz`` whatever its verdict: the certificate is
+        then about linear gains.
+    upper : Fraction or {"finite", "inf"}
+        Upper end of the class.
+    numbers : str
+        Where the coefficients came from.
+
+    Raises
+    ------
+    AssumptionError
+        No multiplier serves such a class; give a number for ``upper``.
+    """
+    for multiplier in multipliers(block, answer, upper):
+        return _draft(block, answer, upper, multiplier, numbers)
+    raise AssumptionError(
+        f"no one multiplier of {answer.criterion} serves every finite k here; give a number for the upper end"
+    )
+
+
+def certified(block: Block, answer: Answer, upper: Upper | None = None, *, numbers: Numbers = "rationals") -> Certified:
+    r"""A certificate for an answer that the checker accepted.
+
+    Multipliers beside that of the answer are tried, and then smaller classes: the next doubles below, relative steps
+    from 1e-15 on, up to 5e-4 where the inequality has delays; for ``"finite"`` where no one multiplier serves, large
+    numbers.
+
+    Parameters
+    ----------
+    block : RationalBlock, DelayBlock, UpwindScheme or RodBlock
+        The block of the answer.
+    answer : Answer
+        An answer whose verdict is PROVED; of ``hurwitz`` whatever its verdict.
+    upper : Fraction or {"finite", "inf"}, optional
+        Upper end of the class; by default that of ``answer.law_class``, or ``"finite"`` where that is infinite.
+    numbers : str
+        Where the coefficients came from.
+
+    Returns
+    -------
+    Certified
+        With what was proved, and how far.
+
+    Raises
+    ------
+    Rejected
+        The checker accepted none; the reason is that of the likeliest.
+    """
+    asked = _default(block, answer) if upper is None else upper
+    first: Rejected | None = None
+    for smaller in _uppers(block, answer, asked):
+        for multiplier in multipliers(block, answer, smaller):
+            try:
+                proved = check(completed(_draft(block, answer, smaller, multiplier, numbers)))
+            except (Rejected, Uncovered) as refusal:
+                first = first or (refusal if isinstance(refusal, Rejected) else Rejected(str(refusal)))
+                continue
+            if isinstance(proved, Proved):
+                return Certified(proved=proved, upper=smaller)
+    raise first or Rejected(f"no multiplier of {answer.criterion} to propose")
+
+
+def energy_draft(block: UpwindScheme | RodBlock, *, numbers: Numbers = "rationals") -> dict[str, Any]:
+    """The certificate of the energy theorem for the rod or its scheme: the sector ``[0, inf]``, no multiplier.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The scheme, or the rod itself.
+    numbers : str
+        Where the parameters came from.
+    """
+    laws = laws_of(LawClass(sector=Sector(0, math.inf)), unbounded=True)
+    return _certificate(block, laws, ("rod-energy", {}, {"method": "structure"}), numbers)
+
+
+def _draft(block: Block, answer: Answer, upper: Upper, multiplier: Multiplier, numbers: Numbers) -> dict[str, Any]:
+    rod = isinstance(block, UpwindScheme | RodBlock)
+    theorem = f"rod-{answer.criterion}" if rod else answer.criterion
+    method = "structure" if rod else "polynomial"
+    draft = _certificate(block, _laws(block, answer, upper), (theorem, multiplier, {"method": method}), numbers)
+    return {**draft, "proof": cover_proof(draft)} if has_delays(draft) else draft
+
+
+def _certificate(
+    block: Block, laws: dict[str, Any], proof: tuple[str, Multiplier, dict[str, Any]], numbers: Numbers
+) -> dict[str, Any]:
+    theorem, multiplier, method = proof
+    return {
+        "format": FORMAT,
+        "verdict": "PROVED",
+        "convention": CONVENTION,
+        "numbers": numbers,
+        "system": system_of(block),
+        "laws": laws,
+        "law": None,
+        "theorem": theorem,
+        "multiplier": multiplier,
+        "proof": method,
+    }
+
+
+def _laws(block: Block, answer: Answer, upper: Upper) -> dict[str, Any]:
+    """The class of the answer with another upper end."""
+    given = answer.law_class
+    laws = laws_of(given, unbounded=False, linear=answer.criterion == "hurwitz")
+    top = upper if isinstance(upper, str) else text(upper)
+    laws["sector"][1] = top
+    if given.slope is not None and not _no_upper_slope(block, answer):
+        laws["slope"][1] = top
+    return laws
+
+
+def _no_upper_slope(block: Block, answer: Answer) -> bool:
+    """Whether the laws of the answer may be steeper than their sector: Tsypkin's, unless ``H(inf) < 0``."""
+    direct = isinstance(block, RationalBlock) and block.feedthrough < 0
+    return answer.criterion == "tsypkin" and not direct
+
+
+def _default(block: Block, answer: Answer) -> Upper:
+    upper = answer.law_class.sector.upper
+    if upper != math.inf:
+        return Fraction(upper)
+    return "inf" if isinstance(block, UpwindScheme | RodBlock) and answer.criterion == "popov" else "finite"
+
+
+def _uppers(block: Block, answer: Answer, upper: Upper) -> Iterator[Upper]:
+    """The end asked for, then smaller ones."""
+    yield upper
+    lower = answer.law_class.sector.lower
+    if lower == -math.inf:
+        return
+    if isinstance(block, UpwindScheme | RodBlock):
+        bound = rod_circle_bound(block.rod) if answer.criterion == "circle" else None
+        if bound is not None:
+            yield (1 - ROD_SLACK) * bound
+        return
+    low = Fraction(lower)
+    if isinstance(upper, str):
+        yield from (low + size * _unit(block) for size in LARGE)
+        return
+    doubles, value = list[Fraction](), math.nextafter(float(upper), -math.inf)
+    for _ in range(DOUBLES_BELOW):
+        doubles.append(Fraction(value))
+        value = math.nextafter(value, -math.inf)
+    steps = FARTHER_DOWN if _delayed(block, answer) else STEPS_DOWN
+    yield from (smaller for smaller in doubles if low < smaller < upper)
+    yield from (upper - (upper - low) * Fraction(step) for step in steps)
+
+
+def _delayed(block: Block, answer: Answer) -> bool:
+    kernels = answer.parameters.get("kernels")
+    return isinstance(block, DelayBlock) or (isinstance(kernels, list) and any("delay" in kernel for kernel in kernels))
+
+
+def _unit(block: RationalBlock | DelayBlock) -> Fraction:
+    """A power of ten of about the size of ``1/|H|``."""
+    omega = np.geomspace(1e-4, 3.0, 40)
+    discrete = isinstance(block, RationalBlock) and block.dt is not None
+    size = np.abs(block.transfer(np.exp(1j * omega) if discrete else 1j * omega))
+    largest = float(np.max(size[np.isfinite(size)], initial=0.0))
+    return Fraction(10) ** -round(math.log10(largest)) if largest > 0 else Fraction(1)
