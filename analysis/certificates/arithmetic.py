@@ -53,17 +53,20 @@ def fields(data: Any, *names: str) -> list[Any]:
 
 
 def number(text: Any) -> Fraction:
+    """An exact number from the text ``p`` or ``p/q``."""
     form(isinstance(text, str) and NUMBER.fullmatch(text) is not None, f"not a number of the form p/q: {text!r:.60}")
     return Fraction(text)
 
 
 def numbers(data: Any, length: int | None = None) -> list[Fraction]:
+    """A list of exact numbers, of a certain length if given."""
     form(isinstance(data, list) and 0 < len(data) <= 2000, "a list of 1 to 2000 numbers is missing")
     form(length in (None, len(data)), f"a list needs {length} numbers")
     return [number(text) for text in data]
 
 
 def integer(data: Any, least: int, most: int) -> int:
+    """A count within bounds."""
     form(type(data) is int and least <= data <= most, f"a count is {data!r:.40}, not within {least} and {most}")
     return int(data)
 
@@ -96,6 +99,8 @@ def parsed(data: str | bytes) -> Any:
 
 # -- sums of (u + i v) omega^n exp(-i omega tau)
 class Form(dict[tuple[Fraction, int], tuple[Fraction, Fraction]]):
+    """A sum of ``(u + i v) omega^n exp(-i omega tau)``, as ``{(tau, n): (u, v)}``."""
+
     def __add__(self, other: Form) -> Form:
         out = Form(self)
         for key, (u, v) in other.items():
@@ -104,6 +109,7 @@ class Form(dict[tuple[Fraction, int], tuple[Fraction, Fraction]]):
         return Form({key: z for key, z in out.items() if any(z)})
 
     def __mul__(self, other: Form) -> Form:
+        tick()
         out = Form()
         for (s, m), (a, b) in self.items():
             for (t, n), (c, d) in other.items():
@@ -115,6 +121,7 @@ class Form(dict[tuple[Fraction, int], tuple[Fraction, Fraction]]):
         return self * self ** (n - 1) if n > 0 else real(1)
 
     def conjugate(self) -> Form:
+        """The complex conjugate."""
         return Form({(-tau, n): (u, -v) for (tau, n), (u, v) in self.items()})
 
     def part(self, imaginary: int = 0, tau: Fraction = ZERO) -> list[Fraction]:
@@ -178,8 +185,10 @@ def value(p: Any, x: Fraction) -> Fraction:
 
 
 def roots(p: Any, q: Any, low: Fraction, high: Fraction | None) -> int:
-    """Sturm and Tarski; p is not 0 at the ends."""
-    """Distinct roots of ``p`` in ``(low, high)`` with ``q > 0`` less those with ``q < 0``; ``high`` None: infinity."""
+    """Distinct roots of ``p`` in ``(low, high)`` with ``q > 0`` less those with ``q < 0``; ``high`` None: infinity.
+
+    By Sturm and Tarski; ``p`` must not vanish at the ends.
+    """
     slope = real(*(i * a for i, a in enumerate(p) if i))
     rows = chain(primitive(p), primitive((slope * real(*q)).part()))
     ends = [value(row, low) for row in rows], [row[-1] if high is None else value(row, high) for row in rows]
@@ -187,9 +196,8 @@ def roots(p: Any, q: Any, low: Fraction, high: Fraction | None) -> int:
     return before - after
 
 
-def positive(
-    p: Any, low: Fraction = ZERO, high: Fraction | None = None
-) -> bool:  # on [low, high]; None: and at infinity
+def positive(p: Any, low: Fraction = ZERO, high: Fraction | None = None) -> bool:
+    """Whether ``p > 0`` on ``[low, high]``; for None on ``[low, inf)``, with a positive leading coefficient."""
     if not p or value(p, low) <= 0 or (p[-1] if high is None else value(p, high)) <= 0:
         return False
     if low == 0 and high is not None and p[0] + sum(min(a, 0) * high**i for i, a in enumerate(p) if i) > 0:
@@ -210,16 +218,20 @@ def hurwitz(d: Form) -> bool:
 
 # -- matrices
 class Ball(NamedTuple):
+    """A matrix of integers in units of 2^-bits, off by at most ``error`` units in the infinity norm."""
+
     rows: list[list[int]]
     error: int
     bits: int
 
 
 def norm(X: Ball) -> int:
+    """Bound on the infinity norm, in units."""
     return max(sum(map(abs, row)) for row in X.rows) + X.error
 
 
 def ball(matrix: Any, bits: int) -> Ball:
+    """The ball around an exact matrix."""
     return Ball([[round(v * 2**bits) for v in row] for row in matrix], len(matrix[0]), bits)
 
 
@@ -232,11 +244,13 @@ def product(X: Ball, Y: Ball) -> Ball:
 
 
 def plus(X: Ball, Y: Ball, sign: int = 1) -> Ball:
+    """``X + sign Y``."""
     rows = [[x + sign * y for x, y in zip(row, other)] for row, other in zip(X.rows, Y.rows)]
     return Ball(rows, X.error + Y.error, X.bits)
 
 
 def identity(n: int, columns: int | None = None) -> list[list[Fraction]]:
+    """The unit matrix, wide if so many columns are given."""
     return [[Fraction(i == j) for j in range(columns or n)] for i in range(n)]
 
 
@@ -306,12 +320,8 @@ def box(F: Form, a: Fraction, b: Fraction, order: int, critical: bool = False) -
         c, s, error = (Fraction(x, 2**160) for x in (E.rows[0][0], E.rows[1][0], E.error if a else 0))
         taylor = [tau**j / math.factorial(j) for j in range(order)]
         C, Z = (real(*(x * sign[j % 4] for j, x in enumerate(taylor))) for sign in ((1, 0, -1, 0), (0, 1, 0, -1)))
-        wide = real(
-            *(
-                sum(abs(z) for part in parts for z in part.get((ZERO, n), ()))
-                for n in range(len(p.part()) + len(q.part()))
-            )
-        )
+        sizes = [[abs(x) for x in part.part()] for part in parts]
+        wide = real(*sizes[0]) + real(*sizes[1])
         off = real(-2 * error, *[0] * (order - 1), -4 * abs(tau) ** order / math.factorial(order))
         body = body + (real(c) * p + real(s) * q) * C + (real(c) * q + real(-s) * p) * Z + wide * off
     left = body.part()
@@ -319,15 +329,16 @@ def box(F: Form, a: Fraction, b: Fraction, order: int, critical: bool = False) -
 
 
 def tail(F: Form, start: Fraction, degree: int) -> bool:
-    """Whether ``Re F > 0`` from ``start`` on, and at infinity over ``omega^degree``: the undelayed part outweighs the rest.
+    """Whether ``Re F > 0`` from ``start`` on, and at infinity over ``omega^degree``: the undelayed part prevails.
 
     For any weights ``l > 0``, ``(sum |z_tau|)^2 <= sum l sum |z_tau|^2/l``; taken are the leading coefficients.
     """
     parts = {t: Form({(ZERO, n): z for (tau, n), z in F.items() if tau == t}) for t, _ in F if t}
     lead = {t: max(*map(abs, z.get((ZERO, degree), (ZERO, ZERO)))) for t, z in parts.items()}
-    weight = {t: max(l, sum(lead.values()) / 10**6) or Fraction(1) for t, l in lead.items()}
+    least = sum(lead.values(), ZERO) / 10**6
+    weight = {t: max(l, least) or Fraction(1) for t, l in lead.items()}
     A, square = F.part(), Form()
     for t, z in parts.items():
-        square = square + z * z.conjugate() * real(-sum(weight.values()) / weight[t])
+        square = square + z * z.conjugate() * real(-sum(weight.values(), ZERO) / weight[t])
     left = (real(*A) * real(*A) + square).part()
     return len(A) == degree + 1 and len(left) == 2 * degree + 1 and positive(A, start) and positive(left, start)

@@ -50,6 +50,11 @@ def block(system: Any) -> Block:
     return Block(n, homogeneous(d, up, down, order), order, direct, discrete, system["kind"] == "delay")
 
 
+def over_s(d: Form) -> Form:
+    """``d/s``, for ``d(0) = 0``."""
+    return Form({(tau, n - 1): (v, -u) for (tau, n), (u, v) in d.items() if n})
+
+
 def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
     """``d + l n`` for the sector shifted by ``l``, whether it is critical, and what was checked of its roots."""
     need(l == 0 or not B.delayed, "with dead time the classes begin at 0")
@@ -58,7 +63,7 @@ def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
     need(max((n for _, n in d), default=-1) == B.order, "d + l n has a root at z = -1")
     if hurwitz(d):
         return d, False, f"d + l n, of degree {B.order}, has all roots strictly inside"
-    low = Form({(tau, n - 1): (v, -u) for (tau, n), (u, v) in d.items() if n})  # d/s
+    low = over_s(d)
     need((ZERO, 0) not in d and hurwitz(low), f"d + l n has a root not strictly inside, and not one at {at} alone")
     residue = sum((u for (_, n), (u, _) in B.n.items() if n == 0), ZERO) / low[ZERO, 0][0]
     need(residue > 0, f"the residue at {at} is {residue}, not positive")
@@ -127,10 +132,10 @@ def scheme(system: Any) -> tuple[Any, Any, Any]:
 
 
 def identity(N: int) -> None:
-    """``V' + (1/2) sum (prev_i - y_i)^2 + (1 - a^2)/2 y_2N^2 = 0`` for the scheme, as a form in ``y_1..y_2N`` and ``p = y_0``.
+    """``V' + (1/2) sum (prev_i - y_i)^2 + (1 - a^2)/2 y_2N^2 = 0`` for the scheme, a form in ``y`` and ``p = y_0``.
 
-    Its coefficients are polynomials of degree at most 2 in ``a`` and ``d`` with integer coefficients below 100: they vanish
-    if they do at ``a = 10^3``, ``d = 10^9``.
+    Its coefficients are polynomials of degree at most 2 in ``a`` and ``d`` with integer coefficients below 100: they
+    vanish if they do at ``a = 10^3``, ``d = 10^9``.
     """
     a, d, total = 10**3, 10**9, dict[tuple[int, int], int]()
 

@@ -2,10 +2,9 @@
 
     python checker.py certificate.json
 
-prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format and
-formulas: notebooks/notes/0008-certificates.md.  Nothing in a file is believed: every hypothesis is recomputed from the
-claim.  Nothing but this file can make a ``Proved`` or a ``Refuted``; ``arithmetic.py`` and ``states.py`` beside it
-compute.
+prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Formulas
+and format: notebooks/notes/0008-certificates.md.  Nothing in a file is believed: every hypothesis is recomputed from the
+claim.  Only this file can make a ``Proved`` or a ``Refuted``; ``arithmetic``, ``blocks``, ``states`` beside it compute.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ if not __package__:  # run as a script: the files beside it are its package
 from . import arithmetic as exact
 from . import states
 from .arithmetic import INF, ZERO, Form, Malformed, Rejected, S, fields, form, integer, need, number, numbers, real
-from .blocks import MINUS, Block, block, identity, realised, rod, shifted
+from .blocks import MINUS, Block, block, identity, over_s, realised, rod, shifted
 
 X1 = real(1, 0, 1)  # 1 + omega^2 = |1 + s|^2
 FORMAT, CONVENTION = "lure-certificate/1", "sigma = H mu, mu = -phi(sigma)"
@@ -40,7 +39,22 @@ RESTS = "every motion of finite energy comes to rest, its end at a zero of the l
 LINEAR = "every constant gain of the class makes the loop asymptotically stable"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHERS = "a loop of the class has equilibria other than 0"
+UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 INEQUALITY = "1/k + Re[(1 + i omega theta) H(i omega)] > 0 at every frequency, which alone proves nothing about the rod"
+HEAD = [
+    "format",
+    "verdict",
+    "convention",
+    "numbers",
+    "system",
+    "laws",
+    "law",
+    "theorem",
+    "multiplier",
+    "conclusion",
+    "hypotheses",
+    "proof",
+]
 SLOPED = ("off-axis-circle", "park", "zames-falb")
 _SEAL = object()
 
@@ -239,7 +253,7 @@ def structure(name: str, data: Any, system: Any, laws: states.Laws) -> tuple[str
 
 
 def linear(B: Block, laws: states.Laws) -> dict[str, str]:
-    """Every constant gain: no root of ``d + g n`` meets the axis, for at the roots of ``Im n d*`` the real part is too large."""
+    """Every constant gain: at the roots of ``Im n d*``, where ``d + g n`` could vanish, ``|d|^2 + g Re n d* > 0``."""
     (l, k), one = laws.sector, [1]
     need(laws.linear and abs(l) != INF and not B.delayed, "it is about constant gains from a finite lower bound on")
     d, critical, stable = shifted(B, l)
@@ -266,7 +280,7 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
         E, rho, _, area, k, _ = rod(system)
         slow = k * k < area * area * rho * E
         need(k < 0 and k * k != area * area * rho * E, "the rod is refuted for k < 0, k not -Z")
-        need(all((a <= 0) if slow else (b > 0) for a, b in bounds), "the law is not in the class")
+        need(all(a <= 0 <= b if slow else b > 0 for a, b in bounds), "the law is not in the class")
         return MOVES, {
             "growth": "phi = 0: a wave mode grows, |a| > 1" if slow else "a gain > 0: a positive real root, A/k < 0"
         }
@@ -300,21 +314,20 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
     need(method == "linear-gain" and not B.delayed, f"there is no refutation {method!r:.40} for this system")
     g = number(fields(proof, "method", "gain")[1])
     need(all(x <= g <= y for x, y in bounds), "the gain is outside the class")
+    if 1 + g * B.direct == 0:
+        return UNSOLVABLE, {"root": f"1 + g H(inf) = 0 for g = {g}"}
     d = B.d + real(g) * B.n
-    if max((n for _, n in d), default=-1) == B.order:
-        low = Form({(tau, n - 1): (v, -u) for (tau, n), (u, v) in d.items() if n})
-        need(not exact.hurwitz(d), "the gain is stable")
-        if (ZERO, 0) not in d and exact.hurwitz(low):
-            need(not critical, "a simple root at 0 alone refutes nothing in the critical case")
-            return OTHERS, {"root": f"d + g n has a simple root at 0 for g = {g}"}
-    return MOVES, {"root": f"d + g n is not Hurwitz for g = {g} (or has a root at infinity), by Routh's array"}
+    outside = max((n for _, n in d), default=-1) < B.order  # in discrete time a root at z = -1
+    need(outside or not exact.hurwitz(d), "the loop with this gain is stable")
+    if not outside and (ZERO, 0) not in d and exact.hurwitz(over_s(d)):
+        need(not critical, "a simple root at 0 alone refutes nothing in the critical case")
+        return OTHERS, {"root": f"d + g n has a simple root at 0 for g = {g}, the others strictly inside"}
+    return MOVES, {"root": f"d + g n, g = {g}, has a root on the axis or right of it, by Routh's array"}
 
 
 def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
     """What a certificate shows: kind, conclusion, and every hypothesis with how it was found to hold."""
-    head = fields(certificate, "format", "verdict", "convention", "numbers", "system", "laws", "law", "theorem", "multiplier",
-                  "conclusion", "hypotheses", "proof")  # fmt: skip
-    version, verdict, convention, origin, system, given, law, name, data, _, _, proof = head
+    version, verdict, convention, origin, system, given, law, name, data, _, _, proof = fields(certificate, *HEAD)
     form(
         (version, convention) == (FORMAT, CONVENTION) and origin in ORIGINS,
         f"format, convention or numbers: not of {FORMAT}",
@@ -325,7 +338,7 @@ def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
     )
     form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")
     laws = states.classes(given)
-    facts = {"class": f"phi(0) = 0, continuous, {described(laws)}: assumed of the class"}
+    facts = {"class": f"phi(0) = 0, locally Lipschitz, {described(laws)}: assumed of the class"}
     if law is not None:
         facts["law"] = states.known(law, laws)
     if verdict == "REFUTED":
@@ -355,25 +368,16 @@ def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
 
 def described(laws: states.Laws) -> str:
     """The class of laws in words."""
-    ends = (
-        ("no" if free else "every finite") + " bound" if k == INF else f"{k}"
-        for k, free in zip((laws.sector[1], laws.slope[1]), laws.endless, strict=True)
-    )
-    top, steep = ends
-    words = (
-        "constant gains"
-        if laws.linear
-        else "time-varying laws"
-        if laws.varying
-        else "time-invariant laws, locally Lipschitz"
-    )
+    ends = [("no" if free else "every finite") + " bound" for free in laws.endless]
+    top, steep = (word if k == INF else f"{k}" for word, (_, k) in zip(ends, (laws.sector, laws.slope)))
+    kind = "constant gains" if laws.linear else "time-varying laws" if laws.varying else "time-invariant laws"
     slopes = f", slopes from {laws.slope[0]} up to {steep}" if laws.slope != (-INF, INF) else ""
-    return f"{'odd ' * laws.odd}{words}, phi(sigma)/sigma from {laws.sector[0]} up to {top}{slopes}"
+    return f"{'odd ' * laws.odd}{kind}, phi(sigma)/sigma from {laws.sector[0]} up to {top}{slopes}"
 
 
 def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600) -> Proved | Refuted:
     """What the certificate proves or refutes; raises ``Rejected`` or ``Malformed`` (both ``ValueError``) otherwise."""
-    certificate = exact.parsed(data if isinstance(data, str | bytes) else json.dumps(data))
+    certificate = exact.parsed(data if isinstance(data, str | bytes) else json.dumps(dict(data)))
     exact.DEADLINE[0] = time.monotonic() + seconds
     kind, conclusion, facts = examine(certificate)
     need(certificate["conclusion"] == conclusion, f"the conclusion is another: {conclusion}")

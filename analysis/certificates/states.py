@@ -36,6 +36,8 @@ from .arithmetic import (
 
 
 class Laws(NamedTuple):
+    """A class of laws."""
+
     sector: tuple[Any, Any]
     slope: tuple[Any, Any]  # (-inf, inf): nothing is assumed
     endless: tuple[bool, bool]  # whether the upper bounds are no bounds at all, or stand for every finite one
@@ -45,6 +47,7 @@ class Laws(NamedTuple):
 
 
 def classes(data: Any) -> Laws:
+    """The class of laws of a certificate."""
     sector, slope, odd, varying, linear = fields(data, "sector", "slope", "odd", "time_varying", "linear")
     form(all(type(x) is bool for x in (odd, varying, linear)), "odd, time_varying and linear are true or false")
     form(
@@ -63,11 +66,13 @@ class Law(NamedTuple):
     slopes: list[Fraction]
 
     def at(self, x: Fraction) -> Fraction:
+        """``phi(x)``."""
         i = sum(s < x for s, _ in self.knots)
         s, w = self.knots[max(i - 1, 0)]
         return w + self.slopes[i] * (x - s)
 
     def member(self, laws: Laws) -> bool:
+        """Whether the law lies in the class: chords between knots are monotone, next to 0 and far out slopes."""
         odd = self.slopes[0] == self.slopes[-1] and all(self.at(-x) == -w for x, w in self.knots)
         i = [x for x, _ in self.knots].index(ZERO)
         chords = [self.slopes[j] for j in (0, i, i + 1, -1)] + [w / x for x, w in self.knots if x]
@@ -76,6 +81,7 @@ class Law(NamedTuple):
 
 
 def piecewise(points: Any, left: Any, right: Any) -> Law:
+    """The law through points, (0, 0) among them, and its outer slopes."""
     form(isinstance(points, list) and all(isinstance(p, list) and len(p) == 2 for p in points), "points are pairs")
     knots = sorted((number(x), number(w)) for x, w in points)
     need(
@@ -162,17 +168,17 @@ def gained(A: Any, b: Any, f: Any) -> list[list[Fraction]]:
 
 def switched_gain(realised: Any, discrete: bool, laws: Laws, proof: Any) -> dict[str, str]:
     """Gains that repeat: with no eigenvalue of the period's ``M`` outside the unit disc, ``|trace M^N| <= n``."""
-    (A, b, c, d), gains, M = realised, numbers(proof["gains"]), None
+    (A, b, c, d), gains = realised, numbers(proof["gains"])
     bits, m, times = integer(proof["bits"], 64, 4096), integer(proof["squarings"], 0, 64), [Fraction(1)] * len(gains)
     times = times if discrete else numbers(proof["times"], len(gains))
     need(0 < len(b) <= 64 and all(t > 0 for t in times), "orders 1 to 64 and times > 0 are needed")
     need(laws.varying and not laws.linear, "the laws of the class do not vary")
     need(all(low <= g <= high for g in gains for low, high in (laws.sector, laws.slope)), "a gain is outside the class")
     need(all(1 + g * d != 0 for g in gains), "1 + g H(inf) = 0")
+    M = ball(identity(len(b)), bits)
     for g, t in zip(gains, times):
         G = gained(A, b, [g * v / (1 + g * d) for v in c])
-        step = ball(G, bits) if discrete else exponential(G, t, bits)
-        M = step if M is None else product(step, M)
+        M = product(ball(G, bits) if discrete else exponential(G, t, bits), M)
     for _ in range(m):
         M = product(M, M)
     trace = abs(sum(row[i] for i, row in enumerate(M.rows))) - len(b) * M.error
@@ -266,4 +272,4 @@ def inside(G: Any, c: Any, X: Ball, time: Any, sides: Any, count: int) -> bool:
         if not (above and (most < high or (j == 0 and falls) or (j == count - 1 and rises))):
             return False
         X = product(E, X)
-    return 2 * size(G) * step <= 1 and r < t / count
+    return bool(2 * size(G) * step <= 1 and r < t / count)
