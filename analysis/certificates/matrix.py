@@ -1,0 +1,210 @@
+"""Certificates with a matrix P: the circle and Popov's criterion in state space, without a semidefinite program."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from analysis.certificates.arithmetic import Malformed, Rejected
+from analysis.certificates.blocks import realised
+from analysis.certificates.multipliers import Upper
+from analysis.certificates.riccati import MOST_IN_BALLS, Inequality, Rounded, solutions
+from analysis.certificates.scheme_energy import energy_matrix
+from analysis.certificates.states import deflated, matrix_facts
+from analysis.certificates.systems import system_of, text
+from analysis.exact_matrix import column_of, integer_multiple, null_space
+from lure.errors import AssumptionError
+from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
+from lure.upwind import UpwindScheme
+
+Vector = list[Fraction]
+Matrix = list[Vector]
+MatrixBlock = RationalBlock | StateSpaceBlock | UpwindScheme
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Claim:
+    r"""``1/width + Re[(1 + i omega theta) H] > 0`` of the shifted loop, in the states in which the checker reads ``P``.
+
+    Attributes
+    ----------
+    A, b, c, d : list of list of Fraction, list of Fraction, list of Fraction, Fraction
+        ``x' = A x + b mu``, ``sigma = c x + d mu``; in discrete time ``x[t+1] = ...``.
+    discrete : bool
+        Whether time is discrete.
+    width : Fraction or None
+        Width of the sector, positive; None for no upper end.
+    theta : Fraction
+        Popov's multiplier; 0 in discrete time.
+    """
+
+    A: Matrix
+    b: Vector
+    c: Vector
+    d: Fraction
+    discrete: bool
+    width: Fraction | None
+    theta: Fraction
+
+
+def matrix_draft(
+    block: MatrixBlock, upper: Upper, *, lower: Fraction = Fraction(0), theta: Fraction | None = None
+) -> dict[str, Any]:
+    r"""A certificate by a matrix ``P`` for the time-invariant laws of a sector, without what the checker fills in.
+
+    ``P`` makes ``V = x'P x + zeta^2/rho + 2 theta int phi`` fall along every motion.  The class may be narrowed or, for
+    ``theta`` None, widened to laws that vary in time by changing ``laws`` of the draft: the proof is the same.
+
+    Parameters
+    ----------
+    block : RationalBlock, StateSpaceBlock or UpwindScheme
+        The block; entries of matrices mean the doubles they are.
+    upper : Fraction or {"finite", "inf"}
+        Upper end of the sector.
+    lower : Fraction
+        Its lower end.
+    theta : Fraction, optional
+        Popov's multiplier [s], of either sign; None for the circle criterion.  For the scheme of the rod with no upper
+        end :func:`analysis.certificates.scheme_energy.energy_theta` always serves.
+
+    Returns
+    -------
+    dict
+        For :func:`analysis.certificates.drafts.completed`.  Up to order 64 the checker's test of ``P`` was made and
+        passed, beyond that one in floating point; neither proves anything until the checker accepts the certificate.
+
+    Raises
+    ------
+    AssumptionError
+        No ``P`` was found: the frequency inequality fails, ``A`` is not stable, the digits do not suffice, or the
+        numbers of the block are not rational.  Nothing follows about the loop.
+
+    Examples
+    --------
+    >>> draft = matrix_draft(RationalBlock([1], [1, 1]), Fraction(5))
+    >>> draft["theorem"], len(draft["proof"]["P"])
+    ('circle', 1)
+    """
+    system = system_of(block)
+    try:
+        A, b, c, d, discrete = realised(system, lower)
+    except (Rejected, Malformed) as refusal:
+        raise AssumptionError(f"no matrix P serves here: {refusal}") from None
+    width = None if isinstance(upper, str) else Fraction(upper) - lower
+    claim = Claim(A=A, b=b, c=c, d=d, discrete=discrete, width=width, theta=theta or Fraction(0))
+    energy = energy_matrix(block, claim.theta) if isinstance(block, UpwindScheme) and claim.theta > 0 else None
+    sector = [text(lower), upper if isinstance(upper, str) else text(upper)]
+    return {
+        "verdict": "PROVED",
+        "numbers": "doubles, exactly" if isinstance(block, StateSpaceBlock) else "rationals",
+        "system": system,
+        "laws": {"sector": sector, "slope": None, "odd": False, "time_varying": False, "linear": False},
+        "theorem": "circle" if theta is None else "popov",
+        "multiplier": {} if theta is None else {"theta": str(theta)},
+        "proof": _proof(claim, [] if energy is None else [energy]),
+    }
+
+
+def _proof(claim: Claim, first: Iterable[Rounded]) -> dict[str, Any]:
+    """The first ``P`` that passes."""
+    zero, reason = _zero(claim), "none was found"
+    for P in _candidates(claim, zero, first):
+        proof = {
+            "method": "matrix",
+            "P": [[str(v) for v in row] for row in P.rows],
+            "exponent": P.exponent,
+            "zero": zero,
+        }
+        if len(P.rows) > MOST_IN_BALLS:
+            return proof
+        try:
+            matrix_facts(claim.A, claim.b, claim.c, claim.d, claim.width, claim.theta, claim.discrete, proof)
+        except Rejected as refusal:
+            reason = str(refusal)
+        else:
+            return proof
+    raise AssumptionError(f"no matrix P was found ({reason}); try a smaller sector or another theta")
+
+
+def _candidates(claim: Claim, zero: dict[str, Any] | None, first: Iterable[Rounded]) -> Iterator[Rounded]:
+    """What to try, the likeliest first."""
+    yield from first
+    A, b, c, rho = claim.A, claim.b, claim.c, Fraction(0)
+    if zero is not None:
+        try:
+            A, b, c, rho = deflated(A, b, c, zero)
+        except Rejected as refusal:
+            raise AssumptionError(f"no matrix P serves here: {refusal}") from None
+    r = (Fraction(0) if claim.width is None else 2 / claim.width) + 2 * claim.d
+    if claim.discrete:
+        yield from _discrete(A, b, c, r)
+        return
+    q = list(c)
+    if claim.theta:
+        q = [v + claim.theta * _dot(c, column) for v, column in zip(c, zip(*A, strict=True), strict=True)]
+        r += 2 * claim.theta * (_dot(c, b) + rho)
+    if not r > 0:
+        raise AssumptionError(f"the frequency inequality fails at infinity, where it is {float(r) / 2:.6g}")
+    yield from solutions(Inequality(A=A, b=b, q=q, r=r))
+
+
+def _discrete(A: Matrix, b: Vector, c: Vector, r: Fraction) -> Iterator[Rounded]:
+    """By ``s = (z - 1)/(z + 1)``, ``J = (A + 1)^-1``: ``2 P`` serves ``1 - 2J``, ``J b``, ``2 c J``, ``r - 2 c J b``."""
+    from flint import fmpq, fmpq_mat
+
+    n = len(b)
+    if n > MOST_IN_BALLS:
+        near = np.linalg.inv(np.array([[float(v) for v in row] for row in A]) + np.eye(n))
+        J = [[Fraction(v) for v in row] for row in near.tolist()]
+    else:
+        plus = [[fmpq(v.numerator, v.denominator) + int(i == j) for j, v in enumerate(row)] for i, row in enumerate(A)]
+        try:
+            J = [[Fraction(int(v.p), int(v.q)) for v in row] for row in fmpq_mat(plus).inv().tolist()]
+        except ZeroDivisionError:
+            raise AssumptionError("A has the eigenvalue -1: the block is not stable") from None
+    Jb, cJ = [_dot(row, b) for row in J], [_dot(c, column) for column in zip(*J, strict=True)]
+    r -= 2 * _dot(cJ, b)
+    if not r > 0:
+        raise AssumptionError(f"the frequency inequality fails at z = -1, where it is {float(r) / 2:.6g}")
+    turned = [[int(i == j) - 2 * v for j, v in enumerate(row)] for i, row in enumerate(J)]
+    for P in solutions(Inequality(A=turned, b=Jb, q=[2 * v for v in cJ], r=r)):
+        yield Rounded(rows=P.rows, exponent=P.exponent + 1)
+
+
+def _zero(claim: Claim) -> dict[str, Any] | None:
+    """The zero eigenvalue in the words of a certificate, None if there is none or time is discrete."""
+    n = len(claim.b)
+    if claim.discrete or _regular(claim.A):
+        return None
+    entries = np.empty((n, n), dtype=object)
+    entries[:] = claim.A
+    whole = integer_multiple(entries, "A")
+    right, left = null_space(whole), null_space(whole.transpose())
+    if right.ncols() != 1:
+        return None
+    x, y = column_of(right), column_of(left)
+    return {"right": _short(x), "left": _short(y), "pivot": max(range(n), key=lambda i: abs(x[i]))}
+
+
+def _regular(A: Matrix) -> bool:
+    """Whether floating point finds ``A`` far from singular, which saves the exact test."""
+    size = np.array([[float(v) for v in row] for row in A])
+    scale = np.linalg.svd(size / max(float(np.max(np.abs(size))), 1e-300), compute_uv=False)
+    return bool(scale[-1] > 1e-6)
+
+
+def _short(vector: Vector) -> list[str]:
+    """A vector of integers without common divisor."""
+    shared = math.gcd(*(v.numerator for v in vector)) or 1
+    return [str(v / shared) for v in vector]
+
+
+def _dot(u: Iterable[Fraction], v: Iterable[Fraction]) -> Fraction:
+    """``u . v``, zeros skipped."""
+    return sum((x * y for x, y in zip(u, v, strict=True) if x and y), Fraction(0))

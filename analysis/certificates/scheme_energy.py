@@ -1,0 +1,96 @@
+"""The energy of the rod's scheme as a matrix P: a multiple of the identity, for every sector from 0."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+
+from analysis.certificates.riccati import Rounded
+from lure.errors import AssumptionError
+from lure.upwind import UpwindScheme
+
+EASE = 1.25
+BITS = 60
+PLACES = 4
+
+
+def energy_theta(scheme: UpwindScheme) -> Fraction:
+    r"""A ``theta`` [s] for which the energy of the scheme proves Popov's inequality on ``[0, inf]``.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme of a rod with ``k > 0``.
+
+    Returns
+    -------
+    Fraction
+        About a quarter above the least, a multiple of ``2 s d`` by a number of four binary places.
+
+    Raises
+    ------
+    AssumptionError
+        ``k <= 0``: the energy does not fall.
+
+    Notes
+    -----
+    With the dissipation ``D`` of ``notebooks/notes/0005-energy-theorem.md``, ``V' <= -2 sigma phi`` as soon as
+    ``(theta/d) D + 2 (w'y) phi >= 0`` for all ``(y, phi)``.  The ``2N`` jumps and the last wave are coordinates ``eta``
+    in which ``D = |eta|^2/2``; with ``w'y = alpha.eta`` and ``phi = beta.eta`` that is
+    ``theta >= 2 d (|alpha||beta| - alpha.beta)``.  It grows like ``sqrt(N)``, while the frequency inequality itself
+    needs a bounded ``theta``.
+
+    Examples
+    --------
+    >>> from lure import builtin_system, upwind
+    >>> energy_theta(upwind(builtin_system("paper-rod").rod, 10))
+    Fraction(220, 1)
+    """
+    if not scheme.rod.damping > 0:
+        raise AssumptionError(
+            f"rod.damping is {scheme.rod.damping:g}, and the energy falls only for a positive one; give one"
+        )
+    size = Fraction(EASE * _least(scheme)) / _unit(scheme)
+    step = Fraction(2) ** (math.floor(math.log2(size)) + 1 - PLACES)
+    return _unit(scheme) * step * math.ceil(size / step)
+
+
+def energy_matrix(scheme: UpwindScheme, theta: Fraction) -> Rounded | None:
+    """``P = theta/(2 s d)`` times 1, to 60 bits; None where ``theta`` is not large enough.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme.
+    theta : Fraction
+        Popov's multiplier.
+    """
+    if not (scheme.rod.damping > 0 and theta > _least(scheme)):
+        return None
+    size = theta / _unit(scheme)
+    exponent = max(0, BITS + math.floor(1 / size).bit_length() - math.floor(size).bit_length())
+    whole = round(size * 2**exponent)
+    while exponent and whole % 2 == 0:
+        whole, exponent = whole // 2, exponent - 1
+    return Rounded(rows=[[0] * i + [whole] for i in range(2 * scheme.cells)], exponent=exponent)
+
+
+def _least(scheme: UpwindScheme) -> float:
+    """The least ``theta``, for ``k > 0``."""
+    a, d, cells = scheme.rod.reflection, scheme.rod.mobility, scheme.cells
+    jumps = np.zeros((2 * cells + 1, 2 * cells + 1))  # of (y, phi)
+    for i in range(2 * cells):
+        jumps[i, i] -= 1.0
+        jumps[i, i - 1 if i else 2 * cells - 1] += 1.0 if i else -a
+    jumps[cells, 2 * cells] = -2.0 * d
+    jumps[2 * cells, 2 * cells - 1] = math.sqrt((1.0 - a) * (1.0 + a))
+    w = np.append(np.repeat([1.0, -a], cells) / (scheme.rate * (1.0 + a)), 0.0)
+    alpha, beta = np.linalg.solve(jumps.T, np.column_stack([w, np.eye(2 * cells + 1)[-1]])).T
+    return 2.0 * d * float(np.linalg.norm(alpha) * np.linalg.norm(beta) - alpha @ beta)
+
+
+def _unit(scheme: UpwindScheme) -> Fraction:
+    """``2 s d = 2 N/(rho L)``, whether or not the impedance is rational."""
+    return 2 * scheme.cells / (scheme.rod.exact["density"] * scheme.rod.exact["length"])
