@@ -33,6 +33,7 @@ _SLOPE = {
     "tsypkin": "tsypkin:tsypkin_criterion",
     "jury-lee": "jury_lee:jury_lee_criterion",
 }
+LONG = "zames-falb, full effort"  # takes minutes
 _ONE_SIDED = ("tsypkin", "jury-lee")
 
 
@@ -74,7 +75,7 @@ def questions(
         slope = law_class.slope
         if slope is not None and slope.upper != math.inf:
             yield (
-                "zames-falb, full effort",
+                LONG,
                 Fraction(slope.upper),
                 lambda: _zames_falb(block, slope, law_class, full=True),
             )

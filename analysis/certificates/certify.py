@@ -51,6 +51,12 @@ _WORST = (
 )
 
 
+_ORDER = (
+    *("format", "verdict", "convention", "numbers", "system", "laws", "law", "theorem", "multiplier"),
+    *("conclusion", "hypotheses", "proof"),
+)
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Ways:
     """How to look for a proof.
@@ -170,14 +176,15 @@ def certify(
 
 
 def text_of(certificate: Mapping[str, Any]) -> str:
-    """A certificate as the text of a file, ASCII, one key of the top level a line or more.
+    """A certificate as the text of a file, ASCII, a key a line, in the order of the format.
 
     Parameters
     ----------
     certificate : Mapping
         A certificate.
     """
-    entries = (f"{json.dumps(key)}: {_value(value)}" for key, value in certificate.items())
+    ordered = sorted(certificate.items(), key=lambda item: _ORDER.index(item[0]) if item[0] in _ORDER else len(_ORDER))
+    entries = (f"{json.dumps(key)}: {_value(value)}" for key, value in ordered)
     return "{\n" + ",\n".join(entries) + "\n}\n"
 
 
@@ -213,7 +220,7 @@ def _inconclusive(failures: list[Failure]) -> Certification:
         failures = [Failure(search="all", code=codes.NOT_APPLICABLE, detail="no criterion serves such a class")]
     some = any(failure.code is codes.NO_MULTIPLIER for failure in failures)
     told = [f for f in failures if not (some and f.code is codes.NOT_APPLICABLE)]
-    worst = min(told, key=lambda failure: _WORST.index(failure.code))
+    worst = min(reversed(told), key=lambda failure: _WORST.index(failure.code))
     return Certification(
         verdict=Verdict.INCONCLUSIVE,
         code=worst.code,

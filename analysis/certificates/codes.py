@@ -84,6 +84,12 @@ _WORDS: tuple[tuple[str, Code], ...] = (
     (r"precision|too few digits|digits", PRECISION),
     (r"needs|is for (discrete|continuous) time|is about|does not apply|applies|there are|is evaluated", NOT_APPLICABLE),
 )
+# What the checker's refusals can say of the loop, and not of the proposal.
+_OF_THE_CHECKER = (
+    (r"time allowed", OUT_OF_TIME),
+    (r"1 \+ [gkl] H\(inf\)", ILL_POSED),
+    (r"has a root at 0", CRITICAL),
+)
 # Which of the words a bare ValueError or a reason may be read by; what a theorem refuses comes as a lure.errors type.
 _OF_SOLVERS = frozenset({OUT_OF_TIME, OUT_OF_MEMORY, NO_NUMBERS, SOLVER_FAILED, PRECISION, RANGE})
 
@@ -148,7 +154,7 @@ def code_for(reason: BaseException | str) -> Code:
         return _by_words(str(reason)) or NOT_APPLICABLE
     for name, code in _TYPES:
         if name in names:
-            return OUT_OF_TIME if code is REJECTED and "time allowed" in str(reason) else code
+            return next((c for words, c in _OF_THE_CHECKER if code is REJECTED and re.search(words, str(reason))), code)
     found = _by_words(str(reason)) if {"ValueError", "ArithmeticError", "RuntimeError"} & set(names) else None
     return found if found in _OF_SOLVERS and found is not None else _by_module(type(reason), names)
 

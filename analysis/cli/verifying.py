@@ -11,10 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.certificates.checker import SIZE, Malformed, Proved, Refuted, Rejected, check
+from analysis.certificates.arithmetic import Malformed, Rejected
+from analysis.certificates.checker import Proved, Refuted, check
 from analysis.cli.wrapping import wrapped
 
 ACCEPTED, REJECTED, NO_CERTIFICATE = "ACCEPTED", "REJECTED", "NO CERTIFICATE"
+MOST_BYTES = 1 << 26  # more than any certificate has: the checker refuses what is cut off here by its size
 STATUS = {ACCEPTED: 0, NO_CERTIFICATE: 2, REJECTED: 11}
 _SECOND = "the second checker, on python-flint, agrees"
 
@@ -91,13 +93,16 @@ def verified(file: str, *, second: bool, seconds: float | None) -> Verified:
     if isinstance(data, str):
         return Verified(file=file, result=NO_CERTIFICATE, reason=data)
     try:
-        shown = check(data) if seconds is None else check(data, seconds)
+        shown = check(data) if seconds is None else check(data, seconds=seconds)
     except Malformed as refusal:
         return Verified(file=file, result=NO_CERTIFICATE, reason=f"{_label(file)} is no certificate: {refusal}")
     except Rejected as refusal:
         return Verified(file=file, result=REJECTED, reason=str(refusal))
     except (MemoryError, RecursionError):
         return Verified(file=file, result=REJECTED, reason="checking it needs more memory than there is")
+    except Exception as error:  # a fault of the checker accepts nothing
+        fault = f"{type(error).__name__}: {error}"
+        return Verified(file=file, result=REJECTED, reason=f"the checker stopped with {fault:.200}; please report it")
     if not second:
         return Verified(file=file, result=ACCEPTED, reason=shown.claim, shown=shown)
     against = _against(shown)
@@ -110,18 +115,15 @@ def _against(shown: Proved | Refuted) -> str:
     """What the second checker says against a certificate that the first accepted; empty if it agrees."""
     from analysis.certificates.second import recheck
 
-    try:
-        again = recheck(shown.certificate)
-    except ValueError as refusal:
-        return str(refusal) or type(refusal).__name__
-    return again
+    opinion = recheck(shown.certificate)
+    return "" if opinion.accepted else opinion.reason or "it gives no reason"
 
 
 def _read(file: str) -> bytes | str:
-    """The content, one byte more than a certificate can have at most, or a sentence on why there is none."""
+    """The content, cut off far beyond the size of any certificate, or a sentence on why there is none."""
     label = _label(file)
     if file == "-":
-        return sys.stdin.buffer.read(SIZE + 1)
+        return sys.stdin.buffer.read(MOST_BYTES)
     try:
         kind = Path(file).stat().st_mode
         if stat.S_ISDIR(kind):
@@ -129,7 +131,7 @@ def _read(file: str) -> bytes | str:
         if not stat.S_ISREG(kind):
             return f"{label} is not an ordinary file; give a certificate file, or - for standard input"
         with Path(file).open("rb") as content:
-            return content.read(SIZE + 1)
+            return content.read(MOST_BYTES)
     except FileNotFoundError:
         return f"{label} does not exist; write a certificate with: lure certify plant.toml -o cert.json"
     except (OSError, ValueError) as error:
