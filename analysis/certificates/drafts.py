@@ -6,14 +6,21 @@ from collections.abc import Mapping
 from typing import Any
 
 from analysis.certificates.blocks import block
-from analysis.certificates.checker import CONVENTION, FORMAT, examine, inequality, polynomial_proof, unbounded
+from analysis.certificates.checker import (
+    CONVENTION,
+    FORMAT,
+    Proved,
+    Refuted,
+    check,
+    inequality,
+    polynomial_proof,
+    unbounded,
+)
 from analysis.certificates.states import classes
 
 
-def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
-    """The certificate of a draft, with format, convention, polynomial, conclusion and hypotheses.
-
-    Nothing is trusted: the certificate still has to pass :func:`analysis.certificates.checker.check`.
+def settled(draft: Mapping[str, Any]) -> Proved | Refuted:
+    """What the checker makes of a draft: its ``certificate`` is complete, with polynomial, conclusion and hypotheses.
 
     Parameters
     ----------
@@ -40,5 +47,20 @@ def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
         laws, name, data = classes(certificate["laws"]), certificate["theorem"], certificate["multiplier"]
         F, _, critical, _ = inequality(name, data, block(certificate["system"]), laws)
         certificate["proof"] = polynomial_proof(F, critical=critical, bounded=not unbounded(name, data, laws))
-    _, conclusion, facts = examine(certificate)
-    return {**certificate, "conclusion": conclusion, "hypotheses": facts}
+    return check(certificate, draft=True)
+
+
+def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
+    """The certificate of a draft; see :func:`settled`.
+
+    Parameters
+    ----------
+    draft : Mapping
+        The draft.
+
+    Raises
+    ------
+    ValueError
+        ``Rejected`` or ``Malformed``: the draft proves nothing.
+    """
+    return dict(settled(draft).certificate)
