@@ -62,7 +62,7 @@ class Multiplier:
     """
 
     terms: Mapping[Fraction, Axis] = field(default_factory=lambda: {Fraction(0): Axis(ONE, ZERO)})
-    below: fmpq_poly = ONE
+    below: fmpq_poly = field(default_factory=lambda: ONE)
     theta: Fraction = Fraction(0)
     growth: int = 0
     factors: tuple[fmpq_poly, ...] = ()

@@ -16,6 +16,7 @@ from analysis.precision import SERIES_TERMS, ball, working_precision
 BITS = 256
 MOST_BOXES = 60_000
 DOUBLINGS = 60
+NARROWEST = 80  # powers of 2 below the last frequency
 
 
 def require_cover(curve: Curve, proof: object, need: Need) -> None:
@@ -84,31 +85,35 @@ def _positive(curve: Curve, boxes: list[tuple[Fraction, Fraction]]) -> bool:
         for tau, (U, V) in curve.terms.items()
     ]
     stack = list(boxes)
+    narrowest = boxes[-1][1] / 2**NARROWEST
     for _ in range(MOST_BOXES):
         if not stack:
             return True
         low, high = stack.pop()
-        if _bound(terms, low, high, divided=curve.divided) > 0:
+        bound, inside = _bound(terms, low, high, divided=curve.divided)
+        if bound > 0:
             continue
+        if inside <= 0 or high - low < narrowest:
+            return False
         middle = (low + high) / 2
         stack += [(low, middle), (middle, high)]
     return False
 
 
-def _bound(terms: list[_Term], low: Fraction, high: Fraction, *, divided: bool) -> arb:
-    """A ball around the values on ``[low, high]``: Taylor's formula at the middle."""
+def _bound(terms: list[_Term], low: Fraction, high: Fraction, *, divided: bool) -> tuple[arb, arb]:
+    """Balls around the values on ``[low, high]``, by Taylor's formula, and around the one at the middle."""
     box = ball(low).union(ball(high))
-    if divided and low == 0:
-        return _value(terms, box)
     middle, radius = ball((low + high) / 2), ball((high - low) / 2).upper()
     here = _series(terms, arb_series([middle, 1]), divided=divided)
+    if divided and low == 0:
+        return _value(terms, box), here[0]
     last = _series(terms, arb_series([box, 1]), divided=divided)[SERIES_TERMS - 1]
     total, power = here[0], arb(1)
     for i in range(1, SERIES_TERMS):
         power *= radius
         coefficient = last if i == SERIES_TERMS - 1 else here[i]
         total += coefficient * power * (arb(0.5, 0.5) if i % 2 == 0 else arb(0, 1))
-    return total
+    return total, here[0]
 
 
 def _value(terms: list[_Term], omega: arb) -> arb:
