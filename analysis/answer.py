@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from analysis.evidence import Bracket, Evidence, Verdict
 from lure.law_class import LawClass
+
+if TYPE_CHECKING:
+    from analysis.certificates.checker import Proved
 
 Needs = Literal["slope", "odd", "time-invariant"]
 
@@ -52,6 +55,8 @@ class Answer:
         One sentence: what was shown, or why nothing was and what to try.
     witness : str or None
         The destabilising member behind REFUTED.
+    proof : Proved or None
+        What the checker accepted of a PROVED answer, with its certificate; None where it was not asked.
     """
 
     criterion: str
@@ -69,6 +74,7 @@ class Answer:
     hypotheses: tuple[str, ...] = ()
     reason: str = ""
     witness: str | None = None
+    proof: Proved | None = None
 
     def __bool__(self) -> bool:
         raise TypeError("a criterion has three answers; compare answer.verdict")

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from analysis.evidence import Evidence
+
+if TYPE_CHECKING:
+    from analysis.certificates.checker import Refuted
 
 Kind = Literal["linear gain", "switched gain", "periodic orbit", "simulated orbit"]
 
@@ -32,6 +35,8 @@ class Witness:
         One sentence: the law and what the loop does with it.
     data : Mapping
         What is needed to check it again: points of the law, orbit, gains and times; exact numbers as ``p/q``.
+    refutation : Refuted or None
+        What the checker accepted of it, with its certificate; None where it was not asked.
     """
 
     kind: Kind
@@ -42,6 +47,7 @@ class Witness:
     time_varying: bool = False
     description: str
     data: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}))
+    refutation: Refuted | None = None
 
     def __bool__(self) -> bool:
         raise TypeError("a witness is evidence of some rank; compare witness.evidence")

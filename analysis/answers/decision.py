@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
+from analysis.answers.certifying import unbounded_proof
 from analysis.answers.largest import Largest, rounded_down
 from analysis.answers.subject import Subject
 from analysis.criteria.circle import circle_criterion
@@ -16,7 +18,10 @@ from lure.law_class import LawClass
 from lure.rational import RationalBlock
 from lure.sector import Sector, SlopeBounds
 
-Decision = tuple[Verdict, Evidence, str]
+if TYPE_CHECKING:
+    from analysis.certificates.checker import Proved, Refuted
+
+Decision = tuple[Verdict, Evidence, str, "Proved | Refuted | None"]
 
 _ROUGH = (
     "Nothing is decided for {law}, not known to be locally Lipschitz, as the theorems for continuous time assume. For "
@@ -36,11 +41,19 @@ def asked_row(rows: list[Largest], law_class: LawClass | None) -> Largest | None
 
 
 def decided(about: Subject, rows: list[Largest]) -> Decision:
-    """Verdict, evidence and a sentence: on the class asked about, or without one on the row that reaches farthest."""
+    """Verdict, evidence, a sentence and what the checker accepted of it, on the class asked about.
+
+    Without a class on the row that reaches farthest.
+    """
     law_class, asked = about.law_class, asked_row(rows, about.law_class)
     if law_class is None or asked is None:
         best = max(rows, key=lambda row: (row.verdict is Verdict.PROVED, row.largest.low, not row.time_varying))
-        return best.verdict, best.evidence, str(best)
+        return (
+            best.verdict,
+            best.evidence,
+            str(best),
+            best.refutation if best.verdict is Verdict.REFUTED else best.proof,
+        )
     return (
         _proved(about, [asked, *(row for row in rows if row is not asked)], law_class)
         or _refuted(asked, law_class)
@@ -56,30 +69,31 @@ def _proved(about: Subject, rows: list[Largest], law_class: LawClass) -> Decisio
             continue
         if row.proviso and not _solvable(about, law_class):
             continue
-        if end < math.inf or _unbounded(about, row, law_class):
+        proof = row.proof if end < math.inf else _unbounded(about, row, law_class)
+        if proof is not None:
             how = f"by the criterion {row.criterion} ({row.evidence}), which reaches {rounded_down(row.largest.low)}"
             proviso = f" {row.proviso}" if row.proviso and law_class.slope is None else ""
             said = f"{row.meaning} for every {law_class}{proviso}, {how}."
             if _rough(about):
-                return Verdict.INCONCLUSIVE, row.evidence, _ROUGH.format(law=about.law, said=said)
-            return Verdict.PROVED, row.evidence, said
+                return Verdict.INCONCLUSIVE, row.evidence, _ROUGH.format(law=about.law, said=said), None
+            return Verdict.PROVED, row.evidence, said, proof
     return None
 
 
-def _unbounded(about: Subject, row: Largest, law_class: LawClass) -> bool:
-    """Whether the class without an upper bound is proved too: every finite ``k`` is less than that.
+def _unbounded(about: Subject, row: Largest, law_class: LawClass) -> Proved | None:
+    """What is accepted of the class without an upper bound: every finite ``k`` is less than that.
 
     ``sigma^3`` lies in ``[0, inf]`` and in no ``[0, k]``.
     """
     block = about.block
     if not isinstance(block, RationalBlock):
-        return False
+        return None
     sector = Sector(row.lower, math.inf)
     criterion = circle_criterion if law_class.time_varying else popov_criterion
     try:
-        return criterion(block, sector).verdict is Verdict.PROVED
+        return unbounded_proof(block, criterion(block, sector), time_varying=law_class.time_varying)
     except AssumptionError:
-        return False
+        return None
 
 
 def _refuted(asked: Largest, law_class: LawClass) -> Decision | None:
@@ -88,7 +102,13 @@ def _refuted(asked: Largest, law_class: LawClass) -> Decision | None:
     tighter = law_class.slope is not None and (
         (law_class.sector.lower, law_class.sector.upper) != (law_class.slope.lower, law_class.slope.upper)
     )
-    if witness is None or asked.refuted_at is None or tighter or not asked.refuted_at <= bounds.upper:
+    if (
+        witness is None
+        or witness.refutation is None
+        or asked.refuted_at is None
+        or tighter
+        or not asked.refuted_at <= bounds.upper
+    ):
         return None
     if (law_class.odd and not witness.odd) or (law_class.slope is not None and not witness.slope_restricted):
         return None
@@ -97,6 +117,7 @@ def _refuted(asked: Largest, law_class: LawClass) -> Decision | None:
         witness.evidence,
         f"The loop is not stable for every {law_class}: {witness}. Whether a given law of the class destabilises is "
         "another question.",
+        witness.refutation,
     )
 
 
@@ -110,7 +131,7 @@ def _open(asked: Largest, serving: list[Largest], law_class: LawClass) -> Decisi
     elif reach == math.inf:
         far = "every finite upper bound is proved, and a class without any holds laws beyond all of them"
     against = "" if found is None else f", and the smallest destabilising member found has {found:.7g}"
-    return Verdict.INCONCLUSIVE, Evidence.CERTIFIED, f"Nothing is decided for {law_class}: {far}{against}."
+    return Verdict.INCONCLUSIVE, Evidence.CERTIFIED, f"Nothing is decided for {law_class}: {far}{against}.", None
 
 
 def _rough(about: Subject) -> bool:

@@ -7,13 +7,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from analysis.answer import Answer
 from analysis.answers.catalogue import Question
 from analysis.doubles import json_number, text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.witness import Witness
+
+if TYPE_CHECKING:
+    from analysis.certificates.checker import Proved, Refuted
 
 CLOSED = 1e-6
 
@@ -129,6 +132,22 @@ class Largest:
             "answers": [answer_dict(answer) for answer in self.answers],
             "sentence": str(self),
         }
+
+    def __post_init__(self) -> None:
+        if (self.verdict is Verdict.PROVED and self.proof is None) or (
+            self.verdict is Verdict.REFUTED and self.refutation is None
+        ):
+            raise TypeError(f"{self.verdict} needs what the checker accepted; the best answer has no proof")
+
+    @property
+    def proof(self) -> Proved | None:
+        """What the checker accepted of the answer that reaches farthest, with its certificate."""
+        return self.answers[0].proof if self.answers else None
+
+    @property
+    def refutation(self) -> Refuted | None:
+        """What the checker accepted of the witness, with its certificate."""
+        return None if self.witness is None else self.witness.refutation
 
     def __bool__(self) -> bool:
         raise TypeError("an answer has three values; compare result.verdict")

@@ -9,6 +9,7 @@ from typing import Literal
 
 from analysis.answer import Answer
 from analysis.answers.catalogue import BEST, Question, entries
+from analysis.answers.certifying import proved_answer, refuted_witness
 from analysis.answers.rods import rod_hurwitz, rod_largest
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.plant import Plant
@@ -101,7 +102,7 @@ def answers(asked: Asked) -> list[Answer]:
             found.append(_refused(entry.name, asked, str(refusal)))
     if not found:
         raise AssumptionError(f"no criterion called {asked.criterion} applies to this block; try {BEST}")
-    return sorted(found, key=_rank)
+    return sorted((proved_answer(asked, answer) for answer in found), key=_rank)
 
 
 def _rank(answer: Answer) -> tuple[bool, bool, float, float]:
@@ -126,7 +127,7 @@ def witnesses(asked: Asked, limit: Bracket) -> list[Witness]:
             found += [linear] if linear is not None else []
     elif isinstance(block, DelayBlock) and limit.high < math.inf:
         found = [_dead_time_gain(block, limit)]
-    ranked = [witness for witness in found if witness.evidence > Evidence.OBSERVED]
+    ranked = [refuted_witness(asked, witness) for witness in found if witness.evidence > Evidence.OBSERVED]
     return sorted(ranked, key=lambda witness: witness.k)
 
 

@@ -170,7 +170,7 @@ def _answer(asked: Asked) -> Largest:
     ceiling = min(limit.high, math.inf if refuted_at is None else refuted_at)
     if asked.criterion != BEST or isinstance(asked.block, StateSpaceBlock | FrequencyData):
         ceiling = min(ceiling, best.largest.high)
-    refuted = limit.high <= asked.lower and witness is not None
+    refuted = limit.high <= asked.lower and witness is not None and witness.refutation is not None
     return Largest(
         question=asked.question,
         odd=asked.odd,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from analysis.answers.catalogue import Question
 from analysis.answers.decision import asked_row, decided, hints
@@ -19,6 +20,9 @@ from lure.delay import DelayBlock
 from lure.errors import AssumptionError
 from lure.exact import exact_number
 from lure.rational import RationalBlock
+
+if TYPE_CHECKING:
+    from analysis.certificates.checker import Proved, Refuted
 
 Progress = Callable[[str, float], None]
 
@@ -45,6 +49,8 @@ class LoopAnalysis:
         What the verdict rests on.
     statement : str
         The verdict in one sentence.
+    shown : Proved, Refuted or None
+        What the checker accepted of it, with its certificate; None for INCONCLUSIVE.
     hints : tuple of str
         What would decide more: a smaller sector, a property of ``phi``.
     not_shown : tuple of str
@@ -59,8 +65,20 @@ class LoopAnalysis:
     verdict: Verdict
     evidence: Evidence
     statement: str
+    shown: Proved | Refuted | None
     hints: tuple[str, ...]
     not_shown: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if (self.shown is None) != (self.verdict is Verdict.INCONCLUSIVE):
+            raise TypeError(f"{self.verdict} and what the checker accepted do not fit together")
+
+    @property
+    def certificates(self) -> tuple[Proved | Refuted, ...]:
+        """Everything the checker accepted: of the verdict first, then of every answer and counterexample, once each."""
+        answers = [answer.proof for row in self.rows for answer in row.answers]
+        found = [self.shown, *answers, *(row.refutation for row in self.rows)]
+        return tuple({repr(shown.certificate): shown for shown in found if shown is not None}.values())
 
     def __bool__(self) -> bool:
         raise TypeError("an analysis has three answers; compare analysis.verdict")
@@ -113,7 +131,7 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
         else:
             rows.append(max_slope(block, lower=lower["slope"], odd=odd))
     rows = _spread(rows)
-    verdict, evidence, statement = decided(about, rows)
+    verdict, evidence, statement, shown = decided(about, rows)
     gains = gain_intervals(block) if isinstance(block, RationalBlock) else ()
     return LoopAnalysis(
         subject=about,
@@ -124,6 +142,7 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
         verdict=verdict,
         evidence=evidence,
         statement=statement,
+        shown=shown,
         hints=hints(rows, law_class, gains, verdict),
         not_shown=_not_shown(block, rows),
     )

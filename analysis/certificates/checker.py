@@ -3,8 +3,8 @@
     python checker.py certificate.json
 
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
-and formulas: notebooks/notes/0008-certificates.md.  Nothing in a file is believed: each hypothesis is recomputed from
-the claim.  Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``blocks``, ``states`` beside it compute.
+and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
+Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``blocks`` and ``states`` beside it compute.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from . import states
 from .arithmetic import INF, ZERO, Form, Malformed, Rejected, S, fields, form, integer, need, number, numbers, real
 from .blocks import MINUS, Block, block, identity, over_s, realised, rod, shifted
 
-X1 = real(1, 0, 1)  # 1 + omega^2 = |1 + s|^2
+X1 = real(1, 0, 1)  # |1 + s|^2
 FORMAT, CONVENTION = "lure-certificate/1", "sigma = H mu, mu = -phi(sigma)"
 ORIGINS = ("rationals", "decimals as written", "doubles, exactly")
 ATTRACTS = "0 attracts every motion"
@@ -364,10 +364,7 @@ def described(laws: states.Laws) -> str:
 
 
 def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600, draft: bool = False) -> Proved | Refuted:
-    """What the certificate proves or refutes; raises ``Rejected`` or ``Malformed`` (both ``ValueError``) otherwise.
-
-    In a draft conclusion and hypotheses are not compared but filled in.
-    """
+    """What it proves, else ``Rejected`` or ``Malformed``; in a draft conclusion and hypotheses are filled in."""
     certificate = exact.parsed(data if isinstance(data, str | bytes) else json.dumps(dict(data)))
     exact.DEADLINE[0] = time.monotonic() + seconds
     kind, conclusion, facts = examine(certificate)

@@ -1,0 +1,108 @@
+"""The gate of every answer: what a criterion or a search claims is put before the checker, and only then said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from analysis.answer import Answer
+from analysis.criteria.discrete_block import below
+from analysis.evidence import Bracket, Evidence, Verdict
+from analysis.witness import Witness
+from lure.delay import DelayBlock
+from lure.rational import RationalBlock
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+if TYPE_CHECKING:
+    from analysis.answers.models import Asked
+    from analysis.certificates.checker import Proved
+    from analysis.certificates.proposals import Certified
+
+
+def proved_answer(asked: Asked, answer: Answer) -> Answer:
+    """The answer with what the checker accepted of it; INCONCLUSIVE where it accepted nothing.
+
+    Parameters
+    ----------
+    asked : Asked
+        The question.
+    answer : Answer
+        What a criterion says.
+
+    Returns
+    -------
+    Answer
+        With ``proof``, and ``largest.low`` lowered to the class that was accepted.
+    """
+    from analysis.certificates.guard import Failure, guarded
+    from analysis.certificates.proposals import certified
+
+    block = asked.block
+    if answer.verdict is not Verdict.PROVED or not isinstance(
+        block, RationalBlock | DelayBlock | UpwindScheme | RodBlock
+    ):
+        return answer
+    wide = answer
+    if asked.time_varying and not answer.law_class.time_varying:
+        wide = replace(answer, law_class=replace(answer.law_class, time_varying=True))
+    found = guarded(answer.criterion, lambda: certified(block, wide))
+    if isinstance(found, Failure):
+        return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")
+    return replace(answer, largest=_reach(answer, found), proof=found.proved)
+
+
+def unbounded_proof(block: RationalBlock, answer: Answer, *, time_varying: bool) -> Proved | None:
+    """What the checker accepted of an answer about a sector without an upper bound; None for nothing.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        The block.
+    answer : Answer
+        What a criterion says.
+    time_varying : bool
+        Whether the laws may vary.
+    """
+    from analysis.certificates.guard import Failure, guarded
+    from analysis.certificates.proposals import certified
+
+    if answer.verdict is not Verdict.PROVED:
+        return None
+    if time_varying and not answer.law_class.time_varying:
+        answer = replace(answer, law_class=replace(answer.law_class, time_varying=True))
+    found = guarded(answer.criterion, lambda: certified(block, answer, "inf"))
+    return None if isinstance(found, Failure) or found.upper != "inf" else found.proved
+
+
+def _reach(answer: Answer, found: Certified) -> Bracket:
+    """The largest class, as far as it was accepted."""
+    largest = answer.largest
+    if isinstance(found.upper, Fraction) and found.upper < largest.low:
+        return Bracket(below(found.upper), largest.high)
+    return largest
+
+
+def refuted_witness(asked: Asked, witness: Witness) -> Witness:
+    """The witness with what the checker accepted of it; COMPUTED where it accepted nothing.
+
+    Parameters
+    ----------
+    asked : Asked
+        The question.
+    witness : Witness
+        A destabilising member.
+    """
+    from analysis.certificates.checker import Refuted
+    from analysis.certificates.drafts import settled
+    from analysis.certificates.guard import guarded
+    from analysis.certificates.refutations import refutation_draft
+
+    block = asked.block
+    if witness.evidence is not Evidence.CERTIFIED or not isinstance(block, RationalBlock | DelayBlock):
+        return witness
+    found = guarded(witness.kind, lambda: settled(refutation_draft(block, witness)))
+    if isinstance(found, Refuted):
+        return replace(witness, refutation=found)
+    return replace(witness, evidence=Evidence.COMPUTED)
