@@ -26,15 +26,12 @@ class Question:
     @property
     def direct(self) -> Fraction:
         """``H(inf)`` after the shift by the lower bound."""
-        if isinstance(self.system, Delayed):
-            return Fraction(0)
-        return self.system.feedthrough / (1 + self.claim.lower * self.system.feedthrough)
+        return self.plain_direct / (1 + self.claim.lower * self.plain_direct)
 
-
-def require_slopes(asked: Question) -> None:
-    """Check that the class bounds the slope by the ends of its sector."""
-    laws = asked.claim.laws
-    require(laws.slopes_within(laws.lower, laws.upper), "the theorem needs the slope within the sector's bounds")
+    @property
+    def plain_direct(self) -> Fraction:
+        """``H(inf)`` as given."""
+        return Fraction(0) if isinstance(self.system, Delayed) else self.system.feedthrough
 
 
 def require_polynomial(

@@ -49,6 +49,7 @@ class Document:
     theorem: str
     multiplier: Mapping[str, object]
     conclusion: str
+    hypotheses: Mapping[str, object]
     proof: Mapping[str, object]
 
 
@@ -77,6 +78,7 @@ def read(certificate: Mapping[str, object] | str | bytes) -> Document:
         theorem=text(found["theorem"]),
         multiplier=mapping(found["multiplier"]),
         conclusion=text(found["conclusion"]),
+        hypotheses=hypotheses,
         proof=mapping(found["proof"]),
     )
 

@@ -13,15 +13,17 @@ from analysis.certificates.second.cover import require_cover
 from analysis.certificates.second.matrix import require_matrix
 from analysis.certificates.second.multipliers import read_kernels, require_legal
 from analysis.certificates.second.positivity import Need
-from analysis.certificates.second.question import Question, require_polynomial, require_slopes
+from analysis.certificates.second.question import Question, require_polynomial
 from analysis.certificates.second.reading import Document, NotShown, number, record, require
 from analysis.certificates.second.systems import Case, Delayed, Rational, Shifted, require_well_posed, shifted
 from analysis.certificates.second.unit_circle import require_on_circle
 from analysis.polynomial import X, to_fmpq
 from analysis.refutation.realisation import Realisation
 
+SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
 CONTINUOUS = ("circle", "popov", "off-axis-circle", "park", "zames-falb")
 DISCRETE = ("circle", "zames-falb", "tsypkin", "jury-lee")
+SLOPES = ("off-axis-circle", "park", "zames-falb")  # those whose class is one of slopes, not a sector
 ROBUST = ("circle", "popov")  # those that cover the critical case, dead time and laws without upper bound
 
 
@@ -36,6 +38,7 @@ def proved(document: Document, system: Rational | Delayed, laws: Laws) -> str:
     theorem = document.theorem
     if theorem == "hurwitz":
         record(document.multiplier)
+        require(record(document.proof, "method")["method"] == "polynomial", "the method does not fit the theorem")
         if not isinstance(system, Rational):
             raise NotShown("constant gains are decided for rational blocks only")
         gains.require_every_gain_stable(system, laws)
@@ -43,6 +46,10 @@ def proved(document: Document, system: Rational | Delayed, laws: Laws) -> str:
     if theorem == "circle" and document.multiplier:
         require(record(document.multiplier, "mirrored")["mirrored"] is True, "mirrored is not true")
         system, laws = _mirrored(system), laws.mirrored()
+    if theorem in SLOPES:  # the slope bounds the sector too
+        if laws.slope is None:
+            raise NotShown("the theorem needs slope bounds")
+        laws = replace(laws, lower=laws.slope[0], upper=laws.slope[1])
     asked = Question(theorem=theorem, system=system, claim=claims.Claim.of(laws), document=document)
     _require_scope(asked)
     if isinstance(system, Rational):
@@ -99,7 +106,6 @@ def _continuous(asked: Question, block: Shifted) -> None:
     claim, given = asked.claim, asked.document.multiplier
     need: Need = claim.need
     if asked.theorem == "off-axis-circle":
-        require_slopes(asked)
         inequality = axis.off_axis(block, number(record(given, "alpha")["alpha"]), claim.ease)
         require_polynomial(asked, block, inequality, need)
         return
@@ -111,14 +117,12 @@ def _continuous(asked: Question, block: Shifted) -> None:
         multiplier = axis.Multiplier(theta=number(record(given, "theta")["theta"]))
         need = _popov(asked, block, multiplier.theta)
     elif asked.theorem == "park":
-        require_slopes(asked)
         found = record(given, "theta", "tau")
         theta, tau = number(found["theta"]), number(found["tau"])
         require(tau >= 0, "tau is negative")
         grown = axis.Axis.of(fmpq_poly([1]) - to_fmpq(tau) * X * X)  # 1 - tau s^2 = 1 + tau omega^2
         multiplier = axis.Multiplier(terms={Fraction(0): grown}, theta=theta, growth=int(tau > 0))
     elif asked.theorem == "zames-falb":
-        require_slopes(asked)
         theta, kernels = read_kernels(given)
         require_legal([c for c, _ in kernels], claim, strict=False)
         multiplier = axis.kernels(theta, kernels)
@@ -147,14 +151,16 @@ def _require_composed(asked: Question, theta: Fraction) -> None:
     """With a direct term ``D`` the primitive of ``phi (1 + D phi)^-1`` must exist and have its sign.
 
     For ``D, theta >= 0`` it is ``Phi + D phi^2/2 >= 0`` along every motion.  Otherwise ``sigma + D phi(sigma)`` must
-    ascend: ``1 + D kappa > 0`` for every slope of the shifted law, which the sector alone does not say.
+    ascend: ``1 + D kappa > 0`` for every slope of the shifted law, which the sector alone does not say; then the file
+    must list it as assumed of the class.
     """
     direct, laws, lower = asked.direct, asked.claim.laws, asked.claim.lower
     if direct == 0 or theta == 0 or (direct > 0 and theta > 0):
         return
     bound = None if laws.slope is None else laws.slope[0 if direct > 0 else 1]
     good = isinstance(bound, Fraction) and 1 + direct * (bound - lower) > 0
-    require(good, "with this direct term and theta the class needs slope bounds with 1 + D slope > 0")
+    stated = asked.document.hypotheses.get("solvable") == SOLVABLE and 1 + lower * asked.plain_direct > 0
+    require(good or stated, "with this direct term and theta 1 + D slope > 0 must follow from the class, or be assumed")
 
 
 def _mirrored(system: Rational | Delayed) -> Rational | Delayed:
