@@ -1,17 +1,23 @@
 """The commands about certificates: what they accept, reject and refuse, what they write, and what they load."""
 
 import json
+import math
 import os
 import subprocess
 import sys
+from importlib import resources
 from pathlib import Path
 
+import jsonschema
 import pytest
 
-from analysis.certificates import codes
+from analysis.certificates import arithmetic, codes
 from analysis.cli import main
 
 ROOT = Path(__file__).parents[1]
+SCHEMA = jsonschema.Draft202012Validator(
+    json.loads(resources.files("analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+)
 THIRD = ("--num", "1", "--den", "1 3 2 0")
 
 
@@ -109,3 +115,339 @@ def test_bad_questions_are_one_sentence_and_nothing_is_written(lure, tmp_path, a
     assert err.count("\n") == 1
     assert names(tmp_path) == ["there.json"]
     assert (tmp_path / "there.json").read_text() == "mine"
+
+
+# certify and verify ---------------------------------------------------------------------------------------------------
+
+PLANT = "[plant]\nnum = [1]\nden = [1, 3, 2, 0]\n"
+
+
+def written(folder, name="certificate.json"):
+    return json.loads((folder / name).read_text("ascii"))
+
+
+def test_the_command_of_the_issue_writes_a_certificate_that_verifies(lure, tmp_path):
+    # 1/(s(s+1)(s+2)): Popov with theta = 3/2 reaches 6, and 5.9 is 59/10 exactly
+    status, out, err = lure("certify", *THIRD, "--sector", "0", "5.9", "-o", "cert.json")
+    assert (status, err) == (0, "")
+    assert out.startswith("PROVED: every motion converges to the set of equilibria")
+    assert out.endswith("\n\nThe certificate is cert.json; check it: lure verify cert.json\n")
+    assert names(tmp_path) == ["cert.json"]
+    data = written(tmp_path, "cert.json")
+    assert list(data)[:3] == ["format", "verdict", "convention"]
+    assert data["laws"] == {
+        "sector": ["0", "59/10"],
+        "slope": None,
+        "odd": False,
+        "time_varying": False,
+        "linear": False,
+    }
+    assert (data["verdict"], data["theorem"], data["numbers"]) == ("PROVED", "popov", "decimals as written")
+    status, out, err = lure("verify", "cert.json")
+    assert (status, err) == (0, "")
+    assert out.startswith("ACCEPTED: every motion converges to the set of equilibria")
+    flat = " ".join(out.split())
+    assert "theorem: popov" in flat
+    for name, fact in data["hypotheses"].items():
+        assert f"{name}: {fact}" in flat
+
+
+@pytest.mark.parametrize("k", ["6.1", "7"])
+def test_beyond_the_limit_the_certificate_is_a_refutation(lure, tmp_path, k):
+    # Routh: 1/(s(s+1)(s+2)) is unstable for gains above 6
+    status, out, err = lure("certify", *THIRD, "--sector", "0", k)
+    assert (status, err) == (11, "")
+    assert out.startswith("REFUTED: a loop of the class has a motion that does not converge")
+    assert written(tmp_path)["verdict"] == "REFUTED"
+    assert lure("verify", "certificate.json")[0] == 0
+
+
+def test_what_stays_open_has_a_code_and_no_file(lure, tmp_path):
+    # (s + 1)/s^2, phi = sigma exp(-|sigma|): a double zero, which no theorem here covers and no linear gain refutes
+    status, out, err = lure("certify", "double-zero")
+    assert (status, err) == (10, "")
+    assert out.startswith("INCONCLUSIVE: ")
+    assert "LURE-I013: a double pole at zero\n" in out
+    assert out.endswith("lure explain LURE-I013\n")
+    assert names(tmp_path) == []
+    data = json.loads(lure("certify", "double-zero", "--json")[1])
+    assert (data["verdict"], data["code"], data["file"]) == ("INCONCLUSIVE", "LURE-I013", None)
+    assert {each["code"] for each in data["searches"]} == {"LURE-I013"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "verdict", "theorem", "method"),
+    [
+        (("third-order", "--sector", "0", "5.9", "--method", "matrix"), "PROVED", "popov", "matrix"),
+        (("third-order", "--sector", "0", "5.9", "--method", "cover"), "PROVED", "popov", "cover"),
+        (("third-order", "--sector", "0", "1.3", "--time-varying"), "PROVED", "circle", "polynomial"),
+        (("ct-1", "--slope", "0", "4.5"), "PROVED", "park", "polynomial"),
+        (("ct-3", "--slope", "0", "2", "--criterion", "zames-falb"), "PROVED", "zames-falb", "cover"),
+        (("ct-1", "--slope", "0", "1.7", "--criterion", "popov"), "PROVED", "popov", "polynomial"),
+        (("ct-1", "--slope", "0", "3.7", "--criterion", "park"), "PROVED", "park", "polynomial"),
+        (("ct-1", "--slope", "0", "3.7", "--criterion", "off-axis"), "PROVED", "off-axis-circle", "polynomial"),
+        (("dt-1", "--slope", "0", "3.7", "--criterion", "tsypkin"), "PROVED", "tsypkin", "polynomial"),
+        (("dt-6", "--slope", "0", "0.68", "--criterion", "jury-lee"), "PROVED", "jury-lee", "polynomial"),
+        (("dt-6", "--slope", "0", "1.08", "--odd"), "PROVED", "zames-falb", "polynomial"),
+        (("dt-6", "--slope", "0", "0.92"), "REFUTED", "counterexample", "orbit"),
+        (("triple-lag", "--sector", "0", "7.9", "--criterion", "hurwitz"), "PROVED", "hurwitz", "polynomial"),
+        (("second-order",), "PROVED", "popov", "polynomial"),
+        (("contact",), "PROVED", "circle", "polynomial"),
+        (("--transfer", "exp(-s)/(s+1)", "--sector", "0", "1"), "PROVED", "circle", "cover"),
+        (("--transfer", "exp(-s)/(s+1)", "--sector", "0", "3"), "REFUTED", "counterexample", "crossing"),
+        (("unstable-lag", "--sector", "0", "1"), "REFUTED", "counterexample", "linear-gain"),
+        (("--transfer", "1/((s+1)*(s+2))", "--sector", "-inf", "-3"), "REFUTED", "counterexample", "linear-gain"),
+        (("--transfer", "1/((s+1)*(s+2))", "--sector", "0", "finite"), "PROVED", "popov", "polynomial"),
+        (("paper-rod",), "PROVED", "rod-energy", "structure"),
+        (("paper-rod", "--criterion", "popov"), "PROVED", "rod-popov", "structure"),
+        (("paper-rod", "--criterion", "circle", "--sector", "0", "7.9"), "PROVED", "rod-circle", "structure"),
+        (("paper-rod", "--set", "rod.damping=-1e-4"), "REFUTED", "counterexample", "structure"),
+    ],
+)
+def test_every_kind_of_certificate_is_written_accepted_and_keeps_the_schema(
+    lure, tmp_path, arguments, verdict, theorem, method
+):
+    status, out, err = lure("certify", *arguments)
+    assert (status, err) == ({"PROVED": 0, "REFUTED": 11}[verdict], "")
+    assert out.startswith(f"{verdict}: ")
+    data = written(tmp_path)
+    assert (data["verdict"], data["theorem"], data["proof"]["method"]) == (verdict, theorem, method)
+    assert SCHEMA.is_valid(data), [error.message for error in SCHEMA.iter_errors(data)]
+    status, out, err = lure("verify", "certificate.json", "--second")
+    assert (status, err) == (0, "")
+    assert out.endswith("the second checker, on python-flint, agrees\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("third-order", "--sector", "0", "2", "--time-varying"), codes.NO_MULTIPLIER),
+        (("third-order", "--slope", "0", "5", "--criterion", "park"), codes.CRITICAL),
+        (("third-order", "--sector", "0", "1", "--criterion", "park"), codes.NOT_APPLICABLE),
+        (("third-order", "--sector", "0", "1", "--method", "structure"), codes.NOT_APPLICABLE),
+        (("biproper", "--sector", "0", "0.9", "--criterion", "popov"), codes.SEVERAL_SOLUTIONS),
+        (("--transfer", "exp(-s)/(s+1)", "--sector", "0.5", "1"), codes.DEAD_TIME),
+        (("--transfer", "exp(-s)*s/(s+1)", "--sector", "0", "0.5"), codes.DEAD_TIME),
+        # (s+1) is a hidden mode: every finite k is proved, and without a bound the proof needs a minimal realisation
+        (("--num", "1 1", "--den", "1 4 5 2", "--sector", "0", "inf", "--criterion", "popov"), codes.EVERY_FINITE),
+        (("paper-rod", "--set", "rod.damping=0"), codes.UNDAMPED),
+    ],
+)
+def test_open_questions_end_with_the_code_that_fits(lure, tmp_path, arguments, code):
+    status, out, err = lure("certify", *arguments)
+    assert (status, err) == (10, "")
+    assert f"  {code}\n" in out
+    assert names(tmp_path) == []
+
+
+def test_a_law_of_a_file_is_checked_to_be_in_its_class(lure, tmp_path):
+    (tmp_path / "plant.toml").write_text(PLANT + '[nonlinearity]\nkind = "saturation"\ngain = 5.5\nlimit = 1\n')
+    assert lure("certify", "plant.toml")[0] == 0
+    data = written(tmp_path)
+    assert data["law"]["kind"] == "piecewise-linear"
+    assert data["laws"]["slope"] == ["0", "11/2"]
+    assert "law" in data["hypotheses"]
+    assert lure("certify", "plant.toml", "--set", "nonlinearity.gain=5.9", "-o", "other.json")[0] == 0
+    assert written(tmp_path, "other.json")["laws"]["sector"] == ["0", "59/10"]
+    (tmp_path / "tanh.toml").write_text(PLANT + '[nonlinearity]\nkind = "tanh"\nscale = 0.2\ngain = 1\n')
+    assert lure("certify", "tanh.toml", "--force")[0] == 0
+    assert written(tmp_path)["law"] == {"kind": "tanh", "height": "1", "rate": "5"}
+    assert lure("certify", "tanh.toml", "--sector", "0", "5", "--force")[0] == 0
+    assert written(tmp_path)["law"] is None  # a class of its own leaves the law out
+
+
+def test_a_law_that_is_not_locally_lipschitz_is_not_proved(lure, tmp_path):
+    (tmp_path / "plant.toml").write_text(
+        '[plant]\nnum = [1]\nden = [1, 1]\n[nonlinearity]\nkind = "quantiser"\nstep = 1\n'
+    )
+    status, out, _ = lure("certify", "plant.toml")
+    assert status == 10
+    assert str(codes.ROUGH_LAW) in out
+    assert names(tmp_path) == ["plant.toml"]
+
+
+def test_an_existing_file_is_replaced_only_with_force(lure, tmp_path):
+    (tmp_path / "cert.json").write_text("mine")
+    assert lure("certify", *THIRD, *SECTOR, "-o", "cert.json")[0] == 2
+    assert (tmp_path / "cert.json").read_text() == "mine"
+    assert lure("certify", "double-zero", "-o", "cert.json", "--force")[0] == 10
+    assert (tmp_path / "cert.json").read_text() == "mine"  # nothing was found, so nothing is replaced
+    assert lure("certify", *THIRD, *SECTOR, "-o", "cert.json", "--force")[0] == 0
+    assert names(tmp_path) == ["cert.json"]
+    assert written(tmp_path, "cert.json")["verdict"] == "PROVED"
+
+
+def test_json_and_standard_output(lure, tmp_path):
+    status, out, err = lure("certify", *THIRD, *SECTOR, "--json")
+    data = json.loads(out)
+    assert (status, err) == (0, "")
+    assert (data["verdict"], data["theorem"], data["file"], data["code"]) == (
+        "PROVED",
+        "popov",
+        "certificate.json",
+        None,
+    )
+    assert data["facts"] == written(tmp_path)["hypotheses"]
+    status, out, err = lure("certify", *THIRD, *SECTOR, "-o", "-")
+    assert status == 0
+    assert json.loads(out) == written(tmp_path)
+    assert err.startswith("PROVED: ")
+    assert lure("certify", *THIRD, *SECTOR, "-o", "-", "-q")[2] == ""
+    assert names(tmp_path) == ["certificate.json"]
+
+
+def test_the_time_allowed_ends_a_search(lure, tmp_path):
+    # the full search for multipliers and orbits of Fitts' loop takes many seconds
+    status, out, _ = lure("certify", "kalman-fitts", "--seconds", "0.2")
+    assert status == 10
+    assert str(codes.OUT_OF_TIME) in out
+    assert names(tmp_path) == []
+
+
+# verify ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def proof(lure, tmp_path):
+    lure("certify", *THIRD, *SECTOR, "-o", "proof.json")
+    return written(tmp_path, "proof.json")
+
+
+def test_a_false_claim_is_rejected_with_the_reason(lure, tmp_path, proof):
+    proof["laws"]["sector"][1] = "6"
+    (tmp_path / "false.json").write_text(json.dumps(proof))
+    status, out, err = lure("verify", "false.json")
+    assert (status, err) == (11, "")
+    assert out.startswith("REJECTED: ")
+    (answer,) = json.loads(lure("verify", "false.json", "--json")[1])
+    assert answer["result"] == "REJECTED"
+    assert answer["reason"]
+    assert "claim" not in answer
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (b"", "is no certificate: "),
+        (b"not json", "is no certificate: "),
+        (b"{}", "is no certificate: "),
+        (b"[1, 2]", "is no certificate: "),
+        (b"null", "is no certificate: "),
+        (b"\xff\xfe\x00", "is no certificate: "),
+        (b'{"format": "lure-certificate/1", "format": "lure-certificate/1"}', "twice"),
+        (b"[" * 100_000, "is no certificate: "),
+        (b"1" * 1_000_000, "is no certificate: "),
+        (b" " * 20_000_000, "is no certificate: more than"),
+        (b'{"format": 1.5}', "is no certificate: "),
+        (b'{"format": NaN}', "is no certificate: "),
+    ],
+)
+def test_what_is_no_certificate_is_one_sentence_and_status_2(lure, tmp_path, content, sentence):
+    (tmp_path / "bad.json").write_bytes(content)
+    status, out, err = lure("verify", "bad.json")
+    assert (status, out) == (2, "")
+    assert err.startswith("lure: 'bad.json' is no certificate: ")
+    assert sentence in err
+    assert err.count("\n") == 1
+    (answer,) = json.loads(lure("verify", "bad.json", "--json")[1])
+    assert answer["result"] == "NO CERTIFICATE"
+
+
+def test_what_is_no_file_is_one_sentence_and_status_2(lure, tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for name, sentence in (
+        ("missing.json", "does not exist"),
+        (".", "is a directory"),
+        ("pipe", "is not an ordinary file"),
+        ("a\0b", "cannot be read"),
+    ):
+        status, out, err = lure("verify", name)
+        assert (status, out) == (2, "")
+        assert sentence in err
+        assert err.count("\n") == 1
+
+
+def test_a_file_of_another_version_is_no_certificate(lure, tmp_path, proof):
+    (tmp_path / "next.json").write_text(json.dumps({**proof, "format": "lure-certificate/2"}))
+    assert lure("verify", "next.json")[0] == 2
+    (tmp_path / "more.json").write_text(json.dumps({**proof, "note": "trust me"}))
+    assert lure("verify", "more.json")[0] == 2
+
+
+def test_several_files_are_each_judged_and_a_rejection_counts_most(lure, tmp_path, proof):
+    proof["conclusion"] = "0 attracts every motion"
+    (tmp_path / "false.json").write_text(json.dumps(proof))
+    status, out, err = lure("verify", "proof.json", "missing.json", "false.json")
+    assert status == 11
+    assert out.startswith("proof.json:\nACCEPTED: ")
+    assert "\nfalse.json:\nREJECTED: " in out
+    assert err.count("\n") == 1
+    assert lure("verify", "proof.json", "missing.json")[0] == 2
+    assert lure("verify", "proof.json", "proof.json")[0] == 0
+    assert lure("verify")[0] == 2
+
+
+def test_standard_input_is_read(tmp_path, proof):
+    run = subprocess.run(
+        [sys.executable, "-m", "analysis.cli", "verify", "-"],
+        cwd=ROOT,
+        input=json.dumps(proof),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (run.returncode, run.stderr) == (0, "")
+    assert run.stdout.startswith("ACCEPTED: ")
+
+
+def test_a_disagreement_of_the_second_checker_is_a_rejection(lure, monkeypatch, proof):
+    from analysis.certificates import second
+
+    class No:
+        accepted, reason = False, "the residue is not positive"
+
+    assert lure("verify", "proof.json", "--second")[0] == 0
+    monkeypatch.setattr(second, "recheck", lambda _certificate: No)
+    status, out, _ = lure("verify", "proof.json", "--second")
+    assert status == 11
+    assert "REJECTED: the second checker disagrees: the residue is not positive" in " ".join(out.split())
+    assert lure("verify", "proof.json")[0] == 0
+
+
+@pytest.mark.parametrize("error", [MemoryError, RecursionError, TypeError("unhashable"), AssertionError])
+def test_a_checker_that_breaks_down_accepts_nothing(lure, monkeypatch, proof, error):
+    from analysis.cli import verifying
+
+    def broken(_data, **_options):
+        raise error
+
+    monkeypatch.setattr(verifying, "check", broken)
+    status, out, err = lure("verify", "proof.json")
+    assert (status, err) == (11, "")
+    assert out.startswith("REJECTED: ")
+
+
+def test_the_time_allowed_to_the_checker_ends_in_a_rejection(lure, monkeypatch, proof):
+    monkeypatch.setattr(arithmetic, "DEADLINE", [math.inf])
+    status, out, _ = lure("verify", "proof.json", "--seconds", "1e-9")
+    assert status == 11
+    assert "time allowed" in out
+    assert lure("verify", "proof.json", "--seconds", "-1")[0] == 2
+
+
+def test_the_checker_is_asked_without_numpy_or_a_solver(proof, tmp_path):
+    script = (
+        "import sys; from analysis.cli import main; status = main(['verify', sys.argv[1]]); "
+        "print('LOADED', status, *sys.modules)"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", script, str(tmp_path / "proof.json")],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    status, *loaded = run.stdout.partition("LOADED ")[2].split()
+    assert status == "0"
+    heavy = {"numpy", "scipy", "sympy", "control", "matplotlib", "flint", "jinja2", "cvxpy", "lure"}
+    assert not {name.split(".")[0] for name in loaded} & heavy

@@ -6,7 +6,6 @@ from importlib import resources
 from pathlib import Path
 
 import jsonschema
-import pytest
 
 SCHEMA = json.loads(resources.files("analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 CHECK = jsonschema.Draft202012Validator(SCHEMA)

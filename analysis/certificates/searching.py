@@ -65,7 +65,7 @@ def searches(question: Question, *, method: str, numbers: Numbers) -> Iterator[t
             return
         later = [each for each in asked if each[0] == LONG]
         yield from _proofs(question, [each for each in asked if each[0] != LONG], method, numbers)
-    if isinstance(block, RationalBlock) and question.criterion == "best":
+    if isinstance(block, RationalBlock) and question.criterion == method == "best":
         yield "counterexamples", lambda: counterexample(question, numbers)
     yield from _proofs(question, later, method, numbers)
     if proofs and not question.finite and question.law_class.sector.upper == math.inf:

@@ -1,0 +1,413 @@
+"""One question, one certificate: whatever the searches do, only what the checker accepts is a verdict."""
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analysis.certificates import asking_matrices, codes, countering, sealing
+from analysis.certificates.arithmetic import Rejected
+from analysis.certificates.certify import Ways, certify, text_of
+from analysis.certificates.checker import Proved, Refuted, check
+from analysis.certificates.concrete import law_of
+from analysis.certificates.posing import posed
+from analysis.certificates.sealing import contains
+from analysis.certificates.systems import laws_of
+from analysis.criteria import circle, park, popov, zames_falb_discrete
+from analysis.criteria.hurwitz import hurwitz_limit
+from analysis.evidence import Bracket, Evidence, Verdict
+from analysis.witness import Witness
+from lure import (
+    Cubic,
+    DeadZone,
+    ExpressionLaw,
+    FrequencyData,
+    LawClass,
+    Loop,
+    NormalCompliance,
+    PiecewiseLinear,
+    RationalBlock,
+    Saturation,
+    Sector,
+    SlopeBounds,
+    StateSpaceBlock,
+    Tanh,
+)
+from lure.errors import InputError
+
+THIRD = RationalBlock([1], [1, 3, 2, 0])  # Routh and Popov: 6
+# s^2/(s^3 + 2 s^2 + 2 s + 1): stable for every linear gain, Popov reaches 8.89898 and the circle 8.12086
+SEVENTH = RationalBlock([1, 0, 0], [1, 2, 2, 1])
+MASS = RationalBlock(
+    [Fraction(2), Fraction("0.92")], [1, Fraction("-0.5"), 0], 1
+)  # slopes from 175/192 on have an orbit
+
+
+def sector(lower, upper, **words):
+    return LawClass(sector=Sector(lower, upper), **words)
+
+
+def asked(block, law_class, criterion="best", **ways):
+    return certify(block, law_class, ways=Ways(criterion=criterion, **ways))
+
+
+# verdicts -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("j", [10, 30, 60])
+def test_the_verdict_turns_at_the_limit(j):
+    below, above = (Fraction(6) * (1 + sign * Fraction(1, 2**j)) for sign in (-1, 1))
+    found = asked(THIRD, sector(0, below))
+    assert found.verdict is Verdict.PROVED
+    assert isinstance(found.shown, Proved)
+    assert found.certificate["laws"]["sector"] == ["0", str(below)]
+    for k in (Fraction(6), above):
+        against = asked(THIRD, sector(0, k))
+        assert against.verdict is Verdict.REFUTED
+        assert isinstance(against.shown, Refuted)
+
+
+@settings(max_examples=60)
+@given(
+    roots=st.lists(st.fractions(Fraction(1, 5), 5, max_denominator=20), min_size=2, max_size=4),
+    top=st.lists(st.integers(-3, 3), min_size=1, max_size=2),
+    k=st.fractions(Fraction(1, 10), 20, max_denominator=50),
+)
+def test_what_is_proved_lies_below_the_linear_limit_and_what_is_refuted_is_accepted(roots, top, k):
+    denominator = [Fraction(1)]
+    for root in roots:
+        denominator = [a + root * b for a, b in zip([*denominator, 0], [0, *denominator], strict=True)]
+    if not any(top):
+        return
+    block = RationalBlock(top, denominator)
+    limit = hurwitz_limit(block)
+    for criterion in ("circle", "popov", "hurwitz"):
+        found = asked(block, sector(0, k), criterion)
+        if found.verdict is Verdict.PROVED:
+            assert k <= limit.high
+        elif found.verdict is Verdict.REFUTED:
+            assert k >= limit.low
+        if found.shown is not None:
+            again = check(text_of(found.certificate))
+            assert (again.claim, type(again)) == (found.shown.claim, type(found.shown))
+        else:
+            assert found.code is not None
+            assert found.failures
+
+
+def test_the_certificate_is_about_exactly_the_class_asked():
+    # sector [0, 1] within slopes [0, 5]: Popov proves it from the sector alone
+    tight = LawClass(sector=Sector(0, 1), slope=SlopeBounds(0, 5), odd=True)
+    assert asked(THIRD, tight).certificate["laws"] == laws_of(tight, unbounded=True)
+    # Park needs slopes: the sector [0, 3] of slopes [0, 3.5] is certified with both
+    block = RationalBlock([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])
+    wide = LawClass(sector=Sector(0, 3), slope=SlopeBounds(0, Fraction(7, 2)))
+    assert asked(block, wide, "park").certificate["laws"] == laws_of(wide, unbounded=True)
+
+
+def test_a_law_goes_into_its_certificate():
+    found = certify(Loop(THIRD, Saturation(gain=5, limit=2)))
+    assert found.verdict is Verdict.PROVED
+    assert found.certificate["law"]["points"] == [["-2/5", "-2"], ["0", "0"], ["2/5", "2"]]
+    assert "law" in found.shown.facts
+
+
+def test_a_question_without_a_class_is_refused():
+    with pytest.raises(InputError, match="no class of laws is given"):
+        certify(THIRD)
+    with pytest.raises(InputError, match="did you mean 'popov'"):
+        asked(THIRD, sector(0, 1), "popof")
+    with pytest.raises(TypeError, match="three outcomes"):
+        bool(asked(THIRD, sector(0, 1)))
+
+
+@pytest.mark.parametrize(
+    ("block", "law_class", "code"),
+    [
+        (FrequencyData([1.0, 2.0], [1.0, 0.5], None), sector(0, 1), codes.SAMPLED),
+        (RationalBlock([1, 1], [1, 0, 0]), sector(0, 1), codes.DOUBLE_ZERO),
+        (StateSpaceBlock([[-1.0, 0.0], [0.0, -2.0]], [1.0, 1.0], [-1.0, -1.0]), sector(0, 5), codes.COMPUTED),
+    ],
+)
+def test_what_cannot_be_decided_has_a_code(block, law_class, code):
+    found = certify(block, law_class)
+    assert (found.verdict, found.code, found.certificate) == (Verdict.INCONCLUSIVE, code, None)
+    assert str(code) in str(found)
+
+
+def test_a_block_of_doubles_is_proved_by_matrices():
+    # 1/((s+1)(s+2)), its entries exact doubles; the circle criterion reaches 17.48
+    block = StateSpaceBlock([[0.0, 1.0], [-2.0, -3.0]], [0.0, 1.0], [1.0, 0.0])
+    found = certify(block, sector(0, 17))
+    assert found.verdict is Verdict.PROVED
+    assert (found.shown.theorem, found.certificate["proof"]["method"]) == ("circle", "matrix")
+    further = certify(block, sector(0, 100))
+    assert (further.verdict, further.shown.theorem) == (Verdict.PROVED, "popov")
+
+
+# faults ---------------------------------------------------------------------------------------------------------------
+
+
+class PanicException(BaseException):
+    """What a compiled solver raises when it panics: no Exception."""
+
+
+FAULTS = [
+    (np.linalg.LinAlgError("Singular matrix"), codes.SOLVER_FAILED),
+    (ValueError("array must not contain infs or NaNs"), codes.NO_NUMBERS),
+    (ZeroDivisionError("division by zero"), codes.NO_NUMBERS),
+    (OverflowError("int too large to convert to float"), codes.RANGE),
+    (FloatingPointError("underflow"), codes.NO_NUMBERS),
+    (MemoryError(), codes.OUT_OF_MEMORY),
+    (RecursionError("maximum recursion depth exceeded"), codes.OUT_OF_MEMORY),
+    (TimeoutError("slow"), codes.OUT_OF_TIME),
+    (PanicException("unwrap on None"), codes.SOLVER_FAILED),
+    (KeyError("x"), codes.UNEXPECTED),
+    (AssertionError("never"), codes.UNEXPECTED),
+]
+
+
+@pytest.mark.parametrize(("error", "code"), FAULTS, ids=lambda each: type(each).__name__)
+def test_a_criterion_that_raises_ends_inconclusive(monkeypatch, error, code):
+    def broken(*_arguments, **_options):
+        raise error
+
+    monkeypatch.setattr(popov, "popov_criterion", broken)
+    found = asked(THIRD, sector(0, 5), "popov")
+    assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, code)
+
+
+@pytest.mark.parametrize(("error", "code"), FAULTS, ids=lambda each: type(each).__name__)
+def test_a_refutation_that_raises_refutes_nothing_and_hides_no_proof(monkeypatch, error, code):
+    def broken(*_arguments, **_options):
+        raise error
+
+    monkeypatch.setattr(countering, "refutation_draft", broken)
+    against = asked(THIRD, sector(0, 7), "popov")  # Routh refutes it from 6 on, and nothing else does
+    assert against.verdict is Verdict.INCONCLUSIVE
+    assert code in {failure.code for failure in against.failures}
+    found = asked(THIRD, sector(0, 5), "popov")  # there is nothing to refute
+    assert found.verdict is Verdict.PROVED
+
+
+@pytest.mark.parametrize("interrupt", [KeyboardInterrupt, SystemExit])
+def test_the_users_interrupt_is_no_result(monkeypatch, interrupt):
+    def stopped(*_arguments, **_options):
+        raise interrupt
+
+    monkeypatch.setattr(popov, "popov_criterion", stopped)
+    with pytest.raises(interrupt):
+        asked(THIRD, sector(0, 5), "popov")
+
+
+@pytest.mark.parametrize("theta", ["nan", "inf", "-inf", "0", "1", "-1", "1e400", "1/0", "", "x", None, "7/3", 0.25])
+def test_a_criterion_that_always_says_proved_proves_nothing_false(monkeypatch, theta):
+    honest = popov.popov_criterion(SEVENTH, Sector(0, 8))
+
+    def always(_block, bounds, **_options):
+        parameters = {**honest.parameters, "theta": theta}
+        law_class = LawClass(sector=bounds)
+        return replace(honest, verdict=Verdict.PROVED, parameters=parameters, law_class=law_class)
+
+    monkeypatch.setattr(popov, "popov_criterion", always)
+    found = asked(SEVENTH, sector(0, 9), "popov")  # beyond Popov's reach, 8.89898, with whatever multiplier
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.code in (codes.REJECTED, codes.NO_NUMBERS, codes.PRECISION)
+
+
+def test_a_circle_criterion_that_always_says_proved_proves_nothing_false(monkeypatch):
+    honest = circle.circle_criterion(THIRD, Sector(0, 1))
+    lie = replace(honest, largest=Bracket(math.inf, math.inf))
+    monkeypatch.setattr(circle, "circle_criterion", lambda _b, s: replace(lie, law_class=sector(s.lower, s.upper)))
+    # the circle criterion reaches 4/3 and not 4/3 itself: there a class smaller by 1e-15 is accepted, at 2 none
+    for k, code in ((Fraction(4, 3), codes.PRECISION), (Fraction(2), codes.REJECTED)):
+        found = asked(THIRD, sector(0, k), "circle")
+        assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, code)
+    assert asked(THIRD, sector(0, Fraction(133, 100)), "circle").verdict is Verdict.PROVED
+
+
+@pytest.mark.parametrize(
+    "taps",
+    [{}, {"1": "nan"}, {"1": "2"}, {"0": "1/2"}, {"x": "1"}, {"-1": "-1/2"}, [["1", "2"]], {"1": "1/2", "-1": "1/2"}],
+)
+def test_multipliers_out_of_thin_air_prove_nothing(monkeypatch, taps):
+    # slopes in [0, 0.95] of example 6 have an orbit of period 3
+    honest = zames_falb_discrete.zames_falb_discrete_criterion(MASS, SlopeBounds(0, Fraction(1, 2)), odd=False)
+
+    def always(_block, bounds, **_options):
+        law_class = LawClass.slope_restricted(bounds.lower, bounds.upper)
+        return replace(honest, verdict=Verdict.PROVED, parameters={"taps": taps}, law_class=law_class)
+
+    monkeypatch.setattr(zames_falb_discrete, "zames_falb_discrete_criterion", always)
+    found = asked(MASS, LawClass.slope_restricted(0, Fraction("0.95")), "zames-falb")
+    assert found.verdict is Verdict.INCONCLUSIVE
+
+
+def test_two_digits_of_a_multiplier_prove_nothing_false(monkeypatch):
+    exact = park.park_criterion
+
+    def rounded(block, bounds, **options):
+        found = exact(block, bounds, **options)
+        coarse = {key: f"{float(Fraction(v)):.1g}" for key, v in found.parameters.items() if key in ("theta", "tau")}
+        fractions = {key: str(Fraction(v)) for key, v in coarse.items()}
+        return replace(found, verdict=Verdict.PROVED, parameters={**found.parameters, **fractions})
+
+    monkeypatch.setattr(park, "park_criterion", rounded)
+    block = RationalBlock([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])  # Hurwitz limit 4.58945
+    for k in ("3.7", "4.58", "4.5894", "4.5895", "5"):
+        found = asked(block, LawClass.slope_restricted(0, Fraction(k)), "park")
+        if Fraction(k) > Fraction("4.58946"):
+            assert found.verdict is Verdict.REFUTED
+        elif found.verdict is not Verdict.PROVED:
+            assert found.code is codes.REJECTED
+
+
+@pytest.mark.parametrize("gain", ["5", "1/2", "-1", "0", "nan", "1/0", ""])
+def test_a_gain_that_is_stable_or_outside_the_class_refutes_nothing(monkeypatch, gain):
+    lie = Witness(
+        kind="linear gain",
+        k=1.0,
+        evidence=Evidence.CERTIFIED,
+        slope_restricted=True,
+        odd=True,
+        description="phi = k sigma: said to destabilise",
+        data={"gain": gain, "lower": "0"},
+    )
+    monkeypatch.setattr("analysis.refutation.linear.linear_witness", lambda *_a, **_o: lie)
+    found = asked(THIRD, sector(0, 2, time_varying=True), "circle")
+    assert found.verdict is Verdict.INCONCLUSIVE
+
+
+@pytest.mark.parametrize(
+    "P",
+    [
+        [["nan"], ["nan", "nan"]],
+        [["1"], ["0", "1"]],
+        [["-1"], ["0", "1"]],
+        [["1e9"], ["0", "1"]],
+        [[1], [0, 1]],
+        [["1"]],
+        [],
+        "P",
+    ],
+)
+def test_a_matrix_out_of_thin_air_proves_nothing(monkeypatch, P):
+    # Popov reaches 6 and the class ends at 5.99: neither 1 nor -1 will do
+    honest = asking_matrices.matrix_draft
+    proof = {
+        "method": "matrix",
+        "P": P,
+        "exponent": 0,
+        "zero": {"right": ["1", "0", "0"], "left": ["2", "3", "1"], "pivot": 0},
+    }
+
+    def lie(block, upper, **options):
+        return {**honest(block, upper, **options), "proof": proof}
+
+    monkeypatch.setattr(asking_matrices, "matrix_draft", lie)
+    found = asked(THIRD, sector(0, Fraction("5.99")), "popov", method="matrix")
+    assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.REJECTED)
+
+
+def test_the_time_allowed_is_kept():
+    found = asked(MASS, LawClass.slope_restricted(0, Fraction("0.9")), seconds=0.01)
+    assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.OUT_OF_TIME)
+
+
+# parts ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("law", "kind"),
+    [
+        (Saturation(gain=2, limit=1), "piecewise-linear"),
+        (DeadZone(width=1, gain=3), "piecewise-linear"),
+        (PiecewiseLinear([(-1, -3), (2, 6), (4, 7)], left_slope=0, right_slope=Fraction(1, 2)), "piecewise-linear"),
+        (NormalCompliance(stiffness=4, exponent=1), "piecewise-linear"),
+        (ExpressionLaw(text="max(sigma, 0)", sector=Sector(0, 1)), "piecewise-linear"),
+        (Tanh(scale=2, gain=3), "tanh"),
+    ],
+)
+def test_a_law_in_a_certificate_is_the_law(law, kind):
+    written = law_of(law)
+    assert written["kind"] == kind
+    x = np.linspace(-5, 5, 41)
+    if kind == "tanh":
+        values = float(Fraction(written["height"])) * np.tanh(float(Fraction(written["rate"])) * x)
+    else:
+        points = [(float(Fraction(s)), float(Fraction(v))) for s, v in written["points"]]
+        (x0, y0), (x1, y1) = points[0], points[-1]
+        inner = np.interp(x, [p[0] for p in points], [p[1] for p in points])
+        left, right = float(Fraction(written["left"])), float(Fraction(written["right"]))
+        values = np.where(x < x0, y0 + left * (x - x0), np.where(x > x1, y1 + right * (x - x1), inner))
+    assert values == pytest.approx(law(x), abs=1e-12)
+
+
+@pytest.mark.parametrize("law", [Cubic(cubic=1), ExpressionLaw(text="sin(sigma)", sector=Sector(-1, 1)), None])
+def test_a_law_that_can_only_be_declared_stays_out(law):
+    assert law_of(law) is None
+
+
+BOUNDS = st.tuples(st.sampled_from(["-inf", "-1", "0"]), st.sampled_from(["1/2", "1", "finite", "inf"]))
+LAWS = st.fixed_dictionaries(
+    {
+        "sector": BOUNDS.map(list),
+        "slope": st.one_of(st.none(), BOUNDS.map(list)),
+        "odd": st.booleans(),
+        "time_varying": st.booleans(),
+        "linear": st.booleans(),
+    }
+)
+
+
+@given(a=LAWS, b=LAWS, c=LAWS)
+def test_containment_is_an_order(a, b, c):
+    assert contains(a, a)
+    assert not (contains(a, b) and contains(b, c)) or contains(a, c)
+    if contains(a, b) and contains(b, a):
+        assert a == b
+
+
+def test_containment_knows_which_class_is_larger():
+    plain = {"sector": ["0", "1"], "slope": None, "odd": False, "time_varying": False, "linear": False}
+    for change in ({"sector": ["0", "1/2"]}, {"slope": ["0", "1"]}, {"odd": True}, {"linear": True}):
+        assert contains(plain, {**plain, **change})
+        assert not contains({**plain, **change}, plain)
+    varying = {**plain, "time_varying": True}
+    assert contains(varying, plain)
+    assert not contains(plain, varying)
+    finite, none = {**plain, "sector": ["0", "finite"]}, {**plain, "sector": ["0", "inf"]}
+    assert contains(finite, plain)
+    assert contains(none, finite)
+    assert not contains(finite, none)
+    assert not contains(plain, finite)
+
+
+def test_a_larger_class_stands_in_where_a_theorem_needs_it():
+    tight = LawClass(sector=Sector(0, 1), slope=SlopeBounds(0, 2))
+    question = posed(THIRD, tight, criterion="best", finite=False)
+    draft = {**asked(THIRD, LawClass.slope_restricted(0, 2)).certificate}
+    calls = []
+    original = sealing.checked
+
+    def only_larger(candidate):
+        calls.append(candidate["laws"]["sector"])
+        if len(calls) == 1:
+            raise Rejected("slope = sector is needed")
+        return original(candidate)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sealing, "checked", only_larger)
+        shown = sealing.sealed(question, draft)
+    assert calls == [["0", "1"], ["0", "2"]]
+    assert shown.certificate["laws"]["sector"] == ["0", "2"]
+
+
+def test_a_smaller_class_never_stands_in():
+    question = posed(THIRD, sector(0, 7), criterion="best", finite=False)
+    with pytest.raises(Rejected):
+        sealing.sealed(question, asked(THIRD, sector(0, 5)).certificate)
