@@ -326,7 +326,7 @@ def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
     )
     form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")
     laws = states.classes(given)
-    facts = {"class": f"phi(0) = 0, locally Lipschitz, {described(laws)}: assumed of the class"}
+    facts = {"class": described(laws)}
     if law is not None:
         facts["law"] = states.known(law, laws)
     if verdict == "REFUTED":
@@ -356,11 +356,15 @@ def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
 
 def described(laws: states.Laws) -> str:
     """The class of laws in words."""
-    ends = [("no" if free else "every finite") + " bound" for free in laws.endless]
-    top, steep = (word if k == INF else f"{k}" for word, (_, k) in zip(ends, (laws.sector, laws.slope)))
     kind = "constant gains" if laws.linear else "time-varying laws" if laws.varying else "time-invariant laws"
-    slopes = f", slopes from {laws.slope[0]} up to {steep}" if laws.slope != (-INF, INF) else ""
-    return f"{'odd ' * laws.odd}{kind}, phi(sigma)/sigma from {laws.sector[0]} up to {top}{slopes}"
+    words = f"all {'odd ' * laws.odd}{kind} with phi(0) = 0, locally Lipschitz"
+    for name, (l, k), endless in zip(
+        ("phi(sigma)/sigma", "slope"), (laws.sector, laws.slope), laws.endless, strict=True
+    ):
+        near = "" if abs(k) == INF or k.denominator < 10**6 else f" (about {float(k):.9g})"
+        top = "without upper bound" if endless else "up to any finite bound" if k == INF else f"up to {k}{near}"
+        words += f", {name} from {l} {top}" if (l, k) != (-INF, INF) else ""
+    return words
 
 
 def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600, draft: bool = False) -> Proved | Refuted:
@@ -371,8 +375,7 @@ def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600, draft:
     certificate |= {"conclusion": conclusion, "hypotheses": facts} if draft else {}
     need(certificate["conclusion"] == conclusion, f"the conclusion is another: {conclusion}")
     need(certificate["hypotheses"] == facts, "the hypotheses are not those found to hold")
-    claim = f"{conclusion}; {facts['class']}"
-    return kind(_SEAL, certificate, claim, facts)  # type: ignore[return-value]
+    return kind(_SEAL, certificate, f"{conclusion}: {facts['class']}", facts)  # type: ignore[return-value]
 
 
 def main(paths: list[str]) -> int:

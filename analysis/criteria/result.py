@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from analysis.evidence import Bracket, Evidence, Verdict
 from lure.sector import Sector
+
+if TYPE_CHECKING:
+    from analysis.certificates.checker import Proved, Refuted
 
 CriterionName = Literal["popov", "circle"]
 Model = Literal["scheme", "rod", "loop"]
@@ -49,6 +52,8 @@ class CriterionResult:
         Hypotheses of the theorem, each with how it was checked.
     witness : str or None
         The destabilising example behind REFUTED.
+    shown : Proved, Refuted or None
+        What the checker accepted of it, with its certificate; None where it was not asked.
     """
 
     name: CriterionName
@@ -64,6 +69,7 @@ class CriterionResult:
     reason: str
     hypotheses: tuple[str, ...] = ()
     witness: str | None = None
+    shown: Proved | Refuted | None = None
 
     def __bool__(self) -> bool:
         raise TypeError("a criterion has three answers; compare result.verdict")

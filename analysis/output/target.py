@@ -13,6 +13,7 @@ from lure.errors import InputError
 MARKERS = {"report.json": "lure-report/", "paper.json": "lure-paper/"}
 _MARKER_BYTES = 64 * 1024 * 1024
 _FIGURE = re.compile(r"[\w.-]+\.(svg|png)", re.ASCII)
+_CERTIFICATE = re.compile(r"\d+-[\w-]+\.json", re.ASCII)
 _PAGE = re.compile(r"(report|paper)\.(html|json)", re.ASCII)
 _LITTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file managers in any folder they show
 
@@ -78,7 +79,7 @@ def _stranger(directory: Path) -> str | None:
     paths = sorted(path for path in directory.iterdir() if path.name not in _LITTER)
     ours = not paths or any(_is_marker(directory / name, schema) for name, schema in MARKERS.items())
     for path in paths:
-        if not ours or path.is_symlink() or not (_is_figures(path) if path.is_dir() else _is_page(path)):
+        if not ours or path.is_symlink() or not (_is_folder(path) if path.is_dir() else _is_page(path)):
             return path.name
     return None
 
@@ -87,9 +88,10 @@ def _is_page(path: Path) -> bool:
     return path.is_file() and bool(_PAGE.fullmatch(path.name) or _FIGURE.fullmatch(path.name))
 
 
-def _is_figures(path: Path) -> bool:
-    return path.name == "figures" and all(
-        entry.name in _LITTER or (_FIGURE.fullmatch(entry.name) and entry.is_file()) for entry in path.iterdir()
+def _is_folder(path: Path) -> bool:
+    pattern = {"figures": _FIGURE, "certificates": _CERTIFICATE}.get(path.name)
+    return pattern is not None and all(
+        entry.name in _LITTER or (pattern.fullmatch(entry.name) and entry.is_file()) for entry in path.iterdir()
     )
 
 

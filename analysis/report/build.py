@@ -9,6 +9,7 @@ from importlib.metadata import version
 
 from analysis.conclusion import conclusion
 from analysis.criteria.rod import response_check, rod_criteria
+from analysis.report.certificates import checked_conclusion, checked_criteria
 from analysis.report.model import ContradictionError, Simulation, StabilityReport
 from analysis.simulation import contradictions, simulate
 from analysis.spectrum import rod_spectrum
@@ -53,7 +54,8 @@ def build_report(system: RodSystem, *, progress: Progress | None = None, command
     scheme = upwind(system.rod, system.cells, form=system.form)
     spectrum = rod_spectrum(scheme)
     say("frequency criteria", 0.05)
-    criteria = rod_criteria(scheme)
+    criteria = checked_criteria(scheme, rod_criteria(scheme))
+    concluded, certificates = checked_conclusion(scheme, conclusion(scheme, system.scenario), criteria)
     say("responses computed twice", 0.15)
     response = response_check(scheme)
     say("simulation", 0.35)
@@ -63,7 +65,8 @@ def build_report(system: RodSystem, *, progress: Progress | None = None, command
         scheme=scheme,
         spectrum=spectrum,
         criteria=criteria,
-        conclusion=conclusion(scheme, system.scenario),
+        conclusion=concluded,
+        certificates=certificates,
         matching=matching(system.rod, system.scenario),
         response=response,
         simulation=simulation,

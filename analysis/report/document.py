@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from analysis.criteria.result import CriterionResult
 from analysis.doubles import json_number
 from analysis.evidence import Bracket
+from analysis.report.certificates import certificate_list
 from analysis.report.comparison import compared
 from analysis.report.model import SCHEMA, StabilityReport
 from lure.expressions.tree import decimal
@@ -40,6 +41,7 @@ def document(report: StabilityReport) -> Json:
         "spectrum": _spectrum(report),
         "criteria": [_criterion(result) for result in report.criteria],
         "conclusion": _conclusion(report),
+        "certificates": certificate_list(report.certificates),
         "response_check": {
             "frequencies": report.response.frequencies,
             "lowest": json_number(report.response.lowest),

@@ -17,6 +17,7 @@ from lure.systems import RodSystem
 from lure.upwind import UpwindScheme
 
 if TYPE_CHECKING:
+    from analysis.certificates.checker import Proved, Refuted
     from analysis.simulation import Trajectory
 
 SCHEMA = "lure-report/1"
@@ -61,6 +62,8 @@ class StabilityReport:
         Frequency criteria, for the scheme and for the rod.
     conclusion : Conclusion
         What follows for the motion, in words.
+    certificates : tuple of Proved or Refuted
+        What the checker accepted, of the conclusion first.
     matching : Matching
         Whether initial and boundary data fit together.
     response : ResponseCheck
@@ -78,6 +81,7 @@ class StabilityReport:
     spectrum: RodSpectrum
     criteria: tuple[CriterionResult, ...]
     conclusion: Conclusion
+    certificates: tuple[Proved | Refuted, ...]
     matching: Matching
     response: ResponseCheck
     simulation: Simulation

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
+from analysis.report.certificates import certificate_files
 from analysis.report.claims import claims
 from analysis.report.document import document, to_json
 from analysis.report.figures import Figure, figures
@@ -14,7 +15,7 @@ from analysis.report.model import StabilityReport
 
 
 def write_report(report: StabilityReport, directory: str | os.PathLike[str]) -> Path:
-    """Write ``report.html``, ``report.json`` and ``figures/`` into a directory, made if it is missing.
+    """Write ``report.html``, ``report.json``, ``certificates/`` and ``figures/`` into a directory, made if missing.
 
     Everything is computed and drawn before the first file is written.  For a directory that changes in one step, and
     never loses what is not a report, write into that of :func:`analysis.output.replaced`, as the command does.
@@ -33,6 +34,7 @@ def write_report(report: StabilityReport, directory: str | os.PathLike[str]) -> 
     """
     data, drawn = document(report), figures(report)
     texts = {"report.json": to_json(data), "report.html": page(data, claims(report), drawn)}
+    texts |= certificate_files(report.certificates)
     return write_files(texts, drawn, directory)
 
 
@@ -42,7 +44,7 @@ def write_files(texts: Mapping[str, str], drawn: tuple[Figure, ...], directory: 
     Parameters
     ----------
     texts : Mapping of str to str
-        Contents by file name.
+        Contents by path in that directory.
     drawn : tuple of Figure
         The figures.
     directory : path
@@ -54,5 +56,6 @@ def write_files(texts: Mapping[str, str], drawn: tuple[Figure, ...], directory: 
         (target / "figures" / f"{figure.spec.name}.svg").write_text(figure.picture.svg, encoding="utf-8")
         (target / "figures" / f"{figure.spec.name}.png").write_bytes(figure.picture.png)
     for name, text in texts.items():
+        (target / name).parent.mkdir(exist_ok=True)
         (target / name).write_text(text, encoding="utf-8")
     return target / "report.html"

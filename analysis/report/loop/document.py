@@ -10,6 +10,7 @@ from typing import Any
 
 from analysis.answers.document import analysis_dict
 from analysis.answers.subject import Subject
+from analysis.report.certificates import certificate_list
 from analysis.report.loop.model import LoopReport
 from analysis.report.loop.plain import plain
 from analysis.report.model import SCHEMA
@@ -38,6 +39,7 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
         "transformation": list(transformation(about)),
         "gains": found["gains"] if isinstance(about.block, RationalBlock) else None,
         "answers": found["answers"],
+        "certificates": certificate_list(report.analysis.certificates),
         "observed": list(report.observed),
         "hints": list(report.hints),
         "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(about, found)},

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from analysis.report.certificates import certificate_files
 from analysis.report.claims import LADDER
 from analysis.report.document import to_json
 from analysis.report.figures import Figure
@@ -29,7 +30,7 @@ _LAW_ROWS = (("sector", "sector"), ("slope", "slope"), ("odd", "odd"), ("regular
 
 
 def write_loop_report(report: LoopReport, directory: str | os.PathLike[str]) -> Path:
-    """Write ``report.html``, ``report.json`` and ``figures/`` into a directory, made if it is missing.
+    """Write ``report.html``, ``report.json``, ``certificates/`` and ``figures/`` into a directory, made if missing.
 
     Parameters
     ----------
@@ -45,6 +46,7 @@ def write_loop_report(report: LoopReport, directory: str | os.PathLike[str]) -> 
     """
     data, drawn = loop_document(report), loop_figures(report)
     texts = {"report.json": to_json(data), "report.html": loop_page(data, drawn)}
+    texts |= certificate_files(report.analysis.certificates)
     return write_files(texts, drawn, directory)
 
 

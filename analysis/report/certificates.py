@@ -1,0 +1,116 @@
+"""The certificates beside a report: what the checker accepted, as files that anyone can check again."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from analysis.certificates.certify import text_of
+from analysis.certificates.checker import Checked, Proved, Refuted
+from analysis.certificates.drafts import settled
+from analysis.certificates.guard import Failure, guarded
+from analysis.certificates.rods import energy_theorem_draft, inequality_draft, negative_damping_draft
+from analysis.conclusion import Conclusion
+from analysis.criteria.result import CriterionResult
+from analysis.evidence import Verdict
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+FOLDER = "certificates"
+
+
+def certificate_files(shown: Sequence[Checked]) -> dict[str, str]:
+    """Contents by path relative to the report, in the order given: ``certificates/1-proved-popov.json`` and so on.
+
+    Parameters
+    ----------
+    shown : sequence of Checked
+        What the checker accepted.
+    """
+    return {f"{FOLDER}/{_name(i, one)}": text_of(one.certificate) for i, one in enumerate(shown, 1)}
+
+
+def certificate_list(shown: Sequence[Checked]) -> list[dict[str, Any]]:
+    """The part ``certificates`` of ``report.json``: file, verdict, theorem, claim and fingerprint of each.
+
+    Parameters
+    ----------
+    shown : sequence of Checked
+        What the checker accepted.
+    """
+    files = certificate_files(shown)
+    return [
+        {
+            "file": path,
+            "verdict": one.certificate["verdict"],
+            "theorem": one.theorem,
+            "claim": one.claim,
+            "sha256": hashlib.sha256(text.encode()).hexdigest(),
+        }
+        for (path, text), one in zip(files.items(), shown, strict=True)
+    ]
+
+
+def _name(number: int, shown: Checked) -> str:
+    return f"{number}-{shown.certificate['verdict'].lower()}-{re.sub('[^a-z-]', '', shown.theorem)}.json"
+
+
+def checked_criteria(scheme: UpwindScheme, results: Sequence[CriterionResult]) -> tuple[CriterionResult, ...]:
+    """Results for the rod and its scheme with what the checker accepted of them; INCONCLUSIVE where it was nothing.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme.
+    results : sequence of CriterionResult
+        What the criteria said.
+    """
+    return tuple(_checked(scheme, result) for result in results)
+
+
+def _checked(scheme: UpwindScheme, result: CriterionResult) -> CriterionResult:
+    if result.verdict is Verdict.INCONCLUSIVE:
+        return result
+    block = scheme if result.model == "scheme" else RodBlock(scheme.rod)
+    draft = inequality_draft if result.verdict is Verdict.PROVED else negative_damping_draft
+    found = guarded(result.name, lambda: settled(draft(block, result)))
+    if isinstance(found, Proved | Refuted):
+        return replace(result, shown=found)
+    return replace(result, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")
+
+
+def checked_conclusion(
+    scheme: UpwindScheme, found: Conclusion, criteria: Sequence[CriterionResult]
+) -> tuple[Conclusion, tuple[Proved | Refuted, ...]]:
+    """The conclusion, INCONCLUSIVE unless the checker accepts it, and what it accepted, of the conclusion first.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme.
+    found : Conclusion
+        What was concluded for the rod and its scheme.
+    criteria : sequence of CriterionResult
+        Results that went through :func:`checked_criteria`.
+    """
+    accepted = tuple(result.shown for result in criteria if result.shown is not None)
+    if found.verdict is Verdict.INCONCLUSIVE:
+        return found, accepted
+    if found.verdict is Verdict.REFUTED:
+        return (found if accepted else _open(found, "no counterexample was accepted")), accepted
+    both = [_energy(RodBlock(scheme.rod)), _energy(scheme)]
+    proofs = tuple(one for one in both if isinstance(one, Proved))
+    if len(proofs) == len(both):
+        return found, (*proofs, *accepted)
+    return _open(found, "; ".join(str(one) for one in both if not isinstance(one, Proved))), (*proofs, *accepted)
+
+
+def _open(found: Conclusion, why: str) -> Conclusion:
+    return replace(found, verdict=Verdict.INCONCLUSIVE, statement=f"Nothing is decided: {why}.", proofs=())
+
+
+def _energy(block: UpwindScheme | RodBlock) -> Proved | Refuted | Failure:
+    return guarded("energy", lambda: settled(energy_theorem_draft(block)))
