@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -76,8 +76,8 @@ def matrix_draft(
     Returns
     -------
     dict
-        For :func:`analysis.certificates.drafts.completed`.  Up to order 64 the checker's test of ``P`` was made and
-        passed, beyond that one in floating point; neither proves anything until the checker accepts the certificate.
+        For :func:`analysis.certificates.drafts.completed`.  ``P`` passed the checker's test or, beyond order 64 and
+        where it leaves no doubt, one in floating point; the checker has yet to accept the whole certificate.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def _proof(claim: Claim, first: Iterable[Rounded]) -> dict[str, Any]:
             "exponent": P.exponent,
             "zero": zero,
         }
-        if len(P.rows) > MOST_IN_BALLS:
+        if P.sure or len(P.rows) > MOST_IN_BALLS:
             return proof
         try:
             matrix_facts(claim.A, claim.b, claim.c, claim.d, claim.width, claim.theta, claim.discrete, proof)
@@ -129,7 +129,11 @@ def _proof(claim: Claim, first: Iterable[Rounded]) -> dict[str, Any]:
             reason = str(refusal)
         else:
             return proof
-    raise AssumptionError(f"no matrix P was found ({reason}); try a smaller sector or another theta")
+    rightmost = float(np.max(np.linalg.eigvals([[float(v) for v in row] for row in claim.A]).real)) if claim.b else 0.0
+    raise AssumptionError(
+        f"no matrix P was found ({reason}), and the rightmost eigenvalue of A is near {rightmost:.6g}; if the block is "
+        "stable, try a smaller sector or another theta"
+    )
 
 
 def _candidates(claim: Claim, zero: dict[str, Any] | None, first: Iterable[Rounded]) -> Iterator[Rounded]:
@@ -145,17 +149,14 @@ def _candidates(claim: Claim, zero: dict[str, Any] | None, first: Iterable[Round
     if claim.discrete:
         yield from _discrete(A, b, c, r)
         return
-    q = list(c)
-    if claim.theta:
-        q = [v + claim.theta * _dot(c, column) for v, column in zip(c, zip(*A, strict=True), strict=True)]
-        r += 2 * claim.theta * (_dot(c, b) + rho)
+    r += 2 * claim.theta * (_dot(c, b) + rho)
     if not r > 0:
         raise AssumptionError(f"the frequency inequality fails at infinity, where it is {float(r) / 2:.6g}")
-    yield from solutions(Inequality(A=A, b=b, q=q, r=r))
+    yield from solutions(Inequality(A=A, b=b, c=c, theta=claim.theta, r=r))
 
 
 def _discrete(A: Matrix, b: Vector, c: Vector, r: Fraction) -> Iterator[Rounded]:
-    """By ``s = (z - 1)/(z + 1)``, ``J = (A + 1)^-1``: ``2 P`` serves ``1 - 2J``, ``J b``, ``2 c J``, ``r - 2 c J b``."""
+    """By ``s = (z - 1)/(z + 1)``, ``J = (A + 1)^-1``: ``2P`` serves ``1 - 2J``, ``J b``, ``2 c J``, ``r - 2 c J b``."""
     from flint import fmpq, fmpq_mat
 
     n = len(b)
@@ -173,8 +174,8 @@ def _discrete(A: Matrix, b: Vector, c: Vector, r: Fraction) -> Iterator[Rounded]
     if not r > 0:
         raise AssumptionError(f"the frequency inequality fails at z = -1, where it is {float(r) / 2:.6g}")
     turned = [[int(i == j) - 2 * v for j, v in enumerate(row)] for i, row in enumerate(J)]
-    for P in solutions(Inequality(A=turned, b=Jb, q=[2 * v for v in cJ], r=r)):
-        yield Rounded(rows=P.rows, exponent=P.exponent + 1)
+    for P in solutions(Inequality(A=turned, b=Jb, c=[2 * v for v in cJ], theta=Fraction(0), r=r)):
+        yield replace(P, exponent=P.exponent + 1, sure=False)
 
 
 def _zero(claim: Claim) -> dict[str, Any] | None:

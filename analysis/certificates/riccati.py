@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -11,19 +12,17 @@ from functools import cached_property
 import numpy as np
 from flint import acb_mat, arb, arb_mat
 from numpy.typing import NDArray
-from scipy.linalg import matrix_balance, schur, solve, solve_triangular
-from scipy.optimize import minimize_scalar
+from scipy.linalg import matrix_balance, schur
 
+from analysis.certificates.slack import slack
 from analysis.precision import ball, working_precision
 from lure.errors import AssumptionError
 
-FAR = 24
-NEAR = 12
-MOST_POINTS = 1000
-LOWEST = 6
 SMALLER = (1.0, 1.0 / 8, 1.0 / 64)
+LONGER = (0, 16, 48)
 MOST_IN_BALLS = 64
 PRECISIONS = (128, 256, 512)
+SURE = 1e-9
 
 Triangle = list[list[int]]
 
@@ -38,28 +37,32 @@ class Rounded:
         Rows of the lower triangle, in units of ``2^-exponent``.
     exponent : int
         ``e >= 0``.
+    sure : bool
+        Whether floating point leaves no reasonable doubt that it is a solution, which is not a proof.
     """
 
     rows: Triangle
     exponent: int
+    sure: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
 class Inequality:
-    r"""``[[-(A'P + PA), q - Pb], [., r]] > 0`` for ``P``, in exact numbers.
+    r"""``[[-(A'P + PA), q - Pb], [., r]] > 0`` for ``P``, with ``q = c + theta A'c``, in exact numbers.
 
     With ``x = (i omega - A)^{-1} b`` it says ``r + 2 Re q x > 0`` at every frequency, and that is also sufficient for
-    a solution if ``A`` is Hurwitz and ``(A, b)`` controllable.
+    a solution if ``A`` is Hurwitz.
 
     Attributes
     ----------
-    A, b, q, r : list of list of Fraction, list of Fraction, Fraction
-        Shapes ``(n, n)``, ``(n,)``, ``(n,)`` and one number.
+    A, b, c, theta, r : list of list of Fraction, list of Fraction, list of Fraction, Fraction, Fraction
+        Shapes ``(n, n)``, ``(n,)``, ``(n,)`` and two numbers.
     """
 
     A: list[list[Fraction]]
     b: list[Fraction]
-    q: list[Fraction]
+    c: list[Fraction]
+    theta: Fraction
     r: Fraction
 
     @property
@@ -70,52 +73,36 @@ class Inequality:
     @cached_property
     def scaled(self) -> Scaled:
         """The same in doubles, its states in units of powers of two that even out ``A``, ``b`` and ``q``."""
-        n = self.order
+        n, theta = self.order, float(self.theta)
+        A, c = np.array([[float(v) for v in row] for row in self.A]), np.array([float(v) for v in self.c])
         bordered = np.zeros((n + 1, n + 1))
-        bordered[:n, :n] = [[float(v) for v in row] for row in self.A]
-        bordered[:n, n], bordered[n, :n] = [float(v) for v in self.b], [float(v) for v in self.q]
+        bordered[:n, :n], bordered[:n, n], bordered[n, :n] = A, [float(v) for v in self.b], c + theta * (c @ A)
         even, (units, _) = matrix_balance(bordered, permute=False, separate=True)
         units = units[:n] / units[n]
-        return Scaled(A=even[:n, :n], b=even[:n, n], q=even[n, :n], r=float(self.r), units=units)
+        doubt = SURE * float(np.max(units * (np.abs(c) + abs(theta) * (np.abs(c) @ np.abs(A)))))
+        return Scaled(A=even[:n, :n], b=even[:n, n], q=even[n, :n], r=float(self.r), units=units, doubt=doubt)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scaled:
-    """The inequality in doubles, ``x = units * x_scaled``: ``P = P_scaled / (units units')``."""
+    """The inequality in doubles, ``x = units * x_scaled``: ``P = P_scaled / (units units')``.
+
+    Attributes
+    ----------
+    A, b, q, r : ndarray, ndarray, ndarray, float
+        The data, scaled.
+    units : ndarray
+        Powers of two.
+    doubt : float
+        Far more than the rounding errors of ``q``.
+    """
 
     A: NDArray[np.float64]
     b: NDArray[np.float64]
     q: NDArray[np.float64]
     r: float
     units: NDArray[np.float64]
-
-    @cached_property
-    def slack(self) -> tuple[float, float]:
-        r"""``(eps, delta)``, about largest, with ``r - delta + 2 Re q x >= eps |x|^2`` at the frequencies looked at.
-
-        Raises
-        ------
-        AssumptionError
-            ``r + 2 Re q x`` is not positive at one of them.
-        """
-        triangle, basis = schur(self.A, output="complex")
-        inward, outward, unit = basis.conj().T @ self.b, self.q @ basis, np.eye(self.b.size)
-
-        def at(omega: float) -> tuple[float, float]:
-            """``r + 2 Re q x`` and ``|x|^2`` at one frequency."""
-            x = solve_triangular(1j * omega * unit - triangle, inward, check_finite=False)
-            return self.r + 2.0 * float((outward @ x).real), float(np.vdot(x, x).real)
-
-        points = _frequencies(np.diag(triangle))
-        values = np.array([at(omega)[0] for omega in points])
-        lowest = [float(points[int(np.argmin(values))]), *_dips(lambda omega: at(omega)[0], points, values)]
-        seen = [at(omega) for omega in (*points.tolist(), *lowest)]
-        least, where = min([(value, omega) for (value, _), omega in zip(seen[-len(lowest) :], lowest, strict=True)])
-        if not min(least, self.r) > 0:
-            raise AssumptionError(f"the frequency inequality fails near {where:.6g} rad/s; no matrix P can prove it")
-        delta = min(least, self.r) / 2
-        room = [(value - delta) / size for value, size in seen if size > 0]
-        return (min(room) / 2 if room else 1.0), delta
+    doubt: float
 
     def solution(self, eps: float, delta: float) -> NDArray[np.float64] | None:
         """``P`` of the Riccati equation with ``eps I`` added and ``delta`` taken from ``r``; None if there is none."""
@@ -123,21 +110,30 @@ class Scaled:
         moved = self.A - np.outer(self.b, self.q) / r
         weight = np.outer(self.q, self.q) / r + eps * np.eye(n)
         hamiltonian = np.block([[moved, np.outer(self.b, self.b) / r], [-weight, -moved.T]])
-        try:
+        with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError, ValueError):
             _, vectors, stable = schur(hamiltonian, sort="lhp", output="real", check_finite=True)
-            found = solve(vectors[:n, :n].T, vectors[n:, :n].T) if stable == n else None
-        except (np.linalg.LinAlgError, ValueError):
-            return None
-        if found is None or not np.isfinite(found).all():
-            return None
-        return np.asarray((found + found.T) / 2)
+            if stable != n:
+                return None
+            found = np.linalg.solve(vectors[:n, :n].T, vectors[n:, :n].T)
+            P = np.asarray((found + found.T) / 2)
+            return P if self.margin(P) > 0 else None
+        return None
 
     def margin(self, P: NDArray[np.float64]) -> float:
-        """The least eigenvalue of the matrix of the inequality, in floating point."""
-        moved = P @ self.A
-        edge = self.q - P @ self.b
+        """The least eigenvalue of ``P`` and of the matrix of the inequality, in floating point."""
+        moved, edge = P @ self.A, self.q - P @ self.b
         matrix = np.block([[-(moved + moved.T), edge[:, None]], [edge[None, :], np.array([[self.r]])]])
         return float(min(np.linalg.eigvalsh(matrix)[0], np.linalg.eigvalsh(P)[0]))
+
+    def rounded(self, P: NDArray[np.float64], more: int) -> Rounded:
+        """The solution in the units asked for, rounded so that little of its margin is lost, with ``more`` bits."""
+        n, margin = self.b.size, self.margin(P)
+        size = 2.0 * float(np.linalg.norm(self.A)) + 2.0 * float(np.linalg.norm(self.b)) + 1.0
+        places = math.log2(n * size / margin) + 2.0 * math.log2(float(np.max(self.units)))
+        exponent = max(0, math.ceil(places) + 1) + more
+        lower = [row[: i + 1] for i, row in enumerate((P / np.outer(self.units, self.units)).tolist())]
+        sure = margin > self.doubt + SURE * (self.r + size * float(np.linalg.norm(P)))
+        return Rounded(rows=_integers(lower, exponent), exponent=exponent, sure=sure)
 
 
 def solutions(inequality: Inequality) -> Iterator[Rounded]:
@@ -156,7 +152,7 @@ def solutions(inequality: Inequality) -> Iterator[Rounded]:
     Raises
     ------
     AssumptionError
-        The inequality fails at a frequency.
+        The inequality fails at a frequency, as far as doubles can tell, or its numbers are too large for them.
 
     Notes
     -----
@@ -172,16 +168,11 @@ def solutions(inequality: Inequality) -> Iterator[Rounded]:
     if inequality.order == 0:
         yield Rounded(rows=[], exponent=0)
         return
-    scaled = inequality.scaled
-    eps, delta = scaled.slack
+    eps, delta = _room(inequality)
     for part in SMALLER:
-        P = scaled.solution(part * eps, part * delta)
-        margin = -1.0 if P is None else scaled.margin(P)
-        if P is not None and margin > 0:
-            exact = (P / np.outer(scaled.units, scaled.units)).tolist()
-            first = _exponent(scaled, margin)
-            for more in (0, 16, 48):
-                yield _rounded([[Fraction(v) for v in row[: i + 1]] for i, row in enumerate(exact)], first + more)
+        P = inequality.scaled.solution(part * eps, part * delta)
+        if P is not None:
+            yield from (inequality.scaled.rounded(P, more) for more in LONGER)
             break
     if inequality.order > MOST_IN_BALLS:
         return
@@ -190,75 +181,59 @@ def solutions(inequality: Inequality) -> Iterator[Rounded]:
             lower = _in_balls(inequality, part * eps, part * delta, bits)
             if lower is not None:
                 for exponent in (bits // 4, bits // 2, bits):
-                    yield _rounded(lower, exponent)
+                    yield Rounded(rows=_integers(lower, exponent), exponent=exponent)
 
 
-def _dips(function: Callable[[float], float], points: NDArray[np.float64], values: NDArray[np.float64]) -> list[float]:
-    """Where the lowest local minima are, between the neighbours of the points that show them."""
-    inner = 1 + np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]))
-    found = []
-    for i in sorted(inner.tolist(), key=lambda i: float(values[i]))[:LOWEST]:
-        within = (float(points[i - 1]), float(points[i + 1]))
-        found.append(minimize_scalar(function, bounds=within, method="bounded", options={"xatol": 1e-9 * within[1]}).x)
-    return [float(x) for x in found]
+def _room(inequality: Inequality) -> tuple[float, float]:
+    """``eps`` and ``delta``."""
+    try:
+        with np.errstate(all="ignore"):
+            scaled = inequality.scaled
+            room = slack(scaled.A, scaled.b, scaled.q, scaled.r)
+    except AssumptionError:
+        raise
+    except (OverflowError, ValueError, np.linalg.LinAlgError) as error:
+        raise AssumptionError(f"the block is too much for doubles ({error}); rescale its units") from None
+    if not all(0 < value < math.inf for value in room):
+        raise AssumptionError(
+            "the room the frequency inequality leaves is not a number; rescale the units of the block"
+        )
+    return room
 
 
-def _frequencies(poles: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Zero, the frequencies of the poles and points about them, as close as their damping, and some far away."""
-    size, width, at = np.abs(poles), np.abs(poles.real), np.abs(poles.imag)
-    size = np.unique(size[size > 0])
-    reach = np.geomspace(1 / 16, 64, min(max(MOST_POINTS // size.size, 2), NEAR))
-    spread = np.concatenate([-reach, [0.0], reach])
-    close = (at[:, None] + width[:, None] * spread[None, :]).ravel()
-    far = np.geomspace(1.5, 1e6, FAR)
-    between = np.sqrt(size[1:] * size[:-1])
-    return np.unique(np.concatenate([[0.0], size[0] / far, size, between, size[-1] * far, close[close > 0]]))
-
-
-def _exponent(scaled: Scaled, margin: float) -> int:
-    """How many binary places ``P`` needs so that rounding cannot use up the margin."""
-    n = scaled.b.size
-    reach = 2.0 * float(np.linalg.norm(scaled.A)) + 2.0 * float(np.linalg.norm(scaled.b)) + 1.0
-    places = math.log2(n * reach / margin) + 2.0 * math.log2(float(np.max(scaled.units)))
-    return max(0, math.ceil(places) + 1)
-
-
-def _rounded(lower: Sequence[Sequence[Fraction]], exponent: int) -> Rounded:
-    """The lower triangle in integers."""
-    return Rounded(rows=[[round(v * 2**exponent) for v in row] for row in lower], exponent=exponent)
+def _integers(lower: Sequence[Sequence[Fraction | float]], exponent: int) -> Triangle:
+    """The lower triangle in units of ``2^-exponent``, rounded."""
+    return [[round(Fraction(v) * 2**exponent) for v in row] for row in lower]
 
 
 def _in_balls(inequality: Inequality, eps: float, delta: float, bits: int) -> list[list[Fraction]] | None:
     """Lower triangle of the solution of the Riccati equation with so many bits, from eigenvectors; None without one."""
-    n, units = inequality.order, inequality.scaled.units
+    n = inequality.order
     with working_precision(bits):
         r = ball(inequality.r) - arb(delta)
         A = arb_mat([[ball(v) for v in row] for row in inequality.A])
-        b, q = (arb_mat([[ball(v)] for v in vector]) for vector in (inequality.b, inequality.q))
+        b, c = (arb_mat([[ball(v)] for v in vector]) for vector in (inequality.b, inequality.c))
+        q = c + A.transpose() * c * ball(inequality.theta)
         extra = arb_mat(n, n)
-        for i, unit in enumerate(units.tolist()):
+        for i, unit in enumerate(inequality.scaled.units.tolist()):
             extra[i, i] = arb(eps) / arb(unit) ** 2
-        moved, gain = A - b * q.transpose() * (1 / r), b * b.transpose() * (1 / r)
-        weight = q * q.transpose() * (1 / r) + extra
-        hamiltonian = acb_mat(
-            [[*moved.tolist()[i], *gain.tolist()[i]] for i in range(n)]
-            + [[-v for v in [*weight.tolist()[i], *moved.transpose().tolist()[i]]] for i in range(n)]
-        )
-        values, vectors = hamiltonian.mid().eig(right=True, algorithm="approx")
+        moved, gain = (A - b * q.transpose() * (1 / r)).tolist(), (b * b.transpose() * (1 / r)).tolist()
+        weight = (q * q.transpose() * (1 / r) + extra).tolist()
+        upper = [[*moved[i], *gain[i]] for i in range(n)]
+        lower = [[-v for v in (*weight[i], *(row[i] for row in moved))] for i in range(n)]
+        values, vectors = acb_mat(upper + lower).mid().eig(right=True, algorithm="approx")
         stable = [j for j, value in enumerate(values) if value.real < 0]
         if len(stable) != n:
             return None
         table = vectors.tolist()
         top, low = (acb_mat([[row[j] for j in stable] for row in part]) for part in (table[:n], table[n:]))
         try:
-            found = top.transpose().solve(low.transpose()).transpose().tolist()
+            P = [[value.real for value in row] for row in top.transpose().solve(low.transpose()).tolist()]
         except ZeroDivisionError:
             return None
-        if not all(value.real.is_finite() for row in found for value in row):
+        if not all(value.is_finite() for row in P for value in row):
             return None
-        return [
-            [(_fraction(found[i][j].real) + _fraction(found[j][i].real)) / 2 for j in range(i + 1)] for i in range(n)
-        ]
+        return [[(_fraction(P[i][j]) + _fraction(P[j][i])) / 2 for j in range(i + 1)] for i in range(n)]
 
 
 def _fraction(value: arb) -> Fraction:
