@@ -377,6 +377,7 @@ def test_the_page_goes_from_the_verdict_to_how_to_repeat_it(reports):
         "Frequency response",
         "Simulation",
         "Assumptions: checked, and assumed",
+        "Certificates",
         "Reproduce",
     ]
     assert "lure report paper-rod" in found.text

@@ -41,8 +41,7 @@ MOVES = "a loop of the class has a motion that does not converge to an equilibri
 OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 INEQUALITY = "1/k + Re[(1 + i omega theta) H(i omega)] > 0 at every frequency, which alone proves nothing about the rod"
-HEAD = ("format", "verdict", "convention", "numbers", "system", "laws", "law", "theorem", "multiplier")
-HEAD += ("conclusion", "hypotheses", "proof")
+HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
 SLOPED = ("off-axis-circle", "park", "zames-falb")
 _SEAL = object()
 
@@ -54,11 +53,7 @@ class Checked:
         if seal is not _SEAL:
             raise TypeError(f"only the checker makes a {type(self).__name__}: give the certificate to check()")
         self.certificate, self.claim, self.facts = certificate, claim, facts
-
-    @property
-    def theorem(self) -> str:
-        """Name of the theorem used."""
-        return str(self.certificate["theorem"])
+        self.theorem = str(certificate["theorem"])
 
 
 class Proved(Checked):
@@ -191,7 +186,7 @@ def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any) -> di
         return {"inequality": f"F > 0 on {len(ends)} boxes up to omega = {ends[-1][1]}, and beyond"}
     need(proof == polynomial_proof(F, critical=critical, bounded=bounded), "F is another polynomial")
     p, skip = [int(c) for c in proof["coefficients"]], 2 if critical else 0
-    degree = (len(p) - 1) * (2 if proof["variable"] == "omega^2" else 1)
+    degree = max(len(p) - 1, 0) * (2 if proof["variable"] == "omega^2" else 1)
     need(not bounded or degree == full - skip, "F > 0 fails in the limit of high frequencies")
     need(exact.positive(p) or not (p or bounded), "F > 0 fails at some frequency")
     return {"inequality": f"F, of degree {degree} in omega, has no root in [0, inf) and a positive leading coefficient"}
@@ -315,7 +310,9 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
 
 def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
     """What a certificate shows: kind, conclusion, and every hypothesis with how it was found to hold."""
-    version, verdict, convention, origin, system, given, law, name, data, _, _, proof = fields(certificate, *HEAD)
+    version, verdict, convention, origin, system, given, law, name, data, _, _, proof = fields(
+        certificate, *HEAD.split()
+    )
     form(
         (version, convention) == (FORMAT, CONVENTION) and origin in ORIGINS,
         f"format, convention or numbers: not of {FORMAT}",
@@ -357,14 +354,12 @@ def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
 def described(laws: states.Laws) -> str:
     """The class of laws in words."""
     kind = "constant gains" if laws.linear else "time-varying laws" if laws.varying else "time-invariant laws"
-    words = f"all {'odd ' * laws.odd}{kind} with phi(0) = 0, locally Lipschitz"
-    for name, (l, k), endless in zip(
-        ("phi(sigma)/sigma", "slope"), (laws.sector, laws.slope), laws.endless, strict=True
-    ):
+    words = [f"all {'odd ' * laws.odd}{kind} with phi(0) = 0, locally Lipschitz"]
+    for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), laws[:2], laws.endless):
         near = "" if abs(k) == INF or k.denominator < 10**6 else f" (about {float(k):.9g})"
         top = "without upper bound" if endless else "up to any finite bound" if k == INF else f"up to {k}{near}"
-        words += f", {name} from {l} {top}" if (l, k) != (-INF, INF) else ""
-    return words
+        words += [f"{name} from {l} {top}"] * ((l, k) != (-INF, INF))
+    return ", ".join(words)
 
 
 def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600, draft: bool = False) -> Proved | Refuted:
