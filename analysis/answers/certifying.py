@@ -11,6 +11,7 @@ from analysis.criteria.discrete_block import below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.witness import Witness
 from lure.delay import DelayBlock
+from lure.nonlinearity import Nonlinearity
 from lure.rational import RationalBlock
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
@@ -74,6 +75,28 @@ def unbounded_proof(block: RationalBlock, answer: Answer, *, time_varying: bool)
         answer = replace(answer, law_class=replace(answer.law_class, time_varying=True))
     found = guarded(answer.criterion, lambda: certified(block, answer, "inf"))
     return None if isinstance(found, Failure) or found.upper != "inf" else found.proved
+
+
+def with_law(shown: Proved, law: Nonlinearity | None) -> Proved:
+    """The same with the membership of one law in the class checked as well, where the law can be written exactly.
+
+    Parameters
+    ----------
+    shown : Proved
+        What was accepted of the class.
+    law : Nonlinearity or None
+        The law.
+    """
+    from analysis.certificates.checker import Proved
+    from analysis.certificates.concrete import law_of
+    from analysis.certificates.drafts import settled
+    from analysis.certificates.guard import guarded
+
+    written = law_of(law)
+    if written is None:
+        return shown
+    found = guarded("the law", lambda: settled({**shown.certificate, "law": written}))
+    return found if isinstance(found, Proved) else shown
 
 
 def _reach(answer: Answer, found: Certified) -> Bracket:

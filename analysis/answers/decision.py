@@ -6,7 +6,7 @@ import math
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from analysis.answers.certifying import unbounded_proof
+from analysis.answers.certifying import unbounded_proof, with_law
 from analysis.answers.largest import Largest, rounded_down
 from analysis.answers.subject import Subject
 from analysis.criteria.circle import circle_criterion
@@ -76,7 +76,7 @@ def _proved(about: Subject, rows: list[Largest], law_class: LawClass) -> Decisio
             said = f"{row.meaning} for every {law_class}{proviso}, {how}."
             if _rough(about):
                 return Verdict.INCONCLUSIVE, row.evidence, _ROUGH.format(law=about.law, said=said), None
-            return Verdict.PROVED, row.evidence, said, proof
+            return Verdict.PROVED, row.evidence, said, with_law(proof, about.law)
     return None
 
 
