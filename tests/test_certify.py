@@ -71,7 +71,7 @@ def test_the_verdict_turns_at_the_limit(j):
         assert isinstance(against.shown, Refuted)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(
     roots=st.lists(st.fractions(Fraction(1, 5), 5, max_denominator=20), min_size=2, max_size=4),
     top=st.lists(st.integers(-3, 3), min_size=1, max_size=2),

@@ -163,7 +163,7 @@ def certify(
     PROVED
     """
     chosen = ways or Ways()
-    question = posed(loop, law_class, criterion=chosen.criterion, finite=chosen.finite)
+    question = posed(loop, law_class, criterion=chosen.criterion, finite=chosen.finite, method=chosen.method)
     say = progress or (lambda _name: None)
 
     def limited() -> Certification:

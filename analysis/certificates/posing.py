@@ -66,13 +66,13 @@ class Question:
     refusals: tuple[Failure, ...] = ()
 
 
-def posed(loop: object, law_class: LawClass | None, *, criterion: str, finite: bool) -> Question:
+def posed(loop: object, law_class: LawClass | None, *, criterion: str, finite: bool, method: str = "best") -> Question:
     """The question about a loop.
 
     Parameters
     ----------
     loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.inputs.as_block` takes
-        The loop.  A ``RodSystem`` means the rod itself, for a named criterion its scheme.
+        The loop.  A ``RodSystem`` means the rod itself, for a named criterion or a proof by matrices its scheme.
     law_class : LawClass or None
         The class; None for the class of the loop, or the smallest its law is known to belong to.  A class given here
         leaves the law of the loop out.
@@ -80,13 +80,15 @@ def posed(loop: object, law_class: LawClass | None, *, criterion: str, finite: b
         The criterion asked for; ``hurwitz`` is about linear gains alone.
     finite : bool
         Whether an infinite upper end means every law with some finite bound.
+    method : str
+        The kind of proof asked for, or ``best``.
 
     Raises
     ------
     InputError
         The loop is none, there is no class, or no such criterion.
     """
-    block, law, own = _parts(loop, criterion)
+    block, law, own = _parts(loop, scheme=criterion != "best" or method == "matrix")
     refusals = []
     if law_class is not None:
         law = None
@@ -104,7 +106,9 @@ def posed(loop: object, law_class: LawClass | None, *, criterion: str, finite: b
         entries(block, "sector" if law_class.slope is None else "slope", criterion)
     rough = _rough(block, law)
     if rough:
-        detail = f"{law} is not known to be locally Lipschitz, as the theorems for continuous time assume"
+        detail = (
+            f"it is {getattr(law, 'regularity', 'of unknown regularity')}; in continuous time the theorems assume more"
+        )
         refusals.append(Failure(search="the law", code=codes.ROUGH_LAW, detail=detail))
     if isinstance(block, FrequencyData):
         detail = f"H is known at {len(block.omega)} frequencies, and nothing is known between them"
@@ -121,11 +125,10 @@ def posed(loop: object, law_class: LawClass | None, *, criterion: str, finite: b
     )
 
 
-def _parts(loop: object, criterion: str) -> tuple[AnyBlock, Nonlinearity | None, LawClass | None]:
+def _parts(loop: object, *, scheme: bool) -> tuple[AnyBlock, Nonlinearity | None, LawClass | None]:
     """Block, law and class of whatever describes a loop."""
     if isinstance(loop, RodSystem):
-        scheme = criterion != "best"
-        return upwind(loop.rod, loop.cells) if scheme else RodBlock(loop.rod), None, _EVERY
+        return upwind(loop.rod, loop.cells) if scheme else RodBlock(loop.rod), loop.rod.law, _EVERY
     if isinstance(loop, UpwindScheme | RodBlock):
         return loop, None, _EVERY
     if isinstance(loop, LoopSystem):

@@ -54,11 +54,15 @@ def searches(question: Question, *, method: str, numbers: Numbers) -> Iterator[t
         return
     later: list[Asked] = []
     yield "linear gains", lambda: linear_refutation(question, numbers)
-    if isinstance(block, RodBlock | UpwindScheme) and question.criterion == "best":
+    if not proofs:
+        pass
+    elif (
+        isinstance(block, RodBlock | UpwindScheme) and question.criterion == "best" and method in ("best", "structure")
+    ):
         yield "the energy of the rod", lambda: _energy(question, numbers)
     elif isinstance(block, StateSpaceBlock) or (isinstance(block, UpwindScheme) and method == "matrix"):
         yield from _by_matrices(question, numbers)
-    elif proofs and not isinstance(block, RodBlock):
+    elif not isinstance(block, RodBlock):
         asked = guarded("criteria", lambda: list(_questions(question, finite=question.finite)))
         if isinstance(asked, Failure):
             yield "criteria", lambda: asked
