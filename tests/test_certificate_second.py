@@ -1,17 +1,21 @@
 """The second checker of certificates on certificates written by hand, sharp on both sides of every limit."""
 
+import cmath
 import json
+import math
 from fractions import Fraction as F
 from functools import reduce
 from itertools import pairwise
 from math import gcd, lcm
 
 import pytest
+from flint import fmpq_poly
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.certificates.second import recheck
+from analysis.certificates.second import axis, recheck
 from analysis.certificates.second.classes import graph
+from analysis.certificates.second.systems import Shifted
 from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns
 from analysis.refutation.realisation import companion
 from lure.rational import RationalBlock
@@ -356,6 +360,45 @@ def test_zames_falb_with_a_delay_by_a_cover():
         assert not accepted({**certificate, "proof": {"method": "cover", "boxes": boxes, "order": 8}})
     two = [kernel("1/2", delay="1"), kernel("501/1000", delay="-1")]
     assert not accepted({**certificate, "multiplier": {"theta": "0", "kernels": two}})
+
+
+# The inequality once more in complex arithmetic: Re[M (H + 1/w) + i w theta H] |d|^2 and the denominators of M.
+@given(
+    omega=st.floats(0.01, 5),
+    delays=st.lists(st.fractions(min_value=-3, max_value=3, max_denominator=9), max_size=3),
+    rates=st.lists(st.tuples(st.integers(1, 3), st.integers(1, 3), st.sampled_from([1, -1])), max_size=3),
+    theta=st.fractions(min_value=-2, max_value=2, max_denominator=9),
+    dead=st.sampled_from([0, F(1, 2), 2]),
+)
+def test_the_inequality_is_that_of_complex_arithmetic(omega, delays, rates, theta, dead):
+    n, d, ease = [F(2), F(-1), F(3)], [F(5), F(1), F(4), F(1)], F(2, 7)
+    block = Shifted(
+        n=((F(dead), fmpq_poly([2, -1, 3])), (F(1), fmpq_poly([1]))),
+        d=fmpq_poly([5, 1, 4, 1]),
+        discrete=False,
+        plant=None,
+        case="stable",
+    )
+    listed = [(F(1, 5), delay) for delay in delays] + [(F(-1, 7), (F(a), n, side)) for a, n, side in rates]
+    multiplier = axis.kernels(theta, listed)
+    found = axis.curve(block, multiplier, ease)
+    s = 1j * omega
+    top = sum(float(c) * s**i for i, c in enumerate(n)) * cmath.exp(-s * float(dead)) + cmath.exp(-s)
+    bottom = sum(float(c) * s**i for i, c in enumerate(d))
+    M = 1 - sum(cmath.exp(-s * float(delay)) for delay in delays) / 5
+    M += sum((a / (a + side * s)) ** order for a, order, side in rates) / 7
+    H = top / bottom
+    below = float_at(multiplier.below, omega**2)
+    expected = (M * (H + float(ease)) + s * float(theta) * H).real * abs(bottom) ** 2 * below
+    value = sum(
+        float_at(U, omega**2) * math.cos(tau * omega) + omega * float_at(V, omega**2) * math.sin(tau * omega)
+        for tau, (U, V) in found.terms.items()
+    )
+    assert value == pytest.approx(expected, rel=1e-9, abs=1e-9 * abs(bottom) ** 2 * below)
+
+
+def float_at(p, x):
+    return sum(float(F(int(c.p), int(c.q))) * x**i for i, c in enumerate(p.coeffs()))
 
 
 # exp(-s)/(s + 1): Re H = (cos w - w sin w)/(1 + w^2) is least near w = 1.4476, where it is -0.467760: k < 2.13784.

@@ -156,9 +156,9 @@ def kernels(theta: Fraction, terms: Iterable[tuple[Fraction, Fraction | tuple[Fr
             # (a/(a + s))^n = a^n (a - s)^n / (a^2 + x)^n on the axis
             top = Axis.of(fmpq_poly([to_fmpq(rate), -side]) ** order)
             rest = below // _square(rate) ** order * to_fmpq(-c * rate**order)
-            _add(sums, Fraction(0), Axis(rest * top.e, rest * top.o))
+            sums[Fraction(0)] += Axis(rest * top.e, rest * top.o)
         else:
-            _add(sums, kernel, Axis(to_fmpq(-c) * below, ZERO))
+            sums[kernel] = sums.get(kernel, Axis(ZERO, ZERO)) + Axis(to_fmpq(-c) * below, ZERO)
     return Multiplier(terms=sums, below=below, theta=theta, factors=tuple(_square(rate) for rate in orders))
 
 

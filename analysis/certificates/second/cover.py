@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -10,7 +11,7 @@ from flint import arb, arb_series, fmpq_poly
 from analysis.certificates.second.axis import Curve
 from analysis.certificates.second.positivity import Need
 from analysis.certificates.second.reading import NotShown, count, listed, number, record, require
-from analysis.polynomial import X, positive_from_zero, to_fmpq
+from analysis.polynomial import X, positive_from_zero, to_fmpq, to_fraction
 from analysis.precision import SERIES_TERMS, ball, working_precision
 
 BITS = 256
@@ -23,8 +24,8 @@ def require_cover(curve: Curve, proof: object, need: Need) -> None:
     """Check ``F > 0`` on ``[0, inf)``, and for ``need = "positive"`` that it stays away from 0 over ``|d|^2``.
 
     The boxes of the file must follow one another from 0; each is halved here until a Taylor bound in ball arithmetic
-    decides it.  Beyond them the part without delay must exceed the absolute values of the others, coefficient by
-    coefficient, from some frequency on up to which boxes are added.
+    decides it.  Beyond them the part without delay must exceed the absolute values of the others, from some frequency
+    on up to which boxes are added.
 
     Raises
     ------
@@ -55,21 +56,31 @@ def require_cover(curve: Curve, proof: object, need: Need) -> None:
 
 
 def _tail(curve: Curve, start: Fraction, need: Need) -> bool:
-    """Whether ``F > 0`` for ``omega >= start`` for the sizes of the coefficients alone."""
-    square = X * X
-    extra = square if curve.divided else fmpq_poly([1])
-    total = extra * curve.terms[Fraction(0)][0](square)
-    for tau, (U, V) in curve.terms.items():
-        if tau:
-            total -= extra * _sizes(U)(square) + X * _sizes(V)(square)
-    full = 2 * curve.full + extra.degree()
-    if need != "nonnegative" and total.degree() < full:
+    r"""Whether ``F > 0`` for ``omega >= start`` whatever the cosines and sines are.
+
+    With ``U`` the part without delay and ``A_j`` the others it follows from ``U > 0`` and
+    ``U^2 > \sum_j |A_j|^2/\lambda_j >= (\sum_j |A_j|)^2``, ``\sum_j \lambda_j = 1``, which for terms in proportion is
+    no loss with ``lambda_j`` in proportion to ``|A_j|`` at the start.
+    """
+    plain = curve.terms[Fraction(0)][0]
+    one, x = fmpq_poly([1]), to_fmpq(start * start)
+    own, others = (X, one) if curve.divided else (one, X)  # |A|^2 = U^2 + x V^2, or over x: U^2 + V^2/x
+    squares = [own * U * U + others * V * V for tau, (U, V) in curve.terms.items() if tau]
+    sizes = [size for size in squares if size.degree() >= 0]
+    weights = [_root(to_fraction(size(x))) for size in sizes]
+    total = own * plain * plain
+    for size, weight in zip(sizes, weights, strict=True):
+        total -= size * to_fmpq(sum(weights) / weight)
+    if need != "nonnegative" and (plain.degree() < curve.full or total.degree() < 2 * curve.full + own.degree()):
         return False
-    return positive_from_zero(total(fmpq_poly([to_fmpq(start), 1])))
+    beyond = fmpq_poly([x, 1])
+    return positive_from_zero(plain(beyond)) and positive_from_zero(total(beyond))
 
 
-def _sizes(p: fmpq_poly) -> fmpq_poly:
-    return fmpq_poly([abs(c) for c in p.coeffs()])
+def _root(value: Fraction) -> Fraction:
+    """About the square root, and positive."""
+    near = math.sqrt(value) if value > 0 else 0.0
+    return Fraction(near) if 0 < near < math.inf else Fraction(1)
 
 
 @dataclass(frozen=True, slots=True)
