@@ -313,6 +313,34 @@ def test_a_matrix_out_of_thin_air_proves_nothing(monkeypatch, P):
     assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.REJECTED)
 
 
+def test_the_end_of_the_time_ends_all_searches(monkeypatch):
+    def slow(*_arguments, **_options):
+        raise TimeoutError("the time allowed, 1 s, is over")
+
+    monkeypatch.setattr(popov, "popov_criterion", slow)
+    found = asked(THIRD, sector(0, 5))
+    assert [failure.search for failure in found.failures] == ["circle", "popov"]
+    assert found.code is codes.OUT_OF_TIME
+
+
+@pytest.mark.parametrize("evidence", [Evidence.OBSERVED, Evidence.COMPUTED])
+def test_an_orbit_that_is_not_proved_refutes_nothing(monkeypatch, evidence):
+    seen = Witness(
+        kind="periodic orbit",
+        k=3.0,
+        evidence=evidence,
+        slope_restricted=True,
+        odd=True,
+        description="phi piecewise linear: seems to oscillate",
+    )
+    monkeypatch.setattr("analysis.refutation.search.refute", lambda *_a, **_o: (seen,))
+    found = asked(THIRD, sector(0, 4, time_varying=True))
+    assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.UNPROVED_ORBIT)
+    assert "seems to oscillate" in found.detail
+    smaller = asked(THIRD, sector(0, 2, time_varying=True))  # the law is outside this class
+    assert smaller.code is codes.NO_MULTIPLIER
+
+
 def test_the_time_allowed_is_kept():
     found = asked(MASS, LawClass.slope_restricted(0, Fraction("0.9")), seconds=0.01)
     assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.OUT_OF_TIME)
