@@ -11,12 +11,14 @@ import math
 import operator
 import re
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 NUMBER = re.compile(r"-?[0-9]{1,4000}(/[1-9][0-9]{0,3999})?")
-ZERO, INF, LARGEST_FILE = Fraction(0), math.inf, 12_000_000
+ZERO, INF, LARGEST_FILE, MOST_PARTS = Fraction(0), math.inf, 12_000_000, 200_000
 DEADLINE = [INF]
 
 
@@ -42,6 +44,22 @@ def form(condition: bool, reason: str) -> None:
 def tick() -> None:
     """Called in every long loop."""
     need(time.monotonic() < DEADLINE[0], "the time allowed for checking is over")
+
+
+@contextmanager
+def checking(seconds: float) -> Iterator[None]:
+    """The time allowed; and whatever goes wrong in it is a refusal."""
+    DEADLINE[0] = time.monotonic() + seconds
+    try:
+        yield
+    except (Rejected, Malformed):
+        raise
+    except (KeyError, TypeError, AttributeError, IndexError, RecursionError) as error:
+        raise Malformed(f"a part is not of its form: {type(error).__name__} {error!s:.100}") from None
+    except (ArithmeticError, MemoryError, ValueError) as error:
+        raise Rejected(f"too large to be checked: {type(error).__name__} {error!s:.100}") from None
+    finally:
+        DEADLINE[0] = INF
 
 
 def fields(data: Any, *names: str) -> list[Any]:
@@ -90,6 +108,8 @@ def parsed(data: str | bytes) -> Any:
     """JSON without duplicate keys, floats or long integers."""
     form(len(data) <= LARGEST_FILE, f"more than {LARGEST_FILE} bytes")
     try:
+        data = data.encode() if isinstance(data, str) else data
+        form(sum(map(data.count, (b"[", b"{", b":"))) <= MOST_PARTS, f"more than {MOST_PARTS} lists and keys")
         return json.loads(data, object_pairs_hook=_unique, parse_float=_no_float, parse_constant=_no_float)
     except Malformed:
         raise
@@ -109,9 +129,9 @@ class Form(dict[tuple[Fraction, int], tuple[Fraction, Fraction]]):
         return Form({key: z for key, z in out.items() if any(z)})
 
     def __mul__(self, other: Form) -> Form:
-        tick()
         out = Form()
         for (s, m), (a, b) in self.items():
+            tick()
             for (t, n), (c, d) in other.items():
                 u, v = out.get((s + t, m + n), (ZERO, ZERO))
                 out[s + t, m + n] = (u + a * c - b * d, v + a * d + b * c)
@@ -158,9 +178,15 @@ def primitive(p: Any) -> list[int]:
     exact = [Fraction(a) for a in p]
     while exact and not exact[-1]:
         exact.pop()
-    unit = math.lcm(*(a.denominator for a in exact))
-    shared = math.gcd(*(int(a * unit) for a in exact))
-    return [int(a * unit) // shared for a in exact]
+    unit, shared = 1, 0
+    for a in exact:
+        tick()
+        unit = math.lcm(unit, a.denominator)
+    whole = [a.numerator * (unit // a.denominator) for a in exact]
+    for v in whole:
+        tick()
+        shared = math.gcd(shared, v)
+    return [v // shared for v in whole]
 
 
 def chain(p: list[int], q: list[int]) -> list[list[int]]:
@@ -180,6 +206,7 @@ def value(p: Any, x: Fraction) -> Fraction:
     """P(x)."""
     total = ZERO
     for a in reversed(p):
+        tick()
         total = total * x + a
     return total
 
@@ -211,6 +238,7 @@ def hurwitz(d: Form) -> bool:
     p = primitive(ascending(d))[::-1] or [0]
     a, b = ([x if p[0] > 0 else -x for x in p[i::2]] for i in (0, 1))
     while b and b[0] > 0:
+        tick()
         row = [b[0] * x - a[0] * y for x, y in zip(a[1:], b[1:] + [0] * len(a))]
         a, b = b, [x // (math.gcd(*row) or 1) for x in row]
     return a[0] > 0 and not b
@@ -237,9 +265,8 @@ def ball(matrix: Any, bits: int) -> Ball:
 
 def product(X: Ball, Y: Ball) -> Ball:
     """Errors |X| e_Y + e_X |Y|, and one unit for each column rounded."""
-    tick()
     need(norm(X).bit_length() + norm(Y).bit_length() < 32 * X.bits, "the matrices grow too large")
-    rows = [[sum(map(operator.mul, row, col)) >> X.bits for col in zip(*Y.rows)] for row in X.rows]
+    rows = [[dot(row, col) >> X.bits for col in zip(*Y.rows)] for row in X.rows]
     return Ball(rows, (norm(X) * Y.error + X.error * norm(Y) >> X.bits) + 1 + len(Y.rows[0]), X.bits)
 
 

@@ -26,7 +26,8 @@ def coefficients(system: Any) -> tuple[list[tuple[Fraction, list[Fraction]]], li
     """Delayed numerators and denominator, descending, and whether in discrete time."""
     if system.get("kind") == "delay":
         _, terms, bottom = fields(system, "kind", "terms", "denominator")
-        form(isinstance(terms, list) and all(isinstance(x, list) and len(x) == 2 for x in terms), "terms are pairs")
+        pairs = isinstance(terms, list) and all(isinstance(x, list) and len(x) == 2 for x in terms)
+        form(pairs and len(terms) <= 100, "terms are up to 100 pairs")
         top, d, discrete = [(number(tau), numbers(n)) for tau, n in terms], numbers(bottom), False
         proper = all(tau >= 0 and len(n) < len(d) for tau, n in top) and len({tau for tau, _ in top}) == len(top) > 0
         form(proper, "terms need different delays >= 0 and must be strictly proper")

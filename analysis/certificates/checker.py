@@ -12,7 +12,6 @@ from __future__ import annotations
 import json
 import math
 import sys
-import time
 from collections.abc import Mapping
 from fractions import Fraction
 from itertools import pairwise
@@ -322,6 +321,7 @@ def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
         "the verdict is PROVED or REFUTED, the theorem a name",
     )
     form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")
+    form(law is None or isinstance(law, dict), "the law is neither null nor an object")
     laws = states.classes(given)
     facts = {"class": described(laws)}
     if law is not None:
@@ -364,12 +364,12 @@ def described(laws: states.Laws) -> str:
 
 def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600, draft: bool = False) -> Proved | Refuted:
     """What it proves, else ``Rejected`` or ``Malformed``; in a draft conclusion and hypotheses are filled in."""
-    certificate = exact.parsed(data if isinstance(data, str | bytes) else json.dumps(dict(data)))
-    exact.DEADLINE[0] = time.monotonic() + seconds
-    kind, conclusion, facts = examine(certificate)
-    certificate |= {"conclusion": conclusion, "hypotheses": facts} if draft else {}
-    need(certificate["conclusion"] == conclusion, f"the conclusion is another: {conclusion}")
-    need(certificate["hypotheses"] == facts, "the hypotheses are not those found to hold")
+    with exact.checking(seconds):
+        certificate = exact.parsed(data if isinstance(data, str | bytes) else json.dumps(dict(data)))
+        kind, conclusion, facts = examine(certificate)
+        certificate |= {"conclusion": conclusion, "hypotheses": facts} if draft else {}
+        need(certificate["conclusion"] == conclusion, f"the conclusion is another: {conclusion}")
+        need(certificate["hypotheses"] == facts, "the hypotheses are not those found to hold")
     return kind(_SEAL, certificate, f"{conclusion}: {facts['class']}", facts)  # type: ignore[return-value]
 
 
@@ -378,6 +378,7 @@ def main(paths: list[str]) -> int:
     worst = 0 if paths else 2
     for path in paths:
         try:
+            form(Path(path).is_file(), "it is no ordinary file")
             with Path(path).open("rb") as file:
                 found = check(file.read(exact.LARGEST_FILE + 1))
             print(f"ACCEPTED: {found.claim} ({type(found).__name__}, {found.theorem})")

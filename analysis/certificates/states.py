@@ -34,6 +34,8 @@ from .arithmetic import (
     tick,
 )
 
+FLOW_ORBIT = "method points left right pieces durations state half inverse radius bits"
+
 
 class Laws(NamedTuple):
     """A class of laws."""
@@ -168,6 +170,7 @@ def gained(A: Any, b: Any, f: Any) -> list[list[Fraction]]:
 
 def switched_gain(realised: Any, discrete: bool, laws: Laws, proof: Any) -> dict[str, str]:
     """Gains that repeat: with no eigenvalue of the period's ``M`` outside the unit disc, ``|trace M^N| <= n``."""
+    fields(proof, "method", "gains", "squarings", "bits", *([] if discrete else ["times"]))
     (A, b, c, d), gains = realised, numbers(proof["gains"])
     bits, m, times = integer(proof["bits"], 64, 4096), integer(proof["squarings"], 0, 64), [Fraction(1)] * len(gains)
     times = times if discrete else numbers(proof["times"], len(gains))
@@ -188,9 +191,10 @@ def switched_gain(realised: Any, discrete: bool, laws: Laws, proof: Any) -> dict
 
 def orbit(system: Any, laws: Laws, proof: Any, critical: bool) -> dict[str, str]:
     """An orbit in discrete time, exactly: ``sum d_j sigma[t-j] = sum n_j u[t-j]`` and ``u = -phi(sigma)``."""
-    law = piecewise(proof["points"], proof["left"], proof["right"])
-    u, n, d = numbers(proof["u"]), numbers(system["numerator"]), numbers(system["denominator"])
-    sigma, n, p = numbers(proof["sigma"], len(u)), [ZERO] * (len(d) - len(n)) + n, len(u)
+    points, left, right, u, sigma = fields(proof, "method", "points", "left", "right", "u", "sigma")[1:]
+    law, u = piecewise(points, left, right), numbers(u)
+    n, d, sigma = numbers(system["numerator"]), numbers(system["denominator"]), numbers(sigma, len(u))
+    n, p = [ZERO] * (len(d) - len(n)) + n, len(u)
     need(law.member(laws), "the law is not in the class")
     direct = [1 + g * n[0] / d[0] for g in (chords(law) if laws.slope == (-INF, INF) else law.slopes)]
     need(min(direct) > 0 or max(direct) < 0, "1 + g H(inf) does not keep its sign over the law")
@@ -212,11 +216,12 @@ def flow_orbit(realised: Any, laws: Laws, proof: Any) -> dict[str, str]:
     maps that ball into itself and contracts, ``Y`` is regular and the fixed point a zero.  Balls of radius 0 and ``r``
     go through the pieces; ``|exp(G (t + q)) - exp(G t)| <= 2 |G q| |exp(G t)|`` if ``|G q| <= 1``.
     """
-    (A, b, c, d), bits, pieces, half = realised, integer(proof["bits"], 64, 4096), proof["pieces"], proof["half"]
-    law, x0, n = piecewise(proof["points"], proof["left"], proof["right"]), numbers(proof["state"], len(b)), len(b)
-    times, r, sign = numbers(proof["durations"], len(pieces)), number(proof["radius"]), -1 if half else 1
-    form(type(half) is bool and len(proof["inverse"]) == n + len(times), "half is a flag, and the inverse is square")
-    Y, bounds = ball([numbers(row, n + len(times)) for row in proof["inverse"]], bits), list[list[int]]()
+    points, left, right, pieces, durations, state, half, inverse, radius, bits = fields(proof, *FLOW_ORBIT.split())[1:]
+    (A, b, c, d), law, bits, n = realised, piecewise(points, left, right), integer(bits, 64, 4096), len(realised[1])
+    form(isinstance(pieces, list) and type(half) is bool and isinstance(inverse, list), "pieces or half is missing")
+    x0, times, r, sign = numbers(state, n), numbers(durations, len(pieces)), number(radius), -1 if half else 1
+    form(len(inverse) == n + len(times) <= 400, "the inverse is square, of order up to 400")
+    Y, bounds = ball([numbers(row, n + len(times)) for row in inverse], bits), list[list[int]]()
     need(law.member(laws._replace(odd=laws.odd or half)), "the law is not in the class, or half needs an odd one")
     need(all(1 + d * k > 0 for k in law.slopes), "1 + slope H(inf) > 0 is needed on every piece")
     kinks = [(x, w, k) for (x, w), h, k in zip(law.knots, law.slopes, law.slopes[1:]) if h != k]
