@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from analysis.certificates.second import axis, recheck
 from analysis.certificates.second.classes import graph
-from analysis.certificates.second.systems import Shifted
+from analysis.certificates.second.shifting import Shifted
 from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns
 from analysis.refutation.realisation import companion
 from lure.rational import RationalBlock
@@ -609,6 +609,20 @@ def test_a_larger_lyapunov_matrix():
     assert accepted(proved(system, laws(0, 10**9), "circle", {}, matrix(P)))
     P[n - 1][0] = 1  # I + e_n e_1' + e_1 e_n' is singular
     assert not accepted(proved(system, laws(0, 10**9), "circle", {}, matrix(P)))
+
+
+# The scheme with k = Z, E = rho = L = A = 1 and one cell: y1' = -y1, y2' = y1 - y2 + 2 mu, z' = y1 + mu, so that
+# l = (1, 0, 1), rho = 1, deflated A = [[-1, 0], [1, -1]], b = (0, 2), c = (-1, 0).  With P = 1 and theta = 1 the matrix is
+# [[2, -1, 0], [-1, 2, -2], [0, -2, 2/w + 2]]: its determinant 6/w - 2 is positive for w < 3.
+@pytest.mark.parametrize(("w", "good"), [("299/100", True), ("3", False)])
+def test_the_scheme_of_the_rod_by_a_matrix(w, good):
+    scheme = {"kind": "rod-scheme", "E": "1", "rho": "1", "L": "1", "A": "1", "k": "1", "cells": 1}
+    zero = {"right": ["0", "0", "1"], "left": ["1", "0", "1"], "pivot": 2}
+    proof = matrix([[1], [0, 1]], zero)
+    certificate = proved(scheme, laws(0, w), "popov", {"theta": "1"}, proof, EQUILIBRIA)
+    assert accepted(certificate) is good
+    assert not accepted({**certificate, "system": {**scheme, "E": "2"}})  # sqrt(rho E) is irrational
+    assert not accepted({**certificate, "system": {**scheme, "k": "2"}})  # then l is (1, -1/3, 4/3)
 
 
 # --- the rod ----------------------------------------------------------------------------------------------------------

@@ -57,8 +57,12 @@ def _shown(certificate: Mapping[str, object] | str | bytes) -> str:
     if document.law is not None:
         require_member(document.law, laws)
     if document.verdict == "PROVED":
-        prove = structure.proved if isinstance(system, RodData) else theorems.proved
-        shown = prove(document, system, laws)  # type: ignore[arg-type]
+        if isinstance(system, RodData) and document.proof.get("method") == "matrix":
+            system = system.states()
+        if isinstance(system, RodData):
+            shown = structure.proved(document, system, laws)
+        else:
+            shown = theorems.proved(document, system, laws)
     else:
         require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
         shown = counterexamples.refuted(document, system, laws)

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from flint import fmpq_poly
 
-from analysis.certificates.second.systems import Shifted
+from analysis.certificates.second.shifting import Shifted
 from analysis.polynomial import X, even_odd, to_fmpq
 
 ONE = fmpq_poly([1])

@@ -20,7 +20,8 @@ from flint import arb, arb_mat
 
 from analysis.certificates.second.claims import Claim
 from analysis.certificates.second.reading import NotShown, count, listed, numbers, record, require, whole
-from analysis.certificates.second.systems import Case, Rational
+from analysis.certificates.second.shifting import Case
+from analysis.certificates.second.systems import Rational
 from analysis.precision import ball, working_precision
 from analysis.refutation.realisation import Row, balls
 

@@ -10,7 +10,8 @@ from flint import fmpq_poly
 from analysis.certificates.second.claims import Claim
 from analysis.certificates.second.positivity import Need, holds_from_zero, require_same
 from analysis.certificates.second.reading import Document, listed, record, require, text, whole
-from analysis.certificates.second.systems import Delayed, Rational, Shifted
+from analysis.certificates.second.shifting import Shifted
+from analysis.certificates.second.systems import Delayed, Rational
 from analysis.polynomial import X, even_odd
 
 

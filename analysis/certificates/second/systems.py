@@ -1,22 +1,22 @@
-"""The linear part of a certificate: rational, with dead time, or the rod; and the loop shifted by the lower gain."""
+"""The linear part of a certificate: rational, with dead time, or the rod."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Literal
 
-from flint import fmpq, fmpq_mat, fmpq_poly
+from flint import fmpq_mat, fmpq_poly
 
 from analysis.certificates.second.reading import NotShown, count, listed, number, numbers, record, require
 from analysis.plant import Plant
-from analysis.polynomial import from_descending, is_hurwitz, root_counts, to_descending, to_fmpq, to_fraction
+from analysis.polynomial import from_descending, to_descending, to_fmpq
 from analysis.refutation.realisation import Realisation, Row, companion
 from lure.rational import RationalBlock
 
-Case = Literal["stable", "critical"]
+LARGEST_SCHEME = 1000  # cells, for matrices
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +91,40 @@ class RodData:
         """``Z^2 = A^2 rho E``."""
         return self.area**2 * self.rho * self.E
 
+    def states(self) -> Rational:
+        """The scheme as state equations: waves ``y_1 .. y_2N`` and the end ``z``, which is ``sigma``.
+
+        ``y_i' = s (y_{i-1} - y_i)`` but for ``y_1' = -s (a y_2N + y_1)``, with ``2 s d mu`` added to ``y_{N+1}'``;
+        ``z' = y_N + d mu``, ``s = c N/L``.
+
+        Raises
+        ------
+        NotShown
+            It is the rod itself, ``sqrt(rho E)`` is irrational, or ``k = -Z``.
+        """
+        if self.cells is None:
+            raise NotShown("the rod itself has no state equations")
+        N, root = self.cells, square_root(self.rho * self.E)
+        Z, d, s = self.area * root, 1 / root, root / self.rho * self.cells / self.length
+        require(self.k != -Z, "k = -Z")
+        require(N <= LARGEST_SCHEME, "the scheme is too large for matrices")
+        a = (self.k - Z) / (self.k + Z)
+        A = [[Fraction(0)] * (2 * N + 1) for _ in range(2 * N + 1)]
+        for i in range(2 * N):
+            A[i][i], A[i][i - 1 if i else 2 * N - 1] = -s, s if i else -s * a
+        A[2 * N][N - 1] = Fraction(1)
+        b, c = [Fraction(0)] * (2 * N + 1), [Fraction(0)] * (2 * N + 1)
+        b[N], b[2 * N], c[2 * N] = 2 * s * d, d, Fraction(1)
+        state = Realisation(tuple(map(tuple, A)), tuple(b), tuple(c), Fraction(0))
+        return Rational(discrete=False, realisation=state, given=None)
+
+
+def square_root(value: Fraction) -> Fraction:
+    """The square root of a positive number, if it is rational."""
+    top, bottom = math.isqrt(value.numerator), math.isqrt(value.denominator)
+    require(top * top == value.numerator and bottom * bottom == value.denominator, "a square root is irrational")
+    return Fraction(top, bottom)
+
 
 System = Rational | Delayed | RodData
 
@@ -114,77 +148,6 @@ def read_system(value: Mapping[str, object]) -> System:
         cells = count(found["cells"], least=1) if kind == "rod-scheme" else None
         return RodData(E=E, rho=rho, length=length, area=area, k=k, cells=cells)
     raise NotShown("the kind of system is unknown")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Shifted:
-    """The loop of ``phi - lower sigma``: ``n / (d + lower n)``, every pole stable or one simple one at 0 besides.
-
-    Attributes
-    ----------
-    n : tuple of (Fraction, fmpq_poly)
-        Delays and numerators; one without delay for a rational block.
-    d : fmpq_poly
-        In ``s`` or ``z``.
-    plant : Plant or None
-        None with dead time.
-    case : {"stable", "critical"}
-        Critical: a simple pole at ``s = 0`` (``z = 1``) whose residue is positive.
-    """
-
-    n: tuple[tuple[Fraction, fmpq_poly], ...]
-    d: fmpq_poly
-    discrete: bool
-    plant: Plant | None
-    case: Case
-
-    @property
-    def hidden(self) -> bool:
-        """Whether ``n`` and ``d`` have a common factor; with dead time not decided, and so taken for granted."""
-        return self.plant is None or self.plant.hidden.degree() > 0
-
-    @property
-    def feedthrough(self) -> Fraction:
-        """``H(inf)`` after the shift."""
-        if self.plant is None:
-            return Fraction(0)
-        n, degree = self.n[0][1], self.d.degree()
-        return to_fraction(n[degree] / self.d[degree])
-
-
-def shifted(system: Rational | Delayed, lower: Fraction) -> Shifted:
-    """The loop after the shift by ``lower``; its poles are counted exactly, hidden modes included."""
-    if isinstance(system, Delayed):
-        require(lower == 0, "with dead time the lower bound must be 0")
-        return _shifted_delayed(system)
-    require(1 + lower * system.feedthrough != 0, "1 + l H(inf) vanishes: the loop is not well posed at its lower gain")
-    plant = system.plant.shifted(lower)
-    case = plant.case
-    if case == "unstable":
-        raise NotShown("the loop with the lower gain has a pole on the axis or beyond that is no simple one at 0")
-    if case == "critical":
-        require(plant.residue > 0, "the residue at the pole 0 is not positive")
-        require(is_hurwitz(plant.hidden), "a hidden mode is not strictly stable")
-    n, _ = system.polynomials
-    return Shifted(n=((Fraction(0), n),), d=system.closed(lower), discrete=system.discrete, plant=plant, case=case)
-
-
-def require_well_posed(direct: Fraction, lower: Fraction, upper: Fraction | str) -> None:
-    """Check that ``1 + kappa D`` keeps its sign, without zero, for ``kappa`` in ``[lower, upper]``."""
-    start = 1 + lower * direct
-    good = start * (1 + upper * direct) > 0 if isinstance(upper, Fraction) else start != 0 and direct * start >= 0
-    require(good, "1 + kappa H(inf) changes sign in the sector: the loop is not well posed")
-
-
-def _shifted_delayed(system: Delayed) -> Shifted:
-    counts = root_counts(system.d)
-    critical = counts.axis == 1 and system.d[0] == 0
-    require(counts.right == 0 and (counts.axis == 0 or critical), "a pole is not stable")
-    if critical:
-        residue = sum((n[0] for _, n in system.terms), fmpq(0)) / system.d[1]
-        require(bool(residue > 0), "the residue at the pole 0 is not positive")
-    case: Case = "critical" if critical else "stable"
-    return Shifted(n=system.terms, d=system.d, discrete=False, plant=None, case=case)
 
 
 def _rational(n: fmpq_poly, d: fmpq_poly, *, discrete: bool) -> Rational:

@@ -15,7 +15,8 @@ from analysis.certificates.second.multipliers import read_kernels, require_legal
 from analysis.certificates.second.positivity import Need
 from analysis.certificates.second.question import Question, require_polynomial
 from analysis.certificates.second.reading import Document, NotShown, number, record, require
-from analysis.certificates.second.systems import Case, Delayed, Rational, Shifted, require_well_posed, shifted
+from analysis.certificates.second.shifting import Case, Shifted, require_well_posed, shifted
+from analysis.certificates.second.systems import Delayed, Rational
 from analysis.certificates.second.unit_circle import require_on_circle
 from analysis.polynomial import X, to_fmpq
 from analysis.refutation.realisation import Realisation

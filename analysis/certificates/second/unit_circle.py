@@ -10,7 +10,7 @@ from analysis.certificates.second.multipliers import read_taps, require_legal
 from analysis.certificates.second.positivity import Need, half_line, holds_on_circle
 from analysis.certificates.second.question import Question, require_written
 from analysis.certificates.second.reading import number, record, require
-from analysis.certificates.second.systems import Shifted
+from analysis.certificates.second.shifting import Shifted
 from analysis.polynomial import to_fmpq
 from analysis.trigonometric import Laurent
 
