@@ -3,13 +3,14 @@
 import json
 import math
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.certificates import riccati
+from analysis.certificates import arithmetic, riccati
 from analysis.certificates.arithmetic import Rejected, positive_definite
 from analysis.certificates.checker import Proved, check
 from analysis.certificates.drafts import completed
@@ -152,6 +153,22 @@ def test_positive_definite_is_sharp_and_does_not_depend_on_scale(j, shift):
         assert positive_definite(M) is expected
 
 
+@pytest.mark.parametrize("wrong", [lambda v: math.isqrt(v) // 2 + 1, lambda v: 1, lambda v: 2 * math.isqrt(v)])
+@pytest.mark.parametrize("off", [0, -1])
+def test_a_wrong_factor_makes_nothing_positive_definite(monkeypatch, wrong, off):
+    monkeypatch.setattr(arithmetic, "math", SimpleNamespace(isqrt=wrong))
+    assert not positive_definite([[4 << 40], [6 << 40, (9 << 40) + off]])
+
+
+def test_positive_definite_weighs_the_remainder_against_its_diagonal(monkeypatch):
+    # a = 2^30 - 5: the first pass subtracts 2^31 and takes roots; one too large leaves 9 on the diagonal and a beside it
+    a = 2**30 - 5
+    M = [[a * a + 2**31], [a, 2**60 - 1]]
+    assert positive_definite(M)
+    monkeypatch.setattr(arithmetic, "math", SimpleNamespace(isqrt=lambda v: math.isqrt(v) + 1))
+    assert not positive_definite(M)
+
+
 @pytest.mark.parametrize("name", PLANTS)
 @pytest.mark.parametrize("criterion", ["circle", "popov"])
 def test_certificates_reach_the_limit_of_the_criterion_and_no_further(name, criterion):
@@ -230,7 +247,7 @@ def test_two_digits_of_p_do_not_pass_next_to_the_limit():
     draft = matrix_draft(LAG, Fraction(7999, 1000), theta=Fraction(1))
     rows = [[Fraction(int(v)) for v in row] for row in draft["proof"]["P"]]
     draft["proof"]["P"] = [[str(int(float(f"{float(v):.1e}"))) for v in row] for row in rows]
-    with pytest.raises(Rejected, match="inequality"):
+    with pytest.raises(Rejected, match=r"inequality of P fails|P > 0 fails"):
         completed(draft)
 
 
