@@ -161,7 +161,7 @@ def test_a_wrong_factor_makes_nothing_positive_definite(monkeypatch, wrong, off)
 
 
 def test_positive_definite_weighs_the_remainder_against_its_diagonal(monkeypatch):
-    # a = 2^30 - 5: the first pass subtracts 2^31 and takes roots; one too large leaves 9 on the diagonal and a beside it
+    # a = 2^30 - 5: the first pass subtracts 2^31 and takes roots; one too large leaves 9 on the diagonal, a beside it
     a = 2**30 - 5
     M = [[a * a + 2**31], [a, 2**60 - 1]]
     assert positive_definite(M)
