@@ -612,7 +612,7 @@ def test_a_larger_lyapunov_matrix():
 
 
 # The scheme with k = Z, E = rho = L = A = 1 and one cell: y1' = -y1, y2' = y1 - y2 + 2 mu, z' = y1 + mu, so that
-# l = (1, 0, 1), rho = 1, deflated A = [[-1, 0], [1, -1]], b = (0, 2), c = (-1, 0).  With P = 1 and theta = 1 the matrix is
+# l = (1, 0, 1), rho = 1, deflated A = [[-1, 0], [1, -1]], b = (0, 2), c = (-1, 0).  With P = theta = 1 the matrix is
 # [[2, -1, 0], [-1, 2, -2], [0, -2, 2/w + 2]]: its determinant 6/w - 2 is positive for w < 3.
 @pytest.mark.parametrize(("w", "good"), [("299/100", True), ("3", False)])
 def test_the_scheme_of_the_rod_by_a_matrix(w, good):
