@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import shlex
 import subprocess
 import sys
 from importlib import resources
@@ -13,6 +14,7 @@ import pytest
 
 from analysis.certificates import arithmetic, codes
 from analysis.cli import main
+from analysis.evidence import Verdict
 
 ROOT = Path(__file__).parents[1]
 SCHEMA = jsonschema.Draft202012Validator(
@@ -69,6 +71,22 @@ def test_an_unknown_code_is_one_sentence_with_the_nearest(lure):
         "lure: there is no code 'LURE-I0133'; did you mean LURE-I013: a double pole at zero? lure explain lists them\n",
     )
     assert lure("explain", "\x1b[31m")[0] == 2
+
+
+@pytest.mark.parametrize("code", codes.CODES, ids=str)
+def test_the_commands_of_an_explanation_are_understood(lure, tmp_path, monkeypatch, code):
+    from analysis.certificates import certify
+
+    open_ended = certify.Certification(verdict=Verdict.INCONCLUSIVE, code=code, detail="not asked")
+    monkeypatch.setattr(certify, "certify", lambda *_arguments, **_options: open_ended)
+    (tmp_path / "plant.toml").write_text("[plant]\nnum = [1]\nden = [1, 3, 2, 0]\n[class]\nsector = [0, 5]\n")
+    for text in code.tries:
+        command = text.rpartition(" lure certify ")[2]
+        if command == text:
+            continue
+        status, out, err = lure("certify", *shlex.split(command))
+        assert (status, err) == (10, ""), command
+        assert str(code) in out
 
 
 # certify: refusals ----------------------------------------------------------------------------------------------------
