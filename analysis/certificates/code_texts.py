@@ -181,7 +181,7 @@ CODES = (
         means="With a negative residue small positive gains destabilise, so that the class is not stable for every "
         "law; a zero residue means that the pole is hidden. Often the sign of the feedback is turned round.",
         tries=(
-            "The sign convention is sigma = H mu, mu = -phi(sigma). Try -H: lure certify --num '1' --den '1 0' --sector 0 1",
+            "Here sigma = H mu, mu = -phi(sigma). Give the other sign: lure certify --num '1' --den '1 0' --sector 0 1",
         ),
     ),
     Code(

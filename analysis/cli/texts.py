@@ -164,7 +164,7 @@ Examples:
   lure certify plant.toml
   lure certify --num "1" --den "1 3 2 0" --sector 0 5.9 -o cert.json
   lure certify --transfer "1/(s+1)^3" --slope 0 7.9 --odd
-  lure certify kalman-fitts --sector 0 0.4 --criterion circle
+  lure certify ct-1 --slope 0 4.5 --seconds 60
   lure certify third-order --sector 0 5.9 --method matrix --force
   lure certify paper-rod && lure verify certificate.json
 
