@@ -334,7 +334,10 @@ def test_report_writes_the_page_on_a_loop(lure, tmp_path):
     status, out, err = lure("report", "plant.toml", "--set", "plant.num=[2]")
     assert (status, err) == (0, "")
     assert out.endswith("The report is lure-report/report.html\n")
-    assert names(tmp_path / "lure-report") == ["figures", "report.html", "report.json"]
+    assert names(tmp_path / "lure-report") == ["certificates", "figures", "report.html", "report.json"]
+    certificates = sorted((tmp_path / "lure-report" / "certificates").iterdir())
+    assert certificates
+    assert lure("verify", *map(str, certificates))[0] == 0
     data = json.loads((tmp_path / "lure-report" / "report.json").read_text("utf-8"))
     assert data["system"]["block"]["numerator"] == ["2"]
     assert data["reproduce"]["command"] == "lure report plant.toml --set 'plant.num=[2]'"
