@@ -1,0 +1,1 @@
+"""Certificates: proposed by searches, decided by :mod:`analysis.certificates.checker`."""

@@ -83,10 +83,8 @@ def realised(system: Any, l: Fraction) -> tuple[Any, Any, Any, Fraction, bool]:
         A, b, c, d = [numbers(row, len(rows)) for row in rows], numbers(b, len(rows)), numbers(c, len(rows)), number(d)
         need(1 + l * d != 0, "1 + l H(inf) = 0 at the lower bound l")
         gain = l / (1 + l * d)
-        A = [
-            [x - gain * u * v if u and v else x for x, v in zip(row, c, strict=True)]
-            for row, u in zip(A, b, strict=True)
-        ]
+        if gain:
+            A = [[x - gain * u * v for x, v in zip(row, c, strict=True)] for row, u in zip(A, b, strict=True)]
         return A, [u / (1 + l * d) for u in b], [v / (1 + l * d) for v in c], d / (1 + l * d), domain == "discrete"
     if system.get("kind") == "rod-scheme":
         need(l == 0, "for the rod the classes begin at 0")

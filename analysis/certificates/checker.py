@@ -41,6 +41,7 @@ OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 INEQUALITY = "1/k + Re[(1 + i omega theta) H(i omega)] > 0 at every frequency, which alone proves nothing about the rod"
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
+SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
 SLOPED = ("off-axis-circle", "park", "zames-falb")
 _SEAL = object()
 
@@ -149,7 +150,7 @@ def inequality(name: str, data: Any, B: Block, laws: states.Laws) -> tuple[Form,
         full = len(F.part()) - 1
     facts = {"stable": stable, "well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {B.direct}"}
     if D and name == "popov":
-        facts["solvable"] = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
+        facts["solvable"] = SOLVABLE
     return F, full, critical, facts
 
 
@@ -193,9 +194,7 @@ def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any) -> di
 
 def by_matrix(name: str, data: Any, system: Any, laws: states.Laws, proof: Any) -> tuple[bool, dict[str, str]]:
     """Circle or Popov by a matrix inequality: whether critical, and the hypotheses."""
-    need(
-        name in ("circle", "popov") and (name == "circle" or not laws.varying), "this theorem has no matrix proof here"
-    )
+    need(name == "circle" or (name == "popov" and not laws.varying), "this theorem has no matrix proof here")
     theta, (l, k) = number(*fields(data, "theta")) if name == "popov" else ZERO * len(fields(data)), laws.sector
     need(abs(l) != INF, "the lower bound is infinite")
     A, b, c, d, discrete = realised(system, l)
@@ -203,7 +202,8 @@ def by_matrix(name: str, data: Any, system: Any, laws: states.Laws, proof: Any) 
     need((1 + w * d > 0 if w else d >= 0) and not (discrete and name == "popov"), "1 + g H(inf) vanishes in the class")
     need(w is not None or theta >= 0 or not laws.endless[0], "without an upper bound theta >= 0 is needed")
     facts = states.matrix_facts(A, b, c, d, w, theta, discrete, proof)
-    return proof["zero"] is not None, facts | {"well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {d}"}
+    facts["well-posed"] = f"1 + g H(inf) does not vanish in the class, H(inf) = {d} after the shift"
+    return proof["zero"] is not None, facts | ({"solvable": SOLVABLE} if d and name == "popov" else {})
 
 
 def structure(name: str, data: Any, system: Any, laws: states.Laws) -> tuple[str, dict[str, str]]:
@@ -317,7 +317,7 @@ def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
         f"format, convention or numbers: not of {FORMAT}",
     )
     form(
-        verdict in ("PROVED", "REFUTED") and isinstance(name, str),
+        verdict in ("PROVED", "REFUTED") and isinstance(name, str) and name.isascii() and name.isprintable(),
         "the verdict is PROVED or REFUTED, the theorem a name",
     )
     form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")

@@ -1,4 +1,4 @@
-"""Certificates for the rod and its scheme by their structure: energy, Popov, circle, and the refutation of ``k < 0``."""
+"""Certificates for the rod and its scheme by their structure: energy, Popov, circle, refutation of ``k < 0``."""
 
 from __future__ import annotations
 

@@ -140,6 +140,7 @@ def matrix_facts(A: Any, b: Any, c: Any, d: Any, width: Any, theta: Any, discret
     need(all(v.denominator == 1 for row in half for v in row) and n * n * large < 10**9, "P: integers, not so long")
     P = [[half[max(i, j)][min(i, j)].numerator for j in range(n)] for i in range(n)]  # times 2^e; A, b, c times a:
     *At, b, c = [[v.numerator * (a // v.denominator) for v in vector] for vector in (*zip(*A), b, c)]
+    need(positive_definite([row[: i + 1] for i, row in enumerate(P)]), "P > 0 fails, or is undecided")
     PA, Pb = [[dot(compress(row, v), filter(None, v)) for v in At] for row in P], [dot(row, b) for row in P]
     end = (0 if width is None else 2 / width) + 2 * theta * (Fraction(dot(b, c), a * a) + rho) + 2 * d
     if discrete:
@@ -150,7 +151,6 @@ def matrix_facts(A: Any, b: Any, c: Any, d: Any, width: Any, theta: Any, discret
         M = [[-PA[i][j] - PA[j][i] for j in range(i + 1)] for i in range(n)]
         edge, end = [(v << e) - w + theta * Fraction(dot(c, u) << e, a) for u, v, w in zip(At, c, Pb)], end * (a << e)
     s = math.lcm(*(v.denominator for v in (*edge, end)))  # multiplies the last row and column
-    need(positive_definite([row[: i + 1] for i, row in enumerate(P)]), "P > 0 fails, or is undecided")
     need(positive_definite([*M, [int(s * v) for v in (*edge, s * end)]]), "the inequality of P fails, or is undecided")
     stable = f"P > 0, {'P - A^T P A > 0' if discrete else 'A^T P + P A < 0'} (order {n})"
     facts = {"stable": stable, "inequality": f"the matrix of order {n + 1} is positive definite: F > 0"}
