@@ -706,6 +706,8 @@ def test_a_linear_gain_with_a_root_at_zero():
     # the class of an integrator has other equilibria anyway
     critical = refuted(transfer([1], [1, 0]), laws(0, 1), {"method": "linear-gain", "gain": "0"}, OTHERS)
     assert not accepted(critical)
+    # of -1/s no class is a critical case: small gains are unstable
+    assert accepted({**critical, "system": transfer([-1], [1, 0])})
     # two equal states at rest, x' = 0, are equilibria, not a ramp
     resting = state_space([[-1, 0], [0, -1]], [1, 0], [-1, 0])
     assert accepted(refuted(resting, laws(0, 1), proof, OTHERS))

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from analysis.certificates.second.classes import Laws
 from analysis.certificates.second.positivity import Need
-from analysis.certificates.second.reading import NotShown, require
+from analysis.certificates.second.reading import NotShown
 
 ATTRACTS = "0 attracts every motion"
 EQUILIBRIA = "every motion converges to the set of equilibria"
@@ -41,11 +41,10 @@ class Claim:
         Raises
         ------
         NotShown
-            The lower bound is infinite, or not below the upper one.
+            The lower bound is infinite.
         """
         if not isinstance(laws.lower, Fraction):
             raise NotShown("the lower bound is infinite")
-        require(not isinstance(laws.upper, Fraction) or laws.lower < laws.upper, "the sector has no width")
         return cls(laws=laws, lower=laws.lower)
 
     @property

@@ -130,7 +130,7 @@ def _bounds(value: object) -> tuple[Lower, Upper]:
     lower: Lower = "-inf" if ends[0] == "-inf" else number(ends[0])
     upper: Upper = cast("Upper", ends[1]) if ends[1] in ("finite", "inf") else number(ends[1])
     if isinstance(lower, Fraction) and isinstance(upper, Fraction):
-        require(lower <= upper, "the lower bound is above the upper one")
+        require(lower < upper, "the lower bound is not below the upper one")
     return lower, upper
 
 

@@ -17,7 +17,7 @@ from analysis.precision import SERIES_TERMS, ball, working_precision
 BITS = 256
 MOST_BOXES = 60_000
 DOUBLINGS = 60
-NARROWEST = 80  # powers of 2 below the last frequency
+NARROWEST = 40  # powers of 2 below the last frequency
 
 
 def require_cover(curve: Curve, proof: object, need: Need) -> None:
@@ -32,17 +32,8 @@ def require_cover(curve: Curve, proof: object, need: Need) -> None:
     NotShown
         The boxes leave a gap, or positivity is not shown.
     """
-    found = record(proof, "method", "boxes", "order")
-    count(found["order"])
-    at = Fraction(0)
-    boxes: list[tuple[Fraction, Fraction]] = []
-    for box in listed(found["boxes"]):
-        ends = [number(end) for end in listed(box)]
-        require(len(ends) == 2 and ends[0] == at < ends[1], "the boxes leave a gap")
-        boxes.append((ends[0], ends[1]))
-        at = ends[1]
-    require(len(boxes) > 0, "there are no boxes")
-    end = at
+    boxes = read_boxes(proof)
+    end = at = boxes[-1][1]
     for _ in range(DOUBLINGS):
         if _tail(curve, end, need):
             break
@@ -53,6 +44,27 @@ def require_cover(curve: Curve, proof: object, need: Need) -> None:
         boxes.append((at, end))
     with working_precision(BITS):
         require(_positive(curve, boxes), "the inequality is not shown on the boxes")
+
+
+def read_boxes(proof: object) -> list[tuple[Fraction, Fraction]]:
+    """The boxes of a cover, neighbours from 0 on.
+
+    Raises
+    ------
+    NotShown
+        They leave a gap, or there are none.
+    """
+    found = record(proof, "method", "boxes", "order")
+    count(found["order"])
+    at = Fraction(0)
+    boxes: list[tuple[Fraction, Fraction]] = []
+    for box in listed(found["boxes"]):
+        ends = [number(end) for end in listed(box)]
+        require(len(ends) == 2 and ends[0] == at < ends[1], "the boxes leave a gap")
+        boxes.append((ends[0], ends[1]))
+        at = ends[1]
+    require(len(boxes) > 0, "there are no boxes")
+    return boxes
 
 
 def _tail(curve: Curve, start: Fraction, need: Need) -> bool:

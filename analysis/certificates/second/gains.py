@@ -33,7 +33,7 @@ def require_every_gain_stable(system: Rational, laws: Laws) -> None:
     NotShown
         The class is not one of constant gains, or some gain is not shown to be stable.
     """
-    require(laws.linear and not laws.time_varying, "stable gains say nothing about laws that are not linear")
+    require(laws.linear, "stable gains say nothing about laws that are not linear")
     if not isinstance(laws.lower, Fraction):
         raise NotShown("the lower bound is infinite")
     require_well_posed(system.feedthrough, laws.lower, laws.upper)
@@ -96,10 +96,11 @@ def unstable_kind(system: Rational, gain: Fraction) -> Kind:
 
 
 def critical_at(system: Rational, lower: Fraction) -> bool:
-    """Whether the class with this lower bound has a pole at 0 anyway: other equilibria then refute nothing."""
-    n, d = system.polynomials
-    at = 1 if system.discrete else 0
-    return bool((d + to_fmpq(lower) * n)(to_fmpq(at)) == 0)
+    """Whether the class has this lower bound as its critical case: other equilibria than 0 then refute nothing."""
+    if 1 + lower * system.feedthrough == 0:
+        return False
+    plant = system.plant.shifted(lower)
+    return plant.case == "critical" and plant.residue > 0
 
 
 def require_crossing(

@@ -8,6 +8,7 @@ from fractions import Fraction
 from flint import fmpq_poly
 
 from analysis.certificates.second.claims import Claim
+from analysis.certificates.second.cover import read_boxes
 from analysis.certificates.second.positivity import Need, holds_from_zero, require_same
 from analysis.certificates.second.reading import Document, listed, record, require, text, whole
 from analysis.certificates.second.shifting import Shifted
@@ -59,7 +60,7 @@ def require_polynomial(
         It fails at some frequency, or the file shows another polynomial.
     """
     if asked.document.proof.get("method") == "cover":
-        record(asked.document.proof, "method", "boxes", "order")
+        read_boxes(asked.document.proof)
     else:
         require_written(asked, inequality[0], block, factors)
     require(holds_from_zero(*inequality, need), "the inequality does not hold at every frequency")

@@ -135,6 +135,7 @@ def read_system(value: Mapping[str, object]) -> System:
     if kind == "transfer":
         found = record(value, "kind", "time", "numerator", "denominator")
         n, d = (numbers(found[side]) for side in ("numerator", "denominator"))
+        require(d[:1] not in ([], [0]), "the denominator does not begin with its leading coefficient")
         return _rational(from_descending(n), from_descending(d), discrete=_discrete(found["time"]))
     if kind == "state-space":
         return _state_space(record(value, "kind", "time", "A", "b", "c", "d"))
@@ -166,7 +167,9 @@ def _state_space(found: Mapping[str, object]) -> Rational:
 
 
 def _delayed(found: Mapping[str, object]) -> Delayed:
-    d = from_descending(numbers(found["denominator"]))
+    written = numbers(found["denominator"])
+    require(written[:1] not in ([], [0]), "the denominator does not begin with its leading coefficient")
+    d = from_descending(written)
     terms: dict[Fraction, fmpq_poly] = {}
     for entry in listed(found["terms"]):
         pair = listed(entry)
