@@ -11,20 +11,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.answers.rods import rod_largest
-from analysis.certificates.arithmetic import Rejected
+from analysis.certificates.arithmetic import Form, Rejected, box
 from analysis.certificates.checker import Proved, check
-from analysis.certificates.covers import CoverTests, Uncovered, cover
+from analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
 from analysis.certificates.drafts import completed
 from analysis.certificates.multipliers import rod_circle_bound, rod_theta
 from analysis.certificates.proposals import answer_draft, certified, energy_draft
 from analysis.certificates.systems import laws_of, system_of
 from analysis.criteria.circle import circle_criterion, circle_largest
 from analysis.criteria.hurwitz import hurwitz_largest
-from analysis.criteria.jury_lee import jury_lee_largest
-from analysis.criteria.off_axis import off_axis_largest
-from analysis.criteria.park import park_largest
+from analysis.criteria.jury_lee import jury_lee_criterion, jury_lee_largest
+from analysis.criteria.off_axis import off_axis_criterion, off_axis_largest
+from analysis.criteria.park import park_criterion, park_largest
 from analysis.criteria.popov import popov_criterion, popov_largest
-from analysis.criteria.tsypkin import tsypkin_largest
+from analysis.criteria.tsypkin import tsypkin_criterion, tsypkin_largest
 from analysis.criteria.zames_falb import zames_falb_largest
 from analysis.criteria.zames_falb_discrete import zames_falb_discrete_largest
 from analysis.dead_time import criteria as dead_time
@@ -393,6 +393,19 @@ def test_an_answer_that_says_too_much_is_lowered_and_not_stretched():
         certified(block, answer, 2 * reach)
 
 
+@pytest.mark.parametrize("k", [Fraction(1, 3), Fraction(3, 10)])
+def test_a_class_that_was_asked_about_is_certified_as_it_stands(k):
+    block, bounds = CONTINUOUS[3], SlopeBounds(0, k)
+    answers = (popov_criterion(block, Sector(0, k)), park_criterion(block, bounds), off_axis_criterion(block, bounds))
+    for answer in answers:
+        found = certified(block, answer, numbers="decimals as written")
+        assert found.upper == k
+        assert found.proved.certificate["numbers"] == "decimals as written"
+    discrete = DISCRETE[6]
+    for answer in (tsypkin_criterion(discrete, bounds), jury_lee_criterion(discrete, bounds)):
+        assert certified(discrete, answer).upper == k
+
+
 def test_where_no_one_multiplier_serves_every_finite_k_a_large_number_is_certified():
     block = CONTINUOUS[7]
     answer = park_largest(block)
@@ -403,21 +416,57 @@ def test_where_no_one_multiplier_serves_every_finite_k_a_large_number_is_certifi
 
 
 def test_boxes_are_neighbours_that_pass_and_end_where_the_tail_begins():
-    def inside(a, b):
-        return b - a <= (Fraction(1, 8) if a < 2 else 1)
+    def reach(a, most):
+        return min(most, Fraction(1, 8) if a < 2 else Fraction(1))
 
-    boxes = [[Fraction(end) for end in box] for box in cover(CoverTests(inside, lambda a: a >= 5, Fraction(1)))]
+    found = cover(CoverTests(reach, lambda a, b: False, lambda a: a >= 5, Fraction(1)))
+    boxes = [[Fraction(end) for end in box] for box in found]
     assert boxes[0][0] == 0
     assert 5 <= boxes[-1][1] < 6
     assert all(one[1] == two[0] for one, two in itertools.pairwise(boxes))
-    assert all(inside(a, b) for a, b in boxes)
+    assert all(b - a <= reach(a, 1) for a, b in boxes)
 
 
-@pytest.mark.parametrize(("fails", "reason"), [("inside", "no cover"), ("beyond", "not outweighed")])
+def test_where_the_quick_test_would_need_tiny_boxes_the_slow_one_is_asked():
+    def reach(a, most):
+        return Fraction(1, 2**20) if 1 <= a < Fraction(3, 2) else most
+
+    def inside(a, b):
+        return b - a <= Fraction(1, 8)
+
+    boxes = cover(CoverTests(reach, inside, lambda a: a >= 2, Fraction(1)))
+    widths = {Fraction(b) - Fraction(a) for a, b in boxes if 1 <= Fraction(a) < Fraction(3, 2)}
+    assert widths <= {Fraction(1, 16), Fraction(1, 4)}
+    assert len(boxes) < 20
+
+
+@pytest.mark.parametrize(
+    ("fails", "reason"), [("inside", "does not pass"), ("beyond", "not outweighed"), ("length", "up to")]
+)
 def test_no_cover_is_no_proof(fails, reason):
-    tests = CoverTests(lambda a, b: fails != "inside", lambda a: fails != "beyond", Fraction(1))
+    tests = CoverTests(
+        lambda a, most: Fraction(1, 2**11 if fails == "length" else 2**20),
+        lambda a, b: fails != "inside",
+        lambda a: fails != "beyond" and a >= 2,
+        Fraction(1),
+    )
     with pytest.raises(Uncovered, match=reason):
         cover(tests)
+
+
+@given(
+    delays=st.lists(st.fractions(Fraction(1, 10), 5, max_denominator=20), min_size=1, max_size=2, unique=True),
+    numbers=st.lists(st.fractions(-5, 5, max_denominator=10), min_size=9, max_size=9),
+    left=st.fractions(0, 10, max_denominator=64),
+)
+def test_what_passes_the_quick_test_passes_the_checkers(delays, numbers, left):
+    # the polynomial below Re F is built twice, in balls and in rationals: a length that is long enough must serve both
+    u, v = iter(numbers), iter(reversed(numbers))
+    F = Form({(Fraction(0), n): (abs(next(u)) + 1, Fraction(0)) for n in range(3)})
+    F = F + Form({(tau, n): (next(u), next(v)) for tau in delays for n in range(3)})
+    length = quick_reach(F, left, Fraction(1), critical=False)
+    if length > Fraction(1, 2**28):
+        assert box(F, left, left + length, ORDER)
 
 
 def test_systems_are_written_in_exact_numbers():

@@ -1,4 +1,4 @@
-"""Boxes for the certificates of inequalities with delays: found with the checker's own tests, one box at a time."""
+"""Boxes for the certificates of inequalities with delays: intervals on which the checker's tests will succeed."""
 
 from __future__ import annotations
 
@@ -7,18 +7,23 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from analysis.certificates.arithmetic import box, tail
+from flint import acb, acb_poly, arb
+
+from analysis.certificates.arithmetic import Form, box, tail
 from analysis.certificates.blocks import block
 from analysis.certificates.checker import inequality
 from analysis.certificates.states import classes
+from analysis.precision import ball, working_precision
 from lure.errors import AssumptionError
 
-ORDER = 8
+BITS = 256
+ORDER = 7
 MAX_BOXES = 2000
 MAX_DOUBLINGS = 14
 REFINEMENTS = 4
-HALVINGS = 24
-RUN = 3
+HALVINGS = 30
+SHORT = 2**12
+SHORTEST = 2**24
 
 
 class Uncovered(AssumptionError):
@@ -27,18 +32,21 @@ class Uncovered(AssumptionError):
 
 @dataclass(frozen=True, slots=True)
 class CoverTests:
-    """The two tests of an inequality that the checker will repeat.
+    """The tests of an inequality that the checker will repeat.
 
     Attributes
     ----------
+    reach : callable
+        A length ``h``, at most the one given, such that the inequality passes quickly on ``[a, a + h]``; may be tiny.
     inside : callable
-        Whether the inequality passes on ``[a, b]``.
+        Whether the inequality passes on ``[a, b]``, by a test that takes longer.
     beyond : callable
         Whether it passes from ``a`` on.
     delay : Fraction
         The largest delay [s].
     """
 
+    reach: Callable[[Fraction, Fraction], Fraction]
     inside: Callable[[Fraction, Fraction], bool]
     beyond: Callable[[Fraction], bool]
     delay: Fraction
@@ -64,61 +72,22 @@ def cover(tests: CoverTests) -> list[list[str]]:
 
     Notes
     -----
-    Intervals are of about the length ``1/delay`` to begin with; three in a row that pass double it, one that fails
-    halves it.
+    The quick test serves down to intervals far shorter than ``1/delay``; where the inequality is so tight that it
+    would need shorter ones, the slow test is asked about longer ones.
     """
     unit = _power_of_two(1 / tests.delay)
     end = _tail_start(tests, unit)
     found: list[list[str]] = []
-    left, length, run = Fraction(0), unit, 0
+    left = Fraction(0)
     while left < end:
-        right = min(left + length, end)
-        if tests.inside(left, right):
-            found.append([str(left), str(right)])
-            left, run = right, run + 1
-            if run >= RUN and (left / (2 * length)).denominator == 1:
-                length, run = 2 * length, 0
-        else:
-            length, run = length / 2, 0
-        if length * 2**HALVINGS < unit or len(found) > MAX_BOXES:
-            raise Uncovered(f"no cover from {float(left):.6g} rad/s on with up to {MAX_BOXES} boxes was found")
+        length = min(tests.reach(left, 4 * unit), end - left)
+        if length * SHORT < unit and left + length < end:
+            length = _slow(tests, left, unit)
+        found.append([str(left), str(left + length)])
+        left += length
+        if len(found) > MAX_BOXES:
+            raise Uncovered(f"{MAX_BOXES} boxes cover the frequencies up to {float(left):.6g} rad/s only")
     return found
-
-
-def _tail_start(tests: CoverTests, unit: Fraction) -> Fraction:
-    """A short number from which on the inequality passes."""
-    end = unit
-    for _ in range(MAX_DOUBLINGS):
-        if tests.beyond(end):
-            break
-        end *= 2
-    else:
-        raise Uncovered(f"the terms with delay are not outweighed by the others from {float(end / 2):.6g} rad/s on")
-    step = end / 4
-    for _ in range(REFINEMENTS):
-        if tests.beyond(end - step):
-            end -= step
-        step /= 2
-    return end
-
-
-def _power_of_two(size: Fraction) -> Fraction:
-    """A power of two between a half of a number and the number."""
-    exponent = size.numerator.bit_length() - size.denominator.bit_length()
-    power = Fraction(2) ** exponent
-    return power if power <= size else power / 2
-
-
-def has_delays(draft: Mapping[str, Any]) -> bool:
-    """Whether the inequality of a certificate has terms with delay, so that polynomials do not decide it.
-
-    Parameters
-    ----------
-    draft : Mapping
-        The certificate, or what there is of it.
-    """
-    delays = any("delay" in kernel for kernel in draft["multiplier"].get("kernels", ()))
-    return draft["system"]["kind"] == "delay" or delays
 
 
 def cover_proof(draft: Mapping[str, Any]) -> dict[str, Any]:
@@ -145,8 +114,108 @@ def cover_proof(draft: Mapping[str, Any]) -> dict[str, Any]:
         draft["theorem"], draft["multiplier"], block(draft["system"]), classes(draft["laws"])
     )
     tests = CoverTests(
+        reach=lambda a, most: quick_reach(F, a, most, critical=critical),
         inside=lambda a, b: box(F, a, b, ORDER, critical),
         beyond=lambda a: tail(F, a, degree),
         delay=max((abs(tau) for tau, _ in F), default=Fraction(0)) or Fraction(1),
     )
     return {"method": "cover", "boxes": cover(tests), "order": ORDER}
+
+
+def has_delays(draft: Mapping[str, Any]) -> bool:
+    """Whether the inequality of a certificate has terms with delay, so that polynomials do not decide it.
+
+    Parameters
+    ----------
+    draft : Mapping
+        The certificate, or what there is of it.
+    """
+    delays = any("delay" in kernel for kernel in draft["multiplier"].get("kernels", ()))
+    return draft["system"]["kind"] == "delay" or delays
+
+
+def quick_reach(F: Form, a: Fraction, most: Fraction, *, critical: bool) -> Fraction:
+    r"""A length on which the polynomial below ``Re F(a + t)`` has no need of Sturm's theorem.
+
+    That is ``b_0 + sum_i min(b_i, 0) h^i > 0`` for the coefficients ``b_i`` of the polynomial of
+    :func:`analysis.certificates.arithmetic.box`.
+
+    Parameters
+    ----------
+    F : Form
+        The inequality, ``sum (u + i v) omega^n exp(-i omega tau)``.
+    a : Fraction
+        Left end [rad/s].
+    most : Fraction
+        The largest length to consider.
+    critical : bool
+        Whether ``Re F`` vanishes at 0 to second order and is divided by ``omega^2`` there.
+
+    Returns
+    -------
+    Fraction
+        ``most`` or 3/4 of it, divided by a power of two; the shortest considered may not pass.
+    """
+    with working_precision(BITS):
+        below = _below(F, a)
+        below = below[2:] if critical and a == 0 else below
+        for halvings in range(HALVINGS):
+            for share in (Fraction(1), Fraction(3, 4)):
+                length = share * most / Fraction(2) ** halvings
+                h = ball(length)
+                if sum((b * h**i for i, b in enumerate(below) if i and not b > 0), below[0]) > 0:
+                    return length
+    return length
+
+
+def _below(F: Form, a: Fraction) -> list[arb]:
+    """Coefficients in ``t`` of a polynomial that is at most ``Re F(a + t)``, ``t >= 0``."""
+    total, shift = acb_poly([0]), acb_poly([ball(a), 1])
+    for tau in {tau for tau, _ in F}:
+        top = max(n for other, n in F if other == tau)
+        terms = [F.get((tau, n), (Fraction(0), Fraction(0))) for n in range(top + 1)]
+        moved = acb_poly([acb(ball(u), ball(v)) for u, v in terms])(shift)
+        if tau == 0:
+            total += moved
+            continue
+        turn, series = acb(0, -1) * ball(tau), [acb(1)]
+        for j in range(1, ORDER):
+            series.append(series[-1] * turn / j)
+        size = acb_poly([abs(c.real) + abs(c.imag) for c in moved.coeffs()])
+        rest = acb_poly([0] * ORDER + [-4 * series[-1].abs_upper() * abs(ball(tau)) / ORDER])
+        total += moved * acb_poly(series) * (turn * ball(a)).exp() + size * rest
+    return [c.real for c in total.coeffs()] or [arb(0)]
+
+
+def _slow(tests: CoverTests, left: Fraction, unit: Fraction) -> Fraction:
+    """The largest of some lengths that pass the slow test."""
+    length = unit / 4
+    while not tests.inside(left, left + length):
+        length /= 4
+        if length * SHORTEST < unit:
+            raise Uncovered(f"the inequality does not pass, or only just, at {float(left):.9g} rad/s")
+    return length
+
+
+def _tail_start(tests: CoverTests, unit: Fraction) -> Fraction:
+    """A short number from which on the inequality passes."""
+    end = unit
+    for _ in range(MAX_DOUBLINGS):
+        if tests.beyond(end):
+            break
+        end *= 2
+    else:
+        raise Uncovered(f"the terms with delay are not outweighed by the others from {float(end / 2):.6g} rad/s on")
+    step = end / 4
+    for _ in range(REFINEMENTS):
+        if tests.beyond(end - step):
+            end -= step
+        step /= 2
+    return end
+
+
+def _power_of_two(size: Fraction) -> Fraction:
+    """A power of two between a half of a number and the number."""
+    exponent = size.numerator.bit_length() - size.denominator.bit_length()
+    power = Fraction(2) ** exponent
+    return power if power <= size else power / 2

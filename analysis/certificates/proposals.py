@@ -29,7 +29,7 @@ Numbers = Literal["rationals", "decimals as written", "doubles, exactly"]
 
 DOUBLES_BELOW = 3
 STEPS_DOWN = (1e-15, 1e-14, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7)
-FARTHER_DOWN = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 5e-4, 9e-4)
+FARTHER_DOWN = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 5e-4, 9e-4, 1e-2, 1e-1)
 ROD_SLACK = Fraction(1, 10**12)
 LARGE = (10**12, 10**9, 10**6, 10**3)
 
@@ -81,7 +81,7 @@ def certified(block: Block, answer: Answer, upper: Upper | None = None, *, numbe
     r"""A certificate for an answer that the checker accepted.
 
     Multipliers beside that of the answer are tried, and then smaller classes: the next doubles below, relative steps
-    from 1e-15 on, up to 5e-4 where the inequality has delays; for ``"finite"`` where no one multiplier serves, large
+    from 1e-15 on, up to 1e-1 where the inequality has delays; for ``"finite"`` where no one multiplier serves, large
     numbers.
 
     Parameters
