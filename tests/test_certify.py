@@ -318,7 +318,7 @@ def test_the_end_of_the_time_ends_all_searches(monkeypatch):
         raise TimeoutError("the time allowed, 1 s, is over")
 
     monkeypatch.setattr(popov, "popov_criterion", slow)
-    found = asked(THIRD, sector(0, 5))
+    found = asked(THIRD, LawClass.slope_restricted(0, 5))  # four more criteria would follow
     assert [failure.search for failure in found.failures] == ["circle", "popov"]
     assert found.code is codes.OUT_OF_TIME
 
