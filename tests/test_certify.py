@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from analysis.certificates import asking_matrices, codes, countering, sealing
 from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.certify import Ways, certify, text_of
+from analysis.certificates.certify import METHODS, Ways, certify, text_of
 from analysis.certificates.checker import Proved, Refuted, check
 from analysis.certificates.concrete import law_of
 from analysis.certificates.posing import posed
@@ -121,6 +121,13 @@ def test_a_question_without_a_class_is_refused():
         certify(THIRD)
     with pytest.raises(InputError, match="did you mean 'popov'"):
         asked(THIRD, sector(0, 1), "popof")
+    with pytest.raises(InputError, match=r"Ways\.method is 'matrx'; choose from best, polynomial"):
+        Ways(method="matrx")
+    with pytest.raises(InputError, match=r"Ways\.numbers is 'floats'"):
+        Ways(numbers="floats")
+    for seconds in (0, -1, math.nan, math.inf):
+        with pytest.raises(InputError, match=r"Ways\.seconds is"):
+            Ways(seconds=seconds)
     with pytest.raises(TypeError, match="three outcomes"):
         bool(asked(THIRD, sector(0, 1)))
 
@@ -439,3 +446,9 @@ def test_a_smaller_class_never_stands_in():
     question = posed(THIRD, sector(0, 7), criterion="best", finite=False)
     with pytest.raises(Rejected):
         sealing.sealed(question, asked(THIRD, sector(0, 5)).certificate)
+
+
+def test_the_options_of_the_command_are_those_of_the_question():
+    from analysis.cli import certificates
+
+    assert certificates.METHODS == METHODS

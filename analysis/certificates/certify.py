@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from analysis.certificates import codes
-from analysis.certificates.checker import Proved, Refuted
+from analysis.certificates.checker import ORIGINS, Proved, Refuted
 from analysis.certificates.codes import Code
 from analysis.certificates.guard import Failure, guarded, time_limit
 from analysis.certificates.posing import Question, posed
 from analysis.certificates.proposals import Numbers
 from analysis.certificates.searching import searches
 from analysis.evidence import Verdict
+from lure.errors import InputError
 from lure.law_class import LawClass
 
 Method = Literal["best", "polynomial", "matrix", "cover", "structure"]
+METHODS: tuple[str, ...] = get_args(Method)
 # Which failure names the outcome, first to last: what makes the rest doubtful, what may have hidden a proof, what is
 # known of the loop, and in the end that nothing was found or nothing applied.
 _WORST = (
@@ -73,6 +76,11 @@ class Ways:
         Time allowed; None for no limit.
     numbers : {"rationals", "decimals as written", "doubles, exactly"}
         Where the numbers came from, for the file.
+
+    Raises
+    ------
+    InputError
+        There is no such method or origin, or no time at all is allowed.
     """
 
     criterion: str = "best"
@@ -80,6 +88,13 @@ class Ways:
     finite: bool = False
     seconds: float | None = None
     numbers: Numbers = "rationals"
+
+    def __post_init__(self) -> None:
+        for name, value, known in (("method", self.method, METHODS), ("numbers", self.numbers, ORIGINS)):
+            if value not in known:
+                raise InputError(f"Ways.{name} is {value!r:.40}; choose from {', '.join(known)}")
+        if self.seconds is not None and not 0 < self.seconds < math.inf:
+            raise InputError(f"Ways.seconds is {self.seconds}; give a positive number, or None for no limit")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -150,7 +165,7 @@ def certify(
     Raises
     ------
     InputError
-        The loop or the class is no good, no class is given, or there is no such criterion or method.
+        The loop or the class is no good, no class is given, or there is no such criterion.
 
     Notes
     -----
