@@ -218,6 +218,9 @@ gain = {"verdict": "REFUTED", "system": PLANT, "laws": six, "theorem": "countere
 refuted = settled({**gain, "proof": {"method": "linear-gain", "gain": "6"}})
 print(f"{type(refuted).__name__}: {refuted.claim}\n  {refuted.facts['root']}")
 
+# %% [markdown]
+# Left, Popov's plot: the curve stays to the right of the line of slope $1/\theta$ through $-1/k$. Right, the polynomial.
+
 # %%
 _, (left, right) = plt.subplots(1, 2, figsize=(10.4, 4.0), layout="constrained")
 plot_loop_popov(as_block(([1], [1, 3, 2, 0])), 5.9, 1.5, ax=left)
@@ -229,7 +232,7 @@ for upper, colour in ((k, BLUE), (Fraction(6), VERMILLION)):
     right.plot(X, value(drawn, X), color=colour, lw=1.4, label=f"k = {float(upper):g}")
 right.plot([77 / 40], [471 / 1600], "o", ms=5, color=GREEN, label="minimum 471/1600 at 77/40")
 right.axhline(0, color=GREY, lw=0.6)
-right.set(xlabel="X = ω² [rad²/s²]", ylabel="F/ω²", xlim=(0, 4.2))
+right.set(xlabel="X = ω² [rad²/s²]", ylabel="F/ω² [rad⁴/s⁴]", xlim=(0, 4.2))
 finish_axes(right)
 right.legend(frameon=False)
 plt.show()
