@@ -219,7 +219,8 @@ refuted = settled({**gain, "proof": {"method": "linear-gain", "gain": "6"}})
 print(f"{type(refuted).__name__}: {refuted.claim}\n  {refuted.facts['root']}")
 
 # %% [markdown]
-# Left, Popov's plot: the curve stays to the right of the line of slope $1/\theta$ through $-1/k$. Right, the polynomial.
+# Left, Popov's plot: the curve stays to the right of the line of slope $1/\theta$ through $-1/k$. Right, the
+# polynomial.
 
 # %%
 _, (left, right) = plt.subplots(1, 2, figsize=(10.4, 4.0), layout="constrained")
