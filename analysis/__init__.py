@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from analysis.answers import analyse as analyse
     from analysis.answers import max_sector as max_sector
     from analysis.answers import max_slope as max_slope
+    from analysis.certificates.certify import certify as certify
+    from analysis.certificates.checker import Proved as Proved
+    from analysis.certificates.checker import Refuted as Refuted
+    from analysis.certificates.checker import check as check
     from analysis.criteria.describing import describing_hint as describing_hint
     from analysis.criteria.passivity import passivity_indices as passivity_indices
     from analysis.evidence import Bracket as Bracket
@@ -23,6 +27,10 @@ _HOMES = {
     "analyse": "answers",
     "max_sector": "answers",
     "max_slope": "answers",
+    "certify": "certificates.certify",
+    "Proved": "certificates.checker",
+    "Refuted": "certificates.checker",
+    "check": "certificates.checker",
     "describing_hint": "criteria.describing",
     "passivity_indices": "criteria.passivity",
     "Bracket": "evidence",
