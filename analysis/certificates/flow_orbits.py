@@ -127,7 +127,8 @@ def _shot(loop: PiecewiseLoop, orbit: Itinerary, unknowns: list[arb]) -> arb_mat
     path = [*orbit.pieces, loop.mirrored(orbit.pieces[0]) if orbit.half else orbit.pieces[0]]
     exits = [loop.levels[min(p, q)] for p, q in pairwise(path)]
     m = len(unknowns)
-    first = arb_mat([[unknowns[i], *(int(i == j) for j in range(m))] for i in range(n)] + [[1] + [0] * m])
+    start = [*unknowns[:n], arb(1)]
+    first = arb_mat([[x, *(arb(int(i == j < n)) for j in range(m))] for i, x in enumerate(start)])
     Z, rows = first, []
     for i, (piece, level) in enumerate(zip(orbit.pieces, [sign * exits[-1], *exits], strict=False)):
         G, t = balls(loop.generators[piece]), unknowns[n + i]

@@ -36,7 +36,7 @@ def refutation_draft(
     *,
     numbers: Literal["rationals", "decimals as written", "doubles, exactly"] = "rationals",
 ) -> dict[str, Any]:
-    r"""The certificate for a witness, without what :func:`analysis.certificates.checker.completed` fills in.
+    r"""The certificate for a witness, without what :func:`analysis.certificates.drafts.completed` fills in.
 
     Parameters
     ----------

@@ -1,0 +1,440 @@
+"""Certificates of counterexamples: published ones and bare limits are accepted, whatever is off by a little is not."""
+
+import copy
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.answers.models import _dead_time_gain
+from analysis.certificates.arithmetic import Malformed, Rejected
+from analysis.certificates.checker import Refuted, check
+from analysis.certificates.crossings import crossing_proof
+from analysis.certificates.drafts import completed
+from analysis.certificates.refutations import refutation_draft, smallest_class
+from analysis.dead_time.criteria import hurwitz_limit
+from analysis.evidence import Evidence
+from analysis.refutation.acceptance import accept_orbit_continuous
+from analysis.refutation.linear import linear_witness
+from analysis.refutation.orbit import accept_orbit
+from analysis.refutation.oscillation import oscillation_witness
+from analysis.refutation.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
+from analysis.refutation.switched import switched_witness
+from analysis.refutation.switched_discrete import switched_witness_discrete
+from analysis.witness import Witness
+from lure.delay import DelayBlock
+from lure.errors import AssumptionError
+from lure.laws import Saturation
+from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
+
+BIT = F(1, 2**200)
+
+
+def exact(top, bottom, dt=None):
+    return RationalBlock([F(c) for c in top], [F(c) for c in bottom], dt=dt)
+
+
+FITTS = RationalBlock(
+    [1, 0, 0], np.polymul([1, F(3, 50), F(9, 10000) + F("0.81")], [1, F(3, 50), F(9, 10000) + F("1.21")])
+)
+FITTS_SEED = (-0.8568501753859451, 1.5659435663914607, 0.5061096169300414, -1.061805076491118)
+BRAGIN = RationalBlock([F("10.1"), 10, 0, 0], np.polymul([1, 0, 1], [1, 1, 1]))
+DISCRETE = {  # Carrasco, Heath, Zhang, Ahmad, Wang 2019
+    1: exact([".1", 0], [1, "-1.8", ".81"], dt=1),
+    2: exact([1, "-1.95", ".9", ".05"], [1, "-2.8", "3.5", "-2.412", ".7209"], dt=1),
+    3: exact([-1, "1.95", "-.9", "-.05"], [1, "-2.8", "3.5", "-2.412", ".7209"], dt=1),
+    6: exact([2, ".92"], [1, "-.5", 0], dt=1),
+}
+
+
+def recorded(slope, state, durations, pieces):
+    """A record of a half orbit of a saturation with kinks at -1 and 1, as ``oscillation_witness`` writes it."""
+    data = {
+        "points": [["-1", f"-{slope}"], ["1", slope]],
+        "left_slope": "0",
+        "right_slope": "0",
+        "pieces": pieces,
+        "durations": durations,
+        "state": state,
+        "half": True,
+    }
+    return Witness(
+        kind="periodic orbit",
+        k=float(F(slope)),
+        evidence=Evidence.CERTIFIED,
+        slope_restricted=True,
+        odd=True,
+        description="",
+        data=data,
+    )
+
+
+BRAGIN_ORBIT = recorded(
+    "7133387840928541/18014398509481984",
+    [0.7633138297082308, -0.24407501863487496, -0.28760256672698326, 0.18574511557127055],
+    [1.8611495171054306, 3.402380445846665],
+    [1, 2],
+)
+
+
+def fields_of(witness):
+    names = ("kind", "k", "evidence", "slope_restricted", "odd", "time_varying", "description", "data")
+    return {name: getattr(witness, name) for name in names}
+
+
+def checked(draft):
+    return check(completed(draft))
+
+
+def rejected(draft):
+    with pytest.raises(Rejected) as reason:
+        checked(draft)
+    return str(reason.value)
+
+
+def changed(draft, *path, to):
+    """A copy with one entry replaced."""
+    other = copy.deepcopy(draft)
+    place = other
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = to
+    return other
+
+
+@pytest.fixture(scope="module")
+def flow():
+    return refutation_draft(BRAGIN, BRAGIN_ORBIT)
+
+
+@pytest.fixture(scope="module")
+def example_6():
+    points = [("-74498/72625", "-192/415"), ("-36864/72625", "-192/415"), ("192/175", 1)]
+    witness = accept_orbit(DISCRETE[6], points, ["192/415", "192/415", -1])
+    return refutation_draft(DISCRETE[6], witness)
+
+
+@pytest.fixture(scope="module")
+def switching():
+    """The switching that ``switched_witness`` finds for ``1/(s + 1)^3``."""
+    top = "25511631710321/4398046511104"
+    times = ["158166302505/137438953472", "764953515829/549755813888"]
+    data = {"lower": "0", "upper": top, "gains": ["0", top], "times": times}
+    record = {"kind": "switched gain", "k": float(F(top)), "data": data, "time_varying": True}
+    return refutation_draft(RationalBlock([1], [1, 3, 3, 1]), Witness(**{**fields_of(BRAGIN_ORBIT), **record}))
+
+
+def test_fitts_counterexample_with_a_saturation_is_accepted():
+    witness = accept_orbit_continuous(FITTS, Saturation(gain=100), FITTS_SEED, 11.917)
+    draft = refutation_draft(FITTS, witness)
+    assert draft["laws"]["slope"] == ["0", "100"]
+    assert isinstance(checked(draft), Refuted)
+    narrower = str(100 - BIT)
+    assert "class" in rejected(changed(draft, "laws", "slope", to=["0", narrower]))
+
+
+def test_leonov_bragin_kuznetsov_orbit_is_accepted(flow):
+    found = checked(flow)
+    assert isinstance(found, Refuted)
+    assert "periodic" in found.facts["orbit"]
+    assert flow["laws"]["slope"][1] == "7133387840928541/18014398509481984"  # linear gains are stable up to 1000/101
+    assert flow["laws"]["odd"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("block", [FITTS, BRAGIN])
+def test_what_the_search_finds_is_accepted(block):
+    assert isinstance(checked(refutation_draft(block, oscillation_witness(block, odd=True))), Refuted)
+
+
+# With y = sigma + d phi the loop of H + d and phi is that of H and psi(y) = phi(sigma): s turns into s/(1 - d s), and a
+# kink of psi at y = 1 into one at sigma = 1 - d s.
+def test_feedthrough_moves_the_kinks_only():
+    d, s = F(1, 4), F(BRAGIN_ORBIT.data["points"][1][1])
+    bottom = BRAGIN.denominator
+    block = RationalBlock(np.polyadd([d * c for c in bottom], list(BRAGIN.numerator)), bottom)
+    kink = str(1 - d * s)
+    data = {**BRAGIN_ORBIT.data, "points": [[f"-{kink}", f"-{s}"], [kink, str(s)]]}
+    draft = refutation_draft(block, Witness(**{**fields_of(BRAGIN_ORBIT), "data": data}))
+    assert F(draft["laws"]["slope"][1]) == s / (1 - d * s)
+    assert isinstance(checked(draft), Refuted)
+
+
+def test_the_whole_orbit_is_accepted_as_the_half_is():
+    data = BRAGIN_ORBIT.data
+    whole = {
+        **data,
+        "pieces": [*data["pieces"], *(2 - p for p in data["pieces"])],
+        "durations": 2 * data["durations"],
+        "half": False,
+    }
+    draft = refutation_draft(BRAGIN, Witness(**{**fields_of(BRAGIN_ORBIT), "data": whole}))
+    assert isinstance(checked(draft), Refuted)
+
+
+@pytest.mark.slow
+def test_an_orbit_in_matrices_is_accepted():
+    A = [[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [0, 0, -1, -1]]
+    block = StateSpaceBlock(A, [10, 10.125, 0, -1], [1, 0, -10.125, -0.125])
+    loop = (A, [10, F(81, 8), 0, -1], [1, 0, F(-81, 8), F(-1, 8)])
+    witness = accept_orbit_continuous(loop, Saturation(gain=1), (0, -20, 0, 0), 9.0)
+    assert isinstance(checked(refutation_draft(block, witness)), Refuted)
+
+
+def test_a_class_smaller_by_one_bit_is_not_refuted(flow, example_6):
+    for draft in (flow, example_6):
+        for name in ("sector", "slope"):
+            low, high = (F(end) for end in draft["laws"][name])
+            assert isinstance(checked(changed(draft, "laws", name, to=[str(low), str(high + BIT)])), Refuted)
+            assert "class" in rejected(changed(draft, "laws", name, to=[str(low), str(high - BIT)]))
+            assert "class" in rejected(changed(draft, "laws", name, to=[str(low + BIT), str(high)]))
+        assert "class" in rejected(changed(draft, "laws", "linear", to=True))
+
+
+@pytest.mark.parametrize("entry", ["state", "durations"])
+def test_a_state_or_duration_may_miss_the_orbit_by_no_more_than_the_radius(flow, entry):
+    radius, value = F(flow["proof"]["radius"]), F(flow["proof"][entry][0])
+    inside, outside = str(value + radius / 2**20), str(value + 2 * radius)
+    assert isinstance(checked(changed(flow, "proof", entry, 0, to=inside)), Refuted)
+    assert "contraction" in rejected(changed(flow, "proof", entry, 0, to=outside))
+
+
+@pytest.mark.parametrize(
+    ("entry", "value"),
+    [
+        ("pieces", [2, 1]),
+        ("pieces", [1, 0]),
+        ("pieces", [1, 1]),
+        ("half", False),
+        ("radius", "1/10"),
+        ("radius", "0"),
+        ("bits", 64),
+        ("left", "1/1000"),  # not odd
+        ("inverse", [["0"] * 6] * 6),
+    ],
+)
+def test_a_flow_orbit_with_one_wrong_entry_is_rejected(flow, entry, value):
+    rejected(changed(flow, "proof", entry, to=value))
+
+
+def test_an_orbit_of_another_block_is_rejected(flow):
+    assert "contraction" in rejected(changed(flow, "system", "numerator", 1, to=str(10 + F(1, 2**60))))
+
+
+# Beyond half the orbit's peak the law turns up again: closure and levels hold, but y does not stay on its piece.
+def test_an_orbit_that_leaves_its_pieces_is_rejected(flow):
+    slope = F(flow["laws"]["slope"][1])
+    turned = changed(flow, "proof", "points", to=[["-2", f"-{slope}"], *flow["proof"]["points"], ["2", str(slope)]])
+    turned["proof"] |= {"left": str(slope), "right": str(slope), "pieces": [p + 1 for p in flow["proof"]["pieces"]]}
+    assert "stay" in rejected(turned)
+    far = changed(turned, "proof", "points", 0, to=["-100", f"-{slope}"])
+    assert isinstance(checked(changed(far, "proof", "points", -1, to=["100", str(slope)])), Refuted)
+
+
+@pytest.mark.parametrize(
+    ("plant", "odd", "period", "k"),
+    [
+        (1, True, 6, 13.5755),
+        (2, True, 4, 1.10566),
+        (2, False, 5, 0.80276),
+        (3, True, 8, 0.3349),
+        (6, False, 3, 0.911459),
+    ],
+)
+def test_published_orbits_of_discrete_loops_are_accepted(plant, odd, period, k):
+    witness = periodic_witness_discrete(DISCRETE[plant], odd=odd, periods=[period])
+    draft = refutation_draft(DISCRETE[plant], witness)
+    assert float(F(draft["laws"]["slope"][1])) < k
+    assert draft["laws"]["odd"] == odd
+    assert f"after {period} samples" in checked(draft).facts["orbit"]
+
+
+def test_example_6_is_refuted_from_exactly_175_192_on(example_6):
+    assert example_6["laws"]["slope"] == ["0", "175/192"]
+    assert isinstance(checked(example_6), Refuted)
+    assert "class" in rejected(changed(example_6, "laws", "odd", to=True))
+
+
+def test_sector_orbits_claim_no_slope():
+    draft = refutation_draft(DISCRETE[6], sector_witness_discrete(DISCRETE[6], periods=range(1, 5)))
+    assert draft["laws"]["slope"] is None
+    assert isinstance(checked(draft), Refuted)
+
+
+@pytest.mark.parametrize("entry", ["u", "sigma"])
+@pytest.mark.parametrize("sample", [0, 2])
+def test_an_orbit_with_one_sample_moved_is_rejected(example_6, entry, sample):
+    value = F(example_6["proof"][entry][sample])
+    assert "sample" in rejected(changed(example_6, "proof", entry, sample, to=str(value + BIT)))
+
+
+def test_an_orbit_with_a_point_of_the_law_moved_is_rejected(example_6):
+    for i, (x, w) in enumerate(example_6["proof"]["points"]):
+        assert rejected(changed(example_6, "proof", "points", i, to=[x, str(F(w) - BIT)]))
+
+
+def test_the_orbit_at_rest_and_the_orbit_of_another_block_are_rejected(example_6):
+    rest = changed(changed(example_6, "proof", "u", to=["0"]), "proof", "sigma", to=["0"])
+    assert "vanishes" in rejected(rest)
+    assert "difference" in rejected(changed(example_6, "system", "numerator", 1, to="24/25"))
+
+
+def test_switched_gains_are_accepted_and_need_laws_that_vary(switching):
+    found = checked(switching)
+    assert isinstance(found, Refuted)
+    assert 4 < float(F(switching["laws"]["sector"][1])) < 8  # 1/(s+1)^3: circle criterion 4, every linear gain up to 8
+    assert "vary" in rejected(changed(switching, "laws", "time_varying", to=False))
+    low, high = (F(end) for end in switching["laws"]["sector"])
+    assert "class" in rejected(changed(switching, "laws", "sector", to=[str(low), str(high - BIT)]))
+
+
+def test_switched_gains_that_do_not_grow_are_rejected(switching):
+    m = switching["proof"]["squarings"]
+    assert "growth" in rejected(changed(switching, "proof", "squarings", to=m - 1))
+    calm = [str(F(g) / 2) for g in switching["proof"]["gains"]]  # inside the circle criterion's sector [0, 4)
+    assert "growth" in rejected(changed(switching, "proof", "gains", to=calm))
+    stretched = [str(F(t) * F(21, 20)) for t in switching["proof"]["times"]]
+    assert "growth" in rejected(changed(switching, "proof", "times", to=stretched))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("block", [exact([1], [1, 1, 1]), exact([1, 0, 0], [1, 2, 2, 1])])
+def test_the_switchings_found_are_accepted(block):
+    assert isinstance(checked(refutation_draft(block, switched_witness(block))), Refuted)
+
+
+@pytest.mark.parametrize("plant", [6, pytest.param(1, marks=pytest.mark.slow)])
+def test_switched_gains_in_discrete_time_are_accepted(plant):
+    draft = refutation_draft(DISCRETE[plant], switched_witness_discrete(DISCRETE[plant]))
+    assert "times" not in draft["proof"]
+    assert isinstance(checked(draft), Refuted)
+
+
+@pytest.mark.parametrize(
+    ("block", "k"),
+    [
+        (exact([1], [1, 3, 3, 1]), F(8)),
+        (exact([1], [1, 3, 2, 0]), F(6)),
+        (DISCRETE[1], F(361, 10)),
+        (DISCRETE[6], F(25, 23)),
+    ],
+)
+def test_a_linear_gain_refutes_from_the_limit_on_and_not_below(block, k):
+    draft = refutation_draft(block, linear_witness(block))
+    assert draft["laws"] == {
+        "sector": ["0", str(k)],
+        "slope": ["0", str(k)],
+        "odd": True,
+        "time_varying": False,
+        "linear": True,
+    }
+    assert isinstance(checked(draft), Refuted)
+    assert "stable" in rejected(changed(draft, "proof", "gain", to=str(k - BIT)))
+    wide = {**draft["laws"], "sector": ["0", "inf"], "slope": None, "odd": False, "linear": False}
+    assert isinstance(checked(refutation_draft(block, linear_witness(block), wide)), Refuted)
+
+
+# The limit of the third plant is irrational; Nyquist: .312370.
+def test_an_irrational_limit_is_enclosed_by_its_crossing():
+    gains = (F("0.31236"), F("0.31238"))
+    draft = refutation_draft(DISCRETE[3], linear_witness(DISCRETE[3]))
+    draft = changed(changed(draft, "laws", "sector", to=["0", "1"]), "laws", "slope", to=None)
+    draft["proof"] = crossing_proof(DISCRETE[3], gains)
+    assert isinstance(checked(draft), Refuted)
+    for moved in (gains[0] - F(1, 1000), gains[1] - F(1, 10**4)), (gains[0] + F(1, 10**4), gains[1] + F(1, 1000)):
+        assert "root" in rejected(changed(draft, "proof", "gains", to=[str(g) for g in moved]))
+        with pytest.raises(AssumptionError, match="axis"):
+            crossing_proof(DISCRETE[3], moved)
+    assert "class" in rejected(changed(draft, "laws", "sector", to=["0", "3123/10000"]))
+
+
+# d + g n = s^3 + (1 + e) s^2 + (1 + e) s + 1 + 2 e, e = g - 1: roots touch the axis at i for e = 0, stable beside it.
+def test_roots_that_only_touch_the_axis_are_located():
+    low, high = (F(w) for w in crossing_proof(exact([1, 1, 2], [1, 0, 0, -1]), (F(9, 10), F(11, 10)))["frequencies"])
+    assert low < 1 < high
+    assert high - low < F(1, 2**90)
+
+
+# exp(-s)/(s + 1): tan w = -w first at w = 2.028757838..., 1 + g H = 0 for g = (1 + w^2)^(1/2) = 2.261826333...
+@pytest.mark.parametrize(
+    ("text", "omega", "k"),
+    [
+        ("exp(-s)/(s + 1)", 2.028757838, 2.261826333),
+        ("exp(-s)/s", np.pi / 2, np.pi / 2),
+        ("exp(-s/2)/(s**2 + s + 1)", None, None),
+        ("(1 + 2*exp(-3*s))/(s**2 + s + 2)", None, None),
+    ],
+)
+def test_a_limit_with_dead_time_is_accepted(text, omega, k):
+    block = DelayBlock.parse(text)
+    limit = hurwitz_limit(block)
+    draft = refutation_draft(block, _dead_time_gain(block, limit))
+    assert isinstance(checked(draft), Refuted)
+    low, high = (float(F(w)) for w in draft["proof"]["frequencies"])
+    assert omega is None or low == pytest.approx(omega, rel=1e-9) == high
+    assert k is None or float(F(draft["laws"]["sector"][1])) == pytest.approx(k, rel=1e-9)
+    below = [str(F(limit.low) * (1 - BIT)), str(F(limit.low))]
+    assert "root" in rejected(changed(draft, "proof", "gains", to=below))
+
+
+def test_a_root_at_zero_with_dead_time_is_proposed_as_a_gain():
+    block = DelayBlock.parse("-exp(-s)/(s + 2)")
+    draft = refutation_draft(block, _dead_time_gain(block, hurwitz_limit(block)))
+    assert draft["proof"] == {"method": "linear-gain", "gain": "2"}
+
+
+# -1/(s (s + 1)) has a negative residue: every small gain destabilises; of the gain 0 it cannot be said in that class.
+def test_where_small_gains_destabilise_one_of_them_is_taken():
+    block = exact([-1], [1, 1, 0])
+    witness = linear_witness(block)
+    assert witness.data["gain"] == "0"
+    draft = refutation_draft(
+        block, witness, {**smallest_class(block, witness), "sector": ["0", "1/100"], "slope": None}
+    )
+    assert 0 < F(draft["proof"]["gain"]) <= F(1, 100)
+    assert "does not converge" in checked(draft).claim
+
+
+def test_an_equilibrium_refutes_nothing_in_the_critical_case():
+    block = exact([1], [1, -1], dt=1)
+    point = {"method": "orbit", "points": [["0", "0"], ["1", "0"], ["2", "1"]], "left": "0", "right": "1"}
+    laws = {"sector": ["0", "1"], "slope": None, "odd": False, "time_varying": False, "linear": False}
+    draft = refutation_draft(block, linear_witness(block), laws)
+    draft["proof"] = {**point, "u": ["0"], "sigma": ["1"]}
+    assert "equilibrium" in rejected(draft)
+    inside = changed(draft, "system", "denominator", to=["1", "1/2"])  # 3/2 sigma = u has no equilibrium for phi >= 0
+    assert rejected(inside)
+
+
+def test_only_certified_witnesses_become_certificates():
+    witness = Witness(**{**fields_of(BRAGIN_ORBIT), "evidence": Evidence.COMPUTED})
+    with pytest.raises(AssumptionError, match="certified"):
+        refutation_draft(BRAGIN, witness)
+
+
+@pytest.mark.parametrize("name", ["flow", "example_6", "switching"])
+def test_a_proof_with_an_entry_missing_or_too_many_is_no_certificate(name, request):
+    draft = request.getfixturevalue(name)
+    complete = completed(draft)
+    for key in draft["proof"]:
+        if key != "method":
+            proof = {other: value for other, value in draft["proof"].items() if other != key}
+            with pytest.raises(Malformed):
+                check({**complete, "proof": proof})
+    with pytest.raises(Malformed):
+        check({**complete, "proof": {**draft["proof"], "note": "1"}})
+
+
+# Every stable loop with real poles and a positive gain: where a linear gain destabilises, a certificate says so.
+@given(st.lists(st.fractions(F(-9, 10), F(9, 10), max_denominator=20), min_size=2, max_size=4), st.booleans())
+def test_every_linear_limit_has_its_certificate(poles, discrete):
+    bottom = [F(1)]
+    for pole in poles:
+        bottom = np.polymul(bottom, [1, -pole if discrete else 1 + pole])
+    block = RationalBlock([1], bottom, dt=1 if discrete else None)
+    witness = linear_witness(block)
+    if witness is not None:
+        assert isinstance(checked(refutation_draft(block, witness)), Refuted)
