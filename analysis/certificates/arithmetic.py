@@ -72,6 +72,7 @@ def fields(data: Any, *names: str) -> list[Any]:
 
 def number(text: Any) -> Fraction:
     """An exact number from the text ``p`` or ``p/q``."""
+    tick()
     form(isinstance(text, str) and NUMBER.fullmatch(text) is not None, f"not a number of the form p/q: {text!r:.60}")
     return Fraction(text)
 
@@ -260,7 +261,11 @@ def norm(X: Ball) -> int:
 
 def ball(matrix: Any, bits: int) -> Ball:
     """The ball around an exact matrix."""
-    return Ball([[round(v * 2**bits) for v in row] for row in matrix], len(matrix[0]), bits)
+    rows = list[list[int]]()
+    for row in matrix:
+        tick()
+        rows.append([round(v * 2**bits) for v in row])
+    return Ball(rows, len(matrix[0]), bits)
 
 
 def product(X: Ball, Y: Ball) -> Ball:

@@ -6,7 +6,7 @@ import math
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from .arithmetic import ZERO, Form, S, fields, form, homogeneous, hurwitz, integer, need, number, numbers, real
+from .arithmetic import ZERO, Form, S, fields, form, homogeneous, hurwitz, integer, need, number, numbers, real, tick
 
 MINUS = real(-1)
 
@@ -145,6 +145,7 @@ def identity(N: int) -> None:
             del total[key]
 
     for i in range(1, 2 * N + 1):
+        tick()
         jump = [(i, -1), (2 * N, -a) if i == 1 else (i - 1, 1), *([(0, -2 * d)] if i == N + 1 else [])]
         for u, x in jump:  # jump (2 y_i + jump)
             for v, y in (*jump, (i, 2)):

@@ -101,7 +101,9 @@ def known(law: Any, laws: Laws) -> str:
         inside = all(a <= 0 and top <= b for a, b in (laws.sector, laws.slope)) and not laws.linear
         need(height > 0 and rate > 0 and inside, "the law is not in the class")
         return f"{height} tanh({rate} sigma) has slopes and chords in (0, {top}] and is odd"
-    need(piecewise(*fields(law, "kind", "points", "left", "right")[1:]).member(laws), "the law is not in the class")
+    kind, *given = fields(law, "kind", "points", "left", "right")
+    form(kind == "piecewise-linear", "a law is piecewise-linear or tanh")
+    need(piecewise(*given).member(laws), "the law is not in the class")
     return "piecewise linear through the given points: its slopes and chords lie within the bounds"
 
 

@@ -1,0 +1,175 @@
+"""One small accepted certificate of every theorem and of every kind of proof, for the tests that attack the checker."""
+
+from fractions import Fraction
+from functools import cache
+
+from analysis.certificates.drafts import completed
+from analysis.certificates.flow_orbits import flow_orbit_proof
+from analysis.certificates.matrix import matrix_draft
+from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns
+from analysis.refutation.realisation import companion
+from lure.laws.graph import Graph
+from lure.rational import RationalBlock
+
+POLYNOMIAL, STRUCTURE = {"method": "polynomial"}, {"method": "structure"}
+
+
+def texts(numbers):
+    return [str(Fraction(v)) for v in numbers.split()]
+
+
+def transfer(numerator, denominator, time="continuous"):
+    return {"kind": "transfer", "time": time, "numerator": texts(numerator), "denominator": texts(denominator)}
+
+
+def delayed(terms, denominator):
+    return {
+        "kind": "delay",
+        "terms": [[str(Fraction(tau)), texts(n)] for tau, n in terms],
+        "denominator": texts(denominator),
+    }
+
+
+def laws(lower, upper, *, slope=None, odd=False, time_varying=False, linear=False):
+    """`slope=True`: the slopes have the bounds of the sector."""
+    ends = [str(lower), str(upper)]
+    return {
+        "sector": ends,
+        "slope": list(ends) if slope is True else slope,
+        "odd": odd,
+        "time_varying": time_varying,
+        "linear": linear,
+    }
+
+
+def draft(system, given, theorem, multiplier, proof=POLYNOMIAL, **more):
+    return {
+        "verdict": "PROVED",
+        "system": system,
+        "laws": given,
+        "theorem": theorem,
+        "multiplier": multiplier,
+        "proof": proof,
+        **more,
+    }
+
+
+def refutation(system, given, proof):
+    return draft(system, given, "counterexample", {}, proof, verdict="REFUTED")
+
+
+def matrix(block, upper, **more):
+    """A proof by a matrix of the exact numbers that the block is made of."""
+    return matrix_draft(block, Fraction(upper), **more)
+
+
+THIRD = transfer("1", "1 3 2 0")  # popov: below 6, circle: below 4/3; linear gains: below 6
+OSCILLATOR = transfer("1", "1 1 1")  # circle: below 3; every linear gain >= 0 is stable
+LAG = transfer("1", "1 3 3 1")  # linear gains: below 8
+DISCRETE = transfer("1", "1 -1/2 0", "discrete")
+DEAD = delayed([("1", "1")], "1 1")
+ROD = {"kind": "rod", "E": "4", "rho": "1", "L": "3", "A": "1", "k": "5"}  # Z = 2
+SCHEME = {**ROD, "kind": "rod-scheme", "cells": 2}
+LIMITER = {"kind": "piecewise-linear", "points": [["-1", "-1"], ["0", "0"], ["1", "1"]], "left": "0", "right": "1/2"}
+TANH = {"kind": "tanh", "height": "1/2", "rate": "2"}
+HALF_KERNEL = {"coefficient": "1/2", "rate": "1", "order": 1, "side": "causal"}
+FAR_KERNEL = {"coefficient": "-1/4", "rate": "2", "order": 2, "side": "anticausal"}
+THREE_BOXES = {"method": "cover", "boxes": [["0", "2"], ["2", "4"], ["4", "7"]], "order": 14}
+
+
+def flow_orbit():
+    """s/(s^2 - s/5 + 1) with a dead zone: energy is fed in while |sigma| < 1, and a periodic motion is left."""
+    block, graph = RationalBlock([1, 0], [1, Fraction(-1, 5), 1]), Graph.through([(-1, 0), (0, 0), (1, 0)], 1, 1)
+    stays = Flow(PiecewiseLoop.of(companion(block), graph)).passages([2.0, 0.0], 400.0)
+    first, last = returns(stays)
+    record = {
+        "points": [["-1", "0"], ["0", "0"], ["1", "0"]],
+        "left_slope": "1",
+        "right_slope": "1",
+        "pieces": [stay.piece for stay in stays[first:last]],
+        "durations": [stay.duration for stay in stays[first:last]],
+        "state": [float(v) for v in stays[first].state],
+        "half": False,
+    }
+    system, given = transfer("1 0", "1 -1/5 1"), laws(0, 1, slope=True)
+    return refutation(system, given, flow_orbit_proof(system, given, record))
+
+
+DRAFTS = {
+    "popov": lambda: draft(THIRD, laws(0, "59/10"), "popov", {"theta": "3/2"}),
+    "popov, shifted, piecewise linear": lambda: draft(
+        THIRD, laws("1/4", "2"), "popov", {"theta": "1"}, law={**LIMITER, "left": "1/2"}
+    ),
+    "popov, every finite bound": lambda: draft(OSCILLATOR, laws(0, "finite"), "popov", {"theta": "1"}),
+    "popov, tanh": lambda: draft(THIRD, laws(0, "5"), "popov", {"theta": "3/2"}, law=TANH),
+    "popov, negative theta": lambda: draft(transfer("1 0 0", "1 2 2 1"), laws(0, "17/2"), "popov", {"theta": "-1/10"}),
+    "circle": lambda: draft(OSCILLATOR, laws(0, "29/10", time_varying=True), "circle", {}),
+    "circle, critical": lambda: draft(THIRD, laws(0, "5/4", time_varying=True), "circle", {}),
+    "circle, mirrored": lambda: draft(transfer("-1", "1 1"), laws("-inf", "1/2"), "circle", {"mirrored": True}),
+    "circle, no bound": lambda: draft(transfer("1 1", "1 3 3"), laws(0, "inf"), "circle", {}),
+    "circle, discrete": lambda: draft(DISCRETE, laws("-1/4", "3/5", time_varying=True), "circle", {}),
+    "circle, dead time": lambda: draft(DEAD, laws(0, "3/4"), "circle", {}, THREE_BOXES),
+    "popov, dead time": lambda: draft(DEAD, laws(0, "1"), "popov", {"theta": "1/8"}, THREE_BOXES),
+    "off-axis": lambda: draft(OSCILLATOR, laws(0, "4", slope=True), "off-axis-circle", {"alpha": "1/2"}),
+    "park": lambda: draft(OSCILLATOR, laws(0, "4", slope=True), "park", {"theta": "1/2", "tau": "1/4"}),
+    "zames-falb": lambda: draft(
+        OSCILLATOR, laws(0, "4", slope=True), "zames-falb", {"theta": "1/2", "kernels": [HALF_KERNEL]}
+    ),
+    "zames-falb, odd": lambda: draft(
+        OSCILLATOR,
+        laws(0, "7/2", slope=True, odd=True),
+        "zames-falb",
+        {"theta": "1/2", "kernels": [HALF_KERNEL, FAR_KERNEL]},
+    ),
+    "zames-falb, discrete": lambda: draft(
+        DISCRETE, laws(0, "4/5", slope=True), "zames-falb", {"taps": [[1, "1/2"], [-2, "1/8"]]}
+    ),
+    "tsypkin": lambda: draft(DISCRETE, laws(0, "4/5", slope=["0", "inf"]), "tsypkin", {"q": "1/4"}),
+    "jury-lee": lambda: draft(DISCRETE, laws(0, "4/5", slope=["-inf", "4/5"]), "jury-lee", {"q": "1/4"}),
+    "hurwitz": lambda: draft(LAG, laws(0, "79/10", linear=True), "hurwitz", {}),
+    "circle, matrix": lambda: {
+        **matrix(RationalBlock([1], [1, 1, 1]), "5/2"),
+        "laws": laws(0, "5/2", time_varying=True),
+    },
+    "popov, matrix": lambda: matrix(RationalBlock([1], [1, 3, 2, 0]), 5, theta=Fraction(3, 2)),
+    "circle, discrete matrix": lambda: matrix(RationalBlock([1], [1, Fraction(-1, 2), 0], 1), "1/2"),
+    "rod-popov": lambda: draft(SCHEME, laws(0, "inf"), "rod-popov", {"theta": "7"}, STRUCTURE),
+    "rod-circle": lambda: draft(SCHEME, laws(0, "1/8", time_varying=True), "rod-circle", {}, STRUCTURE),
+    "rod-energy": lambda: draft(SCHEME, laws(0, "inf"), "rod-energy", {}, STRUCTURE),
+    "rod itself": lambda: draft(ROD, laws(0, "inf"), "rod-energy", {}, STRUCTURE),
+    "linear gain": lambda: refutation(LAG, laws(0, 9, linear=True), {"method": "linear-gain", "gain": "17/2"}),
+    "linear gain, discrete": lambda: refutation(DISCRETE, laws(0, 2), {"method": "linear-gain", "gain": "5/4"}),
+    "crossing": lambda: refutation(
+        DEAD, laws(0, 3), {"method": "crossing", "gains": ["2", "5/2"], "frequencies": ["2", "41/20"]}
+    ),
+    "switched gain": lambda: refutation(
+        transfer("1", "1 1/10 1"),
+        laws(0, 3, time_varying=True),
+        {"method": "switched-gain", "gains": ["3", "0"], "times": ["4/5", "3/2"], "squarings": 3, "bits": 96},
+    ),
+    "switched gain, discrete": lambda: refutation(
+        DISCRETE,
+        laws(0, "3/2", time_varying=True),
+        {"method": "switched-gain", "gains": ["3/2", "0", "3/2"], "squarings": 4, "bits": 96},
+    ),
+    "orbit": lambda: refutation(
+        transfer("1", "1 0", "discrete"),
+        laws(0, 1, slope=True),
+        {
+            "method": "orbit",
+            "points": [["0", "0"]],
+            "left": "1",
+            "right": "1",
+            "u": ["-1", "1"],
+            "sigma": ["1", "-1"],
+        },
+    ),
+    "flow-orbit": flow_orbit,
+    "rod, refuted": lambda: refutation({**ROD, "k": "-1"}, laws(0, "inf"), STRUCTURE),
+}
+
+
+@cache
+def certificate(name):
+    """Accepted, and not to be changed: take a deep copy."""
+    return completed(DRAFTS[name]())
