@@ -5,22 +5,25 @@ from fractions import Fraction as F
 
 import numpy as np
 import pytest
+from flint import arb
 from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.answers.models import _dead_time_gain
-from analysis.certificates.arithmetic import Malformed, Rejected
+from analysis.certificates.arithmetic import Malformed, Rejected, exponential
 from analysis.certificates.checker import Refuted, check
 from analysis.certificates.crossings import crossing_proof
 from analysis.certificates.drafts import completed
 from analysis.certificates.refutations import refutation_draft, smallest_class
 from analysis.dead_time.criteria import hurwitz_limit
 from analysis.evidence import Evidence
+from analysis.precision import ball, working_precision
 from analysis.refutation.acceptance import accept_orbit_continuous
 from analysis.refutation.linear import linear_witness
 from analysis.refutation.orbit import accept_orbit
 from analysis.refutation.oscillation import oscillation_witness
 from analysis.refutation.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
+from analysis.refutation.realisation import balls
 from analysis.refutation.switched import switched_witness
 from analysis.refutation.switched_discrete import switched_witness_discrete
 from analysis.witness import Witness
@@ -218,6 +221,25 @@ def test_a_state_or_duration_may_miss_the_orbit_by_no_more_than_the_radius(flow,
 )
 def test_a_flow_orbit_with_one_wrong_entry_is_rejected(flow, entry, value):
     rejected(changed(flow, "proof", entry, to=value))
+
+
+def test_half_an_orbit_needs_an_odd_law(flow):
+    laws = {**flow["laws"], "odd": False}
+    assert isinstance(checked({**flow, "laws": laws}), Refuted)
+    assert "odd" in rejected(
+        changed({**flow, "laws": laws}, "proof", "left", to="1/1000")
+    )  # on a piece not in the half
+
+
+# Against the balls of another library, at far more bits.
+@given(st.lists(st.fractions(-20, 20, max_denominator=50), min_size=4, max_size=4), st.integers(64, 300))
+def test_the_ball_of_an_exponential_holds_it(entries, bits):
+    G = [entries[:2], entries[2:]]
+    found = exponential(G, F(3, 7), bits)
+    with working_precision(800):
+        true = (balls(G) * ball(F(3, 7))).exp()
+        rows = [[abs(true[i, j] * arb(2) ** bits - found.rows[i][j]) for j in range(2)] for i in range(2)]
+        assert all(row[0] + row[1] <= found.error for row in rows)
 
 
 def test_an_orbit_of_another_block_is_rejected(flow):
