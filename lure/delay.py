@@ -97,7 +97,7 @@ class DelayBlock:
             text = polynomial_text(top, "s")
             text = f"({text})" if " " in text and len(top) > 1 else text
             wait = f"exp(-{float(delay):g} s)"
-        parts.append(text if delay == 0 else wait if text == "1" else f"{text} {wait}")
+            parts.append(text if delay == 0 else wait if text == "1" else f"{text} {wait}")
         joined = " + ".join(parts)
         joined = f"({joined})" if len(parts) > 1 else joined
         return f"{joined} / ({polynomial_text(self.denominator, 's')})"

@@ -1,6 +1,7 @@
 """Blocks with dead time against closed forms and dense sampling of their response."""
 
 import math
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -123,3 +124,10 @@ def test_a_formula_means_what_it_says():
     assert len(block.denominator) == 4  # s (s + 1)^2: a pole that terms share is counted once
     assert block.delayless is None
     assert DelayBlock.parse("1/(s + 1)").delayless.order == 1
+
+
+@pytest.mark.parametrize("text", ["exp(-s)/(s + 1) + 2*exp(-3*s)/(s + 1)", "(s - 2)*exp(-s/2)/(s + 1)**2 + 1/(s + 1)"])
+def test_a_block_prints_all_its_terms(text):
+    block = DelayBlock.parse(text)
+    printed = str(block).replace(" exp", " * exp").replace(" s)", "*s)").replace("^", "**")
+    assert DelayBlock.parse(re.sub(r"(\d) s", r"\1*s", printed)) == block

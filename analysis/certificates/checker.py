@@ -245,7 +245,8 @@ def linear(B: Block, laws: states.Laws) -> dict[str, str]:
     g, W = G.part()[::2], cross.part(1)[1::2]
     while W and W[0] == 0:
         W = W[1:]
-    ends = (k == INF or (len(g) == B.order + 1 and g[-1] > 0 and g[0] > 0)) and (not g or (g[0] >= 0 and g[-1] >= 0))
+    full = len(g) == B.order + 1  # less, and Re n d* vanishes at infinity
+    ends = (full and min(g[0], g[-1]) > 0) or (k == INF and not (g and g[0] < 0) and not (full and g[-1] < 0))
     inside = exact.roots(W, g, ZERO, None) == exact.roots(W, one, ZERO, None) if W else exact.positive(g or one)
     need(ends and inside, "a gain of the class has a root on the axis, or in the limit")
     return {
