@@ -183,7 +183,9 @@ def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any) -> di
         for a, b in ends:
             need(a < b and exact.box(F, a, b, order, critical), f"F > 0 is not shown on the box [{a}, {b}]")
         need(exact.tail(F, ends[-1][1], full), "F > 0 is not shown beyond the boxes")
-        return {"inequality": f"F > 0 on {len(ends)} boxes up to omega = {ends[-1][1]}, and beyond"}
+        return {
+            "inequality": f"F > 0 up to omega = {ends[-1][1]}, by {len(ends)} box{'es' * (len(ends) > 1)}, and beyond"
+        }
     need(proof == polynomial_proof(F, critical=critical, bounded=bounded), "F is another polynomial")
     p, skip = [int(c) for c in proof["coefficients"]], 2 if critical else 0
     degree = max(len(p) - 1, 0) * (2 if proof["variable"] == "omega^2" else 1)
@@ -224,7 +226,10 @@ def structure(name: str, data: Any, system: Any, laws: states.Laws) -> tuple[str
         return RESTS, facts
     if name == "rod-popov":  # |sin psi|/omega <= 2 T and 1 - a^2 R^2 >= 1 - a^2
         theta, least = number(*fields(data, "theta")), L * abs(k * k - Z2) / (k * area * E)
-        need(theta >= least and (theta > least or K != INF or not laws.endless[0]), f"theta must exceed {least}")
+        need(
+            theta >= least and (theta > least or K != INF or not laws.endless[0]),
+            f"theta is below {least}, or equal to it without an upper bound",
+        )
         facts["inequality"] = f"theta = {theta} against 4 |a| T/(1 - a^2) = L |k^2 - Z^2|/(k A E) = {least}"
     else:
         need(name == "rod-circle" and fields(data) == [], f"there is no theorem {name!r:.40} for the rod")
