@@ -914,3 +914,62 @@ def test_hostile_files_are_refused():
     ):
         assert wrong != text
         assert not recheck(wrong).accepted
+
+
+# --- one hypothesis at a time: everything else, the polynomial too, is as it should be -------------------------------
+
+
+def test_hypotheses_that_nothing_else_would_catch():
+    third = [F(6, 5), F(3, 5), F(-2, 5), F(1, 5)]  # (1 + x)^3/5 + 1 - x^2
+    popov = proved(THIRD, laws(0, 5), "popov", {"theta": "1"}, polynomial(third))
+    assert accepted(popov)
+    assert not accepted({**popov, "laws": laws(0, 5, time_varying=True)})
+    # Park's criterion does not cover the pole at 0, Popov's does: (1 + x)/1 - 1 + 2
+    integral, two = transfer([1], [1, 1, 0]), polynomial([2, 1])
+    assert accepted(proved(integral, laws(0, 1, slope=True), "popov", {"theta": "2"}, two, EQUILIBRIA))
+    assert not accepted(proved(integral, laws(0, 1, slope=True), "park", {"theta": "2", "tau": "0"}, two, EQUILIBRIA))
+    # (s + 1)/(s^2 + 3 s + 3) is strictly positive real, but the mode -2 is hidden: (3 + 2 x)(4 + x)
+    hidden, written = transfer([1, 3, 2], [1, 5, 9, 6]), polynomial([12, 11, 2])
+    assert accepted(proved(hidden, laws(0, "finite"), "circle", {}, written))
+    assert not accepted(proved(hidden, laws(0, "inf"), "circle", {}, written))
+
+
+# 1/(z - 1/2), k = 1: 3/4 + q (-2 c^2 + 3 c/2 + 1/2); -z/(10 (z - 1/2)), q = 0, k = 1: 1.15 - 0.95 c;
+# z/(z - 1/2) without 1/k: 1 - c/2 + q (-c^2 + 3 c/2 - 1/2).
+def test_hypotheses_in_discrete_time_that_nothing_else_would_catch():
+    lag, monotone = transfer([1], [1, "-1/2"], "discrete"), laws(0, 1, slope=["0", "inf"])
+    for q, good in ((F(1, 10), True), (F(-1, 10), False)):
+        proof = polynomial(in_tangent([F(3, 4) + q / 2, q * F(3, 2), -2 * q]))
+        assert accepted(proved(lag, monotone, "tsypkin", {"q": str(q)}, proof)) is good
+    negative, proof = transfer(["-1/10", 0], [1, "-1/2"], "discrete"), polynomial(in_tangent([F("1.15"), F("-.95")]))
+    assert accepted(proved(negative, laws(0, 1, slope=True), "tsypkin", {"q": "0"}, proof))
+    assert not accepted(proved(negative, monotone, "tsypkin", {"q": "0"}, proof))
+    lead, every = transfer([1, 0], [1, "-1/2"], "discrete"), laws(0, "finite", slope=True)
+    proof = polynomial(in_tangent([F("0.95"), F("-0.35"), F("-0.1")]))
+    assert not accepted(proved(lead, every, "jury-lee", {"q": "1/10"}, proof))
+
+
+# 1/(s - 1), P = -1, w = 1/2: M = [[2, 2], [2, 4]] > 0 although nothing is stable; -1/s: corner 2/w > 0, residue -1;
+# diag(1, 1/2), b = (1, 1), c = (1, 0): [[3 p/4, -p/2], [., 2/w - 1 - p]], p = 1/1024.
+def test_hypotheses_of_matrices_that_nothing_else_would_catch():
+    assert not accepted(proved(state_space([[1]], [1], [1]), laws(0, "1/2"), "circle", {}, matrix([[-1]])))
+    zero = {"right": ["1"], "left": ["1"], "pivot": 0}
+    assert accepted(proved(transfer([1], [1, 0]), laws(0, 9), "circle", {}, matrix([], zero), EQUILIBRIA))
+    assert not accepted(proved(transfer([-1], [1, 0]), laws(0, 9), "circle", {}, matrix([], zero), EQUILIBRIA))
+    two = state_space([[1, 0], [0, "1/2"]], [1, 1], [1, 0], time="discrete")
+    both = {"right": ["1", "0"], "left": ["1", "0"], "pivot": 0}
+    for w, good in (("199/100", True), ("21/10", False)):
+        proof = matrix([[1]], both, exponent=10)
+        assert accepted(proved(two, laws(0, w), "circle", {}, proof, EQUILIBRIA)) is good
+
+
+# The block of the dead-time test in time 2 t: the same limit 1.134914, twice the theta.
+@pytest.mark.parametrize(("k", "good"), [("1134/1000", True), ("1135/1000", False)])
+def test_dead_time_and_an_integrator_in_another_unit_of_time(k, good):
+    system = {"kind": "delay", "terms": [["2", ["1"]]], "denominator": ["4", "2", "0"]}
+    certificate = proved(system, laws(0, k), "popov", {"theta": "160291/65536"}, cover(0, 1, 4), EQUILIBRIA)
+    assert accepted(certificate) is good
+
+
+def test_a_stable_gain_has_no_other_equilibria():
+    assert not accepted(refuted(THIRD, laws(0, 10), {"method": "linear-gain", "gain": "7"}, OTHERS))

@@ -183,9 +183,7 @@ def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any) -> di
         for a, b in ends:
             need(a < b and exact.box(F, a, b, order, critical), f"F > 0 is not shown on the box [{a}, {b}]")
         need(exact.tail(F, ends[-1][1], full), "F > 0 is not shown beyond the boxes")
-        return {
-            "inequality": f"F > 0 up to omega = {ends[-1][1]}, by {len(ends)} box{'es' * (len(ends) > 1)}, and beyond"
-        }
+        return {"inequality": f"F > 0 up to omega = {ends[-1][1]}, number of boxes: {len(ends)}, and beyond"}
     need(proof == polynomial_proof(F, critical=critical, bounded=bounded), "F is another polynomial")
     p, skip = [int(c) for c in proof["coefficients"]], 2 if critical else 0
     degree = max(len(p) - 1, 0) * (2 if proof["variable"] == "omega^2" else 1)
@@ -254,10 +252,8 @@ def linear(B: Block, laws: states.Laws) -> dict[str, str]:
     ends = (full and min(g[0], g[-1]) > 0) or (k == INF and not (g and g[0] < 0) and not (full and g[-1] < 0))
     inside = exact.roots(W, g, ZERO, None) == exact.roots(W, one, ZERO, None) if W else exact.positive(g or one)
     need(ends and inside, "a gain of the class has a root on the axis, or in the limit")
-    return {
-        "stable": stable,
-        "gains": "no gain of the class has a root on the axis, by Tarski's count, nor at infinity",
-    }
+    found = "no gain of the class has a root on the axis, by Tarski's count, nor at infinity"
+    return {"stable": stable, "gains": found}
 
 
 def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dict[str, str]]:
