@@ -3,7 +3,8 @@
 from fractions import Fraction
 from functools import cache
 
-from analysis.certificates.drafts import completed
+from analysis.certificates.arithmetic import Malformed, Rejected
+from analysis.certificates.drafts import completed, settled
 from analysis.certificates.flow_orbits import flow_orbit_proof
 from analysis.certificates.matrix import matrix_draft
 from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns
@@ -173,3 +174,11 @@ DRAFTS = {
 def certificate(name):
     """Accepted, and not to be changed: take a deep copy."""
     return completed(DRAFTS[name]())
+
+
+def accepted(made):
+    """What the checker makes of a draft with the polynomial, conclusion and hypotheses that it would want, or None."""
+    try:
+        return settled(made)
+    except (Rejected, Malformed):
+        return None
