@@ -402,10 +402,17 @@ def test_a_limit_with_dead_time_is_accepted(text, omega, k):
     assert "root" in rejected(changed(draft, "proof", "gains", to=below))
 
 
-def test_a_root_at_zero_with_dead_time_is_proposed_as_a_gain():
-    block = DelayBlock.parse("-exp(-s)/(s + 2)")
+# s + 2 - g e^-s vanishes at 0 for g = 2; for g > 2 it is negative there and positive for large s: a root s > 0.
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_gain_with_dead_time_is_refuted_by_a_root_on_the_positive_axis(sign):
+    block = DelayBlock({F(1): (F(-sign),)}, (F(sign), F(2 * sign)))
     draft = refutation_draft(block, _dead_time_gain(block, hurwitz_limit(block)))
     assert draft["proof"] == {"method": "linear-gain", "gain": "2"}
+    assert "equilibria other than 0" in checked(draft).claim
+    wide = changed(draft, "laws", "sector", to=["0", "3"])
+    wide["laws"]["slope"] = None
+    assert "does not converge" in checked(changed(wide, "proof", "gain", to=str(2 + BIT))).claim
+    assert "root" in rejected(changed(wide, "proof", "gain", to=str(2 - BIT)))
 
 
 # -1/(s (s + 1)) has a negative residue: every small gain destabilises; of the gain 0 it cannot be said in that class.

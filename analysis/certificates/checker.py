@@ -287,20 +287,27 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
         _, gains, frequencies = fields(proof, "method", "gains", "frequencies")
         (g, h), (a, b), cross = numbers(gains, 2), numbers(frequencies, 2), B.n * B.d.conjugate()
         need(all(x <= g < h <= y for x, y in bounds) and 0 < a < b, "the gains are outside the class")
-        lines, turn = (
-            [B.d * B.d.conjugate() + real(x) * cross for x in (g, h)],
-            cross * Form({(ZERO, 0): (ZERO, Fraction(-1))}),
-        )
+        lines = [B.d * B.d.conjugate() + real(x) * cross for x in (g, h)]
+        turn = cross * Form({(ZERO, 0): (ZERO, Fraction(-1))})  # its real part is Im n d*
         apart = any(exact.box(u, a, b, 24) and exact.box(MINUS * v, a, b, 24) for u, v in (lines, lines[::-1]))
-        turns = any(exact.box(u, a, a, 24) and exact.box(MINUS * u, b, b, 24) for u in (turn, MINUS * turn))
+        if B.delayed:  # a change of sign
+            turns = any(exact.box(u, a, a, 24) and exact.box(MINUS * u, b, b, 24) for u in (turn, MINUS * turn))
+        else:
+            turns = exact.roots(turn.part(), [1], a, b) > 0
         need(apart and turns, "no root i omega is shown for a gain between the two")
-        return MOVES, {"root": f"Im H changes sign between {a} and {b}, and |d|^2 + g Re(n d*) between the two gains"}
-    need(method == "linear-gain" and not B.delayed, f"there is no refutation {method!r:.40} for this system")
+        return MOVES, {"root": f"Im H has a zero between {a} and {b}, and |d|^2 + g Re(n d*) one between the two gains"}
+    need(method == "linear-gain", f"there is no refutation {method!r:.40} for this system")
     g = number(fields(proof, "method", "gain")[1])
     need(all(x <= g <= y for x, y in bounds), "the gain is outside the class")
     if 1 + g * B.direct == 0:
         return UNSOLVABLE, {"root": f"1 + g H(inf) = 0 for g = {g}"}
     d = B.d + real(g) * B.n
+    if B.delayed:  # terms with dead time are strictly proper: for large s > 0 it has the sign of the first coefficient
+        start = sum((u for (_, n), (u, _) in d.items() if n == 0), ZERO) * exact.primitive(exact.ascending(B.d))[-1]
+        need(start <= 0 and (start < 0 or not critical), "no root s >= 0 is shown with this gain")
+        return OTHERS if start == 0 else MOVES, {
+            "root": f"d(0) + g n(0) has the sign of {start} against that for large s, g = {g}"
+        }
     outside = max((n for _, n in d), default=-1) < B.order  # in discrete time a root at z = -1
     need(outside or not exact.hurwitz(d), "the loop with this gain is stable")
     if not outside and (ZERO, 0) not in d and exact.hurwitz(over_s(d)):
@@ -325,7 +332,7 @@ def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
     form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")
     form(law is None or isinstance(law, dict), "the law is neither null nor an object")
     laws = states.classes(given)
-    facts = {"class": described(laws)}
+    facts = {"class": states.described(laws)}
     if law is not None:
         facts["law"] = states.known(law, laws)
     if verdict == "REFUTED":
@@ -353,19 +360,8 @@ def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
     return Proved, FINITE_ENERGY if delayed else ATTRACTS, facts | found
 
 
-def described(laws: states.Laws) -> str:
-    """The class of laws in words."""
-    kind = "constant gains" if laws.linear else "time-varying laws" if laws.varying else "time-invariant laws"
-    words = [f"all {'odd ' * laws.odd}{kind} with phi(0) = 0, locally Lipschitz"]
-    for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), laws[:2], laws.endless):
-        near = "" if abs(k) == INF or k.denominator < 10**6 else f" (about {float(k):.9g})"
-        top = "without upper bound" if endless else "up to any finite bound" if k == INF else f"up to {k}{near}"
-        words += [f"{name} from {l} {top}"] * ((l, k) != (-INF, INF))
-    return ", ".join(words)
-
-
 def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600, draft: bool = False) -> Proved | Refuted:
-    """What it proves, else ``Rejected`` or ``Malformed``; in a draft conclusion and hypotheses are filled in."""
+    """What ``data`` proves within so many ``seconds``, else ``Rejected`` or ``Malformed``; a ``draft`` is filled in."""
     with exact.checking(seconds):
         certificate = exact.parsed(data if isinstance(data, str | bytes) else json.dumps(dict(data)))
         kind, conclusion, facts = examine(certificate)

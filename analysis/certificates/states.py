@@ -6,7 +6,6 @@ Standard library only.  Every function raises ``Rejected`` unless what it is ask
 from __future__ import annotations
 
 import math
-import operator
 from fractions import Fraction
 from itertools import compress, pairwise
 from typing import Any, NamedTuple
@@ -35,6 +34,7 @@ from .arithmetic import (
 )
 
 FLOW_ORBIT = "method points left right pieces durations state half inverse radius bits"
+TERMS, DEEPEST = 12, 48  # of Taylor's formula; halvings of a stay
 
 
 class Laws(NamedTuple):
@@ -59,6 +59,17 @@ def classes(data: Any) -> Laws:
     bounds = [(extended(x[0]), extended(x[1])) for x in (sector, slope if slope is not None else ["-inf", "inf"])]
     form(all(x[0] < x[1] for x in bounds), "the bounds are not in order")
     return Laws(bounds[0], bounds[1], (sector[1] == "inf", slope is None or slope[1] == "inf"), odd, varying, linear)
+
+
+def described(laws: Laws) -> str:
+    """The class of laws in words."""
+    kind = "constant gains" if laws.linear else "time-varying laws" if laws.varying else "time-invariant laws"
+    words = [f"all {'odd ' * laws.odd}{kind} with phi(0) = 0, locally Lipschitz"]
+    for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), laws[:2], laws.endless):
+        near = "" if abs(k) == INF or k.denominator < 10**6 else f" (about {float(k):.9g})"
+        top = "without upper bound" if endless else "up to any finite bound" if k == INF else f"up to {k}{near}"
+        words += [f"{name} from {l} {top}"] * ((l, k) != (-INF, INF))
+    return ", ".join(words)
 
 
 class Law(NamedTuple):
@@ -211,7 +222,7 @@ def orbit(system: Any, laws: Laws, proof: Any, critical: bool) -> dict[str, str]
 
 
 def flow_orbit(realised: Any, laws: Laws, proof: Any) -> dict[str, str]:
-    """An orbit ``X' = G_i X``, ``X = (x, 1)``, over the pieces of the law, near the given one, by a contraction.
+    """An orbit ``X' = G_i X``, ``X = (x, e)``, over the pieces of the law, near the given one, by a contraction.
 
     First state and durations ``z`` solve ``F(z) = (x_m -+ x_0, c x_(i-1) - level_i) = 0``.  Let ``|Y F| <= Y0`` at the
     given ``z`` and ``|1 - Y F'| <= Z1 < 1`` within ``r`` of it (maximum norm), ``Y0 + Z1 r < r``: then ``z - Y F(z)``
@@ -232,17 +243,18 @@ def flow_orbit(realised: Any, laws: Laws, proof: Any) -> dict[str, str]:
     need(all(abs(p - q) == 1 for p, q in pairwise(path)), "the pieces do not follow one another")
     entries = [sign * levels[max(path[-2:])], *(levels[max(p, q)] for p, q in pairwise(pieces))]
     lines = [(*law.knots[0], law.slopes[0]), *kinks]  # sigma, phi, slope
-    forces = [[k * v / (1 + d * k) for v in c] + [(w - k * x) / (1 + d * k)] for x, w, k in lines]  # phi = f X
+    e = Fraction(2 ** int(max(map(abs, x0))).bit_length())  # any number > 0; of about the size of the state
+    forces = [[k * v / (1 + d * k) for v in c] + [(w - k * x) / (1 + d * k) / e] for x, w, k in lines]  # phi = f X
     closed = [[*gained([[*row, ZERO] for row in A], b, f), [ZERO] * (n + 1)] for f in forces]
     stays = [(closed[p], t, levels[p : p + 2]) for p, t in zip(pieces, times)]
     need(all(0 < 4 * r < t and r * size(G) <= 1 for G, t, _ in stays), "the radius must be positive and small")
     unit = [*identity(n, n + len(times)), [ZERO] * (n + len(times))]
     for q in (ZERO, r):
-        first = ball([[v, *row] for v, row in zip([*x0, 1], unit)], bits)
+        first = ball([[v, *row] for v, row in zip([*x0, e], unit)], bits)
         Z = first = first._replace(error=first.error + int(q * 2**bits) + 1)  # [X_i, X_i']
         starts, rows = list[Ball](), list[Ball]()
         for j, ((G, t, _), level) in enumerate(zip(stays, entries), n + 1):
-            starts, rows = [*starts, Z], [*rows, product(ball([[*c, -level]], bits), Z)]
+            starts, rows = [*starts, Z], [*rows, product(ball([[*c, -level / e]], bits), Z)]
             E = exponential(G, t, bits)
             Z = product(E._replace(error=E.error + int(2 * size(G) * q * norm(E)) + 1), Z)
             push = product(ball(G, bits), Z)
@@ -257,26 +269,39 @@ def flow_orbit(realised: Any, laws: Laws, proof: Any) -> dict[str, str]:
         bounds.append([max(sum(map(abs, row[s])) for row in P.rows) + P.error for s in (slice(1), slice(1, None))])
     need(bounds[0][0] + bounds[1][1] * r < r * 2**bits, "no contraction near the given orbit")
     for (G, t, sides), X in zip(stays, starts):
-        X, least = X._replace(rows=[row[:1] for row in X.rows]), int(8 * size(G) * t) + 8
-        counts = [least << k for k in range(12) if least << k <= 2**16]
-        need(any(inside(G, c, X, (t, r), sides, count) for count in counts), "y is not shown to stay on a piece")
+        X = X._replace(rows=[row[:1] for row in X.rows])
+        need(inside(G, c, X, (t, r), sides), "y is not shown to stay on a piece")
     return {"orbit": f"a periodic motion; {len(times)} switches of the piece make {'half a' if half else 'a'} period"}
 
 
-def inside(G: Any, c: Any, X: Ball, time: Any, sides: Any, count: int) -> bool:
-    """Whether ``y = c exp(G s) X`` is between the sides for ``0 < s < t'``, ``|t' - t| <= r``, if on one at both."""
-    (t, r), (low, high), one, C = time, sides, 2**X.bits, [[*c, ZERO]]
-    for _ in range(2):
-        C.append([sum(map(operator.mul, C[-1], column)) for column in zip(*G)])
-    E, step, R = exponential(G, t / count, X.bits), t / count + r, ball(C[:2], X.bits)
-    for j in range(count):  # y and y' by Taylor's formula, |exp(G s)| <= 2 on a step
-        P, turn = product(R, X), 2 * step * size(C[2:]) * norm(X)
-        (y,), (v,) = P.rows
-        rises, falls = v - P.error > turn, v + P.error < -turn
-        least = (y - P.error + step * (min(0, v - P.error) - turn / 2)) / one
-        most = (y + P.error + step * (max(0, v + P.error) + turn / 2)) / one
-        above = least > low or (j == 0 and rises) or (j == count - 1 and falls)
-        if not (above and (most < high or (j == 0 and falls) or (j == count - 1 and rises))):
+def inside(G: Any, c: Any, X: Ball, stay: Any, sides: Any) -> bool:
+    """Whether ``y = c exp(G s) X`` is between the sides for ``0 < s < t'``, ``|t' - t| <= r``, if on one at both.
+
+    On a step ``y(h q) = sum a_j q^j``, ``0 <= q <= 1``, ``a_j = c (G h)^j/j! X``.  The terms from ``m`` on add up to at
+    most ``2 |c (G h)^m/m!| |X|``, as ``|exp(G s)| <= 2``, and those of ``y'`` to ``m`` times that.  Steps are halved.
+    """
+    (t, r), steps, pending = stay, dict[int, Any](), [(0, 0, X)]
+    low, high = (side if abs(side) == INF else side * 2**X.bits for side in sides)
+    while pending:
+        k, i, X = pending.pop()  # the i-th of 2^k steps
+        if k not in steps:
+            h, rows = Fraction(math.ceil((t / 2**k + r) * 2**96), 2**96), [[*c, ZERO]]
+            fine = bool(2 * size(G) * h <= 1 and r < t / 2**k)
+            for j in range(1, TERMS + 1 if fine else 1):
+                rows.append([h / j * dot(rows[-1], column) for column in zip(*G)])
+            steps[k] = fine, ball(rows[:TERMS], X.bits), int(2 * TERMS * size(rows[-1:]) * 2**64) + 1
+            steps[k] += (exponential(G, t / 2 ** (k + 1), X.bits),)
+        fine, R, rest, half = steps[k]
+        if fine:
+            P = product(R, X)
+            (y, v, *more), e = [row[0] for row in P.rows], P.error
+            turn = sum(j * (abs(a) + e) for j, a in enumerate(more, 2)) + (rest * norm(X) >> 64) + 1
+            rises, falls = v - e > turn, v + e < -turn  # |y'(q) - v| <= turn, 2 |y(q) - y - v q| <= turn
+            above = y - e + min(0, v - e) - turn > low or (i == 0 and rises) or (i == 2**k - 1 and falls)
+            below = y + e + max(0, v + e) + turn < high or (i == 0 and falls) or (i == 2**k - 1 and rises)
+            if above and below:
+                continue
+        if k == DEEPEST:
             return False
-        X = product(E, X)
-    return bool(2 * size(G) * step <= 1 and r < t / count)
+        pending += [(k + 1, 2 * i, X), (k + 1, 2 * i + 1, product(half, X))]
+    return True
