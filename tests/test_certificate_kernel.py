@@ -1,0 +1,472 @@
+"""The arithmetic of the checker against python-flint, numpy and numbers worked out by hand; fast, for its mutants."""
+
+import math
+from fractions import Fraction as F
+from random import Random
+
+import pytest
+from flint import arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
+
+from analysis.certificates import arithmetic as exact
+from analysis.certificates.arithmetic import Ball, Form, Rejected, real
+from analysis.certificates.blocks import block, realised, scheme
+
+CHANCE = Random(20)
+
+
+def rational(size=9, parts=6):
+    return F(CHANCE.randint(-size, size), CHANCE.randint(1, parts))
+
+
+def flint_poly(p):
+    return fmpq_poly([fmpq(v.numerator, v.denominator) for v in map(F, p)])
+
+
+def flint_matrix(rows):
+    return fmpq_mat([[fmpq(v.numerator, v.denominator) for v in map(F, row)] for row in rows])
+
+
+def times(p, q):
+    out = [F(0)] * (len(p) + len(q) - 1)
+    for i, a in enumerate(p):
+        for j, b in enumerate(q):
+            out[i + j] += F(a) * b
+    return out
+
+
+def at(form, omega):
+    """A form at one frequency, in floating point."""
+    return sum(
+        complex(u, v) * omega**n * complex(math.cos(omega * tau), -math.sin(omega * tau))
+        for (tau, n), (u, v) in form.items()
+    )
+
+
+def any_form():
+    keys = [(F(CHANCE.randint(0, 2)), CHANCE.randint(0, 3)) for _ in range(4)]
+    return Form({key: (rational(), rational()) for key in keys})
+
+
+# -- quasi-polynomials -------------------------------------------------------------------------------------------------
+
+
+def test_forms_are_added_multiplied_and_conjugated():
+    for _ in range(20):
+        f, g, omega = any_form(), any_form(), CHANCE.uniform(0.1, 2)
+        x, y = at(f, omega), at(g, omega)
+        assert at(f + g, omega) == pytest.approx(x + y)
+        assert at(f * g, omega) == pytest.approx(x * y)
+        assert at(f.conjugate(), omega) == pytest.approx(x.conjugate())
+        assert at(f**3, omega) == pytest.approx(x**3)
+        assert f + real(-1) * f == {}
+    assert Form() ** 0 == real(1) == {(0, 0): (1, 0)}
+    assert real(0, 0, 5) == {(0, 2): (5, 0)}
+    assert real(0, 0, -1) == exact.S * exact.S
+    assert real(1, 0, 1) == exact.X1
+
+
+def test_parts_of_a_form_are_read_off():
+    f = Form({(F(0), 2): (F(3), F(0)), (F(0), 3): (F(0), F(5)), (F(1), 4): (F(7), F(0))})
+    assert (f.part(), f.part(1)) == ([0, 0, 3], [0, 0, 0, 5])
+    assert (f.part(0, F(1)), f.part(1, F(1)), Form().part()) == ([0, 0, 0, 0, 7], [], [])
+
+
+def test_coefficients_in_s_are_those_in_i_omega():
+    for p in ([1], [0, 2], [1, 2, 3, 4, 5, 6], [0, 0, 0, 7]):
+        form = sum((real(c) * exact.S**i for i, c in enumerate(p)), start=Form())
+        got = exact.ascending(form)
+        assert got[: len(p)] == p
+        assert not any(got[len(p) :])
+
+
+def test_a_polynomial_of_a_quotient_is_made_whole():
+    up, down = real(1) + exact.S, real(1) + real(-1) * exact.S
+    for degree in (2, 3, 5):
+        p, omega = [F(2), F(-1), F(3)], 0.7
+        u, v = 1 + 0.7j, 1 - 0.7j
+        value = (2 * (u / v) ** 2 - (u / v) + 3) * v**degree
+        assert at(exact.homogeneous(p, up, down, degree), omega) == pytest.approx(value)
+
+
+# -- real polynomials --------------------------------------------------------------------------------------------------
+
+
+def test_primitive_polynomials_are_coprime_integers_of_the_same_sign():
+    assert exact.primitive([F(1, 2), F(-1, 3), 0]) == [3, -2]
+    assert exact.primitive([4, 0, -6, 0, 0]) == [2, 0, -3]
+    assert exact.primitive([]) == exact.primitive([0, 0]) == []
+    assert exact.primitive([F(-5, 7)]) == [-1]
+
+
+def test_values_are_those_of_horner():
+    assert exact.value([1, -2, 3], F(1, 2)) == 1 - 1 + F(3, 4)
+    assert exact.value([], F(5)) == 0
+
+
+def test_a_chain_ends_in_the_greatest_common_divisor():
+    for _ in range(30):
+        common = [rational() for _ in range(CHANCE.randint(1, 3))] + [F(1)]
+        p = exact.primitive(times(common, [rational(), rational(), F(2)]))
+        q = exact.primitive(times(common, [rational(), F(-3)]))
+        last = exact.chain(p, q)[-1]
+        gcd = flint_poly(p).gcd(flint_poly(q))
+        assert flint_poly(last) / flint_poly(last)[len(last) - 1] == gcd
+    # Sturm's chain of x^2 - 2 by hand: 2x, then minus the remainder
+    assert exact.chain([-2, 0, 1], [0, 1]) == [[-2, 0, 1], [0, 1], [1]]
+
+
+def counted(zeros, q, low, high):
+    """Roots given by hand, with the sign of q."""
+    inside = [x for x in set(zeros) if low < x and (high is None or x < high)]
+    signs = [sum(c * x**i for i, c in enumerate(q)) for x in inside]
+    return sum((s > 0) - (s < 0) for s in signs)
+
+
+def test_roots_are_counted_with_signs():
+    for _ in range(150):
+        zeros = [rational(5, 3) for _ in range(CHANCE.randint(0, 4))]
+        p = [rational() or F(1)]
+        for x in zeros:
+            p = times(p, [-x, 1])
+        for _ in range(CHANCE.randint(0, 2)):
+            p = times(p, [CHANCE.randint(1, 4), 1, 1])  # no real root
+        q = [rational() for _ in range(CHANCE.randint(1, 3))]
+        low, high = F(-7, 4), CHANCE.choice([None, F(16, 7)])
+        if not any(x in (low, high) for x in zeros):
+            assert exact.roots(p, [1], low, high) == counted(zeros, [1], low, high)
+            assert exact.roots(p, q, low, high) == counted(zeros, q, low, high)
+
+
+def test_double_roots_are_counted_once():
+    assert exact.roots(times([-1, 1], [-1, 1]), [1], F(0), None) == 1
+    assert exact.roots(times([-1, 1], [-1, 1]), [1], F(0), F(2)) == 1
+    assert exact.roots(times([-1, 1], [-1, 1]), [1, -2], F(0), F(2)) == -1
+    assert exact.roots(times([-1, 1], [-1, 1]), [1, -1], F(0), F(2)) == 0
+
+
+@pytest.mark.parametrize(
+    ("p", "low", "high", "holds"),
+    [
+        ([], 0, None, False),
+        ([1], 0, None, True),
+        ([-1], 0, None, False),
+        ([0, 1], 0, None, False),
+        ([1, 1], 0, None, True),
+        ([1, -1], 0, None, False),
+        ([1, 0, -1], 0, None, False),
+        ([2, -2, 1], 0, None, True),
+        ([1, -2, 1], 0, None, False),
+        ([1 + F(1, 2**90), -2, 1], 0, None, True),
+        ([1 - F(1, 2**90), -2, 1], 0, None, False),
+        ([1, 0, -2, 0, 1], 0, None, False),
+        ([1 + F(1, 2**90), 0, -2, 0, 1], 0, None, True),
+        ([1, 0, 0, 0, 1], 0, None, True),
+        ([4, -4, 1], 3, None, True),
+        ([4, -4, 1], 2, None, False),
+        ([4, -4, 1], 1, None, False),
+        ([1, -1], 0, 1, False),
+        ([1, -1], 0, F(9, 10), True),
+        ([1, -2, 1], 0, 2, False),
+        ([1, -2, 1], 0, F(9, 10), True),
+        ([1, -2, 1], F(11, 10), 2, True),
+        ([3, -4, 1], F(5, 4), F(11, 4), False),
+        ([-3, 4, -1], F(5, 4), F(11, 4), True),
+        ([-3, 4, -1], F(5, 4), None, False),
+        ([-3, 4, -1], F(1, 2), F(11, 4), False),
+        ([1, 0, -1], 0, F(1, 2), True),
+        ([1, -3, 0, 5], 0, F(1, 4), True),
+        ([6, -17, 12], 0, 1, False),
+        ([5, -9, 4, 2], 0, F(3, 4), True),
+        ([1], 0, 5, True),
+        ([0], 0, 5, False),
+    ],
+)
+def test_signs_on_an_interval(p, low, high, holds):
+    assert exact.positive(list(map(F, p)), F(low), None if high is None else F(high)) is holds
+
+
+def in_s(p):
+    """An ascending polynomial in s as a form."""
+    return sum((real(c) * exact.S**i for i, c in enumerate(p)), start=Form())
+
+
+def test_stability_is_that_of_the_roots():
+    for _ in range(150):
+        p, stable = [rational() or F(-2)], True
+        for _ in range(CHANCE.randint(0, 3)):
+            a = F(CHANCE.randint(-1, 6), 3)
+            p, stable = times(p, [a, 1]), stable and a > 0
+        for _ in range(CHANCE.randint(0, 2)):
+            a, b = F(CHANCE.randint(-1, 6), 3), F(CHANCE.randint(0, 6), 2)
+            p, stable = times(p, [b, a, 1]), stable and a > 0 and b > 0
+        assert exact.hurwitz(in_s(p)) is stable, p
+    assert not exact.hurwitz(Form())
+    assert exact.hurwitz(real(-3))
+    assert exact.hurwitz(in_s([1, 1]))
+    # Routh's row of zeros: (s^2 + 1)(s + 1)
+    assert not exact.hurwitz(in_s([1, 1, 1, 1]))
+    # s^3 + s^2 + 2 s + c is stable for 0 < c < 2
+    for c, stable in ((0, False), (F(1, 2**80), True), (2 - F(1, 2**80), True), (2, False), (2 + F(1, 2**80), False)):
+        assert exact.hurwitz(in_s([c, 2, 1, 1])) is stable
+        assert exact.hurwitz(in_s([-c, -2, -1, -1])) is stable
+
+
+# -- matrices ----------------------------------------------------------------------------------------------------------
+
+
+def encloses(X, rows):
+    """Whether the ball contains the exact matrix, in the infinity norm."""
+    unit = F(1, 2**X.bits)
+    return (
+        max(
+            sum(abs(F(x) * unit - F(int(v.p), int(v.q))) for x, v in zip(row, other, strict=True))
+            for row, other in zip(X.rows, rows.tolist(), strict=True)
+        )
+        <= X.error * unit
+    )
+
+
+def any_matrix(n, m):
+    return [[rational() for _ in range(m)] for _ in range(n)]
+
+
+def test_balls_contain_sums_and_products():
+    for _ in range(20):
+        A, B, C = any_matrix(3, 3), any_matrix(3, 2), any_matrix(3, 2)
+        X, Y, Z = (exact.ball(M, 20) for M in (A, B, C))
+        assert (X.error, Y.error, X.bits) == (3, 2, 20)
+        assert encloses(X, flint_matrix(A))
+        P, Q, R = exact.product(X, Y), exact.plus(Y, Z), exact.plus(Y, Z, -1)
+        assert encloses(P, flint_matrix(A) * flint_matrix(B))
+        assert encloses(Q, flint_matrix(B) + flint_matrix(C))
+        assert encloses(R, flint_matrix(B) - flint_matrix(C))
+        assert Q.error == R.error == 4
+        x, y = exact.norm(X), exact.norm(Y)
+        assert x == max(sum(map(abs, row)) for row in X.rows) + 3
+        assert x * 2 + 3 * y <= (P.error - 3) * 2**20 + 2**20  # |X| e_Y + e_X |Y| and the rounding
+        assert P.error <= (x * 2 + 3 * y >> 20) + 3
+    # errors that the factors bring are not lost: (1 +- 1/2)(2 +- 1) lies within 2 +- 2.5
+    half = Ball([[2]], 1, 1)
+    assert exact.product(half, Ball([[4]], 2, 1)).error * F(1, 2) >= F(5, 2)
+    with pytest.raises(Rejected, match="too large"):
+        exact.product(Ball([[2**33]], 0, 2), Ball([[2**33]], 0, 2))
+    assert exact.product(Ball([[2**29]], 0, 2), Ball([[2**29]], 0, 2)).rows == [[2**56]]
+
+
+def test_exponentials_lie_in_their_balls():
+    before = ctx.prec
+    ctx.prec = 600
+    try:
+        for n, t, bits in ((1, F(1), 60), (2, F(1, 3), 64), (3, F(5, 2), 100), (2, F(-7, 3), 80), (2, F(40), 128)):
+            G = any_matrix(n, n)
+            E = exact.exponential(G, t, bits)
+            scaled = arb_mat([[arb(fmpq((v * t).numerator, (v * t).denominator)) for v in row] for row in G]).exp()
+            unit = arb(2) ** -bits
+            far = [sum((abs(scaled[i, j] - arb(E.rows[i][j]) * unit) for j in range(n)), arb(0)) for i in range(n)]
+            assert all(x <= E.error * unit for x in far)
+            # and the error is that of some hundred roundings, carried along by the norm
+            assert E.error < 2**40 * exact.norm(E) // 2 ** (bits - 20)
+    finally:
+        ctx.prec = before
+    assert exact.exponential([[F(0)]], F(1), 64).rows[0][0] == 2**64
+    with pytest.raises(Rejected, match="too large"):
+        exact.exponential([[F(2**60)]], F(1), 64)
+
+
+def test_norms_and_units():
+    assert exact.size([[F(1), F(-2)], [F(0), F(1, 2)]]) == 3
+    assert exact.identity(2, 3) == [[1, 0, 0], [0, 1, 0]]
+    assert exact.identity(2) == [[1, 0], [0, 1]]
+    assert exact.dot([1, 2, 3], [4, 5, 6]) == 32
+
+
+def lower(M):
+    return [row[: i + 1] for i, row in enumerate(M)]
+
+
+def minors(M):
+    return [flint_matrix([row[:k] for row in M[:k]]).det() for k in range(1, len(M) + 1)]
+
+
+def test_positive_definite_by_the_minors():
+    yes = 0
+    for _ in range(150):
+        n = CHANCE.randint(1, 4)
+        B = [[CHANCE.randint(-6, 6) for _ in range(n)] for _ in range(n)]
+        shift = CHANCE.randint(-3, 3)
+        M = [[sum(B[k][i] * B[k][j] for k in range(n)) + shift * (i == j) for j in range(n)] for i in range(n)]
+        holds = all(m > 0 for m in minors(M))
+        assert exact.positive_definite(lower(M)) is holds
+        yes += holds
+    assert 40 < yes < 140
+
+
+def test_positive_definite_close_to_the_edge_and_in_any_scale():
+    for bits in (10, 40, 100, 200):
+        one = 2**bits
+        assert exact.positive_definite([[one], [one, one + 1]])
+        assert not exact.positive_definite([[one], [one, one]])
+        assert not exact.positive_definite([[one], [one + 1, one]])
+        assert exact.positive_definite([[one], [one - 1, one]])
+        assert exact.positive_definite([[one**3], [0, 1]])
+        assert exact.positive_definite([[1], [0, one**3], [0, 0, one]])
+        # the third row depends on the first two
+        assert not exact.positive_definite([[2 * one], [one, 2 * one], [3 * one, 3 * one, 6 * one]])
+        assert exact.positive_definite([[2 * one], [one, 2 * one], [3 * one, 3 * one, 6 * one + 1]])
+    for M in ([[0]], [[-1]], [[1], [0, 0]], [[1], [0, -1]], [[0], [0, 1]], [[1], [2, 3]], [[-1], [0, -1]]):
+        assert not exact.positive_definite(M)
+    assert exact.positive_definite([])
+
+
+def test_positive_definite_is_undecided_too_close_to_the_edge():
+    one = 2**1000
+    assert not exact.positive_definite([[one], [one, one + 1]])
+    assert exact.positive_definite([[one], [one, one + 2**600]])
+
+
+# -- ranges of frequency -----------------------------------------------------------------------------------------------
+
+
+def cosine(*p, tau=1):
+    """p(omega) cos(tau omega), as the real part of a form."""
+    return Form({(F(tau), n): (F(c), F(0)) for n, c in enumerate(p) if c})
+
+
+def sine(*p, tau=1):
+    return Form({(F(tau), n): (F(0), F(c)) for n, c in enumerate(p) if c})
+
+
+@pytest.mark.parametrize(
+    ("form", "a", "b", "order", "holds"),
+    [
+        (real(1) + cosine(1), 0, 3, 20, True),
+        (real(1) + cosine(1), 0, F(16, 5), 20, False),  # touches 0 at pi
+        (real(F(99, 100)) + cosine(1), 0, 3, 20, True),  # cos 3 = -0.98999
+        (real(F(98, 100)) + cosine(1), 0, 3, 20, False),
+        (sine(1), F(1, 10), 3, 24, True),
+        (sine(1), 3, F(22, 7), 24, False),  # pi < 22/7
+        (sine(1), 3, F(333, 106), 24, True),  # 333/106 < pi
+        (sine(-1), F(22, 7), 6, 24, True),
+        (sine(1, tau=-1), F(22, 7), 6, 24, True),
+        (cosine(1, tau=F(1, 2)), 0, F(333, 106), 24, True),
+        (cosine(1, tau=F(1, 2)), 0, F(22, 7), 24, False),
+        (cosine(0, 1) + real(0, 0, 1), F(1, 10), 3, 24, True),  # x (cos x + x)
+        (sine(0, 0, 1) + real(1), 0, 3, 24, True),
+        (sine(0, -1) + real(1), 0, F(11, 10), 24, True),  # x sin x = 1 at 1.11416
+        (sine(0, -1) + real(1), 0, F(112, 100), 24, False),
+        (real(1) + cosine(1, tau=2) + sine(1), F(1, 3), 2, 30, True),
+        (real(1, -1), 0, F(1, 2), 2, True),
+        (real(1, -1), 0, 1, 2, False),
+        (real(1, -1), F(1, 2), F(1, 2), 2, True),
+        (cosine(1), 0, 1, 2, False),  # an order too small: 1 - 4 t^2/2
+        (cosine(1), 0, F(1, 2), 4, True),
+    ],
+)
+def test_signs_of_sines_and_cosines_on_a_box(form, a, b, order, holds):
+    assert exact.box(form, F(a), F(b), order) is holds
+
+
+def test_in_the_critical_case_a_box_is_over_omega_squared():
+    # omega^2 (1 + omega): 0 at 0, and positive over omega^2
+    form = real(0, 0, 1, 1)
+    assert exact.box(form, F(0), F(1), 4, True)
+    assert not exact.box(form, F(0), F(1), 4, False)
+    assert not exact.box(real(0, 1), F(0), F(1), 4, True)
+    assert not exact.box(real(0, 0, 0, 1), F(0), F(1), 4, True)
+    assert exact.box(form, F(1), F(2), 4, True)
+    assert exact.box(real(1, 0, 1), F(0), F(1), 4, True)
+
+
+@pytest.mark.parametrize(
+    ("form", "start", "degree", "holds"),
+    [
+        (real(1, 0, 1), 0, 2, True),
+        (real(1, 0, 1), 0, 4, False),
+        (real(-1, 0, 1), 2, 2, True),
+        (real(-1, 0, 1), 1, 2, False),
+        (real(-1, 0, 1), F(1, 2), 2, False),
+        (real(0, 0, 1) + cosine(F(99, 100)), 1, 2, True),
+        (real(0, 0, 1) + cosine(1), 1, 2, False),
+        (real(0, 0, 1) + cosine(0, 0, F(99, 100)), 1, 2, True),
+        (real(0, 0, 1) + cosine(0, 0, 1), 1, 2, False),
+        (real(0, 0, 1) + cosine(0, 0, F(1, 2)) + cosine(0, 0, F(49, 100), tau=2), 1, 2, True),
+        (real(0, 0, 1) + cosine(0, 0, F(1, 2)) + cosine(0, 0, F(1, 2), tau=2), 1, 2, False),
+        (real(0, 0, 1) + cosine(0, 0, F(3, 5)) + sine(0, 0, F(3, 5)), 1, 2, True),  # |0.6 + 0.6 i| < 1
+        (real(0, 0, 1) + cosine(0, 0, F(3, 4)) + sine(0, 0, F(3, 4)), 1, 2, False),
+        (real(0, 0, 1) + cosine(0, 1), F(9, 8), 2, True),
+        (real(0, 0, 1) + cosine(0, 1), F(7, 8), 2, False),
+        (cosine(0, 0, 1), 1, 2, False),
+        (real(0, 0, -1) + cosine(0, 0, F(1, 2)), 1, 2, False),
+    ],
+)
+def test_the_part_without_delay_prevails_far_out(form, start, degree, holds):
+    assert exact.tail(form, F(start), degree) is holds
+
+
+# -- blocks ------------------------------------------------------------------------------------------------------------
+
+
+def system(numerator, denominator, time="continuous"):
+    return {
+        "kind": "transfer",
+        "time": time,
+        "numerator": [str(F(c)) for c in numerator],
+        "denominator": [str(F(c)) for c in denominator],
+    }
+
+
+@pytest.mark.parametrize("time", ["continuous", "discrete"])
+@pytest.mark.parametrize("lower", [F(0), F(1, 3), F(-3, 2)])
+@pytest.mark.parametrize(("top", "bottom"), [([2], [3, 1, 4]), ([2, -1], [1, 5]), ([1, 2, 3], [2, 0, 5])])
+def test_block_and_realisation_are_the_transfer_function(time, lower, top, bottom):
+    B = block(system(top, bottom, time))
+    A, b, c, d, discrete = realised(system(top, bottom, time), lower)
+    assert discrete is B.discrete is (time == "discrete")
+    omega = 0.4
+    s = 1j * omega
+    at_ = (1 + s) / (1 - s) if discrete else s
+    value = sum(v * at_**i for i, v in enumerate(reversed(top))) / sum(
+        v * at_**i for i, v in enumerate(reversed(bottom))
+    )
+    assert at(B.n, omega) / at(B.d, omega) == pytest.approx(value)
+    assert B.order == len(b) == len(bottom) - 1
+    assert B.direct == (F(top[0], bottom[0]) if len(top) == len(bottom) else 0)
+    n = len(b)
+    grid = [[at_ * (i == j) - float(A[i][j]) for j in range(n)] for i in range(n)]
+    # c (z - A)^-1 b + d by Cramer's rule, n <= 2
+    if n == 1:
+        state = [float(b[0]) / grid[0][0]]
+    else:
+        det = grid[0][0] * grid[1][1] - grid[0][1] * grid[1][0]
+        state = [
+            (float(b[0]) * grid[1][1] - float(b[1]) * grid[0][1]) / det,
+            (float(b[1]) * grid[0][0] - float(b[0]) * grid[1][0]) / det,
+        ]
+    shifted = value / (1 + float(lower) * value)
+    assert sum(float(v) * x for v, x in zip(c, state, strict=True)) + float(d) == pytest.approx(shifted)
+    whole = {
+        "kind": "state-space",
+        "time": time,
+        **{"A": [[str(v) for v in row] for row in realised(system(top, bottom, time), F(0))[0]]},
+        **{"b": [str(v) for v in realised(system(top, bottom, time), F(0))[1]]},
+        **{"c": [str(v) for v in realised(system(top, bottom, time), F(0))[2]]},
+        "d": str(realised(system(top, bottom, time), F(0))[3]),
+    }
+    A2, b2, c2, d2, _ = realised(whole, lower)  # the shift in state space agrees with that of the coefficients
+    assert (d2, sum(A2[i][i] for i in range(n))) == (d, sum(A[i][i] for i in range(n)))
+    assert exact.dot(c2, b2) == exact.dot(c, b)
+
+
+def test_the_scheme_of_the_rod_by_hand():
+    # E = 4, rho = 1, L = 3, A = 1, k = 5: Z = 2, s = Z N/(A rho L) = 4/3, a = (k - Z)/(k + Z) = 3/7, d = A/Z = 1/2
+    A, b, c = scheme({"kind": "rod-scheme", "E": "4", "rho": "1", "L": "3", "A": "1", "k": "5", "cells": 2})
+    s, a = F(4, 3), F(3, 7)
+    assert [
+        [-s, 0, 0, -s * a, 0],
+        [s, -s, 0, 0, 0],
+        [0, s, -s, 0, 0],
+        [0, 0, s, -s, 0],
+        [0, 1, 0, 0, 0],
+    ] == A
+    assert b == [0, 0, s, 0, F(1, 2)]
+    assert c == [0, 0, 0, 0, 1]

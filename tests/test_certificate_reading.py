@@ -1,0 +1,127 @@
+"""What the checker reads: text, counts and JSON of one form each, and nothing else; what goes wrong is a refusal."""
+
+import math
+from fractions import Fraction as F
+
+import pytest
+
+from analysis.certificates import arithmetic as exact
+from analysis.certificates.arithmetic import Malformed, Rejected
+
+
+@pytest.mark.parametrize("text", ["0", "-0", "1", "-12/5", "007", "1/" + "9" * 4000, "9" * 4000, "-" + "9" * 4000])
+def test_numbers_are_text_p_or_p_over_q(text):
+    assert exact.number(text) == F(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *(
+            "",
+            " 1",
+            "1 ",
+            "1\n",
+            "+1",
+            "1/0",
+            "1/01",
+            "1/-2",
+            "1//2",
+            "/2",
+            "1/",
+            "1.0",
+            "1e3",
+            "inf",
+            "nan",
+            "١",
+            "1_0",
+        ),
+        *("9" * 4001, "1/" + "9" * 4001, 1, 1.0, True, None, ["1"], {"1": "1"}, b"1"),
+    ],
+)
+def test_nothing_else_is_a_number(text):
+    with pytest.raises(Malformed, match="not a number of the form p/q"):
+        exact.number(text)
+
+
+def test_lists_of_numbers_have_a_length():
+    assert exact.numbers(["1"] * 2000) == [1] * 2000
+    assert exact.numbers(["1", "2"], 2) == [1, 2]
+    for data, length in (([], None), (["1"] * 2001, None), ("11", None), (("1",), None), (["1"], 2), (["1", "2"], 1)):
+        with pytest.raises(Malformed, match="a list"):
+            exact.numbers(data, length)
+
+
+def test_counts_are_integers_within_bounds():
+    assert [exact.integer(i, 2, 5) for i in (2, 3, 5)] == [2, 3, 5]
+    for data in (1, 6, True, "3", 3.0, None, F(3)):
+        with pytest.raises(Malformed, match="a count is"):
+            exact.integer(data, 2, 5)
+
+
+def test_bounds_of_a_class_may_be_infinite():
+    assert [exact.extended(x) for x in ("inf", "finite", "-inf", "1/2")] == [math.inf, math.inf, -math.inf, F(1, 2)]
+    for data in ("-finite", "Inf", ["inf"], None, math.inf):
+        with pytest.raises(Malformed):
+            exact.extended(data)
+
+
+def test_objects_have_exactly_their_keys():
+    assert exact.fields({"a": 1, "b": 2}, "b", "a") == [2, 1]
+    assert exact.fields({}) == []
+    for data in ({"a": 1}, {"a": 1, "b": 2, "c": 3}, ["a", "b"], "ab", None):
+        with pytest.raises(Malformed, match="needs the keys a, b, and no other"):
+            exact.fields(data, "a", "b")
+
+
+def test_json_has_no_floats_no_double_keys_and_not_too_many_parts():
+    most = exact.MOST_PARTS - 1
+    assert exact.parsed(b'{"a": [1, "x", null, true]}') == {"a": [1, "x", None, True]}
+    assert len(exact.parsed("[" + "[]," * (most - 1) + "[]]")) == most
+    assert exact.parsed(" " * (exact.LARGEST_FILE - 1) + "1") == 1
+    for text, reason in (
+        ('{"a": 1, "a": 1}', "twice"),
+        ('[{"b": {"a": 1, "a": 1}}]', "twice"),
+        ("1.0", "1.0"),
+        ("1e3", "1e3"),
+        ("NaN", "NaN"),
+        ("[-Infinity]", "-Infinity"),
+        ("", "no JSON"),
+        ("[1", "no JSON"),
+        ("\ud800", "no JSON"),
+        ("[" * 5000 + "]" * 5000, "no JSON"),
+        (b"\xff", "no JSON"),
+        ("[" + "[]," * most + "[]]", "lists and keys"),
+        ("[" + "{}," * most + "{}]", "lists and keys"),
+        ("{" + ",".join(f'"{i}":0' for i in range(most + 1)) + "}", "lists and keys"),
+        (" " * exact.LARGEST_FILE + "1", "bytes"),
+    ):
+        with pytest.raises(Malformed, match=reason):
+            exact.parsed(text)
+
+
+def test_the_time_allowed_is_over_when_it_is(monkeypatch):
+    monkeypatch.setattr(exact.time, "monotonic", lambda: 100.0)
+    with exact.checking(1.0):
+        assert exact.DEADLINE == [101.0]
+        exact.tick()
+        exact.DEADLINE[0] = 100.0
+        with pytest.raises(Rejected, match="time allowed"):
+            exact.tick()
+    assert [math.inf] == exact.DEADLINE
+
+
+@pytest.mark.parametrize("error", [KeyError, TypeError, AttributeError, IndexError, RecursionError])
+def test_a_wrong_form_is_no_certificate(error):
+    with pytest.raises(Malformed, match=f"{error.__name__} x"), exact.checking(9.0):
+        raise error("x") if error is not KeyError else type("KeyError", (KeyError,), {"__str__": lambda _: "x"})
+    assert [math.inf] == exact.DEADLINE
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError, OverflowError, MemoryError, ValueError, FloatingPointError])
+def test_what_exceeds_all_bounds_is_rejected(error):
+    with pytest.raises(Rejected, match=f"{error.__name__} x"), exact.checking(9.0):
+        raise error("x")
+    for refusal in (Malformed, Rejected):
+        with pytest.raises(refusal, match="^y$"), exact.checking(9.0):
+            raise refusal("y")
