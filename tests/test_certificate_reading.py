@@ -123,5 +123,5 @@ def test_what_exceeds_all_bounds_is_rejected(error):
     with pytest.raises(Rejected, match=f"{error.__name__} x"), exact.checking(9.0):
         raise error("x")
     for refusal in (Malformed, Rejected):
-        with pytest.raises(refusal, match="^y$"), exact.checking(9.0):
+        with pytest.raises(refusal, match=r"^y$"), exact.checking(9.0):
             raise refusal("y")
