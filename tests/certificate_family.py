@@ -1,7 +1,13 @@
-"""One small accepted certificate of every theorem and of every kind of proof, for the tests that attack the checker."""
+"""One small accepted certificate of every theorem and of every kind of proof, for the tests that attack the checker.
 
+They are kept in certificates.json, so that a certificate once accepted stays one: `python tests/certificate_family.py`
+writes them again, after a change of the format or of the words of a hypothesis.
+"""
+
+import json
 from fractions import Fraction
 from functools import cache
+from pathlib import Path
 
 from analysis.certificates.arithmetic import Malformed, Rejected
 from analysis.certificates.drafts import completed, settled
@@ -170,10 +176,17 @@ DRAFTS = {
 }
 
 
+STORED = Path(__file__).with_name("certificates.json")
+
+
 @cache
+def stored():
+    return json.loads(STORED.read_text("ascii"))
+
+
 def certificate(name):
-    """Accepted, and not to be changed: take a deep copy."""
-    return completed(DRAFTS[name]())
+    """The certificate as it was written; not to be changed: take a deep copy."""
+    return stored()[name]
 
 
 def accepted(made):
@@ -182,3 +195,7 @@ def accepted(made):
         return settled(made)
     except (Rejected, Malformed):
         return None
+
+
+if __name__ == "__main__":
+    STORED.write_text(json.dumps({name: completed(make()) for name, make in DRAFTS.items()}, indent=1) + "\n", "ascii")
