@@ -144,6 +144,8 @@ def gains_of(given):
     high = min((F(b) for _, b in pairs if b not in ("inf", "finite")), default=None)
     low = low if low is not None else (high or F(0)) - 10**4
     high = high if high is not None else low + 10**4
+    if low > high:
+        return []  # no law has such slopes and such chords
     return [low + (high - low) * F(i, 24) for i in range(25)] + [low + (high - low) * F(1, 2**i) for i in range(5, 20)]
 
 

@@ -102,7 +102,7 @@ def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, F
     form(isinstance(given, list) and len(given) <= 400, "taps or kernels are a list")
     for item in given:
         if discrete:
-            form(isinstance(item, list) and len(item) == 2, "a tap is a pair")
+            form(isinstance(item, list) and len(item) == 2 and item[0] != 0, "a tap is a pair, its shift not 0")
             i, sign = integer(item[0], -400, 400), MINUS if item[0] > 0 else one
             terms.append((number(item[1]), (one + sign * S) ** (2 * abs(i)), unit, abs(i)))
         elif isinstance(item, dict) and "delay" in item:
@@ -113,6 +113,7 @@ def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, F
             a, sign, n = number(rate), MINUS if side == "causal" else one, integer(n, 1, 100)
             form(a > 0 and side in ("causal", "anticausal"), "a kernel has a rate > 0 and is causal or anticausal")
             terms.append((number(c), (real(a) * (real(a) + sign * S)) ** n, a, n))
+    form(not discrete or len({i for i, _ in given}) == len(given), "a shift is there twice")
     return number(theta) if not discrete else ZERO, terms
 
 
@@ -120,6 +121,7 @@ def inequality(name: str, data: Any, B: Block, laws: states.Laws) -> tuple[Form,
     """``F``, its full degree, whether the case is critical, and the hypotheses, of the frequency criterion ``name``."""
     slopes, mirrored = name in SLOPED, name == "circle" and data == {"mirrored": True}
     (l, k), (low, high) = laws.slope if slopes else laws.sector, laws.slope
+    form(not mirrored or data["mirrored"] is True, "mirrored is true or absent")
     if mirrored:  # phi in [l, k] for H is -phi in [-k, -l] for -H
         B, l, k, data = B._replace(n=B.n * MINUS, direct=-B.direct), -k, -l, {}
     need(abs(l) != INF, "the lower bound is infinite")

@@ -96,11 +96,9 @@ class Law(NamedTuple):
 def piecewise(points: Any, left: Any, right: Any) -> Law:
     """The law through points, (0, 0) among them, and its outer slopes."""
     form(isinstance(points, list) and all(isinstance(p, list) and len(p) == 2 for p in points), "points are pairs")
-    knots = sorted((number(x), number(w)) for x, w in points)
-    need(
-        len({x for x, _ in knots}) == len(knots) and (ZERO, ZERO) in knots,
-        "the points need distinct sigma, (0, 0) among them",
-    )
+    knots = [(number(x), number(w)) for x, w in points]
+    ascend = all(p[0] < q[0] for p, q in pairwise(knots))
+    need(ascend and (ZERO, ZERO) in knots, "the points need ascending sigma, (0, 0) among them")
     return Law(knots, [number(left), *((q[1] - p[1]) / (q[0] - p[0]) for p, q in pairwise(knots)), number(right)])
 
 
