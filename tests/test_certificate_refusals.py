@@ -251,10 +251,10 @@ REJECTED = [
 ]
 
 MALFORMED = [
-    ("popov", {"format": "lure-certificate/2"}, "format, convention or numbers"),
-    ("popov", {"convention": "sigma = H mu, mu = phi(sigma)"}, "format, convention or numbers"),
-    ("popov", {"numbers": "floats"}, "format, convention or numbers"),
-    ("popov", {"verdict": "proved"}, "the verdict is PROVED or REFUTED"),
+    ("popov", {"format": "lure-certificate/2"}, "format or convention|numbers or verdict"),
+    ("popov", {"convention": "sigma = H mu, mu = phi(sigma)"}, "format or convention|numbers or verdict"),
+    ("popov", {"numbers": "floats"}, "format or convention|numbers or verdict"),
+    ("popov", {"verdict": "proved"}, "numbers or verdict"),
     ("popov", {"law": []}, "the law is neither null nor an object"),
     ("popov, tanh", {"law.kind": "atan"}, "needs the keys|a law is"),
     ("popov", {"law": {**LIMITER, "kind": "linear"}}, "a law is piecewise-linear or tanh"),

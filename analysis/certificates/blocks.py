@@ -6,7 +6,22 @@ import math
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from .arithmetic import ZERO, Form, S, fields, form, homogeneous, hurwitz, integer, need, number, numbers, real, tick
+from .arithmetic import (
+    ZERO,
+    Form,
+    Rejected,
+    S,
+    fields,
+    form,
+    homogeneous,
+    hurwitz,
+    integer,
+    need,
+    number,
+    numbers,
+    real,
+    tick,
+)
 
 MINUS = real(-1)
 
@@ -66,13 +81,29 @@ def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
         return d, False, f"d + l n, of degree {B.order}, has all roots strictly inside"
     low = over_s(d)
     need((ZERO, 0) not in d and hurwitz(low), f"d + l n has a root not strictly inside, and not one at {at} alone")
-    residue = sum((u for (_, n), (u, _) in B.n.items() if n == 0), ZERO) / low[ZERO, 0][0]
+    residue = sum((u for (_, n), (u, _) in B.n.items() if n == 0), ZERO) / low[ZERO, 0][0] * (2 if B.discrete else 1)
     need(residue > 0, f"the residue at {at} is {residue}, not positive")
     return (
         d,
         True,
         f"d + l n, of degree {B.order}: residue {residue} > 0 at a simple root {at}, the others strictly inside",
     )
+
+
+def mirrored(B: Block) -> Block:
+    """``-H``, whose laws are ``-phi``."""
+    return B._replace(n=B.n * MINUS, direct=-B.direct)
+
+
+def critical_end(B: Block, low: Any, high: Any) -> bool:
+    """Whether the gain at an end of the class is a critical case: then its other equilibria refute nothing."""
+    for C, end in ((B, low), (mirrored(B), -high)):
+        try:
+            if abs(end) != math.inf and shifted(C, end)[1]:
+                return True
+        except Rejected:
+            continue
+    return False
 
 
 def realised(system: Any, l: Fraction) -> tuple[Any, Any, Any, Fraction, bool]:

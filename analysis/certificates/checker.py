@@ -25,7 +25,7 @@ if not __package__:  # run as a script: the files beside it are its package
 from . import arithmetic as exact
 from . import states
 from .arithmetic import INF, ZERO, Form, Malformed, Rejected, S, fields, form, integer, need, number, numbers, real
-from .blocks import MINUS, Block, block, identity, over_s, realised, rod, shifted
+from .blocks import MINUS, Block, block, critical_end, identity, mirrored, over_s, realised, rod, shifted
 
 X1 = real(1, 0, 1)  # |1 + s|^2
 FORMAT, CONVENTION = "lure-certificate/1", "sigma = H mu, mu = -phi(sigma)"
@@ -39,9 +39,8 @@ LINEAR = "every constant gain of the class makes the loop asymptotically stable"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
-INEQUALITY = "1/k + Re[(1 + i omega theta) H(i omega)] > 0 at every frequency, which alone proves nothing about the rod"
+INEQUALITY = "the frequency inequality holds at every frequency, which alone proves nothing about the rod"
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
-SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
 SLOPED = ("off-axis-circle", "park", "zames-falb")
 _SEAL = object()
 
@@ -61,7 +60,7 @@ class Proved(Checked):
 
 
 class Refuted(Checked):
-    """A law of the class destabilises the loop."""
+    """With a law of the class the loop does not do what a proof would say."""
 
 
 def multiplier(name: str, data: Any, B: Block, unbounded: bool) -> tuple[Form, Form, Form, Form, bool]:
@@ -103,14 +102,14 @@ def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, F
     for item in given:
         if discrete:
             form(isinstance(item, list) and len(item) == 2 and item[0] != 0, "a tap is a pair, its shift not 0")
-            i, sign = integer(item[0], -400, 400), MINUS if item[0] > 0 else one
+            i, sign = integer(item[0], -100, 100), MINUS if item[0] > 0 else one
             terms.append((number(item[1]), (one + sign * S) ** (2 * abs(i)), unit, abs(i)))
         elif isinstance(item, dict) and "delay" in item:
             c, tau = map(number, fields(item, "coefficient", "delay"))
             terms.append((c, Form({(tau, 0): (unit, ZERO)}), unit, 0))
         else:
             c, rate, n, side = fields(item, "coefficient", "rate", "order", "side")
-            a, sign, n = number(rate), MINUS if side == "causal" else one, integer(n, 1, 100)
+            a, sign, n = number(rate), MINUS if side == "causal" else one, integer(n, 1, 20)
             form(a > 0 and side in ("causal", "anticausal"), "a kernel has a rate > 0 and is causal or anticausal")
             terms.append((number(c), (real(a) * (real(a) + sign * S)) ** n, a, n))
     form(not discrete or len({i for i, _ in given}) == len(given), "a shift is there twice")
@@ -119,11 +118,11 @@ def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, F
 
 def inequality(name: str, data: Any, B: Block, laws: states.Laws) -> tuple[Form, int, bool, dict[str, str]]:
     """``F``, its full degree, whether the case is critical, and the hypotheses, of the frequency criterion ``name``."""
-    slopes, mirrored = name in SLOPED, name == "circle" and data == {"mirrored": True}
+    slopes, mirror = name in SLOPED, name == "circle" and data == {"mirrored": True}
     (l, k), (low, high) = laws.slope if slopes else laws.sector, laws.slope
-    form(not mirrored or data["mirrored"] is True, "mirrored is true or absent")
-    if mirrored:  # phi in [l, k] for H is -phi in [-k, -l] for -H
-        B, l, k, data = B._replace(n=B.n * MINUS, direct=-B.direct), -k, -l, {}
+    form(not mirror or data["mirrored"] is True, "mirrored is true or absent")
+    if mirror:  # phi in [l, k] for H is -phi in [-k, -l] for -H
+        B, l, k, data = mirrored(B), -k, -l, {}
     need(abs(l) != INF, "the lower bound is infinite")
     d, critical, stable = shifted(B, l)
     D, w = B.direct / (1 + l * B.direct), None if k == INF else k - l
@@ -141,7 +140,7 @@ def inequality(name: str, data: Any, B: Block, laws: states.Laws) -> tuple[Form,
     F, full = (m + e) * cross, 2 * B.order + max(n for _, n in p)
     if w:
         F = real(w) * F + m * square + real(-w * w) * r * B.n * B.n.conjugate()
-    elif mirrored or laws.endless[slopes]:  # laws without an upper bound
+    elif mirror or laws.endless[slopes]:  # laws without an upper bound
         theta = m.get((ZERO, 1), (ZERO, ZERO))[1]
         common = exact.chain(exact.primitive(exact.ascending(B.n)), exact.primitive(exact.ascending(d)))[-1]
         direct = D > 0 and name == "popov"
@@ -151,8 +150,8 @@ def inequality(name: str, data: Any, B: Block, laws: states.Laws) -> tuple[Form,
     else:  # each finite bound adds a positive term
         full = len(F.part()) - 1
     facts = {"stable": stable, "well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {B.direct}"}
-    if D and name == "popov":
-        facts["solvable"] = SOLVABLE
+    if mirror:
+        facts = {fact: f"for -H, -phi, bounds {l} to {k}: {text}" for fact, text in facts.items()}
     return F, full, critical, facts
 
 
@@ -205,7 +204,7 @@ def by_matrix(name: str, data: Any, system: Any, laws: states.Laws, proof: Any) 
     need(w is not None or theta >= 0 or not laws.endless[0], "without an upper bound theta >= 0 is needed")
     facts = states.matrix_facts(A, b, c, d, w, theta, discrete, proof)
     facts["well-posed"] = f"1 + g H(inf) does not vanish in the class, H(inf) = {d} after the shift"
-    return proof["zero"] is not None, facts | ({"solvable": SOLVABLE} if d and name == "popov" else {})
+    return proof["zero"] is not None, facts
 
 
 def structure(name: str, data: Any, system: Any, laws: states.Laws) -> tuple[str, dict[str, str]]:
@@ -260,13 +259,13 @@ def linear(B: Block, laws: states.Laws) -> dict[str, str]:
 
 def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dict[str, str]]:
     """A law of the class and a motion that does not come to rest at 0: conclusion and findings."""
-    method, bounds = proof["method"], (laws.sector, laws.slope)
+    method, low, high = proof["method"], max(laws.sector[0], laws.slope[0]), min(laws.sector[1], laws.slope[1])
     if method == "structure":
         fields(proof, "method")
         E, rho, _, area, k, _ = rod(system)
-        slow = k * k < area * area * rho * E
         need(k < 0 and k * k != area * area * rho * E, "the rod is refuted for k < 0, k not -Z")
-        need(all(a <= 0 <= b if slow else b > 0 for a, b in bounds), "the law is not in the class")
+        slow = k * k < area * area * rho * E
+        need(low <= 0 <= high if slow else high > 0, "the law is not in the class")
         return MOVES, {
             "growth": "phi = 0: a wave mode grows, |a| > 1" if slow else "a gain > 0: a positive real root, A/k < 0"
         }
@@ -277,10 +276,7 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
         *parts, discrete = realised(system, ZERO)
         return MOVES, states.switched_gain(parts, discrete, laws, proof)
     B = block(system)
-    try:
-        critical = abs(laws.sector[0]) != INF and shifted(B, laws.sector[0])[1]
-    except Rejected:
-        critical = False
+    critical = critical_end(B, low, high)
     if method == "orbit":
         need(B.discrete, "orbit is about discrete time")
         facts = states.orbit(system, laws, proof, critical)
@@ -288,7 +284,7 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
     if method == "crossing":
         _, gains, frequencies = fields(proof, "method", "gains", "frequencies")
         (g, h), (a, b), cross = numbers(gains, 2), numbers(frequencies, 2), B.n * B.d.conjugate()
-        need(all(x <= g < h <= y for x, y in bounds) and 0 < a < b, "the gains are outside the class")
+        need(low <= g < h <= high and 0 < a < b, "the gains are outside the class")
         lines = [B.d * B.d.conjugate() + real(x) * cross for x in (g, h)]
         turn = cross * Form({(ZERO, 0): (ZERO, Fraction(-1))})  # its real part is Im n d*
         apart = any(exact.box(u, a, b, 24) and exact.box(MINUS * v, a, b, 24) for u, v in (lines, lines[::-1]))
@@ -297,10 +293,11 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
         else:
             turns = exact.roots(turn.part(), [1], a, b) > 0
         need(apart and turns, "no root i omega is shown for a gain between the two")
-        return MOVES, {"root": f"Im H has a zero between {a} and {b}, and |d|^2 + g Re(n d*) one between the two gains"}
+        where = f"between omega = {a} and {b}" + ", omega the tangent of half the angle" * B.discrete
+        return MOVES, {"root": f"Im H has a zero {where}, and |d|^2 + g Re(n d*) one between the two gains"}
     need(method == "linear-gain", f"there is no refutation {method!r:.40} for this system")
     g = number(fields(proof, "method", "gain")[1])
-    need(all(x <= g <= y for x, y in bounds), "the gain is outside the class")
+    need(low <= g <= high, "the gain is outside the class")
     if 1 + g * B.direct == 0:
         return UNSOLVABLE, {"root": f"1 + g H(inf) = 0 for g = {g}"}
     d = B.d + real(g) * B.n
@@ -314,31 +311,28 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
     need(outside or not exact.hurwitz(d), "the loop with this gain is stable")
     if not outside and (ZERO, 0) not in d and exact.hurwitz(over_s(d)):
         need(not critical, "a simple root at 0 alone refutes nothing in the critical case")
-        return OTHERS, {"root": f"d + g n has a simple root at 0 for g = {g}, the others strictly inside"}
-    return MOVES, {"root": f"d + g n, g = {g}, has a root on the axis or right of it, by Routh's array"}
+        at = "z = 1" if B.discrete else "s = 0"
+        return OTHERS, {"root": f"d + g n has a simple root at {at} for g = {g}, the others strictly inside"}
+    return MOVES, {"root": f"d + g n, g = {g}, has a root that is not strictly inside, by Routh's array"}
 
 
 def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
     """What a certificate shows: kind, conclusion, and every hypothesis with how it was found to hold."""
-    version, verdict, convention, origin, system, given, law, name, data, _, _, proof = fields(
-        certificate, *HEAD.split()
-    )
-    form(
-        (version, convention) == (FORMAT, CONVENTION) and origin in ORIGINS,
-        f"format, convention or numbers: not of {FORMAT}",
-    )
-    form(
-        verdict in ("PROVED", "REFUTED") and isinstance(name, str) and name.isascii() and name.isprintable(),
-        "the verdict is PROVED or REFUTED, the theorem a name",
-    )
+    head = fields(certificate, *HEAD.split())
+    version, verdict, convention, origin, system, given, law, name, data, _, _, proof = head
+    form((version, convention) == (FORMAT, CONVENTION), f"format or convention is not that of {FORMAT}")
+    form(origin in ORIGINS and verdict in ("PROVED", "REFUTED"), "numbers or verdict is not of those there are")
+    form(isinstance(name, str) and name.isascii() and name.isprintable(), "the theorem is no name")
     form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")
     form(law is None or isinstance(law, dict), "the law is neither null nor an object")
     laws = states.classes(given)
-    facts = {"class": states.described(laws)}
+    facts, slopes = {"class": states.described(laws)}, list[Fraction]()
     if law is not None:
-        facts["law"] = states.known(law, laws)
+        facts["law"], slopes = states.known(law, laws)
     if verdict == "REFUTED":
-        need(name == "counterexample" and data == {}, "a refutation is a counterexample")
+        need(
+            name == "counterexample" and data == {} and law is None, "a refutation is a counterexample, of no given law"
+        )
         conclusion, found = counterexample(system, laws, proof)
         return Refuted, conclusion, facts | found
     if name.startswith("rod-"):
@@ -352,11 +346,15 @@ def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
         return Proved, LINEAR, facts | linear(block(system), laws)
     if proof["method"] == "matrix":
         critical, found = by_matrix(name, data, system, laws, proof)
-        delayed = False
+        direct, delayed = realised(system, ZERO)[3], False
     else:
         B = block(system)
         F, full, critical, found = inequality(name, data, B, laws)
-        found, delayed = found | on_axis(F, full, critical, not unbounded(name, data, laws), proof), B.delayed
+        found |= on_axis(F, full, critical, not unbounded(name, data, laws), proof)
+        direct, delayed = B.direct, B.delayed
+    found |= states.solvable(direct, laws, slopes) if name == "popov" else {}
+    if found.get("solvable") == states.SOLVABLE:
+        facts["class"] += ", with sigma + H(inf) phi(sigma) increasing and its inverse locally Lipschitz"
     if critical:
         return Proved, BOUNDED if laws.varying else CONVERGES, facts | found
     return Proved, FINITE_ENERGY if delayed else ATTRACTS, facts | found

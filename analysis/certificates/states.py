@@ -34,6 +34,7 @@ from .arithmetic import (
 )
 
 FLOW_ORBIT = "method points left right pieces durations state half inverse radius bits"
+SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
 TERMS, DEEPEST = 12, 48  # of Taylor's formula; halvings of a stay
 
 
@@ -58,6 +59,9 @@ def classes(data: Any) -> Laws:
     )
     bounds = [(extended(x[0]), extended(x[1])) for x in (sector, slope if slope is not None else ["-inf", "inf"])]
     form(all(x[0] < x[1] for x in bounds), "the bounds are not in order")
+    form(
+        max(bounds[0][0], bounds[1][0]) <= min(bounds[0][1], bounds[1][1]), "no law has both the sector and the slopes"
+    )
     return Laws(bounds[0], bounds[1], (sector[1] == "inf", slope is None or slope[1] == "inf"), odd, varying, linear)
 
 
@@ -68,7 +72,7 @@ def described(laws: Laws) -> str:
     for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), laws[:2], laws.endless):
         near = "" if abs(k) == INF or k.denominator < 10**6 else f" (about {float(k):.9g})"
         top = "without upper bound" if endless else "up to any finite bound" if k == INF else f"up to {k}{near}"
-        words += [f"{name} from {l} {top}"] * ((l, k) != (-INF, INF))
+        words += [f"{name} from {l} {top}"] * (l != -INF or k != INF or not endless)
     return ", ".join(words)
 
 
@@ -102,18 +106,36 @@ def piecewise(points: Any, left: Any, right: Any) -> Law:
     return Law(knots, [number(left), *((q[1] - p[1]) / (q[0] - p[0]) for p, q in pairwise(knots)), number(right)])
 
 
-def known(law: Any, laws: Laws) -> str:
-    """One law, in the class."""
+def known(law: Any, laws: Laws) -> tuple[str, list[Fraction]]:
+    """One law, in the class: how that was found, and slopes of which all of its slopes are means."""
     if law.get("kind") == "tanh":
         height, rate = (number(x) for x in fields(law, "kind", "height", "rate")[1:])
         top = height * rate  # slopes and chords fill (0, top]
         inside = all(a <= 0 and top <= b for a, b in (laws.sector, laws.slope)) and not laws.linear
         need(height > 0 and rate > 0 and inside, "the law is not in the class")
-        return f"{height} tanh({rate} sigma) has slopes and chords in (0, {top}] and is odd"
+        return f"{height} tanh({rate} sigma) has slopes and chords in (0, {top}] and is odd", [ZERO, top]
     kind, *given = fields(law, "kind", "points", "left", "right")
     form(kind == "piecewise-linear", "a law is piecewise-linear or tanh")
-    need(piecewise(*given).member(laws), "the law is not in the class")
-    return "piecewise linear through the given points: its slopes and chords lie within the bounds"
+    found = piecewise(*given)
+    need(found.member(laws), "the law is not in the class")
+    return "piecewise linear through the given points: its slopes and chords lie within the bounds", found.slopes
+
+
+def solvable(direct: Fraction, laws: Laws, slopes: list[Fraction]) -> dict[str, str]:
+    """Whether ``y = sigma + H(inf) phi(sigma)`` determines ``sigma``, ``slopes`` being those of a given law.
+
+    ``1 + s H(inf)`` must have the sign it has at the lower bound of the sector for every slope ``s``.
+    """
+    if not direct:
+        return {}
+
+    def keeps(bounds: Any) -> bool:
+        signs = [1 + s * direct for s in (laws.sector[0], *bounds)]
+        return bool(min(signs) > 0 or max(signs) < 0)
+
+    need(keeps(slopes), "1 + slope H(inf) changes its sign over the slopes of the law")
+    shown = INF not in map(abs, laws.slope) and keeps(laws.slope)
+    return {"solvable": "1 + slope H(inf) keeps its sign over the class" if shown else SOLVABLE}
 
 
 def unit(rows: Any) -> int:
