@@ -75,8 +75,8 @@ OSCILLATOR = transfer("1", "1 1 1")  # circle: below 3; every linear gain >= 0 i
 LAG = transfer("1", "1 3 3 1")  # linear gains: below 8
 DISCRETE = transfer("1", "1 -1/2 0", "discrete")
 DEAD = delayed([("1", "1")], "1 1")
-ROD = {"kind": "rod", "E": "4", "rho": "1", "L": "3", "A": "1", "k": "5"}  # Z = 2
-SCHEME = {**ROD, "kind": "rod-scheme", "cells": 2}
+ROD = {"kind": "rod", "E": "4", "rho": "9", "L": "3", "A": "1/2", "k": "5"}  # Z = A sqrt(rho E) = 3
+SCHEME = {**ROD, "kind": "rod-scheme", "cells": 3}
 LIMITER = {"kind": "piecewise-linear", "points": [["-1", "-1"], ["0", "0"], ["1", "1"]], "left": "0", "right": "1/2"}
 TANH = {"kind": "tanh", "height": "1/2", "rate": "2"}
 HALF_KERNEL = {"coefficient": "1/2", "rate": "1", "order": 1, "side": "causal"}
@@ -146,6 +146,7 @@ DRAFTS = {
     "rod itself": lambda: draft(ROD, laws(0, "inf"), "rod-energy", {}, STRUCTURE),
     "linear gain": lambda: refutation(LAG, laws(0, 9, linear=True), {"method": "linear-gain", "gain": "17/2"}),
     "linear gain, discrete": lambda: refutation(DISCRETE, laws(0, 2), {"method": "linear-gain", "gain": "5/4"}),
+    "linear gain, dead time": lambda: refutation(DEAD, laws(-2, 0), {"method": "linear-gain", "gain": "-3/2"}),
     "crossing": lambda: refutation(
         DEAD, laws(0, 3), {"method": "crossing", "gains": ["2", "5/2"], "frequencies": ["2", "41/20"]}
     ),
@@ -170,6 +171,24 @@ DRAFTS = {
             "u": ["-1", "1"],
             "sigma": ["1", "-1"],
         },
+    ),
+    # H = (1 - z)/(2 z): sigma_0 = -u_0/2 + u_1/2 with u_1 = -u_0
+    "orbit, chords": lambda: refutation(
+        transfer("-1/2 1/2", "1 0", "discrete"),
+        laws(0, 1),
+        {
+            "method": "orbit",
+            "points": [["-1", "-1"], ["-2/3", "0"], ["0", "0"], ["2/3", "0"], ["1", "1"]],
+            "left": "0",
+            "right": "0",
+            "u": ["-1", "1"],
+            "sigma": ["1", "-1"],
+        },
+    ),
+    "equilibrium": lambda: refutation(
+        DISCRETE,
+        laws(-1, 0),
+        {"method": "orbit", "points": [["0", "0"]], "left": "-1/2", "right": "-1/2", "u": ["1/2"], "sigma": ["1"]},
     ),
     "flow-orbit": flow_orbit,
     "rod, refuted": lambda: refutation({**ROD, "k": "-1"}, laws(0, "inf"), STRUCTURE),
