@@ -1,0 +1,212 @@
+"""Solvers that return NaN, nonsense or two digits, that always say optimal, or that raise: nothing false is proved."""
+
+import dataclasses
+import sys
+from fractions import Fraction
+
+import flint
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.optimize
+from scipy.optimize import OptimizeResult
+
+from analysis import max_sector, max_slope, precision
+from analysis.certificates.certify import Ways, certify
+from analysis.certificates.checker import Proved, Refuted, check
+from analysis.certificates.second import recheck
+from analysis.evidence import Verdict
+from lure import LawClass, RationalBlock, Sector, StateSpaceBlock
+from lure.errors import AssumptionError, InputError
+
+# loaded here, so that their names can be replaced below
+from analysis.certificates import asking_matrices, countering, riccati, slack  # noqa: F401  # isort: skip
+from analysis.criteria import fir_search, kernel_search, phase_limit  # noqa: F401  # isort: skip
+from analysis.refutation import following, periodic_discrete, piecewise, search, switching_search  # noqa: F401  # isort: skip
+
+THIRD = RationalBlock([1], [1, 3, 2, 0])
+MASS = RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], 1)
+NOTCH = RationalBlock([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])
+LAGS = StateSpaceBlock([[0.0, 1.0], [-2.0, -3.0]], [0.0, 1.0], [1.0, 0.0])
+
+NUMPY = ("solve", "eig", "eigvals", "eigh", "eigvalsh", "inv", "pinv", "svd", "lstsq", "det", "norm", "qr", "cholesky")
+SCIPY = ("schur", "eigvals", "solve_triangular", "matrix_balance", "expm", "solve_continuous_are", "solve")
+
+
+def each_array(found, change):
+    """A result with every array and number in it changed."""
+    if isinstance(found, OptimizeResult):
+        return OptimizeResult({key: each_array(value, change) for key, value in found.items()})
+    if isinstance(found, tuple):
+        parts = [each_array(part, change) for part in found]
+        return type(found)(*parts) if hasattr(found, "_fields") else tuple(parts)
+    if isinstance(found, np.ndarray) and found.dtype.kind in "fc":
+        return change(found)
+    return found.dtype.type(change(np.asarray(found))) if isinstance(found, np.floating | np.complexfloating) else found
+
+
+def two_digits(array):
+    if array.dtype.kind == "c":
+        return two_digits(array.real) + 1j * two_digits(array.imag)
+    return np.array([float(f"{v:.1e}") for v in array.ravel()]).reshape(array.shape)
+
+
+CHANCE = np.random.default_rng(4)
+CHANGES = {
+    "NaN": lambda array: np.full_like(array, np.nan),
+    "infinite": lambda array: np.full_like(array, np.inf),
+    "zero": np.zeros_like,
+    "negative": np.negative,
+    "two digits": two_digits,
+    "nonsense": lambda array: CHANCE.standard_normal(array.shape).astype(array.dtype),
+}
+ERRORS = (
+    *(np.linalg.LinAlgError("Singular matrix"), ValueError("array must not contain infs or NaNs"), MemoryError()),
+    *(ZeroDivisionError("division by zero"), OverflowError("too large"), FloatingPointError("underflow")),
+)
+
+
+def wrapped(solver, fault):
+    """A solver that fails in one way."""
+
+    def failing(*arguments, **options):
+        if isinstance(fault, Exception):
+            raise fault
+        if fault == "optimal":
+            found = solver(*arguments, **options)
+            size = len(np.atleast_1d(arguments[0]))
+            if isinstance(found, OptimizeResult):
+                found.update(x=np.full(size, 0.25), fun=-1.0, status=0, success=True, message="optimal")
+            return found
+        return each_array(solver(*arguments, **options), CHANGES[fault])
+
+    return failing
+
+
+@pytest.fixture
+def broken(monkeypatch):
+    """Replace the solvers wherever a search has their names."""
+
+    def replace(fault):
+        solvers = {getattr(np.linalg, name): (np.linalg, name) for name in NUMPY}
+        solvers |= {getattr(scipy.linalg, name): (scipy.linalg, name) for name in SCIPY}
+        solvers[scipy.optimize.linprog] = (scipy.optimize, "linprog")
+        for solver, (module, name) in solvers.items():
+            failing = wrapped(solver, fault)
+            monkeypatch.setattr(module, name, failing)
+            for other in [m for key, m in sys.modules.items() if key.startswith("analysis.")]:
+                for at, value in list(vars(other).items()):
+                    if value is solver:
+                        monkeypatch.setattr(other, at, failing)
+
+    return replace
+
+
+def sector(lower, upper, **words):
+    return LawClass(sector=Sector(lower, upper), **words)
+
+
+# Question, the truth about the class (None: a verdict either way would be wrong or is unknown), and how to look.
+# 1/(s(s+1)(s+2)): Routh and Popov 6.  (2 z + 0.92)/(z^2 - z/2): monotone laws are stable to 0.9114 and have an orbit
+# from 175/192 = 0.91146 on.  s/(..) of NOTCH: slopes to 4.5894.  1/((s+1)(s+2)) is stable for every positive law.
+QUESTIONS = {
+    "popov": (THIRD, sector(0, Fraction("5.9")), Verdict.PROVED, {"method": "matrix"}),
+    "beyond popov": (THIRD, sector(0, Fraction("6.1")), Verdict.REFUTED, {"method": "matrix"}),
+    "circle": (LAGS, sector(0, 17), Verdict.PROVED, {}),
+    "without an answer": (LAGS, sector(-3, 0), Verdict.REFUTED, {}),  # gains below -2 are unstable, and not looked for
+    "taps": (MASS, LawClass.slope_restricted(0, Fraction("0.91")), Verdict.PROVED, {"criterion": "zames-falb"}),
+    "beyond taps": (MASS, LawClass.slope_restricted(0, Fraction("0.92")), Verdict.REFUTED, {"criterion": "zames-falb"}),
+    "orbit": (MASS, LawClass.slope_restricted(0, Fraction("0.92")), Verdict.REFUTED, {"seconds": 6}),
+    "kernels": (NOTCH, LawClass.slope_restricted(0, Fraction("4.5")), Verdict.PROVED, {"criterion": "zames-falb"}),
+    "switching": (
+        RationalBlock([1], [1, Fraction("0.1"), 1]),
+        sector(0, 3, time_varying=True),
+        Verdict.REFUTED,
+        {"seconds": 4},
+    ),
+}
+FAULTS = [*CHANGES, "optimal", *ERRORS]
+LONG = ("orbit", "switching", "beyond taps")
+NAMES = [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in QUESTIONS]
+PAIRS = [
+    pytest.param(fault, name, marks=[pytest.mark.slow] * (name in LONG or (name, fault) == ("taps", "nonsense")))
+    for fault in FAULTS
+    for name in QUESTIONS
+]
+
+
+def assert_honest(found, truth):
+    """A verdict is the true one, with a certificate that both checkers accept; or there is a code."""
+    if found.verdict is Verdict.INCONCLUSIVE:
+        assert (found.shown, found.certificate) == (None, None)
+        assert found.code is not None
+        return
+    assert found.verdict is truth
+    assert isinstance(found.shown, Proved if truth is Verdict.PROVED else Refuted)
+    assert check(found.certificate).claim == found.shown.claim
+    assert recheck(found.certificate).accepted
+
+
+@pytest.mark.parametrize(("fault", "name"), PAIRS, ids=lambda f: f if isinstance(f, str) else type(f).__name__)
+def test_whatever_the_solvers_return_nothing_false_is_certified(monkeypatch, broken, fault, name):
+    block, law_class, truth, ways = QUESTIONS[name]
+    broken(fault)
+    found = certify(block, law_class, ways=Ways(**ways))
+    monkeypatch.undo()
+    assert_honest(found, truth)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_with_sound_solvers_the_same_questions_have_their_answers(name):
+    block, law_class, truth, ways = QUESTIONS[name]
+    found = certify(block, law_class, ways=Ways(**{**ways, "seconds": None}))
+    assert_honest(found, truth)
+    assert found.verdict is truth or name in ("beyond taps", "without an answer")
+
+
+@pytest.mark.parametrize("name", ["popov", "beyond popov", "circle", pytest.param("taps", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("bits", [2, 8])
+def test_with_two_bits_nothing_false_is_certified(monkeypatch, name, bits):
+    block, law_class, truth, ways = QUESTIONS[name]
+    usual, before = precision.working_precision, flint.ctx.prec
+
+    def coarse(_bits):
+        return usual(bits)
+
+    for key, module in list(sys.modules.items()):
+        if key.startswith("analysis.") and vars(module).get("working_precision") is usual:
+            monkeypatch.setattr(module, "working_precision", coarse)
+    flint.ctx.prec = bits
+    try:
+        found = certify(block, law_class, ways=Ways(**ways, seconds=5))
+    finally:
+        flint.ctx.prec = before
+        monkeypatch.undo()
+    assert_honest(found, truth)
+
+
+LARGEST = {
+    "sector": (lambda: max_sector(THIRD, criterion="popov"), 6),
+    "slope": (lambda: max_slope(MASS, criterion="zames-falb", search="linear"), Fraction(175, 192)),
+    "doubles": (lambda: max_sector(LAGS, criterion="circle"), 18),
+}
+
+
+@pytest.mark.parametrize("name", ["sector", "doubles", pytest.param("slope", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda f: f if isinstance(f, str) else type(f).__name__)
+def test_the_largest_class_is_never_too_large(monkeypatch, broken, fault, name):
+    ask, limit = LARGEST[name]
+    broken(fault)
+    try:
+        found = ask()
+    except (AssumptionError, InputError):
+        return
+    except Exception as error:
+        if error is fault:  # what the solver raised; it is no answer
+            return
+        raise
+    finally:
+        monkeypatch.undo()
+    if found.verdict is Verdict.PROVED:
+        assert found.largest.low <= limit
+    assert dataclasses.is_dataclass(found)
