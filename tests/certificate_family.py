@@ -17,6 +17,7 @@ from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns
 from analysis.refutation.realisation import companion
 from lure.laws.graph import Graph
 from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
 
 POLYNOMIAL, STRUCTURE = {"method": "polynomial"}, {"method": "structure"}
 
@@ -128,6 +129,13 @@ DRAFTS = {
         "zames-falb",
         {"theta": "1/2", "kernels": [HALF_KERNEL, FAR_KERNEL]},
     ),
+    "zames-falb, dead time": lambda: draft(
+        OSCILLATOR,
+        laws(0, "7/2", slope=True),
+        "zames-falb",
+        {"theta": "1/2", "kernels": [{"coefficient": "1/8", "delay": "1/2"}]},
+        THREE_BOXES,
+    ),
     "zames-falb, discrete": lambda: draft(
         DISCRETE, laws(0, "4/5", slope=True), "zames-falb", {"taps": [[1, "1/2"], [-2, "1/8"]]}
     ),
@@ -138,6 +146,7 @@ DRAFTS = {
         **matrix(RationalBlock([1], [1, 1, 1]), "5/2"),
         "laws": laws(0, "5/2", time_varying=True),
     },
+    "circle, state space": lambda: matrix(StateSpaceBlock([[-1.0, 2.0], [-2.0, -1.0]], [0.0, 1.0], [1.0, 0.5]), 1),
     "popov, matrix": lambda: matrix(RationalBlock([1], [1, 3, 2, 0]), 5, theta=Fraction(3, 2)),
     "circle, discrete matrix": lambda: matrix(RationalBlock([1], [1, Fraction(-1, 2), 0], 1), "1/2"),
     "rod-popov": lambda: draft(SCHEME, laws(0, "inf"), "rod-popov", {"theta": "7"}, STRUCTURE),

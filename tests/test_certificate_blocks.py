@@ -8,7 +8,7 @@ import pytest
 from analysis.certificates import arithmetic as exact
 from analysis.certificates.arithmetic import Malformed, Rejected
 from analysis.certificates.blocks import block, coefficients, realised, scheme
-from analysis.certificates.states import chords, classes, deflated, piecewise
+from analysis.certificates.states import chords, classes, deflated, inside, piecewise
 
 
 def at(form, omega):
@@ -151,3 +151,63 @@ def test_laws_through_points():
 def test_membership_in_the_class_of_chords_from_0_to_1(points, left, right, given, inside):
     whole = {"sector": ["0", "1"], "slope": None, "odd": False, "time_varying": False, "linear": False, **given}
     assert piecewise(points, left, right).member(classes(whole)) is inside
+
+
+PI = F(884279719003555, 281474976710656)  # the double, 1.2e-16 below pi
+NEAR = F(1, 10**9)
+
+
+@pytest.mark.parametrize(
+    ("start", "t", "sides", "stays"),
+    [
+        # y = sin s up to pi: off the lower side and back to it
+        ((0, 1), PI, (0, 2), True),
+        ((0, 1), PI, (0, math.inf), True),
+        ((0, 1), PI, (0, 1 + NEAR), True),
+        ((0, 1), PI, (0, 1), False),
+        ((0, 1), PI, (0, 1 - NEAR), False),
+        ((0, 1), PI, (0, F(1, 2)), False),
+        ((0, 1), PI, (-math.inf, 2), True),
+        ((0, 1), PI, (-math.inf, 1), False),
+        ((0, 1), 2 * PI, (0, 2), False),
+        ((0, 1), 2 * PI, (-1 - NEAR, 1 + NEAR), True),
+        ((0, 1), 2 * PI, (-1, 2), False),
+        # y = -sin s: off the upper side and back
+        ((0, -1), PI, (-2, 0), True),
+        ((0, -1), PI, (-math.inf, 0), True),
+        ((0, -1), PI, (-1 - NEAR, 0), True),
+        ((0, -1), PI, (-1, 0), False),
+        ((0, -1), 2 * PI, (-2, 0), False),
+        # on the wrong way at the start
+        ((0, -1), PI, (0, 2), False),
+        ((0, 1), PI, (-2, 0), False),
+        # from a side and to the other: y = -cos s
+        ((-1, 0), PI, (-1, 1), False),  # it touches both
+        ((F(-3, 5), F(4, 5)), 2 * F(927295218001612, 10**15), (F(-3, 5), 2), True),
+        ((F(-3, 5), F(4, 5)), 2 * F(927295218001612, 10**15), (F(-3, 5), 1), True),  # up to 0.9999999 at most
+        # in the middle
+        ((0, 1), F(7, 2), (F(-2, 5), 2), True),  # sin 3.5 = -0.3508
+        ((0, 1), F(4), (F(-2, 5), 2), False),
+        ((1, 0), PI / 2, (0, 2), True),
+        ((1, 0), PI / 2, (0, 1), False),  # at rest on the side
+        ((-1, 0), PI / 2, (-2, 0), True),
+    ],
+)
+def test_a_swing_stays_between_two_sides(start, t, sides, stays):
+    G = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]]
+    X = exact.ball([[F(start[0])], [F(start[1])], [F(1)]], 128)
+    assert (
+        inside(G, [F(1), F(0)], X, (t, F(1, 10**12)), tuple(x if abs(x) == math.inf else F(x) for x in sides)) is stays
+    )
+    if stays:  # in other units of time
+        fast = [[7 * v for v in row] for row in G]
+        ends = tuple(x if abs(x) == math.inf else F(x) for x in sides)
+        assert inside(fast, [F(1), F(0)], X, (t / 7, F(1, 10**13)), ends)
+
+
+def test_a_swing_known_with_too_large_an_error_stays_nowhere():
+    G, X = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]], exact.ball([[F(0)], [F(1)], [F(1)]], 128)
+    for error, stays in ((2**100, True), (2**126, False)):
+        assert inside(G, [F(1), F(0)], X._replace(error=error), (F(2), F(1, 10**12)), (F(-1), F(5, 4))) is stays
+    # nor for a time that is not known
+    assert not inside(G, [F(1), F(0)], X, (F(1), F(1)), (F(-1), F(2)))

@@ -43,7 +43,7 @@ def changed(name, changes):
         *above, last = path.split(".")
         place = made
         for key in above:
-            place = place[key]
+            place = place[int(key) if key.isdigit() else key]
         place[last] = value
     return made
 
@@ -122,6 +122,9 @@ REJECTED = [
     ("popov, every finite bound", {"theorem": "kalman"}, "there is no theorem 'kalman'"),
     ("popov", {"proof": STRUCTURE}, "there is no proof by 'structure'"),
     # polynomials and covers
+    ("zames-falb, dead time", {"multiplier.kernels": [{"coefficient": "9/8", "delay": "1/2"}]}, "masses add up to 9/8"),
+    ("zames-falb, dead time", {"multiplier.kernels": [{"coefficient": "-1/8", "delay": "1/2"}]}, "need odd laws"),
+    ("zames-falb, dead time", {"multiplier.theta": "0"}, "not shown on the box"),
     ("circle, dead time", {"proof": {"method": "polynomial"}}, "with delays a cover is needed"),
     ("popov, dead time", {"system": LATE, "laws.sector": ["0", "2"]}, "not shown"),
     ("circle, dead time", {"system": LATE}, "circle does not cover a pole at 0"),
@@ -163,6 +166,10 @@ REJECTED = [
         {"proof.zero": {"right": ["1", "0"], "left": ["1", "0"], "pivot": 0}},
         "in discrete time theta is 0 and zero is null",
     ),
+    ("circle, state space", {"laws.sector": ["0", "9"]}, "the inequality of P fails"),
+    ("circle, state space", {"system.d": "-1"}, "vanishes in the class"),
+    ("circle, state space", {"system.d": "1", "laws.sector": ["-1", "1"]}, r"1 \+ l H\(inf\) = 0 at the lower bound"),
+    ("circle, state space", {"system.d": "-7/8"}, "the inequality of P fails"),
     # constant gains
     ("hurwitz", {"laws.linear": False}, "constant gains from a finite lower bound"),
     ("hurwitz", {"laws.sector": ["-inf", "1"]}, "constant gains from a finite lower bound"),
@@ -205,6 +212,8 @@ REJECTED = [
     ("crossing", {"proof.frequencies": ["41/20", "3"]}, "no root i omega is shown"),
     ("crossing", {"proof.frequencies": ["1", "2"]}, "no root i omega is shown"),
     ("crossing", {"proof.frequencies": ["41/20", "2"]}, "outside the class"),
+    ("crossing", {"proof.frequencies": ["19/10", "2"]}, "no root i omega is shown"),
+    ("crossing", {"proof.frequencies": ["41/20", "43/20"]}, "no root i omega is shown"),
     ("crossing", {"proof.frequencies": ["2", "2"]}, "outside the class"),
     ("crossing", {"proof.gains": ["9/4", "9/4"]}, "outside the class"),
     ("crossing", {"proof.frequencies": ["0", "41/20"]}, "outside the class"),
@@ -317,6 +326,10 @@ MALFORMED = [
     ("popov", {"system.denominator": ["0", "1", "1"]}, "denominator"),
     ("popov", {"system.denominator": ["1"], "system.numerator": ["1", "1"]}, "not proper"),
     ("popov, dead time", {"system": delayed([("-1", "1")], "1 1")}, "delays >= 0"),
+    ("circle, state space", {"system.time": "sampled"}, "time is one of two"),
+    ("circle, state space", {"system.A": "-1"}, "A is a list of rows"),
+    ("circle, state space", {"system.A": [["-1"]]}, "a list needs 1 numbers"),
+    ("circle, state space", {"system.A": [["-1", "2"], ["-2"]]}, "a list needs 2 numbers"),
     ("popov, dead time", {"system": delayed([("1", "1"), ("1", "2")], "1 1")}, "different delays"),
     ("popov, dead time", {"system": delayed([("1", "1 2")], "1 1")}, "strictly proper"),
     ("popov, dead time", {"system": delayed([], "1 1")}, "strictly proper|delays"),
@@ -390,6 +403,8 @@ ACCEPTED = [
         },
     ),
     ("switched gain", {"proof.bits": 4096}),
+    ("circle, state space", {"system.d": "1/2"}),
+    ("zames-falb, dead time", {"multiplier.kernels.0.delay": "-1/2"}),
     ("linear gain, dead time", {"proof.gain": "-3/2"}),
     ("linear gain", {"laws.sector": ["8", "9"], "proof.gain": "8"}),
     ("linear gain", {"laws.slope": ["17/2", "9"]}),
