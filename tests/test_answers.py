@@ -368,3 +368,11 @@ def test_the_basis_of_the_states_does_not_matter(block, numbers):
     B = [row[-1] for row in inverse]
     found = max_sector((turned, B, product([C], T)[0], top[0]), criterion="popov")
     assert found.largest == max_sector(block, criterion="popov").largest
+
+
+def test_a_gain_that_only_makes_other_equilibria_is_refuted_just_above():
+    # -1/(s + 1): at k = 1 the pole arrives at 0, and sectors [0, 1] converge to their equilibria, as those of 1/s do
+    found = max_sector(([-1], [1, 1]))
+    assert found.largest.low < 1 < found.refuted_at < 1 + 1e-11
+    assert found.closed
+    assert "does not converge to an equilibrium" in found.refutation.claim

@@ -699,8 +699,10 @@ def test_a_linear_gain(gain, good):
 # s + 1 - g: a root 0 at g = 1 is a line of equilibria; two of them, s^2 for g = 1, are a ramp.
 def test_a_linear_gain_with_a_root_at_zero():
     proof = {"method": "linear-gain", "gain": "1"}
-    single = refuted(transfer([-1], [1, 1]), laws(0, 1), proof, OTHERS)
+    single = refuted(transfer([-1], [1, 1]), laws(0, 2), proof, OTHERS)
     assert accepted(single)
+    # at the upper end it is the critical case of -H, in which convergence to the equilibria can be proved
+    assert not accepted(refuted(transfer([-1], [1, 1]), laws(0, 1), proof, OTHERS))
     assert not accepted({**single, "conclusion": NO_REST})
     assert accepted(refuted(transfer([-1, -1], [1, 1, 1]), laws(0, 1), proof, NO_REST))
     # the class of an integrator has other equilibria anyway
@@ -710,7 +712,7 @@ def test_a_linear_gain_with_a_root_at_zero():
     assert accepted({**critical, "system": transfer([-1], [1, 0])})
     # two equal states at rest, x' = 0, are equilibria, not a ramp
     resting = state_space([[-1, 0], [0, -1]], [1, 0], [-1, 0])
-    assert accepted(refuted(resting, laws(0, 1), proof, OTHERS))
+    assert accepted(refuted(resting, laws(0, 2), proof, OTHERS))
 
 
 def test_a_linear_gain_in_discrete_time():
@@ -788,9 +790,9 @@ def test_an_orbit_in_discrete_time():
 def test_a_constant_orbit_is_an_equilibrium():
     system = transfer(["-1/2"], [1, "-1/2"], "discrete")
     proof = {"method": "orbit", "points": [["1", "1"]], "left": "1", "right": "0", "u": ["-1"], "sigma": ["1"]}
-    assert accepted(refuted(system, laws(0, 1), proof, OTHERS))
-    assert not accepted(refuted(system, laws(0, 1), proof, NO_REST))
-    assert not accepted(refuted(system, laws(0, 1), {**proof, "u": ["0"], "sigma": ["0"]}, OTHERS))
+    assert accepted(refuted(system, laws(0, 2), proof, OTHERS))
+    assert not accepted(refuted(system, laws(0, 2), proof, NO_REST))
+    assert not accepted(refuted(system, laws(0, 2), {**proof, "u": ["0"], "sigma": ["0"]}, OTHERS))
 
 
 def flow_orbit():

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from analysis.answer import Answer
 from analysis.criteria.discrete_block import below
+from analysis.criteria.hurwitz import is_stable_gain
 from analysis.evidence import Bracket, Evidence, Verdict
+from analysis.refutation.rounding import rounded_up, short
 from analysis.witness import Witness
 from lure.delay import DelayBlock
 from lure.nonlinearity import Nonlinearity
@@ -125,7 +128,24 @@ def refuted_witness(asked: Asked, witness: Witness) -> Witness:
     block = asked.block
     if witness.evidence is not Evidence.CERTIFIED or not isinstance(block, RationalBlock | DelayBlock):
         return witness
-    found = guarded(witness.kind, lambda: settled(refutation_draft(block, witness)))
-    if isinstance(found, Refuted):
-        return replace(witness, refutation=found)
+    for candidate in (witness, *_just_above(block, witness)):
+        found = guarded(candidate.kind, lambda one=candidate: settled(refutation_draft(block, one)))  # type: ignore[misc]
+        if isinstance(found, Refuted):
+            return replace(candidate, refutation=found)
     return replace(witness, evidence=Evidence.COMPUTED)
+
+
+def _just_above(block: RationalBlock | DelayBlock, witness: Witness) -> Iterator[Witness]:
+    """Gains just above a linear one that only makes other equilibria: at the end of a class they refute nothing."""
+    if witness.kind != "linear gain" or not isinstance(witness.data.get("gain"), str):
+        return
+    gain = Fraction(str(witness.data["gain"]))
+    for exponent in (40, 30, 20):
+        above = gain + max(abs(gain), Fraction(1, 2**exponent)) / 2**exponent
+        if isinstance(block, RationalBlock) and not is_stable_gain(block, above):
+            yield replace(
+                witness,
+                k=rounded_up(above),
+                description=f"phi = k sigma, k just above {short(gain)}: the loop is not asymptotically stable",
+                data={**witness.data, "gain": str(above)},
+            )

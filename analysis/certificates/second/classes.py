@@ -38,6 +38,14 @@ class Laws:
             lower=lower, upper=upper, slope=slope, odd=self.odd, time_varying=self.time_varying, linear=self.linear
         )
 
+    @property
+    def ends(self) -> tuple[Fraction | None, Fraction | None]:
+        """Least and greatest gain of the class, None where there is none."""
+        slope = self.slope or (self.lower, self.upper)
+        lows = [end for end in (self.lower, slope[0]) if isinstance(end, Fraction)]
+        highs = [end for end in (self.upper, slope[1]) if isinstance(end, Fraction)]
+        return max(lows, default=None), min(highs, default=None)
+
     def slopes_within(self, lower: Lower, upper: Upper) -> bool:
         """Whether every law of the class has its slope within these bounds."""
         return self.slope is not None and at_least(self.slope[0], lower) and at_most(self.slope[1], upper)

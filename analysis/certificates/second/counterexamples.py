@@ -9,7 +9,7 @@ from flint import arb_mat
 
 from analysis.certificates.second import claims, structure
 from analysis.certificates.second.classes import Laws
-from analysis.certificates.second.gains import Kind, critical_at, require_crossing, unstable_kind
+from analysis.certificates.second.gains import Kind, critical_end, positive_root, require_crossing, unstable_kind
 from analysis.certificates.second.orbits import orbit_kind, require_flow_orbit
 from analysis.certificates.second.reading import Document, NotShown, count, listed, number, numbers, record, require
 from analysis.certificates.second.systems import Rational, RodData, System
@@ -31,6 +31,7 @@ def refuted(document: Document, system: System, laws: Laws) -> str:
         The law is not in the class, or the motion is not shown.
     """
     require(document.theorem == "counterexample", "a refutation is a counterexample")
+    require(document.law is None, "a refutation names no law")
     record(document.multiplier)
     proof, method = document.proof, document.proof.get("method")
     if isinstance(system, RodData):
@@ -41,12 +42,16 @@ def refuted(document: Document, system: System, laws: Laws) -> str:
         require(laws.has_gain(low) and laws.has_gain(high), "the gains are not in the class")
         require_crossing(system, (low, high), _pair(found["frequencies"]))
         return claims.NO_REST
-    if not isinstance(system, Rational):
-        raise NotShown("with dead time only crossings are shown")
     if method == "linear-gain":
         gain = number(record(proof, "method", "gain")["gain"])
         require(laws.has_gain(gain), "the gain is not in the class")
+        if not isinstance(system, Rational):
+            return claims.NO_REST if positive_root(system, gain) == "no rest" else claims.OTHER_EQUILIBRIA
+        if 1 + gain * system.feedthrough == 0:
+            return claims.NO_SOLUTION
         return _sentence(unstable_kind(system, gain), system, laws)
+    if not isinstance(system, Rational):
+        raise NotShown("with dead time only gains are shown")
     if method == "switched-gain":
         _require_switched(proof, system, laws)
         return claims.NO_REST
@@ -61,8 +66,7 @@ def _sentence(kind: Kind, system: Rational, laws: Laws) -> str:
     """Other equilibria refute only a class in which 0 would have to attract every motion."""
     if kind == "no rest":
         return claims.NO_REST
-    critical = isinstance(laws.lower, Fraction) and critical_at(system, laws.lower)
-    require(not critical, "the loop has a pole at 0 anyway: other equilibria refute nothing")
+    require(not critical_end(system, laws), "the loop has a pole at 0 anyway: other equilibria refute nothing")
     return claims.OTHER_EQUILIBRIA
 
 

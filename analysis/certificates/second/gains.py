@@ -6,7 +6,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Literal
 
-from flint import acb, acb_poly, arb, arb_poly, fmpq_mat, fmpq_poly
+from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from analysis.certificates.second.classes import Laws
 from analysis.certificates.second.reading import NotShown, require
@@ -95,12 +95,34 @@ def unstable_kind(system: Rational, gain: Fraction) -> Kind:
     return "equilibria" if at_zero == 1 or _semisimple(system, gain, at_zero) else "no rest"
 
 
-def critical_at(system: Rational, lower: Fraction) -> bool:
-    """Whether the class has this lower bound as its critical case: other equilibria than 0 then refute nothing."""
-    if 1 + lower * system.feedthrough == 0:
-        return False
-    plant = system.plant.shifted(lower)
-    return plant.case == "critical" and plant.residue > 0
+def critical_end(system: Rational, laws: Laws) -> bool:
+    """Whether an end of the class is its critical case: other equilibria than 0 then refute nothing.
+
+    At the upper end that is the critical case of ``-H`` and ``-phi``.
+    """
+    for end, sign in zip(laws.ends, (1, -1), strict=True):
+        if end is None or 1 + end * system.feedthrough == 0:
+            continue
+        plant = system.plant.shifted(end)
+        if plant.case == "critical" and sign * plant.residue > 0:
+            return True
+    return False
+
+
+def positive_root(system: Delayed, gain: Fraction) -> Kind:
+    """What a gain with dead time does whose equation ``d + gain n = 0`` has a real root ``s >= 0``.
+
+    For large ``s > 0`` the sign is that of ``d``, as the other terms are strictly proper.
+
+    Raises
+    ------
+    NotShown
+        The sign at 0 is the same.
+    """
+    start = system.d[0] + to_fmpq(gain) * sum((n[0] for _, n in system.terms), fmpq(0))
+    start *= system.d[system.d.degree()]
+    require(bool(start < 0) or (bool(start == 0) and bool(system.d[0] != 0)), "no real root s >= 0 is shown")
+    return "no rest" if start < 0 else "equilibria"
 
 
 def require_crossing(
