@@ -85,19 +85,20 @@ FAR_KERNEL = {"coefficient": "-1/4", "rate": "2", "order": 2, "side": "anticausa
 THREE_BOXES = {"method": "cover", "boxes": [["0", "2"], ["2", "4"], ["4", "7"]], "order": 14}
 
 
-def flow_orbit():
+def flow_orbit(*, half):
     """s/(s^2 - s/5 + 1) with a dead zone: energy is fed in while |sigma| < 1, and a periodic motion is left."""
     block, graph = RationalBlock([1, 0], [1, Fraction(-1, 5), 1]), Graph.through([(-1, 0), (0, 0), (1, 0)], 1, 1)
     stays = Flow(PiecewiseLoop.of(companion(block), graph)).passages([2.0, 0.0], 400.0)
     first, last = returns(stays)
+    turn = stays[first : (first + last) // 2 if half else last]
     record = {
         "points": [["-1", "0"], ["0", "0"], ["1", "0"]],
         "left_slope": "1",
         "right_slope": "1",
-        "pieces": [stay.piece for stay in stays[first:last]],
-        "durations": [stay.duration for stay in stays[first:last]],
-        "state": [float(v) for v in stays[first].state],
-        "half": False,
+        "pieces": [stay.piece for stay in turn],
+        "durations": [stay.duration for stay in turn],
+        "state": [float(v) for v in turn[0].state],
+        "half": half,
     }
     system, given = transfer("1 0", "1 -1/5 1"), laws(0, 1, slope=True)
     return refutation(system, given, flow_orbit_proof(system, given, record))
@@ -199,7 +200,8 @@ DRAFTS = {
         laws(-1, 0),
         {"method": "orbit", "points": [["0", "0"]], "left": "-1/2", "right": "-1/2", "u": ["1/2"], "sigma": ["1"]},
     ),
-    "flow-orbit": flow_orbit,
+    "flow-orbit": lambda: flow_orbit(half=False),
+    "flow-orbit, half": lambda: flow_orbit(half=True),
     "rod, refuted": lambda: refutation({**ROD, "k": "-1"}, laws(0, "inf"), STRUCTURE),
 }
 

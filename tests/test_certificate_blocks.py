@@ -211,3 +211,4 @@ def test_a_swing_known_with_too_large_an_error_stays_nowhere():
         assert inside(G, [F(1), F(0)], X._replace(error=error), (F(2), F(1, 10**12)), (F(-1), F(5, 4))) is stays
     # nor for a time that is not known
     assert not inside(G, [F(1), F(0)], X, (F(1), F(1)), (F(-1), F(2)))
+    assert not inside(G, [F(1), F(0)], X, (F(1, 4), F(3, 10)), (F(-1), F(2)))

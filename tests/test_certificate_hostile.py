@@ -337,7 +337,7 @@ def test_a_wrong_type_anywhere_is_a_refusal(name):
             assert same or not answer(replaced(whole, path, value)) or path == ("law",), (path, value)
 
 
-@given(name=st.sampled_from([n for n in DRAFTS if n != "flow-orbit"]), data=st.data())
+@given(name=st.sampled_from([n for n in DRAFTS if not n.startswith("flow-orbit")]), data=st.data())
 @settings(max_examples=200)
 def test_any_value_in_place_of_any_part_is_answered(name, data):
     whole = json.loads(json.dumps(certificate(name)))

@@ -1,12 +1,15 @@
 """What the checker reads: text, counts and JSON of one form each, and nothing else; what goes wrong is a refusal."""
 
+import json
 import math
 from fractions import Fraction as F
 
 import pytest
+from certificate_family import certificate
 
 from analysis.certificates import arithmetic as exact
 from analysis.certificates.arithmetic import Malformed, Rejected
+from analysis.certificates.checker import main
 
 
 @pytest.mark.parametrize("text", ["0", "-0", "1", "-12/5", "007", "1/" + "9" * 4000, "9" * 4000, "-" + "9" * 4000])
@@ -125,3 +128,25 @@ def test_what_exceeds_all_bounds_is_rejected(error):
     for refusal in (Malformed, Rejected):
         with pytest.raises(refusal, match=r"^y$"), exact.checking(9.0):
             raise refusal("y")
+
+
+def test_the_checker_as_a_script_says_what_it_found_and_the_worst_status_counts(tmp_path, capsys):
+    files = {"good": certificate("popov"), "false": {**certificate("popov"), "conclusion": ""}, "none": {}}
+    for name, content in files.items():
+        (tmp_path / name).write_text(json.dumps(content))
+    good, false, none = (str(tmp_path / name) for name in files)
+    assert main([good]) == 0
+    first, *facts = capsys.readouterr().out.splitlines()
+    assert first.startswith("ACCEPTED: every motion converges to the set of equilibria: all time-invariant laws")
+    assert first.endswith("(Proved, popov)")
+    assert facts == [f"  {name}: {fact}" for name, fact in certificate("popov")["hypotheses"].items()]
+    assert (main([good, good]), main([false]), main([none]), main([]), main([good, none])) == (0, 11, 2, 2, 2)
+    assert (main([none, false]), main([false, none]), main([false, good])) == (11, 11, 11)
+    starts = [line.split(":")[0] for line in capsys.readouterr().out.splitlines() if not line.startswith("  ")]
+    assert starts == [
+        *("ACCEPTED", "ACCEPTED", "REJECTED", "NOT A CERTIFICATE", "ACCEPTED", "NOT A CERTIFICATE"),
+        *("NOT A CERTIFICATE", "REJECTED", "REJECTED", "NOT A CERTIFICATE", "REJECTED", "ACCEPTED"),
+    ]
+    (tmp_path / "long").write_text(" " * 12_000_001)
+    assert main([str(tmp_path), str(tmp_path / "absent"), str(tmp_path / "long")]) == 2
+    assert "more than 12000000 bytes" in capsys.readouterr().out

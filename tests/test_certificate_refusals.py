@@ -261,6 +261,9 @@ REJECTED = [
     ("flow-orbit", {"laws.sector": ["1/2", "1"]}, "the law is not in the class"),
     ("flow-orbit", {"proof.half": True, "proof.left": "1/2"}, "or half needs an odd one"),
     ("flow-orbit", {"system": transfer("-1 1 0", "1 -1/5 1")}, r"1 \+ slope H\(inf\) > 0 is needed"),
+    ("flow-orbit, half", {"proof.half": False}, "do not follow|no contraction"),
+    ("flow-orbit, half", {"proof.points": [["-1", "0"], ["0", "0"], ["9/8", "0"]]}, "or half needs an odd one"),
+    ("flow-orbit, half", {"proof.inverse": [["0"] * 4] * 4}, "no contraction"),
     ("flow-orbit", {"proof.inverse": [["0"] * 6] * 6}, "no contraction"),
     ("flow-orbit", {"proof.radius": "0"}, "the radius must be positive and small"),
     # the same motion meets a kink at 5/4 on its way
@@ -337,6 +340,10 @@ MALFORMED = [
     ("popov, dead time", {"proof.boxes": []}, "boxes"),
     ("popov, dead time", {"proof.order": 1}, "a count is 1"),
     ("popov, dead time", {"proof.order": 61}, "a count is 61"),
+    ("popov", {"law": {**LIMITER, "points": {}}}, "points are pairs"),
+    ("zames-falb", {"multiplier.kernels": [mass("1/500")] * 401}, "taps or kernels are a list"),
+    ("zames-falb, discrete", {"multiplier.taps": [[101, "1/2"]]}, "a count is 101"),
+    ("zames-falb, discrete", {"multiplier.taps": [[-101, "1/2"]]}, "a count is -101"),
     ("zames-falb", {"multiplier.kernels": {}}, "taps or kernels"),
     ("zames-falb", {"multiplier": kernels(mass("1/2", rate="0"))}, "a rate > 0"),
     ("zames-falb", {"multiplier": kernels(mass("1/2", rate="-1"))}, "a rate > 0"),
@@ -388,6 +395,9 @@ ACCEPTED = [
     ("hurwitz", {"system": transfer("1 0", "1 1 1"), "laws.sector": ["0", "inf"]}),
     ("hurwitz", {"system": OSCILLATOR, "laws.sector": ["0", "finite"]}),
     ("hurwitz", {"system": BIPROPER, "laws.sector": ["-1/4", "inf"]}),
+    ("hurwitz", {"system": transfer("1 1", "1 1 1"), "laws.sector": ["0", "inf"]}),
+    ("zames-falb", {"laws.sector": ["0", "finite"], "laws.slope": ["0", "finite"], "multiplier.theta": "2"}),
+    ("park", {"multiplier.tau": "0", "multiplier.theta": "1"}),
     ("hurwitz", {"system": DISCRETE, "laws.sector": ["0", "99/100"]}),
     ("popov, tanh", {"laws.sector": ["0", "1"]}),
     ("popov", {"law": {**LIMITER, "right": "0"}, "laws.odd": True}),
@@ -477,3 +487,14 @@ def test_what_the_checker_makes_of_a_draft_is_accepted(name):
     found = settled(DRAFTS[name]())
     if certificate(name)["proof"]["method"] not in ("matrix", "flow-orbit"):  # those are found in floating point
         assert found.certificate == certificate(name)
+
+
+@pytest.mark.parametrize("slope", [["3/2", "2"], ["-2", "-1"]])
+def test_a_class_without_a_law_is_refused(slope):
+    with pytest.raises((Rejected, Malformed), match="no law has both"):
+        settled(changed("popov", {"laws.sector": ["0", "1"], "laws.slope": slope}))
+
+
+def test_a_class_is_said_in_words():
+    found = settled(changed("popov", {"laws.slope": ["-inf", "finite"]})).facts["class"]
+    assert found.endswith("phi(sigma)/sigma from 0 up to 59/10, slope from -inf up to any finite bound")
