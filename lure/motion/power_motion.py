@@ -1,0 +1,88 @@
+r"""The end of the rod against a power law, ``z' = W - d c_n max(z, 0)^m``: collocation with adaptive pieces.
+
+On a piece ``z`` is the polynomial with the given start that satisfies the equation at the Chebyshev extrema except the
+left one (stiffly accurate); Newton's method finds it.  A piece is kept if the last coefficients of ``z`` and of the
+stress have fallen to rounding, and cut otherwise: near contact and release, where a power that is no whole number is
+not smooth, pieces shrink geometrically.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lure.motion.chebyshev import Array, basis, values
+from lure.motion.end_law import Segment
+from lure.motion.pieces import Pieces
+from lure.motion.segment_motion import Arc, Level
+
+_STRESS, _PLACE = 3e-14, 3e-15
+_NARROWEST = 1e-11
+_ITERATIONS = 40
+
+
+def power_arc(segment: Segment, share: float, transit: float, wave: Pieces, start: Level) -> Arc:
+    """The motion until the end of the wave, or on to the first piece after which the obstacle is left."""
+    space = basis(wave.series.shape[1] - 1)
+    size = share * float(np.abs(wave.series).sum(axis=1).max(initial=0.0))
+    zeta, edges, rows, pushes = start.value + start.rest, [float(wave.edges[0])], [], []
+    error, width = 0.0, np.inf
+    for i, series in enumerate(wave.series):
+        low, high = float(wave.edges[i]), float(wave.edges[i + 1])
+        at = low
+        while at < high:
+            rest = high - at
+            step = rest if width >= 0.75 * rest else width
+            x = 2.0 * ((at - low) + 0.5 * step * (space.ends + 1.0)) / (high - low) - 1.0
+            incoming = share * values(series[None, :], x[None, :])[0]
+            table, push = _solved(segment, transit * 0.5 * step, incoming, zeta)
+            narrow = step <= _NARROWEST
+            if not np.isfinite(table).all():
+                width = 0.25 * step
+                if narrow:
+                    table, push = np.full(len(x), zeta), incoming.copy()
+                else:
+                    continue
+            place, stress = space.from_ends @ table, space.from_ends @ push
+            miss = np.abs(stress[-2:]).max() / _STRESS, np.abs(place[-2:]).max() / (_PLACE * transit)
+            if max(miss) > size and not narrow:
+                width = (0.5 if max(miss) < 1e3 * size else 0.25) * step
+                continue
+            error += step * float(np.abs(stress[-2:]).max())
+            at = high if step == rest else at + step
+            edges.append(at)
+            rows.append(place)
+            pushes.append(stress)
+            zeta, width = float(table[-1]), (4.0 if max(miss) < 1e-2 * size else 2.0) * step
+            if zeta < -4e-16 * transit * size:
+                return _arc(wave, edges, (rows, pushes), zeta, error)
+    return _arc(wave, edges, (rows, pushes), zeta, error)
+
+
+def _arc(wave: Pieces, edges: list[float], series: tuple[list[Array], list[Array]], end: float, error: float) -> Arc:
+    zeta, push = (np.array(rows) for rows in series)
+    return Arc(wave=wave.on(np.array(edges)), zeta=zeta, push=push, end=Level(value=end), error=error)
+
+
+def _solved(segment: Segment, half: float, incoming: Array, start: float) -> tuple[Array, Array]:
+    """Values of ``zeta`` and of the push at the extrema; nan if Newton's method does not settle."""
+    space = basis(len(incoming) - 1)
+    K, m, rate = half * space.collocation, segment.power, segment.rate
+    free = start + K @ incoming[1:]
+    z = free if m >= 1.0 else np.maximum(free, 1e-3 * np.abs(free).max(initial=0.0))
+    scale, last = float(np.abs(free).max()), np.inf
+    if scale == 0.0:
+        return np.zeros(len(incoming)), np.zeros(len(incoming))
+    with np.errstate(all="ignore"):
+        for _ in range(_ITERATIONS):
+            inside = np.maximum(z, 0.0)
+            push = rate * inside**m
+            slope = np.where(z > 0.0, rate * m * np.where(z > 0.0, z, 1.0) ** (m - 1.0), 0.0)
+            miss = z + K @ push - free
+            size = float(np.abs(miss).max())
+            if not np.isfinite(size) or size > 1e6 * scale:
+                break
+            if size <= 2e-16 * scale or (size <= 1e-13 * scale and size >= 0.5 * last):
+                return np.append(start, z), rate * np.maximum(np.append(start, z), 0.0) ** m
+            last = size
+            z = z - np.linalg.solve(np.eye(len(z)) + K * slope, miss)
+    return np.full(len(incoming), np.nan), np.zeros(len(incoming))
