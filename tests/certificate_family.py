@@ -4,6 +4,7 @@ They are kept in certificates.json, so that a certificate once accepted stays on
 writes them again, after a change of the format or of the words of a hypothesis.
 """
 
+import copy
 import json
 from fractions import Fraction
 from functools import cache
@@ -78,6 +79,11 @@ DISCRETE = transfer("1", "1 -1/2 0", "discrete")
 DEAD = delayed([("1", "1")], "1 1")
 ROD = {"kind": "rod", "E": "4", "rho": "9", "L": "3", "A": "1/2", "k": "5"}  # Z = A sqrt(rho E) = 3
 SCHEME = {**ROD, "kind": "rod-scheme", "cells": 3}
+BIPROPER = transfer("1 2", "1 1")  # H(inf) = 1
+LAG_1, STEEP = transfer("1", "1 1"), transfer("1/2 1", "1 -1/2", "discrete")
+QUARTERS = [["0", "1/2"], ["1/2", "1"], ["1", "3/2"], ["3/2", "2"]]
+LOADED = transfer("-1/2 0 0", "1 -1/2 0", "discrete")
+LEAD = transfer("1/2 0 0", "1 -1/2 0", "discrete")
 LIMITER = {"kind": "piecewise-linear", "points": [["-1", "-1"], ["0", "0"], ["1", "1"]], "left": "0", "right": "1/2"}
 TANH = {"kind": "tanh", "height": "1/2", "rate": "2"}
 HALF_KERNEL = {"coefficient": "1/2", "rate": "1", "order": 1, "side": "causal"}
@@ -85,9 +91,10 @@ FAR_KERNEL = {"coefficient": "-1/4", "rate": "2", "order": 2, "side": "anticausa
 THREE_BOXES = {"method": "cover", "boxes": [["0", "2"], ["2", "4"], ["4", "7"]], "order": 14}
 
 
-def flow_orbit(*, half):
-    """s/(s^2 - s/5 + 1) with a dead zone: energy is fed in while |sigma| < 1, and a periodic motion is left."""
-    block, graph = RationalBlock([1, 0], [1, Fraction(-1, 5), 1]), Graph.through([(-1, 0), (0, 0), (1, 0)], 1, 1)
+def flow_orbit(direct=Fraction(0), *, half):
+    """D + s/(s^2 - s/5 + 1) with a dead zone: energy is fed in while |sigma| < 1, and a periodic motion is left."""
+    top = [direct, 1 - direct / 5, direct] if direct else [1, 0]
+    block, graph = RationalBlock(top, [1, Fraction(-1, 5), 1]), Graph.through([(-1, 0), (0, 0), (1, 0)], 1, 1)
     stays = Flow(PiecewiseLoop.of(companion(block), graph)).passages([2.0, 0.0], 400.0)
     first, last = returns(stays)
     turn = stays[first : (first + last) // 2 if half else last]
@@ -100,7 +107,7 @@ def flow_orbit(*, half):
         "state": [float(v) for v in turn[0].state],
         "half": half,
     }
-    system, given = transfer("1 0", "1 -1/5 1"), laws(0, 1, slope=True)
+    system, given = transfer(" ".join(map(str, top)), "1 -1/5 1"), laws(0, 1, slope=True)
     return refutation(system, given, flow_orbit_proof(system, given, record))
 
 
@@ -117,6 +124,7 @@ DRAFTS = {
     "circle, mirrored": lambda: draft(transfer("-1", "1 1"), laws("-inf", "1/2"), "circle", {"mirrored": True}),
     "circle, no bound": lambda: draft(transfer("1 1", "1 3 3"), laws(0, "inf"), "circle", {}),
     "circle, discrete": lambda: draft(DISCRETE, laws("-1/4", "3/5", time_varying=True), "circle", {}),
+    "circle, discrete critical": lambda: draft(transfer("1", "1 -1", "discrete"), laws(0, 1), "circle", {}),
     "circle, dead time": lambda: draft(DEAD, laws(0, "3/4"), "circle", {}, THREE_BOXES),
     "popov, dead time": lambda: draft(DEAD, laws(0, "1"), "popov", {"theta": "1/8"}, THREE_BOXES),
     "off-axis": lambda: draft(OSCILLATOR, laws(0, "4", slope=True), "off-axis-circle", {"alpha": "1/2"}),
@@ -149,6 +157,7 @@ DRAFTS = {
     },
     "circle, state space": lambda: matrix(StateSpaceBlock([[-1.0, 2.0], [-2.0, -1.0]], [0.0, 1.0], [1.0, 0.5]), 1),
     "popov, matrix": lambda: matrix(RationalBlock([1], [1, 3, 2, 0]), 5, theta=Fraction(3, 2)),
+    "popov, matrix, no bound": lambda: matrix_draft(RationalBlock([1, 2], [1, 1]), "inf", theta=Fraction(0)),
     "circle, discrete matrix": lambda: matrix(RationalBlock([1], [1, Fraction(-1, 2), 0], 1), "1/2"),
     "rod-popov": lambda: draft(SCHEME, laws(0, "inf"), "rod-popov", {"theta": "7"}, STRUCTURE),
     "rod-circle": lambda: draft(SCHEME, laws(0, "1/8", time_varying=True), "rod-circle", {}, STRUCTURE),
@@ -157,6 +166,9 @@ DRAFTS = {
     "linear gain": lambda: refutation(LAG, laws(0, 9, linear=True), {"method": "linear-gain", "gain": "17/2"}),
     "linear gain, discrete": lambda: refutation(DISCRETE, laws(0, 2), {"method": "linear-gain", "gain": "5/4"}),
     "linear gain, dead time": lambda: refutation(DEAD, laws(-2, 0), {"method": "linear-gain", "gain": "-3/2"}),
+    "crossing, rational": lambda: refutation(
+        THIRD, laws(0, 9), {"method": "crossing", "gains": ["5", "7"], "frequencies": ["7/5", "3/2"]}
+    ),
     "crossing": lambda: refutation(
         DEAD, laws(0, 3), {"method": "crossing", "gains": ["2", "5/2"], "frequencies": ["2", "41/20"]}
     ),
@@ -195,6 +207,19 @@ DRAFTS = {
             "sigma": ["1", "-1"],
         },
     ),
+    # sigma_t = u_(t-1) + 2 u_(t-2)
+    "orbit, three samples": lambda: refutation(
+        transfer("1 2", "1 0 0", "discrete"),
+        laws(0, 1, slope=True),
+        {
+            "method": "orbit",
+            "points": [["-5", "-1"], ["-1", "-1"], ["0", "0"], ["3", "3"]],
+            "left": "0",
+            "right": "0",
+            "u": ["-3", "1", "1"],
+            "sigma": ["3", "-1", "-5"],
+        },
+    ),
     "equilibrium": lambda: refutation(
         DISCRETE,
         laws(-1, 0),
@@ -202,6 +227,7 @@ DRAFTS = {
     ),
     "flow-orbit": lambda: flow_orbit(half=False),
     "flow-orbit, half": lambda: flow_orbit(half=True),
+    "flow-orbit, direct": lambda: flow_orbit(Fraction(1, 4), half=True),
     "rod, refuted": lambda: refutation({**ROD, "k": "-1"}, laws(0, "inf"), STRUCTURE),
 }
 
@@ -217,6 +243,20 @@ def stored():
 def certificate(name):
     """The certificate as it was written; not to be changed: take a deep copy."""
     return stored()[name]
+
+
+def changed(name, changes):
+    """The draft of a certificate with parts replaced; a path is keys joined by points."""
+    made = copy.deepcopy(certificate(name))
+    if made["proof"]["method"] == "polynomial":
+        made["proof"] = {"method": "polynomial"}
+    for path, value in changes.items():
+        *above, last = path.split(".")
+        place = made
+        for key in above:
+            place = place[int(key) if key.isdigit() else key]
+        place[last] = value
+    return made
 
 
 def accepted(made):

@@ -378,6 +378,7 @@ def test_in_the_critical_case_a_box_is_over_omega_squared():
     assert not exact.box(form, F(0), F(1), 4, False)
     assert not exact.box(real(0, 1), F(0), F(1), 4, True)
     assert not exact.box(real(0, 0, 0, 1), F(0), F(1), 4, True)
+    assert not exact.box(real(0, -1, 5), F(0), F(1), 4, True)
     assert exact.box(form, F(1), F(2), 4, True)
     assert exact.box(real(1, 0, 1), F(0), F(1), 4, True)
 

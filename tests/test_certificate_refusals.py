@@ -1,51 +1,27 @@
 """Every hypothesis that the checker asks for: a certificate that lacks only this one is refused with its reason."""
 
-import copy
-import json
-import re
-
 import pytest
 from certificate_family import (
     DEAD,
     DISCRETE,
-    DRAFTS,
     HALF_KERNEL,
+    LEAD,
     LIMITER,
+    LOADED,
     OSCILLATOR,
-    ROD,
+    STEEP,
     STRUCTURE,
     TANH,
     THIRD,
-    certificate,
+    changed,
     delayed,
     transfer,
 )
 
 from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.checker import check
 from analysis.certificates.drafts import settled
-from analysis.certificates.second import recheck
 
-STEEP = transfer("1/2 1", "1 -1/2", "discrete")
 LATE, LOPSIDED = delayed([("1", "1")], "1 0"), [["-1", "-2"], ["0", "0"], ["1", "1"]]
-BIPROPER = transfer("1 2", "1 1")  # H(inf) = 1
-QUARTERS = [["0", "1/2"], ["1/2", "1"], ["1", "3/2"], ["3/2", "2"]]
-LOADED = transfer("-1/2 0 0", "1 -1/2 0", "discrete")
-LEAD = transfer("1/2 0 0", "1 -1/2 0", "discrete")
-
-
-def changed(name, changes):
-    """The draft of a certificate with parts replaced; a path is keys joined by points."""
-    made = copy.deepcopy(certificate(name))
-    if made["proof"]["method"] == "polynomial":
-        made["proof"] = {"method": "polynomial"}
-    for path, value in changes.items():
-        *above, last = path.split(".")
-        place = made
-        for key in above:
-            place = place[int(key) if key.isdigit() else key]
-        place[last] = value
-    return made
 
 
 def kernels(*kernels, theta="0"):
@@ -60,6 +36,7 @@ REJECTED = [
     # circle and the shift
     ("circle", {"laws.sector": ["-inf", "29/10"]}, "the lower bound is infinite"),
     ("circle", {"laws.sector": ["0", "3"]}, "fails at some frequency"),
+    ("circle", {"system": transfer("-1", "1 1"), "laws.sector": ["0", "1"]}, "fails at some frequency"),  # at 0
     ("circle", {"laws.sector": ["-1", "1"]}, "fails at some frequency|root not strictly inside|residue"),
     ("circle", {"laws.sector": ["-2", "1"]}, "a root not strictly inside"),
     ("circle", {"system": transfer("1", "1 1 0 0")}, "a root not strictly inside"),
@@ -207,6 +184,9 @@ REJECTED = [
     ("linear gain", {"theorem": "hurwitz"}, "a refutation is a counterexample"),
     ("linear gain", {"multiplier": {"theta": "1"}}, "a refutation is a counterexample"),
     ("linear gain", {"proof": {"method": "matrix"}}, "there is no refutation 'matrix'"),
+    # beyond sqrt(2) Im H has no zero, though some gain between has |d|^2 + g Re(n d*) = 0
+    ("crossing, rational", {"proof.frequencies": ["3/2", "8/5"], "proof.gains": ["6", "9"]}, "no root i omega"),
+    ("crossing, rational", {"proof.gains": ["13/2", "7"]}, "no root i omega is shown"),
     ("crossing", {"proof.gains": ["1", "2"]}, "no root i omega is shown"),
     ("crossing", {"proof.gains": ["5/2", "3"]}, "no root i omega is shown"),
     ("crossing", {"proof.frequencies": ["41/20", "3"]}, "no root i omega is shown"),
@@ -265,6 +245,17 @@ REJECTED = [
     ("flow-orbit, half", {"proof.points": [["-1", "0"], ["0", "0"], ["9/8", "0"]]}, "or half needs an odd one"),
     ("flow-orbit, half", {"proof.inverse": [["0"] * 4] * 4}, "no contraction"),
     ("flow-orbit", {"proof.inverse": [["0"] * 6] * 6}, "no contraction"),
+    # up to 0.0000019366, 0.000048017 and 0.000050866 the stays are shown as well; the edges of both, from both sides
+    ("flow-orbit", {"proof.radius": "194/100000000"}, "stay on a piece"),
+    ("flow-orbit, half", {"proof.radius": "481/10000000"}, "stay on a piece"),
+    ("flow-orbit, direct", {"proof.radius": "510/10000000"}, "stay on a piece"),
+    ("flow-orbit", {"proof.radius": "1299/10000000"}, "stay on a piece"),
+    ("flow-orbit", {"proof.radius": "1301/10000000"}, "no contraction"),
+    ("flow-orbit, half", {"proof.radius": "1405/1000000"}, "stay on a piece"),
+    ("flow-orbit, half", {"proof.radius": "1407/1000000"}, "no contraction"),
+    ("flow-orbit, direct", {"proof.radius": "1741/1000000"}, "stay on a piece"),
+    ("flow-orbit, direct", {"proof.radius": "1743/1000000"}, "no contraction"),
+    ("flow-orbit, direct", {"system.numerator": ["1/2", "9/10", "1/2"]}, "no contraction"),
     ("flow-orbit", {"proof.radius": "0"}, "the radius must be positive and small"),
     # the same motion meets a kink at 5/4 on its way
     (
@@ -360,6 +351,7 @@ MALFORMED = [
     ("popov, matrix", {"proof.P": [["1"], ["1"]]}, "no lower triangle of order 2"),
     ("popov, matrix", {"proof.P": [["1"]]}, "no lower triangle of order 2"),
     ("popov, matrix", {"proof.P": [["1"], ["0", "1"], ["0", "0", "1"]]}, "no lower triangle of order 2"),
+    ("popov, matrix", {"proof.P": "ab"}, "no lower triangle of order 2"),
     ("popov, matrix", {"proof.exponent": -1}, "a count is -1"),
     ("popov, matrix", {"proof.zero.pivot": 3}, "a count is 3"),
     ("popov, matrix", {"proof.zero.pivot": -1}, "a count is -1"),
@@ -379,89 +371,6 @@ MALFORMED = [
 ]
 
 
-LEFT_ALONE = "only crossings are shown|the loop has no solution|about the scheme, not about the rod"
-ACCEPTED = [
-    ("popov, dead time", {"multiplier.theta": "0", "laws.sector": ["0", "3/4"]}),
-    ("circle, dead time", {"system": delayed([("0", "1/4"), ("1", "1/2")], "1 1")}),
-    # |H| = 1/2 at omega^2 = 3: beyond 2 the absolute values do, beyond 3/2 they do not
-    ("circle, dead time", {"laws.sector": ["0", "2"], "proof.boxes": QUARTERS}),
-    ("tsypkin", {"system": LOADED, "laws.sector": ["0", "1/2"], "laws.slope": ["0", "1/2"], "multiplier.q": "1/16"}),
-    ("jury-lee", {"system": LEAD, "laws.sector": ["0", "1/2"], "laws.slope": ["0", "1/2"], "multiplier.q": "1/16"}),
-    ("circle, no bound", {"system": transfer("1 0", "1 1 1"), "laws.sector": ["0", "finite"]}),
-    ("circle, no bound", {"system": transfer("1 0", "1 -1/2", "discrete")}),
-    ("circle, no bound", {"system": BIPROPER}),
-    ("popov, every finite bound", {"system": BIPROPER, "laws.sector": ["0", "inf"], "multiplier.theta": "-1/10"}),
-    ("popov, every finite bound", {"system": transfer("1 1", "1 3 3"), "laws.sector": ["0", "inf"]}),
-    ("hurwitz", {"system": transfer("1 0", "1 1 1"), "laws.sector": ["0", "inf"]}),
-    ("hurwitz", {"system": OSCILLATOR, "laws.sector": ["0", "finite"]}),
-    ("hurwitz", {"system": BIPROPER, "laws.sector": ["-1/4", "inf"]}),
-    ("hurwitz", {"system": transfer("1 1", "1 1 1"), "laws.sector": ["0", "inf"]}),
-    ("zames-falb", {"laws.sector": ["0", "finite"], "laws.slope": ["0", "finite"], "multiplier.theta": "2"}),
-    ("park", {"multiplier.tau": "0", "multiplier.theta": "1"}),
-    ("hurwitz", {"system": DISCRETE, "laws.sector": ["0", "99/100"]}),
-    ("popov, tanh", {"laws.sector": ["0", "1"]}),
-    ("popov", {"law": {**LIMITER, "right": "0"}, "laws.odd": True}),
-    ("popov", {"law": {**LIMITER, "points": [["0", "0"]], "right": "1/2"}, "laws.slope": ["0", "1/2"]}),
-    ("switched gain, discrete", {"system": STEEP, "laws.sector": ["0", "9"], "proof.gains": ["7/2"]}),
-    (
-        "switched gain, discrete",
-        {
-            "system": transfer("1", "1" + " 0" * 64, "discrete"),
-            "laws.sector": ["0", "2"],
-            "proof.gains": ["2"],
-            "proof.squarings": 6,
-        },
-    ),
-    ("switched gain", {"proof.bits": 4096}),
-    ("circle, state space", {"system.d": "1/2"}),
-    ("zames-falb, dead time", {"multiplier.kernels.0.delay": "-1/2"}),
-    ("linear gain, dead time", {"proof.gain": "-3/2"}),
-    ("linear gain", {"laws.sector": ["8", "9"], "proof.gain": "8"}),
-    ("linear gain", {"laws.slope": ["17/2", "9"]}),
-]
-CONCLUSIONS = [
-    ("linear gain", {"system": BIPROPER, "laws.sector": ["-2", "0"], "proof.gain": "-1"}, "not well posed"),
-    ("linear gain", {"system": BIPROPER, "laws.sector": ["-2", "0"], "proof.gain": "-1/2"}, "equilibria other than 0"),
-    ("linear gain", {"system": BIPROPER, "laws.sector": ["-2", "0"], "proof.gain": "-3/4"}, "has a motion"),
-    ("linear gain, dead time", {"proof.gain": "-1"}, "equilibria other than 0"),
-    ("linear gain, dead time", {"proof.gain": "-3/2"}, "has a motion"),
-    ("equilibrium", {}, "equilibria other than 0"),
-    ("popov, shifted, piecewise linear", {}, "0 attracts every motion"),
-    ("circle, critical", {}, "every motion is bounded"),
-    ("circle, critical", {"laws.time_varying": False}, "converges to the set of equilibria"),
-    ("popov, dead time", {}, "inputs and initial functions of finite energy"),
-    ("rod-circle", {}, "every motion is bounded"),
-    ("rod-circle", {"laws.time_varying": False}, "converges to the set of equilibria"),
-    ("rod-popov", {"system": ROD}, "which alone proves nothing about the rod"),
-]
-
-
-def assert_confirmed(found):
-    """The second checker agrees, or the proof is of a kind that it leaves alone."""
-    opinion = recheck(found.certificate)
-    assert opinion.accepted or re.search(LEFT_ALONE, opinion.reason), opinion.reason
-
-
-@pytest.mark.parametrize(("name", "changes"), ACCEPTED)
-def test_what_has_every_hypothesis_is_accepted(name, changes):
-    assert_confirmed(settled(changed(name, changes)))
-
-
-@pytest.mark.parametrize(("name", "changes", "conclusion"), CONCLUSIONS)
-def test_the_conclusion_is_the_one_that_follows(name, changes, conclusion):
-    found = settled(changed(name, changes))
-    assert conclusion in found.certificate["conclusion"]
-    assert_confirmed(found)
-
-
-@pytest.mark.parametrize(
-    ("k", "words"), [("999999/999998", "up to 999999/999998$"), ("1000001/1000000", "about 1.000001")]
-)
-def test_long_bounds_are_also_said_in_decimals(k, words):
-    found = settled(changed("popov", {"laws.sector": ["0", k]}))
-    assert re.search(words, found.facts["class"])
-
-
 @pytest.mark.parametrize(("name", "changes", "reason"), REJECTED)
 def test_a_certificate_without_one_hypothesis_is_rejected(name, changes, reason):
     with pytest.raises(Rejected, match=reason):
@@ -472,29 +381,3 @@ def test_a_certificate_without_one_hypothesis_is_rejected(name, changes, reason)
 def test_what_breaks_the_format_is_no_certificate(name, changes, reason):
     with pytest.raises(Malformed, match=reason):
         settled(changed(name, changes))
-
-
-@pytest.mark.parametrize("name", DRAFTS)
-def test_a_certificate_once_accepted_is_accepted(name):
-    found = check(json.dumps(certificate(name)))
-    assert found.certificate == certificate(name)
-    assert type(found).__name__.upper() == certificate(name)["verdict"]
-    assert found.claim.startswith(certificate(name)["conclusion"])
-
-
-@pytest.mark.parametrize("name", DRAFTS)
-def test_what_the_checker_makes_of_a_draft_is_accepted(name):
-    found = settled(DRAFTS[name]())
-    if certificate(name)["proof"]["method"] not in ("matrix", "flow-orbit"):  # those are found in floating point
-        assert found.certificate == certificate(name)
-
-
-@pytest.mark.parametrize("slope", [["3/2", "2"], ["-2", "-1"]])
-def test_a_class_without_a_law_is_refused(slope):
-    with pytest.raises((Rejected, Malformed), match="no law has both"):
-        settled(changed("popov", {"laws.sector": ["0", "1"], "laws.slope": slope}))
-
-
-def test_a_class_is_said_in_words():
-    found = settled(changed("popov", {"laws.slope": ["-inf", "finite"]})).facts["class"]
-    assert found.endswith("phi(sigma)/sigma from 0 up to 59/10, slope from -inf up to any finite bound")
