@@ -167,7 +167,7 @@ class CellularNetwork:
         values = np.asarray(value(t) if callable(value) else value, dtype=float)
         if values.shape not in ((), self.shape) or not np.isfinite(values).all():
             raise InputError(
-                f"CellularNetwork: {name} has shape {values.shape} or is not finite; give a number or {self.shape} numbers"
+                f"CellularNetwork: {name} has shape {values.shape} or is not finite; give a number or {self.shape}"
             )
         return np.broadcast_to(values, self.shape)
 

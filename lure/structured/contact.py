@@ -1,0 +1,139 @@
+"""The first contact of a free flight: excluded for ever, or located."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.errors import InputError
+from lure.structured.flight import FreeFlight, later
+from lure.structured.poisson import Mean, poisson_weights, window
+
+Array: TypeAlias = NDArray[np.float64]
+
+_PIECES = 8
+_LONGEST = 64  # round trips looked at in one piece
+_MOST = 1_000_000_000  # cell crossings looked at in all
+_FLOOR = 1e-12
+_NARROW = 1e-12
+
+
+def first_contact(flight: FreeFlight, until: float) -> float | None:
+    r"""Time at which ``z`` first rises above zero, or None if it does not before ``until``.
+
+    ``z(tau)`` is an average, with Poisson weights of mean ``tau``, of the values ``z_n`` of the shift register.  So it
+    never exceeds the largest of them, which often settles the question for all times at once; on ``[l, r]`` it does not
+    exceed the largest in the window of the weights; and, as ``z'' = sum w_n Delta^2 z_n``, it stays within
+    ``(r - l)^2/8 max |Delta^2 z_n|`` of its chord.  What none of these decides is cut in eight.
+
+    Parameters
+    ----------
+    flight : FreeFlight
+        Free flight of a scheme.
+    until : float
+        End of the search [s].
+
+    Returns
+    -------
+    float or None
+        The time [s], to about ``1e-12`` of ``z`` in units of its largest value; 0 if contact holds at the start.  None
+        says so up to that rounding: a touch shallower than it is not seen.
+
+    Raises
+    ------
+    InputError
+        ``until`` is not a positive number, or contact can neither be excluded nor found within a billion cell
+        crossings.
+
+    Examples
+    --------
+    >>> from lure import builtin_system, upwind
+    >>> from lure.structured import free_flight
+    >>> system = builtin_system("paper-rod")
+    >>> print(first_contact(free_flight(upwind(system.rod, 100_000), system.scenario), until=1e6))
+    None
+    """
+    if not 0.0 < until < math.inf:
+        raise InputError(f"until is {until!r}; give a positive number of seconds")
+    rate = flight.ring.scheme.rate
+    if flight.ring.gap > 0.0:
+        return 0.0
+    passed, trips = 0, 1
+    while passed < until * rate:
+        ring = flight.ring
+        scale = abs(ring.gap) + float(np.abs(ring.sums).max())
+        remaining = (until * rate - passed) / (2 * ring.scheme.cells)
+        if ring.largest_gap(math.ceil(2.0 * remaining) + 60.0) <= _FLOOR * scale:
+            return None
+        length = 2 * ring.scheme.cells * trips
+        if passed + length > _MOST:
+            raise InputError(
+                f"until is {until:g} s: contact is neither excluded nor found in {_MOST} cell crossings; give at most "
+                f"{_MOST / rate:.3g} s, or fewer cells"
+            )
+        gaps = ring.gaps(np.arange(window(float(length))[1] + 1))
+        found = _Search(gaps=gaps, floor=_FLOOR * scale).first(0.0, float(length))
+        if found is not None:
+            time = (passed + found) / rate
+            return time if time <= until else None
+        flight = later(flight, length)
+        passed, trips = passed + length, min(2 * trips, _LONGEST)
+    return None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class _Search:
+    """The first crossing of the Poisson average of a sequence above zero."""
+
+    gaps: Array
+    floor: float
+
+    def value(self, tau: float, differences: int = 0) -> float:
+        """The average at ``tau``, or that of the first difference, which is its slope."""
+        whole = round(tau)
+        first, weights = poisson_weights(Mean(whole=whole, rest=tau - whole))
+        values = self.gaps[first : first + weights.size + differences]
+        weights = weights[: values.size - differences]
+        return float(weights @ (np.diff(values, differences) if differences else values))
+
+    def first(self, left: float, right: float) -> float | None:
+        """The first crossing in ``[left, right]``."""
+        start, stop = window(left)[0], window(right)[1] + 3
+        inside = self.gaps[start:stop]
+        if inside.max() <= self.floor:
+            return None
+        width = right - left
+        chord = 0.125 * width * width
+        at_left, at_right = self.value(left), self.value(right)
+        if max(at_left, at_right) + chord * np.abs(np.diff(inside, 2)).max(initial=0.0) <= self.floor:
+            return None
+        if width <= _NARROW * max(1.0, right):
+            return right if at_right > self.floor else None
+        if at_right > self.floor and at_left <= self.floor:
+            slope = min(self.value(left, 1), self.value(right, 1))
+            if slope - chord * np.abs(np.diff(inside, 3)).max(initial=0.0) > 0.0:
+                return self.crossing(left, right)
+        edges = np.linspace(left, right, _PIECES + 1)
+        for low, high in pairwise(edges.tolist()):
+            found = self.first(low, high)
+            if found is not None:
+                return found
+        return None
+
+    def crossing(self, left: float, right: float) -> float:
+        """The one zero between a value that is not positive and one that is, by Newton's method kept in its bracket."""
+        tau = right
+        for _ in range(100):
+            value = self.value(tau)
+            left, right = (left, tau) if value > 0.0 else (tau, right)
+            if abs(value) <= 0.1 * self.floor or right - left <= _NARROW * max(1.0, right):
+                break
+            tau -= value / self.value(tau, 1)
+            if not left < tau < right:
+                tau = 0.5 * (left + right)
+        return tau

@@ -1,0 +1,140 @@
+r"""Poisson weights of any mean, to rounding, on the window outside which they are below it.
+
+``w_n = e^{-tau} tau^n / n!`` for ``tau`` from 0 to ``1e13``.  Written out, the exponent is a small difference of
+numbers of size ``tau log tau``; Stirling's formula takes that difference analytically,
+
+.. math:: \ln w_n = -\tau\,\varphi\!\left(\tfrac{n - \tau}{\tau}\right) - \tfrac12 \ln 2\pi n - \delta_n, \qquad
+    \varphi(e) = (1 + e)\ln(1 + e) - e,
+
+with ``delta_n = 1/(12 n) - ..`` the remainder of Stirling's formula.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.errors import InputError
+
+Array: TypeAlias = NDArray[np.float64]
+
+LARGEST_MEAN = 1e13
+_SERIES = 0.1
+_TERMS = 20
+_STIRLING = 16
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Mean:
+    """A mean ``tau = whole + rest`` with more digits than a double has.
+
+    Attributes
+    ----------
+    whole : int
+        The nearest integer, nonnegative.
+    rest : float
+        What is left, between -1/2 and 1/2.
+    """
+
+    whole: int
+    rest: float
+
+    @property
+    def value(self) -> float:
+        """``tau`` as a double."""
+        return float(self.whole) + self.rest
+
+
+def mean_of(rate: float, time: float) -> Mean:
+    """``rate * time`` without rounding.
+
+    Parameters
+    ----------
+    rate : float
+        Cell crossings per second [1/s].
+    time : float
+        Time, finite and not negative [s].
+
+    Raises
+    ------
+    InputError
+        The time is negative or not finite, or the product is outside the range of doubles.
+
+    Examples
+    --------
+    >>> mean_of(6e8, 0.1).whole
+    60000000
+    """
+    if not 0.0 <= time < math.inf:
+        raise InputError(f"time is {time!r}; give a number of seconds from 0 on")
+    product = Fraction(rate) * Fraction(time)
+    if product > Fraction(10) ** 300:
+        raise InputError(f"time is {time:g} s, more than 1e300 cell crossings; give a shorter one")
+    whole = round(product)
+    return Mean(whole=whole, rest=float(product - whole))
+
+
+def window(mean: float) -> tuple[int, int]:
+    """First and last ``n`` of the window: 9 standard deviations and 20 each way."""
+    reach = 9.0 * math.sqrt(mean) + 20.0
+    return max(0, math.floor(mean - reach)), math.ceil(mean + reach)
+
+
+def poisson_weights(mean: Mean) -> tuple[int, Array]:
+    """The first index of the window and the weights on it, which sum to one.
+
+    Parameters
+    ----------
+    mean : Mean
+        At most ``1e13``: beyond it the window has more than 50 million terms.
+
+    Raises
+    ------
+    InputError
+        The mean is larger.
+
+    Examples
+    --------
+    >>> first, weights = poisson_weights(Mean(whole=2, rest=0.0))
+    >>> first, weights[:3].round(4)
+    (0, array([0.1353, 0.2707, 0.2707]))
+    """
+    tau = mean.value
+    if tau > LARGEST_MEAN:
+        raise InputError(f"a Poisson mean of {tau:.3g} has too wide a window; give at most {LARGEST_MEAN:g}")
+    first, last = window(tau)
+    if tau == 0.0:
+        return 0, np.ones(1)
+    start = max(first, 1)
+    n = np.arange(start, last + 1, dtype=float)
+    away = (np.arange(start - mean.whole, last + 1 - mean.whole, dtype=float) - mean.rest) / tau
+    weights = np.exp(-tau * _phi(away) - 0.5 * np.log(2.0 * math.pi * n) - _stirling(n))
+    if first == 0:
+        weights = np.concatenate(([math.exp(-tau)], weights))
+    return first, weights / weights.sum()
+
+
+def _phi(e: Array) -> Array:
+    """``(1 + e) log(1 + e) - e``, by its series near 0."""
+    near = np.abs(e) < _SERIES
+    x = np.where(near, e, 0.0)
+    total = np.zeros_like(x)
+    for k in range(_TERMS, 1, -1):
+        total = (1.0 if k % 2 == 0 else -1.0) / (k * (k - 1)) + x * total
+    far = np.where(near, 1.0, e)
+    return np.where(near, x * x * total, (1.0 + far) * np.log1p(far) - far)
+
+
+def _stirling(n: Array) -> Array:
+    """``delta_n = ln n! - (n + 1/2) ln n + n - ln(2 pi)/2``."""
+    inverse = 1.0 / (n * n)
+    remainder = (1.0 / 12.0 - inverse * (1.0 / 360.0 - inverse * (1.0 / 1260.0 - inverse / 1680.0))) / n
+    for i in np.flatnonzero(n < _STIRLING):
+        k = float(n[i])
+        remainder[i] = math.lgamma(k + 1.0) - (k + 0.5) * math.log(k) + k - 0.5 * math.log(2.0 * math.pi)
+    return np.asarray(remainder)
