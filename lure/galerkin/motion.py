@@ -1,0 +1,254 @@
+"""Time integration of the coefficients by scipy, stopped at every contact and release."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.errors import InputError
+from lure.galerkin.equations import INTEGRALS, Equations
+from lure.galerkin.model import GalerkinModel
+from lure.galerkin.run import METHODS, GalerkinRun, Method, Touch
+from lure.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+_MOST_STEPS = 100_000
+_LARGEST_IMPLICIT = 300
+_LOOKS = 513
+_DEGREE = 7  # of scipy's interpolants: 7 for DOP853, 3 for Radau
+_POINTS = 0.5 * (1.0 - np.cos((np.arange(_DEGREE + 1) + 0.5) * math.pi / (_DEGREE + 1)))
+_FIT = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _POINTS - 1.0, _DEGREE))
+
+
+def simulate(  # noqa: PLR0913  (what, from where, until when, and three settings with defaults)
+    model: GalerkinModel,
+    scenario: Scenario,
+    until: float,
+    *,
+    samples: int = 501,
+    tolerance: float = 1e-10,
+    method: Method = "DOP853",
+) -> GalerkinRun:
+    r"""Motion of ``u_m`` under the loads of a scenario, from its projected initial data.
+
+    Contact and flight are integrated as two smooth problems.  On each step scipy's interpolant of ``z`` is a
+    polynomial; where a root of it ends the phase, the step ends, so that no contact of the interpolant is missed,
+    however short.  Instants at which a load changes its formula end a step, too.
+
+    Parameters
+    ----------
+    model : GalerkinModel
+        The matrices.
+    scenario : Scenario
+        Loads and initial data.
+    until : float
+        End of the run [s].
+    samples : int
+        Number of samples, evenly spaced from 0 to ``until``.
+    tolerance : float
+        Accuracy of each step, from 1e-13 to 1e-3, relative to the largest velocity the data and loads suggest.
+    method : {"DOP853", "Radau"}
+        ``"Radau"`` is implicit: for contact or a dashpot so stiff that the explicit method is refused; ``m <= 300``.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range, data or loads are not finite, or the run would take more than 100 000 steps.
+
+    Notes
+    -----
+    Between initial data and ``V_m`` and between ``V_m`` and the rod there is an error of discretisation that no
+    tolerance removes; :mod:`lure.galerkin.error` measures it where the motion is known.
+    """
+    _check(model, until, samples, tolerance, method)
+    equations = Equations(model=model, scenario=scenario)
+    a, b = model.project(scenario.displacement, scenario.velocity)
+    speed = _speed(equations, a, b, until)
+    steps = equations.fastest() * until / 2.0
+    if method == "DOP853" and not steps <= _MOST_STEPS:
+        raise InputError(
+            f"galerkin.until is {until:g} s, about {steps:.2g} steps of the explicit method, more than {_MOST_STEPS}; "
+            'give a shorter time, a smaller order or, for a dashpot far above the impedance, method="Radau"'
+        )
+    m, inertia = model.space.order, float(model.mass.sum())
+    atol = np.empty(2 * m + INTEGRALS)
+    atol[:m], atol[m : 2 * m] = speed * _transit(model) / m, speed
+    peak = model.rod.inertia(np.array([0.0]))[0] * model.rod.length / _transit(model) * speed  # Z v [N]
+    atol[2 * m :] = (inertia * speed**2, inertia * speed**2, peak**2 * until, peak * speed, inertia * speed)
+    run = _Integration(
+        equations=equations,
+        method=method,
+        atol=tolerance * atol,
+        times=np.linspace(0.0, until, samples),
+        rows=np.empty((samples, 2 * m + INTEGRALS)),
+    )
+    with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is looked at after each step
+        run.go(np.concatenate((a, b, np.zeros(INTEGRALS))), [0.0, *_breaks(scenario, until), until])
+    return GalerkinRun(
+        model=model, t=run.times, states=run.rows, contacts=tuple(run.contacts), steps=run.steps, method=method
+    )
+
+
+@dataclass(kw_only=True, slots=True, eq=False)
+class _Integration:
+    """A run as it proceeds: samples filled in, contacts met, steps taken."""
+
+    equations: Equations
+    method: Method
+    atol: Array
+    times: Array
+    rows: Array
+    filled: int = 0
+    steps: int = 0
+    contacts: list[Touch] = field(default_factory=list)
+
+    def go(self, y: Array, edges: list[float]) -> None:
+        """Integrate from edge to edge, and on each piece from contact to release to contact."""
+        m, model = self.equations.model.space.order, self.equations.model
+        z, rise = self._z(y), float(model.space.right @ y[m : 2 * m])
+        touching = z > 0 or (z == 0 and rise > 0)
+        if touching:
+            self._touch(0.0)
+        self.rows[0], self.filled = y, 1
+        for span in pairwise(edges):
+            t, idle = span[0], 0
+            while t < span[1]:
+                before = t
+                t, y, ended = self._phase(t, y, span, touching=touching, watch=idle < 3)
+                idle = idle + 1 if t == before else 0
+                if ended:
+                    touching = not touching
+                    (self._touch if touching else self._release)(t)
+        if touching:
+            self._release(edges[-1])
+
+    def _phase(
+        self, t: float, y: Array, span: tuple[float, float], *, touching: bool, watch: bool
+    ) -> tuple[float, Array, bool]:
+        (
+            """Integrate until the phase or the span ends: the instant, the state, and whether the phase ended.
+
+        Without ``watch`` the first step is taken as it is: rounding has just ended several phases at one instant.
+
+        Raises
+        ------
+        InputError
+            The integrator gives up, or the state is no longer finite.
+        """
+            ""
+        )
+        from scipy.integrate import DOP853, Radau
+
+        rate = partial(self.equations.rate, touching=touching, span=span)
+        if self.method == "Radau":
+            slopes = partial(self.equations.jacobian, touching=touching, span=span)
+            solver = Radau(rate, t, y, span[1], rtol=2.3e-13, atol=self.atol, jac=slopes)
+        else:
+            solver = DOP853(rate, t, y, span[1], rtol=2.3e-13, atol=self.atol)
+        while solver.status == "running":
+            message = solver.step()
+            self.steps += 1
+            if solver.status == "failed" or not np.isfinite(solver.y).all() or self.steps > _MOST_STEPS:
+                raise InputError(
+                    f"galerkin.until cannot be reached: after {self.steps} steps, at t = {solver.t:g} s, the "
+                    f"integrator stops ({message or 'too many steps'}); give a shorter time, a larger tolerance or, "
+                    'for stiff contact, method="Radau"'
+                )
+            dense = solver.dense_output()
+            share = self._end_of_phase(dense, solver.t_old, solver.t, touching=touching) if watch else None
+            if share is not None:
+                stop = float(solver.t_old + share * (solver.t - solver.t_old))
+                self._record(dense, stop)
+                return stop, np.asarray(dense(stop)), True
+            self._record(dense, solver.t)
+            watch = True
+        return span[1], np.asarray(solver.y), False
+
+    def _end_of_phase(
+        self, dense: Callable[[Array], Array], start: float, end: float, *, touching: bool
+    ) -> float | None:
+        """Share of the step at which ``z`` takes the wrong sign for the phase, by more than rounding; None if never."""
+        states = dense(start + _POINTS * (end - start))
+        m, model = self.equations.model.space.order, self.equations.model
+        position = model.space.right @ states[:m]
+        z = (position - model.rod.gap) * (1.0 if touching else -1.0)
+        series = _FIT @ z
+        if series[0] > np.abs(series[1:]).sum():
+            return None
+        noise = 64 * np.finfo(float).eps * (float(np.abs(position).max()) + abs(model.rod.gap))
+        roots = np.polynomial.chebyshev.chebroots(series) if np.any(series[1:]) else np.empty(0)
+        inside = np.sort(roots.real[(np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) < 1.0)])
+        for low, high in pairwise([-1.0, *inside, 1.0]):
+            if float(np.polynomial.chebyshev.chebval(np.linspace(low, high, 5)[1:], series).min()) < -noise:
+                return float(0.5 * (low + 1.0))
+        return None
+
+    def _record(self, dense: Callable[[Array], Array], stop: float) -> None:
+        """Samples up to ``stop``."""
+        last = int(np.searchsorted(self.times, stop, side="right"))
+        if last > self.filled:
+            self.rows[self.filled : last] = dense(self.times[self.filled : last]).T
+            self.filled = last
+
+    def _z(self, y: Array) -> float:
+        space = self.equations.model.space
+        return float(space.right @ y[: space.order]) - self.equations.model.rod.gap
+
+    def _touch(self, t: float) -> None:
+        self.contacts.append(Touch(start=t, end=math.inf))
+
+    def _release(self, t: float) -> None:
+        self.contacts[-1] = Touch(start=self.contacts[-1].start, end=t)
+
+
+def _breaks(scenario: Scenario, until: float) -> list[float]:
+    """Instants inside the run at which a load may change its formula, as far as they are known."""
+    loads: tuple[Any, ...] = (scenario.force, scenario.body_force)
+    found = (load.breakpoints("t", 0, until) or () for load in loads if not load.is_constant)
+    return sorted({float(point) for points in found for point in points if 0.0 < float(point) < until})
+
+
+def _transit(model: GalerkinModel) -> float:
+    """``int sqrt(rho/E) dx``, one transit [s]."""
+    x, rod = model.quadrature.x, model.rod
+    slowness = np.sqrt(rod.coefficient("density", x) / rod.coefficient("youngs_modulus", x))
+    return float(model.quadrature.w @ slowness)
+
+
+def _speed(equations: Equations, a: Array, b: Array, until: float) -> float:
+    """A velocity of the size the data and loads suggest, 1 if they suggest none [m/s]."""
+    model, x = equations.model, equations.model.quadrature.x
+    impedance = float(np.sqrt(model.rod.inertia(x) * model.rod.stretch(x)).min())
+    times = np.linspace(0.0, until, _LOOKS)
+    started = math.sqrt(2.0 * float(model.energy(a, b)) / float(model.mass.sum()))
+    loads = [equations.loads(float(t), (0.0, until)) for t in times]
+    pushed = max(abs(force) for force, _, _ in loads) / impedance
+    carried = math.sqrt(max(squared for _, _, squared in loads) / float(model.mass.sum())) * _transit(model)
+    return max(started, pushed, carried) or 1.0
+
+
+def _check(model: GalerkinModel, until: object, samples: object, tolerance: float, method: object) -> None:
+    """Refuse what cannot be run."""
+    if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until < math.inf:
+        raise InputError(f"galerkin.until is {until!r}; give a positive number of seconds")
+    if isinstance(samples, bool) or not isinstance(samples, int | np.integer) or not 2 <= samples <= 10**6:
+        raise InputError(f"galerkin.samples is {samples!r}; give a whole number from 2 to 1000000")
+    most = 10**8 // (2 * model.space.order + INTEGRALS)
+    if samples > most:
+        raise InputError(f"galerkin.samples is {samples}; with order {model.space.order} give at most {most}")
+    if not 1e-13 <= tolerance <= 1e-3:
+        raise InputError(f"galerkin.tolerance is {tolerance!r}; give a number from 1e-13 to 1e-3")
+    if method not in METHODS:
+        raise InputError(f"galerkin.method is {method!r}; give one of {', '.join(METHODS)}")
+    if method == "Radau" and model.space.order > _LARGEST_IMPLICIT:
+        raise InputError(
+            f"galerkin.order is {model.space.order}; Radau factorises dense matrices, give at most {_LARGEST_IMPLICIT}"
+        )
