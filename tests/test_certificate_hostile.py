@@ -334,7 +334,8 @@ def test_a_wrong_type_anywhere_is_a_refusal(name):
     for path, part in parts[:: 1 + len(parts) // 60]:
         for value in (None, [], {}, "x", [[None]], 7.5, True, 7):
             same = type(value) is type(part) and (part == value or value in (7, True))  # another count or flag may do
-            assert same or not answer(replaced(whole, path, value)) or path == ("law",), (path, value)
+            spare = path in (("law",), ("multiplier", "kernels")) and value in (None, [])  # it may do without
+            assert same or spare or not answer(replaced(whole, path, value)), (path, value)
 
 
 @given(name=st.sampled_from([n for n in DRAFTS if not n.startswith("flow-orbit")]), data=st.data())
