@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from lure.errors import InputError
 from lure.structured.flight import FreeFlight, later
-from lure.structured.poisson import Mean, poisson_weights, window
+from lure.structured.poisson import parted, poisson_weights, window
 
 Array: TypeAlias = NDArray[np.float64]
 
 _PIECES = 8
 _LONGEST = 64  # round trips looked at in one piece
 _MOST = 1_000_000_000  # cell crossings looked at in all
-_FLOOR = 1e-12
+FLOOR = 1e-12
 _NARROW = 1e-12
 
 
@@ -61,63 +61,98 @@ def first_contact(flight: FreeFlight, until: float) -> float | None:
     if not 0.0 < until < math.inf:
         raise InputError(f"until is {until!r}; give a positive number of seconds")
     rate = flight.ring.scheme.rate
-    if flight.ring.gap > 0.0:
-        return 0.0
+    found = next_contact(flight, until * rate)
+    time = math.inf if found is None else (found.passed + found.tau) / rate
+    return time if time <= until else None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Touch:
+    """A contact found: ``tau`` after ``passed`` whole cell crossings, where the flight had come to ``flight``."""
+
+    flight: FreeFlight
+    passed: int
+    tau: float
+
+
+def next_contact(flight: FreeFlight, until: float) -> Touch | None:
+    """:func:`first_contact` in units of ``1/s``, possibly a little later than ``until``.
+
+    Parameters
+    ----------
+    flight : FreeFlight
+        Free flight.
+    until : float
+        End of the search, in units of ``1/s``.
+
+    Raises
+    ------
+    InputError
+        As for :func:`first_contact`.
+    """
     passed, trips = 0, 1
-    while passed < until * rate:
+    if flight.ring.gap > 0.0:
+        return Touch(flight=flight, passed=0, tau=0.0)
+    while passed < until:
         ring = flight.ring
         scale = abs(ring.gap) + float(np.abs(ring.sums).max())
-        remaining = (until * rate - passed) / (2 * ring.scheme.cells)
-        if ring.largest_gap(math.ceil(2.0 * remaining) + 60.0) <= _FLOOR * scale:
+        remaining = (until - passed) / (2 * ring.scheme.cells)
+        if ring.largest_gap(math.ceil(2.0 * remaining) + 60.0) <= FLOOR * scale:
             return None
         length = 2 * ring.scheme.cells * trips
         if passed + length > _MOST:
             raise InputError(
-                f"until is {until:g} s: contact is neither excluded nor found in {_MOST} cell crossings; give at most "
-                f"{_MOST / rate:.3g} s, or fewer cells"
+                f"contact is neither excluded nor found in {_MOST} cell crossings; give an end before "
+                f"{_MOST / ring.scheme.rate:.3g} s, or fewer cells"
             )
         gaps = ring.gaps(np.arange(window(float(length))[1] + 1))
-        found = _Search(gaps=gaps, floor=_FLOOR * scale).first(0.0, float(length))
+        found = Crossing(values=gaps, floor=FLOOR * scale).first(0.0, float(length))
         if found is not None:
-            time = (passed + found) / rate
-            return time if time <= until else None
+            return Touch(flight=flight, passed=passed, tau=found)
         flight = later(flight, length)
         passed, trips = passed + length, min(2 * trips, _LONGEST)
     return None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class _Search:
-    """The first crossing of the Poisson average of a sequence above zero."""
+class Crossing:
+    """The first crossing above zero of the Poisson average of a sequence.
 
-    gaps: Array
+    Attributes
+    ----------
+    values : ndarray
+        The sequence, as far as the windows of the weights reach.
+    floor : float
+        What counts as zero.
+    """
+
+    values: Array
     floor: float
 
-    def value(self, tau: float, differences: int = 0) -> float:
+    def at(self, tau: float, differences: int = 0) -> float:
         """The average at ``tau``, or that of the first difference, which is its slope."""
-        whole = round(tau)
-        first, weights = poisson_weights(Mean(whole=whole, rest=tau - whole))
-        values = self.gaps[first : first + weights.size + differences]
+        first, weights = poisson_weights(parted(tau))
+        values = self.values[first : first + weights.size + differences]
         weights = weights[: values.size - differences]
         return float(weights @ (np.diff(values, differences) if differences else values))
 
     def first(self, left: float, right: float) -> float | None:
         """The first crossing in ``[left, right]``."""
         start, stop = window(left)[0], window(right)[1] + 3
-        inside = self.gaps[start:stop]
+        inside = self.values[start:stop]
         if inside.max() <= self.floor:
             return None
         width = right - left
         chord = 0.125 * width * width
-        at_left, at_right = self.value(left), self.value(right)
+        at_left, at_right = self.at(left), self.at(right)
         if max(at_left, at_right) + chord * np.abs(np.diff(inside, 2)).max(initial=0.0) <= self.floor:
             return None
         if width <= _NARROW * max(1.0, right):
             return right if at_right > self.floor else None
         if at_right > self.floor and at_left <= self.floor:
-            slope = min(self.value(left, 1), self.value(right, 1))
+            slope = min(self.at(left, 1), self.at(right, 1))
             if slope - chord * np.abs(np.diff(inside, 3)).max(initial=0.0) > 0.0:
-                return self.crossing(left, right)
+                return self.zero(left, right)
         edges = np.linspace(left, right, _PIECES + 1)
         for low, high in pairwise(edges.tolist()):
             found = self.first(low, high)
@@ -125,15 +160,15 @@ class _Search:
                 return found
         return None
 
-    def crossing(self, left: float, right: float) -> float:
+    def zero(self, left: float, right: float) -> float:
         """The one zero between a value that is not positive and one that is, by Newton's method kept in its bracket."""
         tau = right
         for _ in range(100):
-            value = self.value(tau)
+            value = self.at(tau)
             left, right = (left, tau) if value > 0.0 else (tau, right)
             if abs(value) <= 0.1 * self.floor or right - left <= _NARROW * max(1.0, right):
                 break
-            tau -= value / self.value(tau, 1)
+            tau -= value / self.at(tau, 1)
             if not left < tau < right:
                 tau = 0.5 * (left + right)
         return tau

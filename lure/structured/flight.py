@@ -104,7 +104,7 @@ class FreeFlight:
         by the modes, of which few are left then.
         """
         times = np.asarray(t, dtype=float)
-        pairs = np.array([self._end(mean_of(self.ring.scheme.rate, float(time))) for time in times.ravel()])
+        pairs = np.array([self.end_at(mean_of(self.ring.scheme.rate, float(time))) for time in times.ravel()])
         pairs = pairs.reshape(*times.shape, 2)
         if not np.isfinite(pairs).all():
             raise InputError("the motion has grown beyond the range of doubles (damping < 0); give earlier times")
@@ -157,7 +157,8 @@ class FreeFlight:
         convolved = np.fft.irfft(product, 2 * size)
         return convolved[:size] + ring.echo * convolved[size:], float(weights @ ring.gaps(n))
 
-    def _end(self, mean: Mean) -> tuple[float, float]:
+    def end_at(self, mean: Mean) -> tuple[float, float]:
+        """``s z`` and ``y_N`` [m/s] at the time ``mean`` in units of ``1/s``."""
         few = 18.0 * math.sqrt(mean.value) + 40.0 < 2 * self.ring.scheme.cells
         if self.modes is not None and not (few and 18.0 * math.sqrt(mean.value) < self.modes.active(mean.value)):
             return self.modes.end(mean)

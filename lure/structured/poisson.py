@@ -79,6 +79,12 @@ def mean_of(rate: float, time: float) -> Mean:
     return Mean(whole=whole, rest=float(product - whole))
 
 
+def parted(tau: float) -> Mean:
+    """A double as a :class:`Mean`."""
+    whole = round(tau)
+    return Mean(whole=whole, rest=tau - whole)
+
+
 def window(mean: float) -> tuple[int, int]:
     """First and last ``n`` of the window: 9 standard deviations and 20 each way."""
     reach = 9.0 * math.sqrt(mean) + 20.0
