@@ -45,6 +45,10 @@ ACCEPTED = [
     ("hurwitz", {"system": BIPROPER, "laws.sector": ["-1/4", "inf"]}),
     ("hurwitz", {"system": transfer("1 1", "1 1 1"), "laws.sector": ["0", "inf"]}),
     ("zames-falb", {"laws.sector": ["0", "finite"], "laws.slope": ["0", "finite"], "multiplier.theta": "2"}),
+    (
+        "zames-falb, odd",
+        {"laws.sector": ["0", "1"], "laws.slope": ["0", "1"], "multiplier.kernels.1.coefficient": "-1/2"},
+    ),
     ("park", {"multiplier.tau": "0", "multiplier.theta": "1"}),
     ("hurwitz", {"system": DISCRETE, "laws.sector": ["0", "99/100"]}),
     ("popov, tanh", {"laws.sector": ["0", "1"]}),

@@ -179,6 +179,7 @@ def test_double_roots_are_counted_once():
         ([6, -17, 12], 0, 1, False),
         ([5, -9, 4, 2], 0, F(3, 4), True),
         ([1], 0, 5, True),
+        ([F(25, 2), 0, 0, -2, *[0] * 36, F(4, 2**40)], 0, 2, False),  # 1/2 at 2, and -0.7 at 1.9
         ([0], 0, 5, False),
     ],
 )

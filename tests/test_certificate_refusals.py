@@ -332,6 +332,7 @@ MALFORMED = [
     ("popov, dead time", {"proof.order": 1}, "a count is 1"),
     ("popov, dead time", {"proof.order": 61}, "a count is 61"),
     ("popov", {"law": {**LIMITER, "points": {}}}, "points are pairs"),
+    ("popov", {"law": {**LIMITER, "points": ["00"]}}, "points are pairs"),
     ("zames-falb", {"multiplier.kernels": [mass("1/500")] * 401}, "taps or kernels are a list"),
     ("zames-falb, discrete", {"multiplier.taps": [[101, "1/2"]]}, "a count is 101"),
     ("zames-falb, discrete", {"multiplier.taps": [[-101, "1/2"]]}, "a count is -101"),
