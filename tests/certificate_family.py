@@ -207,9 +207,9 @@ DRAFTS = {
             "sigma": ["1", "-1"],
         },
     ),
-    # sigma_t = u_(t-1) + 2 u_(t-2)
+    # sigma_t + sigma_(t-1)/2 = u_t + u_(t-1) + 5/2 u_(t-2)
     "orbit, three samples": lambda: refutation(
-        transfer("1 2", "1 0 0", "discrete"),
+        transfer("1 1 5/2", "1 1/2 0", "discrete"),
         laws(0, 1, slope=True),
         {
             "method": "orbit",
