@@ -127,7 +127,7 @@ class Motion:
         return np.asarray(self.rod.damping * self.dashpot_velocity(t))
 
     def waves(self, t: ArrayLike, x: ArrayLike) -> tuple[Array, Array]:
-        """``r1 = v - c w`` and ``r2 = v + c w`` [m/s] at ``(t, x)``, elementwise; ``since + 2T <= t`` if some was dropped.
+        """``r1 = v - c w`` and ``r2 = v + c w`` [m/s] at ``(t, x)``, elementwise; from ``since + 2T`` or 0 on.
 
         Raises
         ------
