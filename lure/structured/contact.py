@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -21,6 +21,7 @@ _LONGEST = 64  # round trips looked at in one piece
 _MOST = 1_000_000_000  # cell crossings looked at in all
 FLOOR = 1e-12
 _NARROW = 1e-12
+_EFFORT = 400
 
 
 def first_contact(flight: FreeFlight, until: float) -> float | None:
@@ -90,7 +91,8 @@ def next_contact(flight: FreeFlight, until: float) -> Touch | None:
     InputError
         As for :func:`first_contact`.
     """
-    passed, trips = 0, 1
+    passed, length = 0, 2 * flight.ring.scheme.cells
+    longest = _LONGEST * length
     if flight.ring.gap > 0.0:
         return Touch(flight=flight, passed=0, tau=0.0)
     while passed < until:
@@ -99,19 +101,44 @@ def next_contact(flight: FreeFlight, until: float) -> Touch | None:
         remaining = (until - passed) / (2 * ring.scheme.cells)
         if ring.largest_gap(math.ceil(2.0 * remaining) + 60.0) <= FLOOR * scale:
             return None
-        length = 2 * ring.scheme.cells * trips
         if passed + length > _MOST:
             raise InputError(
                 f"contact is neither excluded nor found in {_MOST} cell crossings; give an end before "
                 f"{_MOST / ring.scheme.rate:.3g} s, or fewer cells"
             )
         gaps = ring.gaps(np.arange(window(float(length))[1] + 1))
-        found = Crossing(values=gaps, floor=FLOOR * scale).first(0.0, float(length))
+        try:
+            found = Crossing(values=gaps, floor=FLOOR * scale).first(0.0, float(length))
+        except Undecided:
+            length = halved(length)
+            continue
         if found is not None:
             return Touch(flight=flight, passed=passed, tau=found)
         flight = later(flight, length)
-        passed, trips = passed + length, min(2 * trips, _LONGEST)
+        passed, length = passed + length, min(2 * length, longest)
     return None
+
+
+class Undecided(Exception):
+    """The sequence is so much larger than its average that bounds of it settle nothing."""
+
+
+def halved(length: int) -> int:
+    """A shorter stretch, after which the register is filled anew with values of the size of the motion.
+
+    Parameters
+    ----------
+    length : int
+        Cell crossings of the stretch that was not decided.
+
+    Raises
+    ------
+    InputError
+        It was a single one.
+    """
+    if length == 1:
+        raise InputError("beginning or end of contact cannot be told from rounding; move the gap a little")
+    return length // 2
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -124,10 +151,13 @@ class Crossing:
         The sequence, as far as the windows of the weights reach.
     floor : float
         What counts as zero.
+    effort : list of int
+        How many more intervals may be looked at.
     """
 
     values: Array
     floor: float
+    effort: list[int] = field(default_factory=lambda: [_EFFORT])
 
     def at(self, tau: float, differences: int = 0) -> float:
         """The average at ``tau``, or that of the first difference, which is its slope."""
@@ -137,7 +167,10 @@ class Crossing:
         return float(weights @ (np.diff(values, differences) if differences else values))
 
     def first(self, left: float, right: float) -> float | None:
-        """The first crossing in ``[left, right]``."""
+        """The first crossing in ``[left, right]``; raises :class:`Undecided` if that takes too long."""
+        self.effort[0] -= 1
+        if self.effort[0] < 0:
+            raise Undecided
         start, stop = window(left)[0], window(right)[1] + 3
         inside = self.values[start:stop]
         if inside.max() <= self.floor:

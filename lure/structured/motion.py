@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.scenario import Scenario
-from lure.structured.contact import FLOOR, Crossing, next_contact
+from lure.structured.contact import FLOOR, Crossing, Undecided, halved, next_contact
 from lure.structured.flight import FreeFlight, free_flight
 from lure.structured.poisson import Mean, parted
-from lure.structured.press import Press
+from lure.structured.press import Press, fewest_cells
 from lure.structured.ring import Ring
 from lure.upwind import UpwindScheme
 
@@ -53,13 +53,14 @@ def structured_motion(
     """Motion of the scheme against its obstacle, without loads: jumps from event to event.
 
     Between contacts a jump of any length by :class:`FreeFlight`; in contact the Poisson average of a shift register
-    with the law in it, a round trip at a time.  Beginning and end of contact are located as by :func:`first_contact`.
-    There is no time step and no error but rounding, which the events amplify as the motion itself does.
+    with the law in it, a round trip or less at a time.  Beginning and end of contact are located as by
+    :func:`first_contact`.  There is no time step and no error but rounding, which the events amplify as the motion
+    itself does.
 
     Parameters
     ----------
     scheme : UpwindScheme
-        The scheme: linear law (``m = 1``), ``k >= 0``, and ``d c_n L/c`` cells or more.
+        The scheme: linear law (``m = 1``), ``k >= 0``, and a few more cells than ``d c_n L/c``.
     start : Scenario or array_like
         Initial data without loads, or a state in the ordering of the scheme.
     until : float
@@ -70,7 +71,8 @@ def structured_motion(
     Raises
     ------
     InputError
-        One of these does not hold, there are more than 20 000 events, or contact can neither be excluded nor found.
+        One of these does not hold, there are more than 20 000 flights and stretches of contact, or contact can neither
+        be excluded nor found.
 
     Notes
     -----
@@ -97,7 +99,10 @@ def structured_motion(
         ring, contact = run.pressed(ring) if contact else run.flown(ring)
     else:
         reached = float(run.clock / run.rate)
-        raise InputError(f"until is {until:g} s, and {_MOST} events are over at {reached:.6g} s; give an earlier end")
+        raise InputError(
+            f"until is {until:g} s, and {_MOST} flights and stretches of contact end at {reached:.6g} s; give an "
+            "earlier end"
+        )
     state = np.append(ring.waves, ring.gap / scheme.rate)[scheme.permutation]
     return StructuredMotion(
         t=times, z=run.gaps / scheme.rate, wave=run.waves, contacts=run.closed(), state=np.asarray(state)
@@ -114,9 +119,9 @@ def _check(scheme: UpwindScheme, until: float, samples: int) -> None:
         raise InputError(f"rod.exponent is {rod.exponent:g}; structured_motion takes the linear law, give 1")
     if rod.damping < 0.0:
         raise InputError(f"rod.damping is {rod.damping:g}; structured_motion takes no negative one")
-    least = rod.mobility * rod.law.stiffness * rod.travel_time
+    least = fewest_cells(rod.mobility * rod.law.stiffness * rod.travel_time)
     if scheme.cells < least:
-        raise InputError(f"the contact is too stiff for {scheme.cells} cells; give at least {math.ceil(least)}")
+        raise InputError(f"the contact is too stiff for {scheme.cells} cells; give at least {least}")
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
@@ -149,11 +154,17 @@ class _Run:
 
     def pressed(self, ring: Ring) -> tuple[Ring, bool]:
         """Contact up to its end, the end of a round trip or of the run."""
-        press, begin = Press(ring=ring), self.clock
-        values = -press.streams[2]
-        floor = FLOOR * float(np.abs(values).max())
-        found = Crossing(values=values, floor=floor).first(0.0, float(press.length))
-        span = Fraction(press.length) if found is None else Fraction(found)
+        begin, length = self.clock, 2 * ring.scheme.cells
+        while True:
+            press = Press(ring=ring, length=length)
+            search = Crossing(values=-press.streams[2], floor=FLOOR * press.rounding)
+            try:
+                found = search.first(0.0, float(length))
+            except Undecided:
+                length = halved(length)
+            else:
+                break
+        span = Fraction(length) if found is None else Fraction(found)
         released = found is not None and begin + span < self.stop
         span = min(span, self.stop - begin)
         after = press.after(_mean(span))

@@ -25,6 +25,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 LARGEST_MEAN = 1e13
 _SERIES = 0.1
+_TINY = 1e-290
 _TERMS = 20
 _STIRLING = 16
 
@@ -114,7 +115,7 @@ def poisson_weights(mean: Mean) -> tuple[int, Array]:
     if tau > LARGEST_MEAN:
         raise InputError(f"a Poisson mean of {tau:.3g} has too wide a window; give at most {LARGEST_MEAN:g}")
     first, last = window(tau)
-    if tau == 0.0:
+    if tau < _TINY:
         return 0, np.ones(1)
     start = max(first, 1)
     n = np.arange(start, last + 1, dtype=float)

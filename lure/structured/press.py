@@ -5,12 +5,14 @@ In units of ``1/s`` the law adds ``-kappa z`` to ``z'`` and ``-2 kappa z`` to th
 
 .. math:: z_{n+1} = (1 - \kappa) z_n + F_n, \qquad \text{entering the backward wave: } F_n - 2 \kappa z_n,
 
-where what leaves the forward wave, ``F_n``, is known ``N`` steps ahead.  For ``kappa <= 1`` nothing in it grows, and
-the motion is the Poisson average of the register as in free flight.
+where what leaves the forward wave, ``F_n``, is known ``N`` steps ahead.  The motion is the Poisson average of the
+register as in free flight.  Its fastest alternations grow by up to ``(2 + kappa)/(2 - kappa)`` a round trip, which the
+average takes away again and rounding remembers: hence one round trip at a time, and cells enough for a small ``kappa``.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -18,12 +20,33 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.structured.contact import Crossing
 from lure.structured.poisson import Mean, poisson_weights, window
 from lure.structured.ring import Ring
 
 Array: TypeAlias = NDArray[np.float64]
 
-_SHORTEST = 64
+_LARGEST_GAIN = 100.0
+
+
+def fewest_cells(stiffness: float) -> int:
+    """The fewest cells with which contact loses at most two digits to its register.
+
+    Parameters
+    ----------
+    stiffness : float
+        ``d c_n L/c = kappa N``.
+    """
+    cells = max(1, math.ceil(stiffness))
+    while _gain(cells, stiffness / cells) > _LARGEST_GAIN:
+        cells += max(1, cells // 50)
+    return cells
+
+
+def _gain(cells: int, kappa: float) -> float:
+    """Growth of the fastest alternations over the window of a round trip."""
+    trips = (window(2.0 * cells)[1] + 4) / (2.0 * cells)
+    return float(((2.0 + kappa) / (2.0 - kappa)) ** trips)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,9 +57,12 @@ class Press:
     ----------
     ring : Ring
         The scheme and its state where the stretch begins; ``s z >= 0``.
+    length : int
+        Cell crossings covered, at most ``2N``.
     """
 
     ring: Ring
+    length: int
 
     @property
     def kappa(self) -> float:
@@ -44,10 +70,11 @@ class Press:
         scheme = self.ring.scheme
         return scheme.rod.mobility * scheme.rod.law.stiffness / scheme.rate
 
-    @property
-    def length(self) -> int:
-        """Cell crossings covered."""
-        return max(2 * self.ring.scheme.cells, _SHORTEST)
+    @cached_property
+    def rounding(self) -> float:
+        """Largest average of ``|s z_n|`` over the stretch: what rounding of ``s z`` is relative to."""
+        sizes = Crossing(values=np.abs(self.streams[2]), floor=0.0)
+        return max(sizes.at(share * self.length / 8.0) for share in range(9))
 
     @cached_property
     def streams(self) -> tuple[Array, Array, Array]:
