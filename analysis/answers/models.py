@@ -8,14 +8,14 @@ from fractions import Fraction
 from typing import Literal
 
 from analysis.answer import Answer
-from analysis.answers.catalogue import BEST, Question, entries
+from analysis.answers.catalogue import BEST, Entry, Question, entries
 from analysis.answers.certifying import proved_answer, refuted_witness
 from analysis.answers.rods import rod_hurwitz, rod_largest
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.plant import Plant
 from analysis.witness import Witness
 from lure.delay import DelayBlock
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, InputError
 from lure.frequency_data import FrequencyData
 from lure.law_class import LawClass
 from lure.rational import RationalBlock
@@ -25,6 +25,7 @@ from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
 REFUSED = "does not apply"
+EXPECTED = (AssumptionError, InputError, OverflowError)  # said by the question itself
 Search = Literal["linear", "full"]
 Block = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData | UpwindScheme | RodBlock
 
@@ -80,29 +81,38 @@ def proviso(asked: Asked, criterion: str) -> str:
 
 def answers(asked: Asked) -> list[Answer]:
     """What each criterion says, farthest reach first; a refusal is an answer too."""
-    block = asked.block
-    found: list[Answer] = []
-    for entry in entries(asked.block, asked.question, asked.criterion, time_varying=asked.time_varying):
-        try:
-            if isinstance(block, RationalBlock):
-                found.append(entry.largest(block, lower=asked.lower, odd=asked.odd))
-            elif isinstance(block, DelayBlock):
-                from analysis.dead_time.criteria import LARGEST
-
-                found.append(LARGEST[entry.name](block))
-            elif isinstance(block, UpwindScheme | RodBlock):
-                found.append(rod_largest(block, entry.name))
-            elif isinstance(block, StateSpaceBlock):
-                found.append(_computed(block, entry.name))
-            else:
-                from analysis.sampled import largest_sampled
-
-                found.append(largest_sampled(block, entry.name))
-        except AssumptionError as refusal:
-            found.append(_refused(entry.name, asked, str(refusal)))
+    asking = entries(asked.block, asked.question, asked.criterion, time_varying=asked.time_varying)
+    found = [_said(entry, asked) for entry in asking]
     if not found:
         raise AssumptionError(f"no criterion called {asked.criterion} applies to this block; try {BEST}")
     return sorted((proved_answer(asked, answer) for answer in found), key=_rank)
+
+
+def _said(entry: Entry, asked: Asked) -> Answer:
+    """What one criterion says; that it refuses or fails is an answer too, and proves nothing."""
+    from analysis.certificates.guard import Failure, guarded
+
+    block = asked.block
+    try:
+        if isinstance(block, RationalBlock):
+            found = guarded(
+                entry.name, lambda: entry.largest(block, lower=asked.lower, odd=asked.odd), passing=EXPECTED
+            )
+        elif isinstance(block, DelayBlock):
+            from analysis.dead_time.criteria import LARGEST
+
+            found = guarded(entry.name, lambda: LARGEST[entry.name](block), passing=EXPECTED)
+        elif isinstance(block, UpwindScheme | RodBlock):
+            found = rod_largest(block, entry.name)
+        elif isinstance(block, StateSpaceBlock):
+            found = guarded(entry.name, lambda: _computed(block, entry.name), passing=EXPECTED)
+        else:
+            from analysis.sampled import largest_sampled
+
+            found = largest_sampled(block, entry.name)
+    except AssumptionError as refusal:
+        return _refused(entry.name, asked, str(refusal))
+    return _refused(entry.name, asked, f"the search failed: {found}") if isinstance(found, Failure) else found
 
 
 def _rank(answer: Answer) -> tuple[bool, bool, float, float]:
@@ -117,14 +127,15 @@ def witnesses(asked: Asked, limit: Bracket) -> list[Witness]:
     if isinstance(block, RationalBlock):
         from analysis.refutation.linear import linear_witness
 
+        linear = linear_witness(block, lower=asked.lower)
+        found += [linear] if linear is not None else []
         if asked.search == "full":
+            from analysis.certificates.guard import Failure, guarded
             from analysis.refutation.search import refute
 
             kind = {"slope": asked.question == "slope", "odd": asked.odd, "time_varying": asked.time_varying}
-            found += refute(block, lower=asked.lower, **kind)
-        else:
-            linear = linear_witness(block, lower=asked.lower)
-            found += [linear] if linear is not None else []
+            more = guarded("refute", lambda: refute(block, lower=asked.lower, **kind), passing=EXPECTED)
+            found = found if isinstance(more, Failure) else list(more)
     elif isinstance(block, DelayBlock) and limit.high < math.inf:
         found = [_dead_time_gain(block, limit)]
     ranked = [refuted_witness(asked, witness) for witness in found if witness.evidence > Evidence.OBSERVED]

@@ -39,7 +39,7 @@ class Failure:
         return f"{self.search}: {self.code.title} ({self.code.identifier}): {self.detail}"
 
 
-def guarded(search: str, work: Callable[[], T]) -> T | Failure:
+def guarded(search: str, work: Callable[[], T], *, passing: tuple[type[Exception], ...] = ()) -> T | Failure:
     """What the work returns, or its failure; the user's interrupt passes.
 
     Parameters
@@ -48,6 +48,8 @@ def guarded(search: str, work: Callable[[], T]) -> T | Failure:
         A name for the work.
     work : callable
         Called without arguments.
+    passing : tuple of type
+        Exceptions that are the caller's to answer.
 
     Notes
     -----
@@ -56,7 +58,7 @@ def guarded(search: str, work: Callable[[], T]) -> T | Failure:
     try:
         return work()
     except BaseException as error:  # a panic of a compiled solver is no Exception
-        if isinstance(error, KeyboardInterrupt | SystemExit | GeneratorExit):
+        if isinstance(error, (KeyboardInterrupt, SystemExit, GeneratorExit, *passing)):
             raise
         sentence = " ".join(str(error).split())
         named = type(error).__name__ in ("AssumptionError", "InputError", "Rejected", "Malformed", "Uncovered")
