@@ -17,6 +17,7 @@ AT_REST = "every motion of finite energy comes to rest, its end at a zero of the
 GAINS = "every constant gain of the class makes the loop asymptotically stable"
 NO_REST = "a loop of the class has a motion that does not converge to an equilibrium"
 OTHER_EQUILIBRIA = "a loop of the class has equilibria other than 0"
+INEQUALITY = "the frequency inequality holds at every frequency, which alone proves nothing about the rod"
 NO_SOLUTION = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 
 

@@ -36,7 +36,6 @@ def proved(document: Document, rod: RodData, laws: Laws) -> str:
         if rod.cells is not None:
             _require_dissipation(rod.cells)
         return claims.AT_REST
-    require(rod.cells is not None, "the inequality is a theorem about the scheme, not about the rod")
     defect = abs(rod.k**2 - rod.squared_impedance)
     if theorem == "rod-popov":
         require(not laws.time_varying, "Popov's criterion needs laws fixed in time")
@@ -45,13 +44,15 @@ def proved(document: Document, rod: RodData, laws: Laws) -> str:
         if laws.upper == "inf":  # strictly; the hidden modes for k = Z do no harm, by the energy theorem
             require(theta > least, "theta is too small for laws without upper bound")
         require(theta >= least, "theta is too small")
-        return claims.EQUILIBRIA
+        return claims.EQUILIBRIA if rod.cells is not None else claims.INEQUALITY
     require(theorem == "rod-circle", "the theorem is unknown for the rod")
     record(document.multiplier)
     if defect > 0:
         limit = rod.E / rod.length * min(rod.k**2, rod.squared_impedance) / defect
         require(isinstance(laws.upper, Fraction) and laws.upper < limit, "the sector exceeds what the circle reaches")
     require(laws.upper != "inf", "the circle criterion needs an upper bound")
+    if rod.cells is None:  # the inequality is a theorem about the scheme
+        return claims.INEQUALITY
     return claims.BOUNDED if laws.time_varying else claims.EQUILIBRIA
 
 
