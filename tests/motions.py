@@ -30,7 +30,7 @@ def other_rod(**changes):
 
 
 def imbalance(motion):
-    """``E(until) - E(0) - int (g v(t,0) - k v(t,0)^2 - k_L v(t,L)^2 + int f v dx) dt``, relative, by Gauss quadrature."""
+    """``E(until) - E(0) - int (g v(t,0) - k v(t,0)^2 - k_L v(t,L)^2 + int f v dx) dt``, relative, by Gauss panels."""
     rod, T, scenario = motion.rod, motion.rod.travel_time, motion.scenario
     edges = [0.0, motion.until]
     for window in motion.fields.windows:

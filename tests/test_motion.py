@@ -58,7 +58,7 @@ def test_with_the_matched_dashpot_everything_leaves_in_one_round_trip():
     assert pushed.velocity(0.999, [0.0, 0.9985, 1.0]) == pytest.approx([0.5, 0.5, 1], abs=1e-14)
 
 
-# cos(pi x) cos(pi t) satisfies u_x = 0 at both ends (k = 0); sin(pi x/2) cos(pi t/2) satisfies u(t, 0) = 0, u_x(t, 1) = 0.
+# cos(pi x) cos(pi t) satisfies u_x = 0 at both ends (k = 0); sin(pi x/2) cos(pi t/2) u(t, 0) = 0 and u_x(t, 1) = 0.
 @pytest.mark.parametrize(("clamped", "wave"), [(False, 1.0), (True, 0.5)])
 def test_standing_waves_between_a_free_end_and_one_free_or_clamped(clamped, wave):
     text = f"0.01*sin({wave}*pi*x)" if clamped else f"0.01*cos({wave}*pi*x)"
@@ -126,7 +126,9 @@ def test_no_window_but_the_last_is_needed():
     scenario = Scenario.parse(force="0.4*sin(1.3*t)", velocity="0.3")
     whole = exact_motion(rod, scenario, 81.0)
     seen = []
-    kept = exact_motion(rod, scenario, 81.0, numerics=Numerics(keep=3, on_window=lambda window: seen.append(window.number)))
+    kept = exact_motion(
+        rod, scenario, 81.0, numerics=Numerics(keep=3, on_window=lambda window: seen.append(window.number))
+    )
     assert seen == list(range(41)) == [window.number for window in motion_windows(rod, scenario, 81.0)]
     assert len(kept.fields.windows) == 3
     assert kept.impacts == whole.impacts != ()

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lure.errors import AssumptionError
 from lure.motion.chebyshev import Array, basis, values
 from lure.motion.end_law import Segment
 from lure.motion.pieces import Pieces
@@ -18,13 +19,29 @@ from lure.motion.segment_motion import Arc, Level
 _STRESS, _PLACE = 3e-14, 3e-15
 _NARROWEST = 1e-11
 _ITERATIONS = 40
+_MOST_PIECES = 2000
+_THINNEST = 3e-11
 
 
 def power_arc(segment: Segment, share: float, transit: float, wave: Pieces, start: Level) -> Arc:
-    """The motion until the end of the wave, or on to the first piece after which the obstacle is left."""
+    """The motion until the end of the wave, or on to the first piece after which the obstacle is left.
+
+    Raises
+    ------
+    AssumptionError
+        The law is too stiff for double precision, or needs more than 2000 pieces.
+    """
     space = basis(wave.series.shape[1] - 1)
     size = share * float(np.abs(wave.series).sum(axis=1).max(initial=0.0))
-    zeta, edges, rows, pushes = start.value + start.rest, [float(wave.edges[0])], [], []
+    depth = (size / segment.rate) ** (1.0 / segment.power)
+    if depth < _THINNEST * transit * size:
+        raise AssumptionError(
+            f"a wave of {size:.3g} m/s is stopped by the power law m = {segment.power:g} within {depth:.1g} m, too "
+            "short for double precision; give a larger compliance, or a rigid obstacle"
+        )
+    zeta, edges = start.value + start.rest, [float(wave.edges[0])]
+    rows: list[Array] = []
+    pushes: list[Array] = []
     error, width = 0.0, np.inf
     for i, series in enumerate(wave.series):
         low, high = float(wave.edges[i]), float(wave.edges[i + 1])
@@ -49,6 +66,11 @@ def power_arc(segment: Segment, share: float, transit: float, wave: Pieces, star
                 continue
             error += step * float(np.abs(stress[-2:]).max())
             at = high if step == rest else at + step
+            if len(rows) == _MOST_PIECES:
+                raise AssumptionError(
+                    f"contact with the power law m = {segment.power:g} needs more than {_MOST_PIECES} pieces in a "
+                    "round trip; give a larger compliance"
+                )
             edges.append(at)
             rows.append(place)
             pushes.append(stress)
@@ -82,7 +104,19 @@ def _solved(segment: Segment, half: float, incoming: Array, start: float) -> tup
             if not np.isfinite(size) or size > 1e6 * scale:
                 break
             if size <= 2e-16 * scale or (size <= 1e-13 * scale and size >= 0.5 * last):
-                return np.append(start, z), rate * np.maximum(np.append(start, z), 0.0) ** m
+                return _in_stress((z, push, slope, miss), K, segment, start)
             last = size
             z = z - np.linalg.solve(np.eye(len(z)) + K * slope, miss)
     return np.full(len(incoming), np.nan), np.zeros(len(incoming))
+
+
+def _in_stress(
+    found: tuple[Array, Array, Array, Array], K: Array, segment: Segment, start: float
+) -> tuple[Array, Array]:
+    """The solution after one correction of the push: rounding of ``z`` times a large stiffness would spoil it."""
+    z, push, slope, miss = found
+    softness = np.where(slope > 0.0, 1.0 / np.where(slope > 0.0, slope, 1.0), 1e200)
+    better = np.maximum(push - np.linalg.solve(np.diag(softness) + K, miss), 0.0)
+    stiff = slope * np.abs(K).max() > 1.0
+    place = np.where(stiff, (better / segment.rate) ** (1.0 / segment.power), z)
+    return np.append(start, place), np.append(segment.rate * max(start, 0.0) ** segment.power, better)
