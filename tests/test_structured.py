@@ -187,6 +187,24 @@ def test_the_first_contact_is_where_the_event_exact_simulation_sees_it(share, N,
         assert found == pytest.approx(run.contacts[0].start, rel=1e-9)
 
 
+# the bound that excludes contact for ever, against a hundred round trips of the register itself
+@given(k=st.one_of(st.sampled_from((0.0, Z)), st.floats(1e-3, 50.0)), N=st.integers(1, 30), seed=st.integers(0, 999))
+def test_the_bound_for_all_times_is_the_largest_value_of_the_register(k, N, seed):
+    rng = np.random.default_rng(seed)
+    ring = free_flight(upwind(rod_with(k), N), rng.normal(size=2 * N + 1) + rng.normal()).ring
+    waves, gap, values = ring.waves.copy(), ring.gap, [ring.gap]
+    for _ in range(100 * 2 * N):
+        gap += waves[N - 1]
+        waves = np.concatenate(([ring.echo * waves[-1]], waves[:-1]))
+        values.append(gap)
+    bound, largest = ring.largest_gap(100), max(values)
+    allowed = 1e-9 * (1.0 + np.abs(values).max())
+    assert np.abs(ring.gaps(np.arange(len(values))) - values).max() < allowed
+    assert largest <= bound + allowed
+    if ring.echo**100 < 1e-12:  # it is approached by then, from one side or the other
+        assert bound <= max(largest, values[-1]) + allowed
+
+
 # the first swing; later the rod of this gap would touch, since it comes to rest higher still
 @pytest.mark.parametrize("N", [50, 2000])
 def test_a_graze_is_seen_from_both_sides(N):
