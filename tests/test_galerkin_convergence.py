@@ -10,7 +10,7 @@ import sympy as sp
 from analysis.simulation import simulate
 from lure import Expression, InputError, Rod, Scenario, builtin_system, upwind
 from lure.free_motion import free_motion
-from lure.galerkin import NonuniformRod, convergence, formula_state, free_state, galerkin, state_error
+from lure.galerkin import KnownState, NonuniformRod, convergence, formula_state, free_state, galerkin, state_error
 
 # c = 2, Z = 1, T = 3/2
 ROD = Rod(youngs_modulus=4, density=1, length=3, area=0.5, damping=0.3, compliance=0.25, gap=5)
@@ -189,6 +189,13 @@ def test_p1_p2_and_cosines_have_one_limit_through_contact():
     size = np.abs(ends[0]).max()
     assert np.abs(ends[1] - ends[0]).max() < 5e-3 * size
     assert np.abs(ends[2] - ends[0]).max() < 2e-2 * size
+
+
+def test_the_distance_in_numbers():
+    # from rest at 0 on (0, 3): int (2x)^2 dx = 36 and 6^2/3 = 12; int 2^2 dx = 12
+    known = KnownState(slope=lambda x: 2 * x, velocity=lambda x: 2 + 0 * x, end=6.0)
+    error = state_error(galerkin(ROD, order=3), np.zeros(3), np.zeros(3), known)
+    assert (error.h1, error.l2) == pytest.approx((math.sqrt(48), math.sqrt(12)), rel=1e-14)
 
 
 def test_a_family_that_does_not_grow_is_refused():

@@ -146,7 +146,8 @@ class GalerkinModel:
         """
         displacement, velocity = np.atleast_2d(a), np.atleast_2d(b)
         kinetic = 0.5 * np.einsum("ij,ij->i", velocity, (self.mass @ velocity.T).T)
-        elastic = 0.5 * np.einsum("ij,ij->i", displacement, (self.stiffness @ displacement.T).T)
+        strain = self.space.slopes(self.quadrature.x) @ displacement.T  # no cancellation, however far the rod has moved
+        elastic = 0.5 * ((self.quadrature.w * self.rod.stretch(self.quadrature.x)) @ strain**2)
         contact = self.end_area * self.rod.law.primitive(displacement @ self.space.right - self.rod.gap)
         return np.asarray(kinetic + elastic + contact).reshape(np.shape(a)[:-1])
 

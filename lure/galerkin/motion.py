@@ -99,7 +99,7 @@ def simulate(  # noqa: PLR0913  (what, from where, until when, and three setting
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class _Integration:
-    """A run as it proceeds: samples filled in, contacts met, steps taken."""
+    """A run as it proceeds: samples filled in, contacts met, steps taken, largest ``|u(t, L)|`` seen [m]."""
 
     equations: Equations
     method: Method
@@ -108,6 +108,7 @@ class _Integration:
     rows: Array
     filled: int = 0
     steps: int = 0
+    reach: float = 0.0
     contacts: list[Touch] = field(default_factory=list)
 
     def go(self, y: Array, edges: list[float]) -> None:
@@ -180,10 +181,11 @@ class _Integration:
         m, model = self.equations.model.space.order, self.equations.model
         position = model.space.right @ states[:m]
         z = (position - model.rod.gap) * (1.0 if touching else -1.0)
+        self.reach = max(self.reach, float(np.abs(position).max()))
         series = _FIT @ z
         if series[0] > np.abs(series[1:]).sum():
             return None
-        noise = 64 * np.finfo(float).eps * (float(np.abs(position).max()) + abs(model.rod.gap))
+        noise = 64 * np.finfo(float).eps * (self.reach + abs(model.rod.gap))
         roots = np.polynomial.chebyshev.chebroots(series) if np.any(series[1:]) else np.empty(0)
         inside = np.sort(roots.real[(np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) < 1.0)])
         for low, high in pairwise([-1.0, *inside, 1.0]):
@@ -203,10 +205,16 @@ class _Integration:
         return float(space.right @ y[: space.order]) - self.equations.model.rod.gap
 
     def _touch(self, t: float) -> None:
-        self.contacts.append(Touch(start=t, end=math.inf))
+        """Begin a contact; one that ended at this very instant goes on."""
+        again = bool(self.contacts) and self.contacts[-1].end == t
+        start = self.contacts.pop().start if again else t
+        self.contacts.append(Touch(start=start, end=math.inf))
 
     def _release(self, t: float) -> None:
-        self.contacts[-1] = Touch(start=self.contacts[-1].start, end=t)
+        """End the contact; one that began at this very instant was none."""
+        start = self.contacts.pop().start
+        if t > start:
+            self.contacts.append(Touch(start=start, end=t))
 
 
 def _breaks(scenario: Scenario, until: float) -> list[float]:

@@ -126,7 +126,7 @@ class GalerkinRun:
             return None
 
     def bound(self, rate: float = 1.0) -> Array:
-        r"""The bound of Lemma 3.2 on ``E_m`` along the run, with all constants [J].
+        r"""The bound of Lemma 3.2 on ``E_m`` along the run, with all constants [J]; ``inf`` above the largest double.
 
         .. math::
 
@@ -159,7 +159,9 @@ class GalerkinRun:
                 f"the bound of Lemma 3.2 needs k > 0, or k = 0 and no force g; the damping is {k:g} N s/m"
             )
         given = (force / (2.0 * k) if k > 0 else 0.0) + body / (2.0 * rate)
-        return np.asarray((self.energy[0] + given) * np.exp(rate * self.t))
+        base = np.asarray(self.energy[0] + given)
+        with np.errstate(over="ignore", divide="ignore"):
+            return np.exp(np.log(base) + rate * self.t)
 
     def __str__(self) -> str:
         """One sentence."""
