@@ -161,7 +161,7 @@ class GalerkinRun:
         given = (force / (2.0 * k) if k > 0 else 0.0) + body / (2.0 * rate)
         base = np.asarray(self.energy[0] + given)
         with np.errstate(over="ignore", divide="ignore"):
-            return np.exp(np.log(base) + rate * self.t)
+            return np.asarray(np.exp(np.log(base) + rate * self.t))
 
     def __str__(self) -> str:
         """One sentence."""
