@@ -158,6 +158,8 @@ def test_the_degree_of_the_series_does_not_show():
         ({"until": 1e9}, r"5e\+08 round trips; give at most 2e\+07 s"),
         ({"scenario": Scenario.parse(force="1/(t - 3)**2 + log(t - 3)")}, "force.g has no finite value"),
         ({"scenario": Scenario.parse(velocity="log(x)*x - log(x - 1)")}, "initial.u1 is"),
+        ({"scenario": Scenario.parse(velocity="1e200*x")}, r"wave in round trip 0 is 1e\+200 m/s"),
+        ({"scenario": Scenario.parse(force="sin(100000*t)")}, "more than 5000 pieces in one round trip"),
         ({"scenario": Scenario.parse(body_force="where(x < t, 1, 0)")}, "conditions that are linear in t alone"),
         ({"boundary": Boundary(rigid=True), "rod": unit_rod(gap=-0.5)}, "0.5 m inside the obstacle, which is rigid"),
         ({"rod": unit_rod(gap=-0.5, compliance=1e-300)}, "0.5 m inside the obstacle, which is rigid"),

@@ -76,7 +76,8 @@ def _zero(series: Array, low: float, high: float) -> float:
     for step in range(200):
         if high - low <= 2.3e-16 * max(1.0, abs(low)) or below == 0.0:
             return low
-        x = (low * above - high * below) / (above - below) if step % 8 < 6 else 0.5 * (low + high)
+        secant = step % 8 < 6 and above - below > 0.0
+        x = (low * above - high * below) / (above - below) if secant else 0.5 * (low + high)
         if not low < x < high:
             x = 0.5 * (low + high)
             if not low < x < high:

@@ -1,10 +1,7 @@
-"""The exact motion of a rod: what it is asked for, and the answer."""
+"""The answer: what is known of a motion at any time and place."""
 
 from __future__ import annotations
 
-import math
-from collections import deque
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,42 +9,11 @@ from numpy.typing import ArrayLike
 
 from lure.errors import InputError
 from lure.motion.chebyshev import Array
-from lure.motion.end_law import Boundary, end_law
+from lure.motion.end_law import Boundary
 from lure.motion.fields import Fields
 from lure.motion.impacts import Impact
-from lure.motion.ledger import Ledger
-from lure.motion.sources import sources
-from lure.motion.windows import Problem, Window, windows
 from lure.rod import Rod
 from lure.scenario import Scenario
-
-_MOST_TRIPS = 10_000_000
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Numerics:
-    """How a motion is computed; the answer does not depend on it beyond its error.
-
-    Attributes
-    ----------
-    degree : int
-        Degree of the Chebyshev series on a piece, from 8 to 40.
-    keep : int or None
-        Number of the last round trips that are kept for evaluation, at least 2; None for all.  With a number, memory
-        does not grow with ``until``, except by the impacts.
-    on_window : callable or None
-        Called with every window when it is done, and before it is dropped.
-    """
-
-    degree: int = 16
-    keep: int | None = None
-    on_window: Callable[[Window], None] | None = None
-
-    def __post_init__(self) -> None:
-        if isinstance(self.degree, bool) or not isinstance(self.degree, int) or not 8 <= self.degree <= 40:
-            raise InputError(f"Numerics.degree is {self.degree!r}; give a whole number from 8 to 40")
-        if self.keep is not None and (isinstance(self.keep, bool) or not isinstance(self.keep, int) or self.keep < 2):
-            raise InputError(f"Numerics.keep is {self.keep!r}; give None or a whole number from 2 on")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -167,118 +133,3 @@ class Motion:
         if not np.all((times >= self.since) & (times <= self.until)):
             raise InputError(f"t leaves the motion; give times in [{self.since:g}, {self.until:g}] s")
         return self.fields.at_end(times / self.rod.travel_time, name)
-
-
-def motion_windows(
-    rod: Rod, scenario: Scenario, until: float, *, boundary: Boundary | None = None, degree: int = 16
-) -> Iterator[Window]:
-    """The windows of a motion one by one, in memory that does not grow; arguments as for :func:`exact_motion`."""
-    return windows(_problem(rod, scenario, until, boundary or Boundary(), degree))
-
-
-def exact_motion(
-    rod: Rod,
-    scenario: Scenario,
-    until: float,
-    *,
-    boundary: Boundary | None = None,
-    numerics: Numerics | None = None,
-) -> Motion:
-    r"""Motion of the rod with contact on ``[0, until]``, to rounding and the error of its series.
-
-    .. math:: W(t) = -a\,V(t - 2T) + 2 b\,g(t - T) + \ldots, \quad z' = W - d\,p(z), \quad V = W - 2 d\,p(z).
-
-    Between events the equation of ``z`` is a quadrature (free flight), linear (normal compliance with ``m = 1`` and
-    piecewise linear laws) or trivial (rigid obstacle, ``z = 0`` while the stress ``W/d`` is positive); a power law is
-    solved by collocation with adaptive pieces.  Contact and release are found by bounds on the series over whole
-    intervals; an excursion below rounding (grazing) counts as none.
-
-    Parameters
-    ----------
-    rod : Rod
-        The rod; any damping but ``-Z``.
-    scenario : Scenario
-        Loads and initial data.  Kinks and jumps of ``g``, ``u0``, ``u1`` that their formulas do not show are found by
-        halving; the body force may have conditions in ``t`` alone and in ``x`` alone.
-    until : float
-        End of the motion [s], at most 10 000 000 round trips.
-    boundary : Boundary, optional
-        Clamped end, dashpot at ``x = L``, rigid obstacle, another law.
-    numerics : Numerics, optional
-        Degree of the series, and what is kept.
-
-    Returns
-    -------
-    Motion
-        Evidence: COMPUTED, floating point with an estimate of the local errors and an energy balance.
-
-    Raises
-    ------
-    InputError
-        ``until`` is not a positive number or too far, data are not finite, or the end begins inside a rigid obstacle.
-    AssumptionError
-        Contact and flight alternate more than 4000 times in a round trip, or cannot be told apart.
-
-    Examples
-    --------
-    The paper's rod, released: free flight between -e/2 and e/2.
-
-    >>> from lure import builtin_system
-    >>> system = builtin_system("paper-rod")
-    >>> motion = exact_motion(system.rod, system.scenario, until=2.5e-3)
-    >>> T = system.rod.travel_time
-    >>> motion.end_displacement([0.0, T, 2 * T]).round(8), motion.impacts
-    (array([-1.000e-04,  1.000e-04, -9.993e-05]), ())
-    """
-    boundary, numerics = boundary or Boundary(), numerics or Numerics()
-    problem = _problem(rod, scenario, until, boundary, numerics.degree)
-    kept: deque[Window] = deque(maxlen=numerics.keep)
-    impacts: list[Impact] = []
-    ledger, last = Ledger(problem), None
-    error = 0.0
-    crossings = 0
-    for window in windows(problem):
-        last = window
-        ledger.add(window)
-        kept.append(window)
-        impacts += window.impacts
-        crossings += window.crossings
-        error += window.error
-        if numerics.on_window is not None:
-            numerics.on_window(window)
-    assert last is not None, "a positive time has at least one window"
-    if last.end.impact is not None:
-        impacts.append(last.end.impact)
-    fields = Fields(sources=problem.sources, share=problem.share, windows=tuple(kept))
-    return Motion(
-        rod=rod,
-        scenario=scenario,
-        boundary=boundary,
-        until=float(until),
-        since=2.0 * rod.travel_time * kept[0].number,
-        impacts=tuple(impacts),
-        crossings=crossings,
-        energy_residual=ledger.residual,
-        error=error + problem.law.error * ledger.largest_wave,
-        note=problem.law.note,
-        fields=fields,
-    )
-
-
-def _problem(rod: Rod, scenario: Scenario, until: float, boundary: Boundary, degree: int) -> Problem:
-    if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until < math.inf:
-        raise InputError(f"until is {until!r}; give a positive number of seconds")
-    transits = float(until) / rod.travel_time
-    if transits > 2.0 * _MOST_TRIPS:
-        raise InputError(
-            f"until = {until:g} s is {transits / 2.0:.3g} round trips; give at most "
-            f"{2.0 * _MOST_TRIPS * rod.travel_time:.3g} s"
-        )
-    if transits < 1e-9:
-        raise InputError(f"until = {until:g} s is {transits:.3g} of one transit; give at least 1e-9 of it")
-    return Problem(
-        sources=sources(rod, scenario, boundary, float(until), degree),
-        law=end_law(rod, boundary),
-        share=1.0 / (1.0 + boundary.end_damping / rod.impedance),
-        transits=transits,
-    )

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lure.errors import InputError
 from lure.motion.chebyshev import Array, basis, restricted, tails, values
 
 SAME = 2e-15  # edges closer than this, of a window of length 2, are one
 NARROWEST = 1e-13
+_MOST = 5000
 _CHECKS = np.array([-0.97, -0.43, 0.11, 0.71])
 
 
@@ -100,10 +102,16 @@ def fitted(
         The fit.
     error : float
         Largest error times width left on a piece that could not be halved further, or seen at the checking points.
+
+    Raises
+    ------
+    InputError
+        More than 5000 pieces are needed.
     """
     space = basis(degree)
     nodes = np.concatenate((space.inner, _CHECKS))
-    starts, stops, done, error = edges[:-1], edges[1:], [], 0.0
+    starts, stops, error = edges[:-1], edges[1:], 0.0
+    done: list[tuple[float, float, Array]] = []
     while starts.size:
         half = 0.5 * (stops - starts)[:, None]
         flat, noise = function((starts[:, None] + half * (nodes + 1.0)).ravel())
@@ -113,6 +121,11 @@ def fitted(
         miss = np.abs(values(series, np.broadcast_to(_CHECKS, (len(starts), 4))) - table[:, degree + 1 :]).max(axis=1)
         miss = np.maximum(miss, tails(series))
         allowed = 3e-15 * scale + 8.0 * noise.reshape(len(starts), -1).max(axis=1)
+        if len(starts) + len(done) > _MOST:
+            raise InputError(
+                f"the loads and initial data need more than {_MOST} pieces in one round trip; give "
+                "smoother or slower ones"
+            )
         good = (miss <= allowed) | (stops - starts < NARROWEST)
         error = max(error, float((miss * (stops - starts))[good].max(initial=0.0)))
         done += list(zip(starts[good], stops[good], series[good], strict=True))

@@ -87,7 +87,9 @@ class Sources:
         """What the loads add at the instants, and its rounding."""
         value, noise = np.zeros(len(t)), np.zeros(len(t))
         if not self.scenario.force.is_zero:
-            pushed, nearby = self.force_at(t - 1.0), self.force_at((t - 1.0) * (1.0 + 2.0**-51))
+            late = t - 1.0
+            moved = late + 2.0**-51 * np.maximum(np.abs(t), 1.0)
+            pushed, nearby = self.force_at(late), np.where(late > 0.0, self.force_at(moved), 0.0)
             value += self.force_gain * pushed
             noise += np.abs(self.force_gain * (nearby - pushed))
         if not self.scenario.body_force.is_zero:

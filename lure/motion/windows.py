@@ -26,6 +26,7 @@ from lure.motion.sources import Sources
 
 MERGE = 2e-15
 _MOST_EVENTS = 4000
+_LARGEST = 1e100
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -129,8 +130,11 @@ def windows(problem: Problem) -> Iterator[Window]:
             wave = Pieces(wave.edges, wave.series + load.series)
             error += added[1]
         scale = max(scale, largest(wave.series))
-        if not math.isfinite(scale):
-            raise InputError(f"the wave in round trip {number} leaves the range of doubles; give smaller data or loads")
+        if not scale < _LARGEST:
+            raise InputError(
+                f"the wave in round trip {number} is {scale:.3g} m/s, more than {_LARGEST:g}; give smaller "
+                "data or loads"
+            )
         window = _window(problem, number, wave, state)
         state = window.end
         yield replace(window, error=window.error + error * sources.rod.travel_time)
