@@ -50,7 +50,15 @@ class Numerics:
 def motion_windows(
     rod: Rod, scenario: Scenario, until: float, *, boundary: Boundary | None = None, degree: int = 16
 ) -> Iterator[Window]:
-    """The windows of a motion one by one, in memory that does not grow; arguments as for :func:`exact_motion`."""
+    """The windows of a motion one by one, in memory that does not grow; see :func:`exact_motion`.
+
+    Parameters
+    ----------
+    rod, scenario, until, boundary
+        The rod, its loads and initial data, the end of the motion [s], and what happens at its ends.
+    degree : int
+        Degree of the Chebyshev series on a piece.
+    """
     return windows(_problem(rod, scenario, until, boundary or Boundary(), degree))
 
 
