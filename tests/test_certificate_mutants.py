@@ -1,17 +1,24 @@
 """What a checker with one wrong sign, bound or constant would answer otherwise; each value is worked out beside it."""
 
+import json
 import math
 from fractions import Fraction as F
 
 import pytest
-from certificate_family import ROD, SCHEME, changed, delayed, transfer
+from certificate_family import ROD, SCHEME, certificate, changed, delayed, refutation, transfer
 
 from analysis.certificates import arithmetic as exact
 from analysis.certificates import checker, states
 from analysis.certificates.arithmetic import INF, Ball, Form, Malformed, Rejected, real
 from analysis.certificates.blocks import block, realised, rod
+from analysis.certificates.checker import check
 from analysis.certificates.drafts import settled
+from analysis.certificates.flow_orbits import flow_orbit_proof
 from analysis.certificates.states import Laws, inside, known, piecewise, solvable
+from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns
+from analysis.refutation.realisation import companion
+from lure.laws.graph import Graph
+from lure.rational import RationalBlock
 
 SWING = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]]
 DRIFT = [[F(0), F(1), F(0)], [F(0), F(0), F(0)], [F(0), F(0), F(0)]]
@@ -25,20 +32,20 @@ def family(low, high, *, slope=(-INF, INF), endless=(False, False), linear=False
 # -- matrices ----------------------------------------------------------------------------------------------------------
 
 
-def test_the_error_of_an_exponential_counts_every_rounding():
-    # exp(0), 64 bits.  X = 0 +- 1 unit; the terms are off by 1, then (e + 1 >> 0) // j + 1 + 1 and so on: the loop below
-    # is the rule "|X| e_Y + e_X |Y|, one unit for the cut and one for each column" for numbers, X being 0 +- 1.
-    one, e, total, rest, j = 2**64, 1, 1, 2**65, 0
+@pytest.mark.parametrize("bits", [64, 68])  # 2^69 > 256^7 7! > 2^68: at 68 bits one term more than without the factor 2
+def test_the_error_of_an_exponential_counts_every_rounding(bits):
+    # exp(0): X = 0 +- 1 unit; the rule for products of numbers is "|X| e_Y + e_X |Y| and 2 units"
+    one, e, total, rest, j = 2**bits, 1, 1, 2 ** (bits + 1), 0
     term = one
     while rest:
         j += 1
-        e = ((term + e) * 1 + e * 1 >> 64) + 2  # |term| e_X + e_term |X|, |X| = 0 + 1
+        e = ((term + e) * 1 + e * 1 >> bits) + 2  # |term| e_X + e_term |X|, |X| = 0 + 1
         term, e = 0, e // j + 2
         total, rest = total + e, rest // (256 * j)
     total += 1  # the terms left out
     for _ in range(8):
-        total = (2 * (one + total) * total >> 64) + 2
-    assert exact.exponential([[F(0)]], F(1), 64) == Ball([[one]], total, 64)
+        total = (2 * (one + total) * total >> bits) + 2
+    assert exact.exponential([[F(0)]], F(1), bits) == Ball([[one]], total, bits)
 
 
 def test_products_are_cut_off_at_32_times_their_digits():
@@ -85,7 +92,7 @@ def test_a_box_is_over_omega_squared_only_if_the_first_two_vanish():
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_one_step_of_a_swing_to_the_last_unit(sign, monkeypatch):
-    # y = cos s on one step h = 1/2.  Each a_j is off by e: R by 3 units (columns), times |X| = 1, one cut and one column:
+    # y = cos s on one step h = 1/2.  Each a_j is off by e: R by 3 units (columns), times |X| = 1, and 2:
     # e = 3 + 1 + 1.  v = 0.  turn = sum j (|a_j| + e), j = 2..11, + 2 12 (1/2)^12/12! in units of 2^-64 and one, + 1
     monkeypatch.setattr(states, "DEEPEST", 0)
     e = 5
@@ -125,12 +132,12 @@ def test_no_part_of_a_stay_is_left_out(start, peak):
     assert not inside(SWING, C, X, (F(4), F(1, 10**12)), (F(-2), F(99, 100))), peak
 
 
-def bent(radius, direct=F(0), right="1"):
+def bent(radius, direct=F(0), left="0", right="1"):
     """Two pieces, x' = -phi(x), stays of one unit of time: never an orbit, whatever the radius."""
     proof = {
         "method": "flow-orbit",
         "points": [["0", "0"]],
-        "left": "0",
+        "left": left,
         "right": right,
         "pieces": [0, 1],
         "durations": ["1", "1"],
@@ -148,7 +155,7 @@ def test_the_radius_of_an_orbit_is_below_a_quarter_of_every_stay():
         with pytest.raises(Rejected, match=reason):
             bent(radius)
     with pytest.raises(Rejected, match=r"1 \+ slope H\(inf\) > 0"):
-        bent("1/10", F(-2), "2")  # 1 - 2 2 < 0, while 1 + (2 - 2) > 0
+        bent("1/10", F(-2), "2", "3/2")  # 1 - 2 2 and 1 - 2 3/2 are < 0, while 1 - 2 + 2 and 1 - 2 + 3/2 are not
 
 
 # -- classes of laws ---------------------------------------------------------------------------------------------------
@@ -237,6 +244,8 @@ def test_a_mirrored_class_has_a_bound_below():
     [
         ("0", "1 1", INF, True),  # H = 0
         ("1", "1 1", INF, True),
+        ("1 2", "1 1", INF, True),
+        ("-2 0 0", "1 2 1", INF, False),  # 2 w^2 - 2 w^4
         ("-1", "1 1", INF, False),  # 1 - g
         ("-1 1", "1 1", INF, False),  # 1 - g at infinity
         ("-1 2", "1 1", F(1), False),  # (1 - g) s + 1 + 2 g loses its root at g = 1
@@ -319,6 +328,8 @@ SHOWN = [
         "equilibria other than 0",
     ),
     ("crossing, rational", {"laws.sector": ["5", "7"]}, "has a motion"),
+    ("linear gain", {"laws.sector": ["0", "17/2"]}, "has a motion"),
+    ("linear gain", {"laws.sector": ["17/2", "9"]}, "has a motion"),
     # Re n d* = 6 + 2 w^2 + Re exp(-i w)(3 - w^2 - 4 i w)/10
     (
         "circle, dead time",
@@ -343,3 +354,55 @@ def test_the_root_is_said_in_the_variable_of_the_block():
     changes = {"system": transfer("1", "1 -1/2", "discrete"), "laws.sector": ["-1", "0"], "proof.gain": "-1/2"}
     assert "at z = 1 for g" in settled(changed("linear gain, discrete", changes)).facts["root"]
     assert checker.main([]) == 2
+
+
+def test_a_motion_over_kinks_off_the_axis():
+    # 1/4 + s/(s^2 - s/5 + 1) with slope 1/10 up to |sigma| = 1, where phi = 1/10, and 1 beyond: y = sigma + phi/4 there
+    top, bottom = [F(1, 4), F(19, 20), F(1, 4)], [F(1), F(-1, 5), F(1)]
+    graph = Graph.through([(-1, F(-1, 10)), (0, 0), (1, F(1, 10))], 1, 1)
+    stays = Flow(PiecewiseLoop.of(companion(RationalBlock(top, bottom)), graph)).passages([2.0, 0.0], 400.0)
+    first, last = returns(stays)
+    record = {
+        "points": [["-1", "-1/10"], ["0", "0"], ["1", "1/10"]],
+        "left_slope": "1",
+        "right_slope": "1",
+        "pieces": [stay.piece for stay in stays[first:last]],
+        "durations": [stay.duration for stay in stays[first:last]],
+        "state": [float(v) for v in stays[first].state],
+        "half": False,
+    }
+    system, given = transfer("1/4 19/20 1/4", "1 -1/5 1"), certificate("flow-orbit")["laws"]
+    made = refutation(system, given, flow_orbit_proof(system, given, record))
+    assert "a periodic motion" in settled(made).facts["orbit"]
+
+
+def test_in_discrete_time_an_unstable_state_has_no_matrix():
+    # A = 3/2, P = 16: P - 9/4 P < 0; A = 1/2: 16 - 4 > 0, b P A = 8 = c and 2/w - 16 = 16 for w = 1/16
+    proof = {"method": "matrix", "P": [["16"]], "exponent": 0, "zero": None}
+    assert states.matrix_facts([[F(1, 2)]], [F(1)], [F(8)], F(0), F(1, 16), F(0), True, proof)["stable"]
+    with pytest.raises(Rejected, match="the inequality of P fails"):
+        states.matrix_facts([[F(3, 2)]], [F(1)], [F(24)], F(0), F(1, 16), F(0), True, proof)
+    # P/2^100 = 1 for 1/(s + 1): 2 P = 2, P b = c, 2/k = 2
+    far = {"method": "matrix", "P": [[str(2**100)]], "exponent": 100, "zero": None}
+    assert states.matrix_facts([[F(-1)]], [F(1)], [F(1)], F(0), F(1), F(0), False, far)["stable"]
+    with pytest.raises(Rejected, match="the inequality of P fails"):
+        states.matrix_facts([[F(1)]], [F(1)], [F(1)], F(0), F(1), F(0), False, far)
+
+
+@pytest.mark.parametrize("name", ["popov", "zames-falb", "circle, discrete"])
+def test_another_polynomial_is_none_of_the_claim(name):
+    given = certificate(name)
+    for part in ({"coefficients": ["1"]}, {"limits": ["1", "1"]}, {"variable": "omega^3"}, {"more": "1"}):
+        with pytest.raises(Rejected, match="F is another polynomial"):
+            check(json.dumps({**given, "proof": {**given["proof"], **part}}))
+
+
+def test_a_state_beside_the_orbit_is_none():
+    first, second = certificate("flow-orbit")["proof"]["state"]
+    for shift, holds in ((F(0), True), (F(1, 10**4), False)):
+        made = changed("flow-orbit", {"proof.state": [str(F(first) + shift), str(F(second) + shift)]})
+        if holds:
+            assert settled(made)
+        else:
+            with pytest.raises(Rejected, match="no contraction"):
+                settled(made)
