@@ -406,3 +406,9 @@ def test_a_state_beside_the_orbit_is_none():
         else:
             with pytest.raises(Rejected, match="no contraction"):
                 settled(made)
+
+
+@pytest.mark.parametrize(("a", "b", "holds"), [(F(1), F(3, 2), True), (F(1), F(8, 5), False), (F(5), F(6), True)])
+def test_a_cosine_on_a_box_away_from_0(a, b, holds):
+    # cos omega > 0 up to pi/2 = 1.5708, and from 3 pi/2 = 4.712 to 5 pi/2
+    assert exact.box(Form({(F(1), 0): (F(1), F(0))}), a, b, 24) is holds
