@@ -565,12 +565,12 @@ assert np.all(value([float(x) for x in below], omega) <= 1 + omega**2 + np.cos(o
 #
 # ## 6. The checker alone
 #
-# `checker.py` and the three files beside it need Python and nothing else. We copy the four into an empty folder and
+# `checker.py` and the four files beside it need Python and nothing else. We copy the five into an empty folder and
 # run them without installed packages (`-S`), without the environment's variables (`-E`), isolated (`-I`): first on the
 # file of part 1, then with 76 for 77, then on no certificate at all.
 
 # %%
-KERNEL = ("checker.py", "arithmetic.py", "blocks.py", "states.py")
+KERNEL = ("checker.py", "arithmetic.py", "balls.py", "blocks.py", "states.py")
 with tempfile.TemporaryDirectory() as folder:
     kernel = Path(folder, "kernel")
     kernel.mkdir()

@@ -5,7 +5,7 @@ from fractions import Fraction as F
 
 import pytest
 
-from analysis.certificates import arithmetic as exact
+from analysis.certificates import balls
 from analysis.certificates.arithmetic import Malformed, Rejected
 from analysis.certificates.blocks import block, coefficients, realised, scheme
 from analysis.certificates.states import chords, classes, deflated, inside, piecewise
@@ -67,7 +67,7 @@ def test_block_and_realisation_are_the_transfer_function(time, lower, top, botto
     }
     A2, b2, c2, d2, _ = realised(whole, lower)  # the shift in state space agrees with that of the coefficients
     assert (d2, sum(A2[i][i] for i in range(n))) == (d, sum(A[i][i] for i in range(n)))
-    assert exact.dot(c2, b2) == exact.dot(c, b)
+    assert balls.dot(c2, b2) == balls.dot(c, b)
 
 
 def test_the_scheme_of_the_rod_by_hand():
@@ -195,7 +195,7 @@ NEAR = F(1, 10**9)
 )
 def test_a_swing_stays_between_two_sides(start, t, sides, stays):
     G = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]]
-    X = exact.ball([[F(start[0])], [F(start[1])], [F(1)]], 128)
+    X = balls.ball([[F(start[0])], [F(start[1])], [F(1)]], 128)
     assert (
         inside(G, [F(1), F(0)], X, (t, F(1, 10**12)), tuple(x if abs(x) == math.inf else F(x) for x in sides)) is stays
     )
@@ -206,7 +206,7 @@ def test_a_swing_stays_between_two_sides(start, t, sides, stays):
 
 
 def test_a_swing_known_with_too_large_an_error_stays_nowhere():
-    G, X = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]], exact.ball([[F(0)], [F(1)], [F(1)]], 128)
+    G, X = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]], balls.ball([[F(0)], [F(1)], [F(1)]], 128)
     for error, stays in ((2**100, True), (2**126, False)):
         assert inside(G, [F(1), F(0)], X._replace(error=error), (F(2), F(1, 10**12)), (F(-1), F(5, 4))) is stays
     # nor for a time that is not known

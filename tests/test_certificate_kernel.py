@@ -8,7 +8,9 @@ import pytest
 from flint import arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
 
 from analysis.certificates import arithmetic as exact
-from analysis.certificates.arithmetic import Ball, Form, Rejected, real
+from analysis.certificates import balls
+from analysis.certificates.arithmetic import Form, Rejected, real
+from analysis.certificates.balls import Ball
 
 CHANCE = Random(20)
 
@@ -235,24 +237,24 @@ def any_matrix(n, m):
 def test_balls_contain_sums_and_products():
     for _ in range(20):
         A, B, C = any_matrix(3, 3), any_matrix(3, 2), any_matrix(3, 2)
-        X, Y, Z = (exact.ball(M, 20) for M in (A, B, C))
+        X, Y, Z = (balls.ball(M, 20) for M in (A, B, C))
         assert (X.error, Y.error, X.bits) == (3, 2, 20)
         assert encloses(X, flint_matrix(A))
-        P, Q, R = exact.product(X, Y), exact.plus(Y, Z), exact.plus(Y, Z, -1)
+        P, Q, R = balls.product(X, Y), balls.plus(Y, Z), balls.plus(Y, Z, -1)
         assert encloses(P, flint_matrix(A) * flint_matrix(B))
         assert encloses(Q, flint_matrix(B) + flint_matrix(C))
         assert encloses(R, flint_matrix(B) - flint_matrix(C))
         assert Q.error == R.error == 4
-        x, y = exact.norm(X), exact.norm(Y)
+        x, y = balls.norm(X), balls.norm(Y)
         assert x == max(sum(map(abs, row)) for row in X.rows) + 3
         assert x * 2 + 3 * y <= (P.error - 3) * 2**20 + 2**20  # |X| e_Y + e_X |Y| and the rounding
         assert P.error <= (x * 2 + 3 * y >> 20) + 3
     # errors that the factors bring are not lost: (1 +- 1/2)(2 +- 1) lies within 2 +- 2.5
     half = Ball([[2]], 1, 1)
-    assert exact.product(half, Ball([[4]], 2, 1)).error * F(1, 2) >= F(5, 2)
+    assert balls.product(half, Ball([[4]], 2, 1)).error * F(1, 2) >= F(5, 2)
     with pytest.raises(Rejected, match="too large"):
-        exact.product(Ball([[2**33]], 0, 2), Ball([[2**33]], 0, 2))
-    assert exact.product(Ball([[2**29]], 0, 2), Ball([[2**29]], 0, 2)).rows == [[2**56]]
+        balls.product(Ball([[2**33]], 0, 2), Ball([[2**33]], 0, 2))
+    assert balls.product(Ball([[2**29]], 0, 2), Ball([[2**29]], 0, 2)).rows == [[2**56]]
 
 
 def test_exponentials_lie_in_their_balls():
@@ -261,25 +263,25 @@ def test_exponentials_lie_in_their_balls():
     try:
         for n, t, bits in ((1, F(1), 60), (2, F(1, 3), 64), (3, F(5, 2), 100), (2, F(-7, 3), 80), (2, F(40), 128)):
             G = any_matrix(n, n)
-            E = exact.exponential(G, t, bits)
+            E = balls.exponential(G, t, bits)
             scaled = arb_mat([[arb(fmpq((v * t).numerator, (v * t).denominator)) for v in row] for row in G]).exp()
             unit = arb(2) ** -bits
             far = [sum((abs(scaled[i, j] - arb(E.rows[i][j]) * unit) for j in range(n)), arb(0)) for i in range(n)]
             assert all(x <= E.error * unit for x in far)
             # and the error is that of some hundred roundings, carried along by the norm
-            assert E.error < 2**40 * exact.norm(E) // 2 ** (bits - 20)
+            assert E.error < 2**40 * balls.norm(E) // 2 ** (bits - 20)
     finally:
         ctx.prec = before
-    assert exact.exponential([[F(0)]], F(1), 64).rows[0][0] == 2**64
+    assert balls.exponential([[F(0)]], F(1), 64).rows[0][0] == 2**64
     with pytest.raises(Rejected, match="too large"):
-        exact.exponential([[F(2**60)]], F(1), 64)
+        balls.exponential([[F(2**60)]], F(1), 64)
 
 
 def test_norms_and_units():
-    assert exact.size([[F(1), F(-2)], [F(0), F(1, 2)]]) == 3
-    assert exact.identity(2, 3) == [[1, 0, 0], [0, 1, 0]]
-    assert exact.identity(2) == [[1, 0], [0, 1]]
-    assert exact.dot([1, 2, 3], [4, 5, 6]) == 32
+    assert balls.size([[F(1), F(-2)], [F(0), F(1, 2)]]) == 3
+    assert balls.identity(2, 3) == [[1, 0, 0], [0, 1, 0]]
+    assert balls.identity(2) == [[1, 0], [0, 1]]
+    assert balls.dot([1, 2, 3], [4, 5, 6]) == 32
 
 
 def lower(M):
@@ -298,7 +300,7 @@ def test_positive_definite_by_the_minors():
         shift = CHANCE.randint(-3, 3)
         M = [[sum(B[k][i] * B[k][j] for k in range(n)) + shift * (i == j) for j in range(n)] for i in range(n)]
         holds = all(m > 0 for m in minors(M))
-        assert exact.positive_definite(lower(M)) is holds
+        assert balls.positive_definite(lower(M)) is holds
         yes += holds
     assert 40 < yes < 140
 
@@ -306,25 +308,25 @@ def test_positive_definite_by_the_minors():
 def test_positive_definite_close_to_the_edge_and_in_any_scale():
     for bits in (10, 40, 100, 200):
         one = 2**bits
-        assert exact.positive_definite([[one], [one, one + 1]])
-        assert not exact.positive_definite([[one], [one, one]])
-        assert not exact.positive_definite([[one], [one + 1, one]])
-        assert exact.positive_definite([[one], [one - 1, one]])
-        assert exact.positive_definite([[one**3], [0, 1]])
-        assert exact.positive_definite([[1], [0, one**3], [0, 0, one]])
+        assert balls.positive_definite([[one], [one, one + 1]])
+        assert not balls.positive_definite([[one], [one, one]])
+        assert not balls.positive_definite([[one], [one + 1, one]])
+        assert balls.positive_definite([[one], [one - 1, one]])
+        assert balls.positive_definite([[one**3], [0, 1]])
+        assert balls.positive_definite([[1], [0, one**3], [0, 0, one]])
         # the third row depends on the first two
-        assert not exact.positive_definite([[2 * one], [one, 2 * one], [3 * one, 3 * one, 6 * one]])
-        assert exact.positive_definite([[2 * one], [one, 2 * one], [3 * one, 3 * one, 6 * one + 1]])
+        assert not balls.positive_definite([[2 * one], [one, 2 * one], [3 * one, 3 * one, 6 * one]])
+        assert balls.positive_definite([[2 * one], [one, 2 * one], [3 * one, 3 * one, 6 * one + 1]])
     for M in ([[0]], [[-1]], [[1], [0, 0]], [[1], [0, -1]], [[0], [0, 1]], [[1], [2, 3]], [[-1], [0, -1]]):
-        assert not exact.positive_definite(M)
-    assert exact.positive_definite([])
+        assert not balls.positive_definite(M)
+    assert balls.positive_definite([])
 
 
 def test_positive_definite_is_undecided_too_close_to_the_edge():
     one = 2**1000
-    assert not exact.positive_definite([[one], [one, one + 1]])
-    assert exact.positive_definite([[one], [one, one + 2**600]])
-    assert not exact.positive_definite([[2**700], [2**700, 2**700 + 1]])
+    assert not balls.positive_definite([[one], [one, one + 1]])
+    assert balls.positive_definite([[one], [one, one + 2**600]])
+    assert not balls.positive_definite([[2**700], [2**700, 2**700 + 1]])
 
 
 # -- ranges of frequency -----------------------------------------------------------------------------------------------
@@ -369,19 +371,19 @@ def sine(*p, tau=1):
     ],
 )
 def test_signs_of_sines_and_cosines_on_a_box(form, a, b, order, holds):
-    assert exact.box(form, F(a), F(b), order) is holds
+    assert balls.box(form, F(a), F(b), order) is holds
 
 
 def test_in_the_critical_case_a_box_is_over_omega_squared():
     # omega^2 (1 + omega): 0 at 0, and positive over omega^2
     form = real(0, 0, 1, 1)
-    assert exact.box(form, F(0), F(1), 4, True)
-    assert not exact.box(form, F(0), F(1), 4, False)
-    assert not exact.box(real(0, 1), F(0), F(1), 4, True)
-    assert not exact.box(real(0, 0, 0, 1), F(0), F(1), 4, True)
-    assert not exact.box(real(0, -1, 5), F(0), F(1), 4, True)
-    assert exact.box(form, F(1), F(2), 4, True)
-    assert exact.box(real(1, 0, 1), F(0), F(1), 4, True)
+    assert balls.box(form, F(0), F(1), 4, True)
+    assert not balls.box(form, F(0), F(1), 4, False)
+    assert not balls.box(real(0, 1), F(0), F(1), 4, True)
+    assert not balls.box(real(0, 0, 0, 1), F(0), F(1), 4, True)
+    assert not balls.box(real(0, -1, 5), F(0), F(1), 4, True)
+    assert balls.box(form, F(1), F(2), 4, True)
+    assert balls.box(real(1, 0, 1), F(0), F(1), 4, True)
 
 
 @pytest.mark.parametrize(
@@ -408,4 +410,4 @@ def test_in_the_critical_case_a_box_is_over_omega_squared():
     ],
 )
 def test_the_part_without_delay_prevails_far_out(form, start, degree, holds):
-    assert exact.tail(form, F(start), degree) is holds
+    assert balls.tail(form, F(start), degree) is holds

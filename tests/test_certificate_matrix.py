@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.certificates import arithmetic, riccati
-from analysis.certificates.arithmetic import Rejected, positive_definite
+from analysis.certificates import balls, riccati
+from analysis.certificates.arithmetic import Rejected
+from analysis.certificates.balls import positive_definite
 from analysis.certificates.checker import Proved, check
 from analysis.certificates.drafts import completed
 from analysis.certificates.matrix import matrix_draft
@@ -156,7 +157,7 @@ def test_positive_definite_is_sharp_and_does_not_depend_on_scale(j, shift):
 @pytest.mark.parametrize("wrong", [lambda v: math.isqrt(v) // 2 + 1, lambda v: 1, lambda v: 2 * math.isqrt(v)])
 @pytest.mark.parametrize("off", [0, -1])
 def test_a_wrong_factor_makes_nothing_positive_definite(monkeypatch, wrong, off):
-    monkeypatch.setattr(arithmetic, "math", SimpleNamespace(isqrt=wrong))
+    monkeypatch.setattr(balls, "math", SimpleNamespace(isqrt=wrong))
     assert not positive_definite([[4 << 40], [6 << 40, (9 << 40) + off]])
 
 
@@ -165,7 +166,7 @@ def test_positive_definite_weighs_the_remainder_against_its_diagonal(monkeypatch
     a = 2**30 - 5
     M = [[a * a + 2**31], [a, 2**60 - 1]]
     assert positive_definite(M)
-    monkeypatch.setattr(arithmetic, "math", SimpleNamespace(isqrt=lambda v: math.isqrt(v) + 1))
+    monkeypatch.setattr(balls, "math", SimpleNamespace(isqrt=lambda v: math.isqrt(v) + 1))
     assert not positive_definite(M)
 
 

@@ -8,8 +8,9 @@ import pytest
 from certificate_family import ROD, SCHEME, certificate, changed, delayed, refutation, transfer
 
 from analysis.certificates import arithmetic as exact
-from analysis.certificates import checker, states
-from analysis.certificates.arithmetic import INF, Ball, Form, Malformed, Rejected, real
+from analysis.certificates import balls, checker, states
+from analysis.certificates.arithmetic import INF, Form, Malformed, Rejected, real
+from analysis.certificates.balls import Ball
 from analysis.certificates.blocks import block, realised, rod
 from analysis.certificates.checker import check
 from analysis.certificates.drafts import settled
@@ -45,22 +46,22 @@ def test_the_error_of_an_exponential_counts_every_rounding(bits):
     total += 1  # the terms left out
     for _ in range(8):
         total = (2 * (one + total) * total >> bits) + 2
-    assert exact.exponential([[F(0)]], F(1), bits) == Ball([[one]], total, bits)
+    assert balls.exponential([[F(0)]], F(1), bits) == Ball([[one]], total, bits)
 
 
 def test_products_are_cut_off_at_32_times_their_digits():
-    assert exact.product(Ball([[2**31]], 0, 2), Ball([[2**30]], 0, 2)).rows == [[2**59]]  # 32 + 31 < 64 digits
+    assert balls.product(Ball([[2**31]], 0, 2), Ball([[2**30]], 0, 2)).rows == [[2**59]]  # 32 + 31 < 64 digits
     with pytest.raises(Rejected, match="too large"):
-        exact.product(Ball([[2**31]], 0, 2), Ball([[2**31]], 0, 2))
+        balls.product(Ball([[2**31]], 0, 2), Ball([[2**31]], 0, 2))
 
 
 def test_definiteness_of_rows_of_unlike_size():
-    assert not exact.positive_definite([[2**200], [2**125, 2**10]])  # 2^210 - 2^250 < 0
-    assert not exact.positive_definite([[2**200], [2**106, 2**10]])
-    assert exact.positive_definite([[2**200], [2**104, 2**10]])  # 2^210 - 2^208
+    assert not balls.positive_definite([[2**200], [2**125, 2**10]])  # 2^210 - 2^250 < 0
+    assert not balls.positive_definite([[2**200], [2**106, 2**10]])
+    assert balls.positive_definite([[2**200], [2**104, 2**10]])  # 2^210 - 2^208
     # a gap of 2^-487 is beyond the 480 digits that are tried
-    assert not exact.positive_definite([[2**1000], [2**1000, 2**1000 + 2**513]])
-    assert exact.positive_definite([[2**1000], [2**1000, 2**1000 + 2**525]])
+    assert not balls.positive_definite([[2**1000], [2**1000, 2**1000 + 2**513]])
+    assert balls.positive_definite([[2**1000], [2**1000, 2**1000 + 2**525]])
 
 
 # -- signs -------------------------------------------------------------------------------------------------------------
@@ -76,15 +77,15 @@ def test_a_dip_inside_is_seen_where_the_ends_are_positive():
 
 def test_a_box_takes_off_twice_the_error_of_the_cosine():
     # at the point omega = 1 the remainder of Taylor's formula is 0: left is cos - 2 e - K
-    E = exact.exponential([[F(0), F(-1)], [F(1), F(0)]], F(1), 160)
+    E = balls.exponential([[F(0), F(-1)], [F(1), F(0)]], F(1), 160)
     for spare, holds in ((0, False), (1, True), (-1, False)):
         K = F(E.rows[0][0] - 2 * E.error - spare, 2**160)
-        assert exact.box(Form({(F(1), 0): (F(1), F(0))}) + real(-K), F(1), F(1), 8) is holds
+        assert balls.box(Form({(F(1), 0): (F(1), F(0))}) + real(-K), F(1), F(1), 8) is holds
 
 
 def test_a_box_is_over_omega_squared_only_if_the_first_two_vanish():
-    assert not exact.box(real(-1, 0, 5), F(0), F(1), 4, True)
-    assert not exact.box(real(0, -1, 5), F(0), F(1), 4, True)
+    assert not balls.box(real(-1, 0, 5), F(0), F(1), 4, True)
+    assert not balls.box(real(0, -1, 5), F(0), F(1), 4, True)
 
 
 # -- motions between two sides -----------------------------------------------------------------------------------------
@@ -127,7 +128,7 @@ def test_leaving_a_side_takes_more_speed_than_the_error(sign, monkeypatch):
     [((F(0), F(1)), "pi/2, in the second quarter"), ((F(-15, 17), F(-8, 17)), "3.63, in the last quarter")],
 )
 def test_no_part_of_a_stay_is_left_out(start, peak):
-    X = exact.ball([[v] for v in (*start, F(1))], 128)  # y goes up to 1 at one time within 4, and to -1
+    X = balls.ball([[v] for v in (*start, F(1))], 128)  # y goes up to 1 at one time within 4, and to -1
     assert inside(SWING, C, X, (F(4), F(1, 10**12)), (F(-2), F(101, 100))), peak
     assert not inside(SWING, C, X, (F(4), F(1, 10**12)), (F(-2), F(99, 100))), peak
 
@@ -411,4 +412,4 @@ def test_a_state_beside_the_orbit_is_none():
 @pytest.mark.parametrize(("a", "b", "holds"), [(F(1), F(3, 2), True), (F(1), F(8, 5), False), (F(5), F(6), True)])
 def test_a_cosine_on_a_box_away_from_0(a, b, holds):
     # cos omega > 0 up to pi/2 = 1.5708, and from 3 pi/2 = 4.712 to 5 pi/2
-    assert exact.box(Form({(F(1), 0): (F(1), F(0))}), a, b, 24) is holds
+    assert balls.box(Form({(F(1), 0): (F(1), F(0))}), a, b, 24) is holds

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.answers.rods import rod_largest
-from analysis.certificates.arithmetic import Form, Rejected, box
+from analysis.certificates.arithmetic import Form, Rejected
+from analysis.certificates.balls import box
 from analysis.certificates.checker import Proved, check
 from analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
 from analysis.certificates.drafts import completed

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.answers.models import _dead_time_gain
-from analysis.certificates.arithmetic import Malformed, Rejected, exponential
+from analysis.certificates.arithmetic import Malformed, Rejected
+from analysis.certificates.balls import exponential
 from analysis.certificates.checker import Refuted, check
 from analysis.certificates.crossings import crossing_proof
 from analysis.certificates.drafts import completed
@@ -220,7 +221,7 @@ def test_a_state_or_duration_may_miss_the_orbit_by_no_more_than_the_radius(flow,
     ],
 )
 def test_a_flow_orbit_with_one_wrong_entry_is_rejected(flow, entry, value):
-    rejected(changed(flow, "proof", entry, to=value))
+    assert rejected(changed(flow, "proof", entry, to=value))
 
 
 def test_half_an_orbit_needs_an_odd_law(flow):

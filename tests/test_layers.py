@@ -15,7 +15,7 @@ MODULES = sorted(
 DRAWING = re.compile(r"analysis/plots(\.py|/.*)")
 HEAVY = {"analysis", "control", "flint", "jinja2", "matplotlib", "pydantic", "rich", "scipy", "sympy", "typer"}
 LONGEST = 350
-KERNEL = {"analysis/certificates/checker.py": 399, "analysis/certificates/arithmetic.py": 400}  # read as a whole
+KERNEL = {"analysis/certificates/checker.py": 399}  # read from its first line to its last, as one argument
 # Directories of one machine, Windows drives, package registries.  Written so that this file does not match itself.
 MACHINE = re.compile(
     r"/(?:root|work|opt|farm|Users|home/\w+|tmp/bash_jobs)/|\b[A-Z]:\\{1,2}Users|pypi\.org|pythonhosted\.org"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING
 
 from analysis.answer import Answer
@@ -21,7 +22,7 @@ from lure.waves import RodBlock
 
 if TYPE_CHECKING:
     from analysis.answers.models import Asked
-    from analysis.certificates.checker import Proved
+    from analysis.certificates.checker import Proved, Refuted
     from analysis.certificates.proposals import Certified
 
 
@@ -121,18 +122,23 @@ def refuted_witness(asked: Asked, witness: Witness) -> Witness:
         A destabilising member.
     """
     from analysis.certificates.checker import Refuted
-    from analysis.certificates.drafts import settled
     from analysis.certificates.guard import guarded
-    from analysis.certificates.refutations import refutation_draft
 
     block = asked.block
     if witness.evidence is not Evidence.CERTIFIED or not isinstance(block, RationalBlock | DelayBlock):
         return witness
     for candidate in (witness, *_just_above(block, witness)):
-        found = guarded(candidate.kind, lambda one=candidate: settled(refutation_draft(block, one)))  # type: ignore[misc]
+        found = guarded(candidate.kind, partial(_refuted, block, candidate))
         if isinstance(found, Refuted):
             return replace(candidate, refutation=found)
     return replace(witness, evidence=Evidence.COMPUTED)
+
+
+def _refuted(block: RationalBlock | DelayBlock, witness: Witness) -> Proved | Refuted:
+    from analysis.certificates.drafts import settled
+    from analysis.certificates.refutations import refutation_draft
+
+    return settled(refutation_draft(block, witness))
 
 
 def _just_above(block: RationalBlock | DelayBlock, witness: Witness) -> Iterator[Witness]:

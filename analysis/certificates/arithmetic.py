@@ -1,21 +1,20 @@
-"""The arithmetic of the checker: exact, or with bounds on every error; standard library only.
+"""The exact arithmetic of the checker, and how it reads numbers; standard library only.
 
 No statement about a loop is made here.  Polynomials and their signs (Sturm, Tarski, Routh), quasi-polynomials on the
-imaginary axis, matrices of integers with a bound on their error, positive definiteness.
+imaginary axis; what is not rational is in ``balls``.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import operator
 import re
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 NUMBER = re.compile(r"-?[0-9]{1,4000}(/[1-9][0-9]{0,3999})?")
 ZERO, INF, LARGEST_FILE, MOST_PARTS = Fraction(0), math.inf, 12_000_000, 200_000
@@ -243,134 +242,3 @@ def hurwitz(d: Form) -> bool:
         row = [b[0] * x - a[0] * y for x, y in zip(a[1:], b[1:] + [0] * len(a))]
         a, b = b, [x // (math.gcd(*row) or 1) for x in row]
     return a[0] > 0 and not b
-
-
-# -- matrices
-class Ball(NamedTuple):
-    """A matrix of integers in units of 2^-bits, off by at most ``error`` units in the infinity norm."""
-
-    rows: list[list[int]]
-    error: int
-    bits: int
-
-
-def norm(X: Ball) -> int:
-    """Bound on the infinity norm, in units."""
-    return max(sum(map(abs, row)) for row in X.rows) + X.error
-
-
-def ball(matrix: Any, bits: int) -> Ball:
-    """The ball around an exact matrix."""
-    rows = list[list[int]]()
-    for row in matrix:
-        tick()
-        rows.append([round(v * 2**bits) for v in row])
-    return Ball(rows, len(matrix[0]), bits)
-
-
-def product(X: Ball, Y: Ball) -> Ball:
-    """Errors |X| e_Y + e_X |Y|, and one unit for each column rounded."""
-    need(norm(X).bit_length() + norm(Y).bit_length() < 32 * X.bits, "the matrices grow too large")
-    rows = [[dot(row, col) >> X.bits for col in zip(*Y.rows)] for row in X.rows]
-    return Ball(rows, (norm(X) * Y.error + X.error * norm(Y) >> X.bits) + 1 + len(Y.rows[0]), X.bits)
-
-
-def plus(X: Ball, Y: Ball, sign: int = 1) -> Ball:
-    """``X + sign Y``."""
-    rows = [[x + sign * y for x, y in zip(row, other)] for row, other in zip(X.rows, Y.rows)]
-    return Ball(rows, X.error + Y.error, X.bits)
-
-
-def identity(n: int, columns: int | None = None) -> list[list[Fraction]]:
-    """The unit matrix, wide if so many columns are given."""
-    return [[Fraction(i == j) for j in range(columns or n)] for i in range(n)]
-
-
-def size(matrix: Any) -> Fraction:
-    """The infinity norm."""
-    return max(sum(map(abs, row), ZERO) for row in matrix)
-
-
-def exponential(G: Any, t: Fraction, bits: int) -> Ball:
-    """Exp(G t) = exp(X)^(2^s), |X| < 2^-8, by its series."""
-    s = int(size(G) * abs(t)).bit_length() + 8
-    need(s <= 64, "the exponent of a matrix exponential is too large")
-    X = ball([[v * t / 2**s for v in row] for row in G], bits)
-    total = term = ball(identity(len(G)), bits)
-    j, rest = 0, 2 ** (bits + 1)  # the terms from the j-th on add up to less than 2 |X|^j / j! < rest + 1 units
-    while rest:
-        j, term = j + 1, product(term, X)
-        term = Ball([[v // j for v in row] for row in term.rows], term.error // j + 1 + len(G), bits)
-        total, rest = plus(total, term), rest // (256 * j)
-    total = Ball(total.rows, total.error + 1, bits)
-    for _ in range(s):
-        total = product(total, total)
-    return total
-
-
-def dot(u: Any, v: Any) -> Any:
-    """U . v, as far as both go."""
-    tick()
-    return sum(map(operator.mul, u, v))
-
-
-def positive_definite(M: list[list[int]], bits: int = 30) -> bool:
-    """M: rows of the lower triangle; False if undecided."""
-    n, L, half = len(M), list[list[int]](), [bits - (row[-1].bit_length() + 1) // 2 for row in M]
-    N = [[v << h + k if h + k >= 0 else v >> -h - k for v, k in zip(row, half)] for row, h in zip(M, half)]
-    for i, row in enumerate(N):  # N <= S M S < N + 1, S powers of two; L: Cholesky's factor of N - n 2^bits, rounded
-        new = list[int]()
-        for j in range(i):
-            new.append((row[j] - dot(new, L[j])) // L[j][j])
-        rest = row[i] - (n << bits) - dot(new, new)
-        if rest <= 0:
-            return M[i][i] > 0 and bits < 480 and positive_definite(M, 2 * bits)
-        L.append([*new, math.isqrt(rest)])
-    R = [[v - dot(L[i], L[j]) for j, v in enumerate(row)] for i, row in enumerate(N)]
-    aside = [sum(abs(v) + 1 for v in (*R[i][:i], *(R[j][i] for j in range(i + 1, n)))) for i in range(n)]
-    return all(row[-1] > most for row, most in zip(R, aside))  # S M S - L L' is strictly diagonally dominant
-
-
-# -- signs over a range of frequencies
-def box(F: Form, a: Fraction, b: Fraction, order: int, critical: bool = False) -> bool:
-    """Whether ``Re F > 0`` on ``[a, b]``; over ``omega^2`` if critical and ``a = 0``.
-
-    ``exp(-i tau (a + t))`` is a number, off by ``e``, times a Taylor polynomial, off by ``r = (|tau| t)^order/order!``:
-    its cosine and sine are each off by at most ``2 e + 4 r``.
-    """
-    body, shift = Form(), real(a, 1)
-    for tau in {tau for tau, _ in F}:
-        parts = [Form(), Form()]  # p(a + t), q(a + t)
-        for which in (0, 1):
-            for c in reversed(F.part(which, tau)):
-                parts[which] = parts[which] * shift + real(c)
-        p, q = parts
-        if tau == 0:
-            body = body + p
-            continue
-        E = exponential([[ZERO, -tau * a], [tau * a, ZERO]], Fraction(1), 160)  # [[cos, -sin], [sin, cos]]
-        c, s, error = (Fraction(x, 2**160) for x in (E.rows[0][0], E.rows[1][0], E.error if a else 0))
-        taylor = [tau**j / math.factorial(j) for j in range(order)]
-        C, Z = (real(*(x * sign[j % 4] for j, x in enumerate(taylor))) for sign in ((1, 0, -1, 0), (0, 1, 0, -1)))
-        sizes = [[abs(x) for x in part.part()] for part in parts]
-        wide = real(*sizes[0]) + real(*sizes[1])
-        off = real(-2 * error, *[0] * (order - 1), -4 * abs(tau) ** order / math.factorial(order))
-        body = body + (real(c) * p + real(s) * q) * C + (real(c) * q + real(-s) * p) * Z + wide * off
-    left = body.part()
-    return positive(left[2:] if critical and a == 0 and not any(left[:2]) else left, ZERO, b - a)
-
-
-def tail(F: Form, start: Fraction, degree: int) -> bool:
-    """Whether ``Re F > 0`` from ``start`` on, and at infinity over ``omega^degree``: the undelayed part prevails.
-
-    For any weights ``l > 0``, ``(sum |z_tau|)^2 <= sum l sum |z_tau|^2/l``; taken are the leading coefficients.
-    """
-    parts = {t: Form({(ZERO, n): z for (tau, n), z in F.items() if tau == t}) for t, _ in F if t}
-    lead = {t: max(*map(abs, z.get((ZERO, degree), (ZERO, ZERO)))) for t, z in parts.items()}
-    least = sum(lead.values(), ZERO) / 10**6
-    weight = {t: max(l, least) or Fraction(1) for t, l in lead.items()}
-    A, square = F.part(), Form()
-    for t, z in parts.items():
-        square = square + z * z.conjugate() * real(-sum(weight.values(), ZERO) / weight[t])
-    left = (real(*A) * real(*A) + square).part()
-    return len(A) == degree + 1 and len(left) == 2 * degree + 1 and positive(A, start) and positive(left, start)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from analysis.answer import Answer
@@ -43,7 +44,7 @@ def matrix_drafts(question: Question, numbers: Numbers) -> Iterator[tuple[str, C
         yield "circle, by matrices", lambda: _draft(question, None, numbers)
     if wanted in ("best", "popov") and not varying and continuous:
         for theta in _thetas(question):
-            yield f"popov, by matrices, theta = {float(theta):.6g}", lambda t=theta: _draft(question, t, numbers)  # type: ignore[misc]
+            yield f"popov, by matrices, theta = {float(theta):.6g}", partial(_draft, question, theta, numbers)
 
 
 def draft_by_matrix(question: Question, answer: Answer, numbers: Numbers) -> Draft:

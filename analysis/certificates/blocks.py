@@ -170,6 +170,7 @@ def identity(N: int) -> None:
     a, d, total = 10**3, 10**9, dict[tuple[int, int], int]()
 
     def put(u: int, v: int, x: int) -> None:
+        """Add ``x y_u y_v``."""
         key = (u, v) if u < v else (v, u)
         total[key] = total.get(key, 0) + x
         if not total[key]:

@@ -4,7 +4,7 @@
 
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
-Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``blocks`` and ``states`` beside it compute.
+Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``balls``, ``blocks``, ``states`` beside it compute.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ if not __package__:  # run as a script: the files beside it are its package
 from . import arithmetic as exact
 from . import states
 from .arithmetic import INF, ZERO, Form, Malformed, Rejected, S, fields, form, integer, need, number, numbers, real
+from .balls import box, tail
 from .blocks import MINUS, Block, block, critical_end, identity, mirrored, over_s, realised, rod, shifted
 
 X1 = real(1, 0, 1)  # |1 + s|^2
@@ -182,8 +183,8 @@ def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any) -> di
         ends, order = [numbers(x, 2) for x in boxes], integer(order, 2, 60)
         need(ends[0][0] == 0 and all(x[1] == y[0] for x, y in pairwise(ends)), "the boxes leave a gap")
         for a, b in ends:
-            need(a < b and exact.box(F, a, b, order, critical), f"F > 0 is not shown on the box [{a}, {b}]")
-        need(exact.tail(F, ends[-1][1], full), "F > 0 is not shown beyond the boxes")
+            need(a < b and box(F, a, b, order, critical), f"F > 0 is not shown on the box [{a}, {b}]")
+        need(tail(F, ends[-1][1], full), "F > 0 is not shown beyond the boxes")
         return {"inequality": f"F > 0 up to omega = {ends[-1][1]}, number of boxes: {len(ends)}, and beyond"}
     need(proof == polynomial_proof(F, critical=critical, bounded=bounded), "F is another polynomial")
     p, skip = [int(c) for c in proof["coefficients"]], 2 if critical else 0
@@ -287,9 +288,9 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
         need(low <= g < h <= high and 0 < a < b, "the gains are outside the class")
         lines = [B.d * B.d.conjugate() + real(x) * cross for x in (g, h)]
         turn = cross * Form({(ZERO, 0): (ZERO, Fraction(-1))})  # its real part is Im n d*
-        apart = any(exact.box(u, a, b, 24) and exact.box(MINUS * v, a, b, 24) for u, v in (lines, lines[::-1]))
+        apart = any(box(u, a, b, 24) and box(MINUS * v, a, b, 24) for u, v in (lines, lines[::-1]))
         if B.delayed:  # a change of sign
-            turns = any(exact.box(u, a, a, 24) and exact.box(MINUS * u, b, b, 24) for u in (turn, MINUS * turn))
+            turns = any(box(u, a, a, 24) and box(MINUS * u, b, b, 24) for u in (turn, MINUS * turn))
         else:
             turns = exact.roots(turn.part(), [1], a, b) > 0
         need(apart and turns, "no root i omega is shown for a gain between the two")
@@ -316,7 +317,7 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
     return MOVES, {"root": f"d + g n, g = {g}, has a root that is not strictly inside, by Routh's array"}
 
 
-def examine(certificate: Any) -> tuple[type[Checked], str, dict[str, str]]:
+def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[str, str]]:
     """What a certificate shows: kind, conclusion, and every hypothesis with how it was found to hold."""
     head = fields(certificate, *HEAD.split())
     version, verdict, convention, origin, system, given, law, name, data, _, _, proof = head
@@ -368,7 +369,7 @@ def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600, draft:
         certificate |= {"conclusion": conclusion, "hypotheses": facts} if draft else {}
         need(certificate["conclusion"] == conclusion, f"the conclusion is another: {conclusion}")
         need(certificate["hypotheses"] == facts, "the hypotheses are not those found to hold")
-    return kind(_SEAL, certificate, f"{conclusion}: {facts['class']}", facts)  # type: ignore[return-value]
+    return kind(_SEAL, certificate, f"{conclusion}: {facts['class']}", facts)
 
 
 def main(paths: list[str]) -> int:

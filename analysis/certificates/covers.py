@@ -9,7 +9,8 @@ from typing import Any
 
 from flint import acb, acb_poly, arb
 
-from analysis.certificates.arithmetic import Form, box, tail
+from analysis.certificates.arithmetic import Form
+from analysis.certificates.balls import box, tail
 from analysis.certificates.blocks import block
 from analysis.certificates.checker import inequality
 from analysis.certificates.states import classes
@@ -138,7 +139,7 @@ def quick_reach(F: Form, a: Fraction, most: Fraction, *, critical: bool) -> Frac
     r"""A length on which the polynomial below ``Re F(a + t)`` has no need of Sturm's theorem.
 
     That is ``b_0 + sum_i min(b_i, 0) h^i > 0`` for the coefficients ``b_i`` of the polynomial of
-    :func:`analysis.certificates.arithmetic.box`.
+    :func:`analysis.certificates.balls.box`.
 
     Parameters
     ----------

@@ -91,12 +91,14 @@ def _rational(block: RationalBlock) -> _Curve:
     response = plant.response()
 
     def at(p: fmpq_poly, x: arb) -> arb:
+        """``p(x)``."""
         value = arb(0)
         for c in reversed(p.coeffs()):
             value = value * x + arb(c)
         return value
 
     def parts(omega: Fraction) -> tuple[arb, arb]:
+        """``Re H`` and ``-omega Im H``."""
         x = ball(omega * omega)
         return at(response.U, x) / at(response.D, x), at(response.W, x) / at(response.D, x)
 

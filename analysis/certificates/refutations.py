@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any, Literal, cast
 
-from analysis.certificates.arithmetic import Ball, ball, exponential, product
+from analysis.certificates.balls import Ball, ball, exponential, product
 from analysis.certificates.blocks import realised
 from analysis.certificates.crossings import crossing_proof
 from analysis.certificates.flow_orbits import flow_orbit_proof

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from analysis.answer import Answer
@@ -78,7 +79,7 @@ def searches(question: Question, *, method: str, numbers: Numbers) -> Iterator[t
 
 def _proofs(question: Question, asked: list[Asked], method: str, numbers: Numbers) -> Iterator[tuple[str, Search]]:
     for each in asked:
-        yield each[0], lambda e=each: _proof(question, e, method, numbers)  # type: ignore[misc]
+        yield each[0], partial(_proof, question, each, method, numbers)
 
 
 def _questions(question: Question, *, finite: bool) -> Iterator[Asked]:
@@ -144,7 +145,7 @@ def _by_matrices(question: Question, numbers: Numbers) -> Iterator[tuple[str, Se
     from analysis.certificates.asking_matrices import matrix_drafts
 
     for name, draft in matrix_drafts(question, numbers):
-        yield name, lambda n=name, d=draft: _computed(question, n, d)  # type: ignore[misc]
+        yield name, partial(_computed, question, name, draft)
 
 
 def _computed(question: Question, name: str, draft: Callable[[], Draft]) -> Proved | Refuted | Failure:

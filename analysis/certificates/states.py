@@ -10,28 +10,8 @@ from fractions import Fraction
 from itertools import compress, pairwise
 from typing import Any, NamedTuple
 
-from .arithmetic import (
-    INF,
-    ZERO,
-    Ball,
-    ball,
-    dot,
-    exponential,
-    extended,
-    fields,
-    form,
-    identity,
-    integer,
-    need,
-    norm,
-    number,
-    numbers,
-    plus,
-    positive_definite,
-    product,
-    size,
-    tick,
-)
+from .arithmetic import INF, ZERO, extended, fields, form, integer, need, number, numbers, tick
+from .balls import Ball, ball, dot, exponential, identity, norm, plus, positive_definite, product, size
 
 FLOW_ORBIT = "method points left right pieces durations state half inverse radius bits"
 SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
@@ -130,6 +110,7 @@ def solvable(direct: Fraction, laws: Laws, slopes: list[Fraction]) -> dict[str, 
         return {}
 
     def keeps(bounds: Any) -> bool:
+        """Whether no slope between these bounds changes the sign."""
         signs = [1 + s * direct for s in (laws.sector[0], *bounds)]
         return bool(min(signs) > 0 or max(signs) < 0)
 

@@ -9,7 +9,7 @@ import os
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -22,8 +22,9 @@ from analysis.cli.refused import refused
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from analysis.certificates.certify import Certification
+    from analysis.certificates.certify import Certification, Method
     from analysis.certificates.codes import Code
+    from analysis.certificates.proposals import Numbers
     from lure.law_class import LawClass
 
 Seconds = Annotated[
@@ -104,7 +105,8 @@ def certify(
     from analysis.certificates.certify import certify as run
     from analysis.cli.progress import progress
 
-    ways = Ways(criterion=criterion, method=method, finite=finite, seconds=seconds, numbers=_numbers(loop))  # type: ignore[arg-type]
+    kind = cast("Method", method)  # one of them: _check_options
+    ways = Ways(criterion=criterion, method=kind, finite=finite, seconds=seconds, numbers=_numbers(loop))
     with progress(quiet=quiet) as tell:
         found = run(loop, asked, ways=ways, progress=tell)
     if found.certificate is not None:
@@ -191,7 +193,7 @@ def _check_target(path: Path, *, force: bool) -> None:
         raise refused(f"{str(path.parent)!r} is no directory; give a file in one that exists")
 
 
-def _numbers(loop: object) -> str:
+def _numbers(loop: object) -> Numbers:
     from lure.state_space import StateSpaceBlock
 
     block = getattr(loop, "block", loop)

@@ -85,6 +85,7 @@ def rows() -> list[Row]:
         def row(
             criterion: str, theirs: float | None, plant: str = plant, num: str = num, den: str = den, **more: bool
         ) -> None:
+            """Add a number where there is one."""
             if theirs is not None:
                 found.append(Row(plant=plant, num=num, den=den, dt=1, criterion=criterion, theirs=theirs, **more))
 

@@ -109,9 +109,10 @@ def motion(network: CellularNetwork, x0: ArrayLike, u: Signal, request: Request)
     rates = _rates(network, u, still=still)
 
     def unrest(t: float, x: Array) -> float:
+        """How far the fastest cell is from rest."""
         return float(np.abs(rates(t, x)).max()) - request.at_rest
 
-    unrest.terminal, unrest.direction = True, -1.0  # type: ignore[attr-defined]
+    unrest.terminal, unrest.direction = True, -1.0  # type: ignore[attr-defined]  # how scipy is told of an event
     times = np.linspace(0.0, request.until, request.samples)
     if still and unrest(0.0, start) <= 0.0:
         return _result(network, np.zeros(1), start[:, None], rates, steady=True)
@@ -140,6 +141,7 @@ def _rates(network: CellularNetwork, u: Signal, *, still: bool) -> Callable[[flo
     constant = network.drive(0.0, u) if still else None
 
     def rates(t: float, x: Array) -> Array:
+        """``x'``."""
         outputs = network.outputs(x.reshape(network.shape)).ravel()
         return np.asarray(feedback @ outputs - decay @ x + (network.drive(t, u) if constant is None else constant))
 

@@ -138,6 +138,7 @@ def free_state(motion: FreeMotion, t: float) -> KnownState:
     """
 
     def slope(x: Array) -> Array:
+        """``u_x = (r2 - r1)/(2 c)``."""
         forward, backward = motion.waves(t, x)
         return np.asarray((backward - forward) / (2.0 * motion.rod.wave_speed))
 

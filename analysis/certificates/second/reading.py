@@ -17,9 +17,10 @@ NUMBER = re.compile(r"-?[0-9]+(/[0-9]+)?")
 FORMAT = "lure-certificate/1"
 CONVENTION = "sigma = H mu, mu = -phi(sigma)"
 ORIGINS = ("rationals", "decimals as written", "doubles, exactly")
-FIELDS = (
-    "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof".split()  # noqa: SIM905
-)
+FIELDS = [
+    *("format", "verdict", "convention", "numbers", "system", "laws", "law"),
+    *("theorem", "multiplier", "conclusion", "hypotheses", "proof"),
+]
 
 
 class NotShown(ValueError):
