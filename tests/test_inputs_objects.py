@@ -1,0 +1,164 @@
+"""Objects of python-control and scipy, and sampling times, become a block exactly or are refused in one sentence."""
+
+import math
+from fractions import Fraction as F
+
+import control
+import numpy as np
+import pytest
+import scipy.signal
+from hypothesis import given
+from hypothesis import strategies as st
+from refusals import refusal
+
+from lure import LinearBlock, builtin_system, upwind
+from lure.delay import DelayBlock
+from lure.errors import InputError
+from lure.frequency_data import FrequencyData
+from lure.inputs import as_block, sampling_time
+from lure.inputs.roots import polynomial_of_roots
+from lure.rational import RationalBlock
+
+
+# python-control and scipy.signal
+def test_objects_of_python_control_are_taken_exactly():
+    tenth = F(0.1)
+    assert as_block(control.tf([0.1], [1, 3, 2])) == RationalBlock([tenth], [1, 3, 2])
+    assert as_block(control.tf([1], [1, 0.5], 0.1)) == RationalBlock([1], [1, F(1, 2)], tenth)
+    assert as_block(control.tf([1], [1, 0.5], True)).dt == 1
+    assert as_block(control.ss(*map(np.array, ([[0, 1], [-2, -3]], [[0], [1]], [[1, 0]], [[2]])))) == RationalBlock(
+        [2, 6, 5], [1, 3, 2]
+    )
+    assert as_block(control.ss([], [], [], [[3]])) == RationalBlock([3], [1])
+    assert as_block(control.rss(2, 2, 2)[0, 1]).order == 2
+
+
+def test_measured_data_stay_data():
+    data = as_block(control.frd([1, 2, 3j], [3, 1, 2]))
+    assert isinstance(data, FrequencyData)
+    assert data.omega.tolist() == [1, 2, 3]
+    assert data.response.tolist() == [2, 3j, 1]
+    assert not hasattr(data, "transfer")
+    assert data.to_control().frdata.ravel().tolist() == [2, 3j, 1]
+
+
+@pytest.mark.parametrize(
+    ("system", "said"),
+    [
+        (lambda: control.rss(2, 2, 2), "2 inputs and 2 outputs: .* choose a pair, e.g. sys\\[0, 0\\]"),
+        (lambda: control.rss(2, 1, 2), "2 inputs and 1 outputs"),
+        (lambda: control.tf([1, 0, 0], [1, 1]), "improper"),
+        (lambda: control.ss([], [], [], [[0]]), "empty"),
+        (lambda: control.frd(np.ones((2, 2, 1)), [1]), "2 inputs"),
+        (lambda: scipy.signal.StateSpace([[1.0]], [[1.0, 2.0]], [[1.0]], [[0.0, 0.0]]), "B has 2 inputs"),
+        (lambda: scipy.signal.ZerosPolesGain([], [-1 + 1j], 1), "without its conjugate"),
+        (lambda: scipy.signal.TransferFunction([1, 2, 3], [1, 2]), "improper"),
+        (lambda: lambda s: 1 / s, "nothing can be shown with it; give coefficients"),
+        (lambda: 3, "3 is no linear block; give coefficients"),
+        (lambda: None, "None is no linear block"),
+        (lambda: np.array([1, 2]), "is no linear block"),
+        (lambda: ([1, 2, 3], [1, 2]), "improper"),
+        (lambda: ([1], [0, 0]), "denominator is zero"),
+        (lambda: ([[1], [2]], [1, 2]), "one input and one output"),
+    ],
+)
+def test_systems_that_are_no_single_proper_block_are_refused(system, said):
+    with pytest.raises(InputError, match=said):
+        as_block(system())
+
+
+def test_objects_of_scipy_are_taken_exactly():
+    assert as_block(scipy.signal.lti([1], [1, 2, 3])) == RationalBlock([1], [1, 2, 3])
+    assert as_block(scipy.signal.dlti([1], [1, 0.5])) == RationalBlock([1], [1, F(1, 2)], 1)
+    assert as_block(scipy.signal.dlti([1], [1, 0.5], dt=0.25)).dt == F(1, 4)
+    assert as_block(scipy.signal.lti([], [-1, -2 + 1j, -2 - 1j], 2)) == RationalBlock([2], [1, 5, 9, 5])
+    assert as_block(scipy.signal.StateSpace(*map(np.array, ([[0, 1], [-2, -3]], [[0], [1]], [[1, 0]], [[0]])))) == (
+        RationalBlock([1], [1, 3, 2])
+    )
+    poles = scipy.signal.butter(5, [0.1, 0.2], "bandpass", output="zpk")
+    assert as_block(scipy.signal.ZerosPolesGain(*poles, dt=True)).order == 10
+
+
+@given(st.lists(st.complex_numbers(max_magnitude=9, allow_nan=False, min_magnitude=1e-3), max_size=4))
+def test_roots_multiply_out_to_a_polynomial_that_vanishes_at_them(half):
+    roots = [root for one in half for root in ((one, one.conjugate()) if one.imag else (one,))]
+    p = polynomial_of_roots(roots)
+    assert len(p) == len(roots) + 1
+    for root in roots:
+        x, y = F(root.real), F(root.imag)
+        real, imaginary = F(0), F(0)
+        for c in p:  # Horner's rule in exact complex numbers
+            real, imaginary = real * x - imaginary * y + c, real * y + imaginary * x
+        assert (real, imaginary) == (0, 0)
+
+
+def test_a_linear_block_goes_from_the_law_to_the_output():
+    block = LinearBlock(
+        np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([0.0, 1.0]), np.array([5.0, 5.0]), np.array([1.0, 0.0])
+    )
+    assert as_block(block) == RationalBlock([1], [1, 3, 2])
+    # dispersion adds no error here: the scheme with 10 cells has 21 states and its response is known in closed form
+    scheme = upwind(builtin_system("paper-rod").rod, 10)
+    exact = as_block(scheme.block)
+    assert exact.order == 21
+    assert exact.transfer(50j) == pytest.approx(scheme.transfer(50j), rel=1e-9)
+
+
+def test_a_block_passes_through_unchanged():
+    for block in (RationalBlock([1], [1, 1]), FrequencyData([1.0], [1.0]), as_block("exp(-s)/(s+1)")):
+        assert as_block(block) is block
+
+
+@pytest.mark.parametrize(
+    ("caller", "own", "agreed"),
+    [
+        (None, None, None),
+        (None, 0, None),
+        (0, None, None),
+        (0, 0, None),
+        (None, True, 1),
+        (True, None, 1),
+        (True, True, 1),
+        (F(1, 2), True, F(1, 2)),
+        (True, 0.5, F(1, 2)),
+        (F(1, 10), 0.1, F(1, 10)),
+        (2, None, 2),
+        (np.float64(0.5), None, F(1, 2)),
+    ],
+)
+def test_sampling_times_follow_python_control(caller, own, agreed):
+    assert sampling_time(caller, own) == agreed
+
+
+@pytest.mark.parametrize(
+    ("caller", "own", "said"),
+    [
+        (0.2, 0.1, "dt is discrete time of period 0.2 but dt is in discrete time of period 0.1"),
+        (1, 0, "dt is discrete time of period 1 but dt is in continuous time"),
+        (True, 0, "but dt is in continuous time"),
+        (0, True, "dt is continuous time but dt is in discrete time"),
+        (0, 1, "dt is continuous time"),
+        (-1, None, "dt is -1; give a positive period"),
+        (False, None, "dt is False; give 0 or None"),
+        (math.nan, None, "dt is nan; give a finite number"),
+        (math.inf, None, "dt is inf"),
+        ("1", None, "give a number"),
+        (None, -1, "dt.dt is -1"),
+    ],
+)
+def test_sampling_times_that_contradict_or_mean_nothing_are_refused(caller, own, said):
+    assert said in refusal(sampling_time, caller, own)
+
+
+@pytest.mark.parametrize(
+    ("source", "dt"),
+    [
+        (RationalBlock([1], [1, 1]), 1),
+        (RationalBlock([1], [1, 1], 1), 0),
+        (control.tf([1], [1, 1], 0.1), 0.2),
+        (scipy.signal.lti([1], [1, 1]), 1),
+        (DelayBlock.parse("exp(-s)/(s+1)"), 1),
+    ],
+)
+def test_mixed_sampling_times_are_refused_for_every_source(source, dt):
+    assert "leave dt out or convert the system" in refusal(as_block, source, dt=dt)
