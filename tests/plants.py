@@ -10,7 +10,7 @@ from lure.rational import RationalBlock
 def block(numerator, denominator, dt=None):
     """The block of exact coefficients, given as a list or as one text with spaces between them."""
     sides = (side.split() if isinstance(side, str) else side for side in (numerator, denominator))
-    return RationalBlock(*([Fraction(c) for c in side] for side in sides), dt=dt)
+    return RationalBlock(*([Fraction(str(c)) for c in side] for side in sides), dt=dt)
 
 
 def discrete(numerator, denominator):

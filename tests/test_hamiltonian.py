@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_popov_plant import PUBLISHED, block
+from plants import CONTINUOUS, block
 
 from analysis.criteria.popov import popov_largest
 from analysis.evidence import Evidence, Verdict
@@ -18,10 +18,10 @@ def arrays(plant):
     return system.A, system.B, system.C, system.D
 
 
-@pytest.mark.parametrize("example", sorted(PUBLISHED))
+@pytest.mark.parametrize("example", sorted(CONTINUOUS))
 @pytest.mark.parametrize("sign", ["both", "nonnegative"])
 def test_the_computed_sector_agrees_with_the_certified_one(example, sign):
-    plant = PUBLISHED[example]
+    plant = CONTINUOUS[example]
     computed, certified = popov_largest_computed(*arrays(plant), sign=sign), popov_largest(plant, sign=sign)
     assert computed.largest.low == pytest.approx(certified.largest.low, rel=1e-7)
     assert computed.largest.high == pytest.approx(certified.largest.high, rel=1e-7)
@@ -37,7 +37,7 @@ def test_a_direct_term_is_seen(numerator, denominator):
 
 
 def test_floating_point_never_gives_a_verdict():
-    answer = popov_largest_computed(*arrays(PUBLISHED["1"]))
+    answer = popov_largest_computed(*arrays(CONTINUOUS[1]))
     assert answer.verdict is Verdict.INCONCLUSIVE
     assert answer.evidence is Evidence.COMPUTED
     assert "not certified" in answer.reason
@@ -54,7 +54,7 @@ def test_crossings_of_a_level_are_eigenvalues():
 @given(st.integers(0, 2**32 - 1))
 def test_the_state_basis_does_not_matter(seed):
     rng = np.random.default_rng(seed)
-    a, b, c, d = arrays(PUBLISHED["3"])
+    a, b, c, d = arrays(CONTINUOUS[3])
     basis, _ = np.linalg.qr(rng.normal(size=a.shape))
     turned = popov_largest_computed(basis @ a @ basis.T, basis @ b, c @ basis.T, d)
     assert turned.largest.middle == pytest.approx(0.384165738677, rel=1e-7)

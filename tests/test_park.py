@@ -6,7 +6,7 @@ import pytest
 from flint import fmpq
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from test_popov_plant import PUBLISHED, block, plants
+from plants import CONTINUOUS, block, stable_plants
 
 from analysis.criteria.hurwitz import is_stable_gain
 from analysis.criteria.park import park_criterion, park_largest
@@ -23,16 +23,16 @@ from lure.sector import SlopeBounds
 @pytest.mark.parametrize(
     ("example", "expected"),
     [
-        ("1", 4.589454172946),
-        ("3", 0.788331477362),
-        ("4", 0.708331477362),
-        ("5", 0.001833520277983),
-        ("6", 0.001832540277982),
-        ("7", math.inf),
+        (1, 4.589454172946),
+        (3, 0.788331477362),
+        (4, 0.708331477362),
+        (5, 0.001833520277983),
+        (6, 0.001832540277982),
+        (7, math.inf),
     ],
 )
 def test_published_plants_are_bracketed(example, expected):
-    answer = park_largest(PUBLISHED[example])
+    answer = park_largest(CONTINUOUS[example])
     assert answer.verdict is Verdict.PROVED
     assert answer.evidence is Evidence.CERTIFIED
     assert answer.largest.low == pytest.approx(expected, rel=1e-10)
@@ -42,9 +42,9 @@ def test_published_plants_are_bracketed(example, expected):
 
 # Z = (b+s)/(a+s) or (a-s)/(b-s) with 1 + theta s - tau s^2 = tau (a-s)(b+s): the proof goes through Z, so Z is what an
 # adversary samples: int |z| < 1, z >= 0, and Re Z (H + 1/k) > 0
-@pytest.mark.parametrize(("example", "k"), [("1", 4.589), ("3", 0.788), ("4", 0.708), ("7", 28.9), ("7", 1e4)])
+@pytest.mark.parametrize(("example", "k"), [(1, 4.589), (3, 0.788), (4, 0.708), (7, 28.9), (7, 1e4)])
 def test_the_multiplier_behind_a_proof_is_one_of_zames_and_falb(example, k):
-    plant = PUBLISHED[example]
+    plant = CONTINUOUS[example]
     answer = park_criterion(plant, SlopeBounds(0, k))
     assert answer.verdict is Verdict.PROVED
     theta, tau = (float(Fraction(answer.parameters[name])) for name in ("theta", "tau"))
@@ -93,7 +93,7 @@ def test_where_every_finite_k_is_in_reach_each_is_proved(numerator, denominator,
 
 
 def test_a_given_multiplier_is_judged_as_it_is():
-    plant = PUBLISHED["3"]
+    plant = CONTINUOUS[3]
     assert (
         park_criterion(plant, SlopeBounds(0, Fraction("0.3")), theta=Fraction(0), tau=Fraction(0)).verdict
         is Verdict.PROVED
@@ -109,7 +109,7 @@ def test_a_given_multiplier_is_judged_as_it_is():
 )
 def test_half_a_multiplier_and_a_negative_tau_are_refused(pair):
     with pytest.raises(InputError, match="tau >= 0 together"):
-        park_criterion(PUBLISHED["3"], SlopeBounds(0, 1), **pair)
+        park_criterion(CONTINUOUS[3], SlopeBounds(0, 1), **pair)
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_a_support_excludes_a_level_only_if_both_moments_say_so(level, excluded)
     assert jointly_infeasible((support, support), level) == excluded
 
 
-small = plants(critical=False).filter(lambda plant: plant.order <= 5)
+small = stable_plants(critical=False).filter(lambda plant: plant.order <= 5)
 
 
 @given(small)

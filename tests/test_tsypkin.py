@@ -1,8 +1,11 @@
+"""Tsypkin's criterion and that of Jury and Lee: published numbers, sharp from both sides, refusals."""
+
 import math
 from fractions import Fraction
 
 import numpy as np
 import pytest
+from plants import DISCRETE, discrete
 
 from analysis.criteria.difference_multiplier import DifferenceMultiplier
 from analysis.criteria.discrete_block import DiscreteBlock
@@ -14,18 +17,6 @@ from lure.errors import AssumptionError, InputError
 from lure.rational import RationalBlock
 from lure.sector import SlopeBounds
 
-
-def block(numerator, denominator):
-    return RationalBlock([Fraction(c) for c in numerator], [Fraction(c) for c in denominator], dt=1)
-
-
-PLANTS = {
-    1: block([".1", 0], [1, "-1.8", ".81"]),
-    2: block([1, "-1.95", ".9", ".05"], [1, "-2.8", "3.5", "-2.412", ".7209"]),
-    3: block([-1, "1.95", "-.9", "-.05"], [1, "-2.8", "3.5", "-2.412", ".7209"]),
-    5: block(["-.5", ".1"], [1, "-.9", ".79", ".089"]),
-    6: block([2, ".92"], [1, "-.5", 0]),
-}
 CIRCLE = {1: 0.7934, 2: 0.1984, 3: 0.1379, 5: 1.0273, 6: 0.6510}  # published with the column of Tsypkin's criterion
 
 OMEGA = np.linspace(0, math.pi, 100_001)
@@ -42,7 +33,7 @@ def jury_lee_side(H, k, q):
 
 @pytest.mark.parametrize(("example", "published"), [(1, 3.8000), (2, 0.2427), (3, 0.1379), (5, 1.0273), (6, 0.6510)])
 def test_the_published_values_of_tsypkins_criterion(example, published):
-    answer = tsypkin_largest(PLANTS[example])
+    answer = tsypkin_largest(DISCRETE[example])
     assert answer.largest.low == pytest.approx(published, abs=5.1e-5)
     assert answer.largest.high - answer.largest.low < 1e-9 * answer.largest.high
     assert answer.verdict is Verdict.PROVED
@@ -50,10 +41,10 @@ def test_the_published_values_of_tsypkins_criterion(example, published):
     assert answer.law_class.slope.upper == math.inf
 
 
-@pytest.mark.parametrize("example", PLANTS)
+@pytest.mark.parametrize("example", DISCRETE)
 @pytest.mark.parametrize(("largest", "side"), [(tsypkin_largest, tsypkin_side), (jury_lee_largest, jury_lee_side)])
 def test_the_inequality_holds_on_a_dense_sample_and_no_weight_does_better(example, largest, side):
-    plant = PLANTS[example]
+    plant = DISCRETE[example]
     answer = largest(plant)
     H = plant.transfer(Z)
     k, q = answer.largest.low, float(Fraction(answer.parameters["q"]))
@@ -65,16 +56,16 @@ def test_the_inequality_holds_on_a_dense_sample_and_no_weight_does_better(exampl
 
 
 def test_jury_lee_beats_the_circle_criterion_where_published_examples_let_it():
-    assert jury_lee_largest(PLANTS[1]).largest.low > 3.79
-    assert jury_lee_largest(PLANTS[6]).largest.low > 0.684
-    assert jury_lee_largest(PLANTS[6]).law_class.slope.lower == -math.inf
+    assert jury_lee_largest(DISCRETE[1]).largest.low > 3.79
+    assert jury_lee_largest(DISCRETE[6]).largest.low > 0.684
+    assert jury_lee_largest(DISCRETE[6]).law_class.slope.lower == -math.inf
 
 
 @pytest.mark.parametrize("form", [TSYPKIN, JURY_LEE])
 def test_neither_end_moves_without_notice(form):
-    discrete = DiscreteBlock.of(PLANTS[2], Fraction(0), "test")
+    discrete = DiscreteBlock.of(DISCRETE[2], Fraction(0), "test")
     multiplier = DifferenceMultiplier(discrete=discrete, difference=form.difference, loss=form.loss)
-    answer = {"tsypkin": tsypkin_largest, "jury-lee": jury_lee_largest}[form.name](PLANTS[2])
+    answer = {"tsypkin": tsypkin_largest, "jury-lee": jury_lee_largest}[form.name](DISCRETE[2])
     q, k = Fraction(answer.parameters["q"]), Fraction(answer.parameters["k"])
     assert multiplier.certifies(k, q)
     assert not multiplier.certifies(k * (1 + Fraction(1, 10**6)), q)
@@ -89,18 +80,20 @@ def test_neither_end_moves_without_notice(form):
 
 @pytest.mark.parametrize("criterion", [tsypkin_criterion, jury_lee_criterion])
 def test_one_class(criterion):
-    reach = {tsypkin_criterion: tsypkin_largest, jury_lee_criterion: jury_lee_largest}[criterion](PLANTS[1]).largest.low
-    assert criterion(PLANTS[1], SlopeBounds(0, 0.999 * reach)).verdict is Verdict.PROVED
-    beyond = criterion(PLANTS[1], SlopeBounds(0, 1.001 * reach))
+    reach = {tsypkin_criterion: tsypkin_largest, jury_lee_criterion: jury_lee_largest}[criterion](
+        DISCRETE[1]
+    ).largest.low
+    assert criterion(DISCRETE[1], SlopeBounds(0, 0.999 * reach)).verdict is Verdict.PROVED
+    beyond = criterion(DISCRETE[1], SlopeBounds(0, 1.001 * reach))
     assert beyond.verdict is Verdict.INCONCLUSIVE
     assert beyond.margin.high < 0
     with pytest.raises(AssumptionError, match="finite slope bounds"):
-        criterion(PLANTS[1], SlopeBounds(0, math.inf))
+        criterion(DISCRETE[1], SlopeBounds(0, math.inf))
 
 
 @pytest.mark.parametrize("largest", [tsypkin_largest, jury_lee_largest])
 def test_symmetries_and_refusals(largest):
-    plant = PLANTS[2]
+    plant = DISCRETE[2]
     reach = largest(plant).largest.low
     scaled = RationalBlock([1000 * c for c in plant.numerator], plant.denominator, dt=1)
     assert largest(scaled).largest.low * 1000 == pytest.approx(reach, rel=1e-9)
@@ -111,14 +104,14 @@ def test_symmetries_and_refusals(largest):
     assert with_lower.largest.low == pytest.approx(0.1 + largest(shifted).largest.low, rel=1e-9)
     assert with_lower.law_class.sector.lower == lower
     with pytest.raises(AssumptionError, match="z = 1"):
-        largest(block([1], [1, -1]))
+        largest(discrete([1], [1, -1]))
     with pytest.raises(InputError, match="dt is None"):
         largest(RationalBlock([1], [1, 1]))
 
 
 def test_the_algebraic_loop_decides_which_slopes_are_covered():
     # sigma + D phi(sigma) = r: steep slopes are harmless for D > 0, negative ones for D < 0
-    positive, negative = block([1, "-.2"], [1, "-.9"]), block([-1, "-.2"], [1, "-.9"])
+    positive, negative = discrete([1, "-.2"], [1, "-.9"]), discrete([-1, "-.2"], [1, "-.9"])
     assert tsypkin_largest(positive).law_class.slope.upper == math.inf
     assert jury_lee_largest(positive).law_class.slope.lower == 0
     bounded = tsypkin_largest(negative)
@@ -128,5 +121,5 @@ def test_the_algebraic_loop_decides_which_slopes_are_covered():
 
 @pytest.mark.parametrize("largest", [tsypkin_largest, jury_lee_largest])
 def test_a_positive_real_block_admits_every_sector(largest):
-    assert largest(block([2, 0], [2, -1])).largest.low == math.inf
-    assert 1 - 1e-9 < largest(block([1], [1, 0])).largest.low < 1
+    assert largest(discrete([2, 0], [2, -1])).largest.low == math.inf
+    assert 1 - 1e-9 < largest(discrete([1], [1, 0])).largest.low < 1

@@ -1,3 +1,5 @@
+"""Zames-Falb multipliers in discrete time: published numbers, phase limits, and what must be refused."""
+
 import math
 from fractions import Fraction
 from functools import cache
@@ -7,6 +9,7 @@ import pytest
 from flint import fmpq_poly
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plants import DISCRETE, discrete
 
 from analysis.criteria.discrete_block import DiscreteBlock
 from analysis.criteria.fir_multiplier import Multiplier, certifies
@@ -20,23 +23,9 @@ from lure.rational import RationalBlock
 from lure.sector import SlopeBounds
 
 
-def block(numerator, denominator):
-    return RationalBlock([Fraction(c) for c in numerator], [Fraction(c) for c in denominator], dt=1)
-
-
-# J. Carrasco, W. P. Heath, J. Zhang, N. S. Ahmad, S. Wang, Convex searches for discrete-time Zames-Falb multipliers
-PLANTS = {
-    1: block([".1", 0], [1, "-1.8", ".81"]),
-    2: block([1, "-1.95", ".9", ".05"], [1, "-2.8", "3.5", "-2.412", ".7209"]),
-    3: block([-1, "1.95", "-.9", "-.05"], [1, "-2.8", "3.5", "-2.412", ".7209"]),
-    5: block(["-.5", ".1"], [1, "-.9", ".79", ".089"]),
-    6: block([2, ".92"], [1, "-.5", 0]),
-}
-
-
 @cache
 def reach(example, odd):
-    return zames_falb_discrete_largest(PLANTS[example], odd=odd)
+    return zames_falb_discrete_largest(DISCRETE[example], odd=odd)
 
 
 def sampled_left_hand_side(plant, answer):
@@ -67,7 +56,7 @@ def sampled_left_hand_side(plant, answer):
     ],
 )
 def test_the_published_values_are_reached_and_bounded(example, odd, published, limit):
-    plant = PLANTS[example]
+    plant = DISCRETE[example]
     answer = reach(example, odd)
     assert answer.verdict is Verdict.PROVED
     assert answer.evidence is Evidence.CERTIFIED
@@ -82,14 +71,14 @@ def test_the_orbit_of_example_6_is_never_certified_against():
     # a monotone law of slope 175/192 has an orbit of period 3; odd laws are stable far beyond
     monotone = reach(6, False)
     assert Fraction(monotone.largest.low) < Fraction(175, 192)
-    refused = zames_falb_discrete_criterion(PLANTS[6], SlopeBounds(0, Fraction(175, 192)), odd=False)
+    refused = zames_falb_discrete_criterion(DISCRETE[6], SlopeBounds(0, Fraction(175, 192)), odd=False)
     assert refused.verdict is Verdict.INCONCLUSIVE
-    assert zames_falb_discrete_criterion(PLANTS[6], SlopeBounds(0, 1), odd=True).verdict is Verdict.PROVED
+    assert zames_falb_discrete_criterion(DISCRETE[6], SlopeBounds(0, 1), odd=True).verdict is Verdict.PROVED
 
 
 def test_the_criterion_is_sharp_in_k():
     for k, verdict in ((0.9114, Verdict.PROVED), (0.9115, Verdict.INCONCLUSIVE)):
-        answer = zames_falb_discrete_criterion(PLANTS[6], SlopeBounds(0, k), odd=False)
+        answer = zames_falb_discrete_criterion(DISCRETE[6], SlopeBounds(0, k), odd=False)
         assert answer.verdict is verdict
         assert (answer.margin.low > 0) is (verdict is Verdict.PROVED)
 
@@ -97,7 +86,7 @@ def test_the_criterion_is_sharp_in_k():
 def certified_taps(example, *, odd):
     answer = reach(example, odd)
     taps = {int(i): Fraction(h) for i, h in answer.parameters["taps"].items()}
-    return DiscreteBlock.of(PLANTS[example], Fraction(0), "test"), taps, Fraction(answer.parameters["k"])
+    return DiscreteBlock.of(DISCRETE[example], Fraction(0), "test"), taps, Fraction(answer.parameters["k"])
 
 
 @pytest.mark.parametrize(("example", "odd"), [(1, True), (2, False), (6, False)])
@@ -136,7 +125,7 @@ def test_the_multiplier_as_a_laurent_polynomial():
 # sigma_t -> (-1)^t sigma_t maps odd laws to themselves and H(z) to H(-z)
 @pytest.mark.parametrize("example", [1, 2])
 def test_odd_laws_do_not_distinguish_z_from_minus_z(example):
-    plant = PLANTS[example]
+    plant = DISCRETE[example]
     n, d = list(plant.numerator), list(plant.denominator)
     turned = RationalBlock(
         [c * (-1) ** (len(n) - 1 - i) for i, c in enumerate(n)],
@@ -150,7 +139,7 @@ def test_odd_laws_do_not_distinguish_z_from_minus_z(example):
 
 @pytest.mark.parametrize("gain", [Fraction(1, 10**9), Fraction(7), Fraction(10**9)])
 def test_gain_moves_between_block_and_law(gain):
-    plant = PLANTS[2]
+    plant = DISCRETE[2]
     scaled = RationalBlock([gain * c for c in plant.numerator], plant.denominator, dt=1)
     expected = reach(2, False).largest.low
     found = zames_falb_discrete_largest(scaled, odd=False, taps=6).largest.low
@@ -159,7 +148,7 @@ def test_gain_moves_between_block_and_law(gain):
 
 def test_a_lower_slope_is_the_shifted_block():
     lower = Fraction(3, 10)
-    plant = PLANTS[6]
+    plant = DISCRETE[6]
     n = (Fraction(0), *plant.numerator)
     shifted = RationalBlock(plant.numerator, [d + lower * c for d, c in zip(plant.denominator, n, strict=True)], dt=1)
     here = zames_falb_discrete_largest(plant, odd=False, lower=lower)
@@ -170,7 +159,7 @@ def test_a_lower_slope_is_the_shifted_block():
 
 
 def test_more_taps_never_reach_less():
-    found = [zames_falb_discrete_largest(PLANTS[1], odd=True, taps=taps).largest.low for taps in (1, 3, 6)]
+    found = [zames_falb_discrete_largest(DISCRETE[1], odd=True, taps=taps).largest.low for taps in (1, 3, 6)]
     assert found == sorted(found)
     assert found[0] < 13 < found[1]
 
@@ -178,7 +167,7 @@ def test_more_taps_never_reach_less():
 @pytest.mark.parametrize("delay", [1, 2, 7])
 def test_a_pure_delay_reaches_the_small_gain_bound(delay):
     # z^delay + kappa has its roots on the circle at kappa = 1, and |H| = 1 everywhere
-    answer = zames_falb_discrete_largest(block([1], [1] + [0] * delay), odd=True)
+    answer = zames_falb_discrete_largest(discrete([1], [1] + [0] * delay), odd=True)
     assert 1 - 1e-9 < answer.largest.low < 1
 
 
@@ -192,13 +181,13 @@ def test_a_pure_delay_reaches_the_small_gain_bound(delay):
     ],
 )
 def test_extreme_blocks_are_certified_all_the_same(numerator, denominator, limit):
-    answer = zames_falb_discrete_largest(block(numerator, denominator), odd=False)
+    answer = zames_falb_discrete_largest(discrete(numerator, denominator), odd=False)
     assert limit * (1 - 1e-8) < answer.largest.low < limit
 
 
 def test_what_doubles_cannot_search_is_left_open():
     # poles at +-i within 1e-18 of the circle; and a reach of 1e400, beyond doubles
-    for plant in (block([1], [1, 0, 1 - Fraction(1, 10**18)]), block([Fraction(1, 10**400)], [1, "0.5"])):
+    for plant in (discrete([1], [1, 0, 1 - Fraction(1, 10**18)]), discrete([Fraction(1, 10**400)], [1, "0.5"])):
         answer = zames_falb_discrete_largest(plant, odd=True)
         assert answer.verdict is Verdict.INCONCLUSIVE
         assert answer.largest.low == 0
@@ -206,34 +195,34 @@ def test_what_doubles_cannot_search_is_left_open():
 
 @pytest.mark.parametrize(("numerator", "denominator"), [([0], [1, "-.5"]), ([2, 0], [2, -1]), ([1, 1], [1, 0])])
 def test_a_positive_real_block_admits_every_slope(numerator, denominator):
-    answer = zames_falb_discrete_largest(block(numerator, denominator), odd=False)
+    answer = zames_falb_discrete_largest(discrete(numerator, denominator), odd=False)
     assert answer.largest.low == math.inf
     assert answer.verdict is Verdict.PROVED
 
 
 def test_a_negative_feedthrough_stops_at_the_singular_algebraic_loop():
     # sigma - 3 phi(sigma) = r has no unique solution from slope 1/3 on
-    answer = zames_falb_discrete_largest(block([-3], [1]), odd=True)
+    answer = zames_falb_discrete_largest(discrete([-3], [1]), odd=True)
     assert 1 / 3 - 1e-9 < answer.largest.low < 1 / 3
-    discrete = DiscreteBlock.of(block([-3], [1]), Fraction(0), "test")
-    assert discrete.well_posed(Fraction(33, 100))
-    assert not discrete.well_posed(Fraction(1, 3))
+    system = DiscreteBlock.of(discrete([-3], [1]), Fraction(0), "test")
+    assert system.well_posed(Fraction(33, 100))
+    assert not system.well_posed(Fraction(1, 3))
 
 
 def test_unstable_critical_and_continuous_blocks_are_refused():
     with pytest.raises(AssumptionError, match="give a larger lower slope"):
-        zames_falb_discrete_largest(block([1], [1, -1]), odd=True)
+        zames_falb_discrete_largest(discrete([1], [1, -1]), odd=True)
     with pytest.raises(AssumptionError, match="give a lower gain in"):
-        zames_falb_discrete_largest(block([1], [1, -2]), odd=True)
+        zames_falb_discrete_largest(discrete([1], [1, -2]), odd=True)
     with pytest.raises(AssumptionError, match="cancels in H"):
-        zames_falb_discrete_largest(block([1, -2], [1, "-2.5", 1]), odd=True)
+        zames_falb_discrete_largest(discrete([1, -2], [1, "-2.5", 1]), odd=True)
     with pytest.raises(InputError, match="dt is None"):
         zames_falb_discrete_largest(RationalBlock([1], [1, 1]), odd=True)
     with pytest.raises(InputError, match="positive integer"):
-        zames_falb_discrete_largest(PLANTS[6], odd=True, taps=0)
+        zames_falb_discrete_largest(DISCRETE[6], odd=True, taps=0)
     with pytest.raises(AssumptionError, match="finite slope bounds"):
-        zames_falb_discrete_criterion(PLANTS[6], SlopeBounds(0, math.inf), odd=True)
-    shifted = zames_falb_discrete_largest(block([1], [1, -2]), odd=True, lower=Fraction(3, 2))
+        zames_falb_discrete_criterion(DISCRETE[6], SlopeBounds(0, math.inf), odd=True)
+    shifted = zames_falb_discrete_largest(discrete([1], [1, -2]), odd=True, lower=Fraction(3, 2))
     assert 1.5 < shifted.largest.low < 3  # z - 2 + kappa is stable for 1 < kappa < 3
 
 
@@ -244,13 +233,14 @@ def test_unstable_critical_and_continuous_blocks_are_refused():
     [(6, False, 3, 175 / 192), (1, True, 6, 13.5754), (2, True, 4, 1.10565), (2, False, 5, 0.80275)],
 )
 def test_the_phase_limits_of_the_literature(example, odd, period, k):
-    limit = phase_limit(DiscreteBlock.of(PLANTS[example], Fraction(0), "test"), period, odd=odd)
+    system = DiscreteBlock.of(DISCRETE[example], Fraction(0), "test")
+    limit = phase_limit(system, period, odd=odd)
     assert limit.k == pytest.approx(k, abs=5.1e-6 * max(1, k))
-    assert limit.k >= lowest_phase_limit(DiscreteBlock.of(PLANTS[example], Fraction(0), "test"), range(2, 8), odd=odd).k
+    assert limit.k >= lowest_phase_limit(system, range(2, 8), odd=odd).k
 
 
 def test_the_weights_of_a_phase_limit_rule_out_every_short_multiplier():
-    plant = PLANTS[6]
+    plant = DISCRETE[6]
     limit = phase_limit(DiscreteBlock.of(plant, Fraction(0), "test"), 3, odd=False)
     z = np.exp(2j * math.pi * np.arange(2) / 3)
     G = plant.transfer(z) + 1 / limit.k
