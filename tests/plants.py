@@ -26,6 +26,7 @@ DISCRETE = {
     5: discrete("-0.5 0.1", "1 -0.9 0.79 0.089"),
     6: discrete("2 0.92", "1 -0.5 0"),
 }
+CIRCLE = {1: 0.7934, 2: 0.1984, 3: 0.1379, 5: 1.0273, 6: 0.6510}  # there, the reach of the circle criterion
 # the set of Chen and Wen, Park, Turner, Chang, Carrasco and others
 CONTINUOUS = {
     1: block("1 -0.2 -0.1", "1 2 1 1"),

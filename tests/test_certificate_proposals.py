@@ -1,7 +1,5 @@
 """Every positive answer of the published tables gets a certificate at the criterion's reach, and none beyond."""
 
-import copy
-import itertools
 import json
 import math
 from fractions import Fraction
@@ -9,15 +7,14 @@ from fractions import Fraction
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plants import CONTINUOUS, DISCRETE
+from plants import block as exact
+from sharpness import CLOSE, ZAMES_FALB, assert_sharp, raised
 
-from analysis.answers.rods import rod_largest
-from analysis.certificates.arithmetic import Form, Rejected
-from analysis.certificates.balls import box
+from analysis.certificates.arithmetic import Rejected
 from analysis.certificates.checker import Proved, check
-from analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
 from analysis.certificates.drafts import completed
-from analysis.certificates.multipliers import rod_circle_bound, rod_theta
-from analysis.certificates.proposals import answer_draft, certified, energy_draft
+from analysis.certificates.proposals import answer_draft, certified
 from analysis.certificates.systems import laws_of, system_of
 from analysis.criteria.circle import circle_criterion, circle_largest
 from analysis.criteria.hurwitz import hurwitz_largest
@@ -28,7 +25,6 @@ from analysis.criteria.popov import popov_criterion, popov_largest
 from analysis.criteria.tsypkin import tsypkin_criterion, tsypkin_largest
 from analysis.criteria.zames_falb import zames_falb_largest
 from analysis.criteria.zames_falb_discrete import zames_falb_discrete_largest
-from analysis.dead_time import criteria as dead_time
 from analysis.evidence import Verdict
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError, InputError
@@ -39,63 +35,6 @@ from lure.sector import Sector, SlopeBounds
 from lure.state_space import StateSpaceBlock
 from lure.systems import builtin_system
 from lure.upwind import upwind
-from lure.waves import RodBlock
-
-CLOSE, ZAMES_FALB = Fraction(1, 10**6), Fraction(1, 10**3)
-
-
-def exact(numerator, denominator, dt=None):
-    """A block of decimals."""
-    return RationalBlock([Fraction(c) for c in numerator.split()], [Fraction(c) for c in denominator.split()], dt)
-
-
-DISCRETE = {
-    1: exact("0.1 0", "1 -1.8 0.81", 1),
-    2: exact("1 -1.95 0.9 0.05", "1 -2.8 3.5 -2.412 0.7209", 1),
-    3: exact("-1 1.95 -0.9 -0.05", "1 -2.8 3.5 -2.412 0.7209", 1),
-    5: exact("-0.5 0.1", "1 -0.9 0.79 0.089", 1),
-    6: exact("2 0.92", "1 -0.5 0", 1),
-}
-CONTINUOUS = {
-    1: exact("1 -0.2 -0.1", "1 2 1 1"),
-    3: exact("1 0 0", "1 0.2 6 0.1 1"),
-    4: exact("-1 0 0", "1 0.2 6 0.1 1"),
-    5: exact("1 0 0", "1 0.0003 10 0.0021 9"),
-    6: exact("-1 0 0", "1 0.0003 10 0.0021 9"),
-    7: exact("1 0 0", "1 2 2 1"),
-}
-THIRD_ORDER = exact("1", "1 3 2 0")
-
-
-def raised(certificate, factor):
-    """The same certificate for a class that is larger by a factor."""
-    larger = {
-        key: value for key, value in copy.deepcopy(certificate).items() if key not in ("hypotheses", "conclusion")
-    }
-    if larger["proof"]["method"] == "polynomial":
-        larger["proof"] = {"method": "polynomial"}
-    laws = larger["laws"]
-    low = Fraction(laws["sector"][0])
-    high = str(low + (Fraction(laws["sector"][1]) - low) * factor)
-    laws["sector"][1] = high
-    if laws["slope"] is not None and laws["slope"][1] != "inf":
-        laws["slope"][1] = high
-    return larger
-
-
-def assert_sharp(block, answer, within=CLOSE):
-    """A certificate close to the reach of the criterion, accepted as text, and rejected a millionth beyond it."""
-    assert answer.verdict is Verdict.PROVED
-    found = certified(block, answer)
-    lower = Fraction(answer.law_class.sector.lower)
-    reach = Fraction(answer.largest.low) - lower
-    assert reach * (1 - within) <= found.upper - lower <= reach
-    assert isinstance(check(json.dumps(found.proved.certificate)), Proved)
-    if math.isfinite(answer.largest.high):  # no multiplier reaches it
-        beyond = (Fraction(answer.largest.high) - lower) / (found.upper - lower) * (1 + CLOSE)
-        with pytest.raises(Rejected):
-            check(completed(raised(found.proved.certificate, beyond)))
-    return found
 
 
 # G. Zames-Falb tables: J. Carrasco et al. 2019; see DISCRETE.  The circle criterion for example 1, say, reaches 0.7934.
@@ -305,63 +244,6 @@ def test_laws_without_any_bound_are_certified_where_the_criterion_covers_them():
     assert found.proved.certificate["laws"]["sector"] == ["0", "inf"]
 
 
-# exp(-s T)/(s + 1): the circle criterion reaches -1/inf Re H.
-@pytest.mark.parametrize(
-    "text", ["exp(-s/2)/(s + 1)", "exp(-0.3*s)/(s*(s + 1))", "(1 + exp(-s))/(s + 2)^2", "2/(s + 3) + exp(-2*s)/(s + 1)"]
-)
-def test_blocks_with_dead_time_are_certified_by_covers(text):
-    block = DelayBlock.parse(text.replace("^", "**"))
-    for largest in (dead_time.circle_largest, dead_time.popov_largest):
-        try:
-            answer = largest(block)
-        except AssumptionError:
-            continue
-        found = assert_sharp(block, answer) if math.isfinite(answer.largest.low) else certified(block, answer)
-        assert found.proved.certificate["proof"]["method"] == "cover"
-        assert len(found.proved.certificate["proof"]["boxes"]) < 200
-
-
-@pytest.mark.parametrize("cells", [1, 10, 200])
-def test_the_scheme_of_the_rod_is_certified_by_structure(cells):
-    scheme = upwind(builtin_system("paper-rod").rod, cells)
-    popov = certified(scheme, rod_largest(scheme, "popov"))
-    assert popov.upper == "inf"
-    circle = certified(scheme, rod_largest(scheme, "circle"))
-    bound = rod_circle_bound(scheme.rod)
-    assert bound * (1 - CLOSE) < circle.upper < bound
-    with pytest.raises(Rejected):
-        completed(answer_draft(scheme, rod_largest(scheme, "circle"), bound))
-    energy = check(completed(energy_draft(scheme)))
-    assert isinstance(energy, Proved)
-    assert energy.theorem == "rod-energy"
-
-
-def test_the_rod_itself_is_certified_by_its_energy():
-    block = RodBlock(builtin_system("paper-rod").rod)
-    proved = check(completed(energy_draft(block)))
-    assert proved.certificate["system"]["kind"] == "rod"
-    assert proved.certificate["laws"]["sector"] == ["0", "inf"]
-
-
-def test_a_matched_dashpot_takes_any_multiplier():
-    # Z = A sqrt(rho E) = 1/2 exactly
-    rod = builtin_system("paper-rod").rod
-    matched = type(rod)(
-        youngs_modulus=4, density=1, length=1, area=Fraction(1, 4), damping=Fraction(1, 2), compliance=1
-    )
-    assert rod_theta(matched) == Fraction(1, 2)  # the travel time L sqrt(rho/E)
-    assert rod_circle_bound(matched) is None
-    scheme = upwind(matched, 5)
-    assert certified(scheme, rod_largest(scheme, "popov")).upper == "inf"
-
-
-def test_a_rod_that_does_not_damp_has_no_multiplier():
-    rod = builtin_system("paper-rod").rod
-    free = type(rod)(youngs_modulus=4, density=1, length=1, area=1, damping=0, compliance=1)
-    with pytest.raises(AssumptionError, match="positive"):
-        rod_theta(free)
-
-
 @given(
     poles=st.lists(st.integers(1, 20), min_size=1, max_size=4),
     gain=st.integers(1, 50),
@@ -414,60 +296,6 @@ def test_where_no_one_multiplier_serves_every_finite_k_a_large_number_is_certifi
     assert certified(block, answer).upper >= 10**9
     with pytest.raises(AssumptionError, match="give a number"):
         answer_draft(block, answer, "finite")
-
-
-def test_boxes_are_neighbours_that_pass_and_end_where_the_tail_begins():
-    def reach(a, most):
-        return min(most, Fraction(1, 8) if a < 2 else Fraction(1))
-
-    found = cover(CoverTests(reach, lambda a, b: False, lambda a: a >= 5, Fraction(1)))
-    boxes = [[Fraction(end) for end in box] for box in found]
-    assert boxes[0][0] == 0
-    assert 5 <= boxes[-1][1] < 6
-    assert all(one[1] == two[0] for one, two in itertools.pairwise(boxes))
-    assert all(b - a <= reach(a, 1) for a, b in boxes)
-
-
-def test_where_the_quick_test_would_need_tiny_boxes_the_slow_one_is_asked():
-    def reach(a, most):
-        return Fraction(1, 2**20) if 1 <= a < Fraction(3, 2) else most
-
-    def inside(a, b):
-        return b - a <= Fraction(1, 8)
-
-    boxes = cover(CoverTests(reach, inside, lambda a: a >= 2, Fraction(1)))
-    widths = {Fraction(b) - Fraction(a) for a, b in boxes if 1 <= Fraction(a) < Fraction(3, 2)}
-    assert widths <= {Fraction(1, 16), Fraction(1, 4)}
-    assert len(boxes) < 20
-
-
-@pytest.mark.parametrize(
-    ("fails", "reason"), [("inside", "does not pass"), ("beyond", "not outweighed"), ("length", "up to")]
-)
-def test_no_cover_is_no_proof(fails, reason):
-    tests = CoverTests(
-        lambda a, most: Fraction(1, 2**11 if fails == "length" else 2**20),
-        lambda a, b: fails != "inside",
-        lambda a: fails != "beyond" and a >= 2,
-        Fraction(1),
-    )
-    with pytest.raises(Uncovered, match=reason):
-        cover(tests)
-
-
-@given(
-    delays=st.lists(st.fractions(Fraction(1, 10), 5, max_denominator=20), min_size=1, max_size=2, unique=True),
-    numbers=st.lists(st.fractions(-5, 5, max_denominator=10), min_size=9, max_size=9),
-    left=st.fractions(0, 10, max_denominator=64),
-)
-def test_what_passes_the_quick_test_passes_the_checkers(delays, numbers, left):
-    # the polynomial below Re F is built twice, in balls and in rationals: a length that is long enough must serve both
-    u, v = iter(numbers), iter(reversed(numbers))
-    F = Form({(Fraction(0), n): (abs(next(u)) + 1, Fraction(0)) for n in range(3)})
-    F = F + Form({(tau, n): (next(u), next(v)) for tau in delays for n in range(3)})
-    length = quick_reach(F, left, Fraction(16), critical=False)
-    if length > Fraction(1, 2**20):
-        assert box(F, left, left + length, ORDER)
 
 
 def test_systems_are_written_in_exact_numbers():

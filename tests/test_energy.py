@@ -1,3 +1,5 @@
+"""Energy of the scheme, its deflated coordinate, its Popov-Lyapunov function: identities, and signs along motions."""
+
 import numpy as np
 import pytest
 from hypothesis import given

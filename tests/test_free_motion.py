@@ -1,3 +1,5 @@
+"""Free motion of the rod in closed form: boundary conditions, rest, and the refusal of whatever touches."""
+
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,3 +1,5 @@
+"""Popov's largest sector from eigenvalues of a Hamiltonian matrix: close to the certified one, never a verdict."""
+
 import math
 
 import control

@@ -1,3 +1,5 @@
+"""The off-axis circle criterion: published plants, sharp limits, refusals, symmetries."""
+
 import math
 from fractions import Fraction
 

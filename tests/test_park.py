@@ -1,3 +1,5 @@
+"""Park's criterion: published plants, its multiplier as one of Zames and Falb, refusals, symmetries."""
+
 import math
 from fractions import Fraction
 

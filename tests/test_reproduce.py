@@ -1,3 +1,5 @@
+"""The paper's figures and claims: settling, contact, variants as printed and corrected, and what the page says."""
+
 import json
 import math
 import re

@@ -12,10 +12,11 @@ from analysis.energy import discrete_energy
 from analysis.simulation import simulate
 from lure import InputError, Rod, Scenario, builtin_system, initial_state, upwind
 from lure.expressions import Expression
-from lure.structured import motion, structured_motion
+from lure.structured import run as runs
+from lure.structured import structured_motion
 from lure.structured.contact import halved
 from lure.structured.poisson import parted
-from lure.structured.press import Press
+from lure.structured.stretch import Stretch
 from lure.structured.ring import Ring
 
 DATA = builtin_system("paper-rod").scenario
@@ -151,7 +152,7 @@ def test_what_cannot_be_moved_is_refused(make, message):
 # only shorter stretches can tell that contact goes on
 def test_a_contact_that_fades_is_followed_on_shorter_stretches(monkeypatch):
     shortened = []
-    monkeypatch.setattr(motion, "halved", lambda length: shortened.append(length) or halved(length))
+    monkeypatch.setattr(runs, "halved", lambda length: shortened.append(length) or halved(length))
     scheme = upwind(rod_with(1.2, -1e-5, compliance=1 / 2848348800.0), 11)
     until = 20 * scheme.rod.travel_time
     start = np.append(np.ones(22), 1e-9)

@@ -1,3 +1,5 @@
+"""Trigonometric polynomials with exact signs: sharp where they touch zero, and in agreement with samples."""
+
 import math
 from fractions import Fraction
 

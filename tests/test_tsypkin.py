@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from plants import DISCRETE, discrete
+from plants import CIRCLE, DISCRETE, discrete
 
 from analysis.criteria.difference_multiplier import DifferenceMultiplier
 from analysis.criteria.discrete_block import DiscreteBlock
@@ -16,8 +16,6 @@ from analysis.evidence import Evidence, Verdict
 from lure.errors import AssumptionError, InputError
 from lure.rational import RationalBlock
 from lure.sector import SlopeBounds
-
-CIRCLE = {1: 0.7934, 2: 0.1984, 3: 0.1379, 5: 1.0273, 6: 0.6510}  # published with the column of Tsypkin's criterion
 
 OMEGA = np.linspace(0, math.pi, 100_001)
 Z = np.exp(1j * OMEGA)

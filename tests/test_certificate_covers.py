@@ -1,0 +1,136 @@
+"""Certificates where no polynomial decides: covers for dead time, structure and energy for the rod."""
+
+import itertools
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sharpness import CLOSE, assert_sharp
+
+from analysis.answers.rods import rod_largest
+from analysis.certificates.arithmetic import Form, Rejected
+from analysis.certificates.balls import box
+from analysis.certificates.checker import Proved, check
+from analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
+from analysis.certificates.drafts import completed
+from analysis.certificates.multipliers import rod_circle_bound, rod_theta
+from analysis.certificates.proposals import answer_draft, certified, energy_draft
+from analysis.dead_time import criteria as dead_time
+from lure.delay import DelayBlock
+from lure.errors import AssumptionError
+from lure.systems import builtin_system
+from lure.upwind import upwind
+from lure.waves import RodBlock
+
+
+# exp(-s T)/(s + 1): the circle criterion reaches -1/inf Re H.
+@pytest.mark.parametrize(
+    "text", ["exp(-s/2)/(s + 1)", "exp(-0.3*s)/(s*(s + 1))", "(1 + exp(-s))/(s + 2)^2", "2/(s + 3) + exp(-2*s)/(s + 1)"]
+)
+def test_blocks_with_dead_time_are_certified_by_covers(text):
+    block = DelayBlock.parse(text.replace("^", "**"))
+    for largest in (dead_time.circle_largest, dead_time.popov_largest):
+        try:
+            answer = largest(block)
+        except AssumptionError:
+            continue
+        found = assert_sharp(block, answer) if math.isfinite(answer.largest.low) else certified(block, answer)
+        assert found.proved.certificate["proof"]["method"] == "cover"
+        assert len(found.proved.certificate["proof"]["boxes"]) < 200
+
+
+@pytest.mark.parametrize("cells", [1, 10, 200])
+def test_the_scheme_of_the_rod_is_certified_by_structure(cells):
+    scheme = upwind(builtin_system("paper-rod").rod, cells)
+    popov = certified(scheme, rod_largest(scheme, "popov"))
+    assert popov.upper == "inf"
+    circle = certified(scheme, rod_largest(scheme, "circle"))
+    bound = rod_circle_bound(scheme.rod)
+    assert bound * (1 - CLOSE) < circle.upper < bound
+    with pytest.raises(Rejected):
+        completed(answer_draft(scheme, rod_largest(scheme, "circle"), bound))
+    energy = check(completed(energy_draft(scheme)))
+    assert isinstance(energy, Proved)
+    assert energy.theorem == "rod-energy"
+
+
+def test_the_rod_itself_is_certified_by_its_energy():
+    block = RodBlock(builtin_system("paper-rod").rod)
+    proved = check(completed(energy_draft(block)))
+    assert proved.certificate["system"]["kind"] == "rod"
+    assert proved.certificate["laws"]["sector"] == ["0", "inf"]
+
+
+def test_a_matched_dashpot_takes_any_multiplier():
+    # Z = A sqrt(rho E) = 1/2 exactly
+    rod = builtin_system("paper-rod").rod
+    matched = type(rod)(
+        youngs_modulus=4, density=1, length=1, area=Fraction(1, 4), damping=Fraction(1, 2), compliance=1
+    )
+    assert rod_theta(matched) == Fraction(1, 2)  # the travel time L sqrt(rho/E)
+    assert rod_circle_bound(matched) is None
+    scheme = upwind(matched, 5)
+    assert certified(scheme, rod_largest(scheme, "popov")).upper == "inf"
+
+
+def test_a_rod_that_does_not_damp_has_no_multiplier():
+    rod = builtin_system("paper-rod").rod
+    free = type(rod)(youngs_modulus=4, density=1, length=1, area=1, damping=0, compliance=1)
+    with pytest.raises(AssumptionError, match="positive"):
+        rod_theta(free)
+
+
+def test_boxes_are_neighbours_that_pass_and_end_where_the_tail_begins():
+    def reach(a, most):
+        return min(most, Fraction(1, 8) if a < 2 else Fraction(1))
+
+    found = cover(CoverTests(reach, lambda a, b: False, lambda a: a >= 5, Fraction(1)))
+    boxes = [[Fraction(end) for end in box] for box in found]
+    assert boxes[0][0] == 0
+    assert 5 <= boxes[-1][1] < 6
+    assert all(one[1] == two[0] for one, two in itertools.pairwise(boxes))
+    assert all(b - a <= reach(a, 1) for a, b in boxes)
+
+
+def test_where_the_quick_test_would_need_tiny_boxes_the_slow_one_is_asked():
+    def reach(a, most):
+        return Fraction(1, 2**20) if 1 <= a < Fraction(3, 2) else most
+
+    def inside(a, b):
+        return b - a <= Fraction(1, 8)
+
+    boxes = cover(CoverTests(reach, inside, lambda a: a >= 2, Fraction(1)))
+    widths = {Fraction(b) - Fraction(a) for a, b in boxes if 1 <= Fraction(a) < Fraction(3, 2)}
+    assert widths <= {Fraction(1, 16), Fraction(1, 4)}
+    assert len(boxes) < 20
+
+
+@pytest.mark.parametrize(
+    ("fails", "reason"), [("inside", "does not pass"), ("beyond", "not outweighed"), ("length", "up to")]
+)
+def test_no_cover_is_no_proof(fails, reason):
+    tests = CoverTests(
+        lambda a, most: Fraction(1, 2**11 if fails == "length" else 2**20),
+        lambda a, b: fails != "inside",
+        lambda a: fails != "beyond" and a >= 2,
+        Fraction(1),
+    )
+    with pytest.raises(Uncovered, match=reason):
+        cover(tests)
+
+
+@given(
+    delays=st.lists(st.fractions(Fraction(1, 10), 5, max_denominator=20), min_size=1, max_size=2, unique=True),
+    numbers=st.lists(st.fractions(-5, 5, max_denominator=10), min_size=9, max_size=9),
+    left=st.fractions(0, 10, max_denominator=64),
+)
+def test_what_passes_the_quick_test_passes_the_checkers(delays, numbers, left):
+    # the polynomial below Re F is built twice, in balls and in rationals: a length that is long enough must serve both
+    u, v = iter(numbers), iter(reversed(numbers))
+    F = Form({(Fraction(0), n): (abs(next(u)) + 1, Fraction(0)) for n in range(3)})
+    F = F + Form({(tau, n): (next(u), next(v)) for tau in delays for n in range(3)})
+    length = quick_reach(F, left, Fraction(16), critical=False)
+    if length > Fraction(1, 2**20):
+        assert box(F, left, left + length, ORDER)
