@@ -1,0 +1,6 @@
+"""The exact motion of the rod beside its approximations: integrators of the scheme, Galerkin, one table."""
+
+from analysis.comparison.integrators import SCHEME_METHODS as SCHEME_METHODS
+from analysis.comparison.integrators import SchemeMethod as SchemeMethod
+from analysis.comparison.integrators import integrate as integrate
+from analysis.comparison.scheme_run import SchemeRun as SchemeRun
