@@ -76,14 +76,19 @@ class Sources:
         if self.scenario.free:
             return None
         origin = 2.0 * window
-        edges = [1.0 - origin, *(point + 1.0 - origin for point in self.breaks)]
-        for point in (0.0, *self.body_breaks[0]) if not self.scenario.body_force.is_zero else ():
-            edges += [point - origin, point + 1.0 - origin, point + 2.0 - origin]
-            for place in self.body_breaks[1]:
-                edges += [point + s * place / self.rod.length + k - origin for k in (0.0, 1.0, 2.0) for s in (-1, 1)]
-        return fitted(lambda tau: self._added(origin + tau), distinct(edges, 0.0, span), self.degree, scale)
+        edges = distinct([point - origin for point in self.load_breaks()], 0.0, span)
+        return fitted(lambda tau: self.added(origin + tau), edges, self.degree, scale)
 
-    def _added(self, t: Array) -> tuple[Array, Array]:
+    def load_breaks(self) -> list[float]:
+        """Instants [transits] at which what the loads add to ``W`` may change its formula."""
+        points = [1.0, *(point + 1.0 for point in self.breaks)]
+        for point in (0.0, *self.body_breaks[0]) if not self.scenario.body_force.is_zero else ():
+            points += [point, point + 1.0, point + 2.0]
+            for place in self.body_breaks[1]:
+                points += [point + s * place / self.rod.length + k for k in (0.0, 1.0, 2.0) for s in (-1, 1)]
+        return points
+
+    def added(self, t: Array) -> tuple[Array, Array]:
         """What the loads add at the instants, and its rounding."""
         value, noise = np.zeros(len(t)), np.zeros(len(t))
         if not self.scenario.force.is_zero:
