@@ -12,8 +12,8 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from commands import names
 
-from analysis.cli import main
 from analysis.cli.doctor import NEEDED
 from analysis.evidence import Verdict
 from lure import __version__
@@ -90,22 +90,6 @@ def _namespace(source):
     return names
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
-def lure(capsys):
-    def run(*arguments):
-        status = main(arguments)
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return run
-
-
 def process(*arguments, patch="", **options):
     """The command in a process of its own, with the stub and any further patch."""
     script = RUN.format(stub=STUB + INSTALL, patch=patch)
@@ -118,10 +102,6 @@ def process(*arguments, patch="", **options):
         text=True,
         **options,
     )
-
-
-def names(directory):
-    return sorted(path.relative_to(directory).as_posix() for path in directory.rglob("*"))
 
 
 # report

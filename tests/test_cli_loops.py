@@ -6,9 +6,9 @@ import re
 from fractions import Fraction
 
 import pytest
+from commands import THIRD, names
 
 from analysis.answers import max_sector, max_slope
-from analysis.cli import main
 from analysis.cli.answers import linear, lines
 from analysis.evidence import Bracket
 from lure import RationalBlock
@@ -16,25 +16,7 @@ from lure.loop_library import builtin_loop, loop_names
 from lure.system_file import parse_system, plant_template, read_system
 
 KEYS = {"criterion", "largest", "theta", "multiplier", "verdict", "evidence", "hurwitz", "refuted_at", "witness"}
-THIRD = ("--num", "1", "--den", "1 3 2 0")
 EXAMPLE_6 = ("--num", "2 0.92", "--den", "1 -0.5 0", "--dt", "1")
-
-
-@pytest.fixture
-def lure(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty directory; its exit status, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        status = main(arguments)
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return run
-
-
-def names(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 # max-sector, max-slope ------------------------------------------------------------------------------------------------
@@ -334,7 +316,8 @@ def test_report_writes_the_page_on_a_loop(lure, tmp_path):
     status, out, err = lure("report", "plant.toml", "--set", "plant.num=[2]")
     assert (status, err) == (0, "")
     assert out.endswith("The report is lure-report/report.html\n")
-    assert names(tmp_path / "lure-report") == ["certificates", "figures", "report.html", "report.json"]
+    found = {path.name for path in (tmp_path / "lure-report").iterdir()}
+    assert found == {"certificates", "figures", "report.html", "report.json"}
     certificates = sorted((tmp_path / "lure-report" / "certificates").iterdir())
     assert certificates
     assert lure("verify", *map(str, certificates))[0] == 0

@@ -1,97 +1,17 @@
-"""The commands about certificates: what they accept, reject and refuse, what they write, and what they load."""
+"""`lure certify`: what it refuses, what it writes, and the code that an open question ends with."""
 
 import json
-import math
-import os
-import shlex
-import subprocess
-import sys
 from importlib import resources
-from pathlib import Path
 
 import jsonschema
 import pytest
+from commands import SECTOR, THIRD, names, written
 
-from analysis.certificates import arithmetic, codes
-from analysis.cli import main
-from analysis.evidence import Verdict
+from analysis.certificates import codes
 
-ROOT = Path(__file__).parents[1]
 SCHEMA = jsonschema.Draft202012Validator(
     json.loads(resources.files("analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 )
-THIRD = ("--num", "1", "--den", "1 3 2 0")
-
-
-@pytest.fixture
-def lure(capsys, tmp_path, monkeypatch):
-    """Run a command in an empty directory; its exit status, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        status = main(arguments)
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return run
-
-
-def names(folder):
-    return sorted(path.name for path in folder.iterdir())
-
-
-# explain --------------------------------------------------------------------------------------------------------------
-
-
-def test_explain_lists_every_code_in_order(lure):
-    status, out, err = lure("explain")
-    assert (status, err) == (0, "")
-    assert out.splitlines() == [f"{code.identifier}: {code.title}" for code in codes.CODES]
-    assert [entry["code"] for entry in json.loads(lure("explain", "--json")[1])] == list(codes.REGISTRY)
-
-
-@pytest.mark.parametrize("code", codes.CODES, ids=str)
-def test_explain_says_what_happened_what_it_means_and_what_to_try(lure, code):
-    status, out, err = lure("explain", code.identifier)
-    assert (status, err) == (0, "")
-    assert max(map(len, out.splitlines())) <= 80
-    assert out.startswith(f"{code}\n\nWhat happened\n")
-    flat = " ".join(out.split())
-    for text in (code.happened, code.means, *code.tries):
-        assert " ".join(text.split()) in flat
-    data = json.loads(lure("explain", code.identifier[5:].lower(), "--json")[1])
-    assert data["code"] == code.identifier
-    assert data["tries"] == list(code.tries)
-
-
-def test_an_unknown_code_is_one_sentence_with_the_nearest(lure):
-    assert lure("explain", "LURE-I0133") == (
-        2,
-        "",
-        "lure: there is no code 'LURE-I0133'; did you mean LURE-I013: a double pole at zero? lure explain lists them\n",
-    )
-    assert lure("explain", "\x1b[31m")[0] == 2
-
-
-@pytest.mark.parametrize("code", codes.CODES, ids=str)
-def test_the_commands_of_an_explanation_are_understood(lure, tmp_path, monkeypatch, code):
-    from analysis.certificates import certify
-
-    open_ended = certify.Certification(verdict=Verdict.INCONCLUSIVE, code=code, detail="not asked")
-    monkeypatch.setattr(certify, "certify", lambda *_arguments, **_options: open_ended)
-    (tmp_path / "plant.toml").write_text("[plant]\nnum = [1]\nden = [1, 3, 2, 0]\n[class]\nsector = [0, 5]\n")
-    for text in code.tries:
-        command = text.rpartition(" lure certify ")[2]
-        if command == text:
-            continue
-        status, out, err = lure("certify", *shlex.split(command))
-        assert (status, err) == (10, ""), command
-        assert str(code) in out
-
-
-# certify: refusals ----------------------------------------------------------------------------------------------------
-
-SECTOR = ("--sector", "0", "5")
 
 
 @pytest.mark.parametrize(
@@ -135,13 +55,7 @@ def test_bad_questions_are_one_sentence_and_nothing_is_written(lure, tmp_path, a
     assert (tmp_path / "there.json").read_text() == "mine"
 
 
-# certify and verify ---------------------------------------------------------------------------------------------------
-
 PLANT = "[plant]\nnum = [1]\nden = [1, 3, 2, 0]\n"
-
-
-def written(folder, name="certificate.json"):
-    return json.loads((folder / name).read_text("ascii"))
 
 
 def test_the_command_of_the_issue_writes_a_certificate_that_verifies(lure, tmp_path):
@@ -342,152 +256,3 @@ def test_the_time_allowed_ends_a_search(lure, tmp_path):
     assert status == 10
     assert str(codes.OUT_OF_TIME) in out
     assert names(tmp_path) == []
-
-
-# verify ---------------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def proof(lure, tmp_path):
-    lure("certify", *THIRD, *SECTOR, "-o", "proof.json")
-    return written(tmp_path, "proof.json")
-
-
-def test_a_false_claim_is_rejected_with_the_reason(lure, tmp_path, proof):
-    proof["laws"]["sector"][1] = "6"
-    (tmp_path / "false.json").write_text(json.dumps(proof))
-    status, out, err = lure("verify", "false.json")
-    assert (status, err) == (11, "")
-    assert out.startswith("REJECTED: ")
-    (answer,) = json.loads(lure("verify", "false.json", "--json")[1])
-    assert answer["result"] == "REJECTED"
-    assert answer["reason"]
-    assert "claim" not in answer
-
-
-@pytest.mark.parametrize(
-    ("content", "sentence"),
-    [
-        (b"", "is no certificate: "),
-        (b"not json", "is no certificate: "),
-        (b"{}", "is no certificate: "),
-        (b"[1, 2]", "is no certificate: "),
-        (b"null", "is no certificate: "),
-        (b"\xff\xfe\x00", "is no certificate: "),
-        (b'{"format": "lure-certificate/1", "format": "lure-certificate/1"}', "twice"),
-        (b"[" * 100_000, "is no certificate: "),
-        (b"1" * 1_000_000, "is no certificate: "),
-        (b" " * 20_000_000, "is no certificate: more than"),
-        (b'{"format": 1.5}', "is no certificate: "),
-        (b'{"format": NaN}', "is no certificate: "),
-    ],
-)
-def test_what_is_no_certificate_is_one_sentence_and_status_2(lure, tmp_path, content, sentence):
-    (tmp_path / "bad.json").write_bytes(content)
-    status, out, err = lure("verify", "bad.json")
-    assert (status, out) == (2, "")
-    assert err.startswith("lure: 'bad.json' is no certificate: ")
-    assert sentence in err
-    assert err.count("\n") == 1
-    (answer,) = json.loads(lure("verify", "bad.json", "--json")[1])
-    assert answer["result"] == "NO CERTIFICATE"
-
-
-def test_what_is_no_file_is_one_sentence_and_status_2(lure, tmp_path):
-    os.mkfifo(tmp_path / "pipe")
-    for name, sentence in (
-        ("missing.json", "does not exist"),
-        (".", "is a directory"),
-        ("pipe", "is not an ordinary file"),
-        ("a\0b", "cannot be read"),
-    ):
-        status, out, err = lure("verify", name)
-        assert (status, out) == (2, "")
-        assert sentence in err
-        assert err.count("\n") == 1
-
-
-def test_a_file_of_another_version_is_no_certificate(lure, tmp_path, proof):
-    (tmp_path / "next.json").write_text(json.dumps({**proof, "format": "lure-certificate/2"}))
-    assert lure("verify", "next.json")[0] == 2
-    (tmp_path / "more.json").write_text(json.dumps({**proof, "note": "trust me"}))
-    assert lure("verify", "more.json")[0] == 2
-
-
-def test_several_files_are_each_judged_and_a_rejection_counts_most(lure, tmp_path, proof):
-    proof["conclusion"] = "0 attracts every motion"
-    (tmp_path / "false.json").write_text(json.dumps(proof))
-    status, out, err = lure("verify", "proof.json", "missing.json", "false.json")
-    assert status == 11
-    assert out.startswith("proof.json:\nACCEPTED: ")
-    assert "\nfalse.json:\nREJECTED: " in out
-    assert err.count("\n") == 1
-    assert lure("verify", "proof.json", "missing.json")[0] == 2
-    assert lure("verify", "proof.json", "proof.json")[0] == 0
-    assert lure("verify")[0] == 2
-
-
-def test_standard_input_is_read(tmp_path, proof):
-    run = subprocess.run(
-        [sys.executable, "-m", "analysis.cli", "verify", "-"],
-        cwd=ROOT,
-        input=json.dumps(proof),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (run.returncode, run.stderr) == (0, "")
-    assert run.stdout.startswith("ACCEPTED: ")
-
-
-def test_a_disagreement_of_the_second_checker_is_a_rejection(lure, monkeypatch, proof):
-    from analysis.certificates import second
-
-    class No:
-        accepted, reason = False, "the residue is not positive"
-
-    assert lure("verify", "proof.json", "--second")[0] == 0
-    monkeypatch.setattr(second, "recheck", lambda _certificate: No)
-    status, out, _ = lure("verify", "proof.json", "--second")
-    assert status == 11
-    assert "REJECTED: the second checker disagrees: the residue is not positive" in " ".join(out.split())
-    assert lure("verify", "proof.json")[0] == 0
-
-
-@pytest.mark.parametrize("error", [MemoryError, RecursionError, TypeError("unhashable"), AssertionError])
-def test_a_checker_that_breaks_down_accepts_nothing(lure, monkeypatch, proof, error):
-    from analysis.cli import verifying
-
-    def broken(_data, **_options):
-        raise error
-
-    monkeypatch.setattr(verifying, "check", broken)
-    status, out, err = lure("verify", "proof.json")
-    assert (status, err) == (11, "")
-    assert out.startswith("REJECTED: ")
-
-
-def test_the_time_allowed_to_the_checker_ends_in_a_rejection(lure, monkeypatch, proof):
-    monkeypatch.setattr(arithmetic, "DEADLINE", [math.inf])
-    status, out, _ = lure("verify", "proof.json", "--seconds", "1e-9")
-    assert status == 11
-    assert "time allowed" in out
-    assert lure("verify", "proof.json", "--seconds", "-1")[0] == 2
-
-
-def test_the_checker_is_asked_without_numpy_or_a_solver(proof, tmp_path):
-    script = (
-        "import sys; from analysis.cli import main; status = main(['verify', sys.argv[1]]); "
-        "print('LOADED', status, *sys.modules)"
-    )
-    run = subprocess.run(
-        [sys.executable, "-c", script, str(tmp_path / "proof.json")],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    status, *loaded = run.stdout.partition("LOADED ")[2].split()
-    assert status == "0"
-    heavy = {"numpy", "scipy", "sympy", "control", "matplotlib", "flint", "jinja2", "cvxpy", "lure"}
-    assert not {name.split(".")[0] for name in loaded} & heavy
