@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -21,11 +22,11 @@ from lure.loop_library import loop_names
 from lure.system_file import read_system, system_to_toml, template
 from lure.systems import builtin_system, builtin_systems
 
+ROOT = Path(__file__).parents[1]
+
 # In place of the analysis: a report that holds its system, and a paper with one claim.
 STUB = """
 import json
-
-ROOT = Path(__file__).parents[1]
 
 class Report:
     def __init__(self, system, command):
