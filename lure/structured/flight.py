@@ -203,7 +203,9 @@ def free_flight(scheme: UpwindScheme, start: Scenario | ArrayLike) -> FreeFlight
     if isinstance(start, Scenario):
         for name, load in (("g", start.force), ("f", start.body_force)):
             if not load.is_zero:
-                raise InputError(f"force.{name} is {load}; free_flight takes no loads, give 0")
+                raise InputError(
+                    f"force.{name} is {load}; free_flight takes no loads, give 0 (structured_motion takes a force)"
+                )
         state = initial_state(scheme, start)
     else:
         state = np.array(start, dtype=float)

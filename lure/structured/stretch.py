@@ -1,13 +1,15 @@
-r"""Contact with a linear law: one rank more than the ring, and still a shift register.
+r"""A stretch of motion, in contact or under a force: more than the ring, and still a shift register.
 
-In units of ``1/s`` the law adds ``-kappa z`` to ``z'`` and ``-2 kappa z`` to the first backward cell, with
-``kappa = d c_n/s``: the ring gets a coupling of rank one, and one step of the register becomes
+In units of ``1/s`` the linear law adds ``-kappa z`` to ``z'`` and ``-2 kappa z`` to the first backward cell, with
+``kappa = d c_n/s``, and a force adds ``2 b g`` to the first forward cell: one step of the register becomes
 
-.. math:: z_{n+1} = (1 - \kappa) z_n + F_n, \qquad \text{entering the backward wave: } F_n - 2 \kappa z_n,
+.. math:: z_{n+1} = (1 - \kappa) z_n + F_n, \qquad \text{entering the backward wave: } F_n - 2 \kappa z_n, \qquad
+    \text{entering the forward wave: } f B_n + 2 b g_n,
 
-where what leaves the forward wave, ``F_n``, is known ``N`` steps ahead.  The motion is the Poisson average of the
-register as in free flight.  Its fastest alternations grow by up to ``(2 + kappa)/(2 - kappa)`` a round trip, which the
-average takes away again and rounding remembers: hence one round trip at a time, and cells enough for a small ``kappa``.
+where what leaves the waves, ``F_n`` and ``B_n``, is known ``N`` steps ahead.  The motion is the Poisson average of the
+register as in free flight.  In contact its fastest alternations grow by up to ``(2 + kappa)/(2 - kappa)`` a round trip,
+which the average takes away again and rounding remembers: hence stretches of limited length, and cells enough for a
+small ``kappa``.
 """
 
 from __future__ import annotations
@@ -27,6 +29,8 @@ from lure.structured.ring import Ring
 Array: TypeAlias = NDArray[np.float64]
 
 _LARGEST_GAIN = 100.0
+_MOST_TRIPS = 64
+_MOST_COLUMNS = 2_000_000
 
 
 def fewest_cells(stiffness: float) -> int:
@@ -38,37 +42,50 @@ def fewest_cells(stiffness: float) -> int:
         ``d c_n L/c = kappa N``.
     """
     cells = max(1, math.ceil(stiffness))
-    while _gain(cells, stiffness / cells) > _LARGEST_GAIN:
+    while _log_gain(cells, stiffness / cells, 1) > math.log(_LARGEST_GAIN):
         cells += max(1, cells // 50)
     return cells
 
 
-def _gain(cells: int, kappa: float) -> float:
-    """Growth of the fastest alternations over the window of a round trip."""
-    trips = (window(2.0 * cells)[1] + 4) / (2.0 * cells)
-    return float(((2.0 + kappa) / (2.0 - kappa)) ** trips)
+def longest(cells: int, kappa: float) -> int:
+    """Cell crossings of the longest stretch that loses at most two digits, in whole round trips."""
+    trips = max(1, min(_MOST_TRIPS, _MOST_COLUMNS // (2 * cells)))
+    while trips > 1 and _log_gain(cells, kappa, trips) > math.log(_LARGEST_GAIN):
+        trips //= 2
+    return 2 * cells * trips
+
+
+def _log_gain(cells: int, kappa: float, trips: int) -> float:
+    """Growth of the fastest alternations over the window of some round trips, as a logarithm."""
+    seen = (window(2.0 * cells * trips)[1] + 4) / (2.0 * cells)
+    return seen * math.log((2.0 + kappa) / (2.0 - kappa))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Press:
-    """One stretch of contact, at most a round trip long, from the state of a ring.
+class Stretch:
+    """One stretch of motion from the state of a ring.
 
     Attributes
     ----------
     ring : Ring
-        The scheme and its state where the stretch begins; ``s z >= 0``.
+        The scheme and its state where the stretch begins.
     length : int
-        Cell crossings covered, at most ``2N``.
+        Cell crossings covered.
+    kappa : float
+        ``d c_n/s`` in contact, how much of ``z`` the law takes back per cell crossing; 0 in flight [-].
+    entering : ndarray or None
+        What a force adds to the first forward cell at each step [m/s], at least as many as :meth:`columns_of` says.
     """
 
     ring: Ring
     length: int
+    kappa: float
+    entering: Array | None = None
 
-    @property
-    def kappa(self) -> float:
-        """``d c_n/s``: how much of ``z`` the law takes back per cell crossing [-]."""
-        scheme = self.ring.scheme
-        return scheme.rod.mobility * scheme.rod.law.stiffness / scheme.rate
+    @staticmethod
+    def columns_of(length: int) -> int:
+        """Steps of the register that the averages over a stretch read."""
+        return window(float(length))[1] + 4
 
     @cached_property
     def rounding(self) -> float:
@@ -82,17 +99,23 @@ class Press:
         from scipy.signal import lfilter
 
         N, waves, kappa = self.ring.scheme.cells, self.ring.waves, self.kappa
-        columns = window(float(self.length))[1] + 4
+        columns = self.columns_of(self.length)
         forward, backward = np.empty(N + columns - 1), np.empty(N + columns - 1)
         gap = np.empty(columns)
         forward[:N], backward[:N], gap[0] = waves[N - 1 :: -1], waves[: N - 1 : -1], self.ring.gap
         for start in range(0, columns - 1, N):
             stop = min(start + N, columns - 1)
             leaving = forward[start:stop]
-            carried = np.array([(1.0 - kappa) * gap[start]])
-            gap[start + 1 : stop + 1] = lfilter([1.0], [1.0, kappa - 1.0], leaving, zi=carried)[0]
-            backward[N + start : N + stop] = leaving - 2.0 * kappa * gap[start:stop]
+            if kappa > 0.0:
+                carried = np.array([(1.0 - kappa) * gap[start]])
+                gap[start + 1 : stop + 1] = lfilter([1.0], [1.0, kappa - 1.0], leaving, zi=carried)[0]
+                backward[N + start : N + stop] = leaving - 2.0 * kappa * gap[start:stop]
+            else:
+                gap[start + 1 : stop + 1] = gap[start] + np.cumsum(leaving)
+                backward[N + start : N + stop] = leaving
             forward[N + start : N + stop] = self.ring.echo * backward[start:stop]
+            if self.entering is not None:
+                forward[N + start : N + stop] += self.entering[start:stop]
         return forward, backward, gap
 
     def after(self, mean: Mean) -> Ring:
@@ -115,8 +138,10 @@ class Press:
 
     def _averaged(self, stream: Array, weights: Array) -> Array:
         """The cells of a wave, first cell first: a correlation, by FFT."""
+        from scipy.fft import next_fast_len
+
         N = self.ring.scheme.cells
         read = stream[: N + weights.size - 1]
-        size = read.size
+        size = int(next_fast_len(read.size, real=True))
         product = np.fft.rfft(read, size) * np.conj(np.fft.rfft(weights, size))
         return np.asarray(np.fft.irfft(product, size)[:N][::-1])
