@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.comparison.equations import BAND
-from analysis.comparison.legs import Counted, Leg, Walked, at_zero, gave_up, stacked
+from analysis.comparison.legs import Counted, Leg, Walked, at_zero, stacked, stopping
 from lure.errors import InputError
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def cvode_leg(leg: Leg, method: CvodeMethod, *, depth: int = 0) -> Walked:
     for look in _looks(leg).tolist():
         found = solver.step(look, method="normal", tstop=leg.end)
         if not found.success or not np.isfinite(found.y).all():
-            raise gave_up(leg, method, float(found.t), str(found.message))
+            raise InputError(stopping(leg, method, float(found.t), str(found.message)))
         new_t, new, root = float(found.t), np.array(found.y), found.status == _ROOT
         unseen = not root and first and float(leg.depth(new[-1:])[0]) < -leg.noise
         if unseen:  # CVODE sees no change of sign where z starts from zero

@@ -210,9 +210,7 @@ def _check(scheme: UpwindScheme, until: object, settings: tuple[object, object, 
         raise InputError(f"samples is {samples!r}; give a whole number from 2 to {_MOST_SAMPLES}")
     if isinstance(rtol, bool) or not isinstance(rtol, int | float) or not 1e-12 <= rtol <= 1e-2:
         raise InputError(f"rtol is {rtol!r}; give a number from 1e-12 to 1e-2")
-    if atol is not None and (
-        isinstance(atol, bool) or not isinstance(atol, int | float) or not 0.0 < atol < math.inf
-    ):
+    if atol is not None and (isinstance(atol, bool) or not isinstance(atol, int | float) or not 0.0 < atol < math.inf):
         raise InputError(f"atol is {atol!r}; give a positive number in m/s, or None")
     work = scheme.rate * until
     if method != "exact" and work > _MOST_WORK:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.comparison.equations import SchemeEquations
-from lure.errors import InputError
 
 Array = NDArray[np.float64]
 
@@ -103,6 +102,7 @@ class Counted:
     count: int = 0
 
     def __call__(self, t: float, y: Array) -> Array:
+        """``y'``, and one evaluation more."""
         self.count += 1
         return self.leg.rate(t, y)
 
@@ -111,12 +111,10 @@ class Counted:
         out[:] = self(t, y)
 
 
-def gave_up(leg: Leg, method: str, t: float, why: str) -> InputError:
-    """The refusal of a run that an integrator cannot finish."""
+def stopping(leg: Leg, method: str, t: float, why: str) -> str:
+    """The sentence about a run that an integrator cannot finish."""
     advice = 'method="exact" or "Radau"' if leg.equations.scheme.cells <= 1000 else 'method="Radau"'
-    return InputError(
-        f"until cannot be reached by {method}: at t = {t:g} s it stops ({why}); give another tolerance or {advice}"
-    )
+    return f"until cannot be reached by {method}: at t = {t:g} s it stops ({why}); give another tolerance or {advice}"
 
 
 def at_zero(y: Array) -> Array:
@@ -129,5 +127,3 @@ def at_zero(y: Array) -> Array:
 def stacked(parts: list[Array]) -> Array:
     """Observations one below the other."""
     return np.concatenate(parts) if parts else np.empty((0, 3))
-
-

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.comparison.equations import BAND
-from analysis.comparison.legs import Counted, Leg, Walked, at_zero, gave_up, stacked
+from analysis.comparison.legs import Counted, Leg, Walked, at_zero, stacked, stopping
+from lure.errors import InputError
 
 Array = NDArray[np.float64]
 ScipyMethod = Literal["RK45", "DOP853", "Radau", "BDF", "LSODA"]
@@ -49,7 +50,7 @@ def scipy_leg(leg: Leg, method: ScipyMethod) -> Walked:
         message = solver.step()
         steps += 1
         if solver.status == "failed" or not np.isfinite(solver.y).all():
-            raise gave_up(leg, method, float(solver.t), message or "the state is not finite")
+            raise InputError(stopping(leg, method, float(solver.t), message or "the state is not finite"))
         dense: Callable[[Array], Array] | None = None
         stop = None
         if watch and (leg.touching or _near(solver, before)):
