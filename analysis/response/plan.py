@@ -22,6 +22,7 @@ from lure.rod import Rod
 TIME_CONSTANTS = 12.0
 MOST_TRIPS = 200_000
 _FEWEST = 10
+_MOST_SAMPLES = 20_000_000
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -62,6 +63,8 @@ class Plan:
             number = getattr(self, name)
             if isinstance(number, bool) or not isinstance(number, int) or not 8 <= number <= 1_000_000:
                 raise InputError(f"{name} is {number!r}; give a whole number from 8 to 1000000")
+        if self.run * self.samples > _MOST_SAMPLES:
+            raise InputError(f"run * samples is {self.run * self.samples}; give at most {_MOST_SAMPLES}")
         if not 0.0 < self.tolerance < 1.0:
             raise InputError(f"tolerance is {self.tolerance!r}; give a number between 0 and 1")
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.response.plan import Plan
-from lure.motion import Impact, Motion, Numerics, Window, exact_motion
+from lure.motion import Boundary, Impact, Motion, Numerics, Window, exact_motion
 from lure.motion.pieces import Pieces
 from lure.rod import Rod
 from lure.scenario import Scenario
@@ -21,10 +20,14 @@ _EVERY = 256
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record:
-    """What is kept of a motion.
+    """What is kept of a watch.
 
     Attributes
     ----------
+    rod : Rod
+        The rod.
+    boundary : Boundary
+        What happens at its ends.
     t : ndarray
         (n+1,) times, equally spaced from the start of the watch to its end [s].
     z, v : ndarray
@@ -33,84 +36,95 @@ class Record:
         ``A int p dt`` over the watch [N s].
     returned : float
         ``int V dt`` over the watch, one transit earlier: what reaches ``x = 0`` [m].
-    motion : Motion
-        The last round trips, the impacts, the errors.
+    touched : tuple of Impact
+        Every contact that lies in the watch or reaches into it, in order.
     """
 
+    rod: Rod
+    boundary: Boundary
     t: Array
     z: Array
     v: Array
     contact_impulse: float
     returned: float
-    motion: Motion
+    touched: tuple[Impact, ...]
 
     @property
     def impacts(self) -> tuple[Impact, ...]:
         """The contacts that begin during the watch."""
-        return tuple(impact for impact in self.motion.impacts if impact.start >= self.t[0])
+        return tuple(impact for impact in self.touched if self.t[0] <= impact.start < self.t[-1])
 
     @property
     def contacts(self) -> tuple[tuple[float, float], ...]:
         """Start and end of contact, cut to the watch [s]."""
         low, high = float(self.t[0]), float(self.t[-1])
-        spans = ((max(each.start, low), min(self._end(each), high)) for each in self.motion.impacts)
+        ends = (each.end if each.closed else high for each in self.touched)
+        spans = ((max(each.start, low), min(end, high)) for each, end in zip(self.touched, ends, strict=True))
         return tuple((start, end) for start, end in spans if start < end)
 
-    def _end(self, impact: Impact) -> float:
-        return impact.end if impact.closed else float(self.t[-1])
 
-
-def record(rod: Rod, scenario: Scenario, times: Array, *, plan: Plan, progress: Progress | None = None) -> Record:
-    """Follow a motion up to the last of the times, and keep what happens from the first on.
+class Watch:
+    """Takes the windows of a motion as they come, and keeps what happens from the first of its times to the last.
 
     Parameters
     ----------
-    rod, scenario
-        The rod, its loads and initial data.
+    rod : Rod
+        The rod.
+    boundary : Boundary
+        What happens at its ends.
     times : ndarray
         (n+1,) ascending [s].
-    plan : Plan
-        For its boundary conditions.
-    progress : callable, optional
-        Called as ``progress(text, share)``.
+
+    Attributes
+    ----------
+    boundary : Boundary
+        As given.
+    t : ndarray
+        The times.
     """
-    watch = _Watch(rod, times, progress)
-    boundary = plan.boundary
-    motion = exact_motion(
-        rod, scenario, float(times[-1]), boundary=boundary, numerics=Numerics(keep=2, on_window=watch.see)
-    )
-    loss = 1.0 + boundary.end_damping / rod.impedance
-    return Record(
-        t=times,
-        z=watch.z,
-        v=watch.v,
-        contact_impulse=rod.area * loss / rod.mobility * watch.pushed,
-        returned=watch.returned,
-        motion=motion,
-    )
 
-
-class _Watch:
-    """Takes the windows of a motion as they come."""
-
-    def __init__(self, rod: Rod, times: Array, progress: Progress | None) -> None:
-        self._transit, self._progress = rod.travel_time, progress
+    def __init__(self, rod: Rod, boundary: Boundary, times: Array) -> None:
+        self._rod, self.boundary, self.t = rod, boundary, times
         self._times = times / rod.travel_time
         self._next = 0
-        self.z, self.v = np.empty(times.size), np.empty(times.size)
-        self.pushed, self.returned = 0.0, 0.0
+        self._z, self._v = np.empty(times.size), np.empty(times.size)
+        self._pushed, self._returned = 0.0, 0.0
+        self._touched: list[Impact] = []
+        self._open: Impact | None = None
+
+    @property
+    def done(self) -> bool:
+        """Whether all of its times have passed."""
+        return self._next == self._times.size
 
     def see(self, window: Window) -> None:
         """Keep what the watch wants of a window."""
         origin, span = 2.0 * window.number, float(window.edges[-1])
         first, last = float(self._times[0]), float(self._times[-1])
-        if self._progress is not None and window.number % _EVERY == 0:
-            self._progress("settling" if origin < first else "watching", min(origin / last, 1.0))
-        if origin + span < first - 1.0:
+        if origin + span < first - 1.0 or self.done:
             return
+        start = float(self.t[0])
+        self._touched += [impact for impact in window.impacts if impact.end > start]
+        self._open = window.end.impact
+        self._pushed += self._integral(window.edges, window.push, first - origin, last - origin)
+        self._returned += self._integral(window.edges, window.returned, first - 1.0 - origin, last - 1.0 - origin)
         self._sample(window, origin, span)
-        self.pushed += self._integral(window.edges, window.push, first - origin, last - origin)
-        self.returned += self._integral(window.edges, window.returned, first - 1.0 - origin, last - 1.0 - origin)
+
+    def record(self) -> Record:
+        """What was kept, once it is done."""
+        assert self.done, "a watch is read when all of its times have passed"
+        rod, loss = self._rod, 1.0 + self.boundary.end_damping / self._rod.impedance
+        begun = [*self._touched] if self._open is None else [*self._touched, self._open]
+        return Record(
+            rod=rod,
+            boundary=self.boundary,
+            t=self.t,
+            z=self._z,
+            v=self._v,
+            contact_impulse=rod.area * loss / rod.mobility * self._pushed,
+            returned=self._returned,
+            touched=tuple(impact for impact in begun if impact.start < self.t[-1]),
+        )
 
     def _sample(self, window: Window, origin: float, span: float) -> None:
         is_last = origin + span >= self._times[-1] * (1.0 - 1e-15)
@@ -118,8 +132,8 @@ class _Watch:
         chosen = slice(self._next, stop)
         if stop > self._next:
             local = np.clip(self._times[chosen] - origin, 0.0, span)
-            self.z[chosen] = Pieces(window.edges, window.z)(local)
-            self.v[chosen] = Pieces(window.edges, 0.5 * (window.wave + window.returned))(local)
+            self._z[chosen] = Pieces(window.edges, window.z)(local)
+            self._v[chosen] = Pieces(window.edges, 0.5 * (window.wave + window.returned))(local)
             self._next = stop
 
     def _integral(self, edges: Array, series: Array, low: float, high: float) -> float:
@@ -131,7 +145,33 @@ class _Watch:
         part = Pieces(edges, series)
         if inner.size < edges.size - 2 or low > edges[0] or high < edges[-1]:
             part = part.on(np.concatenate(([low], inner, [high])))
-        return self._transit * float(means(part.series) @ part.widths)
+        return self._rod.travel_time * float(means(part.series) @ part.widths)
+
+
+def follow(rod: Rod, scenario: Scenario, watches: Sequence[Watch], progress: Progress | None = None) -> Motion:
+    """Follow a motion to the end of the last watch; every watch has seen what went by if it is interrupted.
+
+    Parameters
+    ----------
+    rod, scenario
+        The rod, its loads and initial data.
+    watches : sequence of Watch
+        In the order of their times, one at least.
+    progress : callable, optional
+        Called as ``progress(text, share)``.
+    """
+    until = float(watches[-1].t[-1])
+    first, trip = float(watches[0].t[0]), 2.0 * rod.travel_time
+
+    def see(window: Window) -> None:
+        """Show the window to all."""
+        if progress is not None and window.number % _EVERY == 0:
+            now = trip * window.number
+            progress("waiting for transients" if now < first else "watching", min(now / until, 1.0))
+        for watch in watches:
+            watch.see(window)
+
+    return exact_motion(rod, scenario, until, boundary=watches[0].boundary, numerics=Numerics(keep=2, on_window=see))
 
 
 def means(series: Array) -> Array:

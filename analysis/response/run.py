@@ -9,16 +9,14 @@ import numpy as np
 from analysis.response.model import Response
 from analysis.response.period import load_period
 from analysis.response.plan import Plan, settling
-from analysis.response.recording import Progress, Record, record
+from analysis.response.recording import Array, Progress, Record, Watch, follow
 from analysis.response.regime import observed_regime
 from analysis.response.separation import Separation, pushed, separation
 from analysis.response.statistics import balance, impulses, share_in_contact, spectrum
-from lure.errors import InputError
 from lure.expressions import Expression
 from lure.rod import Rod
 from lure.scenario import Scenario
 
-_MOST_SAMPLES = 20_000_000
 Load = Scenario | Expression | str | int | float | Fraction
 
 
@@ -72,10 +70,9 @@ def response(rod: Rod, force: Load, *, plan: Plan | None = None, progress: Progr
     scenario = scenario_of(force)
     period, source = load_period(scenario, plan.period, 2.0 * rod.travel_time)
     settled = settling(rod, plan, period)
-    if plan.run * plan.samples > _MOST_SAMPLES:
-        raise InputError(f"run * samples is {plan.run * plan.samples}; give at most {_MOST_SAMPLES}")
-    times = period * (settled.periods + np.arange(plan.run * plan.samples + 1) / plan.samples)
-    seen = record(rod, scenario, times, plan=plan, progress=progress)
+    watch = Watch(rod, plan.boundary, watched_times(plan, period, settled.time))
+    motion = follow(rod, scenario, [watch], progress)
+    seen = watch.record()
     table = seen.z[:-1].reshape(plan.run, plan.samples)
     constant = scenario.force.is_constant and scenario.body_force.is_constant
     regime, transients = observed_regime(table, tolerance=plan.tolerance, unloaded=constant)
@@ -100,8 +97,8 @@ def response(rod: Rod, force: Load, *, plan: Plan | None = None, progress: Progr
         balance=balance(seen, scenario, period, plan.run),
         spectrum=spectrum(seen, regime, period, plan.samples),
         separation=_parted(rod, scenario, seen, (plan, period)) if plan.separation else None,
-        energy_residual=seen.motion.energy_residual,
-        error=seen.motion.error,
+        energy_residual=motion.energy_residual,
+        error=motion.error,
     )
 
 
@@ -118,8 +115,22 @@ def scenario_of(force: Load) -> Scenario:
     return Scenario(force=force) if isinstance(force, Expression) else Scenario.parse(force=force)
 
 
+def watched_times(plan: Plan, period: float, start: float) -> Array:
+    """Times of the samples of a watch [s].
+
+    Parameters
+    ----------
+    plan : Plan
+        How many periods and samples.
+    period, start : float
+        Of the load, and of the watch [s].
+    """
+    return start + period * (np.arange(plan.run * plan.samples + 1) / plan.samples)
+
+
 def _parted(rod: Rod, scenario: Scenario, seen: Record, asked: tuple[Plan, float]) -> Separation:
     plan, period = asked
-    other = record(rod, pushed(scenario, float(seen.t[0]), period), seen.t, plan=plan)
+    watch = Watch(rod, plan.boundary, seen.t)
+    follow(rod, pushed(scenario, float(seen.t[0]), period), [watch])
     shape = (plan.run, plan.samples)
-    return separation(seen.z[:-1].reshape(shape), other.z[:-1].reshape(shape), period)
+    return separation(seen.z[:-1].reshape(shape), watch.record().z[:-1].reshape(shape), period)

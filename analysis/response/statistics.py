@@ -153,7 +153,7 @@ def balance(record: Record, scenario: Scenario, period: float, periods: int) -> 
     periods : int
         How many of them were watched.
     """
-    rod, boundary = record.motion.rod, record.motion.boundary
+    rod, boundary = record.rod, record.boundary
     if boundary.clamped or not scenario.body_force.is_zero:
         return None
     start = float(record.t[0])
