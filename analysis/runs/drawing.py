@@ -1,0 +1,178 @@
+"""The files a motion is asked for as: netCDF, figures, an animation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from analysis.runs.dataset import run_dataset
+from analysis.runs.exact import MOST_ENERGIES, sampled_motion
+from analysis.runs.film import check_span, film, usual_span
+from analysis.runs.request import Performed
+from analysis.runs.sampled import Array, SampledRun
+from analysis.runs.writing import write_dataset
+from lure.errors import InputError
+
+FIGURES = (".svg", ".png")
+FILMS = (".gif", ".mp4", "")
+_FRAMES, _ROWS = (61, 181), 601
+_IN_A_TRANSIT, _FRAMES_IN_A_TRANSIT, _ENERGIES = 40, 10, 401
+
+
+def check_drawings(targets: Mapping[str, Path], until: float, span: tuple[float, float] | None) -> None:
+    """Refuse names and stretches of time that cannot be drawn, before anything is computed.
+
+    Parameters
+    ----------
+    targets : Mapping of str to Path
+        Of ``"output"``, ``"plot"``, ``"space-time"``, ``"animation"`` those asked for.
+    until : float
+        End of the motion [s].
+    span : (float, float) or None
+        Stretch of time to draw [s].
+
+    Raises
+    ------
+    InputError
+        A suffix is unknown, ffmpeg is missing, or the span leaves the motion or has nothing to be drawn in.
+    """
+    for kind, path in targets.items():
+        suffix = path.suffix.lower()
+        if kind in ("plot", "space-time") and suffix not in FIGURES:
+            raise InputError(f"{kind} is {str(path)!r}; give a name that ends in {' or '.join(FIGURES)}")
+        if kind == "output" and suffix not in (".nc", ".nc4"):
+            raise InputError(f"output is {str(path)!r}, and netCDF is written; give a name that ends in .nc")
+        if kind == "animation":
+            _check_film(path, suffix)
+    if span is not None:
+        if not set(targets) - {"output"}:
+            raise InputError("span is the stretch of time to draw; give plot, space-time or animation with it")
+        check_span(span, until)
+
+
+def _check_film(path: Path, suffix: str) -> None:
+    if suffix not in FILMS:
+        raise InputError(
+            f"animation is {str(path)!r}; give a name that ends in .gif or .mp4, or one without a suffix for a folder "
+            "of PNG frames"
+        )
+    if suffix == ".mp4":
+        from analysis.plots.animation import has_ffmpeg
+
+        if not has_ffmpeg():
+            raise InputError(
+                f"animation is {str(path)!r}, and MP4 needs ffmpeg, which is not on PATH; give a name that ends in "
+                ".gif, or one without a suffix for a folder of PNG frames"
+            )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Wanted:
+    """What is to be written of a motion.
+
+    Attributes
+    ----------
+    places : Mapping of str to Path
+        Where to write ``"output"``, ``"plot"``, ``"space-time"`` and ``"animation"``, those asked for.
+    title : str
+        Name of the system in a line.
+    span : (float, float) or None
+        Stretch of time to draw [s].
+    fields : bool
+        Whether fields along the rod go to the file, too.
+    """
+
+    places: Mapping[str, Path]
+    title: str
+    span: tuple[float, float] | None = None
+    fields: bool = True
+
+
+def write_results(done: Performed, wanted: Wanted, *, tell: Callable[..., None] | None = None) -> None:
+    """Write what was asked for.
+
+    Parameters
+    ----------
+    done : Performed
+        The motion.
+    wanted : Wanted
+        What, and where.
+    tell : callable, optional
+        Progress, ``tell(stage, done)``.
+
+    Raises
+    ------
+    InputError
+        A picture cannot show the span.
+    """
+    places, title, span = wanted.places, wanted.title, wanted.span
+    say = tell or (lambda _stage, _done=None: None)
+    if "output" in places:
+        say("netCDF")
+        run = done.run if wanted.fields else replace(done.run, along=None)
+        write_dataset(run_dataset(run, title=title), places["output"])
+    if "plot" in places:
+        from analysis.plots.run import run_page
+
+        say("figure")
+        shown, energies = _for_plot(done, span)
+        _figure(partial(run_page, shown, energies=energies, title=title), places["plot"], (6.4, 7.2))
+    if "space-time" in places:
+        from analysis.plots.space_time import space_time_page
+
+        say("space-time diagram")
+        diagram = film(done, span, frames=_ROWS)
+        _figure(partial(space_time_page, diagram, title=title), places["space-time"], (6.4, 6.4))
+    if "animation" in places:
+        from analysis.plots.animation import animate
+
+        say("frames")
+        first, last = span or usual_span(done.run)
+        frames = math.ceil(_FRAMES_IN_A_TRANSIT * (last - first) / done.run.rod.travel_time) + 1
+        shown_film = film(done, (first, last), frames=min(max(frames, _FRAMES[0]), _FRAMES[1]))
+        animate(shown_film, places["animation"], title=title, tell=tell)
+
+
+def _figure(draw: Callable[..., object], path: Path, size: tuple[float, float]) -> None:
+    from analysis.plots import render
+
+    picture = render(draw, name=path.stem, size=size)
+    path.write_bytes(picture.svg.encode() if path.suffix.lower() == ".svg" else picture.png)
+
+
+def _for_plot(done: Performed, span: tuple[float, float] | None) -> tuple[SampledRun, SampledRun]:
+    """The samples to draw, closer than those of the file where the rod would swing unseen between them; energies."""
+    run, motion = done.run, done.motion
+    if motion is None:
+        shown = run if span is None else _cut(run, span)
+        return shown, shown
+    first, last = span or (0.0, run.until)
+    enough = math.ceil(_IN_A_TRANSIT * (last - first) / run.rod.travel_time) + 1
+    samples = min(max(len(run.t), enough), MOST_ENERGIES)
+    fine = sampled_motion(motion, samples, span=(first, last), energy=False)
+    return fine, run if span is None else sampled_motion(motion, _ENERGIES, span=span)
+
+
+def _cut(run: SampledRun, span: tuple[float, float]) -> SampledRun:
+    inside = (run.t >= span[0]) & (run.t <= span[1])
+    if inside.sum() < 2:
+        raise InputError(f"span is {span[0]:g} to {span[1]:g} s, less than two samples; give more samples")
+
+    def cut(values: Array | None) -> Array | None:
+        return None if values is None else values[inside]
+
+    return replace(
+        run,
+        t=run.t[inside],
+        z=run.z[inside],
+        u_end=run.u_end[inside],
+        stress=run.stress[inside],
+        v_end=cut(run.v_end),
+        v_0=cut(run.v_0),
+        dashpot_force=cut(run.dashpot_force),
+        energy=cut(run.energy),
+        along=None,
+    )

@@ -1,0 +1,122 @@
+"""Samples of the motion of the rod itself."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.evidence import Evidence
+from analysis.runs.sampled import Along, SampledRun, check_places, instants
+from lure.motion import Boundary, Motion
+
+Array = NDArray[np.float64]
+
+MOST_ENERGIES = 20_001
+METHOD = (
+    "exact motion of the rod along its characteristics: no grid and no time step; contact and release located as events"
+)
+ERROR = "sum of the estimates of all local errors, as displacement; how impacts enlarge them is not in it"
+
+
+def sampled_motion(
+    motion: Motion,
+    samples: int = 2001,
+    *,
+    places: int = 0,
+    energy: bool = True,
+    span: tuple[float, float] | None = None,
+) -> SampledRun:
+    """Samples of an exact motion, evenly spaced over a stretch of it.
+
+    Parameters
+    ----------
+    motion : Motion
+        From :func:`lure.motion.exact_motion`.
+    samples : int
+        Number of instants.
+    places : int
+        Number of places along the rod at which the fields are kept; 0 for none.
+    energy : bool
+        Whether to compute the energy at every sample, which costs more than all else; never above 20001 samples.
+    span : (float, float), optional
+        First and last instant [s]; all that was kept by default.  Of a motion that forgot its beginning
+        (``Numerics.keep``) that is a round trip less, for the whole rod to be known.
+
+    Returns
+    -------
+    SampledRun
+        COMPUTED evidence about the rod.  At a jump a sample is the value after it.  The impacts are those of the whole
+        motion.
+
+    Raises
+    ------
+    InputError
+        ``samples``, ``places`` or ``span`` is out of range.
+    """
+    since = motion.since + (2.0 * motion.rod.travel_time if motion.since > 0.0 else 0.0)
+    t = instants(*(span or (since, motion.until)), samples)
+    v_0 = motion.dashpot_velocity(t)
+    return SampledRun(
+        subject="rod",
+        about="the rod itself",
+        evidence=Evidence.COMPUTED,
+        method=METHOD,
+        rod=motion.rod,
+        scenario=motion.scenario,
+        t=t,
+        z=motion.z(t),
+        u_end=motion.end_displacement(t),
+        stress=motion.contact_stress(t),
+        v_end=motion.end_velocity(t),
+        v_0=v_0,
+        dashpot_force=None if motion.boundary.clamped else motion.dashpot_force(t),
+        energy=_energies(motion, t) if energy and samples <= MOST_ENERGIES else None,
+        impacts=motion.impacts,
+        energy_residual=motion.energy_residual,
+        error=motion.error,
+        error_is=ERROR,
+        details={**_boundary(motion.boundary), "law_crossings": motion.crossings, "since": motion.since},
+        note=motion.note,
+        along=along_motion(motion, t, places) if places else None,
+    )
+
+
+def along_motion(motion: Motion, t: Array, places: int) -> Along:
+    """Velocity, strain and displacement of an exact motion on a grid of instants and places.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    t : ndarray
+        (samples,) instants [s].
+    places : int
+        Number of places, evenly spaced from 0 to ``L``.
+
+    Raises
+    ------
+    InputError
+        ``places`` is out of range.
+    """
+    check_places(places, len(t))
+    x = np.linspace(0.0, motion.rod.length, places)
+    forward, backward = motion.waves(t[:, None], x[None, :])
+    return Along(
+        x=x,
+        v=0.5 * (forward + backward),
+        w=(backward - forward) / (2.0 * motion.rod.wave_speed),
+        u=np.array([motion.displacement(float(instant), x) for instant in t]),
+    )
+
+
+def _energies(motion: Motion, t: Array) -> Array:
+    return np.array([motion.energy(float(instant)) for instant in t])
+
+
+def _boundary(boundary: Boundary) -> dict[str, str | int | float]:
+    law = "the rod's own" if boundary.law is None else str(boundary.law)
+    return {
+        "boundary_at_0": "clamped" if boundary.clamped else "dashpot",
+        "boundary_end_damping": boundary.end_damping,
+        "boundary_obstacle": "rigid" if boundary.rigid else law,
+    }
