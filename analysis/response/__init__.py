@@ -1,5 +1,13 @@
 """Long runs of the rod itself: what it does under a periodic load, how that changes, where it comes to rest."""
 
+from analysis.response.basin import Basin as Basin
+from analysis.response.basin import Rest as Rest
+from analysis.response.basin import basin as basin
+from analysis.response.basin import resting_place as resting_place
+from analysis.response.bifurcation import Bifurcation as Bifurcation
+from analysis.response.bifurcation import Point as Point
+from analysis.response.bifurcation import Sweep as Sweep
+from analysis.response.bifurcation import bifurcation as bifurcation
 from analysis.response.model import Response as Response
 from analysis.response.period import load_period as load_period
 from analysis.response.period import proved_period as proved_period

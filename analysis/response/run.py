@@ -10,7 +10,7 @@ from analysis.response.model import Response
 from analysis.response.period import load_period
 from analysis.response.plan import Plan, settling
 from analysis.response.recording import Array, Progress, Record, Watch, follow
-from analysis.response.regime import observed_regime
+from analysis.response.regime import Regime, Transients, observed_regime
 from analysis.response.separation import Separation, pushed, separation
 from analysis.response.statistics import balance, impulses, share_in_contact, spectrum
 from lure.expressions import Expression
@@ -73,10 +73,7 @@ def response(rod: Rod, force: Load, *, plan: Plan | None = None, progress: Progr
     watch = Watch(rod, plan.boundary, watched_times(plan, period, settled.time))
     motion = follow(rod, scenario, [watch], progress)
     seen = watch.record()
-    table = seen.z[:-1].reshape(plan.run, plan.samples)
-    constant = scenario.force.is_constant and scenario.body_force.is_constant
-    regime, transients = observed_regime(table, tolerance=plan.tolerance, unloaded=constant)
-    points = np.column_stack((seen.z, seen.v))[:: plan.samples]
+    regime, transients = classified(seen, scenario, plan)
     return Response(
         rod=rod,
         scenario=scenario,
@@ -89,7 +86,7 @@ def response(rod: Rod, force: Load, *, plan: Plan | None = None, progress: Progr
         t=seen.t,
         z=seen.z,
         v=seen.v,
-        poincare=points,
+        poincare=stroboscopic(seen, plan),
         contacts=seen.contacts,
         impact_impulses=np.array([impact.impulse for impact in seen.impacts if impact.closed]),
         duty=share_in_contact(seen),
@@ -113,6 +110,36 @@ def scenario_of(force: Load) -> Scenario:
     if isinstance(force, Scenario):
         return force
     return Scenario(force=force) if isinstance(force, Expression) else Scenario.parse(force=force)
+
+
+def classified(seen: Record, scenario: Scenario, plan: Plan) -> tuple[Regime, Transients]:
+    """The kind of motion, and whether it was still changing.
+
+    Parameters
+    ----------
+    seen : Record
+        The watched motion.
+    scenario : Scenario
+        Its loads.
+    plan : Plan
+        How closely it must repeat.
+    """
+    table = seen.z[:-1].reshape(plan.run, plan.samples)
+    constant = scenario.force.is_constant and scenario.body_force.is_constant
+    return observed_regime(table, tolerance=plan.tolerance, unloaded=constant)
+
+
+def stroboscopic(seen: Record, plan: Plan) -> Array:
+    """Points ``(z, z')`` (R+1, 2) at whole periods of the load [m, m/s].
+
+    Parameters
+    ----------
+    seen : Record
+        The watched motion.
+    plan : Plan
+        Samples in a period.
+    """
+    return np.column_stack((seen.z, seen.v))[:: plan.samples]
 
 
 def watched_times(plan: Plan, period: float, start: float) -> Array:

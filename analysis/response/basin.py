@@ -1,0 +1,277 @@
+r"""Where the rod comes to rest without a load, against how it starts.
+
+Its equilibria are a half-line: at rest anywhere short of the obstacle.  Which of them is taken is decided by
+
+.. math:: \zeta(t) = z(t) - \frac{a}{1 + a} \int_{t - 2T}^{t} V, \qquad V = r_2(\cdot, L), \qquad
+    \zeta' = -\frac{A}{k}\,p(z) \le 0,
+
+which free flight keeps: after the last contact the rod comes to rest at ``z = zeta``.  In free flight ``z - zeta`` is
+multiplied by ``-a`` in every round trip, so that two round trips in succession without contact and ``zeta <= 0`` mean
+that there is none later.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.evidence import Evidence
+from analysis.response.model import plain
+from analysis.response.plan import MOST_TRIPS, contact_time, wave_rate
+from analysis.response.recording import Progress, means
+from analysis.response.varying import checked_values
+from lure.errors import AssumptionError, InputError
+from lure.expressions import Expression
+from lure.motion import Boundary, Window, motion_windows
+from lure.motion.chebyshev import basis
+from lure.rod import Rod
+from lure.scenario import Scenario
+
+Array = NDArray[np.float64]
+_TIME_CONSTANTS = 60.0
+_FEWEST_TRIPS = 100
+_QUIET = 2
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Rest:
+    """Where one motion ends.
+
+    Attributes
+    ----------
+    low, high : float
+        Bounds of the resting place ``z`` [m]; equal, to rounding, if no contact follows.
+    impacts : int
+        Contacts that ended before the motion was left.
+    settled : bool
+        Whether no contact follows: in two round trips in succession there was none, and ``zeta <= 0``.
+    time : float
+        When the motion was left [s].
+    """
+
+    low: float
+    high: float
+    impacts: int
+    settled: bool
+    time: float
+
+    def __str__(self) -> str:
+        if self.settled:
+            return f"Comes to rest at z = {self.high:.9g} m after {self.impacts} impacts; it does not touch again."
+        return (
+            f"INCONCLUSIVE: after {self.time:.4g} s and {self.impacts} impacts contact may follow; it comes to rest "
+            f"between z = {self.low:.6g} m and {self.high:.6g} m."
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Basin:
+    """Resting places against the initial data; make one with :func:`basin`.
+
+    Attributes
+    ----------
+    offsets, velocities : tuple of float
+        (m,) uniform displacements [m] and (n,) uniform velocities [m/s] added to the initial data.
+    low, high : ndarray
+        (n, m) bounds of the resting place ``z`` [m]; nan where nothing was computed.
+    impacts : ndarray
+        (n, m) number of impacts; -1 where nothing was computed.
+    settled : ndarray
+        (n, m) whether it is shown that no contact follows.
+    complete : bool
+        Whether all of the grid was done.
+    """
+
+    offsets: tuple[float, ...]
+    velocities: tuple[float, ...]
+    low: Array
+    high: Array
+    impacts: NDArray[np.int64]
+    settled: NDArray[np.bool_]
+    complete: bool
+
+    @property
+    def evidence(self) -> Evidence:
+        """COMPUTED: each motion is followed until what is left of it is known in closed form."""
+        return Evidence.COMPUTED
+
+    def __str__(self) -> str:
+        done = self.impacts >= 0
+        count, settled = int(done.sum()), int(self.settled.sum())
+        part = "" if self.complete else f"Interrupted: {count} of {done.size} motions done.  "
+        if not count:
+            return f"{part}Nothing is known."
+        untouched = int((self.settled & (self.impacts == 0)).sum())
+        open_ = f"  {count - settled} are INCONCLUSIVE: contact may follow." if settled < count else ""
+        return (
+            f"{part}{settled} of {count} motions come to rest with no further contact, {untouched} of them without any."
+            f"{open_}\nThey rest at z = {np.nanmin(self.low):.6g} m to {np.nanmax(self.high):.6g} m, after up to "
+            f"{int(self.impacts.max())} impacts.\nEvidence: {self.evidence}; of the rod itself, from these initial "
+            "data only."
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON; None where nothing was computed."""
+        return {
+            "offsets_m": list(self.offsets),
+            "velocities_m_per_s": list(self.velocities),
+            "rest_low_m": [[plain(value) for value in row] for row in self.low.tolist()],
+            "rest_high_m": [[plain(value) for value in row] for row in self.high.tolist()],
+            "impacts": self.impacts.tolist(),
+            "settled": self.settled.tolist(),
+            "complete": self.complete,
+            "evidence": str(self.evidence),
+        }
+
+
+def basin(
+    rod: Rod,
+    offsets: Sequence[float],
+    velocities: Sequence[float],
+    *,
+    start: Scenario | None = None,
+    progress: Progress | None = None,
+) -> Basin:
+    """Resting places of the rod without loads, over a grid of initial data.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod, ``k > 0``.
+    offsets, velocities : sequence of float
+        Uniform displacements [m] and velocities [m/s], added to the initial data.
+    start : Scenario, optional
+        Initial data, without loads; by default the rod at rest and unstressed at ``u = 0``.
+    progress : callable, optional
+        Called as ``progress(text, share)``.
+
+    Returns
+    -------
+    Basin
+        Evidence: COMPUTED.  ``KeyboardInterrupt`` ends it with what is done.
+
+    Raises
+    ------
+    AssumptionError
+        There is a load, or ``k <= 0``.
+    InputError
+        A value is not a finite number, or there is none.
+
+    Examples
+    --------
+    A rod thrown at an obstacle 1 m away; momentum decides how far it comes back.
+
+    >>> from lure import Rod
+    >>> rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.5, compliance=0.01, gap=1)
+    >>> found = basin(rod, [0.0], [0.25, 1.0])
+    >>> found.impacts.tolist(), found.high.round(6).tolist()
+    ([[0], [1]], [[-0.5], [-0.332558]])
+    """
+    scenario = start or Scenario()
+    columns, rows = checked_values(offsets), checked_values(velocities)
+    if not columns or not rows:
+        raise InputError("basin has no offsets or no velocities; give one of each at least")
+    shape = (len(rows), len(columns))
+    low, high = np.full(shape, np.nan), np.full(shape, np.nan)
+    impacts, settled = np.full(shape, -1), np.zeros(shape, dtype=bool)
+    complete = True
+    try:
+        for i, j in np.ndindex(shape):
+            if progress is not None:
+                share = (i * len(columns) + j) / (len(rows) * len(columns))
+                progress(f"from {columns[j]:.4g} m, {rows[i]:.4g} m/s", share)
+            found = resting_place(rod, _shifted(scenario, columns[j], rows[i]))
+            low[i, j], high[i, j] = found.low, found.high
+            impacts[i, j], settled[i, j] = found.impacts, found.settled
+    except KeyboardInterrupt:
+        complete = False
+    return Basin(
+        offsets=columns,
+        velocities=rows,
+        low=low,
+        high=high,
+        impacts=impacts,
+        settled=settled,
+        complete=complete,
+    )
+
+
+def resting_place(rod: Rod, scenario: Scenario, *, rigid: bool = False, until: float | None = None) -> Rest:
+    r"""Where the rod comes to rest without a load.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod, ``k > 0``.
+    scenario : Scenario
+        Initial data; no loads.
+    rigid : bool
+        Whether the obstacle is rigid.
+    until : float, optional
+        Longest time that is followed [s]; by default 60 time constants of the rod, between 100 and 200 000 round
+        trips.
+
+    Returns
+    -------
+    Rest
+        ``zeta`` if no contact follows.  Otherwise bounds: ``zeta`` never increases, the resting place is at most 0, and
+        after the last release, where ``z = 0``,
+
+        .. math:: \zeta = -\frac{a}{1+a} \int V \ge -\frac{1}{1 + a} \sqrt{8\,T E / Z}, \qquad E' \le 0.
+
+    Raises
+    ------
+    AssumptionError
+        There is a load, or ``k <= 0``: without loss the rod does not come to rest.
+    """
+    if not scenario.free:
+        raise AssumptionError("a rod under a load does not come to rest; give g = 0 and f = 0, or ask for its response")
+    if not rod.damping > 0:
+        raise AssumptionError(f"the rod comes to rest for k > 0 only; the damping is {rod.damping:g} N s/m")
+    boundary = Boundary(rigid=rigid)
+    T = rod.travel_time
+    if until is None:
+        slow = max(1.0 / wave_rate(rod, boundary), contact_time(rod, boundary) or 0.0)
+        until = 2.0 * T * min(max(_TIME_CONSTANTS * slow / (2.0 * T), _FEWEST_TRIPS), MOST_TRIPS)
+    until = 2.0 * T * max(math.floor(until / (2.0 * T)), 1)
+    one_plus_a = 2.0 * rod.damping * rod.input_gain
+    impacts, quiet, zeta, last = 0, 0, 0.0, None
+    for window in motion_windows(rod, scenario, until, boundary=boundary):
+        last = window
+        impacts += len(window.impacts)
+        travelled = T * float(means(window.returned) @ np.diff(window.edges))
+        zeta = float(window.z[-1].sum()) - rod.reflection / one_plus_a * travelled
+        quiet = quiet + 1 if not window.push.any() and window.end.impact is None else 0
+        if quiet >= _QUIET and zeta <= 0.0:
+            time = 2.0 * T * (window.number + 1)
+            return Rest(low=zeta, high=zeta, impacts=impacts, settled=True, time=time)
+    assert last is not None, "a positive time has at least one window"
+    reach = math.sqrt(8.0 * T * _energy(rod, last, rigid=rigid) / rod.impedance) / one_plus_a
+    high = min(zeta, 0.0)
+    return Rest(low=min(high, -reach), high=high, impacts=impacts, settled=False, time=until)
+
+
+def _energy(rod: Rod, window: Window, *, rigid: bool) -> float:
+    """A bound on the energy after a window: ``Z/4 int V^2 + A P(z)`` [J]."""
+    space = basis(window.returned.shape[1] - 1)
+    half = 0.5 * rod.travel_time * np.diff(window.edges)[:, None] * space.weights
+    waves = 0.25 * rod.impedance * float((half * (window.returned @ space.at_gauss.T) ** 2).sum())
+    return waves + (0.0 if rigid else rod.area * float(rod.law.primitive(np.array(window.z[-1].sum()))))
+
+
+def _shifted(scenario: Scenario, offset: float, velocity: float) -> Scenario:
+    return Scenario(
+        force=scenario.force,
+        body_force=scenario.body_force,
+        displacement=_plus(scenario.displacement, offset, "initial.u0"),
+        velocity=_plus(scenario.velocity, velocity, "initial.u1"),
+    )
+
+
+def _plus(formula: Expression, number: float, field: str) -> Expression:
+    return Expression.parse(f"({formula}) + ({number!r})", variables=("x",), field=field)
