@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 from lure.errors import InputError
 from lure.sector import Sector, SlopeBounds
@@ -47,7 +48,7 @@ class LawClass:
             )
 
     @classmethod
-    def slope_restricted(cls, lower: float, upper: float, *, odd: bool = False) -> LawClass:
+    def slope_restricted(cls, lower: float | Fraction, upper: float | Fraction, *, odd: bool = False) -> LawClass:
         """Time-invariant laws with slope in ``[lower, upper]``, hence in the same sector."""
         return cls(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper), odd=odd)
 

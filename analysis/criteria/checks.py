@@ -10,6 +10,7 @@ from analysis.plant import Plant
 from analysis.polynomial import is_hurwitz
 from lure.errors import AssumptionError, InputError
 from lure.rational import RationalBlock
+from lure.sector import SlopeBounds
 
 
 def check_plant(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Plant:
@@ -95,6 +96,19 @@ def require_well_posed(block: RationalBlock, upper: Fraction | float, *, lower: 
             f"the loop is not well posed: 1 + k H(inf) = 0 at k = {float(-1 / block.feedthrough):.6g}, inside the "
             f"sector [{float(lower):g}, {float(upper):g}]; choose a sector without that gain"
         )
+
+
+def finite_bounds(bounds: SlopeBounds, criterion: str) -> tuple[Fraction, Fraction]:
+    """Both slope bounds as exact numbers.
+
+    Raises
+    ------
+    AssumptionError
+        A bound is infinite.
+    """
+    if math.inf in (-bounds.lower, bounds.upper):
+        raise AssumptionError(f"{criterion} needs finite slope bounds, and they are {bounds}; give numbers")
+    return Fraction(bounds.lower), Fraction(bounds.upper)
 
 
 def _check_hidden(plant: Plant) -> None:

@@ -9,13 +9,13 @@ from fractions import Fraction
 from types import MappingProxyType
 
 from analysis.answer import Answer
+from analysis.criteria.checks import finite_bounds
 from analysis.criteria.difference_multiplier import DifferenceMultiplier, DifferenceReach, difference_reach
 from analysis.criteria.discrete_block import DiscreteBlock, below
 from analysis.criteria.hurwitz import hurwitz_limit
 from analysis.doubles import text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.trigonometric import Laurent, least_on_circle
-from lure.errors import AssumptionError
 from lure.law_class import LawClass
 from lure.rational import RationalBlock
 from lure.sector import Sector, SlopeBounds
@@ -96,9 +96,7 @@ def class_answer(block: RationalBlock, form: Form, bounds: SlopeBounds) -> Answe
     AssumptionError
         A bound is infinite.
     """
-    if math.isinf(bounds.lower) or math.isinf(bounds.upper):
-        raise AssumptionError(f"{form.name} needs finite slope bounds; got {bounds}: give finite ones")
-    lower, upper = Fraction(bounds.lower), Fraction(bounds.upper)
+    lower, upper = finite_bounds(bounds, form.name)
     multiplier, reach = _reach(block, form, lower)
     margin, worst = _margin(multiplier, reach.q, upper)
     proved = multiplier.certifies(upper - lower, reach.q)

@@ -10,17 +10,17 @@ from types import MappingProxyType
 from flint import fmpq_poly
 
 from analysis.answer import Answer
-from analysis.criteria.checks import require_well_posed
-from analysis.criteria.popov_inequality import PopovInequality, Reach
+from analysis.criteria.checks import finite_bounds, require_well_posed
+from analysis.criteria.popov_inequality import CONCLUSION, PopovInequality, Reach
 from analysis.doubles import text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.least_value import least_value
 from analysis.polynomial import X, to_fraction
 from analysis.polynomial_family import PolynomialFamily
-from lure.errors import AssumptionError, InputError
+from lure.errors import InputError
 from lure.law_class import LawClass
 from lure.rational import RationalBlock
-from lure.sector import Sector, SlopeBounds
+from lure.sector import SlopeBounds
 
 NAME = "the off-axis circle criterion"
 THEOREM = (
@@ -28,7 +28,6 @@ THEOREM = (
     "multipliers of G. Zames and P. L. Falb, SIAM J. Control 6 (1968) 89-108"
 )
 FORMULA = "1 + i alpha for omega > 0"
-CONCLUSION = "0 is globally asymptotically stable for every law of the class"
 
 
 def off_axis_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answer:
@@ -89,7 +88,7 @@ def off_axis_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
         criterion="off-axis-circle",
         theorem=THEOREM,
         largest=largest,
-        law_class=_class(inequality.lower, largest.low if proved else math.inf),
+        law_class=LawClass.slope_restricted(inequality.lower, largest.low if proved else math.inf),
         verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "time-invariant"),
@@ -125,11 +124,9 @@ def off_axis_criterion(block: RationalBlock, bounds: SlopeBounds, *, alpha: Frac
     InputError
         ``alpha`` is not finite, or ``1 + k H(inf) = 0`` for some ``k`` within the bounds.
     """
-    if math.inf in (-bounds.lower, bounds.upper):
-        raise AssumptionError(f"{NAME} needs finite slope bounds, and they are {bounds}; give numbers")
+    lower, upper = finite_bounds(bounds, NAME)
     if alpha is not None and not math.isfinite(alpha):
         raise InputError(f"alpha is {alpha}; give a finite number, or None for the best one")
-    lower, upper = Fraction(bounds.lower), Fraction(bounds.upper)
     inequality = _inequality(block, lower)
     require_well_posed(block, upper, lower=lower)
     best = inequality.reach()
@@ -149,7 +146,7 @@ def off_axis_criterion(block: RationalBlock, bounds: SlopeBounds, *, alpha: Frac
         criterion="off-axis-circle",
         theorem=THEOREM,
         largest=inequality.largest(best),
-        law_class=_class(bounds.lower, bounds.upper),
+        law_class=LawClass.slope_restricted(bounds.lower, bounds.upper),
         verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "time-invariant"),
@@ -164,12 +161,7 @@ def off_axis_criterion(block: RationalBlock, bounds: SlopeBounds, *, alpha: Frac
 
 def _inequality(block: RationalBlock, lower: Fraction) -> PopovInequality:
     """The inequality with ``-Im H`` in the place of ``-omega Im H`` and ``omega`` in that of ``x``."""
-    inequality = PopovInequality.of(block, lower, NAME)
-    if inequality.plant.case != "stable":
-        raise AssumptionError(
-            f"{NAME} needs a stable block, and this one has a pole at 0; give a positive lower slope bound, or "
-            "ask Popov's"
-        )
+    inequality = PopovInequality.of_stable(block, lower, NAME)
     found = inequality.family
     family = PolynomialFamily(_of_square(found.D), _of_square(found.U), X * _of_square(found.W // X))
     return replace(inequality, family=family)
@@ -178,10 +170,6 @@ def _inequality(block: RationalBlock, lower: Fraction) -> PopovInequality:
 def _of_square(p: fmpq_poly) -> fmpq_poly:
     """``p(t^2)``."""
     return p(X * X)
-
-
-def _class(lower: Fraction | float, upper: Fraction | float) -> LawClass:
-    return LawClass(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper))
 
 
 def _worst(best: Reach) -> float | None:

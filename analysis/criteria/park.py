@@ -9,18 +9,18 @@ from types import MappingProxyType
 from flint import fmpq
 
 from analysis.answer import Answer
-from analysis.criteria.checks import require_well_posed
+from analysis.criteria.checks import finite_bounds, require_well_posed
 from analysis.criteria.park_search import Best, best_pair
-from analysis.criteria.popov_inequality import PopovInequality, Reach
+from analysis.criteria.popov_inequality import CONCLUSION, PopovInequality, Reach
 from analysis.doubles import double_above, double_below, text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.least_value import least_value
 from analysis.polynomial import X, to_fmpq, to_fraction
 from analysis.polynomial_family import PolynomialFamily
-from lure.errors import AssumptionError, InputError
+from lure.errors import InputError
 from lure.law_class import LawClass
 from lure.rational import RationalBlock
-from lure.sector import Sector, SlopeBounds
+from lure.sector import SlopeBounds
 
 NAME = "Park's criterion"
 THEOREM = (
@@ -79,7 +79,7 @@ def park_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answ
     >>> park_largest(RationalBlock([1, 0, 0], [1, Fraction("0.2"), 6, Fraction("0.1"), 1])).largest.low
     0.788331477
     """
-    inequality = _inequality(block, Fraction(lower))
+    inequality = PopovInequality.of_stable(block, Fraction(lower), NAME)
     best = _best(inequality)
     largest = _largest(inequality, best)
     proved = best.theta is not None and largest.low > inequality.lower
@@ -95,7 +95,7 @@ def park_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answ
         criterion="park",
         theorem=THEOREM,
         largest=largest,
-        law_class=_class(inequality.lower, largest.low if proved else math.inf),
+        law_class=LawClass.slope_restricted(inequality.lower, largest.low if proved else math.inf),
         verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "time-invariant"),
@@ -133,12 +133,10 @@ def park_criterion(
     InputError
         ``tau < 0``, only one of ``theta`` and ``tau``, or ``1 + k H(inf) = 0`` for some ``k`` within the bounds.
     """
-    if math.inf in (-bounds.lower, bounds.upper):
-        raise AssumptionError(f"{NAME} needs finite slope bounds, and they are {bounds}; give numbers")
+    lower, upper = finite_bounds(bounds, NAME)
     if (theta is None) != (tau is None) or (tau is not None and tau < 0):
         raise InputError(f"{NAME} needs theta and tau >= 0 together, or neither; got theta = {theta}, tau = {tau}")
-    lower, upper = Fraction(bounds.lower), Fraction(bounds.upper)
-    inequality = _inequality(block, lower)
+    inequality = PopovInequality.of_stable(block, lower, NAME)
     require_well_posed(block, upper, lower=lower)
     best = _best(inequality)
     used = (to_fmpq(theta), to_fmpq(tau)) if theta is not None and tau is not None else _pair(inequality, best, upper)
@@ -160,7 +158,7 @@ def park_criterion(
         criterion="park",
         theorem=THEOREM,
         largest=largest,
-        law_class=LawClass(sector=Sector(bounds.lower, bounds.upper), slope=bounds),
+        law_class=LawClass.slope_restricted(bounds.lower, bounds.upper),
         verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "time-invariant"),
@@ -172,23 +170,6 @@ def park_criterion(
         hypotheses=_hypotheses(inequality, holds=holds),
         reason=said,
     )
-
-
-CONCLUSION = "0 is globally asymptotically stable for every law of the class"
-
-
-def _class(lower: Fraction, upper: float) -> LawClass:
-    return LawClass(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper))
-
-
-def _inequality(block: RationalBlock, lower: Fraction) -> PopovInequality:
-    inequality = PopovInequality.of(block, lower, NAME)
-    if inequality.plant.case != "stable":
-        raise AssumptionError(
-            f"{NAME} needs a stable block, and this one has a pole at 0; give a positive lower slope bound, or "
-            "ask Popov's"
-        )
-    return inequality
 
 
 def _best(inequality: PopovInequality) -> Best:

@@ -10,7 +10,7 @@ from typing import Literal, overload
 
 from analysis.answer import Answer
 from analysis.criteria.checks import require_well_posed
-from analysis.criteria.popov_inequality import PopovInequality, Reach
+from analysis.criteria.popov_inequality import CONCLUSION, PopovInequality, Reach
 from analysis.criteria.result import CriterionResult
 from analysis.criteria.rod_popov import rod_circle_criterion as circle_criterion
 from analysis.criteria.rod_popov import rod_popov_criterion
@@ -213,7 +213,7 @@ def _worst(best: Reach) -> float:
 
 def _conclusion(inequality: PopovInequality) -> str:
     if inequality.plant.case == "stable":
-        return "0 is globally asymptotically stable for every law of the class"
+        return CONCLUSION
     return (
         "every solution is bounded and converges to a point of the stationary set, 0 being asymptotically stable only "
         "if phi vanishes at 0 alone"

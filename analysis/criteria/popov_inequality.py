@@ -19,6 +19,7 @@ from lure.errors import AssumptionError
 from lure.rational import RationalBlock
 
 TRIES = 100
+CONCLUSION = "0 is globally asymptotically stable for every law of the class"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,23 @@ class PopovInequality:
         visible = Plant(block, plant.n // h, plant.d // h, h // h, plant.degree - h.degree())
         response = visible.response()
         return cls(plant, lower, PolynomialFamily(response.D, response.U, response.W))
+
+    @classmethod
+    def of_stable(cls, block: RationalBlock, lower: Fraction, criterion: str) -> PopovInequality:
+        """The inequality for a criterion that does not cover the critical case.
+
+        Raises
+        ------
+        AssumptionError
+            As :meth:`of`, or the shifted block has a pole at 0.
+        """
+        inequality = cls.of(block, lower, criterion)
+        if inequality.plant.case != "stable":
+            raise AssumptionError(
+                f"{criterion} needs a stable block, and this one has a pole at 0; give a positive lower slope bound, "
+                "or ask Popov's"
+            )
+        return inequality
 
     @property
     def direct(self) -> fmpq:

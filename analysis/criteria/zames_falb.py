@@ -22,7 +22,7 @@ from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.law_class import LawClass
 from lure.rational import RationalBlock
-from lure.sector import Sector, SlopeBounds
+from lure.sector import SlopeBounds
 
 Effort = Literal["quick", "full"]
 NAME = "zames-falb"
@@ -207,7 +207,7 @@ def _answer(task: Task, bounds: SlopeBounds, found: Reach | None, reason: str) -
         criterion=NAME,
         theorem=THEOREM,
         largest=Bracket(math.nextafter(float(lower), -math.inf), high),
-        law_class=LawClass(sector=Sector(bounds.lower, bounds.upper), slope=bounds, odd=task.odd),
+        law_class=LawClass.slope_restricted(bounds.lower, bounds.upper, odd=task.odd),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "odd", "time-invariant") if task.odd else ("slope", "time-invariant"),

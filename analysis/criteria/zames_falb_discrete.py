@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from analysis.answer import Answer
+from analysis.criteria.checks import finite_bounds
 from analysis.criteria.discrete_block import DiscreteBlock, below, largest_certified
 from analysis.criteria.fir_multiplier import Multiplier, certifies, certifies_every, inequality
 from analysis.criteria.fir_search import Proposal, SampledResponse, best_taps, evaluated
@@ -19,10 +20,10 @@ from analysis.criteria.phase_limit import lowest_phase_limit
 from analysis.doubles import text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.trigonometric import least_on_circle
-from lure.errors import AssumptionError, InputError
+from lure.errors import InputError
 from lure.law_class import LawClass
 from lure.rational import RationalBlock
-from lure.sector import Sector, SlopeBounds
+from lure.sector import SlopeBounds
 
 NAME = "zames-falb"
 THEOREM = (
@@ -132,11 +133,7 @@ def zames_falb_discrete_criterion(block: RationalBlock, bounds: SlopeBounds, *, 
     AssumptionError
         A bound is infinite, or the block is not stable with the gain ``bounds.lower``.
     """
-    if math.isinf(bounds.lower) or math.isinf(bounds.upper):
-        raise AssumptionError(
-            f"zames_falb_discrete_criterion needs finite slope bounds; got {bounds}: give finite ones"
-        )
-    lower, upper = Fraction(bounds.lower), Fraction(bounds.upper)
+    lower, upper = finite_bounds(bounds, "zames_falb_discrete_criterion")
     discrete = DiscreteBlock.of(block, lower, "zames_falb_discrete_criterion")
     ceiling, why = _ceiling(block, discrete, odd=odd)
     multiplier, low = _reach(discrete, ceiling, odd=odd, taps=None)
@@ -240,7 +237,7 @@ def _blank(bounds: SlopeBounds, *, odd: bool) -> Answer:
         criterion=NAME,
         theorem=THEOREM,
         largest=Bracket(below(Fraction(bounds.lower)), math.inf),
-        law_class=LawClass(sector=Sector(bounds.lower, bounds.upper), slope=bounds, odd=odd),
+        law_class=LawClass.slope_restricted(bounds.lower, bounds.upper, odd=odd),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "odd", "time-invariant") if odd else ("slope", "time-invariant"),
