@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from analysis.cli import texts
-from analysis.cli.commands import Json, Quiet
+from analysis.cli.commands import Json, Quiet, Settings
 from analysis.cli.loops import Criterion, Den, Dt, Num, Transfer, block_of, number_of
 from analysis.cli.loops import app as app
 from analysis.cli.refused import refused
@@ -85,10 +85,7 @@ def certify(
     method: Annotated[
         str, typer.Option("--method", metavar="KIND", help="The kind of proof: polynomial, matrix, cover, structure.")
     ] = "best",
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable."),
-    ] = None,
+    set_: Settings = None,
     seconds: Seconds = None,
     as_json: Json = False,
     quiet: Quiet = False,

@@ -30,6 +30,9 @@ app = typer.Typer(
 Output = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Where to write.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else, on stdout.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no messages besides errors.")]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable.")
+]
 
 
 @app.callback(invoke_without_command=True, help=texts.ROOT)
@@ -51,10 +54,7 @@ def root(
 def report(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A built-in system or a TOML file.")] = "paper-rod",
     output: Output = Path("lure-report"),
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable."),
-    ] = None,
+    set_: Settings = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from analysis.cli import texts
-from analysis.cli.commands import Json, Quiet
+from analysis.cli.commands import Json, Quiet, Settings
 from analysis.cli.commands import app as app
 from analysis.cli.refused import refused
 
@@ -46,10 +46,7 @@ Lower = Annotated[str, typer.Option("--lower", metavar="K1", help="Lower end of 
 @app.command(help=texts.ANALYSE)
 def analyse(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.")],
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable."),
-    ] = None,
+    set_: Settings = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:

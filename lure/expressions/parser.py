@@ -170,11 +170,7 @@ def _atom(reader: Reader) -> Node:
         reader.count(token)
         return _named(reader, token)
     if reader.accept("("):
-        reader.enter(token)
-        inner = _choice(reader)
-        reader.leave()
-        reader.expect(")", f"to close '(' of column {token.column}")
-        return inner
+        return reader.closed(token, _choice)
     reader.refuse(f"expected a number, a name or '(' but found {token}")
 
 

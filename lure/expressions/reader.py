@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 from lure.errors import InputError
 from lure.expressions.build import apply
@@ -12,6 +13,7 @@ from lure.expressions.tree import Node, depth
 
 MAX_NODES = 200
 MAX_DEPTH = 30
+_Part = TypeVar("_Part")
 
 
 @dataclass(slots=True)
@@ -78,3 +80,11 @@ class Reader:
     def leave(self) -> None:
         """The level is closed again."""
         self.level -= 1
+
+    def closed(self, opening: Token, part: Callable[[Reader], _Part]) -> _Part:
+        """The part inside a parenthesis that is open, and its end."""
+        self.enter(opening)
+        found = part(self)
+        self.leave()
+        self.expect(")", f"to close '(' of column {opening.column}")
+        return found

@@ -165,11 +165,7 @@ def _atom(reader: Reader) -> _Quotient:
         reader.position += 1
         return _Quotient(fmpq_poly([0, 1]), fmpq_poly([1]))
     if reader.accept("("):
-        reader.enter(token)
-        inner = _sum(reader)
-        reader.leave()
-        reader.expect(")", f"to close '(' of column {token.column}")
-        return inner
+        return reader.closed(token, _sum)
     reader.refuse(f"expected a number, s, z or '(' but found {token}")
 
 
