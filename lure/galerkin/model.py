@@ -171,9 +171,10 @@ class GalerkinModel:
         samples : int
             Number of samples, evenly spaced from 0 to ``until``.
         tolerance : float
-            Accuracy of each time step, relative to the size of the motion.
+            Accuracy of each step, from 1e-13 to 1e-3, relative to the largest velocity the data and loads suggest.
         method : {"DOP853", "Radau"}
-            Explicit of order 8, or implicit of order 5 for stiff contact and dashpots much above the impedance.
+            Explicit of order 8, or implicit of order 5: for contact or a dashpot so stiff that the explicit method is
+            refused; ``m <= 300``.
         """
         from lure.galerkin.motion import simulate
 

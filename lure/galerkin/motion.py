@@ -43,20 +43,7 @@ def simulate(  # noqa: PLR0913  (what, from where, until when, and three setting
     polynomial; where a root of it ends the phase, the step ends, so that no contact of the interpolant is missed,
     however short.  Instants at which a load changes its formula end a step, too.
 
-    Parameters
-    ----------
-    model : GalerkinModel
-        The matrices.
-    scenario : Scenario
-        Loads and initial data.
-    until : float
-        End of the run [s].
-    samples : int
-        Number of samples, evenly spaced from 0 to ``until``.
-    tolerance : float
-        Accuracy of each step, from 1e-13 to 1e-3, relative to the largest velocity the data and loads suggest.
-    method : {"DOP853", "Radau"}
-        ``"Radau"`` is implicit: for contact or a dashpot so stiff that the explicit method is refused; ``m <= 300``.
+    Arguments are those of :meth:`GalerkinModel.simulate`, which calls it.
 
     Raises
     ------
