@@ -25,7 +25,11 @@ def text(found: Comparison) -> str:
     parts = [_head(found), _errors(found), *_orders(found), _modes(found), _cost(found)]
     if found.settling:
         parts.append(_settling(found))
-    sentences = [found.settling_statement, *(f"{row.label} was not run: {row.refused}." for row in _refused(found))]
+    sentences = [
+        _remark(found),
+        found.settling_statement,
+        *(f"{row.label} was not run: {row.refused}." for row in _refused(found)),
+    ]
     parts += [_filled(sentence) for sentence in (*sentences, ENERGIES, EVIDENCE) if sentence]
     return "\n\n".join(parts)
 
@@ -36,21 +40,19 @@ def _head(found: Comparison) -> str:
     event = "no kink and no contact" if exact.event is None else str(exact.event)
     return _filled(
         f"The end of the rod up to {found.until:g} s: amplitude {exact.amplitude:.4g} m, {contact}; {event}. Errors of "
-        f"u(t, L) at {exact.t.size} samples against the exact motion (its own error about {exact.motion.error:.1g} m)."
+        f"u(t, L) at {exact.t.size} samples against the exact motion (its own error about {exact.motion.error:.1g} m), "
+        "as shares of the amplitude; energies as shares of the rod's largest and of its first."
     )
 
 
 def _errors(found: Comparison) -> str:
-    head = ("u(t, L)", "largest [m]", "of ampl.", "L2 [m]", "of ampl.", "energy error", "E(end)/E(0)")
+    head = ("error of u(t, L)", "largest [m]", "of ampl.", "L2", "energy error", "E at end")
     start = float(found.exact.energy[0])
-    body = [("exact", "-", "-", "-", "-", "-", _share(float(found.exact.energy[-1]), start))]
+    body: list[tuple[str, ...]] = [("exact", "-", "-", "-", "-", _share(float(found.exact.energy[-1]), start))]
     for row in _run(found):
         end = "-" if row.energy_end is None else _share(row.energy_end, start)
-        errors = [
-            word
-            for error in (row.largest_error, row.l2_error)
-            for word in (f"{error:.3g}", _percent(found.relative(error)))
-        ]
+        shares = (_percent(found.relative(error)) for error in (row.largest_error, row.l2_error))
+        errors = (f"{row.largest_error:.3g}", *shares)
         body.append((row.label, *errors, _percent(row.energy_error), end))
     return _table(head, body)
 
@@ -70,6 +72,17 @@ def _orders(found: Comparison) -> list[str]:
     return [_table(head if event is None else (*head, "whole run"), body)]
 
 
+def _remark(found: Comparison) -> str:
+    """What an order says that is far above the first order of the scheme."""
+    orders = [row.order.before for row in found.rows if row.family == "scheme" and row.order is not None]
+    if found.exact.event is None or max((order for order in orders if order is not None), default=0.0) < 1.5:
+        return ""
+    return (
+        f"Orders of the scheme above 1 up to the first {found.exact.event.kind} are no rate of convergence: until then "
+        "the end moves as the smooth data ask, and what is seen are the faint edges of fronts still under way."
+    )
+
+
 def _modes(found: Comparison) -> str:
     head = ("decay in flight [1/s]", "mode 1", "mode 2", "mode 3")
     body = [("exact", *map(_number, found.decay))]
@@ -79,7 +92,9 @@ def _modes(found: Comparison) -> str:
 
 def _cost(found: Comparison) -> str:
     head = ("cost", "integrator", "CPU [s]", "steps", "evaluations", "contacts")
-    body = [("exact", "events", f"{found.exact.cpu_seconds:.3g}", "-", "-", str(len(found.contacts)))]
+    body: list[tuple[str, ...]] = [
+        ("exact", "events", f"{found.exact.cpu_seconds:.3g}", "-", "-", str(len(found.contacts)))
+    ]
     for row in _run(found):
         counts = ("-" if count is None else str(count) for count in (row.steps, row.evaluations))
         body.append((row.label, row.integrator, f"{row.cpu_seconds:.3g}", *counts, str(len(row.contacts))))
@@ -87,10 +102,8 @@ def _cost(found: Comparison) -> str:
 
 
 def _settling(found: Comparison) -> str:
-    head = ("settling", "5 % band [s]", "mode 1 decays in [s]", "ringing left at 1.11e-3 s")
-    body = [
-        (row.method, _number(row.band_5), _number(row.fast), f"{100.0 * row.left:.4g} %") for row in found.settling
-    ]
+    head = ("settling", "5 % band [s]", "mode 1 decays in [s]", "left at 1.11e-3 s")
+    body = [(row.method, _number(row.band_5), _number(row.fast), f"{100.0 * row.left:.4g} %") for row in found.settling]
     return _table(head, body)
 
 
@@ -104,8 +117,10 @@ def _refused(found: Comparison) -> list[Row]:
 
 def _table(head: Sequence[str], body: Sequence[Sequence[str]]) -> str:
     widths = [max(len(line[i]) for line in (head, *body)) for i in range(len(head))]
-    lines = ["  ".join((f"{w:<{n}}" if i == 0 else f"{w:>{n}}") for i, (w, n) in enumerate(zip(line, widths, strict=True)))
-             for line in (head, *body)]  # fmt: skip
+    lines = [
+        "  ".join((line[0].ljust(widths[0]), *(word.rjust(n) for word, n in zip(line[1:], widths[1:], strict=True))))
+        for line in (head, *body)
+    ]
     return "\n".join((lines[0], "-" * len(lines[0]), *lines[1:]))
 
 
@@ -126,4 +141,4 @@ def _percent(value: float | None) -> str:
 
 
 def _share(end: float, start: float) -> str:
-    return f"{end / start:.5f}" if start else "-"
+    return f"{end / start:.4g}" if start else "-"
