@@ -81,24 +81,29 @@ def animate(film: Film, path: Path, *, title: str, tell: Callable[..., None] | N
                 _tell(tell, i, len(film.t))
 
 
-def exaggeration(film: Film) -> float:
-    """By which factor displacements are drawn: a power of ten, or 2 or 5 times one, for the rod to be seen moving.
+def exaggeration(film: Film) -> tuple[float, float]:
+    """How displacements are drawn: by which factor, 1, 2 or 5 times a power of ten, and counted from where [m].
 
-    The obstacle is in view if it is not far beyond the motion.
+    From zero, unless the rod as a whole has moved much farther than it moves in the film.  The obstacle is in view if
+    it is not far beyond the motion.
 
     Parameters
     ----------
     film : Film
         A stretch of a motion.
     """
-    size, gap = float(np.abs(film.along.u).max()), film.run.rod.gap
-    if 0.0 < gap <= _FAR * size:
-        size = max(size, gap)
+    u, gap = film.along.u, film.run.rod.gap
+    low, high = float(u.min()), float(u.max())
+    middle = 0.5 * (low + high)
+    origin = 0.0 if abs(middle) <= 1.5 * (high - low) else middle
+    size = max(high - origin, origin - low)
+    if 0.0 < gap - origin <= _FAR * size:
+        size = max(size, gap - origin)
     if size == 0.0:
-        return 1.0
+        return 1.0, origin
     wanted = _SHARE * film.run.rod.length / size
     decade = 10.0 ** np.floor(np.log10(wanted))
-    return float(max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= wanted))
+    return float(max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= wanted)), origin
 
 
 def frame(film: Film, index: int, *, figure: Figure, title: str) -> None:
@@ -122,7 +127,8 @@ class _Picture:
     """The artists of a frame, moved from one to the next."""
 
     def __init__(self, film: Film, figure: Figure, title: str) -> None:
-        self.film, self.scale = film, exaggeration(film)
+        self.film = film
+        self.scale, self.origin = exaggeration(film)
         self.stress = film.run.rod.youngs_modulus * film.along.w
         head(figure, title, film.run)
         grid = figure.add_gridspec(
@@ -136,8 +142,8 @@ class _Picture:
         from matplotlib.collections import PolyCollection
 
         film, axes, L = self.film, self.axes, self.film.run.rod.length
-        moved = film.along.x + self.scale * film.along.u
-        wall, left, right = L + self.scale * film.run.rod.gap, moved[:, 0], float(moved.max())
+        moved = film.along.x + self.scale * (film.along.u - self.origin)
+        wall, left, right = L + self.scale * (film.run.rod.gap - self.origin), moved[:, 0], float(moved.max())
         in_view = wall <= right + 0.5 * L
         self.stem = float(np.ptp(left)) + 0.04 * L  # from the end of the rod to the piston, which stays in its cylinder
         low = float(left.min()) - self.stem - 0.08 * L
@@ -158,8 +164,10 @@ class _Picture:
         if in_view:
             axes.axvspan(wall, high, facecolor="none", edgecolor=VERMILLION, hatch="////", lw=0, alpha=0.6)
             axes.axvline(wall, color=VERMILLION, lw=1.6)
-        unseen = "" if in_view else f"; obstacle {number(film.run.rod.gap)} m beyond x = L, outside this view"
-        axes.set_xlabel(f"x + {number(self.scale)} u(t, x) [m]: displacements ×{number(self.scale)}{unseen}")
+        gap, factor = number(film.run.rod.gap), number(self.scale)
+        unseen = "" if in_view else f"; obstacle at u = {gap} m, outside this view"
+        moved_by = f"(u(t, x) − {number(self.origin)} m)" if self.origin else "u(t, x)"
+        axes.set_xlabel(f"x + {factor} {moved_by} [m]: displacements ×{factor}{unseen}".replace("− −", "+ "))
         self.clock = axes.text(0.0, 1.06, "", transform=axes.transAxes, va="bottom", fontsize=9.5)
 
     def _draw_left_end(self, low: float, least: float) -> None:
@@ -192,7 +200,7 @@ class _Picture:
     def show(self, i: int) -> None:
         """Move everything to frame ``i``."""
         film, x, t = self.film, self.film.along.x, float(self.film.t[i])
-        moved = x + self.scale * film.along.u[i]
+        moved = x + self.scale * (film.along.u[i] - self.origin)
         left, right = moved[:-1], moved[1:]
         self.bodies.set_verts([np.array([[a, 0], [b, 0], [b, 1], [a, 1]]) for a, b in zip(left, right, strict=True)])
         self.bodies.set_array(0.5 * (self.stress[i, :-1] + self.stress[i, 1:]))

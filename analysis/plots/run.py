@@ -51,7 +51,7 @@ def plot_run_end(run: SampledRun, *, ax: Axes | None = None) -> Axes:
         note(axes, f"obstacle at {number(gap)} m, outside this view", corner="upper left")
     _finish(run, axes, "u(t, L) [m]")
     if seen or gap - high <= _FAR * (high - low):
-        axes.legend(loc="lower left", ncols=3, **LEGEND)
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.0, **LEGEND)
     return axes
 
 
@@ -77,7 +77,7 @@ def plot_run_stress(run: SampledRun, *, ax: Axes | None = None) -> Axes:
     if top == 0.0:
         axes.set_yticks([0.0])
         note(axes, "no contact" if not shade_contacts(run, axes) else "no contact at the samples", corner="upper left")
-    _finish(run, axes, "contact stress p [Pa]")
+    _finish(run, axes, "contact stress\np [Pa]")
     return axes
 
 
@@ -101,7 +101,7 @@ def plot_run_dashpot(run: SampledRun, *, ax: Axes | None = None) -> Axes:
         axes.plot(*envelope(run.t, run.dashpot_force), color=PURPLE, lw=1.1)
     else:
         note(axes, "no dashpot: the end is clamped" if run.subject == "rod" else "not given by this method")
-    _finish(run, axes, "dashpot force [N]")
+    _finish(run, axes, "dashpot force\nk ∂u/∂t(t, 0) [N]")
     return axes
 
 
@@ -154,7 +154,7 @@ def run_page(run: SampledRun, *, title: str, energies: SampledRun | None = None,
     figure, spec = place.get_figure(root=True), place.get_subplotspec()
     assert figure is not None, "axes belong to a figure"
     assert spec is not None, "a page is drawn in the place of a subplot"
-    figure.subplots_adjust(left=0.13, right=0.97, bottom=0.07, top=0.885)
+    figure.subplots_adjust(left=0.15, right=0.97, bottom=0.07, top=0.885)
     place.remove()
     grid = spec.subgridspec(4, 1, height_ratios=(1.7, 1, 1, 1), hspace=0.32)
     panels: tuple[tuple[Callable[..., Axes], SampledRun], ...] = (

@@ -96,7 +96,7 @@ def space_time_page(film: Film, *, title: str, ax: Axes | None = None) -> list[A
 
 
 def colour_top(values: NDArray[np.float64]) -> float:
-    """End of a symmetric colour scale: the largest size, unless it is far above nearly all others.
+    """End of a symmetric colour scale: somewhat above the largest size, unless that is far above nearly all others.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def colour_top(values: NDArray[np.float64]) -> float:
     """
     sizes = np.abs(values)
     largest, usual = float(sizes.max()), float(np.quantile(sizes, 0.99))
-    return usual if 0.0 < 4.0 * usual < largest else largest or 1.0
+    return 1.3 * (usual if 0.0 < 4.0 * usual < largest else largest) or 1.0
 
 
 def _cut_off(values: NDArray[np.float64], top: float) -> str:
