@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.plots.export import INK
 from analysis.plots.style import (
     BLUE,
     GREEN,
@@ -29,6 +30,8 @@ Array = NDArray[np.float64]
 _SHOWN = 6
 _DECADES = 6
 _FEW = 12
+_FINE = 16
+_LONGEST = 44
 
 
 def plot_response(response: Response, *, ax: Axes | None = None) -> Axes:
@@ -48,15 +51,14 @@ def plot_response(response: Response, *, ax: Axes | None = None) -> Axes:
     """
     axes = axes_or_new(ax)
     axes.set_axis_off()
-    width, height = 0.42, 0.43
+    width, height = 0.47, 0.42
     for draw, (left, bottom) in (
-        (plot_history, (0.0, 0.57)),
-        (plot_poincare, (0.58, 0.57)),
-        (plot_response_spectrum, (0.0, 0.0)),
-        (plot_impulses, (0.58, 0.0)),
+        (plot_history, (-0.1, 0.58)),
+        (plot_poincare, (0.53, 0.58)),
+        (plot_response_spectrum, (-0.1, -0.04)),
+        (plot_impulses, (0.53, -0.04)),
     ):
         draw(response, ax=axes.inset_axes((left, bottom, width, height)))
-    axes.set_title(f"g = {response.scenario.force}", fontsize="medium", loc="left")
     return axes
 
 
@@ -78,39 +80,41 @@ def plot_history(response: Response, *, ax: Axes | None = None) -> Axes:
     axes = axes_or_new(ax)
     periods = min(len(response.poincare) - 1, max(_SHOWN, 2 * (response.regime.multiple or 1)))
     first = response.t.size - 1 - periods * response.plan.samples
-    t, z = response.t[first:], response.z[first:]
-    spans = [(max(a, t[0]), b) for a, b in response.contacts if b > t[0]]
-    if spans:
-        bars = [(a, b - a) for a, b in spans]
-        shade = axes.broken_barh(bars, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=VERMILLION)
+    t, z = response.t[first:] / response.period, response.z[first:]
+    spans = [(max(a / response.period, t[0]), b / response.period) for a, b in response.contacts]
+    bars = [(a, b - a) for a, b in spans if b > a]
+    if bars:
+        shade = axes.broken_barh(bars, (0.0, 0.66), transform=axes.get_xaxis_transform(), color=VERMILLION)
         shade.set(alpha=0.25, linewidth=0.4, zorder=0.5, label="contact")
     axes.plot(t, z, color=BLUE, lw=1.2, label="z = u(t, L) − gap")
     strobe = slice(None, None, response.plan.samples)
-    axes.plot(t[strobe], z[strobe], "o", ms=3.5, mfc="white", color=BLUE, label="whole periods of the force")
+    axes.plot(t[strobe], z[strobe], "o", ms=3.5, mfc="white", color=BLUE, label="whole periods")
     if z.max() + np.ptp(z) > 0.0:
-        axes.axhline(0.0, color=VERMILLION, lw=1.0)
+        axes.axhline(0.0, color=VERMILLION, lw=0.8)
+    low, high = padded(float(z.min()), float(z.max()), 0.05)
+    axes.set_ylim(low, low + (high - low) / 0.64)
     axes.set_xlim(float(t[0]), float(t[-1]))
-    axes.set_ylim(*padded(float(z.min()), max(float(z.max()), float(z.max() + 0.45 * np.ptp(z))), 0.05))
-    axes.set_xlabel("t [s]")
+    axes.set_xlabel(f"t / period of {number(response.period)} s")
     axes.set_ylabel("z [m]")
     finish_axes(axes)
+    axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
     _force(axes, response, t)
-    axes.legend(loc="upper left", ncols=2, **LEGEND)
+    axes.set_title(f"g = {_shortened(str(response.scenario.force))}", fontsize="medium", loc="left")
+    axes.legend(loc="upper left", ncols=2, columnspacing=1.0, labelspacing=0.2, **LEGEND)
     return axes
 
 
 def _force(axes: Axes, response: Response, t: Array) -> None:
+    """The force in a band above the motion, with its least and largest value at the right."""
     fine = np.linspace(float(t[0]), float(t[-1]), 1500)
-    force = response.scenario.force(t=fine)
-    twin = axes.twinx()
-    twin.plot(fine, force, color=GREY, lw=0.9, ls="--")
-    low, high = padded(float(force.min()), float(force.max()), 0.05)
-    twin.set_ylim(low, high + 1.6 * (high - low))  # below the legend, and apart from the motion where it can be
-    twin.set_ylabel("force g [N], dashed", color=GREY)
-    twin.spines["right"].set_visible(True)
-    finish_axes(twin)
-    axes.set_zorder(twin.get_zorder() + 1)
-    axes.patch.set_visible(False)
+    force = response.scenario.force(t=fine * response.period)
+    least, largest = float(force.min()), float(force.max())
+    low, high = axes.get_ylim()
+    share = 0.69 + 0.13 * (force - least) / ((largest - least) or 1.0)
+    axes.plot(fine, low + share * (high - low), color=GREY, lw=0.9, ls="--", label="force g [N]")
+    for value, level in {least: 0.69, largest: 0.69 + 0.13 * (largest > least)}.items():
+        label = axes.text(0.995, level, number(value, 3), transform=axes.transAxes, ha="right", va="center")
+        label.set(color=GREY, size="small", bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.5})
 
 
 def plot_poincare(response: Response, *, ax: Axes | None = None) -> Axes:
@@ -142,7 +146,7 @@ def plot_poincare(response: Response, *, ax: Axes | None = None) -> Axes:
     axes.set_ylabel("z′ [m/s]")
     finish_axes(axes)
     axes.legend(loc="best", **LEGEND)
-    note(axes, _kind(response), corner="upper right")
+    axes.set_title(_kind(response), fontsize="medium", loc="left")
     return axes
 
 
@@ -213,8 +217,8 @@ def plot_impulses(response: Response, *, ax: Axes | None = None) -> Axes:
     axes.axvline(float(found.mean()), color=GREEN, lw=1.2, ls="--", label=f"mean {number(float(found.mean()))} N s")
     axes.set_xlim(0.0, 1.04 * top)
     finish_axes(axes)
-    axes.legend(loc="upper left", **LEGEND)
-    note(axes, f"{number(response.impulses.per_period)} impacts a period", corner="upper right")
+    axes.legend(loc="best", **LEGEND)
+    axes.set_title(f"impacts a period: {number(response.impulses.per_period)}", fontsize="medium", loc="left")
     return axes
 
 
@@ -240,7 +244,7 @@ def plot_bifurcation(bifurcation: Bifurcation, *, ax: Axes | None = None) -> Axe
         if chosen:
             x = np.concatenate([np.full(len(point.poincare), point.value) for point in chosen])
             z = np.concatenate([point.poincare[:, 0] for point in chosen])
-            size = 1.6 if len(bifurcation.points) > 60 else 2.6
+            size = 2.2 if len(bifurcation.points) > 100 else 3.0
             axes.plot(x, z, ".", ms=size, mew=0.0, color=colour, label=label, rasterized=x.size > 5000)
     failed = [point.value for point in bifurcation.points if point.problem]
     if failed:
@@ -254,7 +258,7 @@ def plot_bifurcation(bifurcation: Bifurcation, *, ax: Axes | None = None) -> Axe
     if axes.lines:
         axes.legend(loc="lower left", markerscale=3.0, **LEGEND)
     start = {"separate": "each value from the same start", "up": "swept up", "down": "swept down"}[bifurcation.order]
-    axes.set_title(f"g = {bifurcation.force}, {start}", fontsize="medium", loc="left")
+    axes.set_title(f"g = {_shortened(bifurcation.force)}, {start}", fontsize="medium", loc="left")
     return axes
 
 
@@ -280,11 +284,7 @@ def plot_basin(basin: Basin, *, ax: Axes | None = None) -> Axes:
     bar.set_label("resting place z [m]")
     finish_axes(bar.ax)
     if min(x.size, y.size) > 1 and basin.impacts.max() > 0:
-        levels = np.arange(0.5, min(int(basin.impacts.max()), 9) + 0.5)
-        lines = axes.contour(
-            x, y, np.where(basin.impacts < 0, 0, basin.impacts), levels, colors="white", linewidths=0.8
-        )
-        axes.clabel(lines, fmt=lambda level: f"{level + 0.5:.0f}+ impacts", fontsize="x-small")
+        _impact_lines(axes, basin)
     rows, columns = np.nonzero((basin.impacts >= 0) & ~basin.settled)
     if rows.size:
         axes.plot(x[columns], y[rows], ".", ms=2.0, color=VERMILLION, label="contact may follow: upper bound")
@@ -295,8 +295,25 @@ def plot_basin(basin: Basin, *, ax: Axes | None = None) -> Axes:
     return axes
 
 
+def _impact_lines(axes: Axes, basin: Basin) -> None:
+    """Lines along the edges of the cells between which the number of impacts changes."""
+    ((left, right), (low, high)) = (
+        (0.5 * (3 * v[0] - v[1]), 0.5 * (3 * v[-1] - v[-2])) for v in (basin.offsets, basin.velocities)
+    )
+    fine = np.kron(np.maximum(basin.impacts, 0), np.ones((_FINE, _FINE)))
+    rows, columns = fine.shape
+    x = left + (right - left) * (np.arange(columns) + 0.5) / columns
+    y = low + (high - low) * (np.arange(rows) + 0.5) / rows
+    axes.contour(x, y, fine, np.arange(0.5, min(fine.max(), 9.0)), colors=INK, linewidths=0.9)
+    note(axes, "lines: one impact more or less", corner="lower left")
+
+
 def _kind(response: Response) -> str:
     regime = response.regime
     if regime.multiple is None:
         return regime.kind
     return f"{regime.kind}, {regime.multiple} × period of the force"
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
