@@ -14,6 +14,9 @@ SAME = 2e-15  # edges closer than this, of a window of length 2, are one
 NARROWEST = 1e-13
 _MOST = 5000
 _CHECKS = np.array([-0.97, -0.43, 0.11, 0.71])
+_FIRST_CHECKS = np.sort(np.append(_CHECKS, np.sin(np.pi * (np.arange(64) + 0.37) / 64 - 0.5 * np.pi)))
+_NEAR_END = 1e-6  # distance of the outermost checks from the ends, in half widths,
+_CLEAR_OF_END = 2e-14  # but not less than this, for an end is known to rounding only
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -108,19 +111,19 @@ def fitted(
     InputError
         More than 5000 pieces are needed.
     """
-    space = basis(degree)
-    nodes = np.concatenate((space.inner, _CHECKS))
+    space, checks, n = basis(degree), _FIRST_CHECKS, degree + 1
     starts, stops, error = edges[:-1], edges[1:], 0.0
     done: list[tuple[float, float, Array]] = []
     while starts.size:
         half = 0.5 * (stops - starts)[:, None]
-        flat, noise = function((starts[:, None] + half * (nodes + 1.0)).ravel())
-        table = flat.reshape(len(starts), -1)
-        scale = max(scale, float(np.abs(table).max()))
-        series = table[:, : degree + 1] @ space.from_inner.T
-        miss = np.abs(values(series, np.broadcast_to(_CHECKS, (len(starts), 4))) - table[:, degree + 1 :]).max(axis=1)
+        last = np.maximum(1.0 - np.maximum(_NEAR_END, _CLEAR_OF_END / half), 0.5)
+        x = np.hstack((np.tile(np.append(space.inner, checks), (len(starts), 1)), -last, last))
+        table, noise = (part.reshape(x.shape) for part in function((starts[:, None] + half * (x + 1.0)).ravel()))
+        scale, checks = max(scale, float(np.abs(table).max())), _CHECKS
+        series = table[:, :n] @ space.from_inner.T
+        miss = (np.abs(values(series, x[:, n:]) - table[:, n:]) - 8.0 * noise[:, n:]).max(axis=1)
         miss = np.maximum(miss, tails(series))
-        allowed = 3e-15 * scale + 8.0 * noise.reshape(len(starts), -1).max(axis=1)
+        allowed = 3e-15 * scale + 8.0 * noise[:, :n].max(axis=1)
         if len(starts) + len(done) > _MOST:
             raise InputError(
                 f"the loads and initial data need more than {_MOST} pieces in one round trip; give "

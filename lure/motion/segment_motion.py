@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lure.motion.chebyshev import Array, basis, right_ends, tails
+from lure.motion.chebyshev import Array, basis, left_ends, right_ends, tails
 from lure.motion.end_law import Segment
 from lure.motion.pieces import Pieces, union
 
@@ -25,6 +25,7 @@ _CUTS = 14
 _ROUNDS = 3
 _EXPONENTIAL = 16
 _GRAZE = 8e-15
+_ULPS = 2e-15
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -73,6 +74,7 @@ def flat_arc(segment: Segment, share: float, transit: float, wave: Pieces, start
     load = share * wave.series
     load[:, 0] -= segment.push
     zeta = (0.5 * transit * wave.widths)[:, None] * (load @ space.integral.T)
+    zeta[:, 0] -= left_ends(zeta)  # what the term of degree N + 1, left out, has there
     travelled = np.concatenate(([0.0], np.cumsum(right_ends(zeta))))
     zeta[:, 0] += travelled[:-1] + start.rest
     zeta[:, 0] += start.value
@@ -161,6 +163,7 @@ def departure(segment: Segment, arc: Arc) -> tuple[list[tuple[int, Array]], floa
     for step, bound in ((1, segment.high), (-1, segment.low)):
         if math.isfinite(bound):
             series = step * arc.zeta
-            series[:, 0] -= step * (bound - segment.origin)
+            distance = bound - segment.origin
+            series[:, 0] -= step * distance + _ULPS * abs(distance)
             found.append((step, series))
     return found, _GRAZE * float(np.abs(arc.zeta[:, 1:]).sum(axis=1).max(initial=0.0))
