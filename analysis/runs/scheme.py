@@ -120,12 +120,21 @@ def _simulated(scheme: UpwindScheme, scenario: Scenario, until: float, *, sample
 
 
 def _along(run: Trajectory, wave_speed: float) -> Along:
-    """The nodal fields; the displacement from the strain by the trapezoidal rule, from ``x = L``."""
-    w = (run.frames_r2 - run.frames_r1) / (2.0 * wave_speed)
-    parts = 0.5 * (w[:, 1:] + w[:, :-1]) * np.diff(run.frames_x)
-    to_end = np.zeros(w.shape)
-    to_end[:, :-1] = np.cumsum(parts[:, ::-1], axis=1)[:, ::-1]
-    return Along(x=run.frames_x, v=run.frames_v, w=w, u=run.u_end[:, None] - to_end)
+    """The nodal fields.
+
+    The strain of the cell between nodes ``i - 1`` and ``i`` is ``(r2^{i-1} - r1^i)/(2c)``, from the two waves that the
+    scheme moves inside it; with the displacement summed up from these, ``u_i' = v_i`` holds exactly.
+    """
+    forward, backward = run.frames_r1, run.frames_r2
+    stretched = np.diff(run.frames_x) * (backward[:, :-1] - forward[:, 1:]) / (2.0 * wave_speed)
+    to_end = np.zeros(forward.shape)
+    to_end[:, :-1] = np.cumsum(stretched[:, ::-1], axis=1)[:, ::-1]
+    return Along(
+        x=run.frames_x,
+        v=run.frames_v,
+        w=(backward - forward) / (2.0 * wave_speed),
+        u=run.u_end[:, None] - to_end,
+    )
 
 
 def _structured(scheme: UpwindScheme, scenario: Scenario, until: float, *, samples: int) -> SampledRun:

@@ -47,15 +47,23 @@ def check_targets(paths: Sequence[Path], *, force: bool) -> None:
 
 def _check_target(path: Path, *, force: bool) -> None:
     label = repr(str(path))
+    if not path.parent.is_dir():
+        raise InputError(f"{str(path.parent)!r} is no directory; give a file in one that exists")
     if not path.suffix:
-        if os.path.lexists(path) and not (path.is_dir() and not any(path.iterdir())):
+        if _exists(path) and not (path.is_dir() and not any(path.iterdir())):
             raise InputError(f"{label} exists; frames go to a folder that is new or empty, give another name")
     elif path.is_dir():
         raise InputError(f"{label} is a directory; give the name of a file")
-    elif os.path.lexists(path) and not force:
+    elif _exists(path) and not force:
         raise InputError(f"{label} exists; give another name, or --force to replace it")
-    if not path.parent.is_dir():
-        raise InputError(f"{str(path.parent)!r} is no directory; give a file in one that exists")
+
+
+def _exists(path: Path) -> bool:
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        return False
+    return True
 
 
 @contextmanager
