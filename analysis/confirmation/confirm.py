@@ -125,7 +125,8 @@ def scheme_side(scheme: UpwindScheme, run: Trajectory, scenario: Scenario, kind:
         return side
     run = _longer(scheme, run, scenario, rod)
     rest = rest_of_scheme(scheme, scenario, run)
-    side = replace(side, until=float(run.t[-1]), contacts=len(run.contacts), momentum=_momentum(run))
+    side = replace(side, until=float(run.t[-1]), contacts=len(run.contacts), highest=run.max_gap_coordinate)
+    side = replace(side, momentum=_momentum(run))
     if isinstance(rest, str):
         return replace(side, open_end=side.open_end or rest)
     return replace(side, rest=rest)

@@ -232,7 +232,9 @@ def _weighted(track: Track, t: ArrayLike, weights: Weights) -> Array:
     zero, two = np.zeros(tau.shape), np.full(tau.shape, 2.0)
     middle, late = np.minimum(tau + 1.0, 2.0), np.maximum(tau - 1.0, 0.0)
 
-    def part(tables: tuple[Array, Array], window: Array, span: tuple[Array, Array], line: tuple[Array, float]) -> Array:
+    def part(
+        tables: tuple[Array, Array], window: NDArray[np.int64], span: tuple[Array, Array], line: tuple[Array, float]
+    ) -> Array:
         """``int (constant + slope tau) f^2`` over the span."""
         plain, moment = (pieces.at(table, window, span[1]) - pieces.at(table, window, span[0]) for table in tables)
         return line[0] * plain + line[1] * moment

@@ -20,8 +20,8 @@ class Track:
     r"""Consecutive round trips of a rod, from the start on.
 
     Without loads, and with ``W = r1(t, L)`` and ``V = r2(t, L)``, what runs in the rod at ``t = 2T n + T tau`` is known
-    from the window ``n`` and the one before: the forward wave is what arrives in the next ``T``, ``W`` up to the end of the window and
-    ``-a V`` of it after that; the backward wave is the ``V`` of the last ``T``.
+    from the window ``n`` and the one before: the forward wave is what arrives in the next ``T``, ``W`` up to the end of
+    the window and ``-a V`` of it after that; the backward wave is the ``V`` of the last ``T``.
 
     Attributes
     ----------

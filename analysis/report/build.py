@@ -8,6 +8,7 @@ from collections.abc import Callable
 from importlib.metadata import version
 
 from analysis.conclusion import conclusion
+from analysis.confirmation import Confirmation, confirmation
 from analysis.criteria.rod import response_check, rod_criteria
 from analysis.report.certificates import checked_conclusion, checked_criteria
 from analysis.report.model import ContradictionError, Simulation, StabilityReport
@@ -47,7 +48,7 @@ def build_report(system: RodSystem, *, progress: Progress | None = None, command
     Raises
     ------
     ContradictionError
-        The simulation contradicts a verdict.
+        A motion, of the rod or of its scheme, contradicts a verdict.
     """
     say = progress or (lambda _stage, _done: None)
     say("spectrum", 0.0)
@@ -60,6 +61,8 @@ def build_report(system: RodSystem, *, progress: Progress | None = None, command
     response = response_check(scheme)
     say("simulation", 0.35)
     simulation = _simulation(system)
+    say("exact motion of the rod", 0.6)
+    confirmed = _confirmation(system, simulation)
     return StabilityReport(
         system=system,
         scheme=scheme,
@@ -70,6 +73,7 @@ def build_report(system: RodSystem, *, progress: Progress | None = None, command
         matching=matching(system.rod, system.scenario),
         response=response,
         simulation=simulation,
+        confirmation=confirmed,
         command=command or f"lure report {shlex.quote(system.name)}",
         versions={"lure": __version__, "python": platform.python_version()}
         | {name: version(name) for name in PACKAGES},
@@ -94,7 +98,20 @@ def _simulation(system: RodSystem) -> Simulation:
     if found:
         listed = "; ".join(found)
         raise ContradictionError(
-            f"the simulation of {system.name} contradicts what was shown; one of the two is wrong, and no report is "
-            f"written: {listed}"
+            f"INTERNAL CONTRADICTION: the simulation of {system.name} contradicts what was shown; one of the two is "
+            f"wrong, and no report is written: {listed}"
         )
     return Simulation(cells=cells, trajectory=trajectory, skipped=None)
+
+
+def _confirmation(system: RodSystem, simulation: Simulation) -> Confirmation:
+    cells = simulation.cells or min(system.cells, LARGEST_SIMULATED)
+    run = simulation.trajectory or str(simulation.skipped)
+    found = confirmation(upwind(system.rod, cells, form=system.form), system.scenario, system.until, run)
+    if found.contradictions:
+        listed = "; ".join(found.contradictions)
+        raise ContradictionError(
+            f"INTERNAL CONTRADICTION: the exact motion of {system.name} contradicts what was shown; one of the two is "
+            f"wrong, and no report is written: {listed}"
+        )
+    return found

@@ -12,7 +12,7 @@ from analysis.report.model import StabilityReport
 LADDER = (
     ("certified", "exact or ball arithmetic over the whole claim, or a proof from exact hypotheses"),
     ("computed", "floating point, compared with a second computation"),
-    ("observed", "one simulated motion; it can contradict a claim, never prove one"),
+    ("observed", "one motion, of the rod or of its scheme; it can contradict a claim, never prove one"),
 )
 
 
@@ -50,7 +50,14 @@ def claims(report: StabilityReport) -> tuple[Claim, ...]:
     report : StabilityReport
         The report.
     """
-    rows = [*_proofs(report), *_criteria(report), _zero(report), *_computed(report), *_observed(report)]
+    rows = [
+        *_proofs(report),
+        *_criteria(report),
+        _zero(report),
+        *_computed(report),
+        *_moved(report),
+        *_observed(report),
+    ]
     return tuple(sorted(rows, key=lambda row: (_rank(row.evidence), row.answer == "INCONCLUSIVE")))
 
 
@@ -115,6 +122,21 @@ def _computed(report: StabilityReport) -> list[Claim]:
             model="scheme",
             answer="agrees" if agrees else "differs",
             evidence=Evidence.COMPUTED,
+        )
+    ]
+
+
+def _moved(report: StabilityReport) -> list[Claim]:
+    side, held = report.confirmation.rod, report.confirmation.compared
+    if side is None:
+        return []
+    return [
+        Claim(
+            text=f"exact motion up to t = {side.until:.4g} s, compared: "
+            + (", ".join(held) or "nothing, the rod stays at rest"),
+            model="rod",
+            answer="agrees" if held else "not tested",
+            evidence=Evidence.OBSERVED,
         )
     ]
 

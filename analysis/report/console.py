@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from analysis.criteria.result import CriterionResult
 from analysis.report.comparison import compared
+from analysis.report.confirmed import confirmation_sentence
 
 if TYPE_CHECKING:
     from analysis.report.model import StabilityReport
@@ -16,7 +17,7 @@ _HEAD = ("criterion", "model", "verdict", "evidence", "theta", "margin", "reach"
 
 
 def summary(report: StabilityReport) -> str:
-    """Verdict, conclusion, criteria, spectrum and simulation, at most 80 columns wide.
+    """Verdict, conclusion, criteria, spectrum and motions, at most 80 columns wide.
 
     Parameters
     ----------
@@ -34,6 +35,7 @@ def summary(report: StabilityReport) -> str:
         *(textwrap.fill(f"{reason}.", _WIDTH) for reason in reasons),
         textwrap.fill(f"Spectrum: {report.spectrum}.", _WIDTH),
         textwrap.fill(f"Simulation: {_simulated(report)}.", _WIDTH, break_on_hyphens=False),
+        textwrap.fill(f"Confirmation: {confirmation_sentence(report.confirmation)}.", _WIDTH, break_on_hyphens=False),
     ]
     return "\n\n".join(blocks)
 

@@ -12,6 +12,7 @@ from analysis.doubles import json_number
 from analysis.evidence import Bracket
 from analysis.report.certificates import certificate_list
 from analysis.report.comparison import compared
+from analysis.report.confirmed import confirmation_data
 from analysis.report.model import SCHEMA, StabilityReport
 from lure.expressions.tree import decimal
 from lure.rod import PARAMETERS
@@ -50,6 +51,7 @@ def document(report: StabilityReport) -> Json:
             "skipped": report.response.skipped,
         },
         "simulation": _simulation(report),
+        "confirmation": confirmation_data(report.confirmation),
         "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(system)},
         "versions": dict(report.versions),
     }

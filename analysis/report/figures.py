@@ -23,11 +23,12 @@ from analysis.plots import (
     plot_surface,
     render,
 )
+from analysis.plots.confirmation import plot_both_decays, plot_both_ends
 from analysis.report.model import StabilityReport
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
-Section = Literal["spectrum", "frequency", "simulation"]
+Section = Literal["spectrum", "frequency", "confirmation", "simulation"]
 
 _NYQUIST = "For the circle criterion the curve has to stay out of the shaded half-plane."
 _POPOV = (
@@ -50,7 +51,7 @@ class FigureSpec:
     ----------
     name : str
         File name without its ending.
-    section : {"spectrum", "frequency", "simulation"}
+    section : {"spectrum", "frequency", "confirmation", "simulation"}
         Where it stands in the report.
     title : str
         A few words above it.
@@ -83,7 +84,7 @@ def figures(report: StabilityReport) -> tuple[Figure, ...]:
     report : StabilityReport
         The report.
     """
-    specs = (*_spectrum(report), *_frequency(report), *_simulation(report))
+    specs = (*_spectrum(report), *_frequency(report), *_confirmation(report), *_simulation(report))
     return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs)
 
 
@@ -160,6 +161,42 @@ def _resonances(model: Model, block: UpwindScheme | RodBlock, result: CriterionR
         caption=_RESONANCES.format(" The rod has infinitely many; 24 are drawn." if model == "rod" else ""),
         draw=partial(plot_nyquist, block, result.sector, omega=omega),
     )
+
+
+def _confirmation(report: StabilityReport) -> list[FigureSpec]:
+    """Rod and scheme on the same axes."""
+    found = report.confirmation
+    if found.rod is None:
+        return []
+    scheme = "" if found.scheme is None else " The scheme loses to numerical damping what the rod keeps."
+    ends = "z of the end in the rod and in its scheme, both without a time step."
+    if found.kind == "decay":
+        ends = f"z of the end in both; ζ is constant in free flight and falls in contact.{scheme}"
+    specs = [
+        FigureSpec(
+            name="both-ends",
+            section="confirmation",
+            title="The end of the rod, and of its scheme",
+            caption=ends,
+            draw=partial(plot_both_ends, found),
+        )
+    ]
+    if found.kind != "load":
+        says = {
+            "decay": "Energy and Popov–Lyapunov function V of each never rise.",
+            "undamped": "Without damping the rod keeps its energy.",
+            "growth": "The energy of the rod never falls.",
+        }[found.kind]
+        specs.append(
+            FigureSpec(
+                name="both-decays",
+                section="confirmation",
+                title="Energy of the rod, and of its scheme",
+                caption=says + (scheme if found.kind == "decay" else ""),
+                draw=partial(plot_both_decays, found),
+            )
+        )
+    return specs
 
 
 def _simulation(report: StabilityReport) -> list[FigureSpec]:

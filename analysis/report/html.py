@@ -105,7 +105,7 @@ def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...]) -> 
         derived=_DERIVED,
         figures={
             section: [figure for figure in figures if figure.spec.section == section]
-            for section in ("spectrum", "frequency", "simulation")
+            for section in ("spectrum", "frequency", "confirmation", "simulation")
         },
         inline=inline,
         glyphs=glyphs(figures),

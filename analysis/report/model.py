@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from analysis.conclusion import Conclusion
+from analysis.confirmation import Confirmation
 from analysis.criteria.result import CriterionResult
 from analysis.criteria.rod import ResponseCheck
 from analysis.evidence import Verdict
@@ -24,12 +25,12 @@ SCHEMA = "lure-report/1"
 
 
 class ContradictionError(RuntimeError):
-    """A simulation contradicts a verdict: one of the two is wrong, and no report is written."""
+    """A motion contradicts a verdict: one of the two is wrong, and no report is written."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Simulation:
-    """The time-domain confirmation, or why there is none.
+    """The motion of the scheme, or why there is none.
 
     Attributes
     ----------
@@ -69,7 +70,9 @@ class StabilityReport:
     response : ResponseCheck
         The two computations of the frequency response compared.
     simulation : Simulation
-        The time-domain confirmation.
+        The motion of the scheme.
+    confirmation : Confirmation
+        The motion of the rod beside it, and what both were held against.
     command : str
         The command that makes this report again.
     versions : Mapping[str, str]
@@ -85,6 +88,7 @@ class StabilityReport:
     matching: Matching
     response: ResponseCheck
     simulation: Simulation
+    confirmation: Confirmation
     command: str
     versions: Mapping[str, str]
 
