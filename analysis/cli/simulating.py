@@ -119,7 +119,7 @@ def simulate(
     )
     results = {"output": output, "plot": plot, "space-time": space_time, "animation": animation}
     targets = {kind: path for kind, path in results.items() if path is not None}
-    _check(targets, request, span, force=force)
+    _check(targets, (request, chosen), span, force=force)
 
     from analysis.cli.progress import progress
     from analysis.runs.drawing import Wanted, write_results
@@ -149,12 +149,15 @@ def _rod_system(reference: str, settings: list[str]) -> RodSystem:
     return chosen
 
 
-def _check(targets: dict[str, Path], request: Request, span: tuple[float, float] | None, *, force: bool) -> None:
+def _check(
+    targets: dict[str, Path], asked: tuple[Request, RodSystem], span: tuple[float, float] | None, *, force: bool
+) -> None:
     """Refuse what cannot be written or drawn before anything is computed."""
     from analysis.runs.drawing import check_drawings
     from analysis.runs.writing import check_netcdf, check_targets
 
-    check_drawings(targets, request.until, span)
+    request, system = asked
+    check_drawings(targets, request, system.rod.travel_time, span)
     check_targets(list(targets.values()), force=force)
     if "output" in targets:
         check_netcdf()

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from analysis.runs.dataset import run_dataset
 from analysis.runs.exact import MOST_ENERGIES, sampled_motion
-from analysis.runs.film import check_span, film, usual_span
-from analysis.runs.request import Performed
+from analysis.runs.film import check_samples_seen, check_span, film, usual_span
+from analysis.runs.request import Performed, Request
 from analysis.runs.sampled import Array, SampledRun
 from analysis.runs.writing import write_dataset
 from lure.errors import InputError
@@ -22,23 +22,29 @@ _FRAMES, _ROWS = (61, 181), 601
 _IN_A_TRANSIT, _FRAMES_IN_A_TRANSIT, _ENERGIES = 40, 10, 401
 
 
-def check_drawings(targets: Mapping[str, Path], until: float, span: tuple[float, float] | None) -> None:
+def check_drawings(
+    targets: Mapping[str, Path], request: Request, transit: float, span: tuple[float, float] | None
+) -> None:
     """Refuse names and stretches of time that cannot be drawn, before anything is computed.
 
     Parameters
     ----------
     targets : Mapping of str to Path
         Of ``"output"``, ``"plot"``, ``"space-time"``, ``"animation"`` those asked for.
-    until : float
-        End of the motion [s].
+    request : Request
+        The motion asked for.
+    transit : float
+        ``T`` [s].
     span : (float, float) or None
         Stretch of time to draw [s].
 
     Raises
     ------
     InputError
-        A suffix is unknown, ffmpeg is missing, or the span leaves the motion or has nothing to be drawn in.
+        A suffix is unknown, ffmpeg is missing, the span leaves the motion or has nothing to be drawn in, or waves would
+        not be seen.
     """
+    whole = bool({"space-time", "animation"} & set(targets))
     for kind, path in targets.items():
         suffix = path.suffix.lower()
         if kind in ("plot", "space-time") and suffix not in FIGURES:
@@ -50,7 +56,9 @@ def check_drawings(targets: Mapping[str, Path], until: float, span: tuple[float,
     if span is not None:
         if not set(targets) - {"output"}:
             raise InputError("span is the stretch of time to draw; give plot, space-time or animation with it")
-        check_span(span, until)
+        check_span(span, request.until, transit if whole else None)
+    if whole and request.method != "exact":
+        check_samples_seen(request.samples, request.until, transit)
 
 
 def _check_film(path: Path, suffix: str) -> None:
@@ -124,7 +132,7 @@ def write_results(done: Performed, wanted: Wanted, *, tell: Callable[..., None] 
         from analysis.plots.space_time import space_time_page
 
         say("space-time diagram")
-        diagram = film(done, span, frames=_ROWS)
+        diagram = film(done, span, frames=_ROWS, displaced=False)
         _figure(partial(space_time_page, diagram, title=title), places["space-time"], (6.4, 6.4))
     if "animation" in places:
         from analysis.plots.animation import animate
@@ -139,7 +147,7 @@ def write_results(done: Performed, wanted: Wanted, *, tell: Callable[..., None] 
 def _figure(draw: Callable[..., object], path: Path, size: tuple[float, float]) -> None:
     from analysis.plots import render
 
-    picture = render(draw, name=path.stem, size=size)
+    picture = render(draw, name="motion", size=size)  # path has a random name here, which must not get into the file
     path.write_bytes(picture.svg.encode() if path.suffix.lower() == ".svg" else picture.png)
 
 

@@ -81,7 +81,7 @@ def sampled_motion(
     )
 
 
-def along_motion(motion: Motion, t: Array, places: int) -> Along:
+def along_motion(motion: Motion, t: Array, places: int, *, displaced: bool = True) -> Along:
     """Velocity, strain and displacement of an exact motion on a grid of instants and places.
 
     Parameters
@@ -92,6 +92,8 @@ def along_motion(motion: Motion, t: Array, places: int) -> Along:
         (samples,) instants [s].
     places : int
         Number of places, evenly spaced from 0 to ``L``.
+    displaced : bool
+        Whether to compute the displacement, which costs more than the other two; else it is nan.
 
     Raises
     ------
@@ -101,11 +103,14 @@ def along_motion(motion: Motion, t: Array, places: int) -> Along:
     check_places(places, len(t))
     x = np.linspace(0.0, motion.rod.length, places)
     forward, backward = motion.waves(t[:, None], x[None, :])
+    shown = np.full(forward.shape, np.nan)
+    if displaced:
+        shown = np.array([motion.displacement(float(instant), x) for instant in t])
     return Along(
         x=x,
         v=0.5 * (forward + backward),
         w=(backward - forward) / (2.0 * motion.rod.wave_speed),
-        u=np.array([motion.displacement(float(instant), x) for instant in t]),
+        u=shown,
     )
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +48,7 @@ class Film:
     trace_u: Array
 
 
-def film(done: Performed, span: tuple[float, float] | None, *, frames: int) -> Film:
+def film(done: Performed, span: tuple[float, float] | None, *, frames: int, displaced: bool = True) -> Film:
     """A stretch of a motion to draw.
 
     Parameters
@@ -58,6 +60,8 @@ def film(done: Performed, span: tuple[float, float] | None, *, frames: int) -> F
         of largest impulse, or from the start.
     frames : int
         Number of frames; at most so many where there are samples only.
+    displaced : bool
+        Whether the displacement is needed, too.
 
     Raises
     ------
@@ -67,7 +71,8 @@ def film(done: Performed, span: tuple[float, float] | None, *, frames: int) -> F
     first, last = span or usual_span(done.run)
     check_span((first, last), done.run.until, done.run.rod.travel_time)
     if done.motion is not None:
-        return _of_motion(done.motion, done.run, (first, last), frames)
+        fields = partial(along_motion, done.motion, displaced=displaced)
+        return _of_motion(done.motion, done.run, np.linspace(first, last, frames), fields)
     return _of_samples(done.run, (first, last), frames)
 
 
@@ -80,7 +85,7 @@ def usual_span(run: SampledRun) -> tuple[float, float]:
         The motion.
     """
     length = _USUAL_TRANSITS * run.rod.travel_time
-    if run.until <= 1.5 * length:
+    if run.until <= 1.5 * length * (1.0 + 1e-12):
         return 0.0, run.until
     if not run.impacts:
         return 0.0, length
@@ -116,15 +121,34 @@ def check_span(span: tuple[float, float], until: float, transit: float | None = 
         )
 
 
-def _of_motion(motion: Motion, run: SampledRun, span: tuple[float, float], frames: int) -> Film:
-    t, trace = np.linspace(*span, frames), np.linspace(*span, _TRACE)
-    return Film(
-        run=run,
-        t=t,
-        along=along_motion(motion, t, _PLACES),
-        trace_t=trace,
-        trace_u=motion.end_displacement(trace),
-    )
+def check_samples_seen(samples: int, until: float, transit: float) -> None:
+    """Refuse samples too far apart for the waves to be seen in a picture made of them.
+
+    Parameters
+    ----------
+    samples : int
+        Number of instants from 0 to ``until``.
+    until : float
+        End of the motion [s].
+    transit : float
+        ``T`` [s].
+
+    Raises
+    ------
+    InputError
+        There are fewer than four in a transit.
+    """
+    least = math.ceil(_FEWEST * until / transit * (1.0 - 1e-12)) + 1
+    if samples < least:
+        raise InputError(
+            f"samples is {samples}, {(samples - 1) * transit / until:.2g} in a transit of the rod; for its waves to be "
+            f"seen give at least {least}, or a shorter time"
+        )
+
+
+def _of_motion(motion: Motion, run: SampledRun, t: Array, fields: Callable[[Array, int], Along]) -> Film:
+    trace = np.linspace(t[0], t[-1], _TRACE)
+    return Film(run=run, t=t, along=fields(t, _PLACES), trace_t=trace, trace_u=motion.end_displacement(trace))
 
 
 def _of_samples(run: SampledRun, span: tuple[float, float], frames: int) -> Film:
@@ -132,12 +156,7 @@ def _of_samples(run: SampledRun, span: tuple[float, float], frames: int) -> Film
     if along is None:
         raise InputError("the fields along the rod were not kept; give a number of places")
     step = float(run.t[1] - run.t[0])
-    if _FEWEST * step > T:
-        least = math.ceil(_FEWEST * run.until / T) + 1
-        raise InputError(
-            f"samples is {len(run.t)}, {T / step:.2g} in a transit of the rod; for its waves to be seen give at least "
-            f"{least}, or a shorter time"
-        )
+    check_samples_seen(len(run.t), run.until, T)
     inside = np.flatnonzero((run.t >= span[0] - 0.5 * step) & (run.t <= span[1] + 0.5 * step))
     if len(inside) < 2:
         raise InputError(f"span is {span[0]:g} to {span[1]:g} s, less than two samples; give a longer one")
