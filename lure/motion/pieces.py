@@ -14,7 +14,8 @@ SAME = 2e-15  # edges closer than this, of a window of length 2, are one
 NARROWEST = 1e-13
 _MOST = 5000
 _CHECKS = np.array([-0.97, -0.43, 0.11, 0.71])
-_FIRST_CHECKS = np.sort(np.append(_CHECKS, np.sin(np.pi * (np.arange(64) + 0.37) / 64 - 0.5 * np.pi)))
+_FIRST_LOOKS = 2048
+_DENORMAL = 1e-320
 _NEAR_END = 1e-6  # distance of the outermost checks from the ends, in half widths,
 _CLEAR_OF_END = 2e-14  # but not less than this, for an end is known to rounding only
 
@@ -93,7 +94,9 @@ def fitted(
     function : callable
         From points (n,) to values (n,) and the size (n,) of their rounding errors.
     edges : ndarray
-        Where it may jump or have a kink; kinks that are not listed cost halvings down to a width of 1e-13.
+        Where it may jump or have a kink; kinks that are not listed cost halvings down to a width of 1e-13, a jump that
+        is not becomes a ramp of that width.  What lies between two of 2048 points at first, and nowhere else, is not
+        seen.
     degree : int
         Of the series.
     scale : float
@@ -111,7 +114,9 @@ def fitted(
     InputError
         More than 5000 pieces are needed.
     """
-    space, checks, n = basis(degree), _FIRST_CHECKS, degree + 1
+    space, n = basis(degree), degree + 1
+    looks = max(8, _FIRST_LOOKS // len(edges))
+    checks = np.append(_CHECKS, (2.0 * np.arange(looks) + 0.74) / looks - 1.0)
     starts, stops, error = edges[:-1], edges[1:], 0.0
     done: list[tuple[float, float, Array]] = []
     while starts.size:
@@ -123,13 +128,16 @@ def fitted(
         series = table[:, :n] @ space.from_inner.T
         miss = (np.abs(values(series, x[:, n:]) - table[:, n:]) - 8.0 * noise[:, n:]).max(axis=1)
         miss = np.maximum(miss, tails(series))
-        allowed = 3e-15 * scale + 8.0 * noise[:, :n].max(axis=1)
+        allowed = 3e-15 * scale + _DENORMAL + 8.0 * noise[:, :n].max(axis=1)
         if len(starts) + len(done) > _MOST:
             raise InputError(
                 f"the loads and initial data need more than {_MOST} pieces in one round trip; give "
                 "smoother or slower ones"
             )
-        good = (miss <= allowed) | (stops - starts < NARROWEST)
+        narrow = (miss > allowed) & (stops - starts < NARROWEST)
+        series[narrow] = 0.0  # a straight ramp: a polynomial would ring about a jump
+        series[narrow, 0], series[narrow, 1] = 0.5 * (table[narrow, n - 1] + [[1.0], [-1.0]] * table[narrow, 0])
+        good = (miss <= allowed) | narrow
         error = max(error, float((miss * (stops - starts))[good].max(initial=0.0)))
         done += list(zip(starts[good], stops[good], series[good], strict=True))
         middle = 0.5 * (starts[~good] + stops[~good])

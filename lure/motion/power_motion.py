@@ -17,6 +17,7 @@ from lure.motion.pieces import Pieces
 from lure.motion.segment_motion import Arc, Level
 
 _STRESS, _PLACE = 3e-14, 3e-15
+_PULL = -1e-12
 _NARROWEST = 1e-11
 _ITERATIONS = 40
 _MOST_PIECES = 2000
@@ -33,7 +34,8 @@ def power_arc(segment: Segment, share: float, transit: float, wave: Pieces, star
     """
     space = basis(wave.series.shape[1] - 1)
     size = share * float(np.abs(wave.series).sum(axis=1).max(initial=0.0))
-    depth = (size / segment.rate) ** (1.0 / segment.power)
+    with np.errstate(over="ignore", under="ignore"):
+        depth = float(np.float64(size / segment.rate) ** (1.0 / segment.power))
     if depth < _THINNEST * transit * size:
         raise AssumptionError(
             f"a wave of {size:.3g} m/s is stopped by the power law m = {segment.power:g} within {depth:.1g} m, too "
@@ -75,7 +77,7 @@ def power_arc(segment: Segment, share: float, transit: float, wave: Pieces, star
             rows.append(place)
             pushes.append(stress)
             zeta, width = float(table[-1]), (4.0 if max(miss) < 1e-2 * size else 2.0) * step
-            if zeta < -4e-16 * transit * size:
+            if zeta < -4e-16 * transit * size if segment.power > 1.0 else push[-1] < _PULL * size:
                 return _arc(wave, edges, (rows, pushes), zeta, error)
     return _arc(wave, edges, (rows, pushes), zeta, error)
 
@@ -90,24 +92,53 @@ def _solved(segment: Segment, half: float, incoming: Array, start: float) -> tup
     space = basis(len(incoming) - 1)
     K, m, rate = half * space.collocation, segment.power, segment.rate
     free = start + K @ incoming[1:]
-    z = free if m >= 1.0 else np.maximum(free, 1e-3 * np.abs(free).max(initial=0.0))
-    scale, last = float(np.abs(free).max()), np.inf
+    scale = float(np.abs(free).max())
     if scale == 0.0:
         return np.zeros(len(incoming)), np.zeros(len(incoming))
     with np.errstate(all="ignore"):
-        for _ in range(_ITERATIONS):
-            inside = np.maximum(z, 0.0)
-            push = rate * inside**m
-            slope = np.where(z > 0.0, rate * m * np.where(z > 0.0, z, 1.0) ** (m - 1.0), 0.0)
-            miss = z + K @ push - free
-            size = float(np.abs(miss).max())
-            if not np.isfinite(size) or size > 1e6 * scale:
-                break
-            if size <= 2e-16 * scale or (size <= 1e-13 * scale and size >= 0.5 * last):
-                return _in_stress((z, push, slope, miss), K, segment, start)
-            last = size
-            z = z - np.linalg.solve(np.eye(len(z)) + K * slope, miss)
+        at_rest = np.maximum(incoming[1:], 1e-9 * np.abs(incoming).max())
+        for push in (rate * np.maximum(free, 1e-3 * scale) ** m, at_rest):
+            place = (push / rate) ** (1.0 / m) if push is at_rest or m < 1.0 else free
+            found = _in_push(segment, K, push, free) if m < 1.0 else _in_place(segment, K, place, free)
+            if found is not None:
+                return _in_stress(found, K, segment, start)
     return np.full(len(incoming), np.nan), np.zeros(len(incoming))
+
+
+def _in_place(segment: Segment, K: Array, z: Array, free: Array) -> tuple[Array, Array, Array, Array] | None:
+    """Newton's method in ``z``, for ``m > 1``: place, push, slope and miss."""
+    m, rate, scale, last = segment.power, segment.rate, float(np.abs(free).max()), np.inf
+    for _ in range(_ITERATIONS):
+        inside = np.maximum(z, 0.0)
+        push = rate * inside**m
+        slope = rate * m * inside ** (m - 1.0)
+        miss = z + K @ push - free
+        size = float(np.abs(miss).max())
+        if not size <= 1e6 * scale:
+            return None
+        if size <= 2e-16 * scale or (size <= 1e-13 * scale and size >= 0.5 * last):
+            return z, push, slope, miss
+        last = size
+        z = z - np.linalg.solve(np.eye(len(z)) + K * slope, miss)
+    return None
+
+
+def _in_push(segment: Segment, K: Array, push: Array, free: Array) -> tuple[Array, Array, Array, Array] | None:
+    """Newton's method in the push, for ``m < 1``, whose slope is infinite at contact; the law made odd below zero."""
+    n, rate, scale, last = 1.0 / segment.power, segment.rate, float(np.abs(free).max()), np.inf
+    for _ in range(_ITERATIONS):
+        share = np.abs(push) / rate
+        z = np.sign(push) * share**n
+        softness = n * share ** (n - 1.0) / rate
+        miss = z + K @ push - free
+        size = float(np.abs(miss).max())
+        if not size <= 1e6 * scale:
+            return None
+        if size <= 2e-16 * scale or (size <= 1e-13 * scale and size >= 0.5 * last):
+            return z, push, np.where(softness > 1e-200, 1.0 / np.maximum(softness, 1e-200), 1e200), miss
+        last = size
+        push = push - np.linalg.solve(np.diag(softness) + K, miss)
+    return None
 
 
 def _in_stress(
@@ -115,8 +146,11 @@ def _in_stress(
 ) -> tuple[Array, Array]:
     """The solution after one correction of the push: rounding of ``z`` times a large stiffness would spoil it."""
     z, push, slope, miss = found
+    n = 1.0 / segment.power
     softness = np.where(slope > 0.0, 1.0 / np.where(slope > 0.0, slope, 1.0), 1e200)
-    better = np.maximum(push - np.linalg.solve(np.diag(softness) + K, miss), 0.0)
+    better = push - np.linalg.solve(np.diag(softness) + K, miss)
+    if segment.power > 1.0:
+        better = np.maximum(better, 0.0)
     stiff = slope * np.abs(K).max() > 1.0
-    place = np.where(stiff, (better / segment.rate) ** (1.0 / segment.power), z)
+    place = np.where(stiff, np.sign(better) * (np.abs(better) / segment.rate) ** n, z)
     return np.append(start, place), np.append(segment.rate * max(start, 0.0) ** segment.power, better)

@@ -157,7 +157,7 @@ def departure(segment: Segment, arc: Arc) -> tuple[list[tuple[int, Array]], floa
     tolerance : float
         Rounding of the functions: an excursion that stays below it is none.
     """
-    if math.isinf(segment.rate):
+    if math.isinf(segment.rate) or segment.power < 1.0:
         return [(-1, -arc.push)], _GRAZE * float(np.abs(arc.push).sum(axis=1).max(initial=0.0))
     found = []
     for step, bound in ((1, segment.high), (-1, segment.low)):

@@ -60,10 +60,16 @@ class Sources:
         """``W`` on the first window, ``(0, 2T)``, without loads, and the error of its pieces."""
         L = self.rod.length
 
-        def wave(tau: Array) -> tuple[Array, Array]:
+        def at(tau: Array, place: Array) -> Array:
             """Forward data, then the echo of backward data."""
-            forward, backward = self.scenario.waves(self.rod, np.clip(L * np.abs(1.0 - tau), 0.0, L))
-            return np.where(tau < 1.0, forward, self.echo * backward), np.zeros(len(tau))
+            forward, backward = self.scenario.waves(self.rod, np.clip(place, 0.0, L))
+            return np.where(tau < 1.0, forward, self.echo * backward)
+
+        def wave(tau: Array) -> tuple[Array, Array]:
+            """The data, and what the rounding of the place does to them."""
+            place = L * np.abs(1.0 - tau)
+            value = at(tau, place)
+            return value, np.abs(at(tau, place + 2.0**-52 * L) - value)
 
         edges = [1.0]
         for data in (self.scenario.displacement, self.scenario.velocity):
