@@ -30,7 +30,7 @@ CELLS = (10, 50, 200)
 GALERKIN: tuple[tuple[SpaceName, int], ...] = (("P1", 51), ("P2", 51), ("cosine", 50))
 _ROUND_TRIPS = 7.5
 _TOLERANCE = 1e-8
-_FLOOR = 100.0
+_FLOOR, _ROUNDING = 100.0, 1e-13
 _MOST_SAMPLES = 200_000
 _FEWEST = 8
 
@@ -223,6 +223,7 @@ def _with_orders(rows: list[Row], exact: Reference, tolerance: float) -> tuple[R
     """The rows with the orders against the next coarser of the family that was run."""
     done: list[Row] = []
     last: dict[str, Row] = {}
+    rounding = _ROUNDING * (float(np.abs(exact.u).max()) + abs(exact.motion.rod.gap))
     for row in rows:
         coarse = last.get(row.family)
         if not row.refused:
@@ -230,7 +231,7 @@ def _with_orders(rows: list[Row], exact: Reference, tolerance: float) -> tuple[R
         if row.refused or coarse is None:
             done.append(row)
             continue
-        floor = _FLOOR * (tolerance if row.family == "scheme" else _TOLERANCE) * exact.amplitude
+        floor = _FLOOR * (tolerance if row.family == "scheme" else _TOLERANCE) * exact.amplitude + rounding
         ratio = math.log(coarse.width / row.width)
         order = Order(
             coarser=coarse.size,

@@ -17,7 +17,9 @@ CvodeMethod = Literal["CVODE", "CVODE-Adams"]
 
 _ROOT = 2
 _MOST_STEPS = 10_000_000
+_CLOSE = 1e-13
 _FINER, _DEEPEST = 16, 3
+_NEAR, _CELL, _GRAZE = 2.0, 0.5, 0.02
 _SHARES = np.linspace(0.0, 1.0, 33)[1:-1]
 
 
@@ -26,8 +28,9 @@ def cvode_leg(leg: Leg, method: CvodeMethod, *, depth: int = 0) -> Walked:
 
     Newton's method with the banded Jacobian by difference quotients, which for these equations are exact to rounding
     where the law is linear.  CVODE compares signs at the ends of its steps; here they are also compared at every sample
-    and at least every ``leg.longest``, and where the cubic through ``z`` and ``z'`` at two such instants changes sign
-    between them the stretch is run again with sixteen times as many.
+    and at least every ``leg.longest``, near the obstacle twice for every cell a wave passes.  Where the cubic through
+    ``z`` and ``z'`` at two such instants changes sign between them, or all but does, the stretch is run again with
+    sixteen times as many; what neither shows is missed.
 
     Parameters
     ----------
@@ -44,41 +47,44 @@ def cvode_leg(leg: Leg, method: CvodeMethod, *, depth: int = 0) -> Walked:
         scikit-sundae is not installed, or CVODE gives up.
     """
     rate = Counted(leg=leg)
-    if leg.end - leg.start <= 1e-14 * leg.end:
-        return Walked(t=leg.end, y=leg.y, rows=np.empty((0, 3)), left=False, steps=None, evaluations=0)
+    if leg.end - leg.start <= _CLOSE * leg.end:
+        rest = leg.equations.observed(np.tile(leg.y, (leg.times.size, 1)))
+        return Walked(t=leg.end, y=leg.y, rows=rest, left=False, steps=None, evaluations=0)
     solver = _solver(leg, method, rate)
     solver.init_step(leg.start, leg.y)
-    rows, wanted = [], set(leg.times.tolist())
-    t, y, extra, first = leg.start, leg.y, 0, leg.watch
-    for look in _looks(leg).tolist():
+    close = leg.times <= leg.start * (1.0 + _CLOSE)  # CVODE does not start for so short a way
+    rows, wanted = [leg.equations.observed(np.tile(leg.y, (int(close.sum()), 1)))], leg.times[~close]
+    t, y, extra, watch = leg.start, leg.y, 0, leg.watch
+    while t < leg.end:
+        look = min(leg.end, t + _stride(leg, y), *wanted[:1].tolist())
         found = solver.step(look, method="normal", tstop=leg.end)
         if not found.success or not np.isfinite(found.y).all():
             raise InputError(stopping(leg, method, float(found.t), str(found.message)))
         new_t, new, root = float(found.t), np.array(found.y), found.status == _ROOT
-        unseen = not root and first and float(leg.depth(new[-1:])[0]) < -leg.noise
-        if unseen:  # CVODE sees no change of sign where z starts from zero
-            new_t, new, root = t, y, True
-        elif depth < _DEEPEST and not root and _hidden(leg, (t, y), (new_t, new)):
+        if not root and watch and float(leg.depth(new[-1:])[0]) < -leg.noise:
+            new_t, new, root = t, y, True  # CVODE sees no change of sign where z starts from zero
+        elif depth < _DEEPEST and not root and _doubtful(leg, (t, y), (new_t, new)):
             part = replace(leg, start=t, y=y, end=new_t, times=np.empty(0), longest=(new_t - t) / _FINER)
             again = cvode_leg(part, method, depth=depth + 1)
             extra += again.evaluations
             if again.left:
                 new_t, new, root = again.t, again.y, True
-        if not root and look in wanted:
+        if not root and wanted.size and wanted[0] <= new_t:
             rows.append(leg.equations.observed(new[None, :]))
+            wanted = wanted[1:]
+        t, y, watch = new_t, new, True
         if root:
-            count = rate.count + extra
-            return Walked(t=new_t, y=at_zero(new), rows=stacked(rows), left=True, steps=None, evaluations=count)
-        t, y, first = new_t, new, True
-    return Walked(t=leg.end, y=y, rows=stacked(rows), left=False, steps=None, evaluations=rate.count + extra)
+            break
+    else:
+        root = False
+    y = at_zero(y) if root else y
+    return Walked(t=t, y=y, rows=stacked(rows), left=root, steps=None, evaluations=rate.count + extra)
 
 
-def _looks(leg: Leg) -> Array:
-    """Instants to stop at: the samples, the end, and enough others, each after the start."""
-    count = max(int(np.ceil((leg.end - leg.start) / leg.longest)), 1)
-    even = np.linspace(leg.start, leg.end, count + 1)[1:]
-    looks = np.union1d(even, leg.times)
-    return looks[looks > leg.start * (1.0 + 1e-14)]
+def _stride(leg: Leg, y: Array) -> float:
+    """How long ``z`` need not be looked at: half a cell where it could reach the obstacle within two longest steps."""
+    near = abs(float(y[-1])) <= _NEAR * leg.longest * float(np.abs(y[:-1]).max(initial=0.0))
+    return min(leg.longest, _CELL / leg.equations.scheme.rate) if near else leg.longest
 
 
 def _solver(leg: Leg, method: CvodeMethod, rate: Counted) -> Any:  # noqa: ANN401  (scikit-sundae has no types)
@@ -111,17 +117,18 @@ def _solver(leg: Leg, method: CvodeMethod, rate: Counted) -> Any:  # noqa: ANN40
     )
 
 
-def _hidden(leg: Leg, before: tuple[float, Array], after: tuple[float, Array]) -> bool:
-    """Whether the cubic through ``z`` and ``z'`` at both instants takes the wrong sign between them."""
+def _doubtful(leg: Leg, before: tuple[float, Array], after: tuple[float, Array]) -> bool:
+    """Whether the cubic through ``z`` and ``z'`` at both instants takes the wrong sign between them, or nearly."""
     (t0, y0), (t1, y1) = before, after
     span, law, mobility = t1 - t0, leg.equations.scheme.rod.law, leg.equations.scheme.rod.mobility
     ends = np.array([y0[-1], y1[-1]])
     slopes = np.array([y0[-3], y1[-3]]) - (mobility * law(ends) if leg.touching else 0.0)
     s = _SHARES
-    cubic = (
+    cubic = leg.depth(
         (1.0 + 2.0 * s) * (1.0 - s) ** 2 * ends[0]
         + s * (1.0 - s) ** 2 * span * slopes[0]
         + s**2 * (3.0 - 2.0 * s) * ends[1]
         - s**2 * (1.0 - s) * span * slopes[1]
     )
-    return bool(leg.depth(cubic).min() < -leg.noise)
+    least = float(cubic.min())
+    return least < -leg.noise or least < min(float(leg.depth(ends).min()), _GRAZE * span * float(np.abs(slopes).max()))

@@ -98,7 +98,8 @@ def _cost(found: Comparison) -> str:
     for row in _run(found):
         counts = ("-" if count is None else str(count) for count in (row.steps, row.evaluations))
         body.append((row.label, row.integrator, f"{row.cpu_seconds:.3g}", *counts, str(len(row.contacts))))
-    return _table(head, body)
+    remark = "CPU times are of this process, with what is loaded on first use; - is none or not counted."
+    return f"{_table(head, body)}\n{_filled(remark)}"
 
 
 def _settling(found: Comparison) -> str:

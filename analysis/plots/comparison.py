@@ -71,7 +71,9 @@ def plot_comparison(found: Comparison, *, ax: Axes | None = None) -> tuple[Axes,
     above.tick_params(labelbottom=False)
     above.xaxis.get_offset_text().set_visible(False)
     handles, labels = above.get_legend_handles_labels()
-    above.legend(handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.03), ncols=_COLUMNS, **LEGEND)
+    above.legend(
+        handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.03), ncols=_COLUMNS, **{**LEGEND, "framealpha": 0.0}
+    )
     return above, below
 
 
@@ -153,7 +155,7 @@ def plot_comparison_error(found: Comparison, *, ax: Axes | None = None) -> Axes:
         note(axes, f"dotted: first {exact.event.kind} of the exact motion", corner="lower right")
     axes.set_xlim(float(found.t[0]), float(found.t[-1]))
     axes.set_xlabel("t [s]")
-    axes.set_ylabel("error of u(t, L) [m]" if unit == 1.0 and not exact.amplitude else "error / amplitude")
+    axes.set_ylabel("largest error [m]" if not exact.amplitude else "largest error / amplitude")
     finish_axes(axes)
     return axes
 
@@ -190,7 +192,8 @@ def _framed(found: Comparison, *, ax: Axes) -> None:
     if figure is not None:
         lines = math.ceil((len(_styled(found.rows)) + 3) / _COLUMNS)
         figure.subplots_adjust(top=_TOP - _LINE * lines, **_PLACES)
-    plot_comparison(found, ax=ax)
+    for axes in plot_comparison(found, ax=ax):
+        axes.spines[["top", "right"]].set_visible(False)
 
 
 def _styled(rows: Sequence[Row]) -> list[tuple[Row, dict[str, Any]]]:
