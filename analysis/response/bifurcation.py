@@ -266,7 +266,7 @@ def _in_parallel(family: Sequence[Case], sweep: Sweep) -> Iterator[Point]:
 
 def _point(member: Case, plan: Plan) -> Point:
     settled = settling(member.rod, plan, member.period)
-    watch = Watch(member.rod, plan.boundary, watched_times(plan, member.period, settled.time))
+    watch = Watch(member.rod, plan.boundary, watched_times(plan, member.period, settled.time), plan.samples)
     try:
         follow(member.rod, member.scenario, [watch])
     except (AssumptionError, InputError) as error:
@@ -281,7 +281,7 @@ def _one_motion(family: Sequence[Case], sweep: Sweep) -> Iterator[Point]:
     for member in family:
         starts.append(start)
         begin = start + settling(rod, plan, member.period).time
-        watches.append(Watch(rod, plan.boundary, watched_times(plan, member.period, begin)))
+        watches.append(Watch(rod, plan.boundary, watched_times(plan, member.period, begin), plan.samples))
         start = float(watches[-1].t[-1])
     interrupted, problem = False, ""
     try:

@@ -25,6 +25,7 @@ _PI = Apply("pi", ())
 _POINTS = 61
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _AGREE = 1e-9
+_MANY = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +45,12 @@ class _Monomial:
 
     def value(self) -> float:
         """In double precision."""
-        product = float(self.factor)
-        for node, power in self.powers:
-            product *= float(Expression(source="", variables=(), tree=node)()) ** power
+        try:
+            product = float(self.factor)
+            for node, power in self.powers:
+                product *= float(Expression(source="", variables=(), tree=node)()) ** power
+        except (OverflowError, ZeroDivisionError):
+            return math.inf
         return product
 
 
@@ -89,7 +93,8 @@ def load_period(scenario: Scenario, given: float | None, otherwise: float) -> tu
     scenario : Scenario
         Its ``g`` and ``f``.
     given : float or None
-        The user's word; it is compared with the formulas at 61 times of one period, which is no proof.
+        The user's word; at 61 times the formulas are compared with themselves 1 and 100 periods later, which is no
+        proof.
     otherwise : float
         What to take if no load depends on ``t`` [s].
 
@@ -124,14 +129,16 @@ def _check_given(loads: dict[str, Expression], period: float) -> None:
     t = period * np.mod(_GOLDEN * np.arange(1, _POINTS + 1), 1.0)
     for name, load in loads.items():
         places = {"x": 0.0} if "x" in load.variables else {}
-        now, later = load(t=t, **places), load(t=t + period, **places)
-        wrong = ~(np.abs(later - now) <= _AGREE * np.abs(now).max(initial=0.0))
-        if wrong.any():
-            i = int(np.argmax(wrong))
-            raise InputError(
-                f"period is {period:g} s, but {name} is {now[i]:.6g} at t = {t[i]:.6g} s and {later[i]:.6g} one period "
-                "later; give a period of the load"
-            )
+        now = load(t=t, **places)
+        for count in (1, _MANY):
+            later = load(t=t + count * period, **places)
+            wrong = ~(np.abs(later - now) <= _AGREE * count * np.abs(now).max(initial=0.0))
+            if wrong.any():
+                i = int(np.argmax(wrong))
+                raise InputError(
+                    f"period is {period:g} s, but {name} is {now[i]:.6g} at t = {t[i]:.6g} s and {later[i]:.6g} after "
+                    f"{count} of them; give a period of the load"
+                )
 
 
 def _seconds(period: _Monomial | None) -> float | None:

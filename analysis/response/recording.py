@@ -32,10 +32,10 @@ class Record:
         (n+1,) times, equally spaced from the start of the watch to its end [s].
     z, v : ndarray
         (n+1,) contact coordinate [m] and end velocity ``z'`` [m/s].
-    contact_impulse : float
-        ``A int p dt`` over the watch [N s].
-    returned : float
-        ``int V dt`` over the watch, one transit earlier: what reaches ``x = 0`` [m].
+    contact_impulses : ndarray
+        (R,) ``A int p dt`` over each period of the watch [N s].
+    returned : ndarray
+        (R,) ``int V dt`` over each, one transit earlier: what reaches ``x = 0`` [m].
     touched : tuple of Impact
         Every contact that lies in the watch or reaches into it, in order.
     """
@@ -45,8 +45,8 @@ class Record:
     t: Array
     z: Array
     v: Array
-    contact_impulse: float
-    returned: float
+    contact_impulses: Array
+    returned: Array
     touched: tuple[Impact, ...]
 
     @property
@@ -74,6 +74,8 @@ class Watch:
         What happens at its ends.
     times : ndarray
         (n+1,) ascending [s].
+    samples : int
+        Samples in a period; ``n`` is a multiple of it.
 
     Attributes
     ----------
@@ -83,12 +85,13 @@ class Watch:
         The times.
     """
 
-    def __init__(self, rod: Rod, boundary: Boundary, times: Array) -> None:
+    def __init__(self, rod: Rod, boundary: Boundary, times: Array, samples: int) -> None:
         self._rod, self.boundary, self.t = rod, boundary, times
         self._times = times / rod.travel_time
         self._next = 0
         self._z, self._v = np.empty(times.size), np.empty(times.size)
-        self._pushed, self._returned = 0.0, 0.0
+        self._periods = self._times[::samples]
+        self._pushed, self._returned = np.zeros(self._periods.size - 1), np.zeros(self._periods.size - 1)
         self._touched: list[Impact] = []
         self._open: Impact | None = None
 
@@ -100,14 +103,13 @@ class Watch:
     def see(self, window: Window) -> None:
         """Keep what the watch wants of a window."""
         origin, span = 2.0 * window.number, float(window.edges[-1])
-        first, last = float(self._times[0]), float(self._times[-1])
-        if origin + span < first - 1.0 or self.done:
+        if origin + span < float(self._times[0]) - 1.0 or self.done:
             return
         start = float(self.t[0])
         self._touched += [impact for impact in window.impacts if impact.end > start]
         self._open = window.end.impact
-        self._pushed += self._integral(window.edges, window.push, first - origin, last - origin)
-        self._returned += self._integral(window.edges, window.returned, first - 1.0 - origin, last - 1.0 - origin)
+        self._add(self._pushed, window.edges, window.push, origin)
+        self._add(self._returned, window.edges, window.returned, origin + 1.0)
         self._sample(window, origin, span)
 
     def record(self) -> Record:
@@ -121,7 +123,7 @@ class Watch:
             t=self.t,
             z=self._z,
             v=self._v,
-            contact_impulse=rod.area * loss / rod.mobility * self._pushed,
+            contact_impulses=rod.area * loss / rod.mobility * self._pushed,
             returned=self._returned,
             touched=tuple(impact for impact in begun if impact.start < self.t[-1]),
         )
@@ -135,6 +137,13 @@ class Watch:
             self._z[chosen] = Pieces(window.edges, window.z)(local)
             self._v[chosen] = Pieces(window.edges, 0.5 * (window.wave + window.returned))(local)
             self._next = stop
+
+    def _add(self, sums: Array, edges: Array, series: Array, origin: float) -> None:
+        """Add the integral of a series that starts at an instant to the periods it reaches into."""
+        low, high = origin + float(edges[0]), origin + float(edges[-1])
+        first = max(int(np.searchsorted(self._periods, low, side="right")) - 1, 0)
+        for i in range(first, min(int(np.searchsorted(self._periods, high)), sums.size)):
+            sums[i] += self._integral(edges, series, self._periods[i] - origin, self._periods[i + 1] - origin)
 
     def _integral(self, edges: Array, series: Array, low: float, high: float) -> float:
         """Of a series over a part of its window, in seconds times its unit."""

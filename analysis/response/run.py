@@ -70,7 +70,7 @@ def response(rod: Rod, force: Load, *, plan: Plan | None = None, progress: Progr
     scenario = scenario_of(force)
     period, source = load_period(scenario, plan.period, 2.0 * rod.travel_time)
     settled = settling(rod, plan, period)
-    watch = Watch(rod, plan.boundary, watched_times(plan, period, settled.time))
+    watch = Watch(rod, plan.boundary, watched_times(plan, period, settled.time), plan.samples)
     motion = follow(rod, scenario, [watch], progress)
     seen = watch.record()
     regime, transients = classified(seen, scenario, plan)
@@ -91,7 +91,7 @@ def response(rod: Rod, force: Load, *, plan: Plan | None = None, progress: Progr
         impact_impulses=np.array([impact.impulse for impact in seen.impacts if impact.closed]),
         duty=share_in_contact(seen),
         impulses=impulses(seen, plan.run),
-        balance=balance(seen, scenario, period, plan.run),
+        balance=balance(seen, scenario, period, regime.multiple),
         spectrum=spectrum(seen, regime, period, plan.samples),
         separation=_parted(rod, scenario, seen, (plan, period)) if plan.separation else None,
         energy_residual=motion.energy_residual,
@@ -157,7 +157,7 @@ def watched_times(plan: Plan, period: float, start: float) -> Array:
 
 def _parted(rod: Rod, scenario: Scenario, seen: Record, asked: tuple[Plan, float]) -> Separation:
     plan, period = asked
-    watch = Watch(rod, plan.boundary, seen.t)
+    watch = Watch(rod, plan.boundary, seen.t, plan.samples)
     follow(rod, pushed(scenario, float(seen.t[0]), period), [watch])
     shape = (plan.run, plan.samples)
     return separation(seen.z[:-1].reshape(shape), watch.record().z[:-1].reshape(shape), period)

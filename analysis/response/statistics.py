@@ -48,7 +48,7 @@ class Impulses:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Balance:
-    """Momentum per period of the force, averaged over the watch [N s].
+    """Momentum per period of the force [N s], averaged over the last periods watched, a whole number of repetitions.
 
     In a motion that repeats the dashpots take none on average, since ``k int u_t dt`` is ``k`` times the change of
     ``u``, and momentum comes back: **the mean contact impulse is that of the force.**  So a force of mean 0 has no
@@ -137,7 +137,7 @@ def impulses(record: Record, periods: int) -> Impulses:
     )
 
 
-def balance(record: Record, scenario: Scenario, period: float, periods: int) -> Balance | None:
+def balance(record: Record, scenario: Scenario, period: float, multiple: int | None) -> Balance | None:
     r"""Momentum per period; None with a body force or a clamped end, whose share is not recorded.
 
     .. math:: \int v(t, 0)\,dt = \tfrac{1 - a}{2} \int V(t - T)\,dt + b \int g\,dt.
@@ -150,18 +150,21 @@ def balance(record: Record, scenario: Scenario, period: float, periods: int) -> 
         For its force.
     period : float
         Of the force [s].
-    periods : int
-        How many of them were watched.
+    multiple : int or None
+        Periods after which the motion repeats, if it was seen to.
     """
     rod, boundary = record.rod, record.boundary
     if boundary.clamped or not scenario.body_force.is_zero:
         return None
+    watched = record.returned.size
+    first = watched % (multiple or 1)
+    samples = (record.z.size - 1) // watched
     start = float(record.t[0])
     force = _impulse(scenario.force, start, start + period)
-    travelled = 0.5 * (1.0 - rod.reflection) * record.returned / periods + rod.input_gain * force
-    at_end = float(record.z[-1] - record.z[0]) / periods
+    travelled = 0.5 * (1.0 - rod.reflection) * float(record.returned[first:].mean()) + rod.input_gain * force
+    at_end = float(record.z[-1] - record.z[first * samples]) / (watched - first)
     return Balance(
-        contact=record.contact_impulse / periods,
+        contact=float(record.contact_impulses[first:].mean()),
         force=force,
         dashpot=rod.damping * travelled + boundary.end_damping * at_end,
     )
