@@ -14,7 +14,7 @@ SAME = 2e-15  # edges closer than this, of a window of length 2, are one
 NARROWEST = 1e-13
 _MOST = 5000
 _CHECKS = np.array([-0.97, -0.43, 0.11, 0.71])
-_FIRST_LOOKS = 2048
+_LOOKS = 2048
 _DENORMAL = 1e-320
 _NEAR_END = 1e-6  # distance of the outermost checks from the ends, in half widths,
 _CLEAR_OF_END = 2e-14  # but not less than this, for an end is known to rounding only
@@ -42,14 +42,20 @@ class Pieces:
 
     def __call__(self, x: Array) -> Array:
         """Values (n,) at points (n,) between the first edge and the last; on an edge those from the right."""
-        i = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, len(self.series) - 1)
+        i = np.clip(
+            np.searchsorted(self.edges, x, side="right") - 1, 0, len(self.series) - 1
+        )
         low, high = self.edges[i], self.edges[i + 1]
         local = np.clip(((x - low) - (high - x)) / (high - low), -1.0, 1.0)
         return values(self.series[i], local[:, None])[:, 0]
 
     def on(self, edges: Array) -> Pieces:
         """The same function with more edges, or with fewer of it at the ends."""
-        parent = np.clip(np.searchsorted(self.edges, 0.5 * (edges[:-1] + edges[1:])) - 1, 0, len(self.series) - 1)
+        parent = np.clip(
+            np.searchsorted(self.edges, 0.5 * (edges[:-1] + edges[1:])) - 1,
+            0,
+            len(self.series) - 1,
+        )
         low, high = self.edges[parent], self.edges[parent + 1]
         series = self.series[parent]
         cut = np.flatnonzero((edges[:-1] != low) | (edges[1:] != high))
@@ -57,7 +63,9 @@ class Pieces:
             low, high = low[cut], high[cut]
             a = ((edges[cut] - low) - (high - edges[cut])) / (high - low)
             b = ((edges[cut + 1] - low) - (high - edges[cut + 1])) / (high - low)
-            series[cut] = restricted(series[cut], np.maximum(a, -1.0), np.minimum(b, 1.0))
+            series[cut] = restricted(
+                series[cut], np.maximum(a, -1.0), np.minimum(b, 1.0)
+            )
         return Pieces(edges, series)
 
 
@@ -70,9 +78,19 @@ def joined(first: Pieces, second: Pieces) -> tuple[Pieces, Pieces]:
 def union(first: Array, second: Array) -> Array:
     """Edges of both, without any of the second that agrees with one of the first to rounding; the span of the first."""
     inside = second[(second > first[0] + SAME) & (second < first[-1] - SAME)]
-    near = np.abs(first[np.clip(np.searchsorted(first, inside), 1, len(first) - 1)] - inside)
-    near = np.minimum(near, np.abs(first[np.clip(np.searchsorted(first, inside) - 1, 0, len(first) - 1)] - inside))
-    return np.sort(np.concatenate((first, inside[near > SAME]))) if inside.size else first
+    near = np.abs(
+        first[np.clip(np.searchsorted(first, inside), 1, len(first) - 1)] - inside
+    )
+    near = np.minimum(
+        near,
+        np.abs(
+            first[np.clip(np.searchsorted(first, inside) - 1, 0, len(first) - 1)]
+            - inside
+        ),
+    )
+    return (
+        np.sort(np.concatenate((first, inside[near > SAME]))) if inside.size else first
+    )
 
 
 def distinct(points: list[float], low: float, high: float) -> Array:
@@ -85,7 +103,10 @@ def distinct(points: list[float], low: float, high: float) -> Array:
 
 
 def fitted(
-    function: Callable[[Array], tuple[Array, Array]], edges: Array, degree: int, scale: float
+    function: Callable[[Array], tuple[Array, Array]],
+    edges: Array,
+    degree: int,
+    scale: float,
 ) -> tuple[Pieces, float]:
     """A function from outside as pieces, halved until the series resolves it.
 
@@ -95,8 +116,7 @@ def fitted(
         From points (n,) to values (n,) and the size (n,) of their rounding errors.
     edges : ndarray
         Where it may jump or have a kink; kinks that are not listed cost halvings down to a width of 1e-13, a jump that
-        is not becomes a ramp of that width.  What lies between two of 2048 points at first, and nowhere else, is not
-        seen.
+        is not becomes a ramp of that width.  What shows at none of 2048 points is not seen.
     degree : int
         Of the series.
     scale : float
@@ -107,7 +127,7 @@ def fitted(
     pieces : Pieces
         The fit.
     error : float
-        Largest error times width left on a piece that could not be halved further, or seen at the checking points.
+        Sum over the pieces of what is left at the checking points or of the rounding there, times their widths.
 
     Raises
     ------
@@ -115,20 +135,31 @@ def fitted(
         More than 5000 pieces are needed.
     """
     space, n = basis(degree), degree + 1
-    looks = max(8, _FIRST_LOOKS // len(edges))
-    checks = np.append(_CHECKS, (2.0 * np.arange(looks) + 0.74) / looks - 1.0)
+    looks = 2 * max(8, _LOOKS // len(edges))
     starts, stops, error = edges[:-1], edges[1:], 0.0
     done: list[tuple[float, float, Array]] = []
     while starts.size:
         half = 0.5 * (stops - starts)[:, None]
         last = np.maximum(1.0 - np.maximum(_NEAR_END, _CLEAR_OF_END / half), 0.5)
-        x = np.hstack((np.tile(np.append(space.inner, checks), (len(starts), 1)), -last, last))
-        table, noise = (part.reshape(x.shape) for part in function((starts[:, None] + half * (x + 1.0)).ravel()))
-        scale, checks = max(scale, float(np.abs(table).max())), _CHECKS
+        looks //= 2
+        checks = np.append(
+            _CHECKS, (2.0 * np.arange(looks) + 0.74) / max(looks, 1) - 1.0
+        )
+        x = np.hstack(
+            (np.tile(np.append(space.inner, checks), (len(starts), 1)), -last, last)
+        )
+        table, noise = (
+            part.reshape(x.shape)
+            for part in function((starts[:, None] + half * (x + 1.0)).ravel())
+        )
+        scale = max(scale, float(np.abs(table).max()))
         series = table[:, :n] @ space.from_inner.T
-        miss = (np.abs(values(series, x[:, n:]) - table[:, n:]) - 8.0 * noise[:, n:]).max(axis=1)
+        miss = (
+            np.abs(values(series, x[:, n:]) - table[:, n:]) - 8.0 * noise[:, n:]
+        ).max(axis=1)
         miss = np.maximum(miss, tails(series))
-        allowed = 3e-15 * scale + _DENORMAL + 8.0 * noise[:, :n].max(axis=1)
+        doubt = noise[:, :n].max(axis=1)
+        allowed = 3e-15 * scale + _DENORMAL + 8.0 * doubt
         if len(starts) + len(done) > _MOST:
             raise InputError(
                 f"the loads and initial data need more than {_MOST} pieces in one round trip; give "
@@ -136,14 +167,22 @@ def fitted(
             )
         narrow = (miss > allowed) & (stops - starts < NARROWEST)
         series[narrow] = 0.0  # a straight ramp: a polynomial would ring about a jump
-        series[narrow, 0], series[narrow, 1] = 0.5 * (table[narrow, n - 1] + [[1.0], [-1.0]] * table[narrow, 0])
+        series[narrow, 0], series[narrow, 1] = 0.5 * (
+            table[narrow, n - 1] + [[1.0], [-1.0]] * table[narrow, 0]
+        )
         good = (miss <= allowed) | narrow
-        error = max(error, float((miss * (stops - starts))[good].max(initial=0.0)))
+        error += float(((miss + doubt) * (stops - starts))[good].sum())
         done += list(zip(starts[good], stops[good], series[good], strict=True))
         middle = 0.5 * (starts[~good] + stops[~good])
-        starts, stops = np.concatenate((starts[~good], middle)), np.concatenate((middle, stops[~good]))
+        starts, stops = (
+            np.concatenate((starts[~good], middle)),
+            np.concatenate((middle, stops[~good])),
+        )
     done.sort(key=lambda piece: piece[0])
-    return Pieces(np.array([*(piece[0] for piece in done), edges[-1]]), np.array([piece[2] for piece in done])), error
+    return Pieces(
+        np.array([*(piece[0] for piece in done), edges[-1]]),
+        np.array([piece[2] for piece in done]),
+    ), error
 
 
 def merged(pieces: Pieces, tolerance: float) -> Pieces:
@@ -159,7 +198,10 @@ def merged(pieces: Pieces, tolerance: float) -> Pieces:
         good = np.ones(len(pairs), dtype=bool)
         for part in (0, 1):
             start, stop = pieces.edges[pairs + part], pieces.edges[pairs + part + 1]
-            a, b = 2.0 * (start - low) / (high - low) - 1.0, 2.0 * (stop - low) / (high - low) - 1.0
+            a, b = (
+                2.0 * (start - low) / (high - low) - 1.0,
+                2.0 * (stop - low) / (high - low) - 1.0,
+            )
             again = restricted(series, a, b)
             good &= np.abs(again - pieces.series[pairs + part]).sum(axis=1) <= tolerance
         drop = pairs[good] + 1
