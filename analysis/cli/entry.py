@@ -11,8 +11,9 @@ from typing import cast
 
 import typer
 
-from analysis.cli.certificates import app
+from analysis.cli import certificates, comparing, responding, simulating
 
+COMMANDS = (certificates, simulating, comparing, responding)  # importing them has put theirs on the one app
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141
 USAGE_ERROR = cast(
     "type[Exception]", typer.BadParameter.__base__
@@ -49,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     try:
-        result = typer.main.get_command(app).main(arguments, prog_name="lure", standalone_mode=False)
+        result = typer.main.get_command(COMMANDS[0].app).main(arguments, prog_name="lure", standalone_mode=False)
         return result if isinstance(result, int) else 0
     except (KeyboardInterrupt, typer.Abort):
         return INTERRUPTED
