@@ -24,6 +24,7 @@ from lure.upwind import UpwindScheme
 
 Array: TypeAlias = NDArray[np.float64]
 
+_BLOCK = 1024
 _ELSEWHERE = "analysis.simulation.simulate takes any load, up to 1000 cells"
 
 
@@ -60,31 +61,42 @@ class Force:
         return max(1, int(min(1e9, fastest**-2 if fastest > 0.0 else math.inf)))
 
     def entering(self, clock: Fraction, count: int) -> Array:
-        """(count,) what enters the first wave at the steps from ``clock`` on [m/s]."""
-        n = np.arange(count, dtype=float)
+        """(count,) what enters the first wave at the steps from ``clock`` on [m/s].
+
+        Raises
+        ------
+        InputError
+            The force grows beyond the range of doubles.
+        """
         start = float(clock / Fraction(self.rate))
-        total = np.zeros(count)
-        for (rate, power), weight in self._piece(clock).items():
-            if rate.imag >= 0.0:  # conjugates come in pairs
-                twice = self.gain * (2.0 if rate.imag > 0.0 else 1.0)
-                total += twice * (weight * np.exp(rate * start) * self._term(n, rate / self.rate, power, start)).real
+        waves: dict[int, list[tuple[complex, complex]]] = {}
+        with np.errstate(over="ignore", invalid="ignore"):
+            for (rate, power), weight in self._piece(clock).items():
+                step = rate / self.rate
+                size = self.gain * weight * (2.0 if rate.imag > 0.0 else 1.0) * complex(np.exp(rate * start))
+                for k in range(power + 1) if rate.imag >= 0.0 else ():  # conjugates come in pairs
+                    share = math.comb(power, k) * start ** (power - k) / self.rate**k
+                    waves.setdefault(k, []).append((step, size * share * (1.0 + step) ** -k))
+            total, falling, n = np.zeros(count), np.ones(1), np.arange(count, dtype=float)
+            for k in range(max(waves, default=-1) + 1):
+                total += falling * _powers(waves[k], count) if k in waves else 0.0
+                falling = falling * (n - k)
+        if not np.isfinite(total).all():
+            raise InputError(f"force.g grows beyond the range of doubles after {start:.6g} s; give an earlier end")
         return total
 
     def _piece(self, clock: Fraction) -> Sum:
         return self.pieces[bisect_right(self.edges, clock / Fraction(self.rate))]
 
-    def _term(self, n: Array, rate: complex, power: int, start: float) -> NDArray[np.complex128]:
-        """The register of ``(start + t)^power e^{rate tau}``, ``t = tau/s``."""
-        size = 0.5 * math.log1p(rate.real * (2.0 + rate.real) + rate.imag**2) if rate != -1.0 else -math.inf
-        growth = complex(size, math.atan2(rate.imag, 1.0 + rate.real))
-        falling, total = np.ones(n.size), np.zeros(n.size, dtype=complex)
-        for k in range(power + 1):
-            with np.errstate(invalid="ignore"):
-                grown = np.exp(np.maximum(n - k, 0.0) * growth) if rate != 0.0 else np.ones(n.size)
-            share = math.comb(power, k) * start ** (power - k) / self.rate**k
-            total += share * falling * np.where(n == k, 1.0, grown)
-            falling = falling * (n - k)
-        return total
+
+def _powers(waves: list[tuple[complex, complex]], count: int) -> Array:
+    """The sum of ``Re[weight (1 + step)^n]`` over pairs of step and weight: blocks times a block."""
+    sizes = np.array([0.5 * math.log1p(step.real * (2.0 + step.real) + step.imag**2) for step, _ in waves])
+    growth = sizes + 1j * np.array([math.atan2(step.imag, 1.0 + step.real) for step, _ in waves])
+    blocks = np.exp(np.multiply.outer(np.arange(0, count, _BLOCK), growth)) * np.array([weight for _, weight in waves])
+    inside = np.exp(np.multiply.outer(growth, np.arange(_BLOCK)))
+    product = np.hstack((blocks.real, -blocks.imag)) @ np.vstack((inside.real, inside.imag))
+    return np.asarray(product.ravel()[:count])
 
 
 def force_of(scheme: UpwindScheme, load: Expression, until: float) -> Force | None:
@@ -123,8 +135,8 @@ def force_of(scheme: UpwindScheme, load: Expression, until: float) -> Force | No
             )
         pieces.append(piece)
     fastest = max((abs(rate) for piece in pieces for rate, _ in piece), default=0.0)
-    if fastest > scheme.rate:
-        least = math.ceil(scheme.cells * fastest / scheme.rate)
+    if fastest >= scheme.rate:
+        least = math.floor(scheme.cells * fastest / scheme.rate) + 1
         raise InputError(
             f"force.g changes at {fastest:.3g} 1/s, faster than the {scheme.cells} cells are crossed; give at least "
             f"{least} cells"
