@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from analysis.cli.certificates import app as app
-from analysis.cli.commands import Json, Quiet
+from analysis.cli.commands import Json, Quiet, Settings
 from analysis.cli.refused import refused
 
 if TYPE_CHECKING:
@@ -93,10 +93,7 @@ def simulate(
     order: Annotated[
         int | None, typer.Option("--order", metavar="M", help="Dimension of the Galerkin space.", show_default=False)
     ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable."),
-    ] = None,
+    set_: Settings = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
     as_json: Json = False,
     quiet: Quiet = False,
