@@ -126,6 +126,13 @@ def test_the_absolute_tolerance_is_the_users_if_given():
     assert runs[0].steps < runs[1].steps  # 1 m/s is more than any wave here: 1.2 m/s is their largest
 
 
+def test_longer_steps_are_taken_where_they_are_allowed():
+    # at rest after 1 ms; a quarter of a transit is 4.2e-5 s, so 0.1 s takes 2400 steps at least
+    short, long = (integrate(upwind(paper(), 4), RELEASE, 0.1, longest_step=step, samples=3) for step in (None, 0.01))
+    assert short.steps > 2400 > 2 * long.steps
+    assert np.abs(short.z - long.z).max() < 1e-9
+
+
 @pytest.mark.parametrize("method", GENERAL)
 @pytest.mark.parametrize(("shift", "contacts"), [(-1e-6, 1), (1e-6, 0)])
 def test_a_contact_that_only_just_happens_is_found_and_none_besides(method, shift, contacts):
@@ -215,7 +222,8 @@ def test_work_is_counted():
         ({"until": 2e4}, 'fewer cells or method="exact"'),
         ({"samples": 1}, "samples is 1; give a whole number from 2"),
         ({"rtol": 1e-15}, "rtol is 1e-15; give a number from 1e-12"),
-        ({"atol": 0.0}, "atol is 0.0; give a positive number"),
+        ({"atol": 0.0}, "atol is 0.0; give a positive number in m/s"),
+        ({"longest_step": -1.0}, "longest_step is -1.0; give a positive number in s"),
     ],
 )
 def test_what_cannot_be_run_is_refused_in_a_sentence(change, message):

@@ -31,7 +31,7 @@ _MOST_WORK = 1e8
 _IDLE = 3
 
 
-def integrate(  # noqa: PLR0913  (what, from where, until when, and four settings with defaults)
+def integrate(  # noqa: PLR0913  (what, from where, until when, and five settings with defaults)
     scheme: UpwindScheme,
     scenario: Scenario,
     until: float,
@@ -40,12 +40,12 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and four setting
     rtol: float = 1e-8,
     atol: float | None = None,
     samples: int = 2001,
+    longest_step: float | None = None,
 ) -> SchemeRun:
     r"""Motion of the scheme ``y' = A y + b1 mu + b2 g + f``-terms, ``mu = -p(z)``, by the integrator of one's choice.
 
     Flight and contact are integrated as two smooth problems, each from where the last one ended; an instant at which a
-    load changes its formula ends a piece, too.  No step is longer than a quarter of a transit, so that a load which is
-    quiet for long is still looked at.
+    load changes its formula ends a piece, too.
 
     Parameters
     ----------
@@ -67,6 +67,9 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and four setting
         velocity that the data and the loads suggest.
     samples : int
         Number of instants kept, evenly spaced from 0 to ``until``.
+    longest_step : float, optional
+        Longest step [s].  By default a quarter of a transit: a load that is quiet for long is still looked at, and at
+        rest the integrator could go faster.
 
     Returns
     -------
@@ -92,7 +95,8 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and four setting
     >>> bool(abs(run.u_end - exact.u_end).max() < 1e-11)
     True
     """
-    _check(scheme, until, (method, rtol, atol, samples))
+    _check(scheme, until, (method, samples))
+    _check_steps(rtol, atol, longest_step)
     if method == "exact":
         return exact_scheme(scheme, scenario, until, samples)
     equations = SchemeEquations(scheme=scheme, scenario=scenario)
@@ -103,7 +107,12 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and four setting
     size = np.full(scheme.order, speed)
     size[-1] *= scheme.rod.travel_time
     walk = _Walk(
-        equations=equations, method=method, rtol=rtol, atol=size, times=np.linspace(0.0, float(until), samples)
+        equations=equations,
+        method=method,
+        rtol=rtol,
+        atol=size,
+        longest=_LONGEST * scheme.rod.travel_time if longest_step is None else longest_step,
+        times=np.linspace(0.0, float(until), samples),
     )
     with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is looked at after each step
         end = walk.go([0.0, *equations.breaks(until), float(until)])
@@ -130,6 +139,7 @@ class _Walk:
     method: SchemeMethod
     rtol: float
     atol: Array
+    longest: float
     times: Array
     rows: Array = field(init=False)
     filled: int = 0
@@ -171,7 +181,7 @@ class _Walk:
             span=span,
             y=y,
             times=self.times[self.filled : int(np.searchsorted(self.times, span[1], side="right"))],
-            longest=_LONGEST * self.equations.scheme.rod.travel_time,
+            longest=self.longest,
             rtol=self.rtol,
             atol=self.atol,
             watch=watch,
@@ -200,21 +210,26 @@ class _Walk:
             self.contacts.append((start, end))
 
 
-def _check(scheme: UpwindScheme, until: object, settings: tuple[object, object, object, object]) -> None:
-    method, rtol, atol, samples = settings
+def _check(scheme: UpwindScheme, until: object, settings: tuple[object, object]) -> None:
+    method, samples = settings
     if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until < math.inf:
         raise InputError(f"until is {until!r}; give a positive number of seconds")
     if method not in SCHEME_METHODS:
         raise InputError(f"method is {method!r:.40}; give one of {', '.join(SCHEME_METHODS)}")
     if isinstance(samples, bool) or not isinstance(samples, int) or not 2 <= samples <= _MOST_SAMPLES:
         raise InputError(f"samples is {samples!r}; give a whole number from 2 to {_MOST_SAMPLES}")
-    if isinstance(rtol, bool) or not isinstance(rtol, int | float) or not 1e-12 <= rtol <= 1e-2:
-        raise InputError(f"rtol is {rtol!r}; give a number from 1e-12 to 1e-2")
-    if atol is not None and (isinstance(atol, bool) or not isinstance(atol, int | float) or not 0.0 < atol < math.inf):
-        raise InputError(f"atol is {atol!r}; give a positive number in m/s, or None")
     work = scheme.rate * until
     if method != "exact" and work > _MOST_WORK:
         raise InputError(
             f"until is {until:g} s, in which a wave passes {work:.2g} cells, one or two a step; give at most "
             f'{_MOST_WORK / scheme.rate:.3g} s, fewer cells or method="exact"'
         )
+
+
+def _check_steps(rtol: object, atol: object, longest: object) -> None:
+    if isinstance(rtol, bool) or not isinstance(rtol, int | float) or not 1e-12 <= rtol <= 1e-2:
+        raise InputError(f"rtol is {rtol!r}; give a number from 1e-12 to 1e-2")
+    for name, value, unit in (("atol", atol, "m/s"), ("longest_step", longest, "s")):
+        wrong = isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf
+        if value is not None and wrong:
+            raise InputError(f"{name} is {value!r}; give a positive number in {unit}, or None")
