@@ -41,7 +41,7 @@ from lure.derivation import (
 )
 from lure.derivation.popov import modulus, phase
 from lure.derivation.variation import f, u
-from lure.derivation.vocabulary import E, T, a, area, b, d, g, k, laplace, omega, p, residual, rho, s, t, theta, x
+from lure.derivation.vocabulary import E, L, T, a, area, b, d, g, k, laplace, omega, p, residual, rho, s, t, theta, x
 from lure.errors import InputError
 from lure.upwind import upwind
 
@@ -353,6 +353,15 @@ def test_no_row_of_the_misprint_table_vanishes(table):
 def test_a_misprint_is_off_by_what_was_found_by_hand(table, where, difference):
     (row,) = [row for row in table if row.where == where]
     assert str(row.difference) == difference
+
+
+def test_without_its_dot_the_bound_of_lemma_3_2_would_forbid_a_rod_to_rest_elsewhere(table):
+    (row,) = [row for row in table if row.where == "end of the proof of Lemma 3.2, first integral"]
+    (motion,) = row.printed.atoms(sp.Function)
+    place = sp.Symbol("C")
+    assert row.printed.subs(motion, place).doit() == place**2 * L  # with E_m = 0
+    assert row.corrected.subs(motion, place).doit() == 0
+    assert row.corrected.subs(motion, t).doit() == L  # u = t: twice the kinetic energy L/2
 
 
 def test_the_cnn_matrix_is_circulant_only_without_dashpot(table):

@@ -9,12 +9,13 @@ from lure.derivation.variation import (
     hamilton,
     strain,
     u,
+    velocity,
     velocity_left,
     virtual,
     virtual_left,
     weak_form,
 )
-from lure.derivation.vocabulary import E, Misprint, area, g, gap, k, rho, t, x
+from lure.derivation.vocabulary import E, L, Misprint, area, g, gap, k, rho, t, x
 from lure.derivation.waves import rest_position
 
 UNIT = ((E, 1), (rho, 1), (k, 1), (area, 1))  # section 3 of the paper says E = k = rho = 1 and uses A = 1
@@ -22,7 +23,7 @@ UNIT = ((E, 1), (rho, 1), (k, 1), (area, 1))  # section 3 of the paper says E = 
 
 def theory_misprints() -> tuple[Misprint, ...]:
     """The rows (1) to (28): potential energy, sign of the force, Galerkin system, bound, stationary solution."""
-    return (_potential_energy(), *_weak_form(), *_galerkin(), _bound(), _stationary())
+    return (_potential_energy(), *_weak_form(), *_galerkin(), *_bounds(), _stationary())
 
 
 def _potential_energy() -> Misprint:
@@ -103,14 +104,27 @@ def _galerkin() -> tuple[Misprint, ...]:
     )
 
 
-def _bound() -> Misprint:
+def _bounds() -> tuple[Misprint, Misprint]:
     kinetic, bound = sp.symbols("int(u_t^2) E_m", positive=True)
-    return Misprint(
-        where="end of the proof of Lemma 3.2",
-        printed=bound,
-        corrected=sp.solve(kinetic / 2 - bound, kinetic)[0],
-        explanation="E_m contains half the integral of u_t^2, so the bound on the integral itself is twice the bound "
-        "on E_m, and the same for u_x^2. The lemma survives.",
+    motion = sp.Function("u_m")(t, x)
+    density = (rho * area * velocity**2 / 2 + elastic_energy()).subs(UNIT)  # of E_m, without the obstacle
+    moving = (2 * density.subs(strain, 0)).subs(velocity, motion.diff(t))
+    return (
+        Misprint(
+            where="end of the proof of Lemma 3.2",
+            printed=bound,
+            corrected=sp.solve(kinetic / 2 - bound, kinetic)[0],
+            explanation="E_m contains half the integral of u_t^2, so the bound on the integral itself is twice the "
+            "bound on E_m, and the same for u_x^2. The lemma survives.",
+        ),
+        Misprint(
+            where="end of the proof of Lemma 3.2, first integral",
+            printed=sp.Integral(motion**2, (x, 0, L)),
+            corrected=sp.Integral(moving, (x, 0, L)),
+            explanation="A dot is missing: E_m knows the velocity and the strain and not the displacement. A rod at rest "
+            "at u = C, short of the obstacle, has E_m = 0, and the integral of u^2 is C^2 L. A bound on u itself follows "
+            "by integrating u_t in time.",
+        ),
     )
 
 
