@@ -158,7 +158,9 @@ def fitted(
             np.abs(values(series, x[:, n:]) - table[:, n:]) - 8.0 * noise[:, n:]
         ).max(axis=1)
         miss = np.maximum(miss, tails(series))
-        doubt = noise[:, :n].max(axis=1)
+        doubt = np.partition(noise[:, :n], n - 3, axis=1)[
+            :, n - 3
+        ]  # a jump near one node or two excuses nothing
         allowed = 3e-15 * scale + _DENORMAL + 8.0 * doubt
         if len(starts) + len(done) > _MOST:
             raise InputError(
