@@ -149,6 +149,8 @@ def test_the_json_has_every_field_that_was_promised(reports):
         (name, model) for name in ("popov", "circle") for model in ("scheme", "rod")
     }
     assert {"verdict", "statement", "stationary_set", "assumptions"} <= data["conclusion"].keys()
+    motion = {"until", "energy", "lyapunov", "zeta", "rest", "energy_residual", "momentum_residual", "open_end"}
+    assert motion <= data["confirmation"]["rod"].keys() == data["confirmation"]["scheme"].keys()
     simulation = {"cells", "t_end", "max_gap_coordinate", "contact", "rest_position", "energy_residual", "agrees"}
     assert simulation <= data["simulation"].keys()
     assert {"lure", "python", "numpy", "scipy", "control", "python-flint"} <= data["versions"].keys()
@@ -375,6 +377,7 @@ def test_the_page_goes_from_the_verdict_to_how_to_repeat_it(reports):
         "The block that was built",
         "Spectrum: the scheme against the rod",
         "Frequency response",
+        "Confirmation: the rod and its scheme, side by side",
         "Simulation",
         "Assumptions: checked, and assumed",
         "Certificates",
@@ -395,6 +398,8 @@ def test_every_figure_is_written_as_svg_and_png(pages):
     assert names == {
         "spectrum",
         "damping",
+        "both-ends",
+        "both-decays",
         "end-motion",
         "resting-place",
         "decay",

@@ -17,9 +17,9 @@ from lure.scenario import Scenario
 from lure.waves import RodBlock
 
 MOST_TRIPS = 2000
-_MOST_WORK = 3000.0
+_MOST_WORK = 1500.0
 _CHECKED_TRIPS = 16
-_DECAYED = 1e-13
+_DECAYED, _RESOLVED = 1e-13, 1e-10
 _SETTLED, _GROWN = math.log(1e-14), math.log(1e60)
 
 
@@ -36,7 +36,7 @@ class Followed:
     flight_from : int
         Number of round trips before it.
     leans : bool
-        Whether the waves have decayed while the end still leans on the obstacle, ever more lightly.
+        Whether the waves have decayed and the end is at the obstacle: it leans on it, ever more lightly.
     shortened : str or None
         Why the motion was not followed further.
     """
@@ -80,6 +80,12 @@ def follow(rod: Rod, scenario: Scenario, until: float) -> Followed:
     shortened = None
     try:
         for window in motion_windows(rod, scenario, end if scenario.free else min(end, until)):
+            if watch.windows and not watch.resolves(window):
+                shortened = (
+                    f"after {len(watch.windows)} round trips the estimated error of the exact motion exceeds 1e-10 of "
+                    "its size, and it is followed no further"
+                )
+                break
             watch.add(window)
             if watch.done:
                 break
@@ -116,17 +122,19 @@ class _Watch:
     work: float = 0.0
     wave: float = 0.0
     depth: float = 0.0
+    error: float = 0.0
 
     def add(self, window: Window) -> None:
         """Enter the next round trip."""
         self.windows.append(window)
-        self.work += 1.0 + window.crossings + len(window.wave) * (0.05 if self.rod.exponent == 1.0 else 0.5)
+        self.error += window.error
+        self.work += 0.3 + window.crossings + len(window.wave) * (0.05 if self.rod.exponent == 1.0 else 1.0)
         wave, depth = max(_size(window.wave), _size(window.returned)), _size(window.z)
         self.wave, self.depth = max(self.wave, wave), max(self.depth, depth)
+        self.leans = self.settles and wave <= _DECAYED * self.wave and depth <= _DECAYED * self.depth
         if not self.settles or self.flight is not None or len(self.windows) < self.stop:
             return
-        if window.end.impact is not None:
-            self.leans = wave <= _DECAYED * self.wave and depth <= _DECAYED * self.depth
+        if self.leans or window.end.impact is not None:
             return
         found = flight_after(self.rod, window)
         if found.final:
@@ -137,9 +145,13 @@ class _Watch:
     @property
     def done(self) -> bool:
         """Whether nothing more is to be learnt, or it would take too long."""
-        if len(self.windows) >= self.most or self.work > _MOST_WORK or self.leans:
+        if len(self.windows) >= self.most or self.work > _MOST_WORK:
             return True
-        return len(self.windows) >= self.stop and (not self.settles or self.flight is not None)
+        return len(self.windows) >= self.stop and (not self.settles or self.leans or self.flight is not None)
+
+    def resolves(self, window: Window) -> bool:
+        """Whether the estimates of all errors stay below ``1e-10`` of the motion."""
+        return self.error + window.error <= _RESOLVED * max(self.depth, self.wave * self.rod.travel_time)
 
 
 def _size(series: Array) -> float:

@@ -98,11 +98,8 @@ def rest_of_rod(rod: Rod, scenario: Scenario, followed: Followed, largest: float
     if flight is None or taken >= needed:
         shown = float(right_ends(followed.windows[-1].z)[-1])
         at, way = 2.0 * T * len(followed.windows), "followed until the ringing had decayed"
-        way = (
-            way
-            if flight is not None
-            else "followed until the waves had decayed, leaning on the obstacle ever more lightly"
-        )
+        if flight is None:
+            way = "followed until the waves had decayed, leaning on the obstacle ever more lightly"
     else:
         trips = min(needed, 1e300)
         shown = flight.zeta + ringing(rod, trips) * (flight.start - flight.zeta)

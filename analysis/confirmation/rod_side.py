@@ -19,7 +19,7 @@ from lure.rod import Rod
 from lure.scenario import Scenario
 
 _SAMPLES = 2001
-_ROUNDING = 1e-12
+_ROUNDING, _TRUSTED = 1e-12, 1e-7
 
 
 def rod_side(rod: Rod, scenario: Scenario, until: float, kind: Kind) -> Side:
@@ -187,7 +187,7 @@ def contradictions_of_rod(side: Side, kind: Kind) -> tuple[str, ...]:
                 f"the {name} of the rod {verb} by {quantity.against:.3g} of itself between two samples, where it must "
                 f"not; rounding explains {quantity.allowance:.1g}"
             )
-    if not side.energy_residual <= 1e-7:
+    if not side.energy_residual <= max(_TRUSTED, 0.0 if side.energy is None else side.energy.allowance):
         found.append(
             f"the energy balance of the rod is off by {side.energy_residual:.2g}: the motion cannot be trusted"
         )

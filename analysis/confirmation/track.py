@@ -49,17 +49,16 @@ class Track:
         degree = self.windows[0].wave.shape[1] - 1
         L = self.rod.length
 
-        def backward(tau: Array) -> tuple[Array, Array]:
-            """``r2`` at the start, by when it would have left ``x = L``."""
-            wave = self.scenario.waves(self.rod, np.clip(L * (tau - 1.0), 0.0, L))[1]
-            return wave, np.zeros(len(tau))
+        def backward(s: Array) -> tuple[Array, Array]:
+            """``r2`` at ``x = L s`` at the start, which would have left ``x = L`` a time ``1 - s`` before."""
+            return self.scenario.waves(self.rod, L * s)[1], np.zeros(len(s))
 
-        edges = [1.0]
+        edges: list[float] = []
         for data in (self.scenario.displacement, self.scenario.velocity):
-            edges += [1.0 + float(place) / L for place in data.breakpoints("x", 0.0, L) or ()]
-        start, _ = fitted(backward, distinct(edges, 1.0, 2.0), degree, 0.0)
+            edges += [float(place) / L for place in data.breakpoints("x", 0.0, L) or ()]
+        start, _ = fitted(backward, distinct(edges, 0.0, 1.0), degree, 0.0)
         still = np.zeros((1, degree + 1))
-        tables = [(np.append(0.0, start.edges), np.zeros((len(start.series) + 1, degree + 1)))]
+        tables = [(np.append(0.0, 1.0 + start.edges), np.zeros((len(start.series) + 1, degree + 1)))]
         tables += [(window.edges, window.wave) for window in self.windows]
         returned = [still, start.series, *(window.returned for window in self.windows)]
         z = [still, np.zeros_like(start.series), *(window.z for window in self.windows)]

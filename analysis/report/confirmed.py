@@ -103,7 +103,8 @@ def confirmation_sentence(found: Confirmation) -> str:
             f"{rod.energy.start:.3g} to {rod.energy.end:.3g} J"
         )
     if found.kind == "undamped":
-        return f"{followed}; the energy of the rod stays {rod.energy.start:.3g} J within {_order(rod.energy.against)}{_scheme_loss(scheme)}"
+        kept = f"the energy of the rod stays {rod.energy.start:.3g} J within {_order(rod.energy.against)}"
+        return f"{followed}; {kept}{_scheme_loss(scheme)}"
     return f"{followed}; energy, Lyapunov function and zeta do not rise from sample to sample; {_rests(found)}"
 
 
