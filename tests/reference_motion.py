@@ -1,8 +1,8 @@
 """The motion of the rod to 40 digits by other means than lure's: sums of powers times exponentials, event by event.
 
-Every function of time is kept in closed form on its pieces, ``f(s) = sum c_{mu, j} s^j e^{mu s}`` with complex ``mu`` and
-``s`` counted from the start of the piece.  This set is closed under what the motion needs: shifts, the integral
-of free flight, and ``z' = w - lam z``.  Events are bracketed on a fine net of each piece and bisected.
+Every function of time is kept in closed form on its pieces, ``f(s) = sum c_{mu, j} s^j e^{mu s}`` with complex ``mu``
+and ``s`` counted from the start of the piece.  This set is closed under what the motion needs: shifts, the integral of
+free flight, and ``z' = w - lam z``.  Events are bracketed on a fine net of each piece and bisected.
 """
 
 from dataclasses import dataclass
@@ -83,7 +83,7 @@ def relaxed(w, lam, start):
 
 @dataclass
 class Reference:
-    """``z``, ``push = d p`` and ``V`` on consecutive pieces ``(start, stop, z, push, V)`` [s], and the instants of events."""
+    """``z``, ``push = d p`` and ``V`` on pieces ``(start, stop, z, push, V)`` [s], and the events."""
 
     pieces: list
     events: list
