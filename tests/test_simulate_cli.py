@@ -56,6 +56,16 @@ def test_the_summary_says_what_moved(lure, options, moved):
     assert max(map(len, out.splitlines())) <= 80
 
 
+def test_ends_that_are_not_those_of_the_system_are_said(lure):
+    def said(*options):
+        return " ".join(lure("simulate", "paper-rod", *SHORT, *options)[1].split())
+
+    assert "Ends:" not in said()
+    assert "Ends: x = 0 is free, k = 0." in said("--boundary", "free", "--method", "scheme")
+    rigid = said("--boundary", "clamped", "--rigid", "--end-damping", "0.5")
+    assert "Ends: x = 0 is clamped, the obstacle is rigid, x = L has a dashpot of 0.5 N s/m." in rigid
+
+
 def test_json_is_plain_and_alone(lure, here):
     status, out, err = lure("simulate", "paper-rod", *SHORT, *STRIKE, "--json", "-o", "run.nc")
     found = json.loads(out)

@@ -51,8 +51,7 @@ def sampled_integration(
         subject="scheme",
         about=scheme_words(scheme),
         evidence=Evidence.OBSERVED,
-        method=f"{method} of {library}, each step to {RTOL:g}, stopped at contact and release; the error of z is not "
-        "estimated",
+        method=f"{method} of {library}, each step to {RTOL:g}, stopped at contact and release",
         rod=scheme.rod,
         scenario=scenario,
         t=run.t,

@@ -19,7 +19,12 @@ if TYPE_CHECKING:
 
 INTEGRATORS = ("LSODA", "RK45", "DOP853", "Radau", "BDF", "CVODE")
 METHODS = ("exact", "scheme", "galerkin", *INTEGRATORS)
-BOUNDARIES = ("dashpot", "free", "matched", "clamped")
+BOUNDARIES = {
+    "dashpot": "the dashpot of the system",
+    "free": "free, k = 0",
+    "matched": "matched, k = Z",
+    "clamped": "clamped",
+}
 SPACES = ("P1", "P2", "cosine")
 _TELL_EVERY = 64
 _DRAWN_PLACES = 101
@@ -77,7 +82,7 @@ class Request:
         if self.places:
             check_places(self.places, self.samples)
         _among("method", self.method, METHODS)
-        _among("boundary", self.boundary, BOUNDARIES)
+        _among("boundary", self.boundary, tuple(BOUNDARIES))
         if self.space is not None:
             _among("space", self.space, SPACES)
         if self.method != "exact":
@@ -171,25 +176,35 @@ def perform(
     AssumptionError
         The motion leaves what the method can follow.
     """
-    rod = request.rod(system.rod)
+    changed = replace(system, rod=request.rod(system.rod))
     if progress:
         progress(f"motion by {request.method}")
     if request.method == "exact":
-        return _exact(replace(system, rod=rod), request, energy=energy, progress=progress)
-    if request.method == "galerkin":
-        from analysis.runs.galerkin import sampled_galerkin
+        done = _exact(changed, request, energy=energy, progress=progress)
+    elif request.method == "galerkin":
+        done = Performed(run=_in_space(changed, request))
+    else:
+        done = Performed(run=_of_scheme(changed, request))
+    ends: dict[str, str | int | float] = {
+        "boundary_at_0": BOUNDARIES[request.boundary],
+        "boundary_end_damping": request.end_damping,
+        "boundary_obstacle": "rigid" if request.rigid else "compliant",
+    }
+    return replace(done, run=replace(done.run, details={**done.run.details, **ends}))
 
-        run = sampled_galerkin(
-            rod,
-            system.scenario,
-            request.until,
-            space=cast("SpaceName", request.space or "P1"),
-            order=51 if request.order is None else request.order,
-            samples=request.samples,
-            places=request.places,
-        )
-        return Performed(run=run)
-    return Performed(run=_of_scheme(replace(system, rod=rod), request))
+
+def _in_space(system: RodSystem, request: Request) -> SampledRun:
+    from analysis.runs.galerkin import sampled_galerkin
+
+    return sampled_galerkin(
+        system.rod,
+        system.scenario,
+        request.until,
+        space=cast("SpaceName", request.space or "P1"),
+        order=51 if request.order is None else request.order,
+        samples=request.samples,
+        places=request.places,
+    )
 
 
 def _cells(request: Request, system: RodSystem) -> int:

@@ -21,19 +21,34 @@ def summary_lines(run: SampledRun, name: str) -> list[str]:
     name : str
         Name of the system.
     """
-    said = [f"{name} up to {run.until:g} s: {run.about}.", _contact(run), _end(run)]
+    said = [f"{name} up to {run.until:g} s: {run.about}.", *_ends(run), _contact(run), _end(run)]
     if run.energy is not None:
         said.append(f"Energy: {run.energy[0]:.6g} J at the start, {run.energy[-1]:.6g} J at the end.")
     if run.energy_residual is not None:
         said.append(f"Energy balance: relative residual {run.energy_residual:.1g}.")
     if run.error is not None:
         said.append(f"Error of z: {run.error:.1g} m ({run.error_is}).")
+    else:
+        said.append("Error of z: not estimated.")
     said.append(f"Method: {run.method.removesuffix('.')}.")
     if run.note:
         said.append(f"Note: {run.note}.")
     other = "" if run.subject == "rod" else ", and it is not a motion of the rod"
     said.append(f"One motion, {run.evidence}: it proves nothing of others{other}.")
     return said
+
+
+def _ends(run: SampledRun) -> list[str]:
+    """How the ends differ from those of the system."""
+    found = []
+    at_0, end_damping = run.details.get("boundary_at_0"), run.details.get("boundary_end_damping")
+    if at_0 not in (None, "the dashpot of the system", "dashpot"):
+        found.append(f"x = 0 is {at_0}")
+    if run.details.get("boundary_obstacle") == "rigid":
+        found.append("the obstacle is rigid")
+    if end_damping:
+        found.append(f"x = L has a dashpot of {end_damping:g} N s/m")
+    return [f"Ends: {', '.join(found)}."] if found else []
 
 
 def _contact(run: SampledRun) -> str:
