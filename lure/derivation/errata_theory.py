@@ -121,9 +121,9 @@ def _bounds() -> tuple[Misprint, Misprint]:
             where="end of the proof of Lemma 3.2, first integral",
             printed=sp.Integral(motion**2, (x, 0, L)),
             corrected=sp.Integral(moving, (x, 0, L)),
-            explanation="A dot is missing: E_m knows the velocity and the strain and not the displacement. A rod at rest "
-            "at u = C, short of the obstacle, has E_m = 0, and the integral of u^2 is C^2 L. A bound on u itself follows "
-            "by integrating u_t in time.",
+            explanation="A dot is missing: E_m knows the velocity and the strain and not the displacement. A rod at "
+            "rest at u = C, short of the obstacle, has E_m = 0, and the integral of u^2 is C^2 L. A bound on u itself "
+            "follows by integrating u_t in time.",
         ),
     )
 
