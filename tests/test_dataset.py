@@ -241,6 +241,25 @@ def test_the_impulse_of_a_galerkin_impact_is_unknown_without_a_sample_in_flight_
     assert fine.impulse == pytest.approx(float(model.impulse[-1]), rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"method": "scheme", "cells": 50},
+        {"method": "scheme", "cells": 1200},
+        {"method": "galerkin"},
+        {"method": "LSODA", "cells": 20},
+    ],
+)
+def test_a_contact_from_the_start_is_closed_when_the_end_has_left(options):
+    pressed = find_system("paper-rod", ["rod.gap=-2e-4", "rod.compliance=1e-9"])  # z(0) = -1e-4 + 2e-4
+    (left,) = perform(pressed, Request(until=5e-4, samples=5, **options)).run.impacts
+    (cut,) = perform(pressed, Request(until=3e-5, samples=5, **options)).run.impacts
+    assert (left.start, left.closed) == (0.0, True)
+    assert left.end == pytest.approx(2.005e-4, rel=0.03)
+    assert (cut.start, cut.end, cut.closed) == (0.0, pytest.approx(3e-5), False)
+
+
 def test_a_clamped_rod_has_no_dashpot_force():
     motion = exact_motion(unit_rod(), Scenario.parse(velocity="x"), 2.0, boundary=Boundary(clamped=True))
     found = motion_dataset(motion, 5)
