@@ -71,11 +71,10 @@ Examples:
 
 \b
 Uniform displacements [m] and velocities [m/s] are added to the initial data.
-Each motion is followed until it is known that no contact comes any more, or
-bounds are given.  Ctrl-C keeps what is done.
+Each motion is followed until it is known where it ends, or bounds are given.  Ctrl-C keeps what is done.
 
 \b
-Exit status: 0 done, 10 contact may follow somewhere, 2 bad input,
+Exit status: 0 done, 10 a resting place is not known, 2 bad input,
 130 interrupted.
 """
 System = Annotated[str, typer.Argument(metavar="SYSTEM", help="A built-in rod or a TOML file.")]
@@ -197,7 +196,7 @@ def basin(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Find the resting places; 10 if one is not settled, 130 if it was interrupted."""
+    """Find the resting places; 10 if one is not known, 130 if it was interrupted."""
     chosen = _rod_system(system, set_ or [])
     _check_figure(plot, replace=replace)
     offsets, velocities = _grid(offset, "--offset"), _grid(velocity, "--velocity")
@@ -213,7 +212,7 @@ def basin(
         _draw(plot, partial(plot_basin, found), (5.6, 4.0), quiet=quiet)
     if not found.complete:
         return _INTERRUPTED
-    return 0 if found.settled.all() else _OPEN
+    return 0 if found.known.all() else _OPEN
 
 
 def _rod_system(reference: str, settings: list[str]) -> RodSystem:

@@ -275,7 +275,7 @@ def plot_basin(basin: Basin, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        The axes drawn on: upper bounds where contact may follow, marked with a dot.
+        The axes drawn on: upper bounds where the place is not known, marked with a dot.
     """
     axes = axes_or_new(ax)
     x, y = np.array(basin.offsets), np.array(basin.velocities)
@@ -285,9 +285,9 @@ def plot_basin(basin: Basin, *, ax: Axes | None = None) -> Axes:
     finish_axes(bar.ax)
     if min(x.size, y.size) > 1 and basin.impacts.max() > 0:
         _impact_lines(axes, basin)
-    rows, columns = np.nonzero((basin.impacts >= 0) & ~basin.settled)
+    rows, columns = np.nonzero((basin.impacts >= 0) & ~basin.known)
     if rows.size:
-        axes.plot(x[columns], y[rows], ".", ms=2.0, color=VERMILLION, label="contact may follow: upper bound")
+        axes.plot(x[columns], y[rows], ".", ms=2.0, color=VERMILLION, label="upper bound only")
         axes.legend(loc="upper right", **LEGEND)
     axes.set_xlabel("initial displacement [m]")
     axes.set_ylabel("initial velocity [m/s]")

@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 _TIME_CONSTANTS = 60.0
 _FEWEST_TRIPS = 100
 _QUIET = 2
+_KNOWN = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -50,6 +51,9 @@ class Rest:
         Contacts that ended before the motion was left.
     settled : bool
         Whether no contact follows: in two round trips in succession there was none, and ``zeta <= 0``.
+    known : bool
+        Whether the bounds agree to 1e-9 of the largest ``|z|`` met, whether or not contact follows: a rod may creep out
+        of the obstacle for ever.
     time : float
         When the motion was left [s].
     """
@@ -58,11 +62,14 @@ class Rest:
     high: float
     impacts: int
     settled: bool
+    known: bool
     time: float
 
     def __str__(self) -> str:
         if self.settled:
             return f"Comes to rest at z = {self.high:.9g} m after {self.impacts} impacts; it does not touch again."
+        if self.known:
+            return f"Comes to rest at z = {self.high:.9g} m after {self.impacts} impacts; contact may go on till then."
         return (
             f"INCONCLUSIVE: after {self.time:.4g} s and {self.impacts} impacts contact may follow; it comes to rest "
             f"between z = {self.low:.6g} m and {self.high:.6g} m."
@@ -83,6 +90,8 @@ class Basin:
         (n, m) number of impacts; -1 where nothing was computed.
     settled : ndarray
         (n, m) whether it is shown that no contact follows.
+    known : ndarray
+        (n, m) whether the bounds agree to 1e-9 of the largest ``|z|`` of the motion.
     complete : bool
         Whether all of the grid was done.
     """
@@ -93,6 +102,7 @@ class Basin:
     high: Array
     impacts: NDArray[np.int64]
     settled: NDArray[np.bool_]
+    known: NDArray[np.bool_]
     complete: bool
 
     @property
@@ -102,17 +112,17 @@ class Basin:
 
     def __str__(self) -> str:
         done = self.impacts >= 0
-        count, settled = int(done.sum()), int(self.settled.sum())
+        count, known = int(done.sum()), int(self.known.sum())
         part = "" if self.complete else f"Interrupted: {count} of {done.size} motions done.  "
         if not count:
             return f"{part}Nothing is known."
         untouched = int((self.settled & (self.impacts == 0)).sum())
-        open_ = f"  {count - settled} are INCONCLUSIVE: contact may follow." if settled < count else ""
+        open_ = f"  {count - known} are INCONCLUSIVE: bounds are given." if known < count else ""
         return (
-            f"{part}{settled} of {count} motions come to rest with no further contact, {untouched} of them without any."
-            f"{open_}\nThey rest at z = {np.nanmin(self.low):.6g} m to {np.nanmax(self.high):.6g} m, after up to "
-            f"{int(self.impacts.max())} impacts.\nEvidence: {self.evidence}; of the rod itself, from these initial "
-            "data only."
+            f"{part}{known} of {count} resting places are known, {int(self.settled.sum())} of them with no contact to "
+            f"come, {untouched} without any.{open_}\nThey lie at z = {np.nanmin(self.low):.6g} m to "
+            f"{np.nanmax(self.high):.6g} m, after up to {int(self.impacts.max())} impacts.\nEvidence: {self.evidence}; "
+            "of the rod itself, from these initial data only."
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -124,6 +134,7 @@ class Basin:
             "rest_high_m": [[plain(value) for value in row] for row in self.high.tolist()],
             "impacts": self.impacts.tolist(),
             "settled": self.settled.tolist(),
+            "known": self.known.tolist(),
             "complete": self.complete,
             "evidence": str(self.evidence),
         }
@@ -178,7 +189,7 @@ def basin(
         raise InputError("basin has no offsets or no velocities; give one of each at least")
     shape = (len(rows), len(columns))
     low, high = np.full(shape, np.nan), np.full(shape, np.nan)
-    impacts, settled = np.full(shape, -1), np.zeros(shape, dtype=bool)
+    impacts, settled, known = np.full(shape, -1), np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
     complete = True
     try:
         for i, j in np.ndindex(shape):
@@ -187,7 +198,7 @@ def basin(
                 progress(f"from {columns[j]:.4g} m, {rows[i]:.4g} m/s", share)
             found = resting_place(rod, _shifted(scenario, columns[j], rows[i]))
             low[i, j], high[i, j] = found.low, found.high
-            impacts[i, j], settled[i, j] = found.impacts, found.settled
+            impacts[i, j], settled[i, j], known[i, j] = found.impacts, found.settled, found.known
     except KeyboardInterrupt:
         complete = False
     return Basin(
@@ -197,6 +208,7 @@ def basin(
         high=high,
         impacts=impacts,
         settled=settled,
+        known=known,
         complete=complete,
     )
 
@@ -227,7 +239,8 @@ def resting_place(rod: Rod, scenario: Scenario, *, rigid: bool = False, until: f
     Raises
     ------
     AssumptionError
-        There is a load, or ``k <= 0``: without loss the rod does not come to rest.
+        There is a load, or ``k <= 0``: without loss the rod does not come to rest; or the first round trip cannot be
+        followed.  Where a later one cannot, the bounds are those before it.
     """
     if not scenario.free:
         raise AssumptionError("a rod under a load does not come to rest; give g = 0 and f = 0, or ask for its response")
@@ -240,20 +253,29 @@ def resting_place(rod: Rod, scenario: Scenario, *, rigid: bool = False, until: f
         until = 2.0 * T * min(max(_TIME_CONSTANTS * slow / (2.0 * T), _FEWEST_TRIPS), MOST_TRIPS)
     until = 2.0 * T * max(math.floor(until / (2.0 * T)), 1)
     one_plus_a = 2.0 * rod.damping * rod.input_gain
-    impacts, quiet, zeta, last = 0, 0, 0.0, None
-    for window in motion_windows(rod, scenario, until, boundary=boundary):
-        last = window
-        impacts += len(window.impacts)
-        travelled = T * float(means(window.returned) @ np.diff(window.edges))
-        zeta = float(window.z[-1].sum()) - rod.reflection / one_plus_a * travelled
-        quiet = quiet + 1 if not window.push.any() and window.end.impact is None else 0
-        if quiet >= _QUIET and zeta <= 0.0:
+    impacts, quiet, scale = 0, 0, abs(scenario.contact_coordinate(rod))
+    found = Rest(low=-math.inf, high=0.0, impacts=0, settled=False, known=False, time=0.0)
+    try:
+        for window in motion_windows(rod, scenario, until, boundary=boundary):
+            impacts += len(window.impacts)
+            end = float(window.z[-1].sum())
+            scale = max(scale, abs(end))
+            travelled = T * float(means(window.returned) @ np.diff(window.edges))
+            zeta = end - rod.reflection / one_plus_a * travelled
+            quiet = quiet + 1 if not window.push.any() and window.end.impact is None else 0
+            settled = quiet >= _QUIET and zeta <= 0.0
+            reach = math.sqrt(8.0 * T * _energy(rod, window, rigid=rigid) / rod.impedance) / one_plus_a
+            high = min(zeta, 0.0)
+            low = high if settled else min(high, -reach)
+            known = high - low <= _KNOWN * scale
             time = 2.0 * T * (window.number + 1)
-            return Rest(low=zeta, high=zeta, impacts=impacts, settled=True, time=time)
-    assert last is not None, "a positive time has at least one window"
-    reach = math.sqrt(8.0 * T * _energy(rod, last, rigid=rigid) / rod.impedance) / one_plus_a
-    high = min(zeta, 0.0)
-    return Rest(low=min(high, -reach), high=high, impacts=impacts, settled=False, time=until)
+            found = Rest(low=low, high=high, impacts=impacts, settled=settled, known=known, time=time)
+            if settled or (known and window.end.impact is not None):
+                break
+    except AssumptionError as error:
+        if found.time == 0.0:
+            raise error from None
+    return found
 
 
 def _energy(rod: Rod, window: Window, *, rigid: bool) -> float:

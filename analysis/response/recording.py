@@ -15,7 +15,7 @@ from lure.scenario import Scenario
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
-_EVERY = 256
+_EVERY = 32
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
