@@ -5,7 +5,8 @@ zeta)``.  It is linear, so that all pieces are solved at once, for the load and 
 On a piece the solution is the polynomial with the given start that satisfies the equation at the Chebyshev extrema
 except the left one: exact for polynomials of lower degree, stable for any stiffness (at ``rate -> inf`` it takes the
 value ``W - push`` at the right end).  Where the boundary layer ``exp(-rate t)`` is not resolved the piece is cut at
-multiples of ``3/rate``.
+multiples of ``3/rate``, and halved where that is not enough: the echoes of a layer after ``n`` round trips are Laguerre
+functions, with ``n`` zeros.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ import numpy as np
 
 from lure.motion.chebyshev import Array, basis, left_ends, right_ends, tails
 from lure.motion.end_law import Segment
-from lure.motion.pieces import Pieces, union
+from lure.motion.pieces import NARROWEST, Pieces, union
 
 RESOLVED = 3e-15
 _LAYER = 3.0
 _CUTS = 14
-_ROUNDS = 3
+_ROUNDS = 12
 _EXPONENTIAL = 16
 _GRAZE = 8e-15
 _ULPS = 2e-15
@@ -68,7 +69,9 @@ class Arc:
     error: float
 
 
-def flat_arc(segment: Segment, share: float, transit: float, wave: Pieces, start: Level) -> Arc:
+def flat_arc(
+    segment: Segment, share: float, transit: float, wave: Pieces, start: Level
+) -> Arc:
     """Free flight, or constant stress: a quadrature."""
     space = basis(wave.series.shape[1] - 1)
     load = share * wave.series
@@ -87,10 +90,14 @@ def flat_arc(segment: Segment, share: float, transit: float, wave: Pieces, start
 def rigid_arc(share: float, wave: Pieces) -> Arc:
     """Held by a rigid obstacle: ``z`` does not move and takes up the whole wave."""
     still = np.zeros_like(wave.series)
-    return Arc(wave=wave, zeta=still, push=share * wave.series, end=Level(value=0.0), error=0.0)
+    return Arc(
+        wave=wave, zeta=still, push=share * wave.series, end=Level(value=0.0), error=0.0
+    )
 
 
-def straight_arc(segment: Segment, share: float, transit: float, wave: Pieces, start: Level) -> Arc:
+def straight_arc(
+    segment: Segment, share: float, transit: float, wave: Pieces, start: Level
+) -> Arc:
     """A segment with a slope."""
     size = float(np.abs(wave.series).sum(axis=1).max(initial=0.0))
     allowed = RESOLVED * (size + abs(segment.push)) * min(transit, 1.0 / segment.rate)
@@ -99,19 +106,30 @@ def straight_arc(segment: Segment, share: float, transit: float, wave: Pieces, s
         zeta, end = _linear(segment, share, transit, wave, first)
         rough = tails(zeta)
         steps = segment.rate * transit * wave.widths
-        coarse = np.flatnonzero((rough > allowed) & (steps > 1.01 * _LAYER))
+        coarse = np.flatnonzero((rough > allowed) & (wave.widths > NARROWEST))
         if not coarse.size or attempt == _ROUNDS:
             break
+        wide = coarse[steps[coarse] > 1.01 * _LAYER]
         offsets = (_LAYER / (segment.rate * transit)) * np.arange(1, _CUTS)
-        cuts = (wave.edges[coarse][:, None] + offsets)[offsets < wave.widths[coarse][:, None] * (1.0 - 1e-3)]
-        wave = wave.on(union(wave.edges, np.sort(cuts)))
+        cuts = (wave.edges[wide][:, None] + offsets)[
+            offsets < wave.widths[wide][:, None] * (1.0 - 1e-3)
+        ]
+        halves = wave.edges[coarse] + 0.5 * wave.widths[coarse]
+        wave = wave.on(
+            union(
+                wave.edges,
+                np.sort(np.append(cuts, halves[steps[coarse] <= 1.01 * _LAYER])),
+            )
+        )
     push = segment.rate * zeta
     push[:, 0] += segment.push
     error = float((segment.rate * rough * wave.widths)[rough > allowed].sum())
     return Arc(wave=wave, zeta=zeta, push=push, end=Level(value=end), error=error)
 
 
-def _linear(segment: Segment, share: float, transit: float, wave: Pieces, first: float) -> tuple[Array, float]:
+def _linear(
+    segment: Segment, share: float, transit: float, wave: Pieces, first: float
+) -> tuple[Array, float]:
     """Series of ``zeta``, and its value at the end."""
     space = basis(wave.series.shape[1] - 1)
     half = 0.5 * transit * wave.widths
@@ -127,7 +145,9 @@ def _linear(segment: Segment, share: float, transit: float, wave: Pieces, first:
             grown = ones - stiff[:, None] * (grown @ space.collocation.T)
     else:
         system = np.eye(space.degree) + stiff[:, None, None] * space.collocation
-        both: Array = np.asarray(np.linalg.solve(system, np.stack((driven, ones), axis=2)), dtype=float)
+        both: Array = np.asarray(
+            np.linalg.solve(system, np.stack((driven, ones), axis=2)), dtype=float
+        )
         forced, grown = both[:, :, 0], both[:, :, 1]
     starts, level = [], first
     for gain, added in zip(grown[:, -1].tolist(), forced[:, -1].tolist(), strict=True):
@@ -158,7 +178,9 @@ def departure(segment: Segment, arc: Arc) -> tuple[list[tuple[int, Array]], floa
         Rounding of the functions: an excursion that stays below it is none.
     """
     if math.isinf(segment.rate) or segment.power < 1.0:
-        return [(-1, -arc.push)], _GRAZE * float(np.abs(arc.push).sum(axis=1).max(initial=0.0))
+        return [(-1, -arc.push)], _GRAZE * float(
+            np.abs(arc.push).sum(axis=1).max(initial=0.0)
+        )
     found = []
     for step, bound in ((1, segment.high), (-1, segment.low)):
         if math.isfinite(bound):
