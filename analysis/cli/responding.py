@@ -185,10 +185,12 @@ def bifurcation(
 def basin(
     system: System,
     offset: Annotated[
-        Grid, typer.Option("--offset", metavar="A B N", help="Displacements added [m]: N from A to B.")
+        Grid,
+        typer.Option("--offset", metavar="A B N", help="Displacements added [m]: N from A to B.", show_default=False),
     ] = (0.0, 0.0, 1),
     velocity: Annotated[
-        Grid, typer.Option("--velocity", metavar="A B N", help="Velocities added [m/s]: N from A to B.")
+        Grid,
+        typer.Option("--velocity", metavar="A B N", help="Velocities added [m/s]: N from A to B.", show_default=False),
     ] = (0.0, 0.0, 1),
     set_: Settings = None,
     plot: Plot = None,

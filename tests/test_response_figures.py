@@ -1,0 +1,199 @@
+"""Figures of long runs, and the commands that make them: the numbers of the results, one sentence per refusal."""
+
+import json
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+from matplotlib import pyplot
+from matplotlib.figure import Figure
+from motions import unit_rod
+
+import analysis.cli.responding as responding
+from analysis.plots import render
+from analysis.plots.response import (
+    plot_basin,
+    plot_bifurcation,
+    plot_history,
+    plot_impulses,
+    plot_poincare,
+    plot_response,
+    plot_response_spectrum,
+)
+from analysis.response import Plan, Sweep, basin, bifurcation, response
+from lure.motion import Boundary
+
+MATCHED = unit_rod(damping=1.0, gap=0)
+RIGID = Plan(settle=20, run=8, samples=16, boundary=Boundary(rigid=True))
+SEEN = response(MATCHED, "0.3 + sin(t)", plan=RIGID)
+FREE = response(unit_rod(damping=1.0, gap=50), "sin(t)", plan=Plan(settle=20, run=8))
+SWEPT = bifurcation(MATCHED, "0.3 + sin(w*t)", "w", [0.8, 1.0, 1.5], sweep=Sweep(plan=RIGID))
+PLACES = basin(unit_rod(damping=0.6, compliance=0.05, gap=0.2), [-0.2, 0.0, 0.1], [0.0, 0.1, 0.5])
+LATE = response(unit_rod(damping=0.6, gap=0), "0.3 + 0.9*sin(t/2)", plan=Plan(settle=0, run=8))
+DRAWINGS = {
+    "history": partial(plot_history, SEEN),
+    "points": partial(plot_poincare, SEEN),
+    "spectrum": partial(plot_response_spectrum, SEEN),
+    "impulses": partial(plot_impulses, SEEN),
+    "all": partial(plot_response, SEEN),
+    "all, free": partial(plot_response, FREE),
+    "all, irregular": partial(plot_response, LATE),
+    "sweep": partial(plot_bifurcation, SWEPT),
+    "basin": partial(plot_basin, PLACES),
+}
+ROD = """
+name = "matched bar"
+[rod]
+youngs_modulus = 1
+density = 1
+length = 1
+area = 1
+damping = 1
+compliance = 1
+[force]
+g = "0.3 + sin(t)"
+"""
+
+
+@pytest.mark.parametrize("name", DRAWINGS)
+def test_a_figure_is_drawn_on_the_axes_given_and_is_the_same_every_time(name):
+    figure = Figure()
+    axes = figure.add_subplot()
+    assert DRAWINGS[name](ax=axes) is axes
+    assert pyplot.get_fignums() == []
+    assert render(DRAWINGS[name], name="x") == render(DRAWINGS[name], name="x")
+
+
+def test_the_history_shows_the_motion_against_periods_and_the_contact():
+    axes = plot_history(SEEN, ax=Figure().add_subplot())
+    (motion,) = [line for line in axes.lines if line.get_label().startswith("z =")]
+    t, z = motion.get_data()
+    assert t[-1] == pytest.approx(SEEN.t[-1] / (2 * math.pi))
+    assert z == pytest.approx(SEEN.z[-z.size :])
+    assert len(axes.collections[0].get_paths()) in (6, 7)  # six periods of one contact each, cut at both ends
+    assert axes.get_ylabel() == "z [m]"
+    labels = [text.get_text() for text in axes.texts]
+    assert labels == ["−0.7", "1.3"]
+
+
+def test_points_and_orbit_of_a_motion_that_repeats():
+    axes = plot_poincare(SEEN, ax=Figure().add_subplot())
+    orbit, points = axes.lines[:2]
+    assert len(orbit.get_xdata()) == SEEN.plan.samples + 1
+    assert np.ptp(points.get_xdata()) < 1e-9
+    assert axes.get_title(loc="left") == "periodic, 1 × period of the force"
+
+
+def test_all_impacts_are_in_the_histogram():
+    axes = plot_impulses(SEEN, ax=Figure().add_subplot())
+    assert sum(patch.get_height() for patch in axes.patches) == SEEN.impact_impulses.size
+    assert "no impact" in plot_impulses(FREE, ax=Figure().add_subplot()).texts[0].get_text()
+
+
+def test_a_sweep_shows_every_point_and_keeps_its_range_when_it_is_interrupted():
+    axes = plot_bifurcation(SWEPT, ax=Figure().add_subplot())
+    drawn = sum(len(line.get_xdata()) for line in axes.lines if line.get_marker() == ".")
+    assert drawn == 3 * 9
+    low, high = axes.get_xlim()
+    assert low < 0.8 < 1.5 < high
+
+
+def test_the_places_are_those_found():
+    axes = plot_basin(PLACES, ax=Figure().add_subplot())
+    assert axes.collections[0].get_array().data == pytest.approx(PLACES.high)
+
+
+@pytest.fixture
+def rod(here):
+    (here / "rod.toml").write_text(ROD)
+    return "rod.toml"
+
+
+def test_the_command_response_says_and_draws_what_the_function_finds(lure, here, rod):
+    status, out, err = lure("response", rod, "--rigid", "--settle", "20", "--periods", "8", "--plot", "a.png")
+    assert (status, err) == (0, "Written: a.png\n")
+    assert "Repeats every period of the force" in out
+    assert "Evidence: observed" in out
+    assert max(map(len, out.splitlines())) <= 80
+    assert (here / "a.png").read_bytes().startswith(b"\x89PNG")
+    again = lure("response", rod, "--plot", "a.png")
+    assert again == (2, "", "lure: 'a.png' exists; give another name, or --replace to replace it\n")
+    options = ("--rigid", "--settle", "20", "--periods", "8", "--samples", "16", "--json", "-q")
+    status, out, err = lure("response", rod, *options, "--plot", "a.png", "--replace")
+    assert (status, err) == (0, "")
+    found = json.loads(out)
+    assert found == json.loads(json.dumps(SEEN.to_dict())) | {"force": "0.3 + sin(t)"}
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("response", "kalman-fitts"), "is a Lur'e loop; give a rod"),
+        (("response", "paper-rod", "--force", "exp(t)"), "no period of 'exp(t)' follows"),
+        (("response", "paper-rod", "--force", "sin("), "--force"),
+        (("response", "paper-rod", "--plot", "a.jpg"), "ends in .svg or .png"),
+        (("response", "paper-rod", "--plot", "no/a.png"), "'no' is no directory"),
+        (("response", "paper-rod", "--periods", "2"), "run is 2"),
+        (("bifurcation", "paper-rod", "--parameter", "F", "--from", "0", "--to", "1"), "there is no parameter 'F'"),
+        (
+            ("bifurcation", "paper-rod", "--parameter", "gap", "--from", "0", "--to", "1", "--order", "x"),
+            "--order is 'x'",
+        ),
+        (
+            ("bifurcation", "paper-rod", "--parameter", "gap", "--from", "0", "--to", "1", "--count", "0"),
+            "--count asks for 0",
+        ),
+        (("basin", "paper-rod", "--set", "force.g=sin(t)"), "under a load does not come to rest"),
+        (("basin", "paper-rod", "--offset", "0", "1", "0"), "--offset asks for 0 values"),
+    ],
+)
+def test_a_refusal_is_one_sentence_and_status_2(lure, options, sentence):
+    status, out, err = lure(*options)
+    assert (status, out) == (2, "")
+    assert sentence in err
+    assert err.count("\n") == 1
+
+
+SWEEP = ("--force", "0.3 + sin(w*t)", "--parameter", "w", "--from", "0.8", "--to", "1.6", "--count", "3", "--rigid")
+
+
+def test_an_interrupted_sweep_is_printed_and_drawn_as_far_as_it_went(lure, here, rod, monkeypatch):
+    options = ("bifurcation", rod, *SWEEP, "--settle", "20", "--periods", "8")
+    whole = lure(*options, "--json")
+    assert whole[0] == 0
+    import analysis.response
+
+    run = analysis.response.bifurcation
+
+    def cut(*arguments, sweep):
+        def progress(text, share):
+            if share > 0.5:
+                raise KeyboardInterrupt
+
+        return run(*arguments, sweep=Sweep(plan=sweep.plan, start=sweep.start, progress=progress))
+
+    monkeypatch.setattr(analysis.response, "bifurcation", cut)
+    status, out, err = lure(*options, "--json", "--plot", "part.svg", "-q")
+    assert (status, err) == (130, "lure: interrupted\n")
+    part = json.loads(out)
+    assert (part["complete"], len(part["values"])) == (False, 3)
+    assert part["points"] == json.loads(whole[1])["points"][:2]
+    assert (here / "part.svg").read_text().startswith("<?xml")
+
+
+def test_the_command_basin_says_where_the_rod_rests(lure, here, rod):
+    options = ("--set", "force.g=0", "--set", "rod.damping=0.5", "--set", "rod.gap=1", "--velocity", "0", "0.4", "3")
+    status, out, _ = lure("basin", rod, *options, "--plot", "b.svg", "-q")
+    assert status == 0
+    assert "3 of 3 resting places are known, 3 of them with no contact to come, 3 without any." in " ".join(out.split())
+    found = json.loads(lure("basin", rod, *options, "--json")[1])
+    assert found["rest_high_m"] == [[pytest.approx(rest, abs=1e-12)] for rest in (-1, -0.6, -0.2)]  # M v0/k - gap
+
+
+def test_the_help_shows_examples_within_80_columns(lure):
+    for command in ("response", "bifurcation", "basin"):
+        text = lure(command, "--help")[1]
+        assert max(map(len, text.splitlines())) <= 80
+        assert text.index("Examples:") < text.index("Options:")
+    assert responding.app is not None
