@@ -16,6 +16,7 @@ from analysis.plots.animation import animate, exaggeration, frame
 from analysis.plots.run import envelope, plot_run_dashpot, plot_run_end, plot_run_energy, plot_run_stress, run_page
 from analysis.plots.space_time import plot_space_time, space_time_page
 from analysis.runs import Along, Performed, Request, perform, sampled_motion
+from analysis.runs.drawing import drawn_samples
 from analysis.runs.film import Film, film, usual_span
 from lure import Scenario
 from lure.motion import Boundary, exact_motion
@@ -246,6 +247,21 @@ def test_pages_take_the_place_of_their_axes_and_of_nothing_else():
         assert place not in figure.axes
         assert other in figure.axes
         assert not other.has_data()
+
+
+@given(st.floats(200.0, 1e6))
+def test_samples_of_a_long_motion_meet_its_swings_in_every_phase(transits):
+    samples = drawn_samples(transits, 1.0)
+    assert 0.35 * min(20001, 40 * transits) < samples <= 20002
+    step = transits / (samples - 1)
+    if 4 * step >= 1:  # else each swing of period 4 T is followed
+        phases = np.sort((np.arange(50) * step / 4.0) % 1.0)
+        assert np.diff(phases, append=phases[0] + 1.0).max() < 0.1  # of evenly spread ones 0.02
+
+
+def test_samples_of_a_short_motion_follow_it():
+    assert drawn_samples(10.0, 1.0) == 401
+    assert drawn_samples(500.0, 1.0) == 20001
 
 
 @given(st.integers(4001, 20000), st.integers(0, 2**32 - 1))

@@ -39,7 +39,7 @@ Methods:
 Only `exact` is a motion of the rod; every result says what moved.
 
 \b
-A file run.nc is netCDF 4 (needs lure[netcdf]); figures are SVG, PDF or PNG;
+A file run.nc is netCDF 4 (needs lure[netcdf]); figures are SVG or PNG;
 animations GIF, MP4 (needs ffmpeg) or, without a suffix, a folder of PNG.
 All appear together when all is done; what exists is kept without --force.
 
@@ -55,7 +55,7 @@ def simulate(
         float | None,
         typer.Option("--until", metavar="S", help="End of the motion; else that of the system.", show_default=False),
     ] = None,
-    method: Annotated[str, typer.Option("--method", metavar="NAME", help="How; see below.")] = "exact",
+    method: Annotated[str, typer.Option("--method", metavar="NAME", help="How; see above.")] = "exact",
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write netCDF.", show_default=False)
     ] = None,
@@ -88,10 +88,11 @@ def simulate(
         typer.Option("--cells", metavar="N", help="Cells of the scheme; else the system's.", show_default=False),
     ] = None,
     space: Annotated[
-        str | None, typer.Option("--space", metavar="NAME", help="P1, P2 or cosine.", show_default=False)
+        str | None, typer.Option("--space", metavar="NAME", help="P1, P2 or cosine; else P1.", show_default=False)
     ] = None,
     order: Annotated[
-        int | None, typer.Option("--order", metavar="M", help="Dimension of the Galerkin space.", show_default=False)
+        int | None,
+        typer.Option("--order", metavar="M", help="Dimension of the Galerkin space; else 51.", show_default=False),
     ] = None,
     set_: Settings = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,

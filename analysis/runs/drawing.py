@@ -20,6 +20,7 @@ FIGURES = (".svg", ".png")
 FILMS = (".gif", ".mp4", "")
 _FRAMES, _ROWS = (61, 181), 601
 _IN_A_TRANSIT, _FRAMES_IN_A_TRANSIT, _ENERGIES = 40, 10, 401
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 def check_drawings(
@@ -158,10 +159,32 @@ def _for_plot(done: Performed, span: tuple[float, float] | None) -> tuple[Sample
         shown = run if span is None else _cut(run, span)
         return shown, shown
     first, last = span or (0.0, run.until)
-    enough = math.ceil(_IN_A_TRANSIT * (last - first) / run.rod.travel_time) + 1
-    samples = min(max(len(run.t), enough), MOST_ENERGIES)
+    samples = drawn_samples(last - first, run.rod.travel_time)
     fine = sampled_motion(motion, samples, span=(first, last), energy=False)
     return fine, run if span is None else sampled_motion(motion, _ENERGIES, span=span)
+
+
+def drawn_samples(length: float, transit: float) -> int:
+    """How many samples show a stretch of a motion: forty in a transit, or 20001 at most.
+
+    Too few to follow each swing, they still meet it in every phase: their distance, in periods ``4 T``, is a power of
+    the golden ratio 0.618 or that beyond a whole number, whose multiples spread evenly over the whole numbers.
+
+    Parameters
+    ----------
+    length : float
+        Of the stretch [s].
+    transit : float
+        ``T`` [s].
+    """
+    enough = math.ceil(_IN_A_TRANSIT * length / transit) + 1
+    if enough <= MOST_ENERGIES:
+        return enough
+    share = length / (MOST_ENERGIES - 1) / (4.0 * transit)
+    if 16.0 * share < 1.0:
+        return MOST_ENERGIES
+    spread = _GOLDEN ** int(math.log(share, _GOLDEN)) if share <= _GOLDEN else math.ceil(share - _GOLDEN) + _GOLDEN
+    return round(length / (4.0 * transit * spread)) + 1
 
 
 def _cut(run: SampledRun, span: tuple[float, float]) -> SampledRun:
