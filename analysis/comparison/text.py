@@ -138,7 +138,9 @@ def _order(value: float | None) -> str:
 
 
 def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{100.0 * value:.3g} %"
+    if value is None:
+        return "-"
+    return "<0.001 %" if 0.0 < value < 1e-5 else f"{100.0 * value:.3g} %"
 
 
 def _share(end: float, start: float) -> str:
