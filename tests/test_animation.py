@@ -16,7 +16,7 @@ from analysis.plots.animation import animate, exaggeration, frame
 from analysis.plots.run import envelope, plot_run_dashpot, plot_run_end, plot_run_energy, plot_run_stress, run_page
 from analysis.plots.space_time import plot_space_time, space_time_page
 from analysis.runs import Along, Performed, Request, perform, sampled_motion
-from analysis.runs.drawing import drawn_samples
+from analysis.runs.drawing import drawn_instants
 from analysis.runs.film import Film, film, usual_span
 from lure import Scenario
 from lure.motion import Boundary, exact_motion
@@ -249,19 +249,21 @@ def test_pages_take_the_place_of_their_axes_and_of_nothing_else():
         assert not other.has_data()
 
 
-@given(st.floats(200.0, 1e6))
-def test_samples_of_a_long_motion_meet_its_swings_in_every_phase(transits):
-    samples = drawn_samples(transits, 1.0)
-    assert 0.35 * min(20001, 40 * transits) < samples <= 20002
-    step = transits / (samples - 1)
-    if 4 * step >= 1:  # else each swing of period 4 T is followed
-        phases = np.sort((np.arange(50) * step / 4.0) % 1.0)
-        assert np.diff(phases, append=phases[0] + 1.0).max() < 0.1  # of evenly spread ones 0.02
+@given(st.floats(501.0, 1e6), st.floats(0.5, 8.0))
+def test_samples_of_a_long_motion_meet_its_swings_in_every_phase(transits, period):
+    t = drawn_instants((3.0, 3.0 + transits), 1.0)
+    assert len(t) == 20001
+    assert (t[0], t[-1]) == (3.0, 3.0 + transits)
+    assert (np.diff(t) > 0).all()
+    phases = np.sort(t[5000:5200] / period % 1.0)
+    reached = period * 20001 / transits  # samples in a period: if many, the stretch of 200 must hold some periods
+    if reached < 40:
+        assert np.diff(phases, append=phases[0] + 1.0).max() < 0.12  # evenly spread ones 0.005
 
 
 def test_samples_of_a_short_motion_follow_it():
-    assert drawn_samples(10.0, 1.0) == 401
-    assert drawn_samples(500.0, 1.0) == 20001
+    assert drawn_instants((0.0, 10.0), 1.0).tolist() == np.linspace(0.0, 10.0, 401).tolist()
+    assert len(drawn_instants((1.0, 501.0), 1.0)) == 20001
 
 
 @given(st.integers(4001, 20000), st.integers(0, 2**32 - 1))
@@ -269,7 +271,7 @@ def test_thinning_keeps_the_extremes_and_the_ends(size, seed):
     values = np.random.default_rng(seed).integers(-300, 300, size).astype(float)
     t = np.arange(len(values), dtype=float)
     kept_t, kept = envelope(t, values)
-    assert len(kept) <= 2 * 2000 + 2
+    assert len(kept) <= 2 * 800 + 2
     assert (kept.min(), kept.max()) == (values.min(), values.max())
     assert (kept_t[0], kept_t[-1]) == (0.0, t[-1])
     assert kept.tolist() == values[kept_t.astype(int)].tolist()

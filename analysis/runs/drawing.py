@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from analysis.runs.dataset import run_dataset
-from analysis.runs.exact import MOST_ENERGIES, sampled_motion
+from analysis.runs.exact import MOST_ENERGIES, motion_at, sampled_motion
 from analysis.runs.film import check_samples_seen, check_span, film, usual_span
 from analysis.runs.request import Performed, Request
 from analysis.runs.sampled import Array, SampledRun
@@ -159,32 +161,36 @@ def _for_plot(done: Performed, span: tuple[float, float] | None) -> tuple[Sample
         shown = run if span is None else _cut(run, span)
         return shown, shown
     first, last = span or (0.0, run.until)
-    samples = drawn_samples(last - first, run.rod.travel_time)
-    fine = sampled_motion(motion, samples, span=(first, last), energy=False)
-    return fine, run if span is None else sampled_motion(motion, _ENERGIES, span=span)
+    fine = motion_at(motion, drawn_instants((first, last), run.rod.travel_time))
+    enough = span is None and run.energy is not None and len(run.t) >= _ENERGIES
+    return fine, run if enough else sampled_motion(motion, _ENERGIES, span=(first, last))
 
 
-def drawn_samples(length: float, transit: float) -> int:
-    """How many samples show a stretch of a motion: forty in a transit, or 20001 at most.
+def drawn_instants(span: tuple[float, float], transit: float) -> Array:
+    """Instants that show a stretch of a motion: forty in a transit, or 20001.
 
-    Too few to follow each swing, they still meet it in every phase: their distance, in periods ``4 T``, is a power of
-    the golden ratio 0.618 or that beyond a whole number, whose multiples spread evenly over the whole numbers.
+    Too few to follow each swing, they still meet it in every phase: they stand at the multiples of the golden ratio
+    modulo 1, which spread evenly, in equal intervals of time.  Evenly spaced ones could all meet it in the same phase.
 
     Parameters
     ----------
-    length : float
-        Of the stretch [s].
+    span : (float, float)
+        First and last instant [s].
     transit : float
         ``T`` [s].
+
+    Returns
+    -------
+    ndarray
+        Increasing [s].
     """
-    enough = math.ceil(_IN_A_TRANSIT * length / transit) + 1
+    first, last = span
+    enough = math.ceil(_IN_A_TRANSIT * (last - first) / transit) + 1
     if enough <= MOST_ENERGIES:
-        return enough
-    share = length / (MOST_ENERGIES - 1) / (4.0 * transit)
-    if 16.0 * share < 1.0:
-        return MOST_ENERGIES
-    spread = _GOLDEN ** int(math.log(share, _GOLDEN)) if share <= _GOLDEN else math.ceil(share - _GOLDEN) + _GOLDEN
-    return round(length / (4.0 * transit * spread)) + 1
+        return np.linspace(first, last, enough)
+    number = np.arange(1, MOST_ENERGIES - 1)
+    inside = first + (last - first) * ((number - 1 + number * _GOLDEN % 1.0) / (MOST_ENERGIES - 2))
+    return np.concatenate(([first], inside, [last]))
 
 
 def _cut(run: SampledRun, span: tuple[float, float]) -> SampledRun:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -55,6 +57,29 @@ def sampled_motion(
     """
     since = motion.since + (2.0 * motion.rod.travel_time if motion.since > 0.0 else 0.0)
     t = instants(*(span or (since, motion.until)), samples)
+    run = motion_at(motion, t)
+    return replace(
+        run,
+        energy=_energies(motion, t) if energy and samples <= MOST_ENERGIES else None,
+        along=along_motion(motion, t, places) if places else None,
+    )
+
+
+def motion_at(motion: Motion, t: Array) -> SampledRun:
+    """An exact motion at any increasing instants, without energy and fields.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    t : ndarray
+        (samples,) instants [s].
+
+    Raises
+    ------
+    InputError
+        They leave what was kept of the motion.
+    """
     v_0 = motion.dashpot_velocity(t)
     return SampledRun(
         subject="rod",
@@ -70,14 +95,12 @@ def sampled_motion(
         v_end=motion.end_velocity(t),
         v_0=v_0,
         dashpot_force=None if motion.boundary.clamped else motion.dashpot_force(t),
-        energy=_energies(motion, t) if energy and samples <= MOST_ENERGIES else None,
         impacts=motion.impacts,
         energy_residual=motion.energy_residual,
         error=motion.error,
         error_is=ERROR,
         details={**_boundary(motion.boundary), "law_crossings": motion.crossings, "since": motion.since},
         note=motion.note,
-        along=along_motion(motion, t, places) if places else None,
     )
 
 

@@ -45,7 +45,7 @@ class Along:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampledRun:
-    """One motion at evenly spaced instants, with its contacts; it shows this motion and proves nothing of others.
+    """One motion at increasing instants, with its contacts; it shows this motion and proves nothing of others.
 
     Attributes
     ----------
