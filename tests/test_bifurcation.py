@@ -192,6 +192,47 @@ def test_the_last_touch_is_sharp_from_both_sides(rigid):
     assert -1e-3 < touching.high <= 0
 
 
+# k > Z: an echo changes its sign, so that one round trip without contact is not enough, though zeta <= 0
+@pytest.mark.parametrize(
+    ("rod", "displacement", "velocity", "impacts", "rest"),
+    [
+        (
+            unit_rod(damping=4, compliance=0.2, gap=0.21),
+            "0.11*cos(2*pi*x)",
+            "0.27*sin(2*pi*x) + 0.27",
+            2,
+            -0.0783203555,
+        ),
+        (unit_rod(damping=8, compliance=0.2, gap=0.06), "0.44*cos(pi*x)", "-0.12*sin(pi*x) - 0.12", 11, -0.00995993562),
+        (
+            unit_rod(damping=4, compliance=0.02, gap=0.03),
+            "0.15*cos(2*pi*x)",
+            "0.29*sin(2*pi*x) + 0.29",
+            9,
+            -0.0172708827,
+        ),
+    ],
+)
+def test_contact_that_comes_back_after_a_quiet_round_trip_is_waited_for(rod, displacement, velocity, impacts, rest):
+    start = Scenario.parse(displacement=displacement, velocity=velocity)
+    seen = resting_place(rod, start)
+    motion = exact_motion(rod, start, 60)
+    assert seen.settled
+    assert seen.impacts == len(motion.impacts) == impacts
+    # far past its last contact the end lies where it was said to come to rest
+    assert seen.high == pytest.approx(rest, rel=1e-8)
+    assert float(motion.z(60.0)) == pytest.approx(seen.high, abs=0.2 * abs(rod.reflection) ** 20)
+
+
+# thrown at a stiff stop with v, it comes back with nearly -v: zeta = -M v/k, and the bound is T v (k + Z)/k
+def test_the_bound_is_nearly_reached_by_a_rod_that_bounces_back():
+    rod = unit_rod(damping=0.002, compliance=1e-3, gap=2.5)
+    start = Scenario.parse(velocity=0.5)
+    brief, final = resting_place(rod, start, until=4), resting_place(rod, start)
+    assert (brief.settled, final.settled, final.impacts) == (False, True, 1)
+    assert brief.low <= final.low <= 0.97 * brief.low
+
+
 @settings(max_examples=12)
 @given(
     damping=st.sampled_from([0.6, 0.9, 1.0, 3.0]),

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from motions import unit_rod
+from motions import NODES, WEIGHTS, unit_rod
 from scipy.optimize import brentq
 
 from analysis.evidence import Evidence
 from analysis.response import Plan, response
 from lure import Scenario
 from lure.errors import AssumptionError, InputError
-from lure.motion import Boundary
+from lure.motion import Boundary, exact_motion
 
 FAR = 1e3
 # mean 0.3 N presses the bar against a stiff stop; its period doubles between F = 0.65 N and 0.7 N
@@ -128,6 +128,23 @@ def test_irregular_motion_is_not_called_chaotic_and_still_balances():
     shorter = response(SHAKEN, "0.3 + 0.88*sin(t/2)", plan=replace(plan, run=12))
     assert abs(gained - 12 * shorter.balance.left) < 10
     assert seen.z[: shorter.z.size] == pytest.approx(shorter.z, abs=1e-9)
+
+
+# force = contact + dashpot + gain, and the gain is the momentum that is in the rod at the end less that at the start
+def test_what_is_left_of_the_momentum_is_in_the_rod():
+    seen = response(SHAKEN, "0.3 + 0.9*sin(t/2)", plan=Plan(settle=12, run=8, samples=8))
+    assert seen.regime.multiple is None
+    motion = exact_motion(SHAKEN, Scenario.parse(force="0.3 + 0.9*sin(t/2)"), float(seen.t[-1]) * (1 + 1e-12))
+
+    def momentum(t):
+        edges = motion.fields.breaks(t)
+        half = np.diff(edges)[:, None] / 2
+        return float((half * WEIGHTS * motion.velocity(t, edges[:-1, None] + half * (NODES + 1))).sum())
+
+    gained = momentum(float(seen.t[-1])) - momentum(float(seen.t[0]))
+    assert abs(gained) > 0.1
+    assert 8 * seen.balance.left == pytest.approx(gained, abs=1e-9)
+    assert response(SHAKEN, "0.3 + sin(t/2)", plan=Plan(settle=0, run=8)).balance is None
 
 
 # E -> s^2 E, k -> s k, eps -> eps/s^2, g(t) -> s^2 g(s t) is the same motion, s times as fast

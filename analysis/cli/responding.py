@@ -71,7 +71,8 @@ Examples:
 
 \b
 Uniform displacements [m] and velocities [m/s] are added to the initial data.
-Each motion is followed until it is known where it ends, or bounds are given.  Ctrl-C keeps what is done.
+Each motion is followed until it is known where it ends, or bounds are given.
+Ctrl-C keeps what is done.
 
 \b
 Exit status: 0 done, 10 a resting place is not known, 2 bad input,

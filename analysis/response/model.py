@@ -59,7 +59,7 @@ class Response:
     impulses : Impulses
         Statistics of the impacts.
     balance : Balance or None
-        Momentum per period; None with a body force or a clamped end.
+        Momentum per period; None with a body force, a clamped end, or a watch that begins within one transit.
     spectrum : Spectrum
         Amplitudes of ``z``.
     separation : Separation or None

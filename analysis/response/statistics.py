@@ -138,7 +138,7 @@ def impulses(record: Record, periods: int) -> Impulses:
 
 
 def balance(record: Record, scenario: Scenario, period: float, multiple: int | None) -> Balance | None:
-    r"""Momentum per period; None with a body force or a clamped end, whose share is not recorded.
+    r"""Momentum per period; None with a body force, a clamped end or a start within one transit, which are not kept.
 
     .. math:: \int v(t, 0)\,dt = \tfrac{1 - a}{2} \int V(t - T)\,dt + b \int g\,dt.
 
@@ -154,7 +154,7 @@ def balance(record: Record, scenario: Scenario, period: float, multiple: int | N
         Periods after which the motion repeats, if it was seen to.
     """
     rod, boundary = record.rod, record.boundary
-    if boundary.clamped or not scenario.body_force.is_zero:
+    if boundary.clamped or not scenario.body_force.is_zero or record.t[0] < rod.travel_time:
         return None
     watched = record.returned.size
     first = watched % (multiple or 1)
