@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -12,8 +11,9 @@ from numpy.typing import NDArray
 
 from analysis.comparison.integrators import SCHEME_METHODS, SchemeMethod, integrate
 from analysis.comparison.modes import GalerkinModes, galerkin_modes, wave_decay
+from analysis.comparison.orders import mean_square, with_orders
 from analysis.comparison.reference import Reference, reference
-from analysis.comparison.result import Comparison, Order, Row
+from analysis.comparison.result import Comparison, Row
 from analysis.comparison.settling_claim import SettlingRow, from_closed_form, from_modes, is_the_papers, verdict
 from analysis.reproduce.settling import rod_settling, scheme_settling
 from lure import galerkin as weak
@@ -30,7 +30,6 @@ CELLS = (10, 50, 200)
 GALERKIN: tuple[tuple[SpaceName, int], ...] = (("P1", 51), ("P2", 51), ("cosine", 50))
 _ROUND_TRIPS = 7.5
 _TOLERANCE = 1e-8
-_FLOOR, _ROUNDING = 100.0, 1e-13
 _MOST_SAMPLES = 200_000
 _FEWEST = 8
 
@@ -122,7 +121,7 @@ def compare(  # noqa: PLR0913  (what, from where, until when, and five settings 
         until=float(end),
         exact=exact,
         decay=wave_decay(rod, None),
-        rows=_with_orders(rows, exact, _TOLERANCE if method != "exact" else 1e-13),
+        rows=with_orders(rows, exact, (1e-13 if method == "exact" else _TOLERANCE, _TOLERANCE)),
         settling=settling,
         settling_statement=statement,
     )
@@ -207,45 +206,11 @@ class _Models:
             row,
             u=u,
             largest_error=float(np.abs(error).max()),
-            l2_error=_mean_square(error, exact.t),
-            before_error=_mean_square(error[:early], exact.t[:early]) if early >= _FEWEST else None,
+            l2_error=mean_square(error, exact.t),
+            before_error=mean_square(error[:early], exact.t[:early]) if early >= _FEWEST else None,
             energy_error=difference / largest if difference is not None and largest else None,
             energy_end=None if energy is None else float(energy[-1]),
         )
-
-
-def _mean_square(error: Array, t: Array) -> float:
-    """Root of the mean square over the time, by the trapezoidal rule."""
-    return math.sqrt(float(np.trapezoid(error**2, t)) / float(t[-1] - t[0]))
-
-
-def _with_orders(rows: list[Row], exact: Reference, tolerance: float) -> tuple[Row, ...]:
-    """The rows with the orders against the next coarser of the family that was run."""
-    done: list[Row] = []
-    last: dict[str, Row] = {}
-    rounding = _ROUNDING * (float(np.abs(exact.u).max()) + abs(exact.motion.rod.gap))
-    for row in rows:
-        coarse = last.get(row.family)
-        if not row.refused:
-            last[row.family] = row
-        if row.refused or coarse is None:
-            done.append(row)
-            continue
-        floor = _FLOOR * (tolerance if row.family == "scheme" else _TOLERANCE) * exact.amplitude + rounding
-        ratio = math.log(coarse.width / row.width)
-        order = Order(
-            coarser=coarse.size,
-            before=_order(coarse.before_error, row.before_error, ratio, floor),
-            whole=_order(coarse.l2_error, row.l2_error, ratio, floor),
-        )
-        done.append(replace(row, order=order))
-    return tuple(done)
-
-
-def _order(coarse: float | None, fine: float | None, ratio: float, floor: float) -> float | None:
-    if coarse is None or fine is None or not min(coarse, fine) > floor:
-        return None
-    return math.log(coarse / fine) / ratio
 
 
 def _settling(models: _Models, rows: list[Row], modes: dict[str, GalerkinModes]) -> tuple[tuple[SettlingRow, ...], str]:
