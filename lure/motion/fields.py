@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from lure.errors import InputError
 from lure.motion.chebyshev import Array
-from lure.motion.pieces import Pieces, distinct
+from lure.motion.pieces import distinct
+from lure.motion.record import Record, Series, Windows
 from lure.motion.sources import Sources
-from lure.motion.windows import Window
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
@@ -25,28 +26,22 @@ class Fields:
         Loads and initial data.
     share : float
         ``1/(1 + k_L/Z)``.
-    windows : tuple of Window
-        Consecutive windows.
+    record : Record
+        Consecutive round trips.
     """
 
     sources: Sources
     share: float
-    windows: tuple[Window, ...]
+    record: Record
 
-    def at_end(self, t: Array, name: str) -> Array:
+    @property
+    def windows(self) -> Windows:
+        """The round trips one by one, each made when it is asked for."""
+        return Windows(self.record)
+
+    def at_end(self, t: Array, name: Series) -> Array:
         """Values of one of the series of the windows at instants [transits], elementwise."""
-        flat = t.ravel()
-        first = self.windows[0].number
-        number = np.clip(np.floor(0.5 * flat).astype(int) - first, 0, len(self.windows) - 1)
-        local = flat - 2.0 * (number + first)
-        result = np.empty(len(flat))
-        order = np.argsort(number, kind="stable")
-        stops = np.flatnonzero(np.diff(number[order])) + 1
-        for group in np.split(order, stops):
-            if group.size:
-                window = self.windows[number[group[0]]]
-                result[group] = Pieces(window.edges, getattr(window, name))(local[group])
-        return result.reshape(t.shape)
+        return self.record.at(t.ravel(), name).reshape(t.shape)
 
     def waves(self, t: Array, x: Array) -> tuple[Array, Array]:
         """``r1`` and ``r2`` [m/s] at instants [s] and places [m].
@@ -68,9 +63,9 @@ class Fields:
     @property
     def span(self) -> tuple[float, float]:
         """First and last instant [transits] at which all of the rod is known."""
-        last = self.windows[-1]
-        first = 2.0 * self.windows[0].number
-        return first + (2.0 if first else 0.0), 2.0 * last.number + float(last.edges[-1]) * (1.0 + 1e-15)
+        record = self.record
+        first, last = 2.0 * record.number, 2.0 * (record.number + len(record) - 1)
+        return first + (2.0 if first else 0.0), last + record.stop * (1.0 + 1e-15)
 
     def _backward(self, t: Array, x: Array) -> Array:
         rod = self.sources.rod
@@ -102,9 +97,10 @@ class Fields:
         """Places between which the waves are smooth at an instant [transits], with both ends of the rod [m]."""
         L = self.sources.rod.length
         instants = [0.0]
-        for window in self.windows:
-            if 2.0 * window.number < t + 0.1 and 2.0 * window.number > t - 4.1:
-                instants += (2.0 * window.number + window.edges).tolist()
+        first = self.record.number
+        for number in range(max(first, math.floor(0.5 * t) - 3), min(first + len(self.record), math.ceil(0.5 * t) + 2)):
+            if t - 4.1 < 2.0 * number < t + 0.1:
+                instants += (2.0 * number + self.record.edges(number - first)).tolist()
         places = [L * (1.0 - (t - s)) for s in instants]
         places += [L * (t - s - 1.0) for s in instants] + [L * (t - s) for s in (0.0, *self.sources.breaks)]
         known = [0.0, *self.sources.body_breaks[1]]

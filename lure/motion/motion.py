@@ -12,6 +12,7 @@ from lure.motion.chebyshev import Array
 from lure.motion.end_law import Boundary
 from lure.motion.fields import Fields
 from lure.motion.impacts import Impact
+from lure.motion.record import Series
 from lure.rod import Rod
 from lure.scenario import Scenario
 
@@ -45,6 +46,8 @@ class Motion:
         not in it: compare two values of ``Numerics.degree``.
     note : str
         What the computation put in place of the data, or nothing.
+    compiled : bool
+        Whether compiled code computed it; see :class:`lure.motion.Numerics`.
     """
 
     rod: Rod
@@ -57,6 +60,7 @@ class Motion:
     energy_residual: float
     error: float
     note: str
+    compiled: bool
     fields: Fields
 
     def z(self, t: ArrayLike) -> Array:
@@ -128,7 +132,7 @@ class Motion:
     def _rigid(self) -> bool:
         return self.boundary.rigid or bool(self.note)
 
-    def _end(self, t: ArrayLike, name: str) -> Array:
+    def _end(self, t: ArrayLike, name: Series) -> Array:
         times = np.asarray(t, dtype=float)
         if not np.all((times >= self.since) & (times <= self.until)):
             raise InputError(f"t leaves the motion; give times in [{self.since:g}, {self.until:g}] s")

@@ -116,7 +116,7 @@ def windows(problem: Problem) -> Iterator[Window]:
         There are more than 4000 events in one round trip.
     """
     sources = problem.sources
-    state, scale = _first_state(problem), 0.0
+    state, scale = first_state(problem), 0.0
     wave, error = sources.initial_wave()
     merged_to = 8
     for number in range(math.ceil(problem.transits / 2.0)):
@@ -144,7 +144,14 @@ def windows(problem: Problem) -> Iterator[Window]:
             merged_to, error = max(8, len(wave.series)), 2.0 * MERGE * scale
 
 
-def _first_state(problem: Problem) -> State:
+def first_state(problem: Problem) -> State:
+    """Segment and place of the end at the start.
+
+    Raises
+    ------
+    InputError
+        It begins inside a rigid obstacle.
+    """
     rod, segments = problem.sources.rod, problem.law.segments
     z = problem.sources.scenario.contact_coordinate(rod)
     j = max(next(i for i, segment in enumerate(segments) if z <= segment.high), 0)

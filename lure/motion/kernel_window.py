@@ -1,0 +1,171 @@
+"""Round trips one after the other in compiled code: the rules are those of ``windows.py``."""
+
+from __future__ import annotations
+
+from lure.motion.chebyshev import Array
+from lure.motion.jit import compiled, kept
+from lure.motion.kernel_crossing import NEVER, UNDECIDED
+from lure.motion.kernel_data import (
+    ARCS,
+    BEFORE,
+    COEF,
+    COUNT,
+    DEGREE,
+    HIGH,
+    LAW,
+    LEFT,
+    LOW,
+    MERGED,
+    MISSED,
+    MOST_WINDOWS,
+    NEW,
+    NEW_DEGREES,
+    NOW,
+    NOW_DEGREES,
+    OLD,
+    OLD_DEGREES,
+    ORIGIN,
+    PASSED,
+    PIECES,
+    PUSH,
+    RATE,
+    REST,
+    SAVED,
+    SAVED_F,
+    SCALE,
+    SEGMENT,
+    SEGMENT_SIZE,
+    START,
+    STATE,
+    STOP,
+    TERM,
+    TRANSIT,
+    TRANSITS,
+    TRIP,
+    VALUE,
+    WAVE,
+    WINDOWS,
+    ZETA,
+    Counts,
+)
+from lure.motion.kernel_entry import emitted, entered, largest_wave
+from lure.motion.kernel_incoming import NO_ROOM, SAME, cut_out, incoming
+from lure.motion.kernel_merge import merged
+from lure.motion.kernel_piece import begun, departure, moved, roughness, settled, solved
+from lure.motion.kernel_series import short_part
+
+DONE, FULL, CHATTER, NEAR, HUGE = 0, 1, 2, 3, 4
+_MOST_EVENTS = 4000
+_MOST_CUTS = 45
+_LAYER = 3.0
+_LARGEST = 1e100
+
+
+@kept
+def run(f: Array, q: Counts, load: Array, heads: Counts, stop: int) -> int:
+    """Go on to round trip ``stop`` or as far as there is room; ``DONE``, ``FULL`` or why it does not go on."""
+    while q[TRIP] < stop:
+        if q[WINDOWS] == q[MOST_WINDOWS]:
+            return FULL
+        for k in range(WAVE):
+            f[SAVED_F + k] = f[k]
+        for k in range(STATE):
+            q[SAVED + k] = q[k]
+        found = _window(f, q, load, heads)
+        if found == HUGE:
+            return found
+        if found != DONE:
+            for k in range(WAVE):
+                f[k] = f[SAVED_F + k]
+            for k in range(STATE):
+                q[k] = q[SAVED + k]
+            return found
+    return DONE
+
+
+@compiled
+def _window(f: Array, q: Counts, load: Array, heads: Counts) -> int:
+    f[TERM], f[PASSED], q[ARCS], q[LEFT] = 0.0, 0.0, 0, 0
+    pieces = incoming(f, q, load, heads, min(2.0, f[TRANSITS] - 2.0 * q[TRIP]))
+    if pieces == NO_ROOM:
+        return FULL
+    if not f[SCALE] < _LARGEST:
+        return HUGE
+    largest_wave(f, q, pieces, q[NOW])
+    q[BEFORE] = q[PIECES]
+    found = _followed(f, q, pieces)
+    if found != DONE:
+        return found
+    settled(f, q)
+    entered(f, q)
+    q[COUNT], q[TRIP] = q[LEFT], q[TRIP] + 1
+    q[OLD], q[NEW] = q[NEW], q[OLD]
+    q[OLD_DEGREES], q[NEW_DEGREES] = q[NEW_DEGREES], q[OLD_DEGREES]
+    if q[COUNT] > 1.25 * q[MERGED]:
+        merged(f, q)
+    return DONE
+
+
+@compiled
+def _followed(f: Array, q: Counts, pieces: int) -> int:
+    """Arc after arc, piece after piece."""
+    i, at, cuts, events = 0, q[NOW], 0, 0
+    low = f[at + START]
+    begun(f, q, pieces, 0, low)
+    while i < pieces:
+        stop, degree = f[at + STOP], q[q[NOW_DEGREES] + i]
+        high = stop
+        n = cut_out(f, q, (at, degree), (low, high), WAVE)
+        nz, np_ = solved(f, q, n, high - low)
+        rough = roughness(f, q, nz)
+        if rough > 0.0:
+            rate = f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE]
+            layer = low + _LAYER / (rate * f[TRANSIT])
+            if cuts < _MOST_CUTS and low < layer < high - 1e-2 * (high - low):
+                cuts, high = cuts + 1, layer
+                n = cut_out(f, q, (at, degree), (low, high), WAVE)
+                nz, np_ = solved(f, q, n, high - low)
+                rough = roughness(f, q, nz)
+            f[MISSED] += rate * rough * (high - low)
+        step, x = departure(f, q, nz, np_)
+        if x == UNDECIDED:
+            return NEAR
+        if x == NEVER:
+            if not emitted(f, q, (low, high), (n, nz, np_)):
+                return FULL
+            moved(f, q, nz)
+        else:
+            instant = low + 0.5 * (high - low) * (x + 1.0)
+            instant = low if instant - low <= SAME else high if high - instant <= SAME else instant
+            if instant > low and not _shortened(f, q, (low, instant), (n, nz, np_), x if instant < high else 1.0):
+                return FULL
+            _passed(f, q, step)
+            events, high = events + 1, instant
+            if events >= _MOST_EVENTS:
+                return CHATTER
+        low = high
+        if high >= stop:
+            i, at, cuts = i + 1, at + q[DEGREE] + 1 + COEF, 0
+        if x != NEVER:
+            begun(f, q, pieces, i, low)
+    return DONE
+
+
+@compiled
+def _shortened(f: Array, q: Counts, span: tuple[float, float], degrees: tuple[int, int, int], x: float) -> bool:
+    """Enter the part of the piece up to the place ``x``; whether there was room."""
+    (n, nz, np_), cut = degrees, (-1.0, x)
+    if x < 1.0:
+        n = short_part(f, q, (WAVE, n), cut, WAVE)
+        nz = short_part(f, q, (ZETA, nz), cut, ZETA)
+        np_ = short_part(f, q, (PUSH, np_), cut, PUSH)
+    return emitted(f, q, span, (n, nz, np_))
+
+
+@compiled
+def _passed(f: Array, q: Counts, step: int) -> None:
+    """To the next segment of the law, at the bound between."""
+    law = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
+    bound = f[law + HIGH] if step > 0 else f[law + LOW]
+    q[SEGMENT] += step
+    f[VALUE], f[REST] = bound - f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + ORIGIN], 0.0
