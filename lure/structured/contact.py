@@ -22,6 +22,8 @@ _MOST = 1_000_000_000  # cell crossings looked at in all
 FLOOR = 1e-12
 _NARROW = 1e-12
 _EFFORT = 400
+_SHORT = 2.0
+_LEFT_OUT = 1e-15
 
 
 def first_contact(flight: FreeFlight, until: float) -> float | None:
@@ -30,7 +32,7 @@ def first_contact(flight: FreeFlight, until: float) -> float | None:
     ``z(tau)`` is an average, with Poisson weights of mean ``tau``, of the values ``z_n`` of the shift register.  So it
     never exceeds the largest of them, which often settles the question for all times at once; on ``[l, r]`` it does not
     exceed the largest in the window of the weights; and, as ``z'' = sum w_n Delta^2 z_n``, it stays within
-    ``(r - l)^2/8 max |Delta^2 z_n|`` of its chord.  What none of these decides is cut in eight.
+    ``(r - l)^2/8 max |z''|`` of its chord.  What none of these decides is cut in eight.
 
     Parameters
     ----------
@@ -178,13 +180,13 @@ class Crossing:
         width = right - left
         chord = 0.125 * width * width
         at_left, at_right = self.at(left), self.at(right)
-        if max(at_left, at_right) + chord * np.abs(np.diff(inside, 2)).max(initial=0.0) <= self.floor:
+        if max(at_left, at_right) + chord * self.bend(left, right, 2) <= self.floor:
             return None
         if width <= _NARROW * max(1.0, right):
             return right if at_right > self.floor else None
         if at_right > self.floor and at_left <= self.floor:
             slope = min(self.at(left, 1), self.at(right, 1))
-            if slope - chord * np.abs(np.diff(inside, 3)).max(initial=0.0) > 0.0:
+            if slope - chord * self.bend(left, right, 3) > 0.0:
                 return self.zero(left, right)
         edges = np.linspace(left, right, _PIECES + 1)
         for low, high in pairwise(edges.tolist()):
@@ -192,6 +194,20 @@ class Crossing:
             if found is not None:
                 return found
         return None
+
+    def bend(self, left: float, right: float, order: int) -> float:
+        """Bound of the derivative of that order on ``[left, right]``: no average of differences exceeds the largest.
+
+        On short intervals also ``e^{right - left}`` times their average at ``right``, since no weight exceeds its value
+        there by more; what the window leaves out of it is below rounding of the largest.
+        """
+        largest = float(np.abs(np.diff(self.values[window(left)[0] : window(right)[1] + 3], order)).max(initial=0.0))
+        if right - left > _SHORT:
+            return largest
+        first, weights = poisson_weights(parted(right))
+        sizes = np.abs(np.diff(self.values[first : first + weights.size + order], order))
+        average = float(weights[: sizes.size] @ sizes) + _LEFT_OUT * largest
+        return min(largest, math.exp(right - left) * average)
 
     def zero(self, left: float, right: float) -> float:
         """The one zero between a value that is not positive and one that is, by Newton's method kept in its bracket."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TypeAlias
@@ -17,6 +18,8 @@ from lure.structured.ring import Ring
 from lure.structured.stretch import Stretch, longest
 
 Array: TypeAlias = NDArray[np.float64]
+
+_EARLY = 8
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
@@ -68,7 +71,9 @@ class Run:
             if self.stretches and self.stretches[-1][1] == begin:
                 begin = self.stretches.pop()[0]
             self.stretches.append((begin, self.clock))
-        return ring if self.contact is touched else replace(ring, gap=0.0)
+        if self.contact is touched:
+            return ring
+        return replace(ring, gap=max(ring.gap, 0.0) if self.contact else min(ring.gap, 0.0))  # rounding has no say
 
     def closed(self) -> tuple[tuple[float, float], ...]:
         """The contacts in seconds."""
@@ -105,8 +110,10 @@ class Run:
                 found = search.first(0.0, min(float(length), left))
             except Undecided:
                 length = halved(length)
-            else:
+                continue
+            if found is None or length <= _EARLY * max(1.0, found):
                 break
+            length = math.ceil(2.0 * max(0.5, found))  # seen again where rounding is that of a shorter stretch
         span = min(Fraction(length), end - begin)
         if found is not None and found < span:
             span, self.contact = Fraction(found), not contact
