@@ -42,9 +42,7 @@ class Pieces:
 
     def __call__(self, x: Array) -> Array:
         """Values (n,) at points (n,) between the first edge and the last; on an edge those from the right."""
-        i = np.clip(
-            np.searchsorted(self.edges, x, side="right") - 1, 0, len(self.series) - 1
-        )
+        i = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, len(self.series) - 1)
         low, high = self.edges[i], self.edges[i + 1]
         local = np.clip(((x - low) - (high - x)) / (high - low), -1.0, 1.0)
         return values(self.series[i], local[:, None])[:, 0]
@@ -63,9 +61,7 @@ class Pieces:
             low, high = low[cut], high[cut]
             a = ((edges[cut] - low) - (high - edges[cut])) / (high - low)
             b = ((edges[cut + 1] - low) - (high - edges[cut + 1])) / (high - low)
-            series[cut] = restricted(
-                series[cut], np.maximum(a, -1.0), np.minimum(b, 1.0)
-            )
+            series[cut] = restricted(series[cut], np.maximum(a, -1.0), np.minimum(b, 1.0))
         return Pieces(edges, series)
 
 
@@ -78,19 +74,12 @@ def joined(first: Pieces, second: Pieces) -> tuple[Pieces, Pieces]:
 def union(first: Array, second: Array) -> Array:
     """Edges of both, without any of the second that agrees with one of the first to rounding; the span of the first."""
     inside = second[(second > first[0] + SAME) & (second < first[-1] - SAME)]
-    near = np.abs(
-        first[np.clip(np.searchsorted(first, inside), 1, len(first) - 1)] - inside
-    )
+    near = np.abs(first[np.clip(np.searchsorted(first, inside), 1, len(first) - 1)] - inside)
     near = np.minimum(
         near,
-        np.abs(
-            first[np.clip(np.searchsorted(first, inside) - 1, 0, len(first) - 1)]
-            - inside
-        ),
+        np.abs(first[np.clip(np.searchsorted(first, inside) - 1, 0, len(first) - 1)] - inside),
     )
-    return (
-        np.sort(np.concatenate((first, inside[near > SAME]))) if inside.size else first
-    )
+    return np.sort(np.concatenate((first, inside[near > SAME]))) if inside.size else first
 
 
 def distinct(points: list[float], low: float, high: float) -> Array:
@@ -142,25 +131,14 @@ def fitted(
         half = 0.5 * (stops - starts)[:, None]
         last = np.maximum(1.0 - np.maximum(_NEAR_END, _CLEAR_OF_END / half), 0.5)
         looks //= 2
-        checks = np.append(
-            _CHECKS, (2.0 * np.arange(looks) + 0.74) / max(looks, 1) - 1.0
-        )
-        x = np.hstack(
-            (np.tile(np.append(space.inner, checks), (len(starts), 1)), -last, last)
-        )
-        table, noise = (
-            part.reshape(x.shape)
-            for part in function((starts[:, None] + half * (x + 1.0)).ravel())
-        )
+        checks = np.append(_CHECKS, (2.0 * np.arange(looks) + 0.74) / max(looks, 1) - 1.0)
+        x = np.hstack((np.tile(np.append(space.inner, checks), (len(starts), 1)), -last, last))
+        table, noise = (part.reshape(x.shape) for part in function((starts[:, None] + half * (x + 1.0)).ravel()))
         scale = max(scale, float(np.abs(table).max()))
         series = table[:, :n] @ space.from_inner.T
-        miss = (
-            np.abs(values(series, x[:, n:]) - table[:, n:]) - 8.0 * noise[:, n:]
-        ).max(axis=1)
+        miss = (np.abs(values(series, x[:, n:]) - table[:, n:]) - 8.0 * noise[:, n:]).max(axis=1)
         miss = np.maximum(miss, tails(series))
-        doubt = np.partition(noise[:, :n], n - 3, axis=1)[
-            :, n - 3
-        ]  # a jump near one node or two excuses nothing
+        doubt = np.partition(noise[:, :n], n - 3, axis=1)[:, n - 3]  # a jump near one node or two excuses nothing
         allowed = 3e-15 * scale + _DENORMAL + 8.0 * doubt
         if len(starts) + len(done) > _MOST:
             raise InputError(
@@ -169,9 +147,7 @@ def fitted(
             )
         narrow = (miss > allowed) & (stops - starts < NARROWEST)
         series[narrow] = 0.0  # a straight ramp: a polynomial would ring about a jump
-        series[narrow, 0], series[narrow, 1] = 0.5 * (
-            table[narrow, n - 1] + [[1.0], [-1.0]] * table[narrow, 0]
-        )
+        series[narrow, 0], series[narrow, 1] = 0.5 * (table[narrow, n - 1] + [[1.0], [-1.0]] * table[narrow, 0])
         good = (miss <= allowed) | narrow
         error += float(((miss + doubt) * (stops - starts))[good].sum())
         done += list(zip(starts[good], stops[good], series[good], strict=True))

@@ -69,9 +69,7 @@ class Arc:
     error: float
 
 
-def flat_arc(
-    segment: Segment, share: float, transit: float, wave: Pieces, start: Level
-) -> Arc:
+def flat_arc(segment: Segment, share: float, transit: float, wave: Pieces, start: Level) -> Arc:
     """Free flight, or constant stress: a quadrature."""
     space = basis(wave.series.shape[1] - 1)
     load = share * wave.series
@@ -90,14 +88,10 @@ def flat_arc(
 def rigid_arc(share: float, wave: Pieces) -> Arc:
     """Held by a rigid obstacle: ``z`` does not move and takes up the whole wave."""
     still = np.zeros_like(wave.series)
-    return Arc(
-        wave=wave, zeta=still, push=share * wave.series, end=Level(value=0.0), error=0.0
-    )
+    return Arc(wave=wave, zeta=still, push=share * wave.series, end=Level(value=0.0), error=0.0)
 
 
-def straight_arc(
-    segment: Segment, share: float, transit: float, wave: Pieces, start: Level
-) -> Arc:
+def straight_arc(segment: Segment, share: float, transit: float, wave: Pieces, start: Level) -> Arc:
     """A segment with a slope."""
     size = float(np.abs(wave.series).sum(axis=1).max(initial=0.0))
     allowed = RESOLVED * (size + abs(segment.push)) * min(transit, 1.0 / segment.rate)
@@ -111,9 +105,7 @@ def straight_arc(
             break
         wide = coarse[steps[coarse] > 1.01 * _LAYER]
         offsets = (_LAYER / (segment.rate * transit)) * np.arange(1, _CUTS)
-        cuts = (wave.edges[wide][:, None] + offsets)[
-            offsets < wave.widths[wide][:, None] * (1.0 - 1e-3)
-        ]
+        cuts = (wave.edges[wide][:, None] + offsets)[offsets < wave.widths[wide][:, None] * (1.0 - 1e-3)]
         halves = wave.edges[coarse] + 0.5 * wave.widths[coarse]
         wave = wave.on(
             union(
@@ -127,9 +119,7 @@ def straight_arc(
     return Arc(wave=wave, zeta=zeta, push=push, end=Level(value=end), error=error)
 
 
-def _linear(
-    segment: Segment, share: float, transit: float, wave: Pieces, first: float
-) -> tuple[Array, float]:
+def _linear(segment: Segment, share: float, transit: float, wave: Pieces, first: float) -> tuple[Array, float]:
     """Series of ``zeta``, and its value at the end."""
     space = basis(wave.series.shape[1] - 1)
     half = 0.5 * transit * wave.widths
@@ -145,9 +135,7 @@ def _linear(
             grown = ones - stiff[:, None] * (grown @ space.collocation.T)
     else:
         system = np.eye(space.degree) + stiff[:, None, None] * space.collocation
-        both: Array = np.asarray(
-            np.linalg.solve(system, np.stack((driven, ones), axis=2)), dtype=float
-        )
+        both: Array = np.asarray(np.linalg.solve(system, np.stack((driven, ones), axis=2)), dtype=float)
         forced, grown = both[:, :, 0], both[:, :, 1]
     starts, level = [], first
     for gain, added in zip(grown[:, -1].tolist(), forced[:, -1].tolist(), strict=True):
@@ -178,9 +166,7 @@ def departure(segment: Segment, arc: Arc) -> tuple[list[tuple[int, Array]], floa
         Rounding of the functions: an excursion that stays below it is none.
     """
     if math.isinf(segment.rate) or segment.power < 1.0:
-        return [(-1, -arc.push)], _GRAZE * float(
-            np.abs(arc.push).sum(axis=1).max(initial=0.0)
-        )
+        return [(-1, -arc.push)], _GRAZE * float(np.abs(arc.push).sum(axis=1).max(initial=0.0))
     found = []
     for step, bound in ((1, segment.high), (-1, segment.low)):
         if math.isfinite(bound):
