@@ -99,7 +99,7 @@ def motion_at(motion: Motion, t: Array) -> SampledRun:
         energy_residual=motion.energy_residual,
         error=motion.error,
         error_is=ERROR,
-        details={**_boundary(motion.boundary), "law_crossings": motion.crossings, "since": motion.since},
+        details={**_boundary(motion.boundary), "law_crossings": motion.crossings, "compiled": int(motion.compiled)},
         note=motion.note,
     )
 
