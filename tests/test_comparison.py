@@ -288,6 +288,15 @@ def test_errors_far_below_a_percent_do_not_widen_the_table():
     assert "<0.001 %" in lines
 
 
+@pytest.mark.parametrize(("samples", "warned"), [(120, True), (121, False)])
+def test_samples_that_miss_swings_are_said_to(samples, warned):
+    # 2.5e-3 s are 15 transits: 120 steps of an eighth
+    found = str(compare(PAPER.rod, PAPER.scenario, 2.5e-3 * (1 - 1e-9), cells=(), galerkin=(), samples=samples))
+    flat = " ".join(found.split())
+    assert ("peaks of the errors may lie between them" in flat) is warned
+    assert ("121 samples see more" in flat) is warned
+
+
 def test_a_model_that_cannot_be_run_says_why_and_the_others_go_on():
     # p = c_n sqrt(z) is not Lipschitz: no Galerkin motion, while the scheme has one
     found = compare(unit_rod(exponent=0.5), STANDING, 1.0, cells=(10,), galerkin=(("P1", 5),), samples=51)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from analysis.comparison.result import Comparison, Row
 
 WIDTH = 80
+_APART = 0.125
 
 
 def text(found: Comparison) -> str:
@@ -26,6 +28,7 @@ def text(found: Comparison) -> str:
     if found.settling:
         parts.append(_settling(found))
     sentences = [
+        _sparse(found),
         _remark(found),
         found.settling_statement,
         *(f"{row.label} was not run: {row.refused}." for row in _refused(found)),
@@ -70,6 +73,17 @@ def _orders(found: Comparison) -> list[str]:
         orders = (order.whole,) if event is None else (order.before, order.whole)
         body.append((row.family, f"{order.coarser} to {row.size}", *map(_order, orders)))
     return [_table(head if event is None else (*head, "whole run"), body)]
+
+
+def _sparse(found: Comparison) -> str:
+    """A warning where the samples are too far apart to see every swing."""
+    apart = found.until / (found.exact.t.size - 1) / found.rod.travel_time
+    if apart <= _APART:
+        return ""
+    return (
+        f"The samples are {apart:.3g} transits apart: peaks of the errors may lie between them, and L2 errors and "
+        f"orders are those of the samples; {math.ceil((found.exact.t.size - 1) * apart / _APART) + 1} samples see more."
+    )
 
 
 def _remark(found: Comparison) -> str:
