@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +74,11 @@ class Scenario:
         """Whether no load acts: ``g = 0`` and ``f = 0``."""
         return self.force.is_zero and self.body_force.is_zero
 
+    @cached_property
+    def slope(self) -> Expression:
+        """``u0'(x)`` [-]."""
+        return self.displacement.derivative("x")
+
     def waves(self, rod: Rod, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Initial Riemann invariants ``r1 = u1 - c u0'`` and ``r2 = u1 + c u0'`` at ``x`` [m/s].
 
@@ -81,7 +87,7 @@ class Scenario:
         InputError
             ``u1`` or the slope of ``u0`` is not a finite number at one of the points.
         """
-        speed = rod.wave_speed * _finite(self.displacement.derivative("x")(x=x), "the slope of initial.u0", x)
+        speed = rod.wave_speed * _finite(self.slope(x=x), "the slope of initial.u0", x)
         velocity = _finite(self.velocity(x=x), "initial.u1", x)
         return velocity - speed, velocity + speed
 
@@ -143,7 +149,7 @@ def matching(rod: Rod, scenario: Scenario) -> Matching:
         One of these is not a finite number.
     """
     ends = np.array([0.0, rod.length])
-    strain = _finite(scenario.displacement.derivative("x")(x=ends), "the slope of initial.u0", ends)
+    strain = _finite(scenario.slope(x=ends), "the slope of initial.u0", ends)
     velocity = _finite(scenario.velocity(x=ends), "initial.u1", ends)
     force = float(_finite(scenario.force(t=np.zeros(1)), "force.g", np.zeros(1), "t", "s")[0])
     left = (rod.area * rod.youngs_modulus * strain[0], -rod.damping * velocity[0], force)

@@ -10,6 +10,7 @@ ROOT = Path(__file__).parents[1]
 COMMANDS = (
     *("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope"),
     *("certify", "verify", "explain"),
+    *("simulate", "compare", "response", "bifurcation", "basin"),
 )
 
 
@@ -52,6 +53,8 @@ def test_the_root_help_reads_as_written(lure):
         "    lure report plant.toml                        all there is to say, as a page\n"
         "    lure report kalman-fitts                      the same for a built-in loop\n"
         "    lure report                                   the rod of the paper\n"
+        "    lure simulate paper-rod -o run.nc             its motion, to rounding\n"
+        "    lure compare paper-rod                        and how far schemes are from it\n"
         "    lure certify plant.toml                       the proof alone, as a file\n"
         "    lure verify certificate.json                  check it without trusting lure\n"
         "    lure reproduce paper                          the paper's claims, one by one\n\n"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from analysis.cli.certificates import app as app
+from analysis.cli.simulating import app as app
 from analysis.cli.commands import Json, Quiet
 from analysis.cli.comparing_texts import COMPARE
 from analysis.cli.refused import refused

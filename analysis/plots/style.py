@@ -73,7 +73,7 @@ def _reference(low: float, high: float) -> float:
 
 
 def _in_units(unit: float, reference: float, value: float, _: object) -> str:
-    return f"{(value - reference) / unit:.4g}".replace("-", "−")
+    return f"{round((value - reference) / unit, 9) + 0.0:.4g}".replace("-", "−")  # + 0.0: no minus before a zero
 
 
 def padded(low: float, high: float, share: float = 0.06) -> tuple[float, float]:
