@@ -13,14 +13,13 @@ from motions import unit_rod
 import analysis.cli.responding as responding
 from analysis.plots import render
 from analysis.plots.response import (
-    plot_basin,
-    plot_bifurcation,
     plot_history,
     plot_impulses,
     plot_poincare,
     plot_response,
     plot_response_spectrum,
 )
+from analysis.plots.sweeps import plot_basin, plot_bifurcation
 from analysis.response import Plan, Sweep, basin, bifurcation, response
 from lure.motion import Boundary
 

@@ -17,7 +17,7 @@ from analysis.cli.refused import refused
 if TYPE_CHECKING:
     from analysis.plots import Draw
     from analysis.response import Basin, Bifurcation, Plan, Response
-    from analysis.response.bifurcation import Order
+    from analysis.response.sweeping import Order
     from lure.scenario import Scenario
     from lure.systems import RodSystem
 
@@ -174,7 +174,7 @@ def bifurcation(
     with progress(quiet=quiet) as tell:
         sweep = Sweep(plan=plan, order=cast("Order", order), start=chosen.scenario, workers=workers, progress=tell)
         found = run(chosen.rod, text, parameter, values, sweep=sweep)
-    from analysis.plots.response import plot_bifurcation
+    from analysis.plots.sweeps import plot_bifurcation
 
     _say(found, as_json=as_json)
     if found.points:
@@ -208,7 +208,7 @@ def basin(
 
     with progress(quiet=quiet) as tell:
         found = run(chosen.rod, offsets, velocities, start=chosen.scenario, progress=tell)
-    from analysis.plots.response import plot_basin
+    from analysis.plots.sweeps import plot_basin
 
     _say(found, as_json=as_json)
     if (found.impacts >= 0).any():
