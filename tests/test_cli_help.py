@@ -54,7 +54,7 @@ def test_the_root_help_reads_as_written(lure):
         "    lure report kalman-fitts                      the same for a built-in loop\n"
         "    lure report                                   the rod of the paper\n"
         "    lure simulate paper-rod -o run.nc             its motion, to rounding\n"
-        "    lure compare paper-rod                        and how far schemes are from it\n"
+        "    lure compare paper-rod                        how far schemes are from it\n"
         "    lure certify plant.toml                       the proof alone, as a file\n"
         "    lure verify certificate.json                  check it without trusting lure\n"
         "    lure reproduce paper                          the paper's claims, one by one\n\n"

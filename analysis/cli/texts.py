@@ -14,7 +14,7 @@ Examples:
   lure report kalman-fitts                      the same for a built-in loop
   lure report                                   the rod of the paper
   lure simulate paper-rod -o run.nc             its motion, to rounding
-  lure compare paper-rod                        and how far schemes are from it
+  lure compare paper-rod                        how far schemes are from it
   lure certify plant.toml                       the proof alone, as a file
   lure verify certificate.json                  check it without trusting lure
   lure reproduce paper                          the paper's claims, one by one
