@@ -81,7 +81,7 @@ def interrupted_at(share):
 
 
 def test_an_interrupted_sweep_keeps_what_is_done():
-    omegas = np.linspace(0.5, 2.5, 5)
+    omegas = np.linspace(1.5, 2.5, 5)
     whole = bifurcation(MATCHED, "0.3 + sin(w*t)", "w", omegas, sweep=Sweep(plan=RIGID))
     part = bifurcation(MATCHED, "0.3 + sin(w*t)", "w", omegas, sweep=Sweep(plan=RIGID, progress=interrupted_at(0.55)))
     assert (part.complete, len(part.points), len(part.values)) == (False, 3, 5)
@@ -93,7 +93,7 @@ def test_an_interrupted_sweep_keeps_what_is_done():
 
 
 def test_an_interrupted_motion_through_all_values_keeps_the_steps_that_were_done():
-    plan = Plan(settle=100, run=20, samples=8, boundary=Boundary(rigid=True))
+    plan = Plan(settle=60, run=16, samples=8, boundary=Boundary(rigid=True))
     values = [0.9, 1.0, 1.1]
     sweep = Sweep(plan=plan, order="up", progress=interrupted_at(0.75))
     part = bifurcation(MATCHED, "0.3 + F*sin(2*t)", "F", values, sweep=sweep)

@@ -69,11 +69,11 @@ def bounce(mean, omega):
 @pytest.mark.parametrize(("mean", "omega"), [(0.3, 0.7), (0.05, 2.0), (0.8, 0.2)])
 def test_a_matched_rod_bounces_on_a_rigid_obstacle_as_the_closed_form_says(mean, omega):
     rod = unit_rod(damping=1.0, gap=0)
-    plan = Plan(run=16, samples=128, boundary=Boundary(rigid=True))
+    plan = Plan(run=8, samples=128, boundary=Boundary(rigid=True))
     seen = response(rod, f"{mean} + sin({omega}*t)", plan=plan)
     release, contact, travel = bounce(mean, omega)
     assert seen.settling.periods == 10  # nothing to wait for
-    assert (seen.regime.kind, seen.regime.multiple, seen.regime.seen) == ("periodic", 1, 16)
+    assert (seen.regime.kind, seen.regime.multiple, seen.regime.seen) == ("periodic", 1, 8)
     assert seen.duty == pytest.approx(1 - (contact - release) / (2 * math.pi), rel=1e-11)
     assert seen.impulses.per_period == 1.0
     # all of the push of a period goes through the one contact of it
@@ -149,9 +149,9 @@ def test_what_is_left_of_the_momentum_is_in_the_rod():
 
 # E -> s^2 E, k -> s k, eps -> eps/s^2, g(t) -> s^2 g(s t) is the same motion, s times as fast
 def test_the_unit_of_time_does_not_matter():
-    slow = response(SHAKEN, "0.3 + 0.75*sin(t/2)", plan=Plan(settle=300, run=12))
+    slow = response(SHAKEN, "0.3 + 0.75*sin(t/2)", plan=Plan(settle=60, run=8))
     rod = unit_rod(youngs_modulus=16, damping=0.8, compliance=0.01 / 16, gap=0)
-    fast = response(rod, "4.8 + 12*sin(2*t)", plan=Plan(settle=75, run=12))
+    fast = response(rod, "4.8 + 12*sin(2*t)", plan=Plan(settle=15, run=8))
     assert fast.period == slow.period / 4
     assert fast.z == pytest.approx(slow.z, abs=1e-8)
     assert fast.v == pytest.approx(4 * slow.v, abs=1e-5)
@@ -167,7 +167,7 @@ def test_the_same_question_has_the_same_answer():
 
 
 def test_memory_does_not_depend_on_the_time_waited():
-    soon, late = (response(SHAKEN, "0.3 + sin(t/2)", plan=Plan(settle=s, run=8)) for s in (20, 200))
+    soon, late = (response(SHAKEN, "0.3 + sin(t/2)", plan=Plan(settle=s, run=8)) for s in (20, 100))
     assert soon.t.size == late.t.size == 8 * 64 + 1
     assert soon.impulses.count < 20
 
@@ -177,14 +177,15 @@ def test_two_motions_on_a_linear_obstacle_come_together_at_the_rate_of_the_slowe
     rod = unit_rod(damping=2.0, compliance=4.0, gap=0)
     a = rod.reflection
     root = brentq(lambda s: s + 0.25 * (1 - a * math.exp(-2 * s)) / (1 + a * math.exp(-2 * s)), -0.3, -0.01)
-    seen = response(rod, "1 + 0.1*sin(4*t)", plan=Plan(settle=120, run=40, separation=True))
+    seen = response(rod, "1 + 0.1*sin(4*t)", plan=Plan(settle=60, run=32, separation=True))
     assert seen.duty == 1.0
     late = np.log(seen.separation.distance[20:31])
     assert (late[-1] - late[0]) / (10 * seen.period) == pytest.approx(root, rel=3e-3)
-    assert seen.separation.rate == pytest.approx(root, rel=0.02)  # the faster modes of its first periods are in it
+    assert seen.separation.rate == pytest.approx(root, rel=0.03)  # the faster modes of its first periods are in it
     assert "shrank" in str(seen.separation)
 
 
+@pytest.mark.slow
 def test_nearby_motions_part_where_none_was_seen_to_repeat_and_meet_where_one_was():
     plan = Plan(settle=40, run=16, samples=16, separation=True)
     assert response(SHAKEN, "0.3 + 0.5*sin(t/2)", plan=plan).separation.rate < -0.01
