@@ -26,7 +26,7 @@ RESPONSE = """Say what a rod does under a periodic force after a while.
 \b
 Examples:
   lure response rod.toml --force "0.3+0.7*sin(t/2)"
-  lure response paper-rod --force "1e-4*(1+sin(4*t))" --settle 10 --periods 16
+  lure response paper-rod --force "1e-4*(1+sin(4*t))" --settle 10 --periods 8
   lure response rod.toml --plot response.svg --json > response.json
   lure response rod.toml --force "1+where(sin(t)>0,1,0)" --separation
 

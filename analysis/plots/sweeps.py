@@ -101,4 +101,4 @@ def _impact_lines(axes: Axes, basin: Basin) -> None:
     x = left + (right - left) * (np.arange(columns) + 0.5) / columns
     y = low + (high - low) * (np.arange(rows) + 0.5) / rows
     axes.contour(x, y, fine, np.arange(0.5, min(fine.max(), 9.0)), colors=INK, linewidths=0.9)
-    note(axes, "lines: one impact more or less", corner="lower left")
+    note(axes, "lines: the number of impacts changes", corner="lower left")
