@@ -179,6 +179,7 @@ def test_what_counts_as_a_contradiction(reports):
     assert "energy of the rod changes" in contradictions_of_rod(falling, "undamped")[0]
     assert "cannot be trusted" in contradictions_of_rod(replace(side, energy_residual=1e-6), "decay")[0]
     assert "cannot be trusted" in contradictions_of_rod(replace(side, energy_residual=math.nan), "decay")[0]
+    assert "otherwise than by the impulse" in contradictions_of_rod(replace(side, momentum=2e-9), "decay")[0]
     elsewhere = replace(side.rest, difference=2e-9, shown=side.rest.shown * (1 + 2e-9))
     assert "was predicted to rest" in contradictions_of_rest(replace(side, rest=elsewhere))[0]
     inside = replace(side.rest, predicted=1e-4, shown=1e-4)
