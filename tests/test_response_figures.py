@@ -10,7 +10,6 @@ from matplotlib import pyplot
 from matplotlib.figure import Figure
 from motions import unit_rod
 
-import analysis.cli.responding as responding
 from analysis.plots import render
 from analysis.plots.response import (
     plot_history,
@@ -195,4 +194,3 @@ def test_the_help_shows_examples_within_80_columns(lure):
         text = lure(command, "--help")[1]
         assert max(map(len, text.splitlines())) <= 80
         assert text.index("Examples:") < text.index("Options:")
-    assert responding.app is not None
