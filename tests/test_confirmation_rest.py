@@ -117,8 +117,8 @@ def test_the_bound_on_later_z_is_sharp_from_both_sides(damping):
 
 
 # u0' = -u1: only a forward wave, W(tau) = r1(1 - tau) = 2 sin(2 pi tau) on the first transit.  z rises by 2/pi and
-# comes back in the first round trip; dips by a 2/pi in the second; rises by a^2 2/pi, a = 1/2, in the third, and that is
-# the largest of what comes after the first: -5 - 1/(2 pi) + 1/(2 pi).
+# comes back in the first round trip; dips by a 2/pi in the second; rises by a^2 2/pi, a = 1/2, in the third, and
+# this is the largest of what comes after the first: -5 - 1/(2 pi) + 1/(2 pi).
 def test_the_supremum_counts_where_echoes_change_sign():
     rod = unit_rod(damping=3, gap=5)
     scenario = Scenario.parse(displacement="-cos(2*pi*x)/(2*pi)", velocity="-sin(2*pi*x)")
