@@ -24,6 +24,7 @@ RESOLVED = 3e-15
 _LAYER = 3.0
 _CUTS = 14
 _ROUNDS = 12
+_MOST_PIECES = 20_000
 _EXPONENTIAL = 16
 _GRAZE = 8e-15
 _ULPS = 2e-15
@@ -94,14 +95,14 @@ def rigid_arc(share: float, wave: Pieces) -> Arc:
 def straight_arc(segment: Segment, share: float, transit: float, wave: Pieces, start: Level) -> Arc:
     """A segment with a slope."""
     size = float(np.abs(wave.series).sum(axis=1).max(initial=0.0))
-    allowed = RESOLVED * (size + abs(segment.push)) * min(transit, 1.0 / segment.rate)
     first = start.value + start.rest
+    allowed = RESOLVED * max((size + abs(segment.push)) * min(transit, 1.0 / segment.rate), abs(first))
     for attempt in range(_ROUNDS + 1):
         zeta, end = _linear(segment, share, transit, wave, first)
         rough = tails(zeta)
         steps = segment.rate * transit * wave.widths
         coarse = np.flatnonzero((rough > allowed) & (wave.widths > NARROWEST))
-        if not coarse.size or attempt == _ROUNDS:
+        if not coarse.size or attempt == _ROUNDS or len(rough) > _MOST_PIECES:
             break
         wide = coarse[steps[coarse] > 1.01 * _LAYER]
         offsets = (_LAYER / (segment.rate * transit)) * np.arange(1, _CUTS)
