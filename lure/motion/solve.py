@@ -222,6 +222,8 @@ def _problem(rod: Rod, scenario: Scenario, until: float, boundary: Boundary, deg
     if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until < math.inf:
         raise InputError(f"until is {until!r}; give a positive number of seconds")
     transits = float(until) / rod.travel_time
+    if abs(transits - round(transits)) <= 4e-16 * transits:  # no round trip of rounding errors alone
+        transits = float(round(transits))
     if transits > 2.0 * _MOST_TRIPS:
         raise InputError(
             f"until = {until:g} s is {transits / 2.0:.3g} round trips; give at most "
