@@ -1,10 +1,15 @@
 """What the tests of lure.motion share: simple rods, and the energy balance recomputed from the fields."""
 
 import math
+from importlib.util import find_spec
 
 import numpy as np
+import pytest
 
 from lure import Rod
+
+WITH_NUMBA = pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")
+EITHER_WAY = [pytest.param(False, id="plain"), pytest.param(True, id="compiled", marks=WITH_NUMBA)]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
 

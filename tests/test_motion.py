@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from motions import imbalance, other_rod, unit_rod
+from motions import EITHER_WAY, imbalance, other_rod, unit_rod
 
 from lure import InputError, RodBlock, Scenario, builtin_system
 from lure.free_motion import free_motion
@@ -15,11 +15,12 @@ RNG = np.random.default_rng(5)
 
 # Figure 6 without its numerical damping.  w(0, x) = -e and v = 0 give W = c e on (0, T) and -a(-c e) = -|a| c e on
 # (T, 2T): u(t, L) falls and rises by e |a|^n in each transit of round trip n, from -e/2 on.
-def test_the_released_rod_is_a_triangle_wave_over_a_thousand_round_trips():
+@pytest.mark.parametrize("compiled", EITHER_WAY)
+def test_the_released_rod_is_a_triangle_wave_over_a_thousand_round_trips(compiled):
     system = builtin_system("paper-rod")
     rod, e = system.rod, 2e-4
     T, decay = rod.travel_time, RodBlock(system.rod).log_reflection
-    motion = exact_motion(rod, system.scenario, 2000 * T)
+    motion = exact_motion(rod, system.scenario, 2000 * T, numerics=Numerics(compiled=compiled))
     transit = np.arange(2002)
     trip = transit // 2
     sums = np.expm1(trip * decay) / np.expm1(decay)
@@ -29,6 +30,7 @@ def test_the_released_rod_is_a_triangle_wave_over_a_thousand_round_trips():
     expected = corner[n] + (corner[n + 1] - corner[n]) * (t / T - n)
     assert np.abs(motion.end_displacement(t) - expected).max() < 1e-12 * e / 2
     assert motion.error < 1e-12 * e
+    assert motion.compiled is compiled
     assert motion.impacts == ()
 
 
@@ -121,14 +123,14 @@ def test_kinks_of_the_force_are_met_exactly_wherever_they_are():
     assert hidden.end_displacement(9.0) == pytest.approx(3 - math.cos(8), abs=2e-13)
 
 
-def test_no_window_but_the_last_is_needed():
+@pytest.mark.parametrize("compiled", EITHER_WAY)
+def test_no_window_but_the_last_is_needed(compiled):
     rod = other_rod()
     scenario = Scenario.parse(force="0.4*sin(1.3*t)", velocity="0.3")
-    whole = exact_motion(rod, scenario, 81.0)
+    whole = exact_motion(rod, scenario, 81.0, numerics=Numerics(compiled=compiled))
     seen = []
-    kept = exact_motion(
-        rod, scenario, 81.0, numerics=Numerics(keep=3, on_window=lambda window: seen.append(window.number))
-    )
+    numerics = Numerics(keep=3, on_window=lambda window: seen.append(window.number), compiled=compiled)
+    kept = exact_motion(rod, scenario, 81.0, numerics=numerics)
     assert seen == list(range(41)) == [window.number for window in motion_windows(rod, scenario, 81.0)]
     assert len(kept.fields.windows) == 3
     assert kept.impacts == whole.impacts != ()
@@ -178,6 +180,7 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(arguments, message):
         (lambda: Boundary(law=3), "law is a int"),
         (lambda: Numerics(degree=3), "degree is 3"),
         (lambda: Numerics(keep=1), "keep is 1"),
+        (lambda: Numerics(compiled=1), "compiled is 1"),
     ],
 )
 def test_options_are_checked(make, message):

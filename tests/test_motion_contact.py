@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from motions import imbalance, other_rod, unit_rod
+from motions import EITHER_WAY, imbalance, other_rod, unit_rod
 
 from analysis.reproduce.shift import rod_run
 from analysis.simulation import simulate
@@ -68,14 +68,16 @@ def test_the_rigid_wall_is_the_limit_at_first_order():
         assert np.all(np.abs(late) > 0.1 * eps)
 
 
+@pytest.mark.parametrize("compiled", EITHER_WAY)
 @pytest.mark.parametrize("eps", STIFFNESSES)
-def test_energy_is_balanced_over_ten_seconds_however_stiff_the_obstacle(eps):
-    motion = exact_motion(other_rod(compliance=eps), LOADED, 10.0)
+def test_energy_is_balanced_over_ten_seconds_however_stiff_the_obstacle(eps, compiled):
+    motion = exact_motion(other_rod(compliance=eps), LOADED, 10.0, numerics=Numerics(compiled=compiled))
     assert motion.impacts
     assert motion.energy_residual < 1e-13
     assert imbalance(motion) < 1e-12
 
 
+@pytest.mark.parametrize("compiled", EITHER_WAY)
 @pytest.mark.parametrize(
     "boundary",
     [
@@ -87,8 +89,9 @@ def test_energy_is_balanced_over_ten_seconds_however_stiff_the_obstacle(eps):
         Boundary(law=PiecewiseLinear([(0, 0), (Fraction(1, 8), 0)], left_slope=1, right_slope=1000)),
     ],
 )
-def test_energy_is_balanced_with_every_boundary_condition(boundary):
-    motion = exact_motion(other_rod(gap=0.02), LOADED, 10.0, boundary=boundary)
+def test_energy_is_balanced_with_every_boundary_condition(boundary, compiled):
+    numerics = Numerics(compiled=compiled)
+    motion = exact_motion(other_rod(gap=0.02), LOADED, 10.0, boundary=boundary, numerics=numerics)
     assert motion.impacts
     assert motion.energy_residual < 1e-13
     assert imbalance(motion) < 1e-12

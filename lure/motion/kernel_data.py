@@ -1,5 +1,6 @@
 """The memory of the compiled engine: one array ``f`` of doubles and one array ``q`` of integers.
 
+Places are ``numpy`` integers, for which numba makes one version of a function; for a Python integer it makes another.
 Every function of the engine takes these two and places in them; a call with fifty arrays would cost more than a round
 trip.  A series of degree ``n`` at place ``c`` is ``f[c], ..., f[c + n]``.
 """
@@ -17,53 +18,54 @@ from lure.motion.chebyshev import Array
 
 Counts = NDArray[np.int64]
 
+ZERO = np.int64(0)
 BLOCK = 16  # round trips to which one panel of the loads may extend
 
 # f: the rod, with d reduced by the share
-TRANSIT, SHARE, ECHO, IMPEDANCE, AREA, MOBILITY, TRANSITS = range(7)
+TRANSIT, SHARE, ECHO, IMPEDANCE, AREA, MOBILITY, TRANSITS = np.arange(7)
 # f: z from the origin of the segment and what rounding lost of it; scale of the wave; error of the wave that comes next
-VALUE, REST, SCALE, LATER = range(8, 12)
+VALUE, REST, SCALE, LATER = np.arange(8, 12)
 # f: the arc at hand: travelled since its start and on the piece; largest wave ahead; rounding of what tells its end
-TRAVELLED, TRAVEL, LARGEST, TOLERANCE = range(12, 16)
+TRAVELLED, TRAVEL, LARGEST, TOLERANCE = np.arange(12, 16)
 # f: the impact that goes on [s, s, N s, m/s]
-SINCE, UNTIL, IMPULSE, PEAK = range(16, 20)
+SINCE, UNTIL, IMPULSE, PEAK = np.arange(16, 20)
 # f: sums since the start: error, work and its remainder, worst imbalance, largest energy and wave; A P at the start
-ERROR, WORK, WORK_REST, WORST, ENERGY, HIGHEST, STORED = range(20, 27)
+ERROR, WORK, WORK_REST, WORST, ENERGY, HIGHEST, STORED = np.arange(20, 27)
 # f: the round trip at hand: work on the end, energy that passes, error of its series
-TERM, PASSED, MISSED = range(27, 30)
+TERM, PASSED, MISSED = np.arange(27, 30)
 # f: series of the piece at hand, series that are only looked at, a tridiagonal system; intervals still to be looked at
-WAVE, ZETA, PUSH, EXTRA, NODES, PART, SLOPE, PIVOT, RIGHT, FREE, UNIT, STACK = range(32, 32 + 12 * 48, 48)
+WAVE, ZETA, PUSH, EXTRA, NODES, PART, SLOPE, PIVOT, RIGHT, FREE, UNIT, STACK = np.arange(32, 32 + 12 * 48, 48)
 FIXED = STACK + 256
 
 # q: where the motion is: round trip, segment, pieces of the wave that comes next, and of it after the last merging
-TRIP, SEGMENT, COUNT, MERGED = range(4)
+TRIP, SEGMENT, COUNT, MERGED = np.arange(4)
 # q: whether the arc has a piece; whether an impact goes on; crossings since the start
-BEGUN, OPEN, CROSSINGS = range(4, 7)
+BEGUN, OPEN, CROSSINGS = np.arange(4, 7)
 # q: what the record holds: round trips, pieces, coefficients, impacts; pieces before this round trip
-WINDOWS, PIECES, NUMBERS, IMPACTS, BEFORE = range(7, 12)
+WINDOWS, PIECES, NUMBERS, IMPACTS, BEFORE = np.arange(7, 12)
 # q: the round trip at hand: arcs, pieces that left
-ARCS, LEFT = range(12, 14)
-STATE = 14  # f[:WAVE] and q[:STATE] change from round trip to round trip
+ARCS, LEFT = np.arange(12, 14)
+STATE = np.int64(14)  # f[:WAVE] and q[:STATE] change from round trip to round trip
 # q: degree N, number of segments, room for pieces, for round trips, for pieces and coefficients of the record
-DEGREE, SEGMENTS, ROOM, MOST_WINDOWS, MOST_PIECES, MOST_NUMBERS = range(14, 20)
+DEGREE, SEGMENTS, ROOM, MOST_WINDOWS, MOST_PIECES, MOST_NUMBERS = np.arange(14, 20)
 # q: places in f of tables, law, waves (coming back, with loads, leaving) and record
-INNER, FIT, PRODUCTS, LAW, OLD, NOW, NEW, OUT_ENDS, OUT_NUMBERS, OUT_ENDINGS, OUT_IMPACTS = range(20, 31)
+INNER, FIT, PRODUCTS, LAW, OLD, NOW, NEW, OUT_ENDS, OUT_NUMBERS, OUT_ENDINGS, OUT_IMPACTS = np.arange(20, 31)
 # q: places in q of degrees of the waves and of the record
-OLD_DEGREES, NOW_DEGREES, NEW_DEGREES, OUT_PIECES, OUT_MARKS = range(31, 36)
-SAVED = 36  # the state as it was before this round trip
+OLD_DEGREES, NOW_DEGREES, NEW_DEGREES, OUT_PIECES, OUT_MARKS = np.arange(31, 36)
+SAVED = np.int64(36)  # the state as it was before this round trip
 HEADS = SAVED + STATE
 SAVED_F = FIXED  # the same of f
 FIXED_F = SAVED_F + WAVE
 
 # a segment: six numbers; see lure.motion.end_law.Segment
-LOW, HIGH, ORIGIN, STRESS, RATE, TOUCHING = range(6)
-SEGMENT_SIZE = 6
+LOW, HIGH, ORIGIN, STRESS, RATE, TOUCHING = np.arange(6)
+SEGMENT_SIZE = np.int64(6)
 # a piece of a wave: ends, sum of absolute values, coefficients
-START, STOP, SIZE, COEF = range(4)
+START, STOP, SIZE, COEF = np.arange(4)
 # a panel of the loads: ends in its block, largest value, error, coefficients, then bounds (see panels.py)
-PANEL = 4
+PANEL = np.int64(4)
 # the record: ends of a piece; place of its coefficients and degrees of W, z, d p; see lure.motion.record
-ENDS, PIECE, ENDINGS, MARKS, IMPACT = 2, 4, 7, 5, 4
+ENDS, PIECE, ENDINGS, MARKS, IMPACT = np.array((2, 4, 7, 5, 4))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -26,6 +26,7 @@ from lure.motion.kernel_data import (
     START,
     STOP,
     TRIP,
+    ZERO,
     Counts,
 )
 from lure.motion.kernel_series import fitted, short_part, trimmed
@@ -58,7 +59,7 @@ def cut_out(f: Array, q: Counts, piece: tuple[int, int], span: tuple[float, floa
 def load_part(f: Array, q: Counts, load: Array, panel: tuple[int, int], span: tuple[float, float]) -> int:
     """Fill ``EXTRA`` with a panel between two instants of its block; the degree: only as many terms as can be seen."""
     (at, whole), (start, stop) = panel, span
-    low, high, n, power = load[at], load[at + 1], 0, 1.0
+    low, high, n, power = load[at], load[at + 1], ZERO, 1.0
     c, bound = at + PANEL, at + PANEL + q[DEGREE] + 1
     share, tiny = (stop - start) / (high - low), _LOAD * load[at + 2]
     for k in range(1, whole + 1):
@@ -81,14 +82,14 @@ def load_part(f: Array, q: Counts, load: Array, panel: tuple[int, int], span: tu
 def incoming(f: Array, q: Counts, load: Array, heads: Counts, span: float) -> int:
     """Fill the wave of the round trip; the number of pieces, or ``NO_ROOM``.  ``heads``: see :mod:`panels`."""
     size, width, count = q[DEGREE] + 1 + COEF, 2 * (q[DEGREE] + 1) + PANEL, q[COUNT]
-    p, stop, offset, missed, loaded = 0, 0, 0.0, 0.0, len(load) > 0
+    p, stop, offset, missed, loaded = ZERO, ZERO, 0.0, 0.0, len(load) > 0
     if loaded:
         block = q[TRIP] // BLOCK
         offset = 2.0 * (q[TRIP] - BLOCK * block)
         p, stop = heads[1 + block - heads[0]], heads[2 + block - heads[0]]
     degrees = len(heads) - len(load) // width
     scale = abs(f[ECHO]) * f[SCALE]
-    tiny, i, m, old, c = TINY * scale, 0, 0, q[OLD], q[NOW]
+    tiny, i, m, old, c = TINY * scale, ZERO, ZERO, q[OLD], q[NOW]
     low = f[old + START]
     while i < count and low < span:
         high, ends = f[old + STOP], True

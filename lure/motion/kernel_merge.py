@@ -20,6 +20,7 @@ from lure.motion.kernel_data import (
     SIZE,
     START,
     STOP,
+    ZERO,
     Counts,
 )
 from lure.motion.kernel_incoming import local
@@ -32,7 +33,7 @@ MERGE = 2e-15
 def merged(f: Array, q: Counts) -> None:
     """Merge pairs of pieces of the wave that comes next, each piece once."""
     width, degrees, count = q[DEGREE] + 1 + COEF, q[OLD_DEGREES], q[COUNT]
-    tolerance, i, m = MERGE * f[SCALE], 0, 0
+    tolerance, i, m = MERGE * f[SCALE], ZERO, ZERO
     while i < count:
         at, to, n, taken = q[OLD] + width * i, q[OLD] + width * m, -1, 1
         if i + 1 < count:

@@ -45,6 +45,7 @@ from lure.motion.kernel_data import (
     VALUE,
     WAVE,
     WINDOWS,
+    ZERO,
     ZETA,
     Counts,
 )
@@ -109,9 +110,9 @@ def _window(f: Array, q: Counts, load: Array, heads: Counts) -> int:
 @compiled
 def _followed(f: Array, q: Counts, pieces: int) -> int:
     """Arc after arc, piece after piece."""
-    i, at, cuts, events = 0, q[NOW], 0, 0
+    i, at, cuts, events = ZERO, q[NOW], 0, 0
     low = f[at + START]
-    begun(f, q, pieces, 0, low)
+    begun(f, q, pieces, i, low)
     while i < pieces:
         stop, degree = f[at + STOP], q[q[NOW_DEGREES] + i]
         high = stop
