@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import cast
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -18,54 +19,60 @@ from lure.motion.chebyshev import Array
 
 Counts = NDArray[np.int64]
 
-ZERO = np.int64(0)
+
+def _places(start: int, stop: int, step: int = 1) -> list[int]:
+    """Numpy integers, which behave as those of Python."""
+    return cast(list[int], list(np.arange(start, stop, step)))
+
+
+(ZERO,) = _places(0, 1)
 BLOCK = 16  # round trips to which one panel of the loads may extend
 
 # f: the rod, with d reduced by the share
-TRANSIT, SHARE, ECHO, IMPEDANCE, AREA, MOBILITY, TRANSITS = np.arange(7)
+TRANSIT, SHARE, ECHO, IMPEDANCE, AREA, MOBILITY, TRANSITS = _places(0, 7)
 # f: z from the origin of the segment and what rounding lost of it; scale of the wave; error of the wave that comes next
-VALUE, REST, SCALE, LATER = np.arange(8, 12)
+VALUE, REST, SCALE, LATER = _places(8, 12)
 # f: the arc at hand: travelled since its start and on the piece; largest wave ahead; rounding of what tells its end
-TRAVELLED, TRAVEL, LARGEST, TOLERANCE = np.arange(12, 16)
+TRAVELLED, TRAVEL, LARGEST, TOLERANCE = _places(12, 16)
 # f: the impact that goes on [s, s, N s, m/s]
-SINCE, UNTIL, IMPULSE, PEAK = np.arange(16, 20)
+SINCE, UNTIL, IMPULSE, PEAK = _places(16, 20)
 # f: sums since the start: error, work and its remainder, worst imbalance, largest energy and wave; A P at the start
-ERROR, WORK, WORK_REST, WORST, ENERGY, HIGHEST, STORED = np.arange(20, 27)
+ERROR, WORK, WORK_REST, WORST, ENERGY, HIGHEST, STORED = _places(20, 27)
 # f: the round trip at hand: work on the end, energy that passes, error of its series
-TERM, PASSED, MISSED = np.arange(27, 30)
+TERM, PASSED, MISSED = _places(27, 30)
 # f: series of the piece at hand, series that are only looked at, a tridiagonal system; intervals still to be looked at
-WAVE, ZETA, PUSH, EXTRA, NODES, PART, SLOPE, PIVOT, RIGHT, FREE, UNIT, STACK = np.arange(32, 32 + 12 * 48, 48)
+WAVE, ZETA, PUSH, EXTRA, NODES, PART, SLOPE, PIVOT, RIGHT, FREE, UNIT, STACK = _places(32, 32 + 12 * 48, 48)
 FIXED = STACK + 256
 
 # q: where the motion is: round trip, segment, pieces of the wave that comes next, and of it after the last merging
-TRIP, SEGMENT, COUNT, MERGED = np.arange(4)
+TRIP, SEGMENT, COUNT, MERGED = _places(0, 4)
 # q: whether the arc has a piece; whether an impact goes on; crossings since the start
-BEGUN, OPEN, CROSSINGS = np.arange(4, 7)
+BEGUN, OPEN, CROSSINGS = _places(4, 7)
 # q: what the record holds: round trips, pieces, coefficients, impacts; pieces before this round trip
-WINDOWS, PIECES, NUMBERS, IMPACTS, BEFORE = np.arange(7, 12)
+WINDOWS, PIECES, NUMBERS, IMPACTS, BEFORE = _places(7, 12)
 # q: the round trip at hand: arcs, pieces that left
-ARCS, LEFT = np.arange(12, 14)
-STATE = np.int64(14)  # f[:WAVE] and q[:STATE] change from round trip to round trip
+ARCS, LEFT = _places(12, 14)
+(STATE,) = _places(14, 15)  # f[:WAVE] and q[:STATE] change from round trip to round trip
 # q: degree N, number of segments, room for pieces, for round trips, for pieces and coefficients of the record
-DEGREE, SEGMENTS, ROOM, MOST_WINDOWS, MOST_PIECES, MOST_NUMBERS = np.arange(14, 20)
+DEGREE, SEGMENTS, ROOM, MOST_WINDOWS, MOST_PIECES, MOST_NUMBERS = _places(14, 20)
 # q: places in f of tables, law, waves (coming back, with loads, leaving) and record
-INNER, FIT, PRODUCTS, LAW, OLD, NOW, NEW, OUT_ENDS, OUT_NUMBERS, OUT_ENDINGS, OUT_IMPACTS = np.arange(20, 31)
+INNER, FIT, PRODUCTS, LAW, OLD, NOW, NEW, OUT_ENDS, OUT_NUMBERS, OUT_ENDINGS, OUT_IMPACTS = _places(20, 31)
 # q: places in q of degrees of the waves and of the record
-OLD_DEGREES, NOW_DEGREES, NEW_DEGREES, OUT_PIECES, OUT_MARKS = np.arange(31, 36)
-SAVED = np.int64(36)  # the state as it was before this round trip
+OLD_DEGREES, NOW_DEGREES, NEW_DEGREES, OUT_PIECES, OUT_MARKS = _places(31, 36)
+(SAVED,) = _places(36, 37)  # the state as it was before this round trip
 HEADS = SAVED + STATE
 SAVED_F = FIXED  # the same of f
 FIXED_F = SAVED_F + WAVE
 
 # a segment: six numbers; see lure.motion.end_law.Segment
-LOW, HIGH, ORIGIN, STRESS, RATE, TOUCHING = np.arange(6)
-SEGMENT_SIZE = np.int64(6)
+LOW, HIGH, ORIGIN, STRESS, RATE, TOUCHING = _places(0, 6)
+(SEGMENT_SIZE,) = _places(6, 7)
 # a piece of a wave: ends, sum of absolute values, coefficients
-START, STOP, SIZE, COEF = np.arange(4)
+START, STOP, SIZE, COEF = _places(0, 4)
 # a panel of the loads: ends in its block, largest value, error, coefficients, then bounds (see panels.py)
-PANEL = np.int64(4)
+(PANEL,) = _places(4, 5)
 # the record: ends of a piece; place of its coefficients and degrees of W, z, d p; see lure.motion.record
-ENDS, PIECE, ENDINGS, MARKS, IMPACT = np.array((2, 4, 7, 5, 4))
+(ENDS,), (PIECE,), (ENDINGS,), (MARKS,), (IMPACT,) = (_places(n, n + 1) for n in (2, 4, 7, 5, 4))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
