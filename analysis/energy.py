@@ -232,7 +232,7 @@ def lyapunov_function(scheme: UpwindScheme, y: ArrayLike, theta: float) -> Array
     Returns
     -------
     ndarray
-        (...) [Pa m s / m, that is Pa s].
+        (...) [Pa s m].
 
     Raises
     ------
