@@ -376,7 +376,7 @@ def watch(window):
 
 
 figure_8 = Scenario.parse(force="(2/60000)*sin(4*t)")
-streamed = exact_motion(rod, figure_8, 2.0, numerics=Numerics(keep=2, on_window=watch))
+streamed = exact_motion(rod, figure_8, 2.0, numerics=Numerics(keep=2, on_window=watch, compiled=False))
 (axes,) = panels(1)
 axes.plot(2 * T * np.arange(len(deepest)), deepest, color=BLUE, lw=1.2, label="z, largest in each round trip")
 axes.axhline(0, color=VERMILLION, lw=1.0, label="obstacle")
@@ -416,15 +416,15 @@ assert abs(seen.balance.contact / seen.balance.force - 1) < 1e-9
 # ## 8. How do we know?
 #
 # "Exact" means: no error of a grid. There is rounding, there is the error of Chebyshev series where a solution is no
-# polynomial, and the solver estimates both; it does not prove a bound. Three things speak for the numbers, and each can
-# fail. Closed forms, as above. The energy balance, which no step of the solution uses: what the waves bring to the end
-# is what the obstacle stores and what is lost. And a second computation with series of another degree. For the bar of
-# section 6, where one impact follows from another:
+# polynomial, and the solver estimates the latter; it does not prove a bound. Three things speak for the numbers, and
+# each can fail. Closed forms, as above. The energy balance, which no step of the solution uses: what the waves bring to
+# the end is what the obstacle stores and what is lost. And a second computation with series of another degree. For the
+# bar of section 6, where one impact follows from another:
 
 # %%
 degrees = (12, 16, 24)
 motions = {
-    degree: exact_motion(bouncing, Scenario.parse(force="0.02"), 0.05, numerics=Numerics(degree=degree))
+    degree: exact_motion(bouncing, Scenario.parse(force="0.02"), 0.05, numerics=Numerics(degree=degree, compiled=False))
     for degree in degrees
 }
 apart = {degree: abs(motions[degree].z(fall) - motions[24].z(fall)).max() for degree in degrees}
@@ -435,12 +435,12 @@ for degree, motion in motions.items():
     )
 
 # %% [markdown]
-# So the motion of section 6 is right to about a picometre in a millimetre, and all three agree on 35 contacts. That is
-# evidence of the kind COMPUTED, for this motion. About other motions it says nothing, and CERTIFIED it is not; what
-# is proved about every motion of the rod stands in notebook 40 and note 5.
+# Millimetres, known to well below a picometre, and three times 35 contacts. That is evidence of the kind COMPUTED, for
+# this motion. About other motions it says nothing, and CERTIFIED it is not; what is proved about every motion of the
+# rod stands in notebook 40 and note 5.
 
 # %%
 assert {len(motion.impacts) for motion in motions.values()} == {35}
-assert apart[16] < 2e-12
-assert apart[12] < 2e-11
-assert motions[24].energy_residual < 1e-9
+assert max(apart.values()) < 1e-13
+assert max(motion.energy_residual for motion in motions.values()) < 1e-10
+assert abs(bounce.z(fall) - motions[24].z(fall)).max() < 1e-12
