@@ -1,0 +1,87 @@
+"""What can be said of a known law without sampling it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from analysis.evidence import Evidence, Verdict
+from analysis.testing.measures import Limits
+from analysis.testing.parity import known_odd
+from analysis.testing.subject import Subject
+from lure.errors import AssumptionError, InputError
+from lure.expressions import Expression
+from lure.expressions.tree import names
+from lure.laws.formula import ExpressionLaw
+from lure.laws.properties import Standing, properties
+from lure.sector import Sector, SlopeBounds
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Decision:
+    """A verdict for every ``sigma``, and in words what it rests on; INCONCLUSIVE with what stood in the way."""
+
+    verdict: Verdict = Verdict.INCONCLUSIVE
+    how: str = ""
+
+
+def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> Decision:
+    """Whether a formula or a law of the library has a property, by exact or ball arithmetic.
+
+    Parameters
+    ----------
+    law : Subject
+        The law.
+    kind : {"sector", "slope", "odd"}
+        The property.
+    limits : Limits
+        Its bounds and the tolerance.
+    on : tuple of Fraction or None
+        The interval, None for all of R.
+    """
+    if kind == "odd":
+        return _oddness(law.law)
+    from analysis.bounds import law_bounds
+
+    lower, upper = (
+        bound if abs(bound) == math.inf else Fraction(bound) + side * Fraction(limits.tolerance)
+        for bound, side in ((limits.lower, -1), (limits.upper, 1))
+    )
+    try:
+        bounds = law_bounds(law.law, on=on)
+    except InputError as error:
+        return Decision(how=f"for every sigma it was not decided: {error}")
+    if bounds.evidence is not Evidence.CERTIFIED or bounds.assumptions:
+        return Decision()
+    claim = Sector(lower, upper) if kind == "sector" else SlopeBounds(lower, upper)
+    verdict = bounds.within(claim)
+    low, high = (
+        (bounds.sector_lower, bounds.sector_upper) if kind == "sector" else (bounds.slope_lower, bounds.slope_upper)
+    )
+    if low is None or high is None:
+        return Decision()
+    what = "phi(sigma)/sigma" if kind == "sector" else "the slope"
+    if verdict is Verdict.PROVED:
+        return Decision(verdict=verdict, how=f"for every sigma {what} is at least {low} and at most {high}")
+    if verdict is Verdict.REFUTED:
+        broken = f"the supremum of {what} is {high}" if high.inner > upper else f"the infimum of {what} is {low}"
+        return Decision(verdict=verdict, how=broken)
+    return Decision(how="its exact bounds are too close to those asserted to be told apart")
+
+
+def _oddness(law: object) -> Decision:
+    if isinstance(law, ExpressionLaw):
+        odd = known_odd(law.expression, "sigma")
+    elif isinstance(law, Expression):
+        odd = known_odd(law, next(iter(names(law.tree)), law.variables[0]))
+    else:
+        try:
+            known = properties(law).odd  # type: ignore[arg-type]
+        except AssumptionError:
+            return Decision()
+        odd = known.value if known.standing is Standing.CHECKED else None
+    if odd is None:
+        return Decision()
+    how = "for every sigma, by its form"
+    return Decision(verdict=Verdict.PROVED, how=how) if odd else Decision(verdict=Verdict.REFUTED, how="it is not odd")
