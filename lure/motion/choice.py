@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from importlib.util import find_spec
+from typing import Any
 
 from lure.errors import InputError
 from lure.motion.windows import Problem
@@ -32,11 +33,16 @@ def compilation_pays(problem: Problem, wish: bool | None) -> bool:  # noqa: FBT0
         return False
     if not applicable(problem):
         return False
-    loaded = sys.modules.get("lure.motion.kernel_window")
-    if wish or (loaded is not None and loaded.run.signatures):
+    if wish or _loaded():
         return True
     seconds = 0.5 * problem.transits * _TRIP
     return seconds > _COMPILE or (seconds > _LOAD and _kept())
+
+
+def _loaded() -> bool:
+    """Whether this process has compiled the engine, or read it from disk."""
+    module: Any = sys.modules.get("lure.motion.kernel_window")
+    return module is not None and bool(getattr(module.run, "signatures", None))
 
 
 def _kept() -> bool:

@@ -81,7 +81,9 @@ class Panels:
             miss = np.maximum(miss, tails(series))
             allowed = 3e-15 * scales[block - first] + 8.0 * noise.max(axis=1)
             good = (miss <= allowed) | (high - low < NARROWEST)
-            done.append((block[good], low[good], high[good], series[good], np.abs(flat[good]).max(axis=1), miss[good]))
+            size = np.abs(flat[good]).max(axis=1)
+            tiny = np.maximum(_NOISE * size, 0.5 * noise[good].max(axis=1))
+            done.append((block[good], low[good], high[good], series[good], size, miss[good], tiny))
             block, low, high = (v[~good] for v in (block, low, high))
             self._check(block, low)
             middle = 0.5 * (low + high)
@@ -139,10 +141,10 @@ def _woven(first: Array, second: Array) -> Array:
 
 
 def _load(first: int, count: int, done: list[tuple[Array, ...]]) -> Load:
-    block, low, high, series, size, miss = (np.concatenate(parts) for parts in zip(*done, strict=True))
+    block, low, high, series, size, miss, tiny = (np.concatenate(parts) for parts in zip(*done, strict=True))
     order = np.lexsort((low, block))
-    block, low, high, series, size, miss = (v[order] for v in (block, low, high, series, size, miss))
-    seen = np.abs(series) > _NOISE * size[:, None]
+    block, low, high, series, size, miss, tiny = (v[order] for v in (block, low, high, series, size, miss, tiny))
+    seen = np.abs(series) > tiny[:, None]
     last = series.shape[1] - 1
     degree = np.where(seen.any(axis=1), last - seen[:, ::-1].argmax(axis=1), 0)
     series = np.where(np.arange(last + 1) <= degree[:, None], series, 0.0)
