@@ -30,7 +30,7 @@ def test_the_table_and_the_figure(lure, tmp_path):
     status, out, err = lure(*SMALL, "--plot", "all.svg")
     assert (status, err) == (0, "")
     assert out.startswith("The end of the rod up to 0.0025 s: amplitude")
-    assert out.endswith("The figure is all.svg\n")
+    assert out.endswith("Written: all.svg\n")
     assert max(map(len, out.splitlines())) <= 80
     assert "numerical dissipation" in out
     assert (tmp_path / "all.svg").read_text().startswith("<?xml")
@@ -39,11 +39,11 @@ def test_the_table_and_the_figure(lure, tmp_path):
 
 def test_json_has_stdout_for_itself(lure):
     status, out, err = lure(*SMALL, "--json", "--plot", "all.png", "--until", "1e-3")
-    assert (status, err) == (0, "The figure is all.png\n")
+    assert (status, err) == (0, "Written: all.png\n")
     data = json.loads(out)
     assert data["until"] == 1e-3
     assert [row["size"] for row in data["rows"]] == [10, 20]
-    quiet = lure(*SMALL, "--json", "-q", "--plot", "all.png", "--force", "--until", "1e-3")
+    quiet = lure(*SMALL, "--json", "-q", "--plot", "all.png", "--replace", "--until", "1e-3")
     assert quiet[0] == 0
     assert quiet[2] == ""
 
@@ -84,9 +84,9 @@ def test_a_figure_that_exists_is_kept_without_force(lure, tmp_path):
     (tmp_path / "all.svg").write_text("mine")
     status, _, err = lure(*SMALL, "--plot", "all.svg")
     assert status == 2
-    assert "'all.svg' exists; give another name, or --force to replace it" in err
+    assert "'all.svg' exists; give another name, or --replace to replace it" in err
     assert (tmp_path / "all.svg").read_text() == "mine"
-    assert lure(*SMALL, "--plot", "all.svg", "--force")[0] == 0
+    assert lure(*SMALL, "--plot", "all.svg", "--replace")[0] == 0
     assert (tmp_path / "all.svg").read_text().startswith("<?xml")
 
 

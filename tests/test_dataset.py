@@ -358,7 +358,7 @@ def test_a_missing_package_is_named_with_what_installs_it(name, monkeypatch, tmp
 def test_nothing_appears_when_the_block_fails(tmp_path):
     (tmp_path / "old.nc").write_text("old")
     paths = [tmp_path / "old.nc", tmp_path / "new.nc", tmp_path / "frames"]
-    with pytest.raises(KeyboardInterrupt), written(paths, force=True) as places:  # noqa: PT012  (the block is the test)
+    with pytest.raises(KeyboardInterrupt), written(paths, replace=True) as places:  # noqa: PT012  (the block is the test)
         places[paths[0]].write_text("half")
         (places[paths[2]] / "frame.png").write_text("half")
         raise KeyboardInterrupt
@@ -370,7 +370,7 @@ def test_all_appears_when_the_block_ends(tmp_path):
     (tmp_path / "old.nc").write_text("old")
     (tmp_path / "frames").mkdir()
     paths = [tmp_path / "old.nc", tmp_path / "frames"]
-    with written(paths, force=True) as places:
+    with written(paths, replace=True) as places:
         places[paths[0]].write_text("new")
         (places[paths[1]] / "frame.png").write_text("picture")
         assert (tmp_path / "old.nc").read_text() == "old"
@@ -382,7 +382,7 @@ def test_a_file_that_appeared_meanwhile_is_kept(tmp_path):
     target = tmp_path / "run.nc"
 
     def write():
-        with written([target], force=False) as places:
+        with written([target], replace=False) as places:
             places[target].write_text("new")
             target.write_text("of somebody else")
 
@@ -397,12 +397,12 @@ def test_targets_that_are_refused(tmp_path):
     (tmp_path / "dir.nc").mkdir()
     (tmp_path / "old.nc").write_text("")
 
-    def said(*names, force=False):
-        return refusal(check_targets, [tmp_path / name for name in names], force=force)
+    def said(*names, replace=False):
+        return refusal(check_targets, [tmp_path / name for name in names], replace=replace)
 
-    assert "frames go to a folder that is new or empty" in said("full", force=True)
-    assert "is a directory; give the name of a file" in said("dir.nc", force=True)
-    assert "exists; give another name, or --force" in said("old.nc")
+    assert "frames go to a folder that is new or empty" in said("full", replace=True)
+    assert "is a directory; give the name of a file" in said("dir.nc", replace=True)
+    assert "exists; give another name, or --replace" in said("old.nc")
     assert "is no directory; give a file in one that exists" in said("none/run.nc")
     assert "is given for two results" in said("a.png", "a.png")
     assert "cannot be written" in said("a\0.nc")

@@ -101,9 +101,9 @@ def test_without_an_end_the_system_gives_it(lure):
 def test_a_file_that_exists_is_replaced_with_force_only(lure, here):
     (here / "run.nc").write_text("old")
     status, _, err = lure("simulate", "paper-rod", *SHORT, "-o", "run.nc")
-    assert (status, err) == (2, "lure: 'run.nc' exists; give another name, or --force to replace it\n")
+    assert (status, err) == (2, "lure: 'run.nc' exists; give another name, or --replace to replace it\n")
     assert (here / "run.nc").read_text() == "old"
-    assert lure("simulate", "paper-rod", *SHORT, "-o", "run.nc", "--force")[0] == 0
+    assert lure("simulate", "paper-rod", *SHORT, "-o", "run.nc", "--replace")[0] == 0
     with xarray.open_dataset("run.nc") as found:
         assert found.sizes["t"] == 21
 

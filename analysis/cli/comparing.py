@@ -44,7 +44,7 @@ def compare(
         Path | None,
         typer.Option("--plot", metavar="FILE", help="Draw all of them: .svg, .png or .pdf.", show_default=False),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the figure if it exists.")] = False,
+    replace: Annotated[bool, typer.Option("--replace", help="Replace the figure if it exists.")] = False,
     set_: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable."),
@@ -55,7 +55,7 @@ def compare(
     """Compare, print the table, and draw it where asked for."""
     sizes, spaces = _cells(cells), _spaces(galerkin)
     chosen = _rod_system(system, set_ or [])
-    kind = _checked_plot(plot, force=force)
+    kind = _checked_plot(plot, replace=replace)
     from analysis.cli.progress import progress
     from analysis.comparison import SchemeMethod
     from analysis.comparison import compare as run
@@ -72,10 +72,10 @@ def compare(
             progress=tell,
         )
         if plot is not None and kind is not None:
-            _draw(found, plot, kind, force=force)
+            _draw(found, plot, kind, replace=replace)
     print(json.dumps(found.to_dict(), indent=2, ensure_ascii=False, allow_nan=False) if as_json else f"{found}")
     if plot is not None and not quiet:
-        print(("" if as_json else "\n") + f"The figure is {plot}", file=sys.stderr if as_json else sys.stdout)
+        print(("" if as_json else "\n") + f"Written: {plot}", file=sys.stderr if as_json else sys.stdout)
 
 
 def _cells(text: str) -> list[int]:
@@ -118,7 +118,7 @@ def _rod_system(reference: str, settings: list[str]) -> RodSystem:
     return chosen
 
 
-def _checked_plot(plot: Path | None, *, force: bool) -> FileKind | None:
+def _checked_plot(plot: Path | None, *, replace: bool) -> FileKind | None:
     """The kind of figure; a place that cannot be written to is refused before anything is computed."""
     if plot is None:
         return None
@@ -127,14 +127,14 @@ def _checked_plot(plot: Path | None, *, force: bool) -> FileKind | None:
         raise refused(f"--plot is {str(plot)!r:.80}; give a name that ends in .svg, .png or .pdf")
     from analysis.runs.writing import check_targets
 
-    check_targets([plot], force=force)
+    check_targets([plot], replace=replace)
     return cast("FileKind", kind)
 
 
-def _draw(found: Comparison, plot: Path, kind: FileKind, *, force: bool) -> None:
+def _draw(found: Comparison, plot: Path, kind: FileKind, *, replace: bool) -> None:
     from analysis.plots.comparison import comparison_file
     from analysis.runs.writing import written
 
     picture = comparison_file(found, kind)
-    with written([plot], force=force) as places:
+    with written([plot], replace=replace) as places:
         places[plot].write_bytes(picture)

@@ -134,7 +134,7 @@ def response(
     from analysis.plots.response import plot_response
 
     _say(found, as_json=as_json)
-    _draw(plot, partial(plot_response, found), (9.6, 7.0), quiet=quiet)
+    _draw(plot, partial(plot_response, found), (9.6, 7.0), quiet=quiet, as_json=as_json, replace=replace)
 
 
 @app.command(help=BIFURCATION)
@@ -178,7 +178,7 @@ def bifurcation(
 
     _say(found, as_json=as_json)
     if found.points:
-        _draw(plot, partial(plot_bifurcation, found), (6.6, 4.4), quiet=quiet)
+        _draw(plot, partial(plot_bifurcation, found), (6.6, 4.4), quiet=quiet, as_json=as_json, replace=replace)
     return 0 if found.complete else _INTERRUPTED
 
 
@@ -212,7 +212,7 @@ def basin(
 
     _say(found, as_json=as_json)
     if (found.impacts >= 0).any():
-        _draw(plot, partial(plot_basin, found), (5.6, 4.0), quiet=quiet)
+        _draw(plot, partial(plot_basin, found), (5.6, 4.0), quiet=quiet, as_json=as_json, replace=replace)
     if not found.complete:
         return _INTERRUPTED
     return 0 if found.known.all() else _OPEN
@@ -273,11 +273,9 @@ def _check_figure(plot: Path | None, *, replace: bool) -> None:
         return
     if plot.suffix.lower() not in (".svg", ".png"):
         raise refused(f"--plot is {str(plot)!r}; give a name that ends in .svg or .png")
-    if plot.exists() and not plot.is_dir() and not replace:
-        raise refused(f"{str(plot)!r} exists; give another name, or --replace to replace it")
     from analysis.runs.writing import check_targets
 
-    check_targets([plot], force=True)
+    check_targets([plot], replace=replace)
 
 
 def _say(found: Response | Bifurcation | Basin, *, as_json: bool) -> None:
@@ -290,17 +288,19 @@ def _say(found: Response | Bifurcation | Basin, *, as_json: bool) -> None:
     print("\n".join(line for text in str(found).split("\n") for line in wrapped(text, indent=2)))
 
 
-def _draw(plot: Path | None, draw: Draw, size: tuple[float, float], *, quiet: bool) -> None:
+def _draw(
+    plot: Path | None, draw: Draw, size: tuple[float, float], *, quiet: bool, as_json: bool, replace: bool
+) -> None:
     if plot is None:
         return
     from analysis.plots import render
     from analysis.runs.writing import written
 
     picture = render(draw, name=plot.stem, size=size)
-    with written([plot], force=True) as places:
+    with written([plot], replace=replace) as places:
         if plot.suffix.lower() == ".svg":
             places[plot].write_text(picture.svg, encoding="utf-8")
         else:
             places[plot].write_bytes(picture.png)
     if not quiet:
-        print(f"Written: {plot}", file=sys.stderr)
+        print(("" if as_json else "\n") + f"Written: {plot}", file=sys.stderr if as_json else sys.stdout)

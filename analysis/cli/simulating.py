@@ -41,7 +41,7 @@ Only `exact` is a motion of the rod; every result says what moved.
 \b
 A file run.nc is netCDF 4 (needs lure[netcdf]); figures are SVG or PNG;
 animations GIF, MP4 (needs ffmpeg) or, without a suffix, a folder of PNG.
-All appear together when all is done; what exists is kept without --force.
+All appear together when all is done; what exists is kept without --replace.
 
 \b
 Exit status: 0 done, 2 bad input, 1 a bug in lure, 130 interrupted.
@@ -95,7 +95,7 @@ def simulate(
         typer.Option("--order", metavar="M", help="Dimension of the Galerkin space; else 51.", show_default=False),
     ] = None,
     set_: Settings = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
+    replace: Annotated[bool, typer.Option("--replace", help="Replace files that exist.")] = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -117,7 +117,7 @@ def simulate(
     )
     results = {"output": output, "plot": plot, "space-time": space_time, "animation": animation}
     targets = {kind: path for kind, path in results.items() if path is not None}
-    _check(targets, (request, chosen), span, force=force)
+    _check(targets, (request, chosen), span, replace=replace)
 
     from analysis.cli.progress import progress
     from analysis.runs.drawing import Wanted, write_results
@@ -127,7 +127,7 @@ def simulate(
     drawn = bool({"space-time", "animation"} & set(targets))
     with progress(quiet=quiet) as tell:
         done = perform(chosen, for_drawing(request, chosen) if drawn else request, progress=tell)
-        with written(list(targets.values()), force=force) as places:
+        with written(list(targets.values()), replace=replace) as places:
             named = {kind: places[path] for kind, path in targets.items()}
             wanted = Wanted(places=named, title=f"{chosen.name}: {chosen.title}", span=span, fields=fields > 0)
             write_results(done, wanted, tell=tell)
@@ -148,7 +148,7 @@ def _rod_system(reference: str, settings: list[str]) -> RodSystem:
 
 
 def _check(
-    targets: dict[str, Path], asked: tuple[Request, RodSystem], span: tuple[float, float] | None, *, force: bool
+    targets: dict[str, Path], asked: tuple[Request, RodSystem], span: tuple[float, float] | None, *, replace: bool
 ) -> None:
     """Refuse what cannot be written or drawn before anything is computed."""
     from analysis.runs.drawing import check_drawings
@@ -156,7 +156,7 @@ def _check(
 
     request, system = asked
     check_drawings(targets, request, system.rod.travel_time, span)
-    check_targets(list(targets.values()), force=force)
+    check_targets(list(targets.values()), replace=replace)
     if "output" in targets:
         check_netcdf()
 

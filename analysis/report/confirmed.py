@@ -136,7 +136,8 @@ def _rests(found: Confirmation) -> str:
     sides = [side for side in (found.rod, found.scheme) if side is not None]
     settled = [(side.model.split(",")[0], side.rest) for side in sides if side.rest is not None]
     if not settled:
-        return "neither has come to a resting place: contact can still come"
+        of = "neither was" if len(sides) > 1 else "it was not"
+        return f"{of} followed to a resting place: contact is going on or can still come"
     places = ", ".join(f"{name} at z = {rest.predicted:.9g} m" for name, rest in settled)
     if all(rest.agrees for _, rest in settled):
         return f"the resting place predicted from momentum ({places}) is the one shown, to 1e-9 of the largest |z|"

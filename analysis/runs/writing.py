@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     import xarray
 
 
-def check_targets(paths: Sequence[Path], *, force: bool) -> None:
+def check_targets(paths: Sequence[Path], *, replace: bool) -> None:
     """Refuse places that cannot be written to, before anything is computed; a name without a suffix is a folder.
 
     Parameters
     ----------
     paths : sequence of Path
         Files, and folders to come.
-    force : bool
+    replace : bool
         Whether files that exist may be replaced.
 
     Raises
@@ -35,7 +35,7 @@ def check_targets(paths: Sequence[Path], *, force: bool) -> None:
         raise InputError(f"{str(paths[-1])!r} is given for two results; give each a name of its own")
     for path in paths:
         try:
-            _check_target(path, force=force)
+            _check_target(path, replace=replace)
             probe = _aside(path)
             probe.touch(exist_ok=False)
             probe.unlink()
@@ -45,7 +45,7 @@ def check_targets(paths: Sequence[Path], *, force: bool) -> None:
             raise InputError(_unwritable(path, error)) from None
 
 
-def _check_target(path: Path, *, force: bool) -> None:
+def _check_target(path: Path, *, replace: bool) -> None:
     label = repr(str(path))
     if not path.parent.is_dir():
         raise InputError(f"{str(path.parent)!r} is no directory; give a file in one that exists")
@@ -54,8 +54,8 @@ def _check_target(path: Path, *, force: bool) -> None:
             raise InputError(f"{label} exists; frames go to a folder that is new or empty, give another name")
     elif path.is_dir():
         raise InputError(f"{label} is a directory; give the name of a file")
-    elif _exists(path) and not force:
-        raise InputError(f"{label} exists; give another name, or --force to replace it")
+    elif _exists(path) and not replace:
+        raise InputError(f"{label} exists; give another name, or --replace to replace it")
 
 
 def _exists(path: Path) -> bool:
@@ -67,14 +67,14 @@ def _exists(path: Path) -> bool:
 
 
 @contextmanager
-def written(paths: Sequence[Path], *, force: bool) -> Iterator[dict[Path, Path]]:
+def written(paths: Sequence[Path], *, replace: bool) -> Iterator[dict[Path, Path]]:
     """Places beside the targets to write to; all are moved into place when the block ends well, and removed if not.
 
     Parameters
     ----------
     paths : sequence of Path
         As for :func:`check_targets`.
-    force : bool
+    replace : bool
         Whether files that exist may be replaced.
 
     Yields
@@ -93,7 +93,7 @@ def written(paths: Sequence[Path], *, force: bool) -> Iterator[dict[Path, Path]]
             if not path.suffix:
                 place.mkdir()
         yield aside
-        check_targets(paths, force=force)
+        check_targets(paths, replace=replace)
         for path, place in aside.items():
             place.replace(path)
     except OSError as error:
