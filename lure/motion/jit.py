@@ -19,6 +19,16 @@ def compiled(function: F) -> F:
     return cast(F, made)
 
 
+def inlined(function: F) -> F:
+    """The function compiled into each place where it is called; the function itself without numba."""
+    try:
+        from numba import njit
+    except ImportError:
+        return function
+    made: Any = njit(error_model="numpy", forceinline=True)(function)
+    return cast(F, made)
+
+
 def kept(function: F) -> F:
     """The function compiled at its first call, with all it calls, and kept on disk; itself without numba."""
     try:

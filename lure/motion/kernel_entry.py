@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lure.motion.chebyshev import Array
-from lure.motion.jit import compiled
+from lure.motion.jit import compiled, inlined
 from lure.motion.kernel_crossing import peak
 from lure.motion.kernel_data import (
     ARCS,
@@ -121,7 +121,7 @@ def emitted(f: Array, q: Counts, span: Span, degrees: Degrees) -> bool:
     return True
 
 
-@compiled
+@inlined
 def _sent(f: Array, q: Counts, span: Span, n: int, np_: int) -> None:
     """The wave that leaves, as it comes back: ``-a V``."""
     j, most = q[LEFT], max(n, np_)

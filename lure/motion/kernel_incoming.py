@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lure.motion.chebyshev import Array
-from lure.motion.jit import compiled
+from lure.motion.jit import compiled, inlined
 from lure.motion.kernel_data import (
     BLOCK,
     COEF,
@@ -37,13 +37,13 @@ TINY = 1e-19  # of the scale of the wave: what a long sum of echoes never shows
 _LOAD = 1e-17  # of a load
 
 
-@compiled
+@inlined
 def local(x: float, low: float, high: float) -> float:
     """``x`` in ``[low, high]`` as a number in ``[-1, 1]``."""
     return min(max(((x - low) - (high - x)) / (high - low), -1.0), 1.0)
 
 
-@compiled
+@inlined
 def cut_out(f: Array, q: Counts, piece: tuple[int, int], span: tuple[float, float], out: int) -> int:
     """A piece of a wave, of a degree, between two instants, and the degree there."""
     (at, n), (a, b) = piece, span

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lure.motion.chebyshev import Array
-from lure.motion.jit import compiled
+from lure.motion.jit import compiled, inlined
 from lure.motion.kernel_crossing import NEVER, UNDECIDED, first_rise
 from lure.motion.kernel_data import (
     BEGUN,
@@ -91,7 +91,7 @@ def solved(f: Array, q: Counts, n: int, width: float) -> tuple[int, int]:
     return m, m
 
 
-@compiled
+@inlined
 def roughness(f: Array, q: Counts, m: int) -> float:
     """The last coefficients of ``zeta`` on a segment with a slope, if they have not fallen to rounding; else 0."""
     law = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
@@ -128,7 +128,7 @@ def departure(f: Array, q: Counts, nz: int, np_: int) -> tuple[int, float]:
     return step, place
 
 
-@compiled
+@inlined
 def moved(f: Array, q: Counts, nz: int) -> None:
     """Carry ``z`` to the end of the piece."""
     rate = f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE]

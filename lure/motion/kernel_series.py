@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lure.motion.chebyshev import Array
-from lure.motion.jit import compiled
+from lure.motion.jit import compiled, inlined
 from lure.motion.kernel_data import DEGREE, FIT, INNER, NODES, PRODUCTS, Counts
 
 NOISE = 1e-16  # coefficients of a part below this share of the whole are rounding
@@ -18,7 +18,7 @@ def value(f: Array, c: int, n: int, x: float) -> float:
     return float(x * total - before + f[c])
 
 
-@compiled
+@inlined
 def right_end(f: Array, c: int, n: int) -> float:
     """Value at 1."""
     total = 0.0
@@ -37,7 +37,7 @@ def left_end(f: Array, c: int, n: int) -> float:
     return total
 
 
-@compiled
+@inlined
 def variation(f: Array, c: int, n: int) -> float:
     """Sum of ``|c_k|``, ``k >= 1``."""
     total = 0.0
@@ -46,7 +46,7 @@ def variation(f: Array, c: int, n: int) -> float:
     return total
 
 
-@compiled
+@inlined
 def trimmed(f: Array, c: int, n: int, tiny: float) -> int:
     """Degree without the last coefficients up to ``tiny``."""
     while n > 0 and abs(f[c + n]) <= tiny:
@@ -122,7 +122,7 @@ def mean(f: Array, c: int, n: int) -> float:
     return total
 
 
-@compiled
+@inlined
 def product(f: Array, q: Counts, first: tuple[int, int], second: tuple[int, int]) -> float:
     """Integral of the product of two series over ``[-1, 1]``."""
     (c, n), (d, m), total = first, second, 0.0

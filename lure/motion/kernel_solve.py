@@ -10,13 +10,13 @@ and the work is proportional to the degree.
 from __future__ import annotations
 
 from lure.motion.chebyshev import Array
-from lure.motion.jit import compiled
+from lure.motion.jit import compiled, inlined
 from lure.motion.kernel_data import DEGREE, FREE, PIVOT, RIGHT, UNIT, Counts
 
 _SMALL = 1e-19
 
 
-@compiled
+@inlined
 def integrated(f: Array, q: Counts, load: tuple[int, int], out: int) -> int:
     """The quadrature from -1, ``s = 0``; the degree, one more than that of ``h`` if there is room."""
     h, n = load
