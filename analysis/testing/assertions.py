@@ -71,7 +71,12 @@ def assert_in_sector(  # noqa: PLR0913  (the law, the sector, and settings with 
     _demand(sector, Sector, "sector")
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
     limits = Limits(lower=sector.lower, upper=sector.upper, tolerance=_slack(tolerance))
-    inquiry = Inquiry(kind="sector", claim=f"phi lies in the sector {sector}", limits=limits, search=search)
+    inquiry = Inquiry(
+        kind="sector",
+        words=(f"lies in the sector {sector}", f"leaves the sector {sector}"),
+        limits=limits,
+        search=search,
+    )
     return run(phi, inquiry)
 
 
@@ -124,7 +129,12 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
     _demand(slope, SlopeBounds, "slope")
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
     limits = Limits(lower=slope.lower, upper=slope.upper, tolerance=_slack(tolerance))
-    inquiry = Inquiry(kind="slope", claim=f"phi has its slopes in {slope}", limits=limits, search=search)
+    inquiry = Inquiry(
+        kind="slope",
+        words=(f"has its slopes in {slope}", f"leaves the slope bounds {slope}"),
+        limits=limits,
+        search=search,
+    )
     return run(phi, inquiry)
 
 
@@ -169,7 +179,9 @@ def assert_monotone(  # noqa: PLR0913  (as above)
     __tracebackhide__ = True
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
     limits = Limits(lower=0, upper=math.inf, tolerance=_slack(tolerance))
-    return run(phi, Inquiry(kind="slope", claim="phi is nondecreasing", limits=limits, search=search))
+    return run(
+        phi, Inquiry(kind="slope", words=("is nondecreasing", "is not nondecreasing"), limits=limits, search=search)
+    )
 
 
 def assert_odd(  # noqa: PLR0913  (as above)
@@ -213,7 +225,7 @@ def assert_odd(  # noqa: PLR0913  (as above)
     __tracebackhide__ = True
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
     limits = Limits(lower=0, upper=0, tolerance=_slack(tolerance))
-    return run(phi, Inquiry(kind="odd", claim="phi is odd", limits=limits, search=search))
+    return run(phi, Inquiry(kind="odd", words=("is odd", "is not odd"), limits=limits, search=search))
 
 
 def _demand(value: object, kind: type, name: str) -> None:

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from analysis.evidence import Evidence, Verdict
+from analysis.doubles import text_above, text_below
+from analysis.evidence import Verdict
 from analysis.testing.measures import Limits
 from analysis.testing.parity import known_odd
 from analysis.testing.subject import Subject
@@ -20,10 +21,14 @@ from lure.sector import Sector, SlopeBounds
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Decision:
-    """A verdict for every ``sigma``, and in words what it rests on; INCONCLUSIVE with what stood in the way."""
+    """A verdict for every ``sigma``, and in words what it rests on; INCONCLUSIVE with what stood in the way.
+
+    ``total`` says that the law is known to have a value for every ``sigma``, whatever floating point makes of it.
+    """
 
     verdict: Verdict = Verdict.INCONCLUSIVE
     how: str = ""
+    total: bool = False
 
 
 def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> Decision:
@@ -43,6 +48,7 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
     if kind == "odd":
         return _oddness(law.law)
     from analysis.bounds import law_bounds
+    from analysis.bounds.result import above, below
 
     lower, upper = (
         bound if abs(bound) == math.inf else Fraction(bound) + side * Fraction(limits.tolerance)
@@ -52,22 +58,24 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
         bounds = law_bounds(law.law, on=on)
     except InputError as error:
         return Decision(how=f"for every sigma it was not decided: {error}")
-    if bounds.evidence is not Evidence.CERTIFIED or bounds.assumptions:
-        return Decision()
     claim = Sector(lower, upper) if kind == "sector" else SlopeBounds(lower, upper)
     verdict = bounds.within(claim)
     low, high = (
         (bounds.sector_lower, bounds.sector_upper) if kind == "sector" else (bounds.slope_lower, bounds.slope_upper)
     )
     if low is None or high is None:
-        return Decision()
+        return Decision(
+            how=f"for every sigma it was not decided: {bounds.notes[0]}" if bounds.notes else "", total=True
+        )
     what = "phi(sigma)/sigma" if kind == "sector" else "the slope"
     if verdict is Verdict.PROVED:
-        return Decision(verdict=verdict, how=f"for every sigma {what} is at least {low} and at most {high}")
+        how = f"for every sigma {what} is at least {low} and at most {high}"
+        return Decision(verdict=verdict, how=how, total=True)
     if verdict is Verdict.REFUTED:
         broken = f"the supremum of {what} is {high}" if high.inner > upper else f"the infimum of {what} is {low}"
-        return Decision(verdict=verdict, how=broken)
-    return Decision(how="its exact bounds are too close to those asserted to be told apart")
+        return Decision(verdict=verdict, how=broken, total=True)
+    shown = f"[{text_below(float(below(low.outer)))}, {text_above(float(above(high.outer)))}]"
+    return Decision(how=f"certified for every sigma is only that {what} lies in {shown}", total=True)
 
 
 def _oddness(law: object) -> Decision:
@@ -82,6 +90,8 @@ def _oddness(law: object) -> Decision:
             return Decision()
         odd = known.value if known.standing is Standing.CHECKED else None
     if odd is None:
-        return Decision()
+        return Decision(total=True)
     how = "for every sigma, by its form"
-    return Decision(verdict=Verdict.PROVED, how=how) if odd else Decision(verdict=Verdict.REFUTED, how="it is not odd")
+    if odd:
+        return Decision(verdict=Verdict.PROVED, how=how, total=True)
+    return Decision(verdict=Verdict.REFUTED, how="the law is not odd, by its form", total=True)

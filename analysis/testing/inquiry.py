@@ -48,10 +48,10 @@ class Search:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Inquiry:
-    """What is asserted of a law."""
+    """What is asserted of a law; ``words`` say that it is so, and that it is not."""
 
     kind: Literal["sector", "slope", "odd"]
-    claim: str
+    words: tuple[str, str]
     limits: Limits
     search: Search
 
@@ -87,14 +87,16 @@ def run(phi: object, inquiry: Inquiry) -> Checked:
             violation.save(Path(inquiry.search.plot))
         raise LawViolation(message(violation), violation)
     if known.verdict is Verdict.REFUTED:
-        raise LawViolation(f"not so: {inquiry.claim}; {known.how}, which no double near it shows")
+        raise LawViolation(
+            f"{law.name} {inquiry.words[1]}: {known.how} ({Evidence.CERTIFIED}), though no double shows it"
+        )
     checked = _passed(law, inquiry, where, known)
     HISTORY.add(checked)
     return checked
 
 
 def _passed(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Checked:
-    claim = inquiry.claim if law.name == "phi" else f"{inquiry.claim}, phi = {law.name}"
+    claim = _claim(law, inquiry)
     if known.verdict is Verdict.PROVED:
         return Checked(claim=claim, evidence=Evidence.CERTIFIED, how=known.how, points=law.evaluations)
     how = f"no violation among {law.evaluations} values on {where}"
@@ -102,9 +104,15 @@ def _passed(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> C
     return Checked(claim=claim, evidence=Evidence.OBSERVED, how=how, points=law.evaluations)
 
 
+def _claim(law: Subject, inquiry: Inquiry) -> str:
+    return f"{law.name} {inquiry.words[0]}"
+
+
 def _found(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Violation | None:
     """The violation, at the simplest numbers that show it; None if there is none."""
     x = where.points(inquiry.search.samples, (*law.breakpoints, *inquiry.search.breakpoints))
+    if known.total:
+        x = x[np.isfinite(law.anyhow(x))]  # floating point may overflow where the law does not
     noise = rounding(law, x, where)
     if inquiry.kind == "slope":
         return _bad_slope(Quotient(subject=law, limits=inquiry.limits, noise=noise), x, inquiry, (where, known))
@@ -182,12 +190,13 @@ def _violation(  # noqa: PLR0913  (what was found where, and what else is known)
     if worst is not None and worst[1] != sigma:
         places = " and ".join(map(number, worst[1]))
         how += f" The search began to shrink it from sigma = {places}."
-    if known.how:
+    if known.verdict is Verdict.REFUTED:
         how += f" {known.how[0].upper()}{known.how[1:]} ({Evidence.CERTIFIED})."
     return Violation(
         kind=inquiry.kind,
         name=law.name,
-        claim=inquiry.claim if law.name == "phi" else f"{inquiry.claim}, phi = {law.name}",
+        claim=_claim(law, inquiry),
+        denial=f"{law.name} {inquiry.words[1]}",
         quantity=_QUANTITIES[inquiry.kind] if inquiry.kind != "slope" else "the slope of the chord",
         sigma=sigma,
         phi=tuple(law.at(point) for point in sigma),
@@ -203,12 +212,13 @@ def _violation(  # noqa: PLR0913  (what was found where, and what else is known)
 
 
 def _slope(law: Subject, sigma: float) -> float:
-    """A central difference quotient, nan where there is none."""
-    step = 1e-6 * abs(sigma) or 1e-9
+    """A central difference quotient, nan where there is none: at a jump it grows as the step shrinks."""
+    steps = [share * (abs(sigma) or 1e-3) for share in (1e-5, 1e-6)]
     try:
-        return (law.at(sigma + step) - law.at(sigma - step)) / (2 * step)
+        wide, narrow = ((law.at(sigma + step) - law.at(sigma - step)) / (2 * step) for step in steps)
     except NotANumber:
         return float(np.nan)
+    return narrow if abs(narrow - wide) <= 0.5 * abs(wide) else float(np.nan)
 
 
 def _no_value(law: Subject, inquiry: Inquiry, error: NotANumber) -> str:
@@ -228,6 +238,6 @@ def _no_value(law: Subject, inquiry: Inquiry, error: NotANumber) -> str:
     except NotANumber as simpler:
         error = simpler
     return (
-        f"not so: {inquiry.claim}; at sigma = {number(error.sigma)} {law.name} {error}, and a law has a finite real "
-        "value everywhere: name the interval on which this one has, on=(low, high)"
+        f"it was not tested whether {_claim(law, inquiry)}: phi({number(error.sigma)}) {error}, and a law has a finite "
+        "real value everywhere; name the interval on which this one has, on=(low, high)"
     )

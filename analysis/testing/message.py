@@ -25,23 +25,30 @@ def message(violation: Violation) -> str:
     str
         A sentence that stands alone in pytest's summary, a table, and the plot.
     """
-    return "\n".join([_sentence(violation), "", *_table(violation), "", ascii_plot(violation), "", *_how(violation)])
+    return "\n".join(
+        [
+            textwrap.fill(_sentence(violation), _WIDTH),
+            "",
+            *_table(violation),
+            "",
+            ascii_plot(violation),
+            "",
+            *_how(violation),
+        ]
+    )
 
 
 def _sentence(violation: Violation) -> str:
-    sign = ">" if violation.found > violation.upper else "<"
-    where = ", ".join(map(number, violation.sigma))
+    places = list(map(number, violation.sigma))
     if violation.kind == "odd":
-        mirrored = number(-violation.sigma[0])
-        return f"not so: {violation.claim}; phi({where}) + phi({mirrored}) = {violation.found:.6g}, not 0"
-    places = f"sigma = {' and '.join(map(number, violation.sigma))}"
-    there = "at" if len(violation.sigma) == 1 else "between"
-    if violation.sigma == (0.0,):
-        return f"not so: {violation.claim}; phi(0) = {number(violation.phi[0])}, and a law in a sector vanishes at 0"
-    return (
-        f"not so: {violation.claim}; {violation.quantity} is {measured(violation)} {sign} "
-        f"{number(violation.bound)} {there} {places}"
-    )
+        found = f"phi({places[0]}) + phi({number(-violation.sigma[0])}) = {violation.found:.6g}"
+    elif violation.kind == "slope":
+        found = f"slope {measured(violation)} from sigma = {places[0]} to {places[1]}"
+    elif violation.sigma == (0.0,):
+        found = f"phi(0) = {number(violation.phi[0])}"
+    else:
+        found = f"phi(sigma)/sigma = {measured(violation)} at sigma = {places[0]}"
+    return f"{violation.denial}: {found}"
 
 
 def _table(violation: Violation) -> list[str]:

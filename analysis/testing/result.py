@@ -22,7 +22,7 @@ class Checked:
     Attributes
     ----------
     claim : str
-        What was asserted, ``phi lies in the sector [0, 1]``.
+        What was asserted, ``tanh lies in the sector [0, 1]``.
     evidence : Evidence
         CERTIFIED: shown for every ``sigma`` of the interval, by exact or ball arithmetic.  OBSERVED: no violation was
         found where it was looked for, which says nothing about the other points.
@@ -76,8 +76,8 @@ class Violation:
         ``sector``, ``slope`` or ``odd``.
     name : str
         What the law is called.
-    claim : str
-        What was asserted.
+    claim, denial : str
+        What was asserted, and that it is not so.
     quantity : str
         What was measured, ``phi(sigma)/sigma``.
     sigma, phi : tuple of float
@@ -101,6 +101,7 @@ class Violation:
     kind: str
     name: str
     claim: str
+    denial: str
     quantity: str
     sigma: tuple[float, ...]
     phi: tuple[float, ...]
@@ -158,6 +159,8 @@ class Violation:
 
 class LawViolation(AssertionError):
     """An assertion about a law failed; ``violation`` says where, None where the law has no value at all."""
+
+    __module__ = "analysis.testing"  # where it is found by people, as it is named in front of each message
 
     def __init__(self, message: str, violation: Violation | None = None) -> None:
         super().__init__(message)

@@ -73,6 +73,11 @@ class Subject:
             return np.array([self.at(float(point)) for point in sigma])
         return values
 
+    def anyhow(self, sigma: Array) -> Array:
+        """Values of a law that takes arrays, infinite or nan where floating point has no better."""
+        values = self._array(sigma)
+        return np.full(sigma.shape, np.nan) if values is None else values
+
     def at(self, sigma: float) -> float:
         """The value at one point.
 
