@@ -103,7 +103,10 @@ def _window(f: Array, q: Counts, load: Array, heads: Counts) -> int:
     q[OLD], q[NEW] = q[NEW], q[OLD]
     q[OLD_DEGREES], q[NEW_DEGREES] = q[NEW_DEGREES], q[OLD_DEGREES]
     if q[COUNT] > 1.25 * q[MERGED]:
-        merged(f, q)
+        before = 2 * q[COUNT]
+        while q[COUNT] < 0.9 * before:
+            before = q[COUNT]
+            merged(f, q)
     return DONE
 
 

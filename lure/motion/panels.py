@@ -41,11 +41,14 @@ class Panels:
         Length of the motion [transits]: loads are not asked for beyond.
     scale : float
         A lower bound of the size of the wave when the next block begins [m/s].
+    width : float
+        With which panels begin [transits]: what half of the panels of block 0 were cut down to.
     """
 
     sources: Sources
     transits: float
     scale: float
+    width: float = 2.0
 
     def over(self, first: int, count: int) -> Load:
         """The panels of blocks ``first .. first + count - 1``; blocks are asked for in order.
@@ -88,21 +91,27 @@ class Panels:
             self._check(block, low)
             middle = 0.5 * (low + high)
             block, low, high = np.repeat(block, 2), _woven(low, middle), _woven(middle, high)
+        if first == 0:
+            self.width = float(np.median(np.concatenate([np.minimum(part[2] - part[1], 2.0) for part in done])))
         return _load(first, count, done)
 
     def _begun(self, first: int, count: int) -> tuple[Counts, Array, Array]:
         """Blocks and ends of the panels to begin with."""
-        step = _SPAN if _gentle(self.sources) else 2.0
-        grid = np.arange(0.0, _SPAN, step)
-        block = np.repeat(np.arange(first, first + count), len(grid))
-        low = np.tile(grid, count)
+        breaks = np.unique([b for b in self.sources.load_breaks() if _SPAN * first < b < _SPAN * (first + count)])
+        owner = np.floor(breaks / _SPAN).astype(np.int64)
+        # where a block is not whole, panels begin and end with round trips, so that their halves meet the echoes' edges
+        fine = np.full(count, self.width < 2.0 or not _gentle(self.sources))
+        fine[owner - first] = True
+        fine |= _SPAN * (np.arange(first, first + count) + 1) > self.transits
+        step = 2.0 ** math.ceil(math.log2(self.width))
+        grid = step * np.arange(round(_SPAN / step))
+        block = np.repeat(np.arange(first, first + count), np.where(fine, len(grid), 1))
+        low = np.concatenate([grid if many else grid[:1] for many in fine])
         inside = _SPAN * block + low < self.transits - SAME
         block, low = block[inside], low[inside]
-        high = np.minimum(low + step, self.transits - _SPAN * block)
-        breaks = np.unique([b for b in self.sources.load_breaks() if _SPAN * first < b < _SPAN * (first + count)])
+        high = np.minimum(low + np.where(fine[block - first], step, _SPAN), self.transits - _SPAN * block)
         if not breaks.size:
             return block, low, high
-        owner = np.floor(breaks / _SPAN).astype(np.int64)
         place = breaks - _SPAN * owner
         near = np.searchsorted(_SPAN * block + low, breaks, side="right") - 1
         keep = (place > low[near] + SAME) & (place < high[near] - SAME)
