@@ -1,0 +1,279 @@
+"""Hypothesis strategies for laws of a class and for linear blocks, all exact: to fuzz closed loops and criteria.
+
+Drawn laws are those of :mod:`lure.laws`, with rational parameters, so that membership in the class holds by
+construction and can be checked exactly.  A failing test shrinks to a straight line, else to a law of few pieces and
+small numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from analysis.testing.blocks import KnownBlock as KnownBlock
+from analysis.testing.blocks import known_blocks as known_blocks
+from analysis.testing.blocks import lurie_blocks as lurie_blocks
+from analysis.testing.hysteresis import HystereticLaw, hysteretic
+from analysis.testing.numbers import ratios, sizes, steps
+from analysis.testing.numbers import strategies as st
+from lure.errors import InputError
+from lure.exact import Exact, exact_number
+from lure.laws import Cubic, DeadZone, ExpressionLaw, Law, PiecewiseLinear, Saturation, Tanh, shifted_law
+from lure.sector import Sector, SlopeBounds
+
+_MOST_KNOTS = 4
+_SHAPES = {
+    "attained at 0": "sigma/(1 + (sigma/({s}))**2)",
+    "attained at infinity": "sigma*(sigma/({s}))**2/(1 + (sigma/({s}))**2)",
+    "attained again and again": "sigma*(1 + sin(sigma/({s})))/2",
+}
+_MONOTONE_SHAPES = {
+    True: ("sigma/(1 + abs(sigma/({s})))", "({s})*atan(sigma/({s}))"),
+    False: ("sigma/(1 + abs(sigma/({s})))", "({s})*(1 - exp(-max(sigma/({s}), 0)))"),
+}
+
+
+def sector_members(
+    lower: Exact, upper: Exact, *, scale: Exact = 1, memory: bool = False
+) -> st.SearchStrategy[Law] | st.SearchStrategy[HystereticLaw]:
+    """Laws with ``lower sigma^2 <= sigma phi(sigma) <= upper sigma^2``, time-invariant and locally Lipschitz.
+
+    Drawn are straight lines, piecewise linear laws (with slopes outside the sector as well), and smooth ones, among
+    them laws that touch both bounds again and again as ``|sigma|`` grows.  Many touch the bounds exactly.
+
+    Parameters
+    ----------
+    lower, upper : int, float, Fraction or Decimal
+        The sector; ``-math.inf`` and ``math.inf`` are allowed.
+    scale : int, float, Fraction or Decimal
+        Size of ``sigma`` on which the laws bend, positive.
+    memory : bool
+        True draws :class:`HystereticLaw` instead, with one piecewise linear member for rising and one for falling
+        ``sigma``: no theorem for time-invariant laws without memory covers them, the circle criterion does.
+
+    Returns
+    -------
+    SearchStrategy
+        Of laws of :mod:`lure.laws`.
+
+    Raises
+    ------
+    InputError
+        The bounds are not in order, or ``scale`` is not positive.
+    """
+    sector, s = _sector(lower, upper), _scale(scale)
+    if memory:
+        return hysteretic(sector_graphs(lower, upper, scale=scale))
+    return st.one_of(_lines(sector), sector_graphs(lower, upper, scale=scale), _smooth(sector, s))
+
+
+def sector_graphs(lower: Exact, upper: Exact, *, scale: Exact = 1) -> st.SearchStrategy[PiecewiseLinear]:
+    """The piecewise linear members of a sector, without the straight lines; exact, as ``.graph.sector`` shows.
+
+    Parameters
+    ----------
+    lower, upper : int, float, Fraction or Decimal
+        The sector, infinite bounds allowed.
+    scale : int, float, Fraction or Decimal
+        Size of ``sigma`` on which the laws bend, positive.
+
+    Raises
+    ------
+    InputError
+        The bounds are not in order, or ``scale`` is not positive.
+
+    Notes
+    -----
+    Between the knots, the origin and infinity ``phi(sigma)/sigma`` is monotone, so that it is enough to draw it there.
+    """
+    sector, s = _sector(lower, upper), _scale(scale)
+
+    @st.composite
+    def graphs(draw: st.DrawFn) -> PiecewiseLinear:
+        """Chords at the knots of both sides, and the slopes outside."""
+        chord = ratios(sector.lower, sector.upper)
+        points, ends = [(Fraction(0), Fraction(0))], []
+        for side in (1, -1):
+            ends.append(draw(chord))
+            for x in _places(draw, s):
+                points.append((side * x, side * x * draw(chord)))
+        return _bent(sorted(points), ends[1], ends[0], sector)
+
+    return graphs()
+
+
+def monotone_members(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.SearchStrategy[Law]:
+    """Laws with every difference quotient in ``[0, k]``, and ``phi(0) = 0``.
+
+    Parameters
+    ----------
+    k : int, float, Fraction or Decimal
+        Largest slope, positive; ``math.inf`` is allowed.
+    odd : bool
+        Whether only odd laws are drawn.
+    scale : int, float, Fraction or Decimal
+        Size of ``sigma`` on which the laws bend, positive.
+
+    Returns
+    -------
+    SearchStrategy
+        Of laws of :mod:`lure.laws`.
+
+    Raises
+    ------
+    InputError
+        ``k`` or ``scale`` is not positive.
+    """
+    sector, s = _sector(0, k), _scale(scale)
+
+    @st.composite
+    def named(draw: st.DrawFn) -> Law:
+        """Saturation, dead zone, tanh and formulas."""
+        top = draw(ratios(sector.lower, sector.upper).filter(bool))
+        width = draw(sizes(s))
+        kind = draw(st.sampled_from(("saturation", "dead zone", "tanh", "formula")))
+        if kind == "saturation":
+            return Saturation(gain=top, limit=top * width, lower_limit=None if odd else -top * width / 3)
+        if kind == "dead zone":
+            return DeadZone(width=width, gain=top)
+        if kind == "tanh":
+            return Tanh(scale=width, gain=top * width)
+        text = f"{top}*({draw(st.sampled_from(_MONOTONE_SHAPES[odd])).format(s=width)})"
+        slope = SlopeBounds(0, sector.upper)
+        return ExpressionLaw(text, sector=sector, slope_bounds=slope, odd=odd, locally_lipschitz=True)
+
+    return st.one_of(_lines(sector, slope=True), monotone_graphs(k, odd=odd, scale=scale), named())
+
+
+def monotone_graphs(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.SearchStrategy[PiecewiseLinear]:
+    """The piecewise linear laws with slopes in ``[0, k]``, without the straight lines.
+
+    Parameters
+    ----------
+    k : int, float, Fraction or Decimal
+        Largest slope, positive; ``math.inf`` is allowed.
+    odd : bool
+        Whether only odd laws are drawn.
+    scale : int, float, Fraction or Decimal
+        Size of ``sigma`` on which the laws bend, positive.
+
+    Raises
+    ------
+    InputError
+        ``k`` or ``scale`` is not positive.
+    """
+    sector, s = _sector(0, k), _scale(scale)
+
+    @st.composite
+    def graphs(draw: st.DrawFn) -> PiecewiseLinear:
+        """Slopes between the knots, summed up from the origin."""
+        slope = ratios(sector.lower, sector.upper)
+        right, right_end = _climb(draw, slope, s)
+        left, left_end = (right, right_end) if odd else _climb(draw, slope, s)
+        points = [(-x, -y) for x, y in reversed(left)] + [(Fraction(0), Fraction(0)), *right]
+        return _bent(points, left_end, right_end, sector)
+
+    return graphs()
+
+
+def _climb(
+    draw: st.DrawFn, slope: st.SearchStrategy[Fraction], scale: Fraction
+) -> tuple[list[tuple[Fraction, Fraction]], Fraction]:
+    """Points on one side of the origin, and the slope beyond them."""
+    points: list[tuple[Fraction, Fraction]] = []
+    x, y = Fraction(0), Fraction(0)
+    for place in _places(draw, scale):
+        y += (place - x) * draw(slope)
+        x = place
+        points.append((x, y))
+    return points, draw(slope)
+
+
+def _places(draw: st.DrawFn, scale: Fraction) -> list[Fraction]:
+    """Ascending positive places of knots."""
+    place, places = Fraction(0), []
+    for step in draw(st.lists(steps(scale), max_size=_MOST_KNOTS)):
+        place += step
+        places.append(place)
+    return places
+
+
+def _bent(points: list[tuple[Fraction, Fraction]], left: Fraction, right: Fraction, sector: Sector) -> PiecewiseLinear:
+    """The law through the points; a straight line is bent at its end, within the sector."""
+    slopes = {left, right, *(y / x for x, y in points if x != 0)}
+    if len(slopes) == 1:
+        right = next(r for r in _others(sector) if r != left)
+    return PiecewiseLinear(points, left_slope=left, right_slope=right)
+
+
+def _others(sector: Sector) -> list[Fraction]:
+    """Two different values of the sector, at least."""
+    low, high = (None if abs(b) == math.inf else Fraction(b) for b in (sector.lower, sector.upper))
+    if low is None:
+        return [high or Fraction(0), (high or Fraction(0)) - 1]
+    return [low + 1 if high is None else high, low]
+
+
+def _lines(sector: Sector, *, slope: bool = False) -> st.SearchStrategy[Law]:
+    """Straight lines, the simplest members."""
+    bounds = SlopeBounds(sector.lower, sector.upper) if slope else None
+
+    def line(gain: Fraction) -> Law:
+        """``gain sigma``."""
+        text = f"{gain}*sigma" if gain >= 0 else f"-{-gain}*sigma"
+        return ExpressionLaw(text, sector=sector, slope_bounds=bounds, odd=True, locally_lipschitz=True)
+
+    return ratios(sector.lower, sector.upper).map(line)
+
+
+def _smooth(sector: Sector, scale: Fraction) -> st.SearchStrategy[Law]:
+    """Smooth members: from one bound towards the other, or between them again and again."""
+    low, high = sector.lower, sector.upper
+    if math.inf in (abs(low), abs(high)):
+        return _cubics(sector, scale)
+
+    @st.composite
+    def between(draw: st.DrawFn) -> Law:
+        """``lower sigma`` plus a share of ``upper - lower`` times a shape with chords in [0, 1]."""
+        base, width = Fraction(low), Fraction(high) - Fraction(low)
+        share = width * draw(ratios(0, 1).filter(bool))
+        place = draw(sizes(scale))
+        shape = draw(st.sampled_from(("tanh", *_SHAPES)))
+        if shape == "tanh":
+            law: Law = shifted_law(Tanh(scale=place, gain=share * place), -base)  # type: ignore[assignment]
+            return law
+        text = f"({base})*sigma + ({share})*{_SHAPES[shape].format(s=place)}"
+        return ExpressionLaw(text, sector=sector, odd=True, locally_lipschitz=True)
+
+    return between()
+
+
+def _cubics(sector: Sector, scale: Fraction) -> st.SearchStrategy[Law]:
+    """Cubics of a sector with an infinite bound."""
+    low, high = sector.lower, sector.upper
+
+    @st.composite
+    def cubics(draw: st.DrawFn) -> Law:
+        """From the finite bound towards the infinite one."""
+        upwards = high == math.inf
+        linear = draw(ratios(low, high))
+        return Cubic(linear=linear, cubic=(1 if upwards else -1) * draw(sizes(Fraction(1))) / scale**2)
+
+    return cubics()
+
+
+def _sector(lower: Exact, upper: Exact) -> Sector:
+    return Sector(_bound(lower), _bound(upper))
+
+
+def _bound(value: Exact) -> float | Fraction:
+    if isinstance(value, float) and math.isinf(value):
+        return value
+    return exact_number(value, "a bound of the class")
+
+
+def _scale(scale: Exact) -> Fraction:
+    exact = exact_number(scale, "scale")
+    if exact <= 0:
+        raise InputError(f"scale is {float(exact):g}; give a positive number")
+    return exact
