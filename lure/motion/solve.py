@@ -37,11 +37,12 @@ class Numerics:
     on_window : callable or None
         Called with every window when it is done, and before it is dropped; by compiled code for many at a time.
     compiled : bool or None
-        Whether numba compiles the motion (``pip install "lure[fast]"``): about a microsecond in place of half a
-        millisecond a round trip, for some 20 s at the first call ever, which are kept on disk.  None compiles if that
-        takes less time than it saves: what this process or, for motions of more than 2000 round trips, an earlier one
-        has compiled is used, and motions of more than 40 000 are compiled for.  Both ways give the same numbers to
-        rounding.  Power laws other than ``m = 1`` are never compiled.
+        Whether numba compiles the motion (``pip install "lure[fast]"``): half a microsecond a round trip in flight,
+        and about as much for each piece between kinks in the wave, in place of half a millisecond a round trip, for
+        some 20 s at the first call ever, which are kept on disk.  None compiles if that takes less time than it saves:
+        what this process or, for motions of more than 2000 round trips, an earlier one has compiled is used, and
+        motions of more than 40 000 are compiled for.  Both ways give the same numbers to rounding.  Power laws other
+        than ``m = 1`` are never compiled; ``Motion.compiled`` says which way was taken.
     """
 
     degree: int = 16
