@@ -1,0 +1,187 @@
+"""Values and two derivatives of a tree on a whole interval, in ball arithmetic."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from flint import arb, arb_series
+
+from analysis.bounds.ends import inside_sech_square, sech_square_series, tanh_series
+from lure.expressions.balls import ball, enclosure, truth
+from lure.expressions.build import apply
+from lure.expressions.tree import Apply, Node, Number, Variable
+
+LENGTH = 3
+_NAN = arb("nan")
+_METHODS = ("exp", "log", "sin", "cos", "tan", "atan", "sqrt")
+
+
+def jet(node: Node, box: arb) -> tuple[arb, arb, arb]:
+    """Enclosures of ``f``, ``f'`` and ``f''/2`` over a ball; nan where nothing is known.
+
+    At a kink inside the ball ``f'`` holds the slopes of both sides and ``f''`` is nan; at a possible jump only ``f`` is
+    enclosed.
+    """
+    found = _Walk(box).value(node)
+    return found[0], found[1], found[2]
+
+
+def over_sigma(node: Node, side: int) -> Node:
+    """A tree for ``f(sigma)/sigma`` on one side of 0, in which ``sigma`` is cancelled where that can be seen."""
+    if _divisible(node):
+        return _quotient(node)
+    if isinstance(node, Apply):
+        name, parts = node.operation, node.arguments
+        if name in ("+", "-", "neg"):
+            return apply(name, *(over_sigma(part, side) for part in parts))
+        if name in ("min", "max"):
+            turned = name if side > 0 else {"min": "max", "max": "min"}[name]
+            return apply(turned, *(over_sigma(part, side) for part in parts))
+        if name == "where":
+            return apply("where", parts[0], *(over_sigma(part, side) for part in parts[1:]))
+        if name == "*" and isinstance(parts[0], Number):
+            return apply("*", parts[0], over_sigma(parts[1], side))
+        if name in ("*", "/") and isinstance(parts[1], Number):
+            return apply(name, over_sigma(parts[0], side), parts[1])
+    return Apply("/", (node, Variable("sigma")))
+
+
+def _divisible(node: Node) -> bool:
+    if isinstance(node, Number):
+        return node.value == 0
+    if not isinstance(node, Apply):
+        return True
+    if node.operation in ("+", "-", "neg"):
+        return all(_divisible(part) for part in node.arguments)
+    if node.operation == "*":
+        return any(_divisible(part) for part in node.arguments)
+    if node.operation == "**":
+        exponent = node.arguments[1]
+        assert isinstance(exponent, Number), "the parser and the derivative make only constant exponents"
+        return exponent.value.denominator == 1 and exponent.value >= 1 and _divisible(node.arguments[0])
+    return node.operation == "/" and _divisible(node.arguments[0])
+
+
+def _quotient(node: Node) -> Node:
+    if isinstance(node, Number):
+        return node
+    if not isinstance(node, Apply):
+        return Number(Fraction(1))
+    parts = node.arguments
+    if node.operation in ("+", "-", "neg"):
+        return apply(node.operation, *(_quotient(part) for part in parts))
+    if node.operation == "*":
+        if _divisible(parts[0]):
+            return apply("*", _quotient(parts[0]), parts[1])
+        return apply("*", parts[0], _quotient(parts[1]))
+    if node.operation == "**":
+        exponent = parts[1]
+        assert isinstance(exponent, Number), "the parser and the derivative make only constant exponents"
+        return apply("*", _quotient(parts[0]), apply("**", parts[0], Number(exponent.value - 1)))
+    return apply("/", _quotient(parts[0]), parts[1])
+
+
+class _Walk:
+    """One evaluation; shared parts are evaluated once."""
+
+    def __init__(self, box: arb) -> None:
+        self.box, self.known = box, dict[int, arb_series]()
+        self.variable = arb_series([box, arb(1)], LENGTH)
+
+    def value(self, node: Node) -> arb_series:
+        """The series of a tree."""
+        if isinstance(node, Number):
+            return _constant(ball(node.value))
+        if not isinstance(node, Apply):
+            return self.variable
+        if id(node) not in self.known:
+            try:
+                self.known[id(node)] = self._applied(node)
+            except (ValueError, ZeroDivisionError):  # how series refuse to divide by one that may start at 0
+                self.known[id(node)] = arb_series([_NAN, _NAN, _NAN], LENGTH)
+        return self.known[id(node)]
+
+    def _applied(self, node: Apply) -> arb_series:
+        name, parts = node.operation, node.arguments
+        if name == "where":
+            return self._where(node)
+        inner = inside_sech_square(node)
+        if inner is not None:
+            return sech_square_series(self.value(inner))
+        u = self.value(parts[0]) if parts else _constant(arb.pi())
+        if name == "pi":
+            return u
+        if name == "**":
+            exponent = parts[1]
+            assert isinstance(exponent, Number), "the parser and the derivative make only constant exponents"
+            return _power(u, exponent.value)
+        if name in ("neg", "abs", "sign") or name in _METHODS or name == "tanh":
+            return _unary(name, u)
+        v = self.value(parts[1])
+        match name:
+            case "+":
+                return u + v
+            case "-":
+                return u - v
+            case "*":
+                return u * v
+            case "/":
+                return u / v
+            case _:
+                d = u[0] - v[0]
+                if d >= 0:
+                    return u if name == "max" else v
+                if d <= 0:
+                    return v if name == "max" else u
+                value = u[0].max(v[0]) if name == "max" else u[0].min(v[0])
+                return arb_series([value, u[1].union(v[1]), _NAN], LENGTH)
+
+    def _where(self, node: Apply) -> arb_series:
+        condition, first, second = node.arguments
+        decided = truth(condition, {"sigma": self.box})
+        if decided is not None:
+            return self.value(first if decided else second)
+        u, v = self.value(first), self.value(second)
+        return arb_series([u[0].union(v[0]), _NAN, _NAN], LENGTH)
+
+
+def value_at(node: Node, point: Fraction) -> arb:
+    """An enclosure of the value at an exact point."""
+    value = jet(node, ball(point))[0]  # without cancellation, where jets avoid it
+    return value if value.is_finite() else enclosure(node, {"sigma": ball(point)})
+
+
+def _constant(value: arb) -> arb_series:
+    return arb_series([value], LENGTH)
+
+
+def _unary(name: str, u: arb_series) -> arb_series:
+    if name == "neg":
+        return -u
+    if name == "tanh":
+        return tanh_series(u)
+    if name == "abs":
+        if u[0] >= 0:
+            return u
+        if u[0] <= 0:
+            return -u
+        return arb_series([abs(u[0]).nonnegative_part(), u[1].union(-u[1]), _NAN], LENGTH)
+    if name == "sign":
+        if u[0] > 0 or u[0] < 0:
+            return _constant(arb(1 if u[0] > 0 else -1))
+        return arb_series([arb(-1).union(arb(1)), _NAN, _NAN], LENGTH)
+    found: arb_series = getattr(u, name)()
+    return found
+
+
+def _power(u: arb_series, exponent: Fraction) -> arb_series:
+    if exponent < 0:
+        return _constant(arb(1)) / _power(u, -exponent)
+    if exponent.denominator != 1:
+        return (u.log() * _constant(ball(exponent))).exp()
+    result = _constant(arb(1))
+    for bit in bin(exponent.numerator)[2:]:
+        result = result * result
+        if bit == "1":
+            result = result * u
+    return result

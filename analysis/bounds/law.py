@@ -1,0 +1,286 @@
+"""Sector and slope bounds of one law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from analysis.bounds import blackbox, steps
+from analysis.bounds.extremes import BITS, Candidate, Cover, End, largest, least
+from analysis.bounds.jets import over_sigma, value_at
+from analysis.bounds.known import Known, Value, domain, known_law
+from analysis.bounds.pieces import Piece
+from analysis.bounds.rational import candidates, limit, roots_between
+from analysis.bounds.result import Bound, Extreme, LawBounds, short
+from analysis.bounds.search import Target, end_limit, extremes
+from analysis.evidence import Evidence
+from analysis.precision import working_precision
+from lure.errors import InputError
+from lure.exact import exact_number
+from lure.expressions.derivative import derivative
+from lure.laws import Quantiser
+
+_TIGHT = 1e-9
+
+
+def law_bounds(
+    law: object, *, on: object = None, lipschitz: float | Fraction | None = None, samples: int = 4001
+) -> LawBounds:
+    r"""Sector and slope bounds of a law, from both sides, with the places where they are attained.
+
+    .. math:: \inf_{\sigma \ne 0} \phi(\sigma)/\sigma, \quad \sup_{\sigma \ne 0} \phi(\sigma)/\sigma, \quad
+        \inf_{x \ne y} \frac{\phi(x) - \phi(y)}{x - y}, \quad \sup_{x \ne y} \frac{\phi(x) - \phi(y)}{x - y}
+
+    over all of R, or over a closed interval.  The law enters a loop as ``mu = -phi(sigma)``.
+
+    Parameters
+    ----------
+    law : law of lure.laws, Expression, str or callable
+        A text is a formula in ``sigma`` (or ``x``).  Anything else that can be called is known by its values alone.
+    on : pair of numbers, optional
+        The interval; all of R by default.
+    lipschitz : float or Fraction, optional
+        For a callable: a constant ``L`` with ``|phi(x) - phi(y)| <= L |x - y|`` that the user vouches for.
+    samples : int
+        For a callable: how many points are asked before the sample is refined.
+
+    Returns
+    -------
+    LawBounds
+        For a law known as a formula, CERTIFIED: exact for piecewise linear laws, from isolated roots for polynomials
+        and rational functions, else in ball arithmetic, ends and infinity included; ``inner`` and ``outer`` enclose the
+        true bound, and what could not be shown is in ``notes``.  For a callable, OBSERVED: a sample says nothing about
+        the values between its points; with ``lipschitz``, CERTIFIED under the assumption in ``assumptions``.
+
+    Raises
+    ------
+    InputError
+        The formula is refused by the parser, ``phi(0)`` is not 0 or not defined (where 0 belongs to the domain), the
+        law has a pole or no value somewhere, the degree of a rational function passes 256, or an argument is not as
+        described.
+    AssumptionError
+        The sample contradicts ``lipschitz``.
+
+    Notes
+    -----
+    A jump gives an infinite slope bound, and its sector where there is one.  Slope bounds are those of the derivative
+    between the jumps: every difference quotient of a continuous, piecewise differentiable law is a mean of slopes.
+
+    Examples
+    --------
+    >>> print(law_bounds("x/(1 + x**2)").sector, law_bounds("x/(1 + x**2)").slope)
+    [0, 1] [-0.125, 1]
+    """
+    interval = domain(on)
+    low, high = (-math.inf, math.inf) if interval is None else interval
+    with working_precision(BITS):
+        if isinstance(law, Quantiser):
+            found = steps.quantiser_bounds(law, interval)
+        elif (known := known_law(law, low, high)) is not None:
+            found = _of_known(known, low, high)
+        else:
+            return _of_callable(law, interval, lipschitz, samples)
+    if lipschitz is not None:
+        raise InputError("lipschitz is for a law given as a function; this one is known, and nothing need be assumed")
+    return found
+
+
+def _of_callable(
+    law: object, on: tuple[Fraction, Fraction] | None, lipschitz: float | Fraction | None, samples: int
+) -> LawBounds:
+    if not callable(law):
+        raise InputError(f"the law is {law!r:.60}; give a formula in sigma, a law of lure.laws, or a function")
+    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 10:
+        raise InputError(f"samples is {samples!r:.60}; give a whole number of at least 10")
+    name = getattr(law, "__name__", None) or str(law)
+    function: Callable[[Any], Any] = law
+    sample = blackbox.sampled(function, name, on, samples)
+    if lipschitz is None:
+        return blackbox.observed(sample, name, on)
+    constant = exact_number(lipschitz, "lipschitz")
+    if constant <= 0:
+        raise InputError(f"lipschitz is {float(constant):g}; give a positive number")
+    return blackbox.vouched(sample, name, on, constant)
+
+
+def _of_known(known: Known, low: End, high: End) -> LawBounds:
+    if low <= 0 <= high:
+        _demand_zero(known)
+    for piece in known.pieces:
+        _demand_values(piece, known.name)
+    chords, chord_covers = _over_pieces(known, chords=True)
+    chords += [Candidate(value=_divided(known.value(x), x), place=x, inside=True) for x in _points(known) if x != 0]
+    sector = least(chords, chord_covers), largest(chords, chord_covers)
+    slope, notes = _slope(known)
+    names = ("sector_lower", "sector_upper", "slope_lower", "slope_upper")
+    for name, found in zip(names, (*sector, *slope), strict=True):
+        notes += _remark(name, found)
+    return LawBounds(
+        law=known.name,
+        sector_lower=sector[0],
+        sector_upper=sector[1],
+        slope_lower=slope[0],
+        slope_upper=slope[1],
+        evidence=Evidence.CERTIFIED,
+        on=None if isinstance(low, float) or isinstance(high, float) else (low, high),
+        notes=tuple(notes),
+    )
+
+
+def _over_pieces(known: Known, *, chords: bool) -> tuple[list[Candidate], list[Cover]]:
+    """What bounds the chords, or the slopes, on all pieces: those known exactly come first and spare work on others."""
+    found, covers = list[Candidate](), list[Cover]()
+    for piece in known.pieces:
+        if piece.ratio is not None:
+            quotient = piece.ratio.over_sigma() if chords else piece.ratio.slope()
+            found += candidates(quotient, piece.low, piece.high)
+    for piece in known.pieces:
+        if piece.ratio is None:
+            more, rest = extremes(_chord_target(piece) if chords else _slope_target(piece), found)
+            found += more
+            covers += rest
+    return found, covers
+
+
+def _chord_target(piece: Piece) -> Target:
+    tree = over_sigma(piece.tree, 1 if piece.low >= 0 else -1)
+    return Target(tree=tree, base=piece.tree, over_sigma=True, low=piece.low, high=piece.high)
+
+
+def _slope_target(piece: Piece) -> Target:
+    tree = derivative(piece.tree, "sigma")
+    return Target(tree=tree, base=tree, over_sigma=False, low=piece.low, high=piece.high)
+
+
+def _slope(known: Known) -> tuple[tuple[Extreme | None, Extreme | None], list[str]]:
+    """Slope bounds from the derivative on the pieces and the jumps between them."""
+    if not known.continuous and not known.whole:
+        return (None, None), ["no slope bounds: a branch changes where continuity could not be decided"]
+    found, covers = _over_pieces(known, chords=False)
+    if not known.continuous:
+        jumps = _jumps(known)
+        if jumps is None:
+            return (None, None), ["no slope bounds: continuity where a branch changes could not be decided"]
+        found += jumps
+    found += _smooth_cuts(known, found)
+    return (least(found, covers), largest(found, covers)), []
+
+
+def _jumps(known: Known) -> list[Candidate] | None:
+    """Infinite slopes at the jumps; None if it is not known whether there is one."""
+    found: list[Candidate] = []
+    for x in _points(known):
+        left = next((_edge(p, x, -1) for p in known.pieces if p.high == x), None)
+        right = next((_edge(p, x, 1) for p in known.pieces if p.low == x), None)
+        steps_ = [part for part in (left, known.value(x), right) if part is not None]
+        if any(part == "unknown" for part in steps_):
+            return None
+        for before, after in pairwise(steps_):
+            step = _step(before, after)  # type: ignore[arg-type]
+            if step is None:
+                return None
+            if step:
+                found.append(Candidate(value=step * math.inf, place=f"a jump at {short(x, digits=10)}", inside=False))
+    return found
+
+
+def _edge(piece: Piece, x: Fraction, side: int) -> Value | float | str:
+    """The limit of the law at an end of a piece."""
+    if piece.ratio is not None:
+        value = limit(piece.ratio, x, side).value
+        return value
+    found = end_limit(
+        Target(tree=piece.tree, base=piece.tree, over_sigma=False, low=piece.low, high=piece.high), x, side
+    )
+    return "unknown" if found is None else found
+
+
+def _step(before: Value | float, after: Value | float) -> int | None:
+    """The sign of a step; None if it is not known to be one."""
+    if before == after and not isinstance(before, tuple):
+        return 0
+    a = before if isinstance(before, tuple) else (before, before)
+    b = after if isinstance(after, tuple) else (after, after)
+    return 1 if a[1] < b[0] else -1 if b[1] < a[0] else None
+
+
+def _smooth_cuts(known: Known, found: Sequence[Candidate]) -> list[Candidate]:
+    """The slope at cuts where the law is differentiable, since the limits from both sides agree."""
+    limits: dict[Fraction, dict[int, Bound | tuple[Fraction, Fraction]]] = {}
+    for c in found:
+        if isinstance(c.place, Fraction) and not c.inside and c.side:
+            limits.setdefault(c.place, {})[c.side] = c.value
+    broken = {c.place for c in found if isinstance(c.place, str)}
+    return [
+        Candidate(value=sides[1], place=x, inside=True)
+        for x, sides in limits.items()
+        if len(sides) == 2 and sides[1] == sides[-1] and isinstance(sides[1], Fraction) and not broken
+    ]
+
+
+def _demand_zero(known: Known) -> None:
+    value = known.value(Fraction(0))
+    if value == 0:
+        return
+    if isinstance(value, tuple) and value[0] <= 0 <= value[1]:
+        raise InputError(
+            f"the law {known.name[:60]!r} has a phi(0) that cannot be shown to be 0; write it so that it is"
+        )
+    shown = value[0] if isinstance(value, tuple) else value
+    raise InputError(
+        f"the law {known.name[:60]!r} has phi(0) = {float(shown):.6g}; a sector needs a law that vanishes at 0: "
+        "measure sigma and phi from the equilibrium"
+    )
+
+
+def _demand_values(piece: Piece, name: str) -> None:
+    """Refuse a pole inside, and a piece where the formula is undefined."""
+    if piece.ratio is not None:
+        poles = roots_between(piece.ratio.poles, piece.low, piece.high)
+        if poles:
+            place = float(poles[0]) if isinstance(poles[0], Fraction) else float(poles[0].mid())
+            raise InputError(
+                f"the law {name[:60]!r} has a pole, or divides zero by zero, at sigma = {place:.10g}; bound it on an "
+                "interval without that point"
+            )
+        return
+    for x in _spread(piece):
+        if not value_at(piece.tree, x).is_finite():
+            raise InputError(
+                f"the law {name[:60]!r} has no value that could be enclosed at sigma = {float(x):.10g}; bound it on an "
+                "interval where it has values"
+            )
+
+
+def _spread(piece: Piece) -> list[Fraction]:
+    """A few points of a piece."""
+    low, high = piece.low, piece.high
+    if isinstance(low, Fraction) and isinstance(high, Fraction):
+        return [low + (high - low) * k / 8 for k in range(1, 8)]
+    start, side = (low, 1) if isinstance(low, Fraction) else (high, -1)
+    assert isinstance(start, Fraction), "0 is a cut, or one end is finite"
+    return [start + side * Fraction(10) ** k for k in (-3, 0, 1, 2)]
+
+
+def _points(known: Known) -> list[Fraction]:
+    ends = {end for piece in known.pieces for end in (piece.low, piece.high)}
+    return sorted(end for end in ends if isinstance(end, Fraction))
+
+
+def _divided(value: Value, x: Fraction) -> Value:
+    if not isinstance(value, tuple):
+        return value / x
+    low, high = sorted((value[0] / x, value[1] / x))
+    return low, high
+
+
+def _remark(name: str, found: Extreme | None) -> list[str]:
+    if found is None or found.gap <= _TIGHT * max(1e-300, abs(float(found.inner)) if found.gap < math.inf else 1.0):
+        return []
+    words = name.replace("_", " bound, ")
+    if math.isinf(found.gap):
+        return [f"the {words}, could not be shown beyond the values seen"]
+    return [f"the {words}, is known to within {found.gap:.1e}"]

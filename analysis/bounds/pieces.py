@@ -1,0 +1,172 @@
+"""A law given as a tree, cut where its branches change: on each open interval one tree, with the branches chosen."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import pairwise
+
+from analysis.bounds.extremes import End
+from analysis.bounds.rational import Ratio, ratio, roots_between
+from lure.errors import InputError
+from lure.expressions.build import apply
+from lure.expressions.tree import COMPARISONS, ZERO, Apply, Node, Number
+
+MAX_PIECES = 500
+_COMPARE: Mapping[str, Callable[[Fraction, int], bool]] = dict(
+    zip(COMPARISONS, (operator.lt, operator.le, operator.gt, operator.ge, operator.eq, operator.ne), strict=True)
+)
+_TRUE, _FALSE = apply("==", ZERO, ZERO), apply("!=", ZERO, ZERO)
+_SINGULAR = ("sqrt", "log")
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """The law on an open interval.
+
+    Attributes
+    ----------
+    low, high : Fraction, or an infinity
+        The interval.
+    tree : Node
+        The law there: branches that change side at rational points only are chosen.
+    ratio : Ratio or None
+        The same as a rational function, if it is one.
+    """
+
+    low: End
+    high: End
+    tree: Node
+    ratio: Ratio | None
+
+    @property
+    def middle(self) -> Fraction:
+        """A point inside."""
+        return _middle(self.low, self.high)
+
+
+def pieces(tree: Node, low: End, high: End) -> tuple[Piece, ...]:
+    """The law between two ends, cut at 0 and wherever a branch changes at a rational point.
+
+    Parameters
+    ----------
+    tree : Node
+        A formula in one variable.
+    low, high : Fraction, or an infinity
+        The domain, ``low < high``.
+
+    Returns
+    -------
+    tuple of Piece
+        Ascending and adjacent.  A branch that depends on a condition whose sides are not rational functions, or cross
+        at irrational points, stays in the tree.
+
+    Raises
+    ------
+    InputError
+        There are more than 500 pieces, or the degree of a rational function passes 256.
+    """
+    waiting: list[tuple[End, End]] = [(Fraction(0), high), (low, Fraction(0))] if low < 0 < high else [(low, high)]
+    found: list[Piece] = []
+    while waiting:
+        a, b = waiting.pop()
+        chosen = _Chosen(a, b)
+        resolved = chosen.tree(tree)
+        if chosen.cuts:
+            ends = [a, *sorted(chosen.cuts), b]
+            waiting += reversed(list(pairwise(ends)))
+            if len(found) + len(waiting) > MAX_PIECES:
+                raise InputError(
+                    f"the law changes its branch more than {MAX_PIECES} times; bound it on a shorter interval"
+                )
+            continue
+        found.append(Piece(a, b, resolved, chosen.ratio(resolved)))
+    return tuple(found)
+
+
+@dataclass(slots=True)
+class _Chosen:
+    """The branches taken on an open interval, and the points inside where one changes."""
+
+    low: End
+    high: End
+    cuts: set[Fraction] = field(default_factory=set)
+    ratios: dict[Node, Ratio | None] = field(default_factory=dict)
+
+    def ratio(self, node: Node) -> Ratio | None:
+        """The rational function a tree without branches stands for."""
+        if node not in self.ratios:
+            self.ratios[node] = ratio(node)
+        return self.ratios[node]
+
+    def tree(self, node: Node) -> Node:
+        """The tree with its branches chosen, as far as they are known; points where one changes are collected."""
+        if not isinstance(node, Apply) or not node.names:
+            return node
+        parts = [self.tree(part) for part in node.arguments]
+        name = node.operation
+        if name in COMPARISONS or name in ("min", "max"):
+            return self._compared(name, parts[0], parts[1])
+        if name in ("abs", "sign"):
+            sign = self._sign(parts[0])
+            if sign is None:
+                return apply(name, *parts)
+            return Number(Fraction(sign)) if name == "sign" else parts[0] if sign >= 0 else apply("neg", parts[0])
+        if name in ("and", "or", "not"):
+            return _combined(name, parts)
+        if name == "where":
+            return parts[1] if parts[0] == _TRUE else parts[2] if parts[0] == _FALSE else apply("where", *parts)
+        if name in _SINGULAR or (name == "**" and _fractional(parts[1])):
+            self._sign(parts[0])  # a zero of the argument is no place to expand at: cut there
+            if parts[0] == ZERO and (name == "sqrt" or _positive(parts[-1])):
+                return ZERO
+        return apply(name, *parts)
+
+    def _compared(self, name: str, u: Node, v: Node) -> Node:
+        sign = self._sign(apply("-", u, v))
+        if sign is None:
+            return apply(name, u, v)
+        if name in COMPARISONS:
+            return _TRUE if _COMPARE[name](Fraction(sign), 0) else _FALSE
+        return u if (sign >= 0) == (name == "max") else v
+
+    def _sign(self, node: Node) -> int | None:
+        """The sign on the whole interval; None if it changes there (rational changes are noted) or is not known."""
+        known = self.ratio(node)
+        if known is None:
+            return None
+        if known.top.degree() < 0:
+            return 0
+        roots = [*roots_between(known.top, self.low, self.high), *roots_between(known.bottom, self.low, self.high)]
+        self.cuts.update(root for root in roots if isinstance(root, Fraction))
+        if roots:
+            return None
+        value = known.at(_middle(self.low, self.high))
+        assert value is not None, "the denominator has no root inside"
+        return 1 if value > 0 else -1
+
+
+def _combined(name: str, parts: list[Node]) -> Node:
+    if name == "not":
+        return _FALSE if parts[0] == _TRUE else _TRUE if parts[0] == _FALSE else apply("not", parts[0])
+    deciding, other = (_TRUE, _FALSE) if name == "or" else (_FALSE, _TRUE)
+    if deciding in parts:
+        return deciding
+    rest = [part for part in parts if part != other]
+    return other if not rest else rest[0] if len(rest) == 1 else apply(name, *rest)
+
+
+def _positive(exponent: Node) -> bool:
+    return isinstance(exponent, Number) and exponent.value > 0
+
+
+def _fractional(exponent: Node) -> bool:
+    return isinstance(exponent, Number) and exponent.value.denominator != 1
+
+
+def _middle(low: End, high: End) -> Fraction:
+    if isinstance(low, Fraction):
+        return (low + high) / 2 if isinstance(high, Fraction) else low + 1
+    return high - 1 if isinstance(high, Fraction) else Fraction(0)

@@ -1,0 +1,245 @@
+"""What is found of a law: bounds on its chords and slopes from both sides, and where they are attained."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal, TypeAlias
+
+from analysis.evidence import Evidence, Verdict
+from lure.errors import AssumptionError
+from lure.sector import Sector, SlopeBounds
+
+Bound: TypeAlias = Fraction | float
+"""A Fraction, or a float that is an infinity."""
+Place: TypeAlias = Fraction | tuple[Fraction, Fraction] | str
+"""A point, an interval that contains one, or in words: ``"sigma -> 0+"``, ``"sigma -> inf"``, ``"a jump at 1"``."""
+Quantity = Literal["sector", "slope"]
+QUANTITIES: tuple[Quantity, ...] = ("sector", "slope")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Extreme:
+    """A least or largest value over all ``sigma`` of the domain, enclosed.
+
+    Attributes
+    ----------
+    inner : Fraction or float
+        What is reached or approached (inf or -inf for growth without bound), or beyond it.
+    outer : Fraction or float
+        What no value passes; the true bound lies between ``inner`` and ``outer``, which are equal where it is exact.
+    at : Fraction, pair of Fraction, or str
+        Where ``inner`` is reached or approached: a point, an interval that contains one, or words.
+    attained : bool
+        Whether it is known that the law takes the bound at a point, rather than approaches it.
+    """
+
+    inner: Bound
+    outer: Bound
+    at: Place
+    attained: bool
+
+    @property
+    def exact(self) -> bool:
+        """Whether the bound is known exactly."""
+        return self.inner == self.outer
+
+    @property
+    def gap(self) -> float:
+        """``|outer - inner|``; 0 where both are the same infinity, inf where one is infinite."""
+        if self.inner == self.outer:
+            return 0.0
+        if math.inf in (abs(self.inner), abs(self.outer)):
+            return math.inf
+        return abs(float(Fraction(self.outer) - Fraction(self.inner)))
+
+    @property
+    def where(self) -> str:
+        """The place in words."""
+        if isinstance(self.at, str):
+            return f"as {self.at}" if "->" in self.at else self.at
+        point = self.at if isinstance(self.at, Fraction) else (self.at[0] + self.at[1]) / 2
+        return f"at sigma = {short(point, digits=10)}" if self.attained else f"near sigma = {short(point, digits=10)}"
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain JSON: exact numbers as text beside the nearest double, infinities as text."""
+        at: object = self.at
+        if isinstance(self.at, Fraction):
+            at = [_json(self.at)]
+        elif isinstance(self.at, tuple):
+            at = [_json(x) for x in self.at]
+        return {"inner": _json(self.inner), "outer": _json(self.outer), "at": at, "attained": self.attained}
+
+    def __str__(self) -> str:
+        return f"{short(self.inner, digits=10)} {self.where}"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LawBounds:
+    """Sector and slope bounds of one law on one domain.
+
+    Attributes
+    ----------
+    law : str
+        The law in words.
+    sector_lower, sector_upper : Extreme
+        Infimum and supremum of ``phi(sigma)/sigma`` over the ``sigma != 0`` of the domain.
+    slope_lower, slope_upper : Extreme or None
+        Infimum and supremum of ``(phi(x) - phi(y))/(x - y)`` over the domain; None where nothing was shown or asked.
+    evidence : Evidence
+        CERTIFIED: every ``outer`` was shown in exact or ball arithmetic, under ``assumptions``.  OBSERVED: a sample;
+        then every ``outer`` is infinite, since a sample bounds nothing between its points.
+    on : tuple of Fraction, or None
+        The closed interval, None for all real numbers.
+    assumptions : tuple of str
+        What the user vouches for, in sentences; empty where nothing is assumed.
+    notes : tuple of str
+        What was not shown, in sentences.
+    """
+
+    law: str
+    sector_lower: Extreme
+    sector_upper: Extreme
+    slope_lower: Extreme | None
+    slope_upper: Extreme | None
+    evidence: Evidence
+    on: tuple[Fraction, Fraction] | None
+    assumptions: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def sector(self) -> Sector:
+        """The smallest sector of doubles or exact numbers that contains the law; a sampled one holds the sample only.
+
+        A straight line has one chord slope, and a Sector two bounds: the upper is then the next double.
+        """
+        return Sector(*self._outer(self.sector_lower, self.sector_upper))
+
+    @property
+    def slope(self) -> SlopeBounds:
+        """The smallest slope bounds, as for ``sector``.
+
+        Raises
+        ------
+        AssumptionError
+            No slope bounds were found; the message says why.
+        """
+        if self.slope_lower is None or self.slope_upper is None:
+            why = f": {self.notes[0]}" if self.notes else ""
+            raise AssumptionError(f"the law {self.law:.60} has no slope bounds that were shown{why}")
+        return SlopeBounds(*self._outer(self.slope_lower, self.slope_upper))
+
+    def within(self, bounds: Sector | SlopeBounds) -> Verdict:
+        """Whether the law lies within a sector or slope bounds on its domain.
+
+        PROVED needs certified evidence (under ``assumptions``, if there are any); REFUTED means that some chord slope,
+        or difference quotient, passes a bound: ask :func:`analysis.bounds.violation` for one.
+        """
+        low, high = self._pair("sector" if isinstance(bounds, Sector) else "slope")
+        if low is None or high is None:
+            return Verdict.INCONCLUSIVE
+        if low.inner < bounds.lower or high.inner > bounds.upper:
+            return Verdict.REFUTED
+        if self.evidence is Evidence.CERTIFIED and low.outer >= bounds.lower and high.outer <= bounds.upper:
+            return Verdict.PROVED
+        return Verdict.INCONCLUSIVE
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain JSON."""
+        named = {
+            name: None if (found := getattr(self, name)) is None else found.to_dict()
+            for name in ("sector_lower", "sector_upper", "slope_lower", "slope_upper")
+        }
+        return {
+            "law": self.law,
+            "on": None if self.on is None else [_json(x) for x in self.on],
+            "evidence": str(self.evidence),
+            "assumptions": list(self.assumptions),
+            **named,
+            "notes": list(self.notes),
+        }
+
+    def __str__(self) -> str:
+        domain = "" if self.on is None else f" for sigma in [{short(self.on[0])}, {short(self.on[1])}]"
+        given = f", given that {'; '.join(self.assumptions)}" if self.assumptions else ""
+        lines = [f"{self.law}{domain} ({self.evidence}{given})"]
+        for name in QUANTITIES:
+            low, high = self._pair(name)
+            if low is None or high is None:
+                lines.append(f"  {name}  not shown")
+                continue
+            lines.append(f"  {name} [{short(low.inner, digits=10)}, {short(high.inner, digits=10)}]")
+            lines += [f"    {side} {_told(found)}" for side, found in (("lower", low), ("upper", high))]
+        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
+
+    def _pair(self, quantity: Quantity) -> tuple[Extreme | None, Extreme | None]:
+        if quantity == "sector":
+            return self.sector_lower, self.sector_upper
+        return self.slope_lower, self.slope_upper
+
+    def _outer(self, low: Extreme, high: Extreme) -> tuple[Bound, Bound]:
+        shown = self.evidence is Evidence.CERTIFIED
+        lower = below(low.outer if shown else low.inner, exact=low.exact or not shown)
+        upper = above(high.outer if shown else high.inner, exact=high.exact or not shown)
+        if lower == upper:
+            upper = Fraction(math.nextafter(float(upper), math.inf))
+            upper = upper if upper > lower else Fraction(math.nextafter(float(upper), math.inf))
+        return lower, upper
+
+
+def below(value: Bound, *, exact: bool = False) -> Bound:
+    """The number itself if it is exact and a double can stand for it, else the largest double not above it."""
+    return _double(value, -math.inf, exact=exact)
+
+
+def above(value: Bound, *, exact: bool = False) -> Bound:
+    """The number itself if it is exact and a double can stand for it, else the least double not below it."""
+    return _double(value, math.inf, exact=exact)
+
+
+def _double(value: Bound, towards: float, *, exact: bool) -> Bound:
+    if isinstance(value, float):
+        return value
+    try:
+        nearest = float(value)
+    except OverflowError:
+        return towards if (value > 0) == (towards > 0) else Fraction(math.copysign(1.7976931348623157e308, value))
+    if nearest == value or (exact and nearest != 0):
+        return value
+    beyond = nearest > value if towards > 0 else nearest < value
+    found = nearest if beyond else math.nextafter(nearest, towards)
+    return Fraction(found) if math.isfinite(found) else found
+
+
+def short(value: Bound, *, digits: int = 6) -> str:
+    """A number for people: exact if that is short, else a few digits."""
+    if isinstance(value, float) and math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    exact = Fraction(value)
+    if exact.denominator != 1 and max(abs(exact.numerator), exact.denominator) < 1000:
+        text = f"{float(exact):.{digits}g}"
+        return text if Fraction(text) == exact else str(exact)
+    try:
+        return f"{float(exact):.{digits}g}"
+    except OverflowError:
+        return f"{'-' if exact < 0 else ''}1e{len(str(abs(exact.numerator // exact.denominator))) - 1}"
+
+
+def _told(found: Extreme) -> str:
+    if found.exact:
+        word = "attained" if found.attained else "approached"
+        return f"{word} {found.where}" if "->" in str(found.at) or not isinstance(found.at, str) else found.where
+    if math.isinf(found.outer):
+        return f"seen {found.where}; no bound is shown"
+    return f"{found.where}, known to within {found.gap:.1e}"
+
+
+def _json(value: Bound) -> dict[str, object] | str:
+    if isinstance(value, float):
+        return "inf" if value > 0 else "-inf"
+    try:
+        nearest: object = float(value)
+    except OverflowError:
+        nearest = None
+    return {"exact": str(value), "double": nearest}
