@@ -42,6 +42,7 @@ from lure.motion.kernel_series import right_end, trimmed, variation
 from lure.motion.kernel_solve import integrated, relaxed
 
 GRAZE, RESOLVED = 8e-15, 3e-15
+_ULPS = 2e-15
 
 
 @compiled
@@ -99,7 +100,8 @@ def roughness(f: Array, q: Counts, m: int) -> float:
     if m < q[DEGREE] or rate == 0.0 or rate == math.inf:
         return 0.0
     tail = max(abs(f[ZETA + m]), abs(f[ZETA + m - 1]))
-    allowed = RESOLVED * (f[LARGEST] + abs(f[law + STRESS])) * min(f[TRANSIT], 1.0 / rate)
+    reach = (f[LARGEST] + abs(f[law + STRESS])) * min(f[TRANSIT], 1.0 / rate)
+    allowed = RESOLVED * max(reach, abs(f[VALUE] + f[REST]))
     return float(tail) if tail > allowed else 0.0
 
 
@@ -114,7 +116,8 @@ def departure(f: Array, q: Counts, nz: int, np_: int) -> tuple[int, float]:
     swing, step, place = variation(f, ZETA, nz), 0, NEVER
     for way in (1, -1):
         bound = f[law + HIGH] if way > 0 else f[law + LOW]
-        over = way * (f[ZETA] - (bound - f[law + ORIGIN]))
+        distance = bound - f[law + ORIGIN]
+        over = way * (f[ZETA] - distance) - _ULPS * abs(distance)
         if math.isinf(bound) or over + swing <= tolerance:
             continue
         f[EXTRA] = over

@@ -20,8 +20,8 @@ _SMALL = 1e-19
 def integrated(f: Array, q: Counts, load: tuple[int, int], out: int) -> int:
     """The quadrature from -1, ``s = 0``; the degree, one more than that of ``h`` if there is room."""
     h, n = load
-    total, sign = 0.0, -1.0
-    for k in range(1, n + 2):
+    total, sign, m = 0.0, -1.0, min(n + 1, q[DEGREE])
+    for k in range(1, m + 1):
         z = 2.0 * f[h] if k == 1 else f[h + k - 1]
         if k + 1 <= n:
             z -= f[h + k + 1]
@@ -30,7 +30,7 @@ def integrated(f: Array, q: Counts, load: tuple[int, int], out: int) -> int:
         sign = -sign
         f[out + k] = z
     f[out] = -total
-    return int(min(n + 1, q[DEGREE]))
+    return int(m)
 
 
 @compiled

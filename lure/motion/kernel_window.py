@@ -57,7 +57,8 @@ from lure.motion.kernel_series import short_part
 
 DONE, FULL, CHATTER, NEAR, HUGE = 0, 1, 2, 3, 4
 _MOST_EVENTS = 4000
-_MOST_CUTS = 45
+_MOST_CUTS = 2000
+_NARROWEST = 1e-13
 _LAYER = 3.0
 _LARGEST = 1e100
 
@@ -122,14 +123,15 @@ def _followed(f: Array, q: Counts, pieces: int) -> int:
         n = cut_out(f, q, (at, degree), (low, high), WAVE)
         nz, np_ = solved(f, q, n, high - low)
         rough = roughness(f, q, nz)
+        rate = f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE]
+        while rough > 0.0 and cuts < _MOST_CUTS and high - low > _NARROWEST:
+            layer = _LAYER / (rate * f[TRANSIT])
+            high = low + (layer if high - low > 1.01 * layer else 0.5 * (high - low))
+            cuts += 1
+            n = cut_out(f, q, (at, degree), (low, high), WAVE)
+            nz, np_ = solved(f, q, n, high - low)
+            rough = roughness(f, q, nz)
         if rough > 0.0:
-            rate = f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE]
-            layer = low + _LAYER / (rate * f[TRANSIT])
-            if cuts < _MOST_CUTS and low < layer < high - 1e-2 * (high - low):
-                cuts, high = cuts + 1, layer
-                n = cut_out(f, q, (at, degree), (low, high), WAVE)
-                nz, np_ = solved(f, q, n, high - low)
-                rough = roughness(f, q, nz)
             f[MISSED] += rate * rough * (high - low)
         step, x = departure(f, q, nz, np_)
         if x == UNDECIDED:
