@@ -129,7 +129,11 @@ def vouched(
     low, high = (-lipschitz, lipschitz) if zero else _cones(sample[0], lipschitz)
     limits = (low, high, -lipschitz, lipschitz)
     parts = (seen.sector_lower, seen.sector_upper, seen.slope_lower, seen.slope_upper)
-    found = [_bounded(part, limit) for part, limit in zip(parts, limits, strict=True) if part is not None]
+    found = [
+        _bounded(part, limit, side)
+        for part, limit, side in zip(parts, limits, (-1, 1, -1, 1), strict=True)
+        if part is not None
+    ]
     return LawBounds(
         law=name,
         sector_lower=found[0],
@@ -204,6 +208,7 @@ def _between(values: NDArray[np.float64], x: NDArray[np.float64], i: np.intp, ou
     return Extreme(inner=Fraction(float(values[i])), outer=outer, at=at, attained=True)
 
 
-def _bounded(part: Extreme, outer: Fraction) -> Extreme:
-    inner = min(part.inner, outer) if outer > 0 and part.outer > 0 else part.inner
+def _bounded(part: Extreme, outer: Fraction, side: int) -> Extreme:
+    """The extreme of a sample with a bound; what rounding put beyond it is cut off."""
+    inner = min(part.inner, outer) if side > 0 else max(part.inner, outer)
     return Extreme(inner=inner, outer=outer, at=part.at, attained=part.attained)

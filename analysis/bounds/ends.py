@@ -203,9 +203,9 @@ class _Walk:
         if u.growth is None and u.lead >= 0:
             return None
         sign = s.sign(u)
-        if not sign or u.lead >= 0:
+        if not sign:
             raise Unsettled
-        return s.exponential(s.multiply(u.plain, s.constant(arb(-2 * sign))))  # exp(growth) >= 1 makes |u| larger
+        return s.exponential(s.multiply(u, s.constant(arb(-2 * sign))))
 
     def _log(self, u: Expansion) -> Expansion:
         s, lead = self.s, u.lead

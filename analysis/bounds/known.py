@@ -20,6 +20,7 @@ from lure.expressions import Expression
 from lure.expressions.tree import Apply, Node, Number, Variable, names
 from lure.laws import Cubic, ExpressionLaw, GraphLaw, ShiftedLaw, Tanh
 from lure.laws.graph import Graph
+from lure.laws.law import number_text
 from lure.nonlinearity import NormalCompliance
 
 Value = Fraction | tuple[Fraction, Fraction]
@@ -170,6 +171,10 @@ def _in_sigma(node: Node) -> Node:
 
 
 def _name(law: object) -> str:
+    if isinstance(law, NormalCompliance):
+        factor = "" if law.exact_stiffness == 1 else f"{number_text(law.exact_stiffness)} "
+        power = "" if law.exact_exponent == 1 else f"^{number_text(law.exact_exponent)}"
+        return f"normal compliance {factor}max(sigma, 0){power}"
     return law.source if isinstance(law, Expression) else str(law)
 
 
