@@ -17,7 +17,7 @@ from lure.errors import InputError
 from lure.expressions.tree import Apply, Node, Number, names
 from lure.motion.chebyshev import Array, basis, tails
 from lure.motion.kernel_data import BLOCK, Counts
-from lure.motion.pieces import NARROWEST, SAME
+from lure.motion.pieces import NARROWEST, SAME, distinct, fitted
 from lure.motion.sources import Sources
 
 _SPAN = 2.0 * BLOCK
@@ -67,6 +67,8 @@ class Panels:
         InputError
             More than 5000 panels are needed in a round trip, or the load is not finite.
         """
+        if not _gentle(self.sources):
+            return _load(first, count, [self._halved(number) for number in range(first, first + count)])
         block, low, high = self._begun(first, count)
         space = basis(self.sources.degree)
         nodes = np.concatenate((space.inner, _CHECKS))
@@ -95,12 +97,33 @@ class Panels:
             self.width = float(np.median(np.concatenate([np.minimum(part[2] - part[1], 2.0) for part in done])))
         return _load(first, count, done)
 
+    def _halved(self, number: int) -> tuple[Array, ...]:
+        """The panels of one block as :func:`lure.motion.pieces.fitted` finds kinks, jumps and pulses."""
+        origin = _SPAN * number
+        end = min(_SPAN, self.transits - origin)
+        points = [point - origin for point in self.sources.load_breaks()] + [2.0 * k for k in range(1, BLOCK)]
+        pieces, error = fitted(
+            lambda tau: self.sources.added(origin + tau), distinct(points, 0.0, end), self.sources.degree, self.scale
+        )
+        size = np.abs(pieces.series).sum(axis=1)
+        self.scale = max(abs(self.sources.echo) ** BLOCK * self.scale, float(size.max()))
+        ones = np.ones(len(size))
+        return (
+            number * ones,
+            pieces.edges[:-1],
+            pieces.edges[1:],
+            pieces.series,
+            size,
+            error / end * ones,
+            _NOISE * size,
+        )
+
     def _begun(self, first: int, count: int) -> tuple[Counts, Array, Array]:
         """Blocks and ends of the panels to begin with."""
         breaks = np.unique([b for b in self.sources.load_breaks() if _SPAN * first < b < _SPAN * (first + count)])
         owner = np.floor(breaks / _SPAN).astype(np.int64)
         # where a block is not whole, panels begin and end with round trips, so that their halves meet the echoes' edges
-        fine = np.full(count, self.width < 2.0 or not _gentle(self.sources))
+        fine = np.full(count, self.width < 2.0)
         fine[owner - first] = True
         fine |= _SPAN * (np.arange(first, first + count) + 1) > self.transits
         step = 2.0 ** math.ceil(math.log2(self.width))
