@@ -72,20 +72,33 @@ def largest(found: Sequence[Candidate], covers: Sequence[Cover] = ()) -> Extreme
     """The supremum: not below any candidate, not above every candidate and cover."""
     inner = max(c.low for c in found)
     outer = max([*(c.high for c in found), *(c.high for c in covers)])
-    best = [c for c in found if c.low == inner]
-    chosen = next((c for c in best if c.inside), best[0])
-    attained = chosen.inside and all(c.inside or c.high <= inner for c in found)
-    return Extreme(inner=inner, outer=outer, at=chosen.at, attained=attained)
+    return _extreme(inner, outer, [c for c in found if c.low == inner], [c for c in found if c.high > inner])
 
 
 def least(found: Sequence[Candidate], covers: Sequence[Cover] = ()) -> Extreme:
     """The infimum: not above any candidate, not below every candidate and cover."""
     inner = min(c.high for c in found)
     outer = min([*(c.low for c in found), *(c.low for c in covers)])
-    best = [c for c in found if c.high == inner]
-    chosen = next((c for c in best if c.inside), best[0])
-    attained = chosen.inside and all(c.inside or c.low >= inner for c in found)
-    return Extreme(inner=inner, outer=outer, at=chosen.at, attained=attained)
+    return _extreme(inner, outer, [c for c in found if c.high == inner], [c for c in found if c.low < inner])
+
+
+def _extreme(inner: Bound, outer: Bound, best: Sequence[Candidate], rivals: Sequence[Candidate]) -> Extreme:
+    """Of several equal extremes one that is taken, if no limit elsewhere may be more extreme."""
+    inside = next((c for c in best if c.inside), None)
+    if inside is not None:
+        attained = all(c.inside or c.place == inside.place for c in rivals)
+        return Extreme(inner=inner, outer=outer, at=inside.at, attained=attained)
+    return Extreme(inner=inner, outer=outer, at=_approached(best), attained=False)
+
+
+def _approached(best: Sequence[Candidate]) -> Place:
+    """The place in words, both sides together where both approach it."""
+    first, places = best[0], {(c.place, c.side) for c in best}
+    if {place for place, _ in places} >= {math.inf, -math.inf}:
+        return "|sigma| -> inf"
+    if (first.place, -first.side) in places and isinstance(first.place, Fraction):
+        return f"sigma -> {short(first.place, digits=10)}"
+    return first.at
 
 
 def interval_of(ball: arb) -> tuple[Fraction, Fraction]:

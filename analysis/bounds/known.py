@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -94,6 +95,12 @@ def tree_of(law: object) -> Node | None:
         inner = tree_of(law.law)
         return None if inner is None else Apply("-", (inner, _times(law.gain, SIGMA)))
     return None
+
+
+def kinks(law: object) -> list[float]:
+    """Where a law changes its branch, as far as that is known exactly."""
+    known = known_law(law, -math.inf, math.inf)
+    return [] if known is None else [float(p.high) for p in known.pieces if isinstance(p.high, Fraction)]
 
 
 def parsed(text: str) -> Expression:

@@ -209,6 +209,7 @@ def _step(before: Value | float, after: Value | float) -> int | None:
 
 def _smooth_cuts(known: Known, found: Sequence[Candidate]) -> list[Candidate]:
     """The slope at cuts where the law is differentiable, since the limits from both sides agree."""
+    unbroken = {right.low for left, right in pairwise(known.pieces) if left.tree == right.tree}
     limits: dict[Fraction, dict[int, Bound | tuple[Fraction, Fraction]]] = {}
     for c in found:
         if isinstance(c.place, Fraction) and not c.inside and c.side:
@@ -217,8 +218,15 @@ def _smooth_cuts(known: Known, found: Sequence[Candidate]) -> list[Candidate]:
     return [
         Candidate(value=sides[1], place=x, inside=True)
         for x, sides in limits.items()
-        if len(sides) == 2 and sides[1] == sides[-1] and isinstance(sides[1], Fraction) and not broken
+        if len(sides) == 2 and not broken and _same(sides[1], sides[-1], unbroken=x in unbroken)
     ]
+
+
+def _same(left: Bound | tuple[Fraction, Fraction], right: Bound | tuple[Fraction, Fraction], *, unbroken: bool) -> bool:
+    """Whether two finite limits are known to be one: exactly, or since one smooth formula holds on both sides."""
+    if isinstance(left, Fraction):
+        return left == right
+    return unbroken and isinstance(left, tuple)
 
 
 def _demand_zero(known: Known) -> None:

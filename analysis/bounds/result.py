@@ -136,7 +136,7 @@ class LawBounds:
         PROVED needs certified evidence (under ``assumptions``, if there are any); REFUTED means that some chord slope,
         or difference quotient, passes a bound: ask :func:`analysis.bounds.violation` for one.
         """
-        low, high = self._pair("sector" if isinstance(bounds, Sector) else "slope")
+        low, high = self.extremes("sector" if isinstance(bounds, Sector) else "slope")
         if low is None or high is None:
             return Verdict.INCONCLUSIVE
         if low.inner < bounds.lower or high.inner > bounds.upper:
@@ -161,19 +161,25 @@ class LawBounds:
         }
 
     def __str__(self) -> str:
+        return "\n".join(self.lines(*QUANTITIES))
+
+    def lines(self, *quantities: Quantity) -> list[str]:
+        """What was found of the sector, the slopes or both, in lines."""
         domain = "" if self.on is None else f" for sigma in [{short(self.on[0])}, {short(self.on[1])}]"
         given = f", given that {'; '.join(self.assumptions)}" if self.assumptions else ""
         lines = [f"{self.law}{domain} ({self.evidence}{given})"]
-        for name in QUANTITIES:
-            low, high = self._pair(name)
+        for name in quantities:
+            low, high = self.extremes(name)
             if low is None or high is None:
                 lines.append(f"  {name}  not shown")
                 continue
             lines.append(f"  {name} [{short(low.inner, digits=10)}, {short(high.inner, digits=10)}]")
             lines += [f"    {side} {_told(found)}" for side, found in (("lower", low), ("upper", high))]
-        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
+        others = [f"the {name} bound" for name in QUANTITIES if name not in quantities]
+        return [*lines, *(f"  {note}" for note in self.notes if not any(note.startswith(other) for other in others))]
 
-    def _pair(self, quantity: Quantity) -> tuple[Extreme | None, Extreme | None]:
+    def extremes(self, quantity: Quantity) -> tuple[Extreme | None, Extreme | None]:
+        """The least and the largest value of one of the two."""
         if quantity == "sector":
             return self.sector_lower, self.sector_upper
         return self.slope_lower, self.slope_upper

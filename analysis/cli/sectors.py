@@ -1,0 +1,192 @@
+"""The command ``lure sector``."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from analysis.cli.commands import Json, Quiet
+from analysis.cli.commands import app as app
+from analysis.cli.refused import refused
+from analysis.cli.sectors_texts import SECTOR
+
+if TYPE_CHECKING:
+    from analysis.bounds import LawBounds, Violation
+    from analysis.bounds.result import Bound, Quantity
+    from analysis.evidence import Verdict
+    from lure.sector import Sector, SlopeBounds
+
+_SHOWN, _OPEN, _VIOLATED = 0, 10, 11
+_SIZE = (5.4, 3.9)
+Pair = tuple[str, str]
+
+
+@app.command(help=SECTOR)
+def sector(
+    file: Annotated[
+        Path | None,
+        typer.Argument(metavar="FILE", help="Measured data: CSV of displacement and force.", show_default=False),
+    ] = None,
+    expr: Annotated[
+        str | None, typer.Option("--expr", metavar="EXPR", help="A law in sigma, or in x.", show_default=False)
+    ] = None,
+    on: Annotated[
+        Pair | None,
+        typer.Option("--on", metavar="LOW HIGH", help="The interval; else all of R.", show_default=False),
+    ] = None,
+    slope: Annotated[bool, typer.Option("--slope", help="Ask for the slopes, not the sector.")] = False,
+    within: Annotated[
+        Pair | None,
+        typer.Option("--within", metavar="LOWER UPPER", help="Bounds to hold, inf allowed.", show_default=False),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw it: .svg or .png.", show_default=False)
+    ] = None,
+    replace: Annotated[bool, typer.Option("--replace", help="Replace the figure if it exists.")] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Bound a law, or measured data; 11 if a bound that was to hold does not, 10 if that is open."""
+    if (file is None) == (expr is None):
+        raise refused("give a law with --expr, or a file of measured data, and not both; see lure sector --help")
+    _check_figure(plot, replace=replace)
+    if expr is None:
+        assert file is not None, "one of the two is given"
+        return _measured(file, plot, as_json=as_json)
+    interval = None if on is None else tuple(_finite(text, "--on") for text in on)
+    claim = None if within is None else _claim(within, slope=slope)
+    from analysis.bounds import law_bounds, violation
+
+    found = law_bounds(expr, on=interval)
+    verdict = None if claim is None else found.within(claim)
+    shown = None if claim is None else violation(expr, claim, on=interval, found=found)
+    quantity: Quantity = "slope" if slope else "sector"
+    if as_json:
+        print(json.dumps(_document(found, quantity, claim, verdict, shown), indent=2, ensure_ascii=False))
+    else:
+        print(_text(found, quantity, claim, verdict, shown))
+    if plot is not None:
+        _draw(plot, expr, found, quantity=quantity, replace=replace)
+        if not quiet:
+            print(("" if as_json else "\n") + f"Written: {plot}", file=sys.stderr if as_json else sys.stdout)
+    return _status(found, quantity, verdict, shown)
+
+
+def _status(found: LawBounds, quantity: Quantity, verdict: Verdict | None, shown: Violation | None) -> int:
+    from analysis.evidence import Verdict
+
+    if verdict is not None:
+        if verdict is Verdict.PROVED:
+            return _SHOWN
+        return _VIOLATED if shown is not None else _OPEN
+    pair = found.extremes(quantity)
+    known = all(part is not None and math.isfinite(part.gap) for part in pair)
+    return _SHOWN if known else _OPEN
+
+
+def _text(
+    found: LawBounds,
+    quantity: Quantity,
+    claim: Sector | SlopeBounds | None,
+    verdict: Verdict | None,
+    shown: Violation | None,
+) -> str:
+    from analysis.cli.wrapping import wrapped
+    from analysis.evidence import Verdict
+
+    lines = found.lines(quantity)
+    if claim is not None:
+        what = "slopes" if quantity == "slope" else "law"
+        where = f"{'slope bounds' if quantity == 'slope' else 'sector'} {claim}"
+        if shown is not None:
+            lines.append(f"The {what} leave{'' if quantity == 'slope' else 's'} the {where}: {shown}.")
+        elif verdict is Verdict.PROVED:
+            lines.append(f"The {what} lie{'' if quantity == 'slope' else 's'} within the {where} ({found.evidence}).")
+        else:
+            lines.append(
+                f"Whether the {what} stay{'' if quantity == 'slope' else 's'} within the {where} is not decided."
+            )
+    return "\n".join(part for line in lines for part in wrapped(line, indent=2))
+
+
+def _document(
+    found: LawBounds,
+    quantity: Quantity,
+    claim: Sector | SlopeBounds | None,
+    verdict: Verdict | None,
+    shown: Violation | None,
+) -> dict[str, object]:
+    document: dict[str, object] = {"schema": "lure-sector/1", **found.to_dict()}
+    if claim is not None:
+        document["within"] = {
+            "quantity": quantity,
+            "lower": str(claim.lower),
+            "upper": str(claim.upper),
+            "verdict": str(verdict),
+            "violation": None if shown is None else shown.to_dict(),
+        }
+    return document
+
+
+def _measured(file: Path, plot: Path | None, *, as_json: bool) -> int:
+    from importlib import import_module
+
+    report_of = getattr(import_module("analysis.measured"), "report_of", None)
+    if report_of is None:
+        raise refused("measured data cannot be read yet; give a law with --expr")
+    return int(report_of(file, plot=plot, as_json=as_json))
+
+
+def _claim(pair: Pair, *, slope: bool) -> Sector | SlopeBounds:
+    from lure.sector import Sector, SlopeBounds
+
+    lower, upper = (_bound(text, "--within") for text in pair)
+    return SlopeBounds(lower, upper) if slope else Sector(lower, upper)
+
+
+def _bound(text: str, name: str) -> Bound:
+    if text.strip().lower() in ("inf", "+inf", "-inf"):
+        return -math.inf if text.strip().startswith("-") else math.inf
+    return _finite(text, name)
+
+
+def _finite(text: str, name: str) -> Fraction:
+    """A number as it is written, exactly: 0.1 is 1/10."""
+    try:
+        if len(text) > 60 or abs(int(text.lower().partition("e")[2] or 0)) > 300:
+            raise ValueError
+        return Fraction(text)
+    except (ValueError, ZeroDivisionError):
+        raise refused(f"{name} has {text!r:.60}; give a number such as 0.5, 1e-3 or 1/3") from None
+
+
+def _check_figure(plot: Path | None, *, replace: bool) -> None:
+    """Refuse a figure that cannot be written before anything is computed."""
+    if plot is None:
+        return
+    if plot.suffix.lower() not in (".svg", ".png"):
+        raise refused(f"--plot is {str(plot)!r}; give a name that ends in .svg or .png")
+    from analysis.runs.writing import check_targets
+
+    check_targets([plot], replace=replace)
+
+
+def _draw(plot: Path, law: str, found: LawBounds, *, quantity: Quantity, replace: bool) -> None:
+    from analysis.plots import render
+    from analysis.plots.sectors import plot_law_sector, plot_law_slope
+    from analysis.runs.writing import written
+
+    draw = plot_law_slope if quantity == "slope" else plot_law_sector
+    picture = render(partial(draw, law, found), name=plot.stem, size=_SIZE)
+    with written([plot], replace=replace) as places:
+        if plot.suffix.lower() == ".svg":
+            places[plot].write_text(picture.svg, encoding="utf-8")
+        else:
+            places[plot].write_bytes(picture.png)

@@ -1,0 +1,188 @@
+"""A law with the wedge of its sector, and its slope between its bounds."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.bounds.known import kinks, parsed
+from analysis.plots.export import INK
+from analysis.plots.style import BLUE, LEGEND, VERMILLION, axes_or_new, finish_axes, note, number, padded
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from analysis.bounds import Extreme, LawBounds
+    from analysis.bounds.result import Quantity
+
+Array = NDArray[np.float64]
+_POINTS = 2001
+_REACH = 2.0
+_JUMP = 0.05
+
+
+def plot_law_sector(law: object, found: LawBounds, *, ax: Axes | None = None) -> Axes:
+    """``phi(sigma)`` with the lines of its sector, the wedge between them shaded and the attained points marked.
+
+    Parameters
+    ----------
+    law : law of lure.laws, Expression, str or callable
+        The law that was bounded.
+    found : LawBounds
+        Its bounds; those of a sample are drawn dashed.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.  Without an interval the law is drawn around the places where its bounds are attained.
+    """
+    axes = axes_or_new(ax)
+    x = _abscissae(law, found, "sector")
+    values = _values(law, x)
+    pair = (found.sector_lower, found.sector_upper)
+    bounds = [float(part.inner) for part in pair]
+    low, high = _window(values, [slope * x for slope in bounds if math.isfinite(slope)])
+    edges = [np.clip(slope * x, low, high) if math.isfinite(slope) else _half(x, slope, low, high) for slope in bounds]
+    axes.fill_between(x, edges[0], edges[1], color=BLUE, alpha=0.13, lw=0, label="sector")
+    style = "-" if str(found.evidence) == "certified" else (0, (4, 2))
+    for slope in dict.fromkeys(bounds):
+        if math.isfinite(slope):
+            axes.plot(x, slope * x, color=BLUE, lw=1.0, ls=style, label=f"slope {number(slope)}", zorder=1.5)
+    axes.plot(x, _broken(values, high - low), color=INK, lw=1.6, label="φ(σ)")
+    for part in pair:
+        point = _point(part)
+        if point is not None and point != 0.0 and x[0] <= point <= x[-1] and part.attained:
+            axes.plot(point, float(part.inner) * point, "o", color=VERMILLION, ms=5, zorder=4)
+    _finish(axes, found, "sector", (x, low, high))
+    axes.set_ylabel("φ(σ)")
+    return axes
+
+
+def plot_law_slope(law: object, found: LawBounds, *, ax: Axes | None = None) -> Axes:
+    """Difference quotients of ``phi`` between neighbouring points of the picture, and the bounds on all of them.
+
+    Parameters
+    ----------
+    law : law of lure.laws, Expression, str or callable
+        The law that was bounded.
+    found : LawBounds
+        Its bounds; those of a sample are drawn dashed.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.  A jump of the law is a spike that leaves the picture.
+    """
+    axes = axes_or_new(ax)
+    x = _abscissae(law, found, "slope")
+    slopes = np.diff(_values(law, x)) / np.diff(x)
+    middle = 0.5 * (x[1:] + x[:-1])
+    pair = (found.slope_lower, found.slope_upper)
+    bounds = [float(part.inner) for part in pair if part is not None]
+    finite = [slope for slope in bounds if math.isfinite(slope)]
+    usual = slopes[np.abs(slopes) <= 5 * np.median(np.abs(slopes)) + 1.0] if len(finite) < len(bounds) else slopes
+    low, high = _window(usual, [np.array(finite or [0.0])])
+    if len(finite) == 2:
+        axes.axhspan(finite[0], finite[1], color=BLUE, alpha=0.13, lw=0)
+    style = "-" if str(found.evidence) == "certified" else (0, (4, 2))
+    for slope in dict.fromkeys(finite):
+        axes.axhline(slope, color=BLUE, lw=1.0, ls=style, label=f"bound {number(slope)}", zorder=1.5)
+    axes.plot(middle, _broken(slopes, high - low), color=INK, lw=1.6, label="slope of φ")
+    for part in pair:
+        point = _point(part)
+        if part is not None and point is not None and x[0] <= point <= x[-1] and part.attained:
+            axes.plot(point, float(part.inner), "o", color=VERMILLION, ms=5, zorder=4)
+    _finish(axes, found, "slope", (x, low, high))
+    axes.set_ylabel("slope of φ")
+    return axes
+
+
+def _finish(axes: Axes, found: LawBounds, quantity: Quantity, frame: tuple[Array, float, float]) -> None:
+    x, low, high = frame
+    axes.axhline(0.0, color=INK, lw=0.5, zorder=1)
+    axes.axvline(0.0, color=INK, lw=0.5, zorder=1)
+    axes.set_xlim(float(x[0]), float(x[-1]))
+    axes.set_ylim(low, high)
+    axes.set_xlabel("σ")
+    finish_axes(axes)
+    axes.legend(loc="upper left", **LEGEND)
+    approached = [
+        f"{side} {'' if '->' in str(part.at) else number(float(part.inner)) + ', '}{part.where}"
+        for side, part in zip(("lower", "upper"), found.extremes(quantity), strict=True)
+        if part is not None and not part.attained
+    ]
+    if approached:
+        words = "; ".join(approached).replace("sigma", "σ").replace("->", "→").replace("-inf", "−∞").replace("inf", "∞")
+        note(axes, f"not attained: {words}", corner="lower right")
+    title = found.law if len(found.law) <= 50 else found.law[:47] + "..."
+    axes.set_title(f"{title} ({found.evidence})", fontsize="medium", loc="left")
+
+
+def _abscissae(law: object, found: LawBounds, quantity: Quantity) -> Array:
+    """The interval, or what holds the places where the bounds are attained and the law changes its branch."""
+    if found.on is not None:
+        return np.linspace(float(found.on[0]), float(found.on[1]), _POINTS)
+    places = [abs(point) for part in found.extremes(quantity) if (point := _point(part)) is not None]
+    places += [abs(x) for x in kinks(law)]
+    reach = _REACH * max((size for size in places if 1e-6 < size < 1e6), default=_REACH)
+    return np.linspace(-reach, reach, _POINTS)
+
+
+def _point(part: Extreme | None) -> float | None:
+    """Where an extreme is taken, if that is a point."""
+    if part is None or isinstance(part.at, str):
+        return None
+    return float(part.at) if isinstance(part.at, Fraction) else 0.5 * (float(part.at[0]) + float(part.at[1]))
+
+
+def _values(law: object, x: Array) -> Array:
+    if isinstance(law, str):
+        law = parsed(law)
+    with np.errstate(all="ignore"):
+        variables = getattr(law, "variables", None)
+        if variables is not None and hasattr(law, "exact"):
+            from lure.expressions import Expression
+            from lure.expressions.tree import names
+
+            assert isinstance(law, Expression), "only expressions have variables"
+            return np.asarray(law(**dict.fromkeys(names(law.tree), x)), dtype=float) + 0.0 * x
+        assert callable(law), "it was bounded"
+        try:
+            found = np.asarray(law(x), dtype=float)
+        except (TypeError, ValueError):
+            found = np.array([float(law(float(point))) for point in x])
+    return found
+
+
+def _window(values: Array, lines: list[Array]) -> tuple[float, float]:
+    """What the picture holds of the ordinate: the law, and the lines as far as thrice its height."""
+    finite = values[np.isfinite(values)]
+    low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
+    room = 1.0 * (high - low) or 1.0
+    for line in lines:
+        low = min(low, max(float(line.min()), low - room))
+        high = max(high, min(float(line.max()), high + room))
+    return padded(low, high)
+
+
+def _half(x: Array, slope: float, low: float, high: float) -> Array:
+    """The edge of a wedge without a bound on one side."""
+    return np.where((x > 0) == (slope > 0), high, low)
+
+
+def _broken(values: Array, height: float) -> Array:
+    """Values with a gap at every jump."""
+    steps = np.abs(np.diff(values))
+    usual = float(np.median(steps))
+    jumps = np.flatnonzero(steps > max(_JUMP * height, 50 * usual))
+    shown = values.copy()
+    shown[jumps] = np.nan
+    return shown
