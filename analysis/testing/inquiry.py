@@ -149,7 +149,7 @@ def _bad_point(
             return -np.inf
         return float((measure.limits.outside(value) - measure.allowance(point, value))[0])
 
-    sigma = simplest_point(excess, (worst[0], worst[1][0]), measure.limits.size)
+    sigma = simplest_point(excess, (worst[0], worst[1][0]), size=measure.limits.size, unit=where.unit)
     found = float(measure.quantity(np.array([sigma]))[0])
     return _violation(inquiry, measure.subject, (sigma,), found, context, worst)
 
@@ -172,7 +172,7 @@ def _bad_slope(measure: Quotient, x: Array, inquiry: Inquiry, context: tuple[Dom
         value = measure.quantity(pair, phi)
         return float((measure.limits.outside(value) - measure.allowance(pair, phi, value))[0])
 
-    pair = simplest_pair(excess, (worst[0], worst[1][0], worst[1][1]), measure.limits.size)
+    pair = simplest_pair(excess, (worst[0], worst[1][0], worst[1][1]), size=measure.limits.size, unit=where.unit)
     found = float(measure.quantity(np.array(pair), law(np.array(pair)))[0])
     return _violation(inquiry, law, pair, found, context, worst)
 
@@ -232,7 +232,7 @@ def _no_value(law: Subject, inquiry: Inquiry, error: NotANumber) -> str:
 
     where = domain(inquiry.search.on)
     inside: Callable[[float], float] = lambda sigma: missing(sigma) if where.holds(sigma) else 0.0  # noqa: E731
-    sigma = simplest_point(inside, (1.0, error.sigma), 1.0)
+    sigma = simplest_point(inside, (1.0, error.sigma), size=1.0, unit=where.unit)
     try:
         law.at(sigma)
     except NotANumber as simpler:
