@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from analysis.evidence import Evidence, Verdict
-from analysis.testing.decision import Decision, decided
+from analysis.testing.decision import Decision, decided, witness
 from analysis.testing.domain import Domain, domain
 from analysis.testing.measures import Chord, Limits, Mirror, Quotient, rounding
 from analysis.testing.message import message, number
@@ -87,9 +87,8 @@ def run(phi: object, inquiry: Inquiry) -> Checked:
             violation.save(Path(inquiry.search.plot))
         raise LawViolation(message(violation), violation)
     if known.verdict is Verdict.REFUTED:
-        raise LawViolation(
-            f"{law.name} {inquiry.words[1]}: {known.how} ({Evidence.CERTIFIED}), though no double shows it"
-        )
+        exact = "" if inquiry.kind == "odd" else witness(law, inquiry.kind, inquiry.limits, where.given)
+        raise LawViolation(f"{law.name} {inquiry.words[1]}: {exact or known.how}, though doubles do not show it")
     checked = _passed(law, inquiry, where, known)
     HISTORY.add(checked)
     return checked
