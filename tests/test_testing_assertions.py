@@ -66,7 +66,7 @@ def test_known_laws_are_decided_for_every_sigma(law):
     assert assert_in_sector(law, tight).evidence is Evidence.CERTIFIED
     # a billionth of a billionth is no matter of doubles
     with pytest.raises(
-        LawViolation, match=r"leaves the sector .*passes .* by .*e-1[89].*\(certified\), though doubles"
+        LawViolation, match=r"leaves the sector .*passes the bound by .*e-1[89].*\(certified\), though doubles"
     ):
         assert_in_sector(law, Sector(tight.lower, tight.upper - F(1, 10**18)))
     assert assert_in_sector(law, Sector(tight.lower, tight.upper - F(1, 10**18)), tolerance=1e-17)
@@ -100,6 +100,14 @@ def test_a_bump_between_the_points_is_climbed():
     found = violation_of(assert_in_sector, law, Sector(0, 0.999), on=(-1, 1))
     assert abs(found.sigma[0]) == pytest.approx(0.3333, abs=1e-5)
     assert_in_sector(law, Sector(0, 1), on=(-1, 1))
+
+
+def test_a_steep_stretch_between_the_points_is_found():
+    # slope 1 + 2/(1 + ((s - 0.3333)/1e-4)^2): 3 at one point; over a step of 2e-3 around it the mean is about 1.3
+    law = lambda s: s + 2e-4 * (np.arctan((s - 0.3333) / 1e-4) + np.arctan(0.3333 / 1e-4))  # noqa: E731
+    assert_slope_restricted(law, SlopeBounds(0, 3), on=(-1, 1))
+    low, high = violation_of(assert_slope_restricted, law, SlopeBounds(0, 2.99), on=(-1, 1)).sigma
+    assert 0.3332 < low < high < 0.3334
 
 
 def test_a_spike_is_found_where_the_user_says_to_look():

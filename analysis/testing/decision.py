@@ -97,7 +97,8 @@ def witness(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
     places = [f"{float(point):.10g}" for point in found.points]
     what = "phi(sigma)/sigma" if kind == "sector" else "the slope"
     there = f"at sigma = {places[0]}" if len(places) == 1 else f"from sigma = {places[0]} to {places[1]}"
-    return f"{what} passes {found.bound} by {float(abs(found.value - found.bound)):.2g} {there} ({found.evidence})"
+    beyond = float(abs(found.value - Fraction(found.bound)))
+    return f"{what} passes the bound by {beyond:.2g} {there} ({found.evidence})"
 
 
 def _widened(kind: str, limits: Limits) -> Sector | SlopeBounds:
