@@ -174,6 +174,9 @@ def test_what_counts_as_a_contradiction(reports):
     for name in ("energy", "lyapunov", "zeta"):
         (sentence,) = contradictions_of_rod(replace(side, **{name: rising(getattr(side, name))}), "decay")
         assert "rises by" in sentence
+        below = replace(getattr(side, name), end=-2 * getattr(side, name).allowance * getattr(side, name).scale)
+        found = contradictions_of_rod(replace(side, **{name: below}), "decay")
+        assert [f"falls to {below.end:.3g}" in sentence for sentence in found] == ([] if name == "zeta" else [True])
     falling = replace(side, energy=rising(side.energy), lyapunov=None, zeta=None)
     assert "energy of the rod falls" in contradictions_of_rod(falling, "growth")[0]
     assert "energy of the rod changes" in contradictions_of_rod(falling, "undamped")[0]

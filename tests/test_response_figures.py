@@ -133,7 +133,7 @@ def test_the_command_response_says_and_draws_what_the_function_finds(lure, here,
         (("response", "paper-rod", "--force", "sin("), "--force"),
         (("response", "paper-rod", "--plot", "a.jpg"), "ends in .svg or .png"),
         (("response", "paper-rod", "--plot", "no/a.png"), "'no' is no directory"),
-        (("response", "paper-rod", "--periods", "2"), "run is 2"),
+        (("response", "paper-rod", "--periods", "2"), "run, the periods watched, is 2"),
         (("bifurcation", "paper-rod", "--parameter", "F", "--from", "0", "--to", "1"), "there is no parameter 'F'"),
         (
             ("bifurcation", "paper-rod", "--parameter", "gap", "--from", "0", "--to", "1", "--order", "x"),
