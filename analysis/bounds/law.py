@@ -11,7 +11,7 @@ from typing import Any
 from analysis.bounds import blackbox, steps
 from analysis.bounds.extremes import BITS, Candidate, Cover, End, largest, least
 from analysis.bounds.jets import over_sigma, value_at
-from analysis.bounds.known import Known, Value, domain, known_law
+from analysis.bounds.known import Known, Value, domain, jumps_possible, known_law
 from analysis.bounds.pieces import Piece
 from analysis.bounds.rational import candidates, limit, roots_between
 from analysis.bounds.result import Bound, Extreme, LawBounds, short
@@ -171,31 +171,29 @@ def _slope(known: Known) -> tuple[tuple[Extreme | None, Extreme | None], list[st
 
 def _jumps(known: Known) -> list[Candidate] | None:
     """Infinite slopes at the jumps; None if it is not known whether there is one."""
+    assert known.branches is not None, "a law without branches is continuous"
     found: list[Candidate] = []
     for x in _points(known):
-        left = next((_edge(p, x, -1) for p in known.pieces if p.high == x), None)
-        right = next((_edge(p, x, 1) for p in known.pieces if p.low == x), None)
-        steps_ = [part for part in (left, known.value(x), right) if part is not None]
-        if any(part == "unknown" for part in steps_):
-            return None
-        for before, after in pairwise(steps_):
-            step = _step(before, after)  # type: ignore[arg-type]
+        here = known.branches(x, x)
+        for piece, side in ((p, s) for p in known.pieces for end, s in ((p.high, -1), (p.low, 1)) if end == x):
+            if known.branches(piece.low, piece.high) == here and not jumps_possible(here):
+                continue  # one formula, continuous, holds on the piece and at its end
+            edge = _edge(piece, x, side)
+            step = None if edge is None else _step(known.value(x), edge)
             if step is None:
                 return None
             if step:
-                found.append(Candidate(value=step * math.inf, place=f"a jump at {short(x, digits=10)}", inside=False))
+                place = f"a jump at {short(x, digits=10)}"
+                found.append(Candidate(value=side * step * math.inf, place=place, inside=False))
     return found
 
 
-def _edge(piece: Piece, x: Fraction, side: int) -> Value | float | str:
-    """The limit of the law at an end of a piece."""
+def _edge(piece: Piece, x: Fraction, side: int) -> Value | float | None:
+    """The limit of the law at an end of a piece, None if it is not known."""
     if piece.ratio is not None:
-        value = limit(piece.ratio, x, side).value
-        return value
-    found = end_limit(
-        Target(tree=piece.tree, base=piece.tree, over_sigma=False, low=piece.low, high=piece.high), x, side
-    )
-    return "unknown" if found is None else found
+        return limit(piece.ratio, x, side).value
+    tree = piece.tree
+    return end_limit(Target(tree=tree, base=tree, over_sigma=False, low=piece.low, high=piece.high), x, side)
 
 
 def _step(before: Value | float, after: Value | float) -> int | None:

@@ -14,7 +14,7 @@ from flint import arb
 from analysis.bounds.ends import expanded, reach
 from analysis.bounds.expansion import Expansion, Stretch, Unsettled
 from analysis.bounds.extremes import Candidate, Cover, End, bounds_of, interval_of
-from analysis.bounds.jets import jet, value_at
+from analysis.bounds.jets import jet, value_at, values_by_branch
 from analysis.bounds.result import Bound
 from analysis.polynomial import to_fmpq
 from lure.errors import InputError
@@ -165,9 +165,18 @@ class _Search:
                     f"the law has a pole, or no value that could be enclosed, near sigma = {float((a + b) / 2):.10g}; "
                     "write a formula with finite values, or bound it on an interval without that point"
                 )
-            return []
+            return self._by_branch(a, b)
         middle = _middle(a, b)
         return [self._box(a, middle), self._box(middle, b)]
+
+    def _by_branch(self, a: Fraction, b: Fraction) -> list[_Region]:
+        """A box too narrow to be halved, once more with its branches apart; nothing if that says no more."""
+        values = values_by_branch(self.target.tree, ball(a).union(ball(b)))
+        ends = [bounds_of(value) for value in values or []]
+        if not ends or any(isinstance(end, float) for pair in ends for end in pair):
+            return []
+        cover = Cover(low=min(low for low, _ in ends), high=max(high for _, high in ends))
+        return [_Region(box=(a, b), end=None, cover=cover, closed=True)]
 
     def _regular(self, end: Fraction) -> bool:
         if end == 0:
