@@ -100,6 +100,8 @@ def test_a_bump_between_the_points_is_climbed():
     found = violation_of(assert_in_sector, law, Sector(0, 0.999), on=(-1, 1))
     assert abs(found.sigma[0]) == pytest.approx(0.3333, abs=1e-5)
     assert_in_sector(law, Sector(0, 1), on=(-1, 1))
+    # also where the other bound is much nearer to most of the law
+    assert violation_of(assert_in_sector, law, Sector(0.49, 0.999), on=(-1, 1))
 
 
 def test_a_steep_stretch_between_the_points_is_found():

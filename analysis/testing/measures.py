@@ -29,6 +29,11 @@ class Limits:
         """The larger of the finite bounds, in size; 0 if there is none."""
         return max((abs(float(b)) for b in (self.lower, self.upper) if abs(b) != math.inf), default=0.0)
 
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """1 if there is an upper bound, -1 if there is a lower one."""
+        return tuple(side for side, bound in ((1, self.upper), (-1, self.lower)) if abs(bound) != math.inf)
+
     def outside(self, values: Array) -> Array:
         """Signed distance to the limits without the tolerance, positive outside; ``-inf`` where nothing bounds."""
         return np.maximum(values - float(self.upper), float(self.lower) - values)
