@@ -19,7 +19,7 @@ def first_rise(f: Array, q: Counts, c: int, n: int, tolerance: float) -> float:
     """The zero before the first excursion above ``tolerance``; ``NEVER``, or ``UNDECIDED`` after 20000 intervals."""
     if f[c] + variation(f, c, n) <= tolerance:
         return NEVER
-    depth, seen = 1, 0
+    depth, seen, below = 1, 0, -1.0
     f[STACK], f[STACK + 1] = -1.0, 1.0
     while depth > 0:
         depth -= 1
@@ -31,13 +31,16 @@ def first_rise(f: Array, q: Counts, c: int, n: int, tolerance: float) -> float:
         if seen > 1:
             d = PART
             part(f, q, (c, n), (low, high), d)
-            if f[d] + variation(f, d, n) <= tolerance:
-                continue
-        start, stop, way = left_end(f, d, n), right_end(f, d, n), direction(f, d, n)
+        start = left_end(f, d, n)
+        if start <= 0.0:
+            below = low
+        if seen > 1 and f[d] + variation(f, d, n) <= tolerance:
+            continue
+        stop, way = right_end(f, d, n), direction(f, d, n)
         if way != 0 and max(start, stop) <= tolerance:
             continue
         if start > tolerance or (way > 0 and start >= 0.0):
-            return float(low)
+            return zero(f, c, n, (below, low)) if low > below else float(low)
         if way > 0 or high - low < _THINNEST:
             if stop > tolerance:
                 return zero(f, c, n, (low, high))
