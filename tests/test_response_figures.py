@@ -136,8 +136,8 @@ def test_the_command_response_says_and_draws_what_the_function_finds(lure, here,
         (("response", "paper-rod", "--periods", "2"), "run, the periods watched, is 2"),
         (("bifurcation", "paper-rod", "--parameter", "F", "--from", "0", "--to", "1"), "there is no parameter 'F'"),
         (
-            ("bifurcation", "paper-rod", "--parameter", "gap", "--from", "0", "--to", "1", "--order", "x"),
-            "--order is 'x'",
+            ("bifurcation", "paper-rod", "--parameter", "gap", "--from", "0", "--to", "1", "--sweep", "x"),
+            "--sweep is 'x'",
         ),
         (
             ("bifurcation", "paper-rod", "--parameter", "gap", "--from", "0", "--to", "1", "--count", "0"),

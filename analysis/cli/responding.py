@@ -89,7 +89,7 @@ def bifurcation(
     last: Annotated[float, typer.Option("--to", metavar="B", help="Its last value.")],
     count: Annotated[int, typer.Option("--count", metavar="N", help="How many values, evenly spaced.")] = 50,
     force: Force = None,
-    order: Annotated[str, typer.Option("--order", metavar="WAY", help="separate, up or down; see above.")] = "separate",
+    way: Annotated[str, typer.Option("--sweep", metavar="WAY", help="separate, up or down; see above.")] = "separate",
     settle: Settle = None,
     periods: Periods = 64,
     period: Period = None,
@@ -104,8 +104,8 @@ def bifurcation(
     quiet: Quiet = False,
 ) -> int:
     """Watch the response at several values of a parameter; 130 if it was interrupted."""
-    if order not in ("separate", "up", "down"):
-        raise refused(f"--order is {order!r:.40}; choose from separate, up, down")
+    if way not in ("separate", "up", "down"):
+        raise refused(f"--sweep is {way!r:.40}; choose from separate, up, down")
     chosen = _rod_system(system, set_ or [])
     _check_figure(plot, replace=replace)
     values = _grid((first, last, count), "--count")
@@ -116,7 +116,7 @@ def bifurcation(
     plan = _plan((settle, period, tolerance), (periods, samples), rigid=rigid, separation=False)
     text = str(chosen.scenario.force) if force is None else force
     with progress(quiet=quiet) as tell:
-        sweep = Sweep(plan=plan, order=cast("Order", order), start=chosen.scenario, workers=workers, progress=tell)
+        sweep = Sweep(plan=plan, order=cast("Order", way), start=chosen.scenario, workers=workers, progress=tell)
         found = run(chosen.rod, text, parameter, values, sweep=sweep)
     from analysis.plots.sweeps import plot_bifurcation
 

@@ -32,14 +32,14 @@ Examples:
       --parameter F --from 0.5 --to 1.1 --count 31 --plot doubling.png
   lure bifurcation rod.toml --set rod.damping=0.24 --rigid \\
       --force "0.3+F*sin(3000*t)" --parameter F --from 0.5 --to 1.1 \\
-      --count 31 --settle 0.1 --order down --json > down.json
+      --count 31 --settle 0.1 --sweep down --json > down.json
   lure bifurcation rod.toml --force "0.3+0.7*sin(3000*t)" --rigid \\
       --parameter damping --from 0.1 --to 0.5 --count 20 --workers 2
 
 \b
 The parameter is a symbol of the force or a field of the rod: damping, gap,
 compliance, youngs_modulus, density, length, area, exponent.  Each value
-starts from the same data; with --order up or down it starts from the end of
+starts from the same data; with --sweep up or down it starts from the end of
 the one before (symbols of the force only), which shows hysteresis.
 
 \b
