@@ -12,13 +12,13 @@ from itertools import pairwise
 from flint import fmpq_poly
 
 from analysis.bounds.extremes import BITS, End, bounds_of
-from analysis.bounds.jets import value_at
 from analysis.bounds.pieces import Piece, branches, pieces
 from analysis.bounds.rational import Ratio
 from analysis.polynomial import to_fmpq
 from analysis.precision import working_precision
 from lure.errors import InputError
 from lure.expressions import Expression
+from lure.expressions.balls import ball, enclosure
 from lure.expressions.tree import Apply, Node, Number, Variable, names
 from lure.laws import Cubic, ExpressionLaw, GraphLaw, ShiftedLaw, Tanh
 from lure.laws.graph import Graph
@@ -152,7 +152,7 @@ def _value(tree: Node, x: Fraction, name: str) -> Value:
         return exact.value(tree, {"sigma": x})
     except InputError as error:
         with working_precision(BITS):
-            low, high = bounds_of(value_at(tree, x))
+            low, high = bounds_of(enclosure(tree, {"sigma": ball(x)}))
         if not isinstance(low, Fraction) or not isinstance(high, Fraction):
             why = "; it divides by zero there" if "divides by zero" in str(error) else ""
             raise InputError(

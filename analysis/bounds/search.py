@@ -96,6 +96,7 @@ def extremes(target: Target, others: Sequence[Candidate] = ()) -> tuple[list[Can
 @dataclass(slots=True)
 class _Search:
     target: Target
+    ends: list[Bound] = field(default_factory=list)
     cache: dict[object, _Region] = field(default_factory=dict)
     tick: Iterator[int] = field(default_factory=count)
 
@@ -106,6 +107,7 @@ class _Search:
         for end, side in ((low, 1), (high, -1)):
             if isinstance(end, Fraction) and self._regular(end):
                 ends.append(end)
+                self.ends.append(bounds_of(value_at(self.target.tree, end))[0])
                 continue
             stage = 1 if isinstance(end, float) else self._first_stage()
             stage, region = self._first(end, side, stage)
@@ -125,8 +127,8 @@ class _Search:
         heapq.heapify(heap)
         found = [c for region in regions for c in region.found]
         best = max((_least(c, sign) for c in (*found, *others)), default=-math.inf)
-        limits = [abs(c.low) for region in regions if region.end is not None for c in region.found]
-        scale = max((size for size in limits if isinstance(size, Fraction)), default=Fraction(0))
+        limits = [c.low for region in regions if region.end is not None for c in region.found] + self.ends
+        scale = max((abs(value) for value in limits if isinstance(value, Fraction)), default=Fraction(0))
         for _ in range(MOST_BOXES):
             top, _, region = heap[0]
             if region.closed or _near(best, -top, scale):
