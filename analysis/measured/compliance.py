@@ -1,19 +1,18 @@
-r"""Normal compliance ``p = max(u - gap, 0)^m / eps`` fitted to measurements, with intervals from the likelihood itself."""
+r"""Normal compliance ``p = max(u - gap, 0)^m / eps`` fitted to measurements, with intervals of the likelihood."""
 
 from __future__ import annotations
 
 import math
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.measured.compliance_fit import NAMES, ComplianceFit, Parameter
+from analysis.measured.hysteresis import hysteresis_of
 from analysis.measured.measured_sector import Outlier
 from analysis.measured.measurements import Direction, Measurements
 from analysis.measured.noise import Noise, noise_of
 from analysis.measured.profile import Problem, joint_limit, profile_interval, single_limit
-from analysis.measured.hysteresis import hysteresis_of
 from lure.errors import AssumptionError, InputError
 
 Array = NDArray[np.float64]
@@ -43,8 +42,8 @@ def fit_compliance(
     Returns
     -------
     ComplianceFit
-        ``eps`` [m^m/Pa or m^m/N], ``gap`` [m] and ``m`` with standard uncertainties and two kinds of intervals: for each
-        parameter alone, and for all three at once.
+        ``eps`` [m^m/Pa or m^m/N], ``gap`` [m] and ``m`` with standard uncertainties and two kinds of
+        intervals: for each parameter alone, and for all three at once.
 
     Raises
     ------
@@ -67,7 +66,9 @@ def fit_compliance(
     note = ""
     if branch is None and hysteresis_of(measurements) is not None:
         branch = "loading"
-        note = "Loading and unloading differ by more than noise: fitted is loading alone, and unloading does not obey it."
+        note = (
+            "Loading and unloading differ by more than noise: fitted is loading alone, and unloading does not obey it."
+        )
     rows = measurements.rows(branch) if branch else np.arange(len(measurements))
     if rows.size < 12:
         raise InputError(f"fit_compliance: there are {rows.size} rows on {branch}; give at least 12")
@@ -113,7 +114,7 @@ def _in_units(problem: Problem, i: int, value: float) -> float:
 
 
 def _fitted(used: Measurements) -> tuple[Problem, Array, Array, Noise]:
-    """Weights from the residuals, and the fit from the weights, in turn; outliers are named by their neighbourhood too."""
+    """Weights and outliers from the residuals, and the fit from the weights, in turn."""
     problem = Problem(used.displacement, used.load)
     if not np.isfinite(problem.units[1]) or float(np.max(problem.y)) <= 0:
         raise AssumptionError("no load is positive; a contact pushes, so give compression a positive sign")
@@ -134,8 +135,8 @@ def _fitted(used: Measurements) -> tuple[Problem, Array, Array, Noise]:
     touching = int(np.count_nonzero(problem.kept & (problem.x > best[1])))
     if touching < _LEAST:
         raise InputError(
-            f"only {touching} rows are in contact, beyond the fitted gap {_in_units(problem, 1, best[1]):.3g} m; give at "
-            f"least {_LEAST}"
+            f"only {touching} rows are in contact, beyond the fitted gap {_in_units(problem, 1, best[1]):.3g} m; "
+            f"give at least {_LEAST}"
         )
     scale = math.sqrt(problem.least(best) / problem.degrees)
     return problem, best, (problem.y - problem.law(best)) * problem.weights / max(scale, 1e-300), noise
@@ -182,4 +183,4 @@ def _explained(problem: Problem, best: Array) -> float:
     """Share of the weighted variance of the load that the law explains."""
     weights = np.where(problem.kept, problem.weights, 0.0) ** 2
     mean = float(np.sum(weights * problem.y) / np.sum(weights))
-    return 1 - problem.least(best) / cast("float", float(np.sum(weights * (problem.y - mean) ** 2)))
+    return 1 - problem.least(best) / float(np.sum(weights * (problem.y - mean) ** 2))

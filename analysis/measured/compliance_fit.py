@@ -37,8 +37,8 @@ class Parameter:
     single : tuple of float
         Interval for this parameter alone, from its profile likelihood; ends may be infinite.
     joint : tuple of float
-        Side of the box around the likelihood region of all three parameters: all three lie within theirs at once with at
-        least the confidence.
+        Side of the box around the likelihood region of all three parameters: all three lie within theirs at once with
+        at least the confidence.
     """
 
     value: float
@@ -123,8 +123,8 @@ class ComplianceFit:
         return (
             f"Fitted p = max(u - gap, 0)^m / eps: eps = {eps.value:.4g} in {_span(eps.joint)} m^m/"
             f"{self.measurements.unit}, gap = {gap.value:.5g} in {_span(gap.joint)} m, m = {m.value:.4g} in "
-            f"{_span(m.joint)}; all three within at once with at least {percent} confidence, if the law and independent "
-            "normal errors are assumed (observed, not proved)."
+            f"{_span(m.joint)}; all three within at once with at least {percent} confidence, if the law and "
+            "independent normal errors are assumed (observed, not proved)."
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
@@ -189,12 +189,14 @@ class ComplianceFit:
         )
         lines.append(f"  correlations: {pairs}")
         lines.append(
-            f"  {self.in_contact} of {len(self.measurements)} rows in contact, {100 * self.explained:.2f} % of the variance "
-            f"explained, noise {self.noise.constant:.3g} {self.measurements.unit} + "
+            f"  {self.in_contact} of {len(self.measurements)} rows in contact, {100 * self.explained:.2f} % of the "
+            f"variance explained, noise {self.noise.constant:.3g} {self.measurements.unit} + "
             f"{100 * self.noise.proportional:.2g} % of the load, p = {self.misfit:.2g} against a free law"
         )
         if self.outliers:
-            lines.append(f"  outliers, left out: {', '.join(f'line {o.line} ({o.score:+.1f})' for o in self.outliers[:8])}")
+            lines.append(
+                f"  outliers, left out: {', '.join(f'line {o.line} ({o.score:+.1f})' for o in self.outliers[:8])}"
+            )
         return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])
 
 

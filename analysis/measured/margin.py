@@ -49,7 +49,7 @@ class MeasuredMargin:
 
     @property
     def margin(self) -> float:
-        """Largest proved upper bound over the measured one, less 1; negative where the measured sector is not inside."""
+        """Largest proved upper bound over the measured one, less 1; negative where that is not inside."""
         if self.proved.verdict is not Verdict.PROVED or self.sector.upper == math.inf:
             return -1.0 if self.proved.largest.low < math.inf or self.proved.verdict is not Verdict.PROVED else math.inf
         if self.sector.upper <= 0:
@@ -81,10 +81,10 @@ class MeasuredMargin:
         word = " It is the user's word that the law never has the wrong sign." if self.vouched else ""
         share = "any amount" if self.margin == math.inf else f"{100 * self.margin:.3g} %"
         return (
-            f"The measured sector {_shown(self.sector)} lies inside the proved one {proved}: its upper bound could grow by "
-            f"{share}. The loop is therefore stable in the sense of the theorem if the law stays in the measured sector: "
-            f"observed with {100 * self.measured.confidence:g} % confidence for sigma in [{low:.4g}, {high:.4g}] m, under the "
-            f"assumptions of the measurement; outside that range it is assumed.{word}"
+            f"The measured sector {_shown(self.sector)} lies inside the proved one {proved}: its upper bound could "
+            f"grow by {share}. The loop is therefore stable in the sense of the theorem if the law stays in the "
+            f"measured sector: observed with {100 * self.measured.confidence:g} % confidence for sigma in "
+            f"[{low:.4g}, {high:.4g}] m, under the assumptions of the measurement; outside that range it is assumed.{word}"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -105,12 +105,17 @@ class MeasuredMargin:
 
 
 def margin_of(
-    measured: MeasuredSector, block: Block | object, *, gain: float = 1.0, vouched: bool = False, criterion: str = "best"
+    measured: MeasuredSector,
+    block: Block | object,
+    *,
+    gain: float = 1.0,
+    vouched: bool = False,
+    criterion: str = "best",
 ) -> MeasuredMargin:
     """Compare a measured sector with the largest one for which a loop is proved stable.
 
-    ``sigma = H mu``, ``mu = -phi(sigma)`` with ``phi = gain * load`` and ``sigma`` the displacement [m] from the origin of
-    the measurement.
+    ``sigma = H mu``, ``mu = -phi(sigma)`` with ``phi = gain * load`` and ``sigma`` the displacement [m] from the
+    origin of the measurement.
 
     Parameters
     ----------
@@ -121,8 +126,8 @@ def margin_of(
     gain : float
         Unit of ``phi`` in the loop per unit of the load, positive.
     vouched : bool
-        Take the user's word for ``sigma phi(sigma) >= 0``.  Noise alone puts the measured lower bound of a contact law a
-        little below 0, and loops with a pole at 0 tolerate no negative chord.
+        Take the user's word for ``sigma phi(sigma) >= 0``.  Noise alone puts the measured lower bound of a contact law
+        a little below 0, and loops with a pole at 0 tolerate no negative chord.
     criterion : str
         As for :func:`analysis.max_sector`.
 
@@ -155,8 +160,8 @@ def margin_of(
         low = max(low, 0.0)
     if low == -math.inf:
         raise AssumptionError(
-            "the measured sector has no lower bound, since the load does not vanish at sigma = 0; correct the offset or "
-            "give another origin"
+            "the measured sector has no lower bound, since the load does not vanish at sigma = 0; correct the offset "
+            "or give another origin"
         )
     scaled = [bound if math.isinf(bound) else exact * Fraction(bound) for bound in (low, max(high, low))]
     upper = scaled[1] if scaled[1] > scaled[0] else math.inf

@@ -15,10 +15,10 @@ from lure.sector import Sector, SlopeBounds
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ASSUMED = (
+_ASSUMED = (
     "each load is f(sigma) plus an independent normal error of mean 0 and standard deviation s0 + s1 |f|, unknown",
     "displacements have no error, or one whose effect on the load is part of that scatter",
-    "f is one law without memory, f(0) = 0, continuous and affine between the knots",
+    "{} f(0) = 0, continuous and affine between the knots",
 )
 MEMORY = (
     "Loading and unloading differ by more than noise: the element has memory, no memoryless law describes it, and no "
@@ -28,7 +28,7 @@ MEMORY = (
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Bound:
-    """A bound with its confidence, beside the extreme of the fitted law, and where ``sigma`` [m] the bound comes from."""
+    """A bound with its confidence, the extreme of the fitted law, and the ``sigma`` [m] that sets the bound."""
 
     bound: float
     fitted: float
@@ -121,6 +121,14 @@ class MeasuredSector:
         return self.hysteresis is None
 
     @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What the confidence rests on."""
+        law = (
+            "f is one law without memory," if self.memoryless else "loading has one mean law f, unloading another, each"
+        )
+        return (*_ASSUMED[:2], _ASSUMED[2].format(law))
+
+    @property
     def domain(self) -> tuple[float, float]:
         """Between which ``sigma`` [m] there are measurements."""
         u = self.measurements.displacement
@@ -143,10 +151,10 @@ class MeasuredSector:
         unit = self.measurements.stiffness_unit
         subject = "the mean law" if self.memoryless else "each of the two mean branches"
         return (
-            f"With {100 * self.confidence:g} % confidence, for sigma in [{low:.4g}, {high:.4g}] m, {subject} lies in the "
-            f"sector [{_down(self.lower.bound)}, {_up(self.upper.bound)}] {unit} and has slopes in "
-            f"[{_down(self.slope_lower.bound)}, {_up(self.slope_upper.bound)}] {unit}, if the assumptions hold; nothing is "
-            "known outside this range (observed, not proved)."
+            f"With {100 * self.confidence:g} % confidence, for sigma in [{low:.4g}, {high:.4g}] m, {subject} lies in "
+            f"the sector [{_down(self.lower.bound)}, {_up(self.upper.bound)}] {unit} and has slopes in "
+            f"[{_down(self.slope_lower.bound)}, {_up(self.slope_upper.bound)}] {unit}, if the assumptions hold; "
+            "nothing is known outside this range (observed, not proved)."
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
@@ -189,7 +197,7 @@ class MeasuredSector:
             "hysteresis": None
             if self.hysteresis is None
             else {name: getattr(self.hysteresis, name) for name in ("width", "at", "share", "dissipated")},
-            "assumptions": list(ASSUMED),
+            "assumptions": list(self.assumptions),
             "warnings": [*([MEMORY] if self.hysteresis else []), *self.warnings],
             "conclusion": self.conclusion,
         }
@@ -197,9 +205,10 @@ class MeasuredSector:
     def __str__(self) -> str:
         unit = self.measurements.unit
         lines = [self.conclusion]
+        pieces = " and ".join(str(law.knots.size - 1) for law in self.laws)
         lines.append(
-            f"  fitted: chords {self.lower.fitted:.4g} .. {self.upper.fitted:.4g}, slopes {self.slope_lower.fitted:.4g} .. "
-            f"{self.slope_upper.fitted:.4g} {unit}/m on {' and '.join(str(law.knots.size - 1) for law in self.laws)} pieces"
+            f"  fitted: chords {self.lower.fitted:.4g} .. {self.upper.fitted:.4g}, slopes "
+            f"{self.slope_lower.fitted:.4g} .. {self.slope_upper.fitted:.4g} {unit}/m on {pieces} pieces"
         )
         for law in self.laws:
             lines.append(
@@ -218,7 +227,7 @@ class MeasuredSector:
             )
             lines.append(f"  warning: {MEMORY}")
         lines += [f"  warning: {text}" for text in self.warnings]
-        return "\n".join([*lines, *(f"  assumed: {text}" for text in ASSUMED)])
+        return "\n".join([*lines, *(f"  assumed: {text}" for text in self.assumptions)])
 
 
 def _down(value: float, digits: int = 4) -> str:

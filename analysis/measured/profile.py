@@ -18,11 +18,11 @@ _NEIGHBOURS = 3
 
 
 class Problem:
-    """Least squares for ``y = exp(b) ((x - g)/(1 - g))^m`` beyond ``g``; ``x`` runs from 0 to 1, the largest ``y`` is 1.
+    """Least squares for ``y = exp(b) ((x - g)/(1 - g))^m`` beyond ``g``; ``0 <= x <= 1``, ``|y| <= 1``.
 
     ``b``, the logarithm of the load at the largest displacement, is nearly uncorrelated with the gap ``g`` and the
-    exponent ``m``.  What is wanted is ``e = log eps`` instead, ``e = m log(U (1 - g)) - log F - b`` in the units ``U`` and
-    ``F`` of ``x`` and ``y``.  ``weights`` (of residuals) and ``kept`` (no outliers) may be set.
+    exponent ``m``.  What is wanted is ``e = log eps`` instead, ``e = m log(U (1 - g)) - log F - b`` in the units ``U``
+    and ``F`` of ``x`` and ``y``.  ``weights`` (of residuals) and ``kept`` (no outliers) may be set.
     """
 
     def __init__(self, displacement: Array, load: Array) -> None:
@@ -184,4 +184,6 @@ def _end(problem: Problem, centre: Array, i: int, walk: tuple[float, float]) -> 
     if outer is None:
         return (math.copysign(math.inf, step), 1.0 if step > 0 else -math.inf, math.inf if step > 0 else 0.0)[i]
     ends = sorted((inner[0], outer))
-    return float(brentq(lambda t: problem.profile(i, t, inner[1])[0] - level, *ends, xtol=1e-5 * abs(ends[1] - ends[0])))
+    return float(
+        brentq(lambda t: problem.profile(i, t, inner[1])[0] - level, *ends, xtol=1e-5 * abs(ends[1] - ends[0]))
+    )

@@ -30,11 +30,11 @@ def read_measurements(
     units: tuple[str, str] | None = None,
     area: float | None = None,
 ) -> Measurements:
-    """Displacement and force, or stress, from a text file with columns.
+    r"""Displacement and force, or stress, from a text file with columns.
 
-    Read are CSV, TSV and columns between blanks; comments after ``#`` or ``%``; headings with units in brackets, after a
-    slash or in a line of their own; decimal commas; a byte order mark; blank lines.  Rows with ``nan`` or nothing in a
-    chosen column are left out and named.
+    Read are CSV, TSV and columns between blanks; comments after ``#`` or ``%``; headings with units in brackets, after
+    a slash or in a line of their own; decimal commas; a byte order mark; blank lines.  Rows with ``nan`` or nothing in
+    a chosen column are left out and named.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def read_measurements(
 
     Examples
     --------
-    >>> found = read_measurements("depth [um], force (mN)\\n0, 0\\n2, 8\\n4, 16\\n")
+    >>> found = read_measurements("depth [um], force (mN)\n0, 0\n2, 8\n4, 16\n")
     >>> print(found.displacement[1], found.load[1], found.unit)
     2e-06 0.008 N
     """

@@ -31,9 +31,9 @@ def sector_of(
     ``sigma`` is the displacement less ``origin``.  Assumed are: ``load_i = f(sigma_i) + e_i`` with independent normal
     errors of mean 0 whose standard deviation is ``s0 + s1 |f|``, both unknown; displacements without error, or with
     errors whose effect (slope times error) is part of ``e``; ``f(0) = 0``; ``f`` continuous and affine between the
-    knots, whose number is chosen by a test.  Under these, with the confidence given, *all* chords and slopes of ``f`` lie
-    within the bounds at once: they are simultaneous intervals of a multivariate t distribution.  Nothing is divided by a
-    small ``sigma``: beside 0 the chord is the slope of the adjoining piece.
+    knots, whose number is chosen by a test.  Under these, with the confidence given, *all* chords and slopes of ``f``
+    lie within the bounds at once: they are simultaneous intervals of a multivariate t distribution.  Nothing is divided
+    by a small ``sigma``: beside 0 the chord is the slope of the adjoining piece.
 
     Nothing follows for displacements outside those measured, and nothing is proved inside: the evidence is OBSERVED.
 
@@ -95,8 +95,8 @@ def sector_of(
     for law in laws:
         if law.curved < BENT:
             warnings.append(
-                f"The law bends within its pieces (p = {law.curved:.1g}), against what is assumed: the bounds are widened "
-                "by the change of slope from piece to piece; measure more points for sharper ones."
+                f"The law bends within its pieces (p = {law.curved:.1g}), against what is assumed: the bounds are "
+                "widened by the change of slope from piece to piece; measure more points for sharper ones."
             )
     return MeasuredSector(
         measurements=measurements,
@@ -136,7 +136,7 @@ def _bounds(law: MeanLaw, multiplier: float) -> tuple[Bound, Bound, Bound, Bound
 
 
 def _errors(combination: Array, law: MeanLaw) -> Array:
-    return np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", combination, law.covariance, combination), 0.0))
+    return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", combination, law.covariance, combination), 0.0)))
 
 
 def _multiplier(law: MeanLaw, confidence: float) -> float:
@@ -168,9 +168,7 @@ def _offset(sigma: Array, load: Array, law: MeanLaw) -> tuple[float, float] | No
     return (value, error) if abs(value) > limit else None
 
 
-def _unbounded(
-    offset: tuple[float, float], sigma: Array, lower: Bound, upper: Bound
-) -> tuple[Bound, Bound]:
+def _unbounded(offset: tuple[float, float], sigma: Array, lower: Bound, upper: Bound) -> tuple[Bound, Bound]:
     """Chords of a law that does not vanish at 0 grow without bound on the sides measured."""
     up = (offset[0] > 0 and sigma.max() > 0) or (offset[0] < 0 and sigma.min() < 0)
     down = (offset[0] < 0 and sigma.max() > 0) or (offset[0] > 0 and sigma.min() < 0)

@@ -84,7 +84,9 @@ def table_of(text: str) -> Table:
     InputError
         No line has two numbers.
     """
-    lines = [(i, line) for i, line in enumerate(re.split(r"\r\n|\n|\r", text.removeprefix("\ufeff")), 1) if line.strip()]
+    lines = [
+        (i, line) for i, line in enumerate(re.split(r"\r\n|\n|\r", text.removeprefix("\ufeff")), 1) if line.strip()
+    ]
     plain = [(i, line) for i, line in lines if not line.lstrip().startswith(_COMMENT)]
     first = next(((i, line) for i, line in plain if _separator(line) is not None), None)
     if first is None:

@@ -22,7 +22,9 @@ _TABLE: dict[str, tuple[Kind, int]] = {
     "N/m2": ("stress", 0),
 }
 _MICRO = str.maketrans({"µ": "u", "μ": "u", "^": None, "²": "2", "*": None, " ": None})
-_HEADING = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|(?:/|,)\s*(?P<bare>[^\s/,]+))\s*")
+_HEADING = re.compile(
+    r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|(?:/|,)\s*(?P<bare>[^\s/,]+))\s*"
+)
 
 
 @dataclass(frozen=True, slots=True)

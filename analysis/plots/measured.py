@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 SIZE = (6.2, 5.0)
 _POINTS = 801
 _MANY = 20_000
-_SCORES = 6.0
+_SCORES = 6.5
 
 
 def plot_measured(
@@ -140,7 +140,7 @@ def _wedge(axes: Axes, x: Array, found: MeasuredSector, limits: tuple[float, flo
 
 def _points(axes: Axes, x: Array, y: Array, colour: str) -> None:
     every = max(1, x.size // _MANY)
-    axes.plot(x[::every], y[::every], ".", color=colour, ms=3.0, alpha=0.6, mew=0, zorder=2, rasterized=x.size > 2000)
+    axes.plot(x[::every], y[::every], ".", color=colour, ms=4.0, alpha=0.6, mew=0, zorder=2, rasterized=x.size > 2000)
 
 
 def _outliers(above: Axes, below: Axes, outliers: tuple[Outlier, ...], places: tuple[Array, Array]) -> None:
@@ -152,7 +152,7 @@ def _outliers(above: Axes, below: Axes, outliers: tuple[Outlier, ...], places: t
     for x, outlier in zip(places[0], outliers, strict=True):
         edge = abs(outlier.score) > _SCORES
         marker = ("^" if outlier.score > 0 else "v") if edge else "x"
-        score = math.copysign(_SCORES - 0.5, outlier.score) if edge else outlier.score
+        score = math.copysign(_SCORES - 0.6, outlier.score) if edge else outlier.score
         below.plot([x], [score], marker, color=VERMILLION, ms=5, mew=1.4, zorder=4)
 
 
