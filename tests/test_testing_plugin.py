@@ -46,13 +46,12 @@ def run(pytester, monkeypatch):
     return lambda *arguments: pytester.runpytest_subprocess("-p", "no:cacheprovider", *plugin, *arguments)
 
 
-def test_a_failure_ends_at_the_assertion_of_the_test(pytester, run):
-    pytester.makepyfile(GUARDS)
-    result = run()
+def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytester, run):
+    pytester.makepyfile(test_guards=GUARDS)
+    result = run("--lure-plots", "plots/of laws")
     result.assert_outcomes(passed=3, failed=2)
     text = result.stdout.str()
     assert "rest on" not in text
-    assert not list(pytester.path.rglob("*.svg"))
     # the last frame is the user's: nothing of ours is shown but the message
     assert not re.search(r"analysis.testing.\w+\.py:\d+", text)
     assert "E       analysis.testing.LawViolation: <lambda>" not in text
@@ -61,19 +60,15 @@ def test_a_failure_ends_at_the_assertion_of_the_test(pytester, run):
             "E *LawViolation: phi leaves the sector [[]0, 1[]]: phi(sigma)/sigma = * at sigma = *",
             "E *  allowed * [[]0, 1[]]",
             "E * |*X*",
-            "*test_a_failure_ends_at_the_assertion_of_the_test.py:14: LawViolation",
+            "test_guards.py:14: LawViolation",
+            "*plot of the law*",
+            "plots?of laws?test_guards-test_gain[[]2[]].svg",
         ]
     )
-    assert all(len(line) <= 90 for line in text.split("\n") if line.startswith("E  ") and "LawViolation" not in line)
-
-
-def test_plots_are_saved_for_failures_only_and_only_if_asked(pytester, run):
-    pytester.makepyfile(test_guards=GUARDS)
-    result = run("--lure-plots", "plots/of laws")
     saved = {path.name for path in (pytester.path / "plots/of laws").iterdir()}
     assert saved == {"test_guards-test_gain[2].svg", "test_guards-TestGroup-test_falls.svg"}
     assert all("<svg" in path.read_text(encoding="utf-8") for path in pytester.path.rglob("*.svg"))
-    result.stdout.fnmatch_lines(["*plot of the law*", "*test_guards-test_gain[[]2[]].svg"])
+    assert all(len(line) <= 90 for line in text.split("\n") if line.startswith("E  ") and "LawViolation" not in line)
 
 
 def test_a_plot_that_cannot_be_written_does_not_hide_the_failure(pytester, run):
@@ -100,6 +95,7 @@ def test_what_a_pass_rests_on_is_listed_on_request(pytester, run):
             "test_guards.py::test_known: Saturation lies in the sector [[]0, 2[]]: for every sigma * (certified)",
         ]
     )
+    assert not list(pytester.path.rglob("*.svg"))
     xml = (pytester.path / "out.xml").read_text(encoding="utf-8")
     assert xml.count('<property name="lure"') == 3
 
@@ -131,6 +127,7 @@ def test_a_test_is_credited_with_its_own_assertions_only(pytester, run):
     assert credited == {"test_first": 2, "test_none": 0, "test_many": 20}
 
 
+@pytest.mark.slow
 def test_hypothesis_shows_the_simplest_failing_law(pytester, run):
     pytester.makepyfile(
         test_fuzz="""
