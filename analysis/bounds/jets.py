@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from flint import arb, arb_series
 
-from analysis.bounds.ends import inside_sech_square, sech_square_series, tanh_series
+from analysis.bounds.series import inside_sech_square, sech_square_series, tanh_series
 from lure.expressions.balls import ball, enclosure, truth
 from lure.expressions.build import apply
 from lure.expressions.tree import Apply, Node, Number, Variable
