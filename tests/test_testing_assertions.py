@@ -153,6 +153,19 @@ def test_rounding_is_not_held_against_a_function():
     assert_slope_restricted(np.expm1, SlopeBounds(0, math.e), on=(-1, 1))
 
 
+def test_single_precision_is_judged_as_such():
+    # the tanh of a neural network: phi/sigma exceeds 1 by up to 1e-7 near 0, and neighbouring slopes by far more
+    single = lambda s: np.tanh(np.asarray(s, dtype=np.float32))  # noqa: E731
+    sigma = np.logspace(-8, -4, 5000)
+    assert (single(sigma).astype(float) / sigma).max() > 1 + 1e-9
+    for law in (single, lambda s: np.float32(single(float(s)))):
+        assert_in_sector(law, Sector(0, 1))
+        assert_slope_restricted(law, SlopeBounds(0, 1), on=(-20, 20))
+        assert_odd(law)
+        assert violation_of(assert_in_sector, law, Sector(0, 0.99))
+        assert violation_of(assert_slope_restricted, law, SlopeBounds(0, 0.99), on=(-20, 20))
+
+
 # -- oddness and monotony
 
 
