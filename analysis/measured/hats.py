@@ -12,7 +12,7 @@ from analysis.measured.outlying import outlying
 
 Array = NDArray[np.float64]
 _TUKEY, _HUBER = 4.685, 1.345
-_HUBER_ROUNDS, _ROUNDS = 4, 25
+_HUBER_ROUNDS, _ROUNDS = 3, 12
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -108,7 +108,7 @@ def hat_fit(hats: Hats) -> HatFit:
             robust = np.minimum(1.0, _HUBER / np.maximum(size, 1e-300))
         else:
             robust = np.maximum(1 - (size / _TUKEY) ** 2, 0.0) ** 2
-        if turn > _HUBER_ROUNDS and np.abs(values - previous).max() < 1e-7:
+        if turn > _HUBER_ROUNDS and np.abs(values - previous).max() < 1e-6:
             break
     return _final(hats, values, noise, scores)
 

@@ -16,6 +16,7 @@ _DIRECTIONS: tuple[Direction, Direction] = ("loading", "unloading")
 _RARE = 0.001
 _PLACES = 65
 _CORRELATED = 2.6
+_ROUNDING = 1e-12
 
 
 def branch_rows(measurements: Measurements) -> list[NDArray[np.intp]]:
@@ -75,7 +76,7 @@ def _apart(laws: tuple[MeanLaw, MeanLaw], origin: float, rows: tuple[int, int]) 
 
 
 def correlation_of(law: MeanLaw) -> float:
-    """Correlation of the errors of neighbouring rows; 0 where it is no more than chance.
+    """Correlation of the errors of neighbouring rows; 0 where it is no more than chance, or errors are rounding.
 
     Parameters
     ----------
@@ -83,7 +84,8 @@ def correlation_of(law: MeanLaw) -> float:
         With the residuals in the order of recording.
     """
     scores = np.delete(law.scores, law.outliers)
-    if not scores.any():
+    exact = float(law.noise(law.values).max()) < _ROUNDING * float(np.abs(law.values).max())
+    if exact or not scores.any():
         return 0.0
     found = float(np.sum(scores[1:] * scores[:-1]) / np.sum(scores**2))
     return min(found, 0.99) if found * math.sqrt(scores.size) > _CORRELATED else 0.0

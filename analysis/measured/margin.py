@@ -84,7 +84,8 @@ class MeasuredMargin:
             f"The measured sector {_shown(self.sector)} lies inside the proved one {proved}: its upper bound could "
             f"grow by {share}. The loop is therefore stable in the sense of the theorem if the law stays in the "
             f"measured sector: observed with {100 * self.measured.confidence:g} % confidence for sigma in "
-            f"[{low:.4g}, {high:.4g}] m, under the assumptions of the measurement; outside that range it is assumed.{word}"
+            f"[{low:.4g}, {high:.4g}] m, under the assumptions of the measurement; outside that range it is "
+            f"assumed.{word}"
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 _TO_DEVIATION = 1.4826022185056018  # of a median absolute value, for normal errors
 _SCALE = 1.2533141373155001  # of a mean absolute value, likewise: sqrt(pi/2)
 _FLOOR = 0.05
-_ROUNDS = 6
+_ROUNDS = 4
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

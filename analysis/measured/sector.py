@@ -14,7 +14,7 @@ from analysis.measured.measurements import Measurements
 from lure.errors import InputError
 
 Array = NDArray[np.float64]
-_DRAWS = 20_000
+_DRAWS = 8_000
 _SEED = 20_000
 _SURE = 0.999
 _CORRELATED = (
@@ -81,6 +81,9 @@ def sector_of(
     apart = hysteresis_of(measurements)
     rows = [np.arange(sigma.size)] if apart is None else branch_rows(measurements)
     laws = tuple(mean_law(sigma[part], measurements.load[part], pieces=pieces) for part in rows)
+    offsets = [_offset(sigma[part], measurements.load[part], law) for part, law in zip(rows, laws, strict=True)]
+    if any(offsets):
+        laws = tuple(mean_law(sigma[part], measurements.load[part], pieces=pieces, free=True) for part in rows)
     each = 1 - (1 - confidence) / len(laws)
     warnings = [_CORRELATED.format(correlation_of(law)) for law in laws if correlation_of(law)]
     multipliers = tuple(_multiplier(law, each) * widening(law) for law in laws)
@@ -88,7 +91,6 @@ def sector_of(
     lower, upper, least, most = (
         (min if i % 2 == 0 else max)((found[i] for found in bounds), key=lambda bound: bound.bound) for i in range(4)
     )
-    offsets = [_offset(sigma[part], measurements.load[part], law) for part, law in zip(rows, laws, strict=True)]
     for offset in filter(None, offsets):
         lower, upper = _unbounded(offset, sigma, lower, upper)
         warnings.append(_offset_text(offset, measurements.unit))
@@ -146,8 +148,10 @@ def _multiplier(law: MeanLaw, confidence: float) -> float:
     combination = combination[errors > 0] / errors[errors > 0, None]
     if not len(combination):
         return 0.0
-    values, vectors = np.linalg.eigh(combination @ law.covariance @ combination.T)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    scales = np.sqrt(np.maximum(np.diag(law.covariance), 1e-300))
+    values, vectors = np.linalg.eigh(law.covariance / np.outer(scales, scales))
+    # the symmetric root: it depends on no choice of signs, so that the draws are the same in all units
+    root = combination @ (scales[:, None] * ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T))
     random = np.random.default_rng(_SEED)
     draws = np.abs(random.standard_normal((_DRAWS, root.shape[1])) @ root.T).max(axis=1)
     draws /= np.sqrt(random.chisquare(law.degrees, _DRAWS) / law.degrees)

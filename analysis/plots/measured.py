@@ -130,7 +130,7 @@ def _wedge(axes: Axes, x: Array, found: MeasuredSector, limits: tuple[float, flo
     edges = []
     for bound in (found.lower.bound, found.upper.bound):
         finite = math.isfinite(bound)
-        line = bound * x if finite else np.where(x * bound > 0, limits[1], limits[0])
+        line = bound * x if finite else np.where((x > 0) == (bound > 0), limits[1], limits[0])
         edges.append(np.clip(line, limits[0] - 1, limits[1] + 1))
         if finite:
             unit = found.measurements.stiffness_unit
