@@ -94,6 +94,8 @@ KNOWN = [
     ("where(x > 1, x, 2*x)", None, (1, 2), (-INF, 2)),
     ("where(x == 1, 5, x)", None, (1, 5), (-INF, INF)),
     ("where(x > 0, 1, 0)", None, (0, INF), (0, INF)),
+    ("x*where(abs(x) > 0.5, 2, 1)", None, (1, 2), (1, INF)),  # up at -1/2, from -1 to -1/2, and at 1/2
+    ("where(abs(x) > 1, tanh(x), tanh(x))", None, (0, 1), (0, 1)),  # continuous, for all its branches
     ("max(x**2 - 2, 0)", (-2, 2), (-1, 1), (-4, 4)),  # the kink, at the root of 2, is irrational
     ("sin(exp(x) - 1)", (-1, 0), None, (Fraction(math.exp(-1) * math.cos(math.exp(-1) - 1)), 1)),
 ]
