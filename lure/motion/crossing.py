@@ -9,6 +9,7 @@ from lure.motion.chebyshev import Array, directions, left_ends, restricted, righ
 
 _MOST_INTERVALS = 20_000
 _THINNEST = 1e-14
+_FLAT = 0.25  # of the tolerance: what varies less is not halved, for its sign of slope may be rounding
 
 
 def first_crossing(series: Array, tolerance: float) -> tuple[int, float] | None:
@@ -58,9 +59,10 @@ def _on_piece(series: Array, tolerance: float) -> float | None:
             continue
         if start > tolerance or (directions(part)[0] > 0 and start >= 0.0):
             return _zero(series, below, low) if low > below else low
-        if directions(part)[0] > 0 or high - low < _THINNEST:
+        flat = float(np.abs(part[0, 1:]).sum()) <= _FLAT * tolerance or high - low < _THINNEST
+        if directions(part)[0] > 0 or flat:
             if stop > tolerance:
-                return _zero(series, low, high)
+                return _zero(series, below, high)
             continue
         middle = 0.5 * (low + high)
         todo += [(middle, high), (low, middle)]

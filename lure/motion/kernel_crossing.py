@@ -10,8 +10,9 @@ from lure.motion.kernel_series import differentiated, direction, left_end, part,
 NEVER, UNDECIDED = 2.0, 3.0
 _MOST_INTERVALS = 20_000
 _THINNEST = 1e-14
+_FLAT = 0.25
 _MOST_HALVES = 400
-_FLAT = 4e-15
+_LEVEL = 4e-15
 
 
 @compiled
@@ -41,9 +42,9 @@ def first_rise(f: Array, q: Counts, c: int, n: int, tolerance: float) -> float:
             continue
         if start > tolerance or (way > 0 and start >= 0.0):
             return zero(f, c, n, (below, low)) if low > below else float(low)
-        if way > 0 or high - low < _THINNEST:
+        if way > 0 or high - low < _THINNEST or variation(f, d, n) <= _FLAT * tolerance:
             if stop > tolerance:
-                return zero(f, c, n, (low, high))
+                return zero(f, c, n, (below, high))
             continue
         _halved(f, depth, low, high)
         depth += 2
@@ -104,7 +105,7 @@ def peak(f: Array, q: Counts, c: int, n: int, best: float) -> float:
             if f[d] + variation(f, d, n) <= best + 1e-15 * size:
                 continue
         best = max(best, left_end(f, d, n), right_end(f, d, n))
-        if direction(f, d, n) != 0 or variation(f, d, n) <= _FLAT * size or seen > _MOST_HALVES:
+        if direction(f, d, n) != 0 or variation(f, d, n) <= _LEVEL * size or seen > _MOST_HALVES:
             continue
         m = differentiated(f, d, n, SLOPE)
         bend = direction(f, SLOPE, m)
