@@ -96,6 +96,9 @@ KNOWN = [
     ("where(x > 0, 1, 0)", None, (0, INF), (0, INF)),
     ("x*where(abs(x) > 0.5, 2, 1)", None, (1, 2), (1, INF)),  # up at -1/2, from -1 to -1/2, and at 1/2
     ("where(abs(x) > 1, tanh(x), tanh(x))", None, (0, 1), (0, 1)),  # continuous, for all its branches
+    ("tanh(x - 1) + tanh(1)", None, (0, None), (0, 1)),  # vanishes at 0, seen without numbers
+    ("where(x > 1, exp(x) - exp(1) + tanh(1), tanh(x))", (-1, 2), None, (None, Fraction(math.exp(2)))),  # continuous
+    ("where(x > 0, x*(1/tanh(x)), 0)", (-1, 1), (0, INF), (0, INF)),  # a jump from 0 to 1 at 0
     ("max(x**2 - 2, 0)", (-2, 2), (-1, 1), (-4, 4)),  # the kink, at the root of 2, is irrational
     ("sin(exp(x) - 1)", (-1, 0), None, (Fraction(math.exp(-1) * math.cos(math.exp(-1) - 1)), 1)),
 ]
@@ -109,6 +112,8 @@ def test_bounds_found_by_hand(text, on, sector, slope):
         (slope, (found.slope_lower, found.slope_upper)),
     ):
         for extreme, value in zip(pair, truth or (), strict=False):
+            if value is None:
+                continue
             assert float(extreme.inner) == pytest.approx(float(value), rel=1e-14, abs=1e-12)
             assert extreme.gap <= 1e-9 * max(1, abs(float(value)) if math.isfinite(value) else 1)
             if isinstance(value, int) and text not in ("x*tanh(x)",):
