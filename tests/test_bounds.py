@@ -8,7 +8,7 @@ from bound_laws import INF, laws
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.bounds import law_bounds
+from analysis.bounds import law_bounds, violation
 from analysis.evidence import Evidence, Verdict
 from lure.laws import Cubic, DeadZone, LeakyReLU, PiecewiseLinear, Quantiser, ReLU, Saturation, Tanh, shifted_law
 from lure.nonlinearity import NormalCompliance
@@ -68,6 +68,8 @@ KNOWN = [
     ("x**3", None, (0, INF), (0, INF)),
     ("x - x**3", None, (-INF, 1), (-INF, 1)),
     ("x**2", None, (-INF, INF), (-INF, INF)),
+    ("sqrt(x**2)", None, (-1, 1), (-1, 1)),
+    ("(x**4)**0.25 + x", None, (0, 2), (0, 2)),
     ("x*abs(x)", (-2, 1), (0, 2), (0, 4)),
     ("abs(x)", None, (-1, 1), (-1, 1)),
     ("x/(1 + x**2)", None, (0, 1), (Fraction(-1, 8), 1)),  # slope (1 - x^2)/(1 + x^2)^2, least at x^2 = 3
@@ -251,6 +253,15 @@ def test_a_tail_that_does_not_settle_is_not_certified():
     assert any("could not be shown" in note for note in found.notes)
     assert found.within(SlopeBounds(-(10**9), INF)) is Verdict.REFUTED
     assert law_bounds("x*log(2 + abs(x))").within(Sector(0, 10**300)) is not Verdict.PROVED
+
+
+def test_values_beyond_the_doubles_are_no_obstacle():
+    found = law_bounds("x*((abs(sin(x)) * x**3))")
+    assert found.sector.upper > 1e300  # x^3 |sin x| grows without bound
+    assert "sector" in str(found)
+    assert found.to_dict()["evidence"] == "certified"
+    assert violation("x*((abs(sin(x)) * x**3))", Sector(-INF, 10**200)) is not None
+    assert law_bounds("exp(800*x) - 1", on=(0, 1)).sector.upper == INF  # e^800 - 1, rounded up to a double
 
 
 def test_continuity_that_cannot_be_decided_is_said():
