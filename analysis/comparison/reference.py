@@ -92,7 +92,7 @@ def reference(rod: Rod, scenario: Scenario, until: float, samples: int) -> Refer
         u=u,
         amplitude=0.5 * float(u.max() - u.min()),
         places=places,
-        energy=np.array([motion.energy(float(instant)) for instant in t[places]]),
+        energy=motion.energies(t[places]),
         event=first_event(motion),
         cpu_seconds=spent,
     )

@@ -63,7 +63,7 @@ def sampled_motion(
     run = motion_at(motion, t)
     return replace(
         run,
-        energy=_energies(motion, t) if energy and samples <= MOST_ENERGIES else None,
+        energy=motion.energies(t) if energy and samples <= MOST_ENERGIES else None,
         along=along_motion(motion, t, places) if places else None,
     )
 
@@ -138,10 +138,6 @@ def along_motion(motion: Motion, t: Array, places: int, *, displaced: bool = Tru
         w=(backward - forward) / (2.0 * motion.rod.wave_speed),
         u=shown,
     )
-
-
-def _energies(motion: Motion, t: Array) -> Array:
-    return np.array([motion.energy(float(instant)) for instant in t])
 
 
 def _boundary(boundary: Boundary) -> dict[str, str | int | float]:

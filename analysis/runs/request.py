@@ -26,7 +26,6 @@ BOUNDARIES = {
     "clamped": "clamped",
 }
 SPACES = ("P1", "P2", "cosine")
-_TELL_EVERY = 64
 _DRAWN_PLACES = 101
 
 
@@ -231,16 +230,14 @@ def _of_scheme(system: RodSystem, request: Request) -> SampledRun:
 
 def _exact(system: RodSystem, request: Request, *, energy: bool, progress: Callable[..., None] | None) -> Performed:
     from analysis.runs.exact import sampled_motion
-    from lure.motion import Numerics, Window, exact_motion
+    from lure.motion import Numerics, exact_motion
 
-    trips = request.until / (2.0 * system.rod.travel_time)
-
-    def tell(window: Window) -> None:
-        if progress and window.number % _TELL_EVERY == 0:
-            progress("the motion of the rod", min(1.0, window.number / trips))
+    def tell(reached: float) -> None:
+        if progress:
+            progress("the motion of the rod", min(1.0, reached / request.until))
 
     boundary = Boundary(clamped=request.boundary == "clamped", end_damping=request.end_damping, rigid=request.rigid)
-    numerics = Numerics(on_window=tell) if progress else Numerics()
+    numerics = Numerics(on_progress=tell if progress else None)
     motion = exact_motion(system.rod, system.scenario, request.until, boundary=boundary, numerics=numerics)
     if progress:
         progress("samples")

@@ -63,6 +63,7 @@ from lure.motion.kernel_data import (
 )
 from lure.motion.kernel_entry import stored
 from lure.motion.kernel_window import CHATTER, DONE, FULL, NEAR, run
+from lure.motion.ledger import LEAST_ENERGY
 from lure.motion.panels import NO_LOAD, Load, Panels, block_count
 from lure.motion.pieces import Pieces
 from lure.motion.record import Record
@@ -224,7 +225,7 @@ class Engine:
     @property
     def energy_residual(self) -> float:
         """Largest imbalance, relative to the largest energy of a round trip."""
-        return float(self.f[WORST] / self.f[ENERGY]) if self.f[ENERGY] > 0.0 else 0.0
+        return float(self.f[WORST] / max(self.f[ENERGY], LEAST_ENERGY))
 
 
 def _refusal(status: int, trip: int, scale: float) -> Exception:

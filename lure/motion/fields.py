@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from lure.motion.chebyshev import Array
 from lure.motion.pieces import distinct
 from lure.motion.record import Record, Series, Windows
 from lure.motion.sources import Sources
+from lure.motion.wave_energy import squares_over_a_transit
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
@@ -54,11 +56,14 @@ class Fields:
         times, places = np.broadcast_arrays(t / self.sources.rod.travel_time, x)
         if not np.all((places >= 0) & (places <= self.sources.rod.length)):
             raise InputError(f"x leaves the rod; give positions in [0, {self.sources.rod.length:g}] m")
+        self._check_times(times)
+        return self._forward(times, places), self._backward(times, places)
+
+    def _check_times(self, times: Array) -> None:
         low, high = self.span
         if not np.all((times >= low) & (times <= high)):
             T = self.sources.rod.travel_time
             raise InputError(f"t leaves the waves that are kept; give times in [{low * T:g}, {high * T:g}] s")
-        return self._forward(times, places), self._backward(times, places)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -102,10 +107,11 @@ class Fields:
             if t - 4.1 < 2.0 * number < t + 0.1:
                 instants += (2.0 * number + self.record.edges(number - first)).tolist()
         places = [L * (1.0 - (t - s)) for s in instants]
+        places += [L * (t - (s - 1.0)) for s in instants]  # kinks of the force that its formula does not show
         places += [L * (t - s - 1.0) for s in instants] + [L * (t - s) for s in (0.0, *self.sources.breaks)]
         known = [0.0, *self.sources.body_breaks[1]]
-        for data in (self.sources.scenario.displacement, self.sources.scenario.velocity):
-            known += [float(p) for p in data.breakpoints("x", 0.0, L) or ()]
+        if t < 3.0:  # with an echo that hides none of the kinks of the initial data
+            known += _kinks(self.sources)
         for start in (0.0, *self.sources.body_breaks[0]):
             path = L * (t - start)
             places += [place for p in (*known, L) for place in (p + path, p - path, path - p, p)]
@@ -115,12 +121,26 @@ class Fields:
         half = 0.5 * np.diff(edges)
         return (edges[:-1, None] + half[:, None] * (_NODES + 1.0)), half[:, None] * _WEIGHTS
 
-    def wave_energy(self, t: float) -> float:
-        """``A int (rho v^2 + E w^2)/2 dx`` [J] at an instant [s]."""
+    def wave_energies(self, t: Array) -> Array:
+        """``A int (rho v^2 + E w^2)/2 dx`` (n,) [J] at instants (n,) [s].
+
+        Raises
+        ------
+        InputError
+            An instant lies outside the times that are kept.
+        """
         rod = self.sources.rod
-        x, weights = self._quadrature(self.breaks(t / rod.travel_time))
-        forward, backward = self.waves(np.full(x.shape, float(t)), x)
-        return 0.25 * rod.area * rod.density * float((weights * (forward**2 + backward**2)).sum())
+        self._check_times(t / rod.travel_time)
+        if self.sources.scenario.body_force.is_zero:
+            squares = rod.length * squares_over_a_transit(self.sources, self.record, t / rod.travel_time)
+        else:
+            squares = np.array([self._squares(float(instant)) for instant in t])
+        return np.asarray(0.25 * rod.area * rod.density * squares)
+
+    def _squares(self, t: float) -> float:
+        x, weights = self._quadrature(self.breaks(t / self.sources.rod.travel_time))
+        forward, backward = self.waves(np.full(x.shape, t), x)
+        return float((weights * (forward**2 + backward**2)).sum())
 
     def integral_to_end(self, t: float, x: Array) -> Array:
         """``int_x^L w dx`` [m] at an instant [s]."""
@@ -133,3 +153,10 @@ class Fields:
         sums = np.concatenate((np.cumsum(parts[::-1])[::-1], [0.0]))
         nearest = np.abs(edges[:, None] - x.ravel() / rod.length).argmin(axis=0)
         return np.asarray(sums[nearest].reshape(x.shape))
+
+
+@lru_cache(maxsize=4)
+def _kinks(sources: Sources) -> list[float]:
+    """Places [m] between which the initial data are smooth."""
+    edges = replace(sources, echo=-1.0).initial_wave()[0].edges
+    return [float(place) for place in sources.rod.length * np.abs(1.0 - edges)]

@@ -60,6 +60,8 @@ def begun(f: Array, q: Counts, pieces: int, i: int, low: float) -> None:
             if rate > 0.0:
                 time = min(time, 1.0 / rate)
             reach = max(reach, time * (f[SHARE] * f[at + SIZE] + stress))
+    if 0.0 < rate < math.inf:
+        reach = max(reach, abs(f[VALUE] + f[REST]))
     f[LARGEST], f[TOLERANCE], f[TRAVELLED], q[BEGUN] = largest, GRAZE * reach, 0.0, 0
 
 

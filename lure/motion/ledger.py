@@ -9,6 +9,8 @@ import numpy as np
 from lure.motion.chebyshev import basis, largest
 from lure.motion.windows import Problem, Window
 
+LEAST_ENERGY = 1e-290  # [J]: below, doubles lose digits
+
 
 class Ledger:
     r"""Keeps ``Z/4 int (W^2 - V^2) dt - k_L int z'^2 dt - A [P(z)]`` since the start, which is zero in exact numbers.
@@ -42,7 +44,7 @@ class Ledger:
     @property
     def residual(self) -> float:
         """Largest imbalance so far, relative to the largest energy of a round trip."""
-        return self._worst / self._scale if self._scale > 0.0 else 0.0
+        return self._worst / max(self._scale, LEAST_ENERGY)
 
     def _stored(self, z: float) -> float:
         """``A P(z)`` [J]."""

@@ -121,12 +121,18 @@ class Motion:
         integral = self.fields.integral_to_end(t, np.asarray(x, dtype=float))
         return np.asarray(self.end_displacement(t) - integral)
 
-    def energy(self, t: float) -> float:
-        """``E(t) = A int (rho v^2 + E w^2)/2 dx + A P(z)`` [J]."""
-        z = self.z(t)
+    def energies(self, t: ArrayLike) -> Array:
+        """``E(t) = A int (rho v^2 + E w^2)/2 dx + A P(z)`` [J], elementwise; times and errors as for :meth:`waves`."""
+        times = np.asarray(t, dtype=float)
+        waves = self.fields.wave_energies(times.ravel()).reshape(times.shape)
+        if self._rigid:
+            return waves
         law = self.boundary.law or self.rod.law
-        stored = 0.0 if self._rigid else self.rod.area * float(law.primitive(z))
-        return self.fields.wave_energy(t) + stored
+        return np.asarray(waves + self.rod.area * law.primitive(self.z(times)))
+
+    def energy(self, t: float) -> float:
+        """The same at one instant."""
+        return float(self.energies(t))
 
     @property
     def _rigid(self) -> bool:

@@ -81,7 +81,8 @@ class Record:
         parts = [self._at(t[i : i + _MANY], name) for i in range(0, len(t), _MANY)]
         return np.concatenate(parts) if parts else np.empty(0)
 
-    def _at(self, t: Array, name: Series) -> Array:
+    def found(self, t: Array) -> tuple[NDArray[np.int64], Array]:
+        """The piece (n,) of each instant [transits], and the instant from the start of its round trip."""
         trip = np.clip(np.floor(0.5 * t).astype(np.int64) - self.number, 0, len(self) - 1)
         local = t - 2.0 * (trip + self.number)
         piece, last = self.first[trip], self.first[trip + 1] - 1
@@ -89,6 +90,10 @@ class Record:
             middle = (piece + last + 1) // 2
             right = self.low[middle] <= local
             piece, last = np.where(right, middle, piece), np.where(right, last, middle - 1)
+        return piece, local
+
+    def _at(self, t: Array, name: Series) -> Array:
+        piece, local = self.found(t)
         low, high = self.low[piece], self.high[piece]
         x = np.clip(((local - low) - (high - local)) / (high - low), -1.0, 1.0)
         if name == "returned":
@@ -106,9 +111,12 @@ class Record:
 
     def series(self, i: int, column: int) -> Array:
         """(m, N+1) coefficients on the pieces of the i-th round trip: of ``W`` (0), ``z`` (1) or ``d p`` (2)."""
-        low, high = self.first[i], self.first[i + 1]
-        degree = self.degree[low:high]
-        at = self.start[low:high] + (degree[:, :column] + 1).sum(axis=1)
+        return self.rows(np.arange(self.first[i], self.first[i + 1]), column)
+
+    def rows(self, pieces: NDArray[np.int64], column: int) -> Array:
+        """(m, N+1) coefficients on pieces: of ``W`` (0), ``z`` (1) or ``d p`` (2)."""
+        degree = self.degree[pieces]
+        at = self.start[pieces] + (degree[:, :column] + 1).sum(axis=1)
         k = np.arange(self.width)
         inside = k <= degree[:, column, None]
         return np.where(inside, self.coef[at[:, None] + np.where(inside, k, 0)], 0.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -21,6 +21,7 @@ from lure.rod import Rod
 from lure.scenario import Scenario
 
 _MOST_TRIPS = 10_000_000
+_TELL_EVERY = 64
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -36,6 +37,8 @@ class Numerics:
         does not grow with ``until``, except by the impacts.
     on_window : callable or None
         Called with every window when it is done, and before it is dropped; by compiled code for many at a time.
+    on_progress : callable or None
+        Called now and then with the time reached [s]; unlike ``on_window`` it costs nothing.
     compiled : bool or None
         Whether numba compiles the motion (``pip install "lure[fast]"``): half a microsecond a round trip in flight,
         and about as much for each piece between kinks in the wave, in place of half a millisecond a round trip, for
@@ -48,6 +51,7 @@ class Numerics:
     degree: int = 16
     keep: int | None = None
     on_window: Callable[[Window], None] | None = None
+    on_progress: Callable[[float], None] | None = None
     compiled: bool | None = None
 
     def __post_init__(self) -> None:
@@ -180,6 +184,8 @@ def _by_windows(problem: Problem, numerics: Numerics) -> _Run:
         error += window.error
         if numerics.on_window is not None:
             numerics.on_window(window)
+        if numerics.on_progress is not None and window.number % _TELL_EVERY == 0:
+            numerics.on_progress(_reached(problem, window.number + 1))
     assert last is not None, "a positive time has at least one window"
     if last.end.impact is not None:
         impacts.append(last.end.impact)
@@ -203,6 +209,8 @@ def _by_engine(problem: Problem, numerics: Numerics) -> _Run:
         if numerics.on_window is not None:
             for window in Windows(record):
                 numerics.on_window(window)
+        if numerics.on_progress is not None:
+            numerics.on_progress(_reached(problem, record.number + len(record)))
         kept.append(record)
         total += len(record)
         while numerics.keep is not None and total - len(kept[0]) >= numerics.keep:
@@ -219,9 +227,15 @@ def _by_engine(problem: Problem, numerics: Numerics) -> _Run:
     )
 
 
+def _reached(problem: Problem, trips: int) -> float:
+    """Time [s] after so many round trips."""
+    return problem.sources.rod.travel_time * min(2.0 * trips, problem.transits)
+
+
 def _problem(rod: Rod, scenario: Scenario, until: float, boundary: Boundary, degree: int) -> Problem:
-    if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until < math.inf:
-        raise InputError(f"until is {until!r}; give a positive number of seconds")
+    if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until <= sys.float_info.max:
+        shown = repr(until) if not isinstance(until, int) or abs(until) < 10**12 else "a very long whole number"
+        raise InputError(f"until is {shown}; give a positive number of seconds, up to 1.8e308")
     transits = float(until) / rod.travel_time
     if abs(transits - round(transits)) <= 4e-16 * transits:  # no round trip of rounding errors alone
         transits = float(round(transits))
