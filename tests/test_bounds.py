@@ -271,6 +271,13 @@ def test_continuity_that_cannot_be_decided_is_said():
     assert "continuity" in found.notes[0]
 
 
+def test_a_slope_without_bounds_leaves_the_sector():
+    found = law_bounds("abs(sin(x + x**3))**0.5 * x", on=(-1, 1.5))  # a vertical tangent where x + x^3 = pi
+    assert found.slope_upper is None
+    assert "could not be enclosed near sigma = 1.2391" in found.notes[0]
+    assert found.sector.upper == pytest.approx(1)
+
+
 def test_documents_and_sentences():
     found = law_bounds("x/(1 + x**2)", on=(Fraction(-1, 3), 4))
     document = found.to_dict()

@@ -16,8 +16,7 @@ from analysis.bounds.extremes import Candidate, Cover, End, bounds_of
 from analysis.bounds.jets import jet, value_at
 from analysis.bounds.reach import reach
 from analysis.bounds.result import Bound
-from analysis.bounds.target import Region, Target, border, middle
-from lure.errors import InputError
+from analysis.bounds.target import NotEnclosed, Region, Target, border, middle
 from lure.expressions.balls import ball
 from lure.expressions.tree import Variable
 
@@ -45,7 +44,7 @@ def extremes(target: Target, others: Sequence[Candidate] = ()) -> tuple[list[Can
 
     Raises
     ------
-    InputError
+    NotEnclosed
         Somewhere inside the formula has no value, or a pole.
     """
     search = _Search(target)
@@ -127,10 +126,7 @@ class _Search:
         if b - a <= _NARROW * size:
             unknown = not isinstance(region.cover.low, Fraction) or not isinstance(region.cover.high, Fraction)
             if unknown and 1 / _FAR < size < _FAR:
-                raise InputError(
-                    f"the law has a pole, or no value that could be enclosed, near sigma = {float((a + b) / 2):.10g}; "
-                    "write a formula with finite values, or bound it on an interval without that point"
-                )
+                raise NotEnclosed((a + b) / 2)
             return by_branch(self.target, a, b)
         centre = middle(a, b)
         return [self._box(a, centre), self._box(centre, b)]

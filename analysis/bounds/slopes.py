@@ -14,7 +14,7 @@ from analysis.bounds.pieces import Piece
 from analysis.bounds.rational import limit
 from analysis.bounds.result import Bound, Extreme, short
 from analysis.bounds.search import end_limit
-from analysis.bounds.target import Target
+from analysis.bounds.target import NotEnclosed, Target
 from analysis.bounds.zero import difference_vanishes
 
 
@@ -22,7 +22,11 @@ def slope_extremes(known: Known) -> tuple[tuple[Extreme | None, Extreme | None],
     """Slope bounds from the derivative on the pieces and the jumps between them."""
     if not known.continuous and not known.whole:
         return (None, None), ["no slope bounds: a branch changes where continuity could not be decided"]
-    found, covers = over_pieces(known, chords=False)
+    try:
+        found, covers = over_pieces(known, chords=False)
+    except NotEnclosed as error:  # the law has its values there, or its chords would not have been enclosed
+        where = short(error.place, digits=10)
+        return (None, None), [f"no slope bounds: the slope could not be enclosed near sigma = {where}"]
     if not known.continuous:
         jumps = _jumps(known)
         if jumps is None:

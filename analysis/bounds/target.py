@@ -7,7 +7,19 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from analysis.bounds.extremes import Candidate, Cover, End
+from lure.errors import InputError
 from lure.expressions.tree import Node
+
+
+class NotEnclosed(InputError):
+    """Near a point the values could not be enclosed, however short the interval; ``place`` is the point."""
+
+    def __init__(self, place: Fraction) -> None:
+        self.place = place
+        super().__init__(
+            f"the law has a pole, or no value that could be enclosed, near sigma = {float(place):.10g}; write a "
+            "formula with finite values, or bound it on an interval without that point"
+        )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
