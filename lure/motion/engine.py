@@ -19,6 +19,7 @@ from lure.motion.kernel_data import (
     COEF,
     COUNT,
     CROSSINGS,
+    ECHO,
     ENDINGS,
     ENDS,
     ENERGY,
@@ -49,7 +50,10 @@ from lure.motion.kernel_data import (
     SEGMENT_SIZE,
     SEGMENTS,
     SINCE,
+    SIZE,
+    START,
     STATE,
+    STOP,
     STORED,
     TRANSIT,
     TRANSITS,
@@ -57,6 +61,8 @@ from lure.motion.kernel_data import (
     VALUE,
     WAVE,
     WINDOWS,
+    WORK,
+    WORK_REST,
     WORST,
     Room,
     memory,
@@ -65,12 +71,16 @@ from lure.motion.kernel_entry import stored
 from lure.motion.kernel_window import CHATTER, DONE, FULL, NEAR, run
 from lure.motion.panels import NO_LOAD, Load, Panels, block_count
 from lure.motion.pieces import Pieces
+from lure.motion.quiet import Quietness, Search
 from lure.motion.record import Record
-from lure.motion.windows import Problem, first_state
+from lure.motion.segment_motion import Level
+from lure.motion.stretch import Stretch
+from lure.motion.windows import Problem, State, first_state
 
 _WINDOWS, _PIECES = 4096, 8192
 _PANELS = 20_000
 _MOST_BLOCKS = 1024
+_MOST_PACE = 1024
 _NOISE = 4e-16  # of the initial wave: what its fit leaves of coefficients that are zero
 
 
@@ -83,8 +93,10 @@ class Engine:
         Its memory, see :mod:`lure.motion.kernel_data`; the sums in it hold for what has been done so far.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, *, stretches: bool = True) -> None:
         self._problem = problem
+        self._search = Search(problem) if stretches else None
+        self._asked, self._load, self._most_blocks = range(0), NO_LOAD, 1
         wave, error = problem.sources.initial_wave()
         room = Room(
             degree=problem.sources.degree,
@@ -122,7 +134,7 @@ class Engine:
         f[q[OLD] : q[OLD] + pieces.size] = pieces.ravel()
         q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(degree)] = degree
 
-    def records(self) -> Iterator[Record]:
+    def records(self) -> Iterator[Record | Stretch]:
         """The round trips, many at a time.
 
         Raises
@@ -133,23 +145,91 @@ class Engine:
             Contact and flight alternate more than 4000 times in a round trip, or cannot be told apart.
         """
         total = math.ceil(self._problem.transits / 2.0)
-        if self._problem.sources.scenario.free:
-            yield from self._until(total, NO_LOAD)
-            return
-        blocks, done, count = block_count(self._problem.transits), 0, 1
-        while done < blocks:
-            count = min(count, blocks - done)
-            load = self._panels.over(done, count)
-            done += count
-            yield from self._until(min(BLOCK * done, total), load)
-            many = max(1, (len(load[1]) - count - 2) // count)
-            count = max(1, min(_MOST_BLOCKS, _PANELS // many))
+        search, pace = self._search, 1
+        if search is None or not search.hopeful:
+            search, pace = None, total
+        while (trip := int(self.q[TRIP])) < total:
+            if search is not None and trip > 0:
+                wave, state = self._now()
+                found = search.after(trip, wave, state)
+                pace = min(2 * pace, _MOST_PACE)
+                if found is not None:
+                    if len(found.stretch) > search.worth(state, len(wave.series), found.stretch.powers.quiet.degree):
+                        pace = 2
+                    self._skip(found)
+                    yield found.stretch
+                    continue
+            yield from self._until(min(trip + pace, total))
 
-    def _until(self, stop: int, load: Load) -> Iterator[Record]:
+    def _now(self) -> tuple[Pieces, State]:
+        """What comes back in the next round trip, without its load, and the end of the rod."""
+        f, q = self.f, self.q
+        count, size = int(q[COUNT]), self._room.degree + 1
+        table = f[q[OLD] : q[OLD] + count * (size + COEF)].reshape(count, size + COEF)
+        seen = np.arange(size) <= q[q[OLD_DEGREES] : q[OLD_DEGREES] + count, None]
+        zeta = Level(value=float(f[VALUE]), rest=float(f[REST]))
+        wave = Pieces(np.append(table[:, START], table[-1, STOP]), np.where(seen, table[:, COEF:], 0.0))
+        return wave, State(segment=int(q[SEGMENT]), zeta=zeta, impact=self.open_impact)
+
+    def _skip(self, found: Quietness) -> None:
+        """Go on after a stretch."""
+        f, q, size = self.f, self.q, self._room.degree + 1
+        series, count = found.wave.series, len(found.stretch)
+        sizes = np.abs(series).sum(axis=1)
+        table = f[q[OLD] : q[OLD] + len(series) * (size + COEF)].reshape(len(series), size + COEF)
+        table[:, SIZE], table[:, COEF:] = sizes, series
+        degree = found.stretch.powers.quiet.degree
+        q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(series)] = degree
+        q[TRIP] += count
+        f[VALUE], f[REST] = found.state.zeta.value, found.state.zeta.rest
+        f[SCALE] = max(abs(f[ECHO]) ** count * f[SCALE], float(sizes.max()))
+        if found.state.impact is not None:
+            impact = found.state.impact
+            q[OPEN] = 1
+            f[SINCE : PEAK + 1] = impact.start, impact.end, impact.impulse, impact.peak_stress * f[MOBILITY]
+        f[HIGHEST] = max(f[HIGHEST], found.largest)
+        f[ERROR] += found.stretch.error * count + f[LATER] * f[TRANSIT]
+        f[LATER] = 0.0
+        self._enter(found)
+
+    def _enter(self, found: Quietness) -> None:
+        """The energy balance of a stretch."""
+        f, problem = self.f, self._problem
+        origin = problem.law.segments[found.state.segment].origin
+        q0, f0 = found.stretch.states[0, found.stretch.powers.quiet.waves], f
+        before = plain(stored)(f, self.q, origin + float(q0) + float(found.stretch.rests[0]))
+        off = f0[WORK] + f0[WORK_REST] - (before - f0[STORED])
+        f[WORST] = max(f[WORST], abs(off + found.imbalance[0]), abs(off + found.imbalance[1]))
+        total = f[WORK] + found.work
+        f[WORK_REST] += (
+            (f[WORK] - total) + found.work if abs(f[WORK]) >= abs(found.work) else (found.work - total) + f[WORK]
+        )
+        f[WORK] = total
+        after = plain(stored)(f, self.q, origin + (found.state.zeta.value + found.state.zeta.rest))
+        f[ENERGY] = max(f[ENERGY], found.passed, abs(before), abs(after), abs(f[STORED]))
+
+    def _loads(self, trip: int, stop: int) -> Load:
+        """The panels from a round trip on."""
+        if self._problem.sources.scenario.free:
+            return NO_LOAD
+        block = trip // BLOCK
+        if block not in self._asked:
+            # as many as are needed; at first few, until it is known how many panels each takes
+            count = min(-(-stop // BLOCK), block_count(self._problem.transits)) - block
+            count = min(count, self._most_blocks)
+            self._load = self._panels.over(block, count)
+            self._asked = range(block, block + count)
+            many = max(1, (len(self._load[1]) - count - 2) // count)
+            self._most_blocks = max(1, min(_MOST_BLOCKS, _PANELS // many))
+        return self._load
+
+    def _until(self, stop: int) -> Iterator[Record]:
         while self.q[TRIP] < stop:
             number = int(self.q[TRIP])
+            load = self._loads(number, stop)
+            reach = BLOCK * self._asked.stop if len(load[1]) else stop
             self.q[WINDOWS : IMPACTS + 1] = 0
-            status = run(self.f, self.q, *load, stop)
+            status = run(self.f, self.q, *load, min(stop, reach))
             if self.q[WINDOWS]:
                 yield self._record(number)
             elif status == FULL:

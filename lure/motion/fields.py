@@ -10,7 +10,7 @@ import numpy as np
 from lure.errors import InputError
 from lure.motion.chebyshev import Array
 from lure.motion.pieces import distinct
-from lure.motion.record import Record, Series, Windows
+from lure.motion.record import Series, Trips, Windows
 from lure.motion.sources import Sources
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
@@ -26,13 +26,13 @@ class Fields:
         Loads and initial data.
     share : float
         ``1/(1 + k_L/Z)``.
-    record : Record
+    record : Trips
         Consecutive round trips.
     """
 
     sources: Sources
     share: float
-    record: Record
+    record: Trips
 
     @property
     def windows(self) -> Windows:

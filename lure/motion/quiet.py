@@ -1,0 +1,320 @@
+"""How far nothing happens: bounds over whole round trips, 64 at a time, and what the sums of a motion gain by it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lure.motion.chebyshev import Array
+from lure.motion.impacts import Impact
+from lure.motion.pieces import Pieces
+from lure.motion.quiet_load import QuietLoads
+from lure.motion.quiet_map import Coefficients, Powers, passed, quiet, work
+from lure.motion.segment_motion import Level
+from lure.motion.stretch import BLOCK, BLOCK_POWER, Stretch, peak
+from lure.motion.windows import Problem, State
+
+LEAST = 16
+_MOST_PIECES, _MOST_STATES = 64, 400
+_CHUNK_POWER = 6
+_TOP = 1e-16  # of the wave: what its last coefficients may be
+_NOISE = 1e-17
+_MARGIN = 1e-12
+_CLEAR = 2.0  # sure distances, in swings of a round trip, below which nothing is tried
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Quietness:
+    """A stretch, and the motion after it.
+
+    Attributes
+    ----------
+    stretch : Stretch
+        The round trips.
+    wave : Pieces
+        What comes back in the next, without its load.
+    state : State
+        The end of the rod.
+    work, imbalance : float
+        Work on the end [J]; largest and smallest of work less what the obstacle stored.
+    passed, largest : float
+        Largest energy of a round trip [J], largest wave [m/s].
+    """
+
+    stretch: Stretch
+    wave: Pieces
+    state: State
+    work: float
+    imbalance: tuple[float, float]
+    passed: float
+    largest: float
+
+
+class Search:
+    """Looks for stretches of one motion."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self._loads = problem, QuietLoads(problem.sources)
+        rod = problem.sources.rod
+        self._numbers = Coefficients(
+            transit=rod.travel_time,
+            share=problem.share,
+            echo=problem.sources.echo,
+            area=rod.area,
+            mobility=rod.mobility * problem.share,
+            impedance=rod.impedance,
+        )
+        self._total = math.floor(0.5 * problem.transits)
+
+    @property
+    def hopeful(self) -> bool:
+        """Whether there may be any."""
+        return self._loads.known
+
+    def worth(self, state: State, pieces: int, degree: int) -> int:
+        """Round trips of compiled code that cost as much as a search."""
+        size = pieces * (degree + 2) + 1
+        contact = self._problem.law.segments[state.segment].rate > 0.0
+        return int((6e-4 + (6e-10 * size**3 + 6e-4 if contact else 0.0)) / (5e-7 * pieces + 5e-7))
+
+    def after(self, number: int, wave: Pieces, state: State) -> Quietness | None:
+        """The stretch that begins with a round trip, given what comes back in it; None if there is none of 16."""
+        segment = self._problem.law.segments[state.segment]
+        if math.isinf(segment.rate) or segment.power != 1.0 or len(wave.series) > _MOST_PIECES or wave.edges[-1] != 2.0:
+            return None
+        sizes = np.abs(wave.series).sum(axis=1)
+        swing = 0.5 * self._numbers.transit * float(np.diff(wave.edges) @ (self._numbers.share * sizes + abs(segment.push)))
+        zeta = state.zeta.value
+        room = min(segment.high - segment.origin - zeta, zeta - (segment.low - segment.origin))
+        if not room > swing:
+            return None
+        states, end = self._loads.over(number)
+        most = min(self._total, math.floor(0.5 * end) if end < math.inf else self._total) - number
+        if states is None or most < LEAST:
+            return None
+        series = states.series(wave.edges)
+        if series is None:
+            return None
+        seen = np.flatnonzero(np.abs(wave.series).max(axis=0) > _NOISE * float(sizes.max()))
+        degree = max(int(seen[-1]) if seen.size else 0, series.shape[1] - 1) + (1 if segment.rate > 0.0 else 0)
+        if degree >= wave.series.shape[1] or (segment.rate and len(sizes) * (degree + 1) > _MOST_STATES):
+            return None
+        found = quiet(segment, wave.edges, degree, self._numbers)
+        if found is None:
+            return None
+        padded = np.pad(series, ((0, 0), (0, degree + 1 - series.shape[1]), (0, 0)))
+        powers = Powers(quiet=found, numbers=self._numbers, states=states, series=padded)
+        return self._followed(powers, number, most, wave, state)
+
+    def _followed(self, powers: Powers, number: int, most: int, wave: Pieces, state: State) -> Quietness | None:
+        q = powers.quiet
+        X = np.zeros(q.size)
+        X[: q.waves] = wave.series[:, : q.degree + 1].ravel() + powers.series.reshape(q.waves, -1) @ (
+            powers.at(np.array([float(number)]))[0, :-1]
+        )
+        X[q.waves] = state.zeta.value
+        if q.segment.touching:
+            X[q.waves + 1] = state.impact.impulse if state.impact is not None else 0.0
+        walk = _Walk(powers=powers, number=number)
+        count = walk.along(X, state.zeta.rest, most)
+        if count < LEAST:
+            return None
+        return self._summed(walk, count, wave, state)
+
+    def _summed(self, walk: _Walk, count: int, wave: Pieces, state: State) -> Quietness:
+        powers, number, T = walk.powers, walk.number, self._numbers.transit
+        q = powers.quiet
+        blocks = -(-count // BLOCK)
+        states, rests = np.concatenate(walk.states)[:blocks], np.concatenate(walk.rests)[:blocks]
+        sizes = np.abs(states[:, : q.waves]).reshape(blocks, q.pieces, -1)
+        top = float(sizes[:, :, -1].max())
+        error = 2.0 * T * (top + _NOISE * float(sizes.sum(axis=2).max()))
+        stretch = Stretch(
+            powers=powers,
+            number=number,
+            count=count,
+            share=self._problem.share,
+            width=wave.series.shape[1],
+            index=state.segment,
+            states=states,
+            rests=rests,
+            error=error,
+            impact=state.impact,
+        )
+        last, rest, forms = self._ended(walk, count)
+        end = Pieces(wave.edges, np.zeros_like(wave.series))
+        load = powers.series.reshape(q.waves, -1) @ powers.at(np.array([float(number + count)]))[0, :-1]
+        end.series[:, : q.degree + 1] = (last[: q.waves] - load).reshape(q.pieces, -1)
+        impact = None
+        if q.segment.touching:
+            before = state.impact
+            highest = q.segment.push + q.segment.rate * (
+                peak(stretch, np.concatenate(walk.tops)[:count]) if q.segment.rate else 0.0
+            )
+            highest /= self._numbers.mobility
+            impact = Impact(
+                start=2.0 * T * number if before is None else before.start,
+                end=T * 2.0 * (number + count),
+                impulse=float(last[q.waves + 1]),
+                peak_stress=highest if before is None else max(before.peak_stress, highest),
+                closed=False,
+            )
+        done, low, high = forms
+        return Quietness(
+            stretch=stretch,
+            wave=end,
+            state=State(segment=state.segment, zeta=Level(value=float(last[q.waves]), rest=rest), impact=impact),
+            work=done,
+            imbalance=(low, high),
+            passed=float(passed(powers, states).max()),
+            largest=float(sizes.sum(axis=2).max()),
+        )
+
+    def _ended(self, walk: _Walk, count: int) -> tuple[Array, float, tuple[float, float, float]]:
+        """The state after the stretch, what rounding lost of ``zeta``; work and the range of its imbalance."""
+        powers = walk.powers
+        q = powers.quiet
+        segment, blocks = q.segment, count // BLOCK
+        states, rests = np.concatenate(walk.states), np.concatenate(walk.rests)
+        working = bool(segment.rate or segment.push)
+        forms = _forms(powers) if working else []
+        trips = powers.number_of(walk.number, len(states))
+        works = np.zeros(blocks)
+        if working and blocks:
+            both = np.hstack((states[:blocks], powers.at(trips[:blocks])))
+            works = ((both @ forms[BLOCK_POWER]) * both).sum(axis=1)
+        done = float(works.sum())
+        if count == BLOCK * len(states):
+            X, rest, n = walk.ahead, walk.ahead_rest, walk.number + count
+        else:
+            X, rest, n = states[blocks], float(rests[blocks]), walk.number + BLOCK * blocks
+            start = X[q.waves]
+            for k in range(BLOCK_POWER - 1, -1, -1):
+                if count >> k & 1:
+                    u = powers.at(np.array([float(n)]))
+                    if working:
+                        both = np.append(X, u[0])
+                        done += float(both @ forms[k] @ both)
+                    gone = powers[k]
+                    if segment.rate == 0.0:
+                        travel = float((gone.rows @ X)[0] + gone.load[q.waves] @ u[0])
+                        X = gone.applied(X[None], u)[0]
+                        X[q.waves], rest = _plus(start, travel + rest)
+                        start = X[q.waves]
+                    else:
+                        X = gone.applied(X[None], u)[0]
+                    n += 1 << k
+        if not working:
+            return X, rest, (0.0, 0.0, 0.0)
+        zeta = np.append(states[: blocks + 1, q.waves], X[q.waves])[: blocks + 1] if blocks else states[:1, q.waves]
+        sums = np.concatenate(([0.0], np.cumsum(works)))[: len(zeta)]
+        zeta, sums = np.append(zeta, X[q.waves]), np.append(sums, done)
+        way = zeta - zeta[0]
+        stored = self._numbers.area / self._numbers.mobility * way * (segment.push + segment.rate * 0.5 * (zeta + zeta[0]))
+        off = sums - stored
+        return X, rest, (done, float(off.min()), float(off.max()))
+
+
+def _forms(powers: Powers) -> list[Array]:
+    """The work over 1, 2, 4, ..., 64 round trips."""
+    found, size = [work(powers)], powers.quiet.size
+    for k in range(BLOCK_POWER):
+        power = powers[k]
+        whole = np.zeros_like(found[0])
+        whole[:size, :size], whole[:size, size:] = power.dense(), power.load
+        whole[size:, size:] = powers.step(power.m)
+        found.append(found[-1] + whole.T @ found[-1] @ whole)
+    return found
+
+
+def _plus(value: float, travel: float) -> tuple[float, float]:
+    """The sum, and what rounding lost of it."""
+    level = Level(value=value).plus(travel)
+    return level.value, level.rest
+
+
+class _Walk:
+    """States block after block, up to the first round trip that is not certainly quiet."""
+
+    def __init__(self, powers: Powers, number: int) -> None:
+        self.powers, self.number = powers, number
+        self.states: list[Array] = []
+        self.rests: list[Array] = []
+        self.tops: list[Array] = []
+        self._tables()
+
+    def _tables(self) -> None:
+        """``zeta`` in each round trip of a block, less that in the first; bounds on what ``zeta`` does in any."""
+        powers, q = self.powers, self.powers.quiet
+        w, size = q.waves, powers.states.count + 1
+        inside, forced = np.zeros((1, q.size)), np.zeros((1, size))
+        series, constant = q.travel()
+        swing, more = np.abs(series).sum(axis=1), np.zeros((q.pieces, size))
+        more[:, -1] = np.abs(constant).sum(axis=1)
+        for k in range(BLOCK_POWER):
+            p = powers[k]
+            step = powers.step(p.m)
+            # row w of B + D, the identity taken off, then what is inside carried over
+            row = np.zeros(q.size)
+            row += p.rows[0] if q.segment.rate == 0.0 else p.rows[w]
+            later = inside * p.beta + inside[:, p.place] @ p.rows + row
+            load = inside @ p.load + forced @ step + p.load[w]
+            inside, forced = np.vstack((inside, later)), np.vstack((forced, load))
+            more = swing @ np.abs(p.load) + more @ np.maximum(np.abs(step), np.eye(size))
+            swing = swing * np.maximum(1.0, np.abs(p.beta)) + swing[:, p.place] @ np.abs(p.rows)
+        self._inside, self._forced, self._swing, self._more = inside, forced, swing, more
+
+    def along(self, X: Array, rest: float, most: int) -> int:
+        """Number of quiet round trips, at most ``most``."""
+        q, done = self.powers.quiet, 0
+        w, segment = q.waves, q.segment
+        low, high = segment.low - segment.origin, segment.high - segment.origin
+        self.ahead, self.ahead_rest = X, rest
+        blocks = 1
+        while done < most:
+            n = self.number + done
+            blocks = min(blocks * 8, 1 << _CHUNK_POWER, -(-(most - done) // BLOCK))
+            states, rests = self._chunk(n, blocks)
+            u = self.powers.at(self.powers.number_of(n, blocks))
+            swing = (np.abs(states) @ self._swing.T + np.abs(u) @ self._more.T).max(axis=1)
+            zeta = states @ self._inside.T + u @ self._forced.T + (states[:, w] + rests)[:, None]
+            margin = _MARGIN * (np.abs(zeta).max(axis=1) + swing)
+            tops = zeta + (swing + margin)[:, None]
+            quiet = tops < high
+            if low > -math.inf:
+                quiet &= zeta - (swing + margin)[:, None] > low
+            sizes = np.abs(states[:, :w]).reshape(blocks, q.pieces, -1)
+            fine = sizes[:, :, -1].max(axis=1) <= _TOP * sizes.sum(axis=2).max(axis=1) if q.degree else True
+            if segment.rate > 0.0:
+                quiet &= np.reshape(fine, (-1, 1))
+            self.states.append(states)
+            self.rests.append(rests)
+            self.tops.append(tops.ravel())
+            loud = np.flatnonzero(~quiet.ravel())
+            if loud.size:
+                return min(most, done + int(loud[0]))
+            done += BLOCK * blocks
+        return most
+
+    def _chunk(self, n: int, blocks: int) -> tuple[Array, Array]:
+        """States (blocks, S) from round trip ``n`` on; ``ahead`` is the one after them."""
+        powers, q = self.powers, self.powers.quiet
+        states, k = self.ahead[None], BLOCK_POWER
+        while len(states) < blocks + 1:
+            count = min(len(states), blocks + 1 - len(states))
+            more = powers[k].applied(states[:count], powers.at(powers.number_of(n, count)))
+            states, k = np.vstack((states, more)), k + 1
+        rests = np.zeros(blocks + 1)
+        if q.segment.rate == 0.0:
+            gone = powers[BLOCK_POWER]
+            travel = states[:-1] @ gone.rows[0] + powers.at(powers.number_of(n, blocks)) @ gone.load[q.waves]
+            sums = np.concatenate(([self.ahead_rest], self.ahead_rest + np.cumsum(travel)))
+            start = states[0, q.waves]
+            value = start + sums
+            back = value - start
+            rests = (start - (value - back)) + (sums - back)
+            states[:, q.waves] = value
+        self.ahead, self.ahead_rest = states[-1], float(rests[-1])
+        return states[:-1], rests[:-1]
