@@ -79,7 +79,7 @@ from lure.motion.windows import Problem, State, first_state
 
 _WINDOWS, _PIECES = 4096, 8192
 _PANELS = 20_000
-_MOST_BLOCKS = 1024
+_MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
 _MOST_PACE = 1024
 _NOISE = 4e-16  # of the initial wave: what its fit leaves of coefficients that are zero
 
@@ -215,7 +215,7 @@ class Engine:
         block = trip // BLOCK
         if block not in self._asked:
             # as many as are needed; at first few, until it is known how many panels each takes
-            count = min(-(-stop // BLOCK), block_count(self._problem.transits)) - block
+            count = min(max(-(-stop // BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
             count = min(count, self._most_blocks)
             self._load = self._panels.over(block, count)
             self._asked = range(block, block + count)

@@ -18,11 +18,12 @@ from lure.motion.windows import Problem, State
 
 LEAST = 16
 _MOST_PIECES, _MOST_STATES = 64, 400
-_CHUNK_POWER = 6
+_CHUNK, _LARGE = 64, 100
 _TOP = 1e-16  # of the wave: what its last coefficients may be
 _NOISE = 1e-17
 _MARGIN = 1e-12
-_CLEAR = 2.0  # sure distances, in swings of a round trip, below which nothing is tried
+_CANCELLED = 4e-16
+_CLEAR, _CLEAR_IN_CONTACT = 2.0, 4.0  # distances, in swings of a round trip, below which nothing is tried
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -85,10 +86,11 @@ class Search:
         if math.isinf(segment.rate) or segment.power != 1.0 or len(wave.series) > _MOST_PIECES or wave.edges[-1] != 2.0:
             return None
         sizes = np.abs(wave.series).sum(axis=1)
-        swing = 0.5 * self._numbers.transit * float(np.diff(wave.edges) @ (self._numbers.share * sizes + abs(segment.push)))
+        widths = 0.5 * self._numbers.transit * np.diff(wave.edges)
+        swing = float(widths @ (self._numbers.share * sizes + abs(segment.push)))
         zeta = state.zeta.value
         room = min(segment.high - segment.origin - zeta, zeta - (segment.low - segment.origin))
-        if not room > swing:
+        if not room > (_CLEAR_IN_CONTACT if segment.rate > 0.0 else _CLEAR) * swing:
             return None
         states, end = self._loads.over(number)
         most = min(self._total, math.floor(0.5 * end) if end < math.inf else self._total) - number
@@ -97,14 +99,16 @@ class Search:
         series = states.series(wave.edges)
         if series is None:
             return None
-        seen = np.flatnonzero(np.abs(wave.series).max(axis=0) > _NOISE * float(sizes.max()))
-        degree = max(int(seen[-1]) if seen.size else 0, series.shape[1] - 1) + (1 if segment.rate > 0.0 else 0)
-        if degree >= wave.series.shape[1] or (segment.rate and len(sizes) * (degree + 1) > _MOST_STATES):
+        degree, flat = max(_seen(wave.series, sizes), series.shape[1] - 1), segment.rate == 0.0
+        if not flat:
+            now = np.abs(series @ states.at(np.array([float(number)]))[0])
+            degree = max(_seen(wave.series, sizes, _TOP), _seen(now, sizes, _TOP)) + 1
+        if degree >= wave.series.shape[1] or (not flat and len(sizes) * (degree + 1) > _MOST_STATES):
             return None
         found = quiet(segment, wave.edges, degree, self._numbers)
         if found is None:
             return None
-        padded = np.pad(series, ((0, 0), (0, degree + 1 - series.shape[1]), (0, 0)))
+        padded = np.pad(series[:, : degree + 1], ((0, 0), (0, max(degree + 1 - series.shape[1], 0)), (0, 0)))
         powers = Powers(quiet=found, numbers=self._numbers, states=states, series=padded)
         return self._followed(powers, number, most, wave, state)
 
@@ -129,8 +133,9 @@ class Search:
         blocks = -(-count // BLOCK)
         states, rests = np.concatenate(walk.states)[:blocks], np.concatenate(walk.rests)[:blocks]
         sizes = np.abs(states[:, : q.waves]).reshape(blocks, q.pieces, -1)
-        top = float(sizes[:, :, -1].max())
-        error = 2.0 * T * (top + _NOISE * float(sizes.sum(axis=2).max()))
+        top = float(sizes[:, :, -1].max()) if q.segment.rate > 0.0 else 0.0
+        loads = float(np.abs(powers.series).sum(axis=1).max(initial=0.0))
+        error = 2.0 * T * (top + _NOISE * loads)
         stretch = Stretch(
             powers=powers,
             number=number,
@@ -151,7 +156,7 @@ class Search:
         if q.segment.touching:
             before = state.impact
             highest = q.segment.push + q.segment.rate * (
-                peak(stretch, np.concatenate(walk.tops)[:count]) if q.segment.rate else 0.0
+                peak(stretch, np.concatenate(walk.tops)[:count], walk.highest) if q.segment.rate else 0.0
             )
             highest /= self._numbers.mobility
             impact = Impact(
@@ -199,7 +204,7 @@ class Search:
                         done += float(both @ forms[k] @ both)
                     gone = powers[k]
                     if segment.rate == 0.0:
-                        travel = float((gone.rows @ X)[0] + gone.load[q.waves] @ u[0])
+                        travel = float(_travel(powers, k, X[None], u)[0])
                         X = gone.applied(X[None], u)[0]
                         X[q.waves], rest = _plus(start, travel + rest)
                         start = X[q.waves]
@@ -212,9 +217,24 @@ class Search:
         sums = np.concatenate(([0.0], np.cumsum(works)))[: len(zeta)]
         zeta, sums = np.append(zeta, X[q.waves]), np.append(sums, done)
         way = zeta - zeta[0]
-        stored = self._numbers.area / self._numbers.mobility * way * (segment.push + segment.rate * 0.5 * (zeta + zeta[0]))
-        off = sums - stored
+        push = segment.push + segment.rate * 0.5 * (zeta + zeta[0])
+        off = sums - self._numbers.area / self._numbers.mobility * push * way
         return X, rest, (done, float(off.min()), float(off.max()))
+
+
+def _travel(powers: Powers, k: int, X: Array, u: Array) -> Array:
+    """What ``zeta`` travels in flight over ``2**k`` round trips; ways there and back that differ by rounding cancel."""
+    gone, q = powers[k], powers.quiet
+    parts = X[:, : q.waves] * gone.rows[0, : q.waves]
+    way = parts.sum(axis=1)
+    way[np.abs(way) <= _CANCELLED * np.abs(parts).sum(axis=1)] = 0.0
+    return np.asarray(way + u @ gone.load[q.waves])
+
+
+def _seen(series: Array, sizes: Array, share: float = _NOISE) -> int:
+    """The highest degree of which a coefficient is not below a share of the largest wave."""
+    seen = np.flatnonzero(np.abs(series).max(axis=0) > share * float(sizes.max()))
+    return int(seen[-1]) if seen.size else 0
 
 
 def _forms(powers: Powers) -> list[Array]:
@@ -243,6 +263,7 @@ class _Walk:
         self.states: list[Array] = []
         self.rests: list[Array] = []
         self.tops: list[Array] = []
+        self.highest = -math.inf
         self._tables()
 
     def _tables(self) -> None:
@@ -250,7 +271,7 @@ class _Walk:
         powers, q = self.powers, self.powers.quiet
         w, size = q.waves, powers.states.count + 1
         inside, forced = np.zeros((1, q.size)), np.zeros((1, size))
-        series, constant = q.travel()
+        series, constant = q.travel, q.steady
         swing, more = np.abs(series).sum(axis=1), np.zeros((q.pieces, size))
         more[:, -1] = np.abs(constant).sum(axis=1)
         for k in range(BLOCK_POWER):
@@ -272,10 +293,10 @@ class _Walk:
         w, segment = q.waves, q.segment
         low, high = segment.low - segment.origin, segment.high - segment.origin
         self.ahead, self.ahead_rest = X, rest
-        blocks = 1
+        blocks = _CHUNK if q.size < _LARGE else 1
         while done < most:
             n = self.number + done
-            blocks = min(blocks * 8, 1 << _CHUNK_POWER, -(-(most - done) // BLOCK))
+            blocks = min(blocks * 8, _CHUNK, -(-(most - done) // BLOCK))
             states, rests = self._chunk(n, blocks)
             u = self.powers.at(self.powers.number_of(n, blocks))
             swing = (np.abs(states) @ self._swing.T + np.abs(u) @ self._more.T).max(axis=1)
@@ -289,6 +310,7 @@ class _Walk:
             fine = sizes[:, :, -1].max(axis=1) <= _TOP * sizes.sum(axis=2).max(axis=1) if q.degree else True
             if segment.rate > 0.0:
                 quiet &= np.reshape(fine, (-1, 1))
+                self.highest = max(self.highest, float(np.where(quiet, zeta, -np.inf).max()))
             self.states.append(states)
             self.rests.append(rests)
             self.tops.append(tops.ravel())
@@ -308,8 +330,7 @@ class _Walk:
             states, k = np.vstack((states, more)), k + 1
         rests = np.zeros(blocks + 1)
         if q.segment.rate == 0.0:
-            gone = powers[BLOCK_POWER]
-            travel = states[:-1] @ gone.rows[0] + powers.at(powers.number_of(n, blocks)) @ gone.load[q.waves]
+            travel = _travel(powers, BLOCK_POWER, states[:-1], powers.at(powers.number_of(n, blocks)))
             sums = np.concatenate(([self.ahead_rest], self.ahead_rest + np.cumsum(travel)))
             start = states[0, q.waves]
             value = start + sums

@@ -1,11 +1,12 @@
 r"""A force as states that go from round trip to round trip by a constant matrix.
 
-A sum of ``w t^K e^{lambda t}`` is, in round trip ``n``, a sum of ``v_k(n) = n^k e^{2 lambda T n}`` times fixed functions
-of the time inside the round trip, and ``v(n + m) = U_m v(n)`` by the binomial theorem.
+A sum of ``w t^K e^{lambda t}`` is, in round trip ``n``, a sum of ``v_k(n) = n^k e^{2 lambda T n}`` times fixed
+functions of the time inside the round trip, and ``v(n + m) = U_m v(n)`` by the binomial theorem.
 """
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -54,22 +55,31 @@ class LoadStates:
 
     def at(self, n: Array) -> Array:
         """The states (len(n), count) in round trips."""
-        growth = np.exp(2.0 * np.multiply.outer(n, self.rate))
-        parts = [growth[:, i] * n**k for i, power in enumerate(self.powers) for k in range(power + 1)]
-        table = np.array(parts).reshape(len(parts), len(n)).T
-        return np.hstack((table.real, table.imag))
+        size = self.count // 2
+        table = np.empty((len(n), 2 * size))
+        column = 0
+        for rate, power in zip(self.rate.tolist(), self.powers, strict=True):
+            size_now, angle = np.exp((2.0 * rate.real) * n) if rate.real else 1.0, (2.0 * rate.imag) * n
+            real, imaginary = size_now * np.cos(angle), size_now * np.sin(angle)
+            for _ in range(power + 1):
+                table[:, column], table[:, size + column] = real, imaginary
+                real, imaginary, column = real * n, imaginary * n, column + 1
+        return table
 
     def step(self, m: int) -> Array:
         """``U_m`` (count, count)."""
         size, row = self.count // 2, 0
-        matrix = np.zeros((size, size), dtype=complex)
-        for rate, power in zip(self.rate, self.powers, strict=True):
-            factor = np.exp(2.0 * m * rate)
+        matrix = np.zeros((2 * size, 2 * size))
+        for rate, power in zip(self.rate.tolist(), self.powers, strict=True):
+            factor = cmath.exp(2.0 * m * rate)
             for k in range(power + 1):
                 for low in range(k + 1):
-                    matrix[row + k, row + low] = factor * math.comb(k, low) * float(m) ** (k - low)
+                    entry = factor * math.comb(k, low) * float(m) ** (k - low)
+                    i, j = row + k, row + low
+                    matrix[i, j] = matrix[size + i, size + j] = entry.real
+                    matrix[i, size + j], matrix[size + i, j] = -entry.imag, entry.imag
             row += power + 1
-        return np.block([[matrix.real, -matrix.imag], [matrix.imag, matrix.real]])
+        return matrix
 
     def series(self, edges: Array) -> Array | None:
         """(m, N+1, count) coefficients on pieces of a round trip per state; None if they do not fall off."""
@@ -80,7 +90,8 @@ class LoadStates:
             return None
         columns = []
         for rate, power, weights in zip(self.rate, self.powers, self.weights, strict=True):
-            terms = np.cumprod(np.hstack((np.ones((len(half), 1)), (rate * half)[:, None] / np.arange(1, _ORDER))), axis=1)
+            terms = np.ones((len(half), _ORDER), dtype=complex)
+            terms[:, 1:] = np.cumprod((rate * half)[:, None] / np.arange(1, _ORDER), axis=1)
             raised = [terms * np.exp(rate * middle)[:, None]]
             for _ in range(power):
                 last = raised[-1]

@@ -1,8 +1,8 @@
 r"""The map from one round trip to the next while nothing happens: linear, and raised to powers by squaring.
 
-On one straight segment of the law and on fixed pieces the state ``X = (W, zeta, impulse)`` of a round trip and the states
-``u`` of the load give those of the next: ``X' = (B + D) X + F u`` with the diagonal ``B = (echo of W, 1, 1)``.  Powers
-keep ``B`` and ``D`` apart, so that rounding of what does not change does not add up:
+On one straight segment of the law and on fixed pieces the state ``X = (W, zeta, impulse)`` of a round trip and the
+states ``u`` of the load give those of the next: ``X' = (B + D) X + F u`` with the diagonal ``B = (echo of W, 1, 1)``.
+Powers keep ``B`` and ``D`` apart, so that rounding of what does not change does not add up:
 ``D_2m = B_m D_m + D_m B_m + D_m^2``.
 """
 
@@ -50,6 +50,8 @@ class Quiet:
     begins, begin : ndarray
         ``zeta`` where the pieces begin, and at the end, less that at the start of the round trip: (P+1, S) per ``X``,
         (P+1,) constant.
+    travel, steady : ndarray
+        Series of ``zeta`` less ``zeta`` at the start of the round trip: (P, K, S) per ``X``, (P, K) constant.
     """
 
     edges: Array
@@ -60,6 +62,8 @@ class Quiet:
     level: Array
     begins: Array
     begin: Array
+    travel: Array
+    steady: Array
 
     @property
     def pieces(self) -> int:
@@ -76,17 +80,19 @@ class Quiet:
         """S."""
         return self.begins.shape[1]
 
-    def travel(self) -> tuple[Array, Array]:
-        """Series of ``zeta`` less ``zeta`` at the start of the round trip: (P, K, S) per ``X``, (P, K) constant."""
-        P, n = self.pieces, self.degree + 1
-        series = self.start[:, :, None] * self.begins[:-1, None, :]
-        series[:, :, self.waves] += self.start
-        for p in range(P):
-            series[p, :, p * n : (p + 1) * n] += self.own[p]
-        series[:, 0] += self.begins[:-1]
-        constant = self.level + self.start * self.begin[:-1, None]
-        constant[:, 0] += self.begin[:-1]
-        return series, constant
+
+def _travel(found: tuple[Array, Array, Array], begins: Array, begin: Array) -> tuple[Array, Array]:
+    """``travel`` and ``steady``."""
+    own, start, level = found
+    P, n = len(own), own.shape[2]
+    series = start[:, :, None] * begins[:-1, None, :]
+    series[:, :, P * n] += start
+    for p in range(P):
+        series[p, :, p * n : (p + 1) * n] += own[p]
+    series[:, 0] += begins[:-1]
+    constant = level + start * begin[:-1, None]
+    constant[:, 0] += begin[:-1]
+    return series, constant
 
 
 def quiet(segment: Segment, edges: Array, degree: int, numbers: Coefficients) -> Quiet | None:
@@ -116,6 +122,7 @@ def quiet(segment: Segment, edges: Array, degree: int, numbers: Coefficients) ->
     begins, begin = np.zeros((P + 1, size)), np.zeros(P + 1)
     held_ends, own_ends, level_ends = start.sum(axis=1), own.sum(axis=1), level.sum(axis=1)
     if segment.rate == 0.0:
+        own_ends = 2.0 * numbers.share * half[:, None] * _mean(n)  # nothing, not rounding, for odd degrees
         for p in range(P):
             begins[p + 1 :, p * n : (p + 1) * n] = own_ends[p]
         begin[1:] = np.cumsum(level_ends)
@@ -125,8 +132,18 @@ def quiet(segment: Segment, edges: Array, degree: int, numbers: Coefficients) ->
             begins[p + 1, P * n] += held_ends[p]
             begins[p + 1, p * n : (p + 1) * n] += own_ends[p]
             begin[p + 1] = (1.0 + held_ends[p]) * begin[p] + level_ends[p]
+    travel, steady = _travel((own, start, level), begins, begin)
     return Quiet(
-        edges=edges, degree=degree, segment=segment, own=own, start=start, level=level, begins=begins, begin=begin
+        edges=edges,
+        degree=degree,
+        segment=segment,
+        own=own,
+        start=start,
+        level=level,
+        begins=begins,
+        begin=begin,
+        travel=travel,
+        steady=steady,
     )
 
 
@@ -192,6 +209,7 @@ class Powers:
     states: LoadStates
     series: Array
     made: list[Power] = field(default_factory=list)
+    steps: dict[int, Array] = field(default_factory=dict)
 
     def __getitem__(self, k: int) -> Power:
         """The map over ``2**k`` round trips."""
@@ -201,7 +219,9 @@ class Powers:
 
     def at(self, number: Array) -> Array:
         """``u`` (n, states) in round trips."""
-        return np.hstack((self.states.at(number), np.ones((len(number), 1))))
+        found = np.ones((len(number), self.states.count + 1))
+        found[:, :-1] = self.states.at(number)
+        return found
 
     @staticmethod
     def number_of(first: int, blocks: int) -> Array:
@@ -210,14 +230,16 @@ class Powers:
 
     def step(self, m: int) -> Array:
         """The map of ``u`` over ``m`` round trips."""
-        count = self.states.count
-        matrix = np.eye(count + 1)
-        matrix[:count, :count] = self.states.step(m)
-        return matrix
+        if m not in self.steps:
+            count = self.states.count
+            matrix = np.zeros((count + 1, count + 1))
+            matrix[:count, :count], matrix[count, count] = self.states.step(m), 1.0
+            self.steps[m] = matrix
+        return self.steps[m]
 
     def _first(self) -> Power:
         q, numbers = self.quiet, self.numbers
-        segment, n, w, P = q.segment, q.degree + 1, q.waves, q.pieces
+        segment, n, w = q.segment, q.degree + 1, q.waves
         flat = segment.rate == 0.0
         beta = np.ones(q.size)
         beta[:w] = numbers.echo * (2.0 * numbers.share - 1.0)
@@ -227,7 +249,7 @@ class Powers:
         back = -2.0 * numbers.echo
         load[:w:n, -1] += back * segment.push
         if not flat:
-            series, constant = q.travel()
+            series, constant = q.travel, q.steady
             rows[:w] = back * segment.rate * series[:, :n].reshape(w, -1)
             rows[:w:n, w] += back * segment.rate
             load[:w, -1] += back * segment.rate * constant[:, :n].ravel()
@@ -260,7 +282,7 @@ def work(powers: Powers) -> Array:
     """``int d p z' dt Z/share`` over a round trip as a quadratic form (S+r, S+r) of ``(X, u)`` [J]."""
     q, numbers = powers.quiet, powers.numbers
     segment, n, P = q.segment, q.degree + 1, q.pieces
-    series, constant = q.travel()
+    series, constant = q.travel, q.steady
     K, size = series.shape[1], q.size + powers.states.count + 1
     push, speed = np.zeros((P, K, size)), np.zeros((P, n, size))
     push[:, :, : q.size] = segment.rate * series

@@ -87,10 +87,13 @@ class Stretch:
         piece = np.clip(np.searchsorted(quiet.edges, local, side="right") - 1, 0, quiet.pieces - 1)
         low, high = quiet.edges[piece], quiet.edges[piece + 1]
         x = np.clip(((local - low) - (high - local)) / (high - low), -1.0, 1.0)
-        X, rest = self._states_in(trip)
+        X, rest = self.states_in(trip)
         n = quiet.degree + 1
         own = X[:, : quiet.waves].reshape(len(X), -1, n)[np.arange(len(X)), piece]
-        table = np.cos(np.arange(len(quiet.start[0]))[:, None] * np.arccos(x))
+        table = np.ones((quiet.start.shape[1], len(x)))
+        table[1] = x
+        for k in range(2, len(table)):
+            table[k] = 2.0 * x * table[k - 1] - table[k - 2]
         wave = (table[:n].T * own).sum(axis=1)
         if name == "wave":
             return np.asarray(wave)
@@ -107,7 +110,7 @@ class Stretch:
         quiet = self.powers.quiet
         return np.asarray((X @ quiet.begins[:-1].T)[np.arange(len(X)), piece] + quiet.begin[piece])
 
-    def _states_in(self, trip: NDArray[np.int64]) -> tuple[Array, Array]:
+    def states_in(self, trip: NDArray[np.int64]) -> tuple[Array, Array]:
         """States (n, S) in round trips counted from the first, and what rounding lost of ``zeta``."""
         fine = self._fine()
         X = fine[trip >> FINE_POWER]
@@ -150,7 +153,7 @@ class Stretch:
     def series(self, X: Array) -> tuple[Array, Array]:
         """``W`` (n, P, degree+1) and ``zeta`` (n, P, K) on the pieces, for states (n, S)."""
         quiet = self.powers.quiet
-        travel, constant = quiet.travel()
+        travel, constant = quiet.travel, quiet.steady
         zeta = (X @ travel.reshape(-1, quiet.size).T).reshape(len(X), *constant.shape) + constant
         zeta[:, :, 0] += X[:, quiet.waves, None]
         return X[:, : quiet.waves].reshape(len(X), quiet.pieces, -1), zeta
@@ -206,9 +209,9 @@ class Stretch:
                 zeta = self.series(self.every(low, min(low + _CHUNK, self.count)))[1]
                 push = segment.rate * zeta
                 push[:, :, 0] += segment.push
-                ends = np.maximum(left_ends(push.reshape(-1, push.shape[2])), right_ends(push.reshape(-1, push.shape[2])))
-                least = ends.reshape(push.shape[:2]).max(axis=1)
-                most = upper_bounds(push.reshape(-1, push.shape[2])).reshape(push.shape[:2]).max(axis=1)
+                flat = push.reshape(-1, push.shape[2])
+                least = np.maximum(left_ends(flat), right_ends(flat)).reshape(push.shape[:2]).max(axis=1)
+                most = upper_bounds(flat).reshape(push.shape[:2]).max(axis=1)
                 before = np.maximum.accumulate(np.append(best, least))[:-1]
                 for i in np.flatnonzero(most > np.maximum(before, least)):
                     least[i] = max(least[i], largest_value(push[i]))
@@ -243,7 +246,7 @@ class Stretch:
         if count <= _CHUNK:
             return self.record(self.count - count, self.count)
         trips = np.arange(self.count - count, self.count, BLOCK)
-        states, rests = self._states_in(trips)
+        states, rests = self.states_in(trips)
         before = self.record(int(trips[0]) - 1, int(trips[0])).window(0).end.impact
         return replace(
             self,
@@ -256,18 +259,18 @@ class Stretch:
         )
 
 
-def peak(stretch: Stretch, tops: Array) -> float:
-    """The largest ``zeta`` of the stretch, given upper bounds (count,) round trip by round trip."""
-    best, order = -np.inf, np.argsort(-tops)
-    for low in range(0, len(order), 64):
-        some = np.sort(order[low : low + 64])
-        if tops[order[low]] <= best:
-            break
-        X, rest = stretch._states_in(some)
+def peak(stretch: Stretch, tops: Array, best: float) -> float:
+    """The largest ``zeta`` of the stretch, given upper bounds (count,) round trip by round trip, and a value it has."""
+    some = np.flatnonzero(tops > best)
+    for low in range(0, len(some), _CHUNK):
+        X, rest = stretch.states_in(some[low : low + _CHUNK])
         X[:, stretch.powers.quiet.waves] += rest
         zeta = stretch.series(X)[1]
         flat = zeta.reshape(-1, zeta.shape[2])
-        flat = flat[upper_bounds(flat) > best]
+        flat = flat[flat[:, 0] + np.abs(flat[:, 1:]).sum(axis=1) > best]
+        if len(flat):
+            best = max(best, float(right_ends(flat).max()))
+            flat = flat[upper_bounds(flat) > best]
         if len(flat):
             best = max(best, largest_value(flat))
     return best
