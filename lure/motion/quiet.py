@@ -115,8 +115,9 @@ class Search:
     def _followed(self, powers: Powers, number: int, most: int, wave: Pieces, state: State) -> Quietness | None:
         q = powers.quiet
         X = np.zeros(q.size)
-        X[: q.waves] = wave.series[:, : q.degree + 1].ravel() + powers.series.reshape(q.waves, -1) @ (
-            powers.at(np.array([float(number)]))[0, :-1]
+        X[: q.waves] = (
+            wave.series[:, : q.degree + 1].ravel()
+            + powers.series.reshape(q.waves, -1) @ (powers.at(np.array([float(number)]))[0, :-1])
         )
         X[q.waves] = state.zeta.value
         if q.segment.touching:
@@ -155,10 +156,9 @@ class Search:
         impact = None
         if q.segment.touching:
             before = state.impact
-            highest = q.segment.push + q.segment.rate * (
-                peak(stretch, np.concatenate(walk.tops)[:count], walk.highest) if q.segment.rate else 0.0
-            )
-            highest /= self._numbers.mobility
+            tops, starts = (np.concatenate(parts)[:count] for parts in (walk.tops, walk.starts))
+            highest = peak(stretch, tops, float(starts.max())) if q.segment.rate > 0.0 else 0.0
+            highest = (q.segment.push + q.segment.rate * highest) / self._numbers.mobility
             impact = Impact(
                 start=2.0 * T * number if before is None else before.start,
                 end=T * 2.0 * (number + count),
@@ -263,7 +263,7 @@ class _Walk:
         self.states: list[Array] = []
         self.rests: list[Array] = []
         self.tops: list[Array] = []
-        self.highest = -math.inf
+        self.starts: list[Array] = []
         self._tables()
 
     def _tables(self) -> None:
@@ -310,10 +310,10 @@ class _Walk:
             fine = sizes[:, :, -1].max(axis=1) <= _TOP * sizes.sum(axis=2).max(axis=1) if q.degree else True
             if segment.rate > 0.0:
                 quiet &= np.reshape(fine, (-1, 1))
-                self.highest = max(self.highest, float(np.where(quiet, zeta, -np.inf).max()))
             self.states.append(states)
             self.rests.append(rests)
             self.tops.append(tops.ravel())
+            self.starts.append(zeta.ravel())
             loud = np.flatnonzero(~quiet.ravel())
             if loud.size:
                 return min(most, done + int(loud[0]))

@@ -155,15 +155,10 @@ class QuietLoads:
         powers = tuple(max(power for other, power in terms if other == rate) for rate in rates)
         weights = tuple(
             np.array(
-                [
-                    gain * T**k * (2.0 if rate.imag else 1.0) * terms.get((rate, k), 0j)
-                    for k in range(power + 1)
-                ],
+                [gain * T**k * (2.0 if rate.imag else 1.0) * terms.get((rate, k), 0j) for k in range(power + 1)],
                 dtype=complex,
             )
             for rate, power in zip(rates, powers, strict=True)
         )
         states = LoadStates(rate=T * np.array(rates, dtype=complex), powers=powers, weights=weights)
         return states if states.count <= 2 * _MOST_STATES else None
-
-
