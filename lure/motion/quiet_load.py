@@ -114,7 +114,7 @@ class LoadStates:
 def _monomials() -> Array:
     """From coefficients of powers to those of Chebyshev polynomials."""
     columns = [np.pad(chebyshev.poly2cheb(row[: k + 1]), (0, _ORDER - 1 - k)) for k, row in enumerate(np.eye(_ORDER))]
-    return np.array(columns).T
+    return np.array(columns, dtype=float).T
 
 
 class QuietLoads:
@@ -160,5 +160,5 @@ class QuietLoads:
             )
             for rate, power in zip(rates, powers, strict=True)
         )
-        states = LoadStates(rate=T * np.array(rates, dtype=complex), powers=powers, weights=weights)
+        states = LoadStates(rate=np.array([T * rate for rate in rates], dtype=complex), powers=powers, weights=weights)
         return states if states.count <= 2 * _MOST_STATES else None

@@ -78,7 +78,7 @@ class Quiet:
     @property
     def size(self) -> int:
         """S."""
-        return self.begins.shape[1]
+        return int(self.begins.shape[1])
 
 
 def _travel(found: tuple[Array, Array, Array], begins: Array, begin: Array) -> tuple[Array, Array]:
@@ -113,7 +113,7 @@ def quiet(segment: Segment, edges: Array, degree: int, numbers: Coefficients) ->
     if segment.rate > 0.0:
         system = np.eye(K) + stiff[:, None, None] * integral
         right = np.concatenate((numbers.share * driven, held[:, :, None], pushed[:, :, None]), axis=2)
-        found = np.linalg.solve(system, right)
+        found = np.asarray(np.linalg.solve(system, right), dtype=float)
         own, start, level = found[:, :, :n], found[:, :, n], found[:, :, n + 1]
     else:
         own, start, level = numbers.share * driven, held, pushed
@@ -226,7 +226,7 @@ class Powers:
     @staticmethod
     def number_of(first: int, blocks: int) -> Array:
         """Numbers of the round trips with which blocks of 64 begin."""
-        return first + 64.0 * np.arange(blocks)
+        return first + 64.0 * np.arange(blocks, dtype=float)
 
     def step(self, m: int) -> Array:
         """The map of ``u`` over ``m`` round trips."""

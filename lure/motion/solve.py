@@ -215,10 +215,10 @@ def _by_engine(problem: Problem, numerics: Numerics) -> _Run:
         total += len(record)
         while numerics.keep is not None and total - len(kept[0]) >= numerics.keep:
             total -= len(kept.popleft())
-    record = timeline(tuple(kept))
+    whole = timeline(tuple(kept))
     open_impact = engine.open_impact
     return _Run(
-        record=record if numerics.keep is None else record.last(numerics.keep),
+        record=whole if numerics.keep is None else whole.last(numerics.keep),
         impacts=(*impacts, open_impact) if open_impact is not None else tuple(impacts),
         crossings=engine.crossings,
         energy_residual=engine.energy_residual,
