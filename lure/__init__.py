@@ -20,6 +20,10 @@ from lure.laws import Saturation as Saturation
 from lure.laws import Tanh as Tanh
 from lure.laws import relay_with_slope as relay_with_slope
 from lure.loop import Loop as Loop
+from lure.motion import Boundary as Boundary
+from lure.motion import Motion as Motion
+from lure.motion import Numerics as Numerics
+from lure.motion import exact_motion as exact_motion
 from lure.nonlinearity import Nonlinearity as Nonlinearity
 from lure.nonlinearity import NormalCompliance as NormalCompliance
 from lure.rational import RationalBlock as RationalBlock

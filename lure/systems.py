@@ -105,8 +105,32 @@ _FIGURES: tuple[tuple[str, str, str, str, float, Form], ...] = (
 )
 
 
+def _steel_rod() -> RodSystem:
+    """A bar of steel against a stop: its response to the force repeats every second period of it."""
+    values = {
+        "youngs_modulus": "210e9",
+        "density": "7850",
+        "length": "1",
+        "area": "1e-4",
+        "damping": "800",
+        "compliance": "5e-14",
+        "exponent": "1",
+        "gap": "0",
+    }
+    return RodSystem(
+        name="steel-rod",
+        title="a steel bar pressed against a stiff stop and shaken",
+        rod=rod_from_exact({name: Fraction(text) for name, text in values.items()}),
+        scenario=Scenario.parse(force="300 + 700*sin(2600*t)"),
+        cells=10,
+        form="corrected",
+        until=0.05,
+        source="an example of lure's own",
+    )
+
+
 def _builtin() -> dict[str, RodSystem]:
-    return {
+    figures = {
         name: RodSystem(
             name=name,
             title=title,
@@ -119,10 +143,11 @@ def _builtin() -> dict[str, RodSystem]:
         )
         for name, title, damping, force, until, form in _FIGURES
     }
+    return {**figures, "steel-rod": _steel_rod()}
 
 
 def builtin_systems() -> Mapping[str, RodSystem]:
-    """The named systems, in the order of the paper's figures."""
+    """The named systems: those of the paper in the order of its figures, then the steel rod."""
     return MappingProxyType(_builtin())
 
 

@@ -1,6 +1,7 @@
 """Settings shared by all tests, and the fixtures of those that run commands.
 
 The profile `dev` is the default: few examples, the same in every run.  `--hypothesis-profile=ci` draws many at random.
+`--motion compiled` and `--motion plain` compute exact motions that do not choose for themselves in that way.
 """
 
 import os
@@ -9,12 +10,27 @@ import pytest
 from hypothesis import settings
 
 from analysis.cli import main
+from lure.motion import choice, solve
 
 os.environ["MPLBACKEND"] = "agg"  # figures are files, also where a display is at hand
 
 settings.register_profile("dev", max_examples=40, derandomize=True, deadline=None)
 settings.register_profile("ci", max_examples=1000, deadline=None, print_blob=True)
 settings.load_profile("dev")
+
+
+def pytest_addoption(parser):
+    """How exact motions are computed."""
+    parser.addoption("--motion", choices=("plain", "compiled"), help="compute exact motions in this way")
+
+
+def pytest_configure(config):
+    """Put the way that was asked for in place of the choice by cost."""
+    way = config.getoption("--motion")
+    if way is not None:
+        solve.compilation_pays = lambda problem, wish: choice.compilation_pays(
+            problem, (way == "compiled") if wish is None else wish
+        )
 
 
 @pytest.fixture

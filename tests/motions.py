@@ -37,9 +37,10 @@ def other_rod(**changes):
 def imbalance(motion):
     """``E(until) - E(0) - int (g v(t,0) - k v(t,0)^2 - k_L v(t,L)^2 + int f v dx) dt``, relative, by Gauss panels."""
     rod, T, scenario = motion.rod, motion.rod.travel_time, motion.scenario
-    edges = [0.0, motion.until]
+    # 10 points on a panel of width h miss the mean of sin(s t)^2 by J_20(s h), below 1e-16 for s h <= 2.5
+    edges = [*np.arange(0, motion.until, T / 4), motion.until]
     for window in motion.fields.windows:
-        edges += [T * (2 * window.number + edge + lag) for edge in window.edges for lag in (0, 1)]
+        edges += [T * (2 * window.number + edge + lag) for edge in window.edges for lag in (-1, 0, 1)]
     edges += [float(b) for b in scenario.force.breakpoints("t", 0, motion.until) or ()]
     instants, places = motion.fields.sources.body_breaks
     edges += [T * (b + lag) for b in instants for lag in range(3)]

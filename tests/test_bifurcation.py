@@ -142,7 +142,7 @@ def test_a_value_that_cannot_be_followed_is_kept_with_the_reason(monkeypatch):
         ("F*sin(t)", "t", [1], Sweep(), "there is no parameter 't'"),
         ("gap*sin(t)", "gap", [1], Sweep(), "gap is a field of the rod and a symbol of the force"),
         ("F*sin(t)", "F", [], Sweep(), "there are no values"),
-        ("F*sin(t)", "F", [1, math.nan], Sweep(), "a value of the parameter is nan"),
+        ("F*sin(t)", "F", [1, math.nan], Sweep(), "a value asked for is nan"),
         ("sin(t)", "area", [1, -1], Sweep(), "rod.area is -1"),
         ("F*sin(t) + G", "F", [1], Sweep(), "G"),
         ("exp(F*t)", "F", [1], Sweep(), "no period"),

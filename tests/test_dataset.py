@@ -289,7 +289,13 @@ def test_the_printed_form_is_not_mistaken_for_the_rod():
     run = perform(builtin_system("paper-rod-figure-8"), Request(until=1e-3, samples=2)).run
     assert "as printed" in run.note
     assert run.note in run_dataset(run).attrs["note"]
-    assert perform(builtin_system("paper-rod"), Request(until=1e-3, samples=2)).run.note == ""
+    assert perform(builtin_system("paper-rod"), Request(until=1e-3, samples=14)).run.note == ""
+
+
+def test_samples_that_miss_waves_are_said_to():
+    # 1e-3 s are 6 transits of 1/6000 s: 13 steps are less than half a transit each, 11 are more
+    said = perform(builtin_system("paper-rod"), Request(until=1e-3, samples=12)).run
+    assert "the samples are 0.545 transits L/c apart" in run_dataset(said).attrs["note"]
 
 
 def test_plain_data_have_no_nan():

@@ -103,7 +103,12 @@ def test_a_refuted_rod_is_shown_growing(reports):
     found = document(report)["confirmation"]
     # a wave comes back 1/|a| = 1.5/0.9 times as large: energy times (5/3)^2 in each of 8 round trips
     assert found["rod"]["energy"]["end"] / found["rod"]["energy"]["start"] == pytest.approx((5 / 3) ** 16, rel=1e-9)
-    assert "grows from" in confirmation_sentence(report.confirmation)
+    said = confirmation_sentence(report.confirmation)
+    energy = report.confirmation.rod.energy
+    assert said.endswith(f"grows from {energy.start:.3g} J to {energy.end:.3g} J")
+    slow = replace(energy, end=energy.start * (1 + 1e-5))
+    side = replace(report.confirmation.rod, energy=slow)
+    assert confirmation_sentence(replace(report.confirmation, rod=side)).endswith(" J by 0.001 %")
     assert found["rod"]["rest"] is None
 
 
@@ -174,6 +179,9 @@ def test_what_counts_as_a_contradiction(reports):
     for name in ("energy", "lyapunov", "zeta"):
         (sentence,) = contradictions_of_rod(replace(side, **{name: rising(getattr(side, name))}), "decay")
         assert "rises by" in sentence
+        below = replace(getattr(side, name), end=-2 * getattr(side, name).allowance * getattr(side, name).scale)
+        found = contradictions_of_rod(replace(side, **{name: below}), "decay")
+        assert [f"falls to {below.end:.3g}" in sentence for sentence in found] == ([] if name == "zeta" else [True])
     falling = replace(side, energy=rising(side.energy), lyapunov=None, zeta=None)
     assert "energy of the rod falls" in contradictions_of_rod(falling, "growth")[0]
     assert "energy of the rod changes" in contradictions_of_rod(falling, "undamped")[0]

@@ -232,8 +232,8 @@ def test_the_rate_of_the_waves_is_that_of_the_echoes(damping, end):
 @pytest.mark.parametrize(
     ("change", "plan", "sentence"),
     [
-        ({"damping": 0}, Plan(), "never forgets its start; give settle="),
-        ({"damping": -0.1}, Plan(), "motions grow; give settle="),
+        ({"damping": 0}, Plan(), "never forgets its start; give the time to wait, settle"),
+        ({"damping": -0.1}, Plan(), "motions grow; give the time to wait, settle,"),
     ],
 )
 def test_a_rod_that_forgets_nothing_needs_a_time(change, plan, sentence):
@@ -246,8 +246,8 @@ def test_a_rod_that_forgets_nothing_needs_a_time(change, plan, sentence):
     [
         ({"settle": -1}, "settle is -1"),
         ({"settle": math.inf}, "settle is inf"),
-        ({"run": 7}, "run is 7; give a whole number from 8"),
-        ({"run": True}, "run is True"),
+        ({"run": 7}, "run, the periods watched, is 7; give a whole number from 8"),
+        ({"run": True}, "run, the periods watched, is True"),
         ({"samples": 4}, "samples is 4"),
         ({"run": 10_000, "samples": 10_000}, "give at most 20000000"),
         ({"tolerance": 0.0}, "tolerance is 0.0"),

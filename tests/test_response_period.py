@@ -60,7 +60,7 @@ def test_a_period_follows_from_the_formula(text, expected):
 def test_what_does_not_follow_is_refused_with_the_reason(text, reason):
     with pytest.raises(InputError, match=reason) as refusal:
         period(text)
-    assert "give period=" in str(refusal.value)
+    assert "give the period if you know one" in str(refusal.value)
     assert "\n" not in str(refusal.value)
 
 

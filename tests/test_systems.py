@@ -8,10 +8,10 @@ import pytest
 from lure import InputError, Loop, builtin_system, builtin_systems, initial_state, upwind
 from lure.systems import paper_rod, rod_from_exact
 
-NAMES = ["paper-rod", "paper-rod-figure-8", "paper-rod-figure-9", "paper-rod-figure-10"]
+NAMES = ["paper-rod", "paper-rod-figure-8", "paper-rod-figure-9", "paper-rod-figure-10", "steel-rod"]
 
 
-def test_the_names_are_those_of_the_figures_in_their_order():
+def test_the_names_are_those_of_the_figures_in_their_order_and_the_steel_rod():
     assert list(builtin_systems()) == NAMES
 
 
@@ -24,7 +24,7 @@ def test_each_system_builds_its_scheme_its_start_and_its_loop(name):
     assert initial_state(scheme, system.scenario).shape == (21,)
     loop = Loop(scheme, system.rod.law)
     assert np.isfinite(loop.block.transfer(1j))
-    assert loop.nonlinearity.sector.upper == 1
+    assert loop.nonlinearity.sector.upper == 1 / system.rod.exact["compliance"]
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,8 @@ def test_the_rod_of_the_paper_takes_another_damping():
 
 def test_every_system_says_where_its_numbers_come_from():
     for system in builtin_systems().values():
-        assert "section 5" in system.source
+        assert ("section 5" in system.source) is system.name.startswith("paper")
+        assert system.source
         assert system.title
 
 

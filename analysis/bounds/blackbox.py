@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +17,7 @@ from lure.errors import AssumptionError, InputError
 DECADES = 9
 _ROUNDS, _FINE = 12, 41
 _ROUNDING = 1e-9
+_ROOM = 1e-13  # about ten operations of doubles
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,17 +151,16 @@ def vouched(
 
 
 def _cones(sample: Sample, lipschitz: Fraction) -> tuple[Fraction, Fraction]:
-    """Bounds on the chords between sampled points of one side of 0, exactly."""
-    points = [(Fraction(a), Fraction(b)) for a, b in zip(sample.x.tolist(), sample.phi.tolist(), strict=True)]
-    least: Fraction = min(y / x for x, y in points)
-    most: Fraction = max(y / x for x, y in points)
-    for (x0, y0), (x1, y1) in pairwise(points):
-        for sign in (1, -1):
-            lean = sign * (y1 - y0) / (2 * lipschitz)
-            where = min(max((x0 + x1) / 2 + lean, x0), x1)
-            value = (y0 + sign * lipschitz * (where - x0)) / where
-            least, most = min(least, value), max(most, value)
-    return least, most
+    """Bounds on the chords between sampled points of one side of 0, with room for rounding."""
+    x0, x1, y0, y1 = sample.x[:-1], sample.x[1:], sample.phi[:-1], sample.phi[1:]
+    slope = float(lipschitz)
+    found = [sample.chords]
+    for sign in (1, -1):
+        meeting = np.clip((x0 + x1) / 2 + sign * (y1 - y0) / (2 * slope), x0, x1)
+        found.append((y0 + sign * slope * (meeting - x0)) / meeting)
+    values = np.concatenate(found)
+    room = _ROOM * (slope + float(np.abs(sample.chords).max()))
+    return Fraction(float(values.min()) - room), Fraction(float(values.max()) + room)
 
 
 def _spread(low: float, high: float, samples: int) -> NDArray[np.float64]:

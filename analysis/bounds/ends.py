@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from fractions import Fraction
 
 from flint import arb, arb_series
 
 from analysis.bounds.expansion import ORDER, Expansion, Stretch, Unsettled
-from analysis.bounds.extremes import Candidate, Cover, End, bounds_of
-from analysis.bounds.result import Bound
+from analysis.bounds.extremes import End
+from analysis.bounds.series import inside_sech_square, sech_square_series, tanh_series
 from analysis.bounds.span import NOTHING, Span
 from lure.expressions.balls import ball
-from lure.expressions.tree import ONE, Apply, Node, Number
+from lure.expressions.tree import Apply, Node, Number
 
 _LOG_POWER = Fraction(1, 8)
 _UNIT = Span(arb(-1), arb(1))
@@ -50,47 +49,6 @@ def expanded(node: Node, end: End, side: int, stretch: Stretch) -> Expansion:
         terms = {Fraction(-1): arb(1 if end > 0 else -1)}
     variable = stretch.tidy(terms, min(terms) + ORDER, NOTHING)
     return _Walk(stretch, variable).value(node)
-
-
-def reach(m: Expansion, stretch: Stretch, end: End, side: int) -> tuple[Cover, Candidate | None]:
-    """What an expansion lies between on its stretch, and its limit as ``t -> 0`` where it has one."""
-    low, high, limit = _reach(stretch.settled(m), stretch)
-    found = None if limit is None else Candidate(value=limit, place=end, inside=False, side=side)
-    return Cover(low=low, high=high), found
-
-
-def _reach(m: Expansion, stretch: Stretch) -> tuple[Bound, Bound, Bound | tuple[Fraction, Fraction] | None]:
-    lead = m.lead
-    if m.growth is not None or lead < 0:
-        sign = stretch.sign(m)
-        if not sign:
-            return -math.inf, math.inf, None
-        least = max(bounds_of(_smallest(m, stretch))[0], Fraction(0))
-        limit = sign * math.inf if m.growth is not None or lead in m.terms else None
-        return (least, math.inf, limit) if sign > 0 else (-math.inf, -least, limit)
-    constant = m.terms.get(Fraction(0), arb(0))
-    rest = m.without_constant
-    c_low, c_high = bounds_of(constant)
-    known = (
-        c_low if c_low == c_high or not isinstance(c_low, Fraction) or isinstance(c_high, float) else (c_low, c_high)
-    )
-    if rest.is_zero:
-        return c_low, c_high, known
-    span = stretch.hull(rest, rest.lead) * stretch.upto(rest.lead)
-    low, high = bounds_of(span.low)[0], bounds_of(span.high)[1]
-    return c_low + low, c_high + high, known if rest.lead > 0 else None
-
-
-def _smallest(m: Expansion, stretch: Stretch) -> arb:
-    """A lower bound of ``|m|`` for an expansion that grows without bound."""
-    size = stretch.hull(m, m.lead).size.low
-    if m.growth is None:
-        return size * stretch.power(m.lead).low
-    rate, power = stretch.hull(m.growth, m.growth.lead).low, m.growth.lead
-    far = stretch.power(power).low
-    if rate * ball(-power) * far >= ball(m.lead):  # then exp(rate t^power) t^lead falls as t grows
-        return size * stretch.power(m.lead).low * (rate * far).exp()
-    return arb(0)
 
 
 class _Walk:
@@ -249,32 +207,3 @@ class _Walk:
             "==": sign == 0,
             "!=": sign != 0,
         }[name]
-
-
-def tanh_series(s: arb_series) -> arb_series:
-    """``tanh`` of a series, from one exponential that cannot overflow where the sign is known."""
-    if s[0] < 0:
-        return -tanh_series(-s)
-    two = arb_series([arb(2)], s.prec)
-    one = arb_series([arb(1)], s.prec)
-    return two / (one + (-two * s).exp()) - one
-
-
-def sech_square_series(s: arb_series) -> arb_series:
-    """``1 - tanh^2`` of a series."""
-    if s[0] < 0:
-        return sech_square_series(-s)
-    small = (arb_series([arb(-2)], s.prec) * s).exp()
-    one = arb_series([arb(1)], s.prec)
-    return arb_series([arb(4)], s.prec) * small / ((one + small) * (one + small))
-
-
-def inside_sech_square(node: Apply) -> Node | None:
-    """``u`` where the node is ``1 - tanh(u)**2``, as derivatives write it."""
-    if node.operation != "-" or node.arguments[0] != ONE:
-        return None
-    square = node.arguments[1]
-    if not isinstance(square, Apply) or square.operation != "**" or square.arguments[1] != Number(Fraction(2)):
-        return None
-    inner = square.arguments[0]
-    return inner.arguments[0] if isinstance(inner, Apply) and inner.operation == "tanh" else None

@@ -78,10 +78,11 @@ class Stretch:
 
     def hull(self, m: Expansion, shift: Fraction) -> Span:
         """What ``t^(-shift) m`` lies in, without its growth; ``shift`` is at most the lowest power."""
-        total = NOTHING
-        for exponent, coefficient in m.terms.items():
-            total += Span.of(coefficient) * self.upto(exponent - shift)
-        return total if m.rest.is_zero else total + m.rest * self.upto(m.order - shift)
+        total, power = m.rest, m.order
+        for exponent in sorted(m.terms, reverse=True):  # nested, so that the sign of the first term settles the others
+            total = Span.of(m.terms[exponent]) + (total if total.is_zero else total * self.upto(power - exponent))
+            power = exponent
+        return total * self.upto(power - shift)
 
     def sign(self, m: Expansion) -> int | None:
         """The sign for every ``t``, None if it is not known."""

@@ -13,7 +13,7 @@ from flint import arb
 from analysis.bounds.result import Bound, Extreme, Place, short
 
 BITS = 160
-_LARGEST = 20_000
+_LARGEST = 10_000
 End: TypeAlias = Fraction | float
 """An end of an interval: a Fraction, or a float that is an infinity."""
 
@@ -110,7 +110,7 @@ def interval_of(ball: arb) -> tuple[Fraction, Fraction]:
 
 
 def bounds_of(ball: arb) -> tuple[Bound, Bound]:
-    """The ends of a ball, infinite where nothing is known; sizes beyond ``2^(+-20000)`` are rounded outwards."""
+    """The ends of a ball, infinite where nothing is known; sizes beyond ``2^(+-10000)`` are rounded outwards."""
     if ball.is_nan():
         return -math.inf, math.inf
     return _end(ball.lower(), -1), _end(ball.upper(), 1)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 
 from flint import arb, arb_series
 
-from analysis.bounds.ends import inside_sech_square, sech_square_series, tanh_series
+from analysis.bounds.series import inside_sech_square, sech_square_series, tanh_series
 from lure.expressions.balls import ball, enclosure, truth
 from lure.expressions.build import apply
 from lure.expressions.tree import Apply, Node, Number, Variable
 
 LENGTH = 3
+_MOST_OPEN = 6
 _NAN = arb("nan")
 _METHODS = ("exp", "log", "sin", "cos", "tan", "atan", "sqrt")
 
@@ -22,8 +24,33 @@ def jet(node: Node, box: arb) -> tuple[arb, arb, arb]:
     At a kink inside the ball ``f'`` holds the slopes of both sides and ``f''`` is nan; at a possible jump only ``f`` is
     enclosed.
     """
-    found = _Walk(box).value(node)
-    return found[0], found[1], found[2]
+    found = _Walk(box, 3).value(node)
+    if found[1].is_finite():
+        return found[0], found[1], found[2]
+    found = _Walk(box, 2).value(node)  # one unknown coefficient may spoil the others
+    if found[0].is_finite():
+        return found[0], found[1], _NAN
+    return enclosure(node, {"sigma": box}), _NAN, _NAN
+
+
+def values_by_branch(node: Node, box: arb) -> list[arb] | None:
+    """Enclosures of the values over a ball, one for each way of choosing the branches that are open there.
+
+    Together they hold every value, and lose less than one enclosure of all of them.  None for more than six branches.
+    """
+    waiting: list[dict[Node, int]] = [{}]
+    found: list[arb] = []
+    while waiting:
+        chosen = waiting.pop()
+        walk = _Walk(box, 1, chosen)
+        value = walk.value(node)[0]
+        if walk.open is None:
+            found.append(value)
+        elif len(chosen) >= _MOST_OPEN:
+            return None
+        else:
+            waiting += [{**chosen, walk.open: side} for side in (1, 0, -1)]
+    return found
 
 
 def over_sigma(node: Node, side: int) -> Node:
@@ -82,11 +109,16 @@ def _quotient(node: Node) -> Node:
 
 
 class _Walk:
-    """One evaluation; shared parts are evaluated once."""
+    """One evaluation; shared parts are evaluated once.
 
-    def __init__(self, box: arb) -> None:
-        self.box, self.known = box, dict[int, arb_series]()
-        self.variable = arb_series([box, arb(1)], LENGTH)
+    ``chosen`` gives the sign taken by expressions whose sign is open; the first one met that is not in it is ``open``.
+    """
+
+    def __init__(self, box: arb, length: int, chosen: Mapping[Node, int] | None = None) -> None:
+        self.chosen = chosen
+        self.open: Node | None = None
+        self.box, self.length, self.known = box, length, dict[int, arb_series]()
+        self.variable = _series(length, box, arb(1))
 
     def value(self, node: Node) -> arb_series:
         """The series of a tree."""
@@ -98,7 +130,7 @@ class _Walk:
             try:
                 self.known[id(node)] = self._applied(node)
             except (ValueError, ZeroDivisionError):  # how series refuse to divide by one that may start at 0
-                self.known[id(node)] = arb_series([_NAN, _NAN, _NAN], LENGTH)
+                self.known[id(node)] = _series(self.length, _NAN, _NAN, _NAN)
         return self.known[id(node)]
 
     def _applied(self, node: Apply) -> arb_series:
@@ -115,7 +147,9 @@ class _Walk:
             exponent = parts[1]
             assert isinstance(exponent, Number), "the parser and the derivative make only constant exponents"
             return _power(u, exponent.value)
-        if name in ("neg", "abs", "sign") or name in _METHODS or name == "tanh":
+        if name in ("abs", "sign"):
+            return self._side(name, parts[0], u)
+        if name in ("neg", "tanh") or name in _METHODS:
             return _unary(name, u)
         v = self.value(parts[1])
         match name:
@@ -128,27 +162,56 @@ class _Walk:
             case "/":
                 return u / v
             case _:
-                d = u[0] - v[0]
-                if d >= 0:
-                    return u if name == "max" else v
-                if d <= 0:
-                    return v if name == "max" else u
-                value = u[0].max(v[0]) if name == "max" else u[0].min(v[0])
-                return arb_series([value, u[1].union(v[1]), _NAN], LENGTH)
+                return self._extreme(name, Apply("<", parts), u, v)
+
+    def _extreme(self, name: str, key: Apply, u: arb_series, v: arb_series) -> arb_series:
+        d = u[0] - v[0]
+        if d >= 0 or d <= 0 or self.chosen is not None:
+            larger = d >= 0 if d >= 0 or d <= 0 else self._choice(key) < 0
+            return u if larger == (name == "max") else v
+        value = u[0].max(v[0]) if name == "max" else u[0].min(v[0])
+        return _series(self.length, value, u[1].union(v[1]), _NAN)
+
+    def _side(self, name: str, inner: Node, u: arb_series) -> arb_series:
+        sign = 1 if u[0] >= 0 else -1 if u[0] <= 0 else 0
+        if sign == 0 and self.chosen is not None:
+            sign = self._choice(inner)
+            if name == "sign":
+                return _constant(arb(sign))
+        if name == "abs":
+            if sign:
+                return u if sign > 0 else -u
+            return _series(self.length, abs(u[0]).nonnegative_part(), u[1].union(-u[1]), _NAN)
+        if u[0] > 0 or u[0] < 0:
+            return _constant(arb(sign))
+        return _series(self.length, arb(0, 1), _NAN, _NAN)
 
     def _where(self, node: Apply) -> arb_series:
         condition, first, second = node.arguments
         decided = truth(condition, {"sigma": self.box})
+        if decided is None and self.chosen is not None:
+            decided = self._choice(condition) > 0
         if decided is not None:
             return self.value(first if decided else second)
         u, v = self.value(first), self.value(second)
-        return arb_series([u[0].union(v[0]), _NAN, _NAN], LENGTH)
+        return _series(self.length, u[0].union(v[0]), _NAN, _NAN)
+
+    def _choice(self, key: Node) -> int:
+        """The side taken of something open: for a comparison 1 is true, for an expression it is its sign."""
+        assert self.chosen is not None, "only asked for where choices are made"
+        if key not in self.chosen:
+            self.open = self.open or key
+            return 1
+        return self.chosen[key]
 
 
 def value_at(node: Node, point: Fraction) -> arb:
     """An enclosure of the value at an exact point."""
-    value = jet(node, ball(point))[0]  # without cancellation, where jets avoid it
-    return value if value.is_finite() else enclosure(node, {"sigma": ball(point)})
+    return jet(node, ball(point))[0]
+
+
+def _series(length: int, *coefficients: arb) -> arb_series:
+    return arb_series(list(coefficients[:length]), length)
 
 
 def _constant(value: arb) -> arb_series:
@@ -160,16 +223,6 @@ def _unary(name: str, u: arb_series) -> arb_series:
         return -u
     if name == "tanh":
         return tanh_series(u)
-    if name == "abs":
-        if u[0] >= 0:
-            return u
-        if u[0] <= 0:
-            return -u
-        return arb_series([abs(u[0]).nonnegative_part(), u[1].union(-u[1]), _NAN], LENGTH)
-    if name == "sign":
-        if u[0] > 0 or u[0] < 0:
-            return _constant(arb(1 if u[0] > 0 else -1))
-        return arb_series([arb(-1).union(arb(1)), _NAN, _NAN], LENGTH)
     found: arb_series = getattr(u, name)()
     return found
 

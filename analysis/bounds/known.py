@@ -6,18 +6,19 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 
 from flint import fmpq_poly
 
 from analysis.bounds.extremes import BITS, End, bounds_of
-from analysis.bounds.jets import value_at
-from analysis.bounds.pieces import Piece, pieces
+from analysis.bounds.pieces import Piece, branches, pieces
 from analysis.bounds.rational import Ratio
 from analysis.polynomial import to_fmpq
 from analysis.precision import working_precision
 from lure.errors import InputError
 from lure.expressions import Expression
+from lure.expressions.balls import ball, enclosure
 from lure.expressions.tree import Apply, Node, Number, Variable, names
 from lure.laws import Cubic, ExpressionLaw, GraphLaw, ShiftedLaw, Tanh
 from lure.laws.graph import Graph
@@ -27,7 +28,6 @@ from lure.nonlinearity import NormalCompliance
 Value = Fraction | tuple[Fraction, Fraction]
 SIGMA = Variable("sigma")
 _NAMES = ("sigma", "x")
-_BREAKING = ("where", "sign")
 _ONE = fmpq_poly([1])
 
 
@@ -47,6 +47,8 @@ class Known:
         Whether the law is continuous for its form alone; else the cuts are looked at one by one.
     whole : bool
         Whether all its branches were chosen exactly, so that it is smooth between the cuts.
+    branches : callable or None
+        For a law with jumps: the tree, with its branches chosen, on an interval or at a point.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Known:
     value: Callable[[Fraction], Value]
     continuous: bool
     whole: bool
+    branches: Callable[[End, End], Node] | None = None
 
 
 def known_law(law: object, low: End, high: End) -> Known | None:
@@ -124,8 +127,9 @@ def of_tree(tree: Node, name: str, low: End, high: End) -> Known:
         name=name,
         pieces=cut,
         value=lambda x: _value(tree, x, name),
-        continuous=not _met(tree, _BREAKING),
-        whole=not any(_met(piece.tree, _BREAKING) for piece in cut),
+        continuous=not jumps_possible(tree),
+        whole=not any(jumps_possible(piece.tree) for piece in cut),
+        branches=partial(branches, tree),
     )
 
 
@@ -148,7 +152,7 @@ def _value(tree: Node, x: Fraction, name: str) -> Value:
         return exact.value(tree, {"sigma": x})
     except InputError as error:
         with working_precision(BITS):
-            low, high = bounds_of(value_at(tree, x))
+            low, high = bounds_of(enclosure(tree, {"sigma": ball(x)}))
         if not isinstance(low, Fraction) or not isinstance(high, Fraction):
             why = "; it divides by zero there" if "divides by zero" in str(error) else ""
             raise InputError(
@@ -158,10 +162,11 @@ def _value(tree: Node, x: Fraction, name: str) -> Value:
         return low if low == high else (low, high)
 
 
-def _met(node: Node, operations: tuple[str, ...]) -> bool:
+def jumps_possible(node: Node) -> bool:
+    """Whether a tree holds an operation that is not continuous where it is defined."""
     if not isinstance(node, Apply) or not node.names:
         return False
-    return node.operation in operations or any(_met(part, operations) for part in node.arguments)
+    return node.operation in ("where", "sign") or any(jumps_possible(part) for part in node.arguments)
 
 
 def _times(factor: Fraction, node: Node) -> Node:

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
-from itertools import pairwise
 from typing import Any
 
 from analysis.bounds import blackbox, steps
-from analysis.bounds.extremes import BITS, Candidate, Cover, End, largest, least
-from analysis.bounds.jets import over_sigma, value_at
+from analysis.bounds.extremes import BITS, Candidate, End, largest, least
+from analysis.bounds.gathering import cuts_of, over_pieces
+from analysis.bounds.jets import value_at
 from analysis.bounds.known import Known, Value, domain, known_law
 from analysis.bounds.pieces import Piece
-from analysis.bounds.rational import candidates, limit, roots_between
-from analysis.bounds.result import Bound, Extreme, LawBounds, short
-from analysis.bounds.search import Target, end_limit, extremes
+from analysis.bounds.rational import roots_between
+from analysis.bounds.result import Extreme, LawBounds
+from analysis.bounds.slopes import slope_extremes
 from analysis.evidence import Evidence
 from analysis.precision import working_precision
 from lure.errors import InputError
 from lure.exact import exact_number
-from lure.expressions.derivative import derivative
 from lure.laws import Quantiser
 
-_TIGHT = 1e-9
+_TIGHT = Fraction(1, 10**9)
 
 
 def law_bounds(
@@ -111,13 +110,11 @@ def _of_known(known: Known, low: End, high: End) -> LawBounds:
         _demand_zero(known)
     for piece in known.pieces:
         _demand_values(piece, known.name)
-    chords, chord_covers = _over_pieces(known, chords=True)
-    chords += [Candidate(value=_divided(known.value(x), x), place=x, inside=True) for x in _points(known) if x != 0]
+    chords, chord_covers = over_pieces(known, chords=True)
+    chords += [Candidate(value=_divided(known.value(x), x), place=x, inside=True) for x in cuts_of(known) if x != 0]
     sector = least(chords, chord_covers), largest(chords, chord_covers)
-    slope, notes = _slope(known)
-    names = ("sector_lower", "sector_upper", "slope_lower", "slope_upper")
-    for name, found in zip(names, (*sector, *slope), strict=True):
-        notes += _remark(name, found)
+    slope, notes = slope_extremes(known)
+    notes += _remarks("sector", *sector) + _remarks("slope", *slope)
     return LawBounds(
         law=known.name,
         sector_lower=sector[0],
@@ -128,105 +125,6 @@ def _of_known(known: Known, low: End, high: End) -> LawBounds:
         on=None if isinstance(low, float) or isinstance(high, float) else (low, high),
         notes=tuple(notes),
     )
-
-
-def _over_pieces(known: Known, *, chords: bool) -> tuple[list[Candidate], list[Cover]]:
-    """What bounds the chords, or the slopes, on all pieces: those known exactly come first and spare work on others."""
-    found, covers = list[Candidate](), list[Cover]()
-    for piece in known.pieces:
-        if piece.ratio is not None:
-            quotient = piece.ratio.over_sigma() if chords else piece.ratio.slope()
-            found += candidates(quotient, piece.low, piece.high)
-    for piece in known.pieces:
-        if piece.ratio is None:
-            more, rest = extremes(_chord_target(piece) if chords else _slope_target(piece), found)
-            found += more
-            covers += rest
-    return found, covers
-
-
-def _chord_target(piece: Piece) -> Target:
-    tree = over_sigma(piece.tree, 1 if piece.low >= 0 else -1)
-    return Target(tree=tree, base=piece.tree, over_sigma=True, low=piece.low, high=piece.high)
-
-
-def _slope_target(piece: Piece) -> Target:
-    tree = derivative(piece.tree, "sigma")
-    return Target(tree=tree, base=tree, over_sigma=False, low=piece.low, high=piece.high)
-
-
-def _slope(known: Known) -> tuple[tuple[Extreme | None, Extreme | None], list[str]]:
-    """Slope bounds from the derivative on the pieces and the jumps between them."""
-    if not known.continuous and not known.whole:
-        return (None, None), ["no slope bounds: a branch changes where continuity could not be decided"]
-    found, covers = _over_pieces(known, chords=False)
-    if not known.continuous:
-        jumps = _jumps(known)
-        if jumps is None:
-            return (None, None), ["no slope bounds: continuity where a branch changes could not be decided"]
-        found += jumps
-    found += _smooth_cuts(known, found)
-    return (least(found, covers), largest(found, covers)), []
-
-
-def _jumps(known: Known) -> list[Candidate] | None:
-    """Infinite slopes at the jumps; None if it is not known whether there is one."""
-    found: list[Candidate] = []
-    for x in _points(known):
-        left = next((_edge(p, x, -1) for p in known.pieces if p.high == x), None)
-        right = next((_edge(p, x, 1) for p in known.pieces if p.low == x), None)
-        steps_ = [part for part in (left, known.value(x), right) if part is not None]
-        if any(part == "unknown" for part in steps_):
-            return None
-        for before, after in pairwise(steps_):
-            step = _step(before, after)  # type: ignore[arg-type]
-            if step is None:
-                return None
-            if step:
-                found.append(Candidate(value=step * math.inf, place=f"a jump at {short(x, digits=10)}", inside=False))
-    return found
-
-
-def _edge(piece: Piece, x: Fraction, side: int) -> Value | float | str:
-    """The limit of the law at an end of a piece."""
-    if piece.ratio is not None:
-        value = limit(piece.ratio, x, side).value
-        return value
-    found = end_limit(
-        Target(tree=piece.tree, base=piece.tree, over_sigma=False, low=piece.low, high=piece.high), x, side
-    )
-    return "unknown" if found is None else found
-
-
-def _step(before: Value | float, after: Value | float) -> int | None:
-    """The sign of a step; None if it is not known to be one."""
-    if before == after and not isinstance(before, tuple):
-        return 0
-    a = before if isinstance(before, tuple) else (before, before)
-    b = after if isinstance(after, tuple) else (after, after)
-    return 1 if a[1] < b[0] else -1 if b[1] < a[0] else None
-
-
-def _smooth_cuts(known: Known, found: Sequence[Candidate]) -> list[Candidate]:
-    """The slope at cuts where the law is differentiable, since the limits from both sides agree."""
-    unbroken = {right.low for left, right in pairwise(known.pieces) if left.tree == right.tree}
-    limits: dict[Fraction, dict[int, Bound | tuple[Fraction, Fraction]]] = {}
-    for c in found:
-        if isinstance(c.place, Fraction) and not c.inside and c.side:
-            limits.setdefault(c.place, {})[c.side] = c.value
-    broken = {c.place for c in found if isinstance(c.place, str)}
-    return [
-        Candidate(value=sides[1], place=x, inside=True)
-        for x, sides in limits.items()
-        if len(sides) == 2 and not broken and _same(sides[1], sides[-1], unbroken=x in unbroken)
-    ]
-
-
-def _same(left: Bound | tuple[Fraction, Fraction], right: Bound | tuple[Fraction, Fraction], *, unbroken: bool) -> bool:
-    """Whether two finite limits are known to be one: exactly, or since one smooth formula holds on both sides."""
-    if isinstance(left, Fraction):
-        return left == right
-    return unbroken and isinstance(left, tuple)
 
 
 def _demand_zero(known: Known) -> None:
@@ -273,11 +171,6 @@ def _spread(piece: Piece) -> list[Fraction]:
     return [start + side * Fraction(10) ** k for k in (-3, 0, 1, 2)]
 
 
-def _points(known: Known) -> list[Fraction]:
-    ends = {end for piece in known.pieces for end in (piece.low, piece.high)}
-    return sorted(end for end in ends if isinstance(end, Fraction))
-
-
 def _divided(value: Value, x: Fraction) -> Value:
     if not isinstance(value, tuple):
         return value / x
@@ -285,10 +178,15 @@ def _divided(value: Value, x: Fraction) -> Value:
     return low, high
 
 
-def _remark(name: str, found: Extreme | None) -> list[str]:
-    if found is None or found.gap <= _TIGHT * max(1e-300, abs(float(found.inner)) if found.gap < math.inf else 1.0):
-        return []
-    words = name.replace("_", " bound, ")
-    if math.isinf(found.gap):
-        return [f"the {words}, could not be shown beyond the values seen"]
-    return [f"the {words}, is known to within {found.gap:.1e}"]
+def _remarks(quantity: str, low: Extreme | None, high: Extreme | None) -> list[str]:
+    """What was not shown, or not closely, in sentences."""
+    pair = [(side, part) for side, part in (("lower", low), ("upper", high)) if part is not None]
+    sizes = [abs(Fraction(part.inner)) for _, part in pair if not math.isinf(part.inner)]
+    said = []
+    for side, part in pair:
+        words = f"the {quantity} bound, {side},"
+        if math.isinf(part.gap):
+            said.append(f"{words} could not be shown beyond the values seen")
+        elif Fraction(part.gap) > _TIGHT * max(sizes, default=Fraction(0)):
+            said.append(f"{words} is known to within {part.gap:.1e}")
+    return said

@@ -12,7 +12,7 @@ from analysis.bounds.extremes import End
 from analysis.bounds.rational import Ratio, ratio, roots_between
 from lure.errors import InputError
 from lure.expressions.build import apply
-from lure.expressions.tree import COMPARISONS, ZERO, Apply, Node, Number
+from lure.expressions.tree import COMPARISONS, CONDITIONS, ZERO, Apply, Node, Number, is_total
 
 MAX_PIECES = 500
 _COMPARE: Mapping[str, Callable[[Fraction, int], bool]] = dict(
@@ -86,12 +86,24 @@ def pieces(tree: Node, low: End, high: End) -> tuple[Piece, ...]:
     return tuple(found)
 
 
+def branches(tree: Node, low: End, high: End) -> Node:
+    """The tree with the branches of ``where`` and ``sign`` chosen: what is left is continuous if none is left.
+
+    Two neighbouring intervals, or an interval and its end (``low == high``), with the same tree meet without a jump.
+    """
+    return _Chosen(low, high, kinks=False).tree(tree)
+
+
 @dataclass(slots=True)
 class _Chosen:
-    """The branches taken on an open interval, and the points inside where one changes."""
+    """The branches taken on an open interval, or at a point, and the points inside where one changes.
+
+    Without ``kinks`` the branches of ``abs``, ``min`` and ``max`` are left alone, except in conditions.
+    """
 
     low: End
     high: End
+    kinks: bool = True
     cuts: set[Fraction] = field(default_factory=set)
     ratios: dict[Node, Ratio | None] = field(default_factory=dict)
 
@@ -103,13 +115,15 @@ class _Chosen:
 
     def tree(self, node: Node) -> Node:
         """The tree with its branches chosen, as far as they are known; points where one changes are collected."""
-        if not isinstance(node, Apply) or not node.names:
+        if not isinstance(node, Apply):
             return node
+        name, kinks = node.operation, self.kinks
+        self.kinks = kinks or name in CONDITIONS or name == "sign"
         parts = [self.tree(part) for part in node.arguments]
-        name = node.operation
-        if name in COMPARISONS or name in ("min", "max"):
+        self.kinks = kinks
+        if name in COMPARISONS or (self.kinks and name in ("min", "max")):
             return self._compared(name, parts[0], parts[1])
-        if name in ("abs", "sign"):
+        if name == "sign" or (self.kinks and name == "abs"):
             sign = self._sign(parts[0])
             if sign is None:
                 return apply(name, *parts)
@@ -122,7 +136,15 @@ class _Chosen:
             self._sign(parts[0])  # a zero of the argument is no place to expand at: cut there
             if parts[0] == ZERO and (name == "sqrt" or _positive(parts[-1])):
                 return ZERO
-        return apply(name, *parts)
+        return self._without_zeros(apply(name, *parts))
+
+    def _without_zeros(self, node: Node) -> Node:
+        """0 for a difference of equal rational functions without poles, such as ``x - x``."""
+        if isinstance(node, Apply) and node.operation == "-" and is_total(node):
+            known = self.ratio(node)
+            if known is not None and known.top.degree() < 0:
+                return ZERO
+        return node
 
     def _compared(self, name: str, u: Node, v: Node) -> Node:
         sign = self._sign(apply("-", u, v))
@@ -139,6 +161,9 @@ class _Chosen:
             return None
         if known.top.degree() < 0:
             return 0
+        if self.low == self.high:
+            here = known.at(Fraction(self.low))
+            return None if here is None else (here > 0) - (here < 0)
         roots = [*roots_between(known.top, self.low, self.high), *roots_between(known.bottom, self.low, self.high)]
         self.cuts.update(root for root in roots if isinstance(root, Fraction))
         if roots:

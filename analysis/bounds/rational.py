@@ -167,7 +167,8 @@ def _at_ball(r: Ratio, root: arb) -> tuple[Fraction, Fraction]:
 def _rational_root(p: fmpq_poly, root: arb) -> Fraction | None:
     """The root in the ball, if it is rational with a denominator of at most 10^18."""
     guess = exact_midpoint(root).limit_denominator(10**18)
-    return guess if p(to_fmpq(guess)) == 0 and root.contains(arb(to_fmpq(guess))) else None
+    low, high = interval_of(root)
+    return guess if low <= guess <= high and p(to_fmpq(guess)) == 0 else None
 
 
 def _power(base: Ratio, exponent: int) -> Ratio:

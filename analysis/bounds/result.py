@@ -52,7 +52,10 @@ class Extreme:
             return 0.0
         if math.inf in (abs(self.inner), abs(self.outer)):
             return math.inf
-        return abs(float(Fraction(self.outer) - Fraction(self.inner)))
+        try:
+            return abs(float(Fraction(self.outer) - Fraction(self.inner)))
+        except OverflowError:
+            return math.inf
 
     @property
     def where(self) -> str:

@@ -9,57 +9,23 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import count
 
-from flint import arb
-
-from analysis.bounds.ends import expanded, reach
+from analysis.bounds.boxes import by_branch, evaluated
+from analysis.bounds.ends import expanded
 from analysis.bounds.expansion import Expansion, Stretch, Unsettled
-from analysis.bounds.extremes import Candidate, Cover, End, bounds_of, interval_of
+from analysis.bounds.extremes import Candidate, Cover, End, bounds_of
 from analysis.bounds.jets import jet, value_at
+from analysis.bounds.reach import reach
 from analysis.bounds.result import Bound
-from analysis.polynomial import to_fmpq
+from analysis.bounds.target import Region, Target, border, middle
 from lure.errors import InputError
 from lure.expressions.balls import ball
-from lure.expressions.tree import Node
+from lure.expressions.tree import Variable
 
 MOST_BOXES = 4000
 _NARROW = Fraction(1, 2**60)
 _CLOSE = Fraction(1, 2**50)
 _DEEPEST = 256
 _FAR = Fraction(2**64)
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Target:
-    """A function of ``sigma`` on an open interval, in two shapes.
-
-    Attributes
-    ----------
-    tree : Node
-        For boxes: ``phi(sigma)/sigma`` with what cancels cancelled, or the derivative.
-    base : Node
-        For the ends: ``phi``, or the derivative.
-    over_sigma : bool
-        Whether ``base`` is still to be divided by ``sigma``.
-    low, high : Fraction, or an infinity
-        The interval.
-    """
-
-    tree: Node
-    base: Node
-    over_sigma: bool
-    low: End
-    high: End
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class _Region:
-    """A part of the interval with what is known of the values there."""
-
-    box: tuple[Fraction, Fraction] | None
-    end: tuple[End, int, int] | None
-    cover: Cover
-    found: tuple[Candidate, ...] = ()
-    closed: bool = False
 
 
 def extremes(target: Target, others: Sequence[Candidate] = ()) -> tuple[list[Candidate], list[Cover]]:
@@ -96,47 +62,47 @@ def extremes(target: Target, others: Sequence[Candidate] = ()) -> tuple[list[Can
 @dataclass(slots=True)
 class _Search:
     target: Target
-    cache: dict[object, _Region] = field(default_factory=dict)
+    ends: list[Bound] = field(default_factory=list)
+    cache: dict[object, Region] = field(default_factory=dict)
     tick: Iterator[int] = field(default_factory=count)
 
-    def start(self) -> Iterator[_Region]:
+    def start(self) -> Iterator[Region]:
         """The two ends, expanded where they are singular, and the box between them."""
         low, high = self.target.low, self.target.high
         ends: list[End] = []
         for end, side in ((low, 1), (high, -1)):
             if isinstance(end, Fraction) and self._regular(end):
                 ends.append(end)
+                self.ends.append(bounds_of(value_at(self.target.tree, end))[0])
                 continue
             stage = 1 if isinstance(end, float) else self._first_stage()
             stage, region = self._first(end, side, stage)
             yield region
-            ends.append(_border(end, side, stage))
+            ends.append(border(end, side, stage))
         a, b = ends
         assert isinstance(a, Fraction), "infinite ends are expanded"
         assert isinstance(b, Fraction), "infinite ends are expanded"
         if a < b:
             yield self._box(a, b)
 
-    def run(
-        self, regions: list[_Region], sign: int, others: Sequence[Candidate]
-    ) -> tuple[list[Candidate], list[Cover]]:
+    def run(self, regions: list[Region], sign: int, others: Sequence[Candidate]) -> tuple[list[Candidate], list[Cover]]:
         """Refine until the supremum of ``sign f`` is known, or the budget is spent."""
         heap = [(_rank(region, sign), -next(self.tick), region) for region in regions]
         heapq.heapify(heap)
         found = [c for region in regions for c in region.found]
         best = max((_least(c, sign) for c in (*found, *others)), default=-math.inf)
-        limits = [abs(c.low) for region in regions if region.end is not None for c in region.found]
-        scale = max((size for size in limits if isinstance(size, Fraction)), default=Fraction(0))
+        limits = [c.low for region in regions if region.end is not None for c in region.found] + self.ends
+        scale = max((abs(value) for value in limits if isinstance(value, Fraction)), default=Fraction(0))
         for _ in range(MOST_BOXES):
             top, _, region = heap[0]
-            if region.closed or _near(best, -top, scale):
+            if region.closed or (_near(best, -top, scale) and not region.unknown):
                 break
             heapq.heappop(heap)
             parts = self._refined(region)
             if not parts:  # nothing smaller can be asked
                 heapq.heappush(
                     heap,
-                    (top, -next(self.tick), _Region(box=region.box, end=region.end, cover=region.cover, closed=True)),
+                    (top, -next(self.tick), Region(box=region.box, end=region.end, cover=region.cover, closed=True)),
                 )
                 break
             for part in parts:
@@ -148,12 +114,12 @@ class _Search:
         cover = heap[0][2].cover
         return found, [Cover(low=math.inf, high=cover.high) if sign > 0 else Cover(low=cover.low, high=-math.inf)]
 
-    def _refined(self, region: _Region) -> list[_Region]:
+    def _refined(self, region: Region) -> list[Region]:
         if region.end is not None:
             end, side, stage = region.end
             if stage >= _DEEPEST:
                 return []
-            a, b = sorted((_exact_border(end, side, stage), _exact_border(end, side, stage + 2)))
+            a, b = sorted((border(end, side, stage), border(end, side, stage + 2)))
             return [self._end(end, side, stage + 2), self._box(a, b)]
         assert region.box is not None, "a region is an end or a box"
         a, b = region.box
@@ -165,9 +131,9 @@ class _Search:
                     f"the law has a pole, or no value that could be enclosed, near sigma = {float((a + b) / 2):.10g}; "
                     "write a formula with finite values, or bound it on an interval without that point"
                 )
-            return []
-        middle = _middle(a, b)
-        return [self._box(a, middle), self._box(middle, b)]
+            return by_branch(self.target, a, b)
+        centre = middle(a, b)
+        return [self._box(a, centre), self._box(centre, b)]
 
     def _regular(self, end: Fraction) -> bool:
         if end == 0:
@@ -184,7 +150,7 @@ class _Search:
             stage += 1
         return stage
 
-    def _first(self, end: End, side: int, stage: int) -> tuple[int, _Region]:
+    def _first(self, end: End, side: int, stage: int) -> tuple[int, Region]:
         """The longest stretch on which the expansion says something."""
         low, high = self.target.low, self.target.high
         if isinstance(end, float):
@@ -198,7 +164,7 @@ class _Search:
                 return last, region
         return last, region
 
-    def _end(self, end: End, side: int, stage: int) -> _Region:
+    def _end(self, end: End, side: int, stage: int) -> Region:
         key = ("end", end, side, stage)
         if key not in self.cache:
             stretch = Stretch(ball(Fraction(1, 2**stage)))
@@ -207,7 +173,7 @@ class _Search:
                 cover, limit = reach(m, stretch, end, side)
             except Unsettled:
                 cover, limit = Cover(low=-math.inf, high=math.inf), None
-            self.cache[key] = _Region(
+            self.cache[key] = Region(
                 box=None, end=(end, side, stage), cover=cover, found=() if limit is None else (limit,)
             )
         return self.cache[key]
@@ -219,69 +185,11 @@ class _Search:
             m = stretch.multiply(m, stretch.raised(variable, Fraction(-1)))
         return m
 
-    def _box(self, a: Fraction, b: Fraction) -> _Region:
+    def _box(self, a: Fraction, b: Fraction) -> Region:
         key = (a, b)
         if key not in self.cache:
-            self.cache[key] = self._evaluated(a, b)
+            self.cache[key] = evaluated(self.target, a, b)
         return self.cache[key]
-
-    def _evaluated(self, a: Fraction, b: Fraction) -> _Region:
-        tree = self.target.tree
-        box = ball(a).union(ball(b))
-        value, slope, bend = jet(tree, box)
-        middle = _middle(a, b)
-        if slope >= 0 or slope <= 0:
-            found = (self._point(a), self._point(b))
-            return _closed(a, b, found)
-        at_middle = self._point(middle)
-        if bend.is_finite() and (bend > 0 or bend < 0):
-            turning = self._turning(a, b, bend)
-            if turning is not None:
-                return _closed(a, b, (self._point(a), self._point(b), *turning))
-        spread = value
-        if slope.is_finite() and not isinstance(at_middle.value, float):
-            step = box - ball(middle)
-            first = _ball_of(at_middle) + slope * step
-            spread = spread.intersection(first) if spread.is_finite() and spread.overlaps(first) else first
-        low, high = bounds_of(spread)
-        return _Region(box=(a, b), end=None, cover=Cover(low=low, high=high), found=(at_middle,))
-
-    def _point(self, x: Fraction) -> Candidate:
-        low, high = bounds_of(value_at(self.target.tree, x))
-        inside = self.target.low < x < self.target.high
-        if not isinstance(low, Fraction) or not isinstance(high, Fraction):
-            # nothing is known at this point alone; an interval around it says as little and is refined
-            return Candidate(value=(Fraction(0), Fraction(0)), place="nowhere", inside=False)
-        return Candidate(value=low if low == high else (low, high), place=x, inside=inside)
-
-    def _turning(self, a: Fraction, b: Fraction, bend: arb) -> list[Candidate] | None:
-        """The value where the slope changes sign, for a second derivative of one sign; empty if it does not."""
-        tree = self.target.tree
-        at_a, at_b = jet(tree, ball(a))[1], jet(tree, ball(b))[1]
-        first, last = (at_a, at_b) if bend > 0 else (at_b, at_a)  # the slope rises from the first to the last
-        if first >= 0 or last <= 0:
-            return []
-        if not (first < 0 and last > 0):
-            return None
-        inside = ball(a).union(ball(b))
-        for _ in range(60):
-            centre = inside.mid()
-            newton = centre - jet(tree, centre)[1] / (2 * bend)
-            if not newton.overlaps(inside):
-                return None
-            narrower = newton.intersection(inside)
-            if not narrower.rad() < 0.75 * inside.rad():
-                break
-            inside = narrower
-            new = jet(tree, inside)[2]
-            bend = new if new.is_finite() and (new > 0 or new < 0) else bend
-        slope = jet(tree, inside)[1]
-        centre = inside.mid()
-        held = jet(tree, centre)[0] + slope * (inside - centre)
-        low, high = bounds_of(held)
-        if not isinstance(low, Fraction) or not isinstance(high, Fraction):
-            return None
-        return [Candidate(value=(low, high), place=interval_of(inside), inside=True)]
 
 
 def end_limit(target: Target, end: Fraction, side: int) -> Bound | tuple[Fraction, Fraction] | None:
@@ -296,20 +204,10 @@ def end_limit(target: Target, end: Fraction, side: int) -> Bound | tuple[Fractio
 
 def expanded_sigma(end: End, side: int, stretch: Stretch) -> Expansion:
     """``sigma`` itself near an end."""
-    from lure.expressions.tree import Variable
-
     return expanded(Variable("sigma"), end, side, stretch)
 
 
-def _closed(a: Fraction, b: Fraction, found: tuple[Candidate, ...]) -> _Region:
-    known = [c for c in found if c.place != "nowhere"]
-    if len(known) < len(found):
-        return _Region(box=(a, b), end=None, cover=Cover(low=-math.inf, high=math.inf), found=tuple(known))
-    cover = Cover(low=min(c.low for c in known), high=max(c.high for c in known))
-    return _Region(box=(a, b), end=None, cover=cover, found=tuple(known), closed=True)
-
-
-def _rank(region: _Region, sign: int) -> Bound:
+def _rank(region: Region, sign: int) -> Bound:
     """Minus the largest value of ``sign f``: the heap's least comes first."""
     return -region.cover.high if sign > 0 else region.cover.low
 
@@ -324,35 +222,3 @@ def _near(best: Bound, top: Bound, scale: Fraction) -> bool:
     if isinstance(best, float) or isinstance(top, float):
         return False
     return top - best <= _CLOSE * max(abs(best), scale)
-
-
-def _border(end: End, side: int, stage: int) -> End:
-    return _exact_border(end, side, stage)
-
-
-def _exact_border(end: End, side: int, stage: int) -> Fraction:
-    """``sigma`` at ``t = 2^-stage``."""
-    if isinstance(end, Fraction):
-        return end + side * Fraction(1, 2**stage)
-    return Fraction(2**stage if end > 0 else -(2**stage))
-
-
-def _middle(a: Fraction, b: Fraction) -> Fraction:
-    """The middle, in the logarithm for ends of one sign far apart."""
-    if (a > 0 and b > 4 * a) or (b < 0 and a < 4 * b):
-        sign = 1 if a > 0 else -1
-        low, high = sorted((abs(a), abs(b)))
-        exponent = (_log2(low) + _log2(high)) // 2
-        guess = Fraction(2**exponent) if exponent >= 0 else Fraction(1, 2**-exponent)
-        if low < guess < high:
-            return sign * guess
-    return (a + b) / 2
-
-
-def _log2(x: Fraction) -> int:
-    return x.numerator.bit_length() - x.denominator.bit_length()
-
-
-def _ball_of(c: Candidate) -> arb:
-    low, high = c.low, c.high
-    return arb(to_fmpq(low)).union(arb(to_fmpq(high)))

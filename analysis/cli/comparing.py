@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from analysis.cli.simulating import app as app
 from analysis.cli.commands import Json, Quiet
 from analysis.cli.comparing_texts import COMPARE
 from analysis.cli.refused import refused
+from analysis.cli.simulating import app as app
 
 if TYPE_CHECKING:
     from analysis.comparison import Comparison

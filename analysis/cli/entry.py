@@ -59,7 +59,10 @@ def _run(arguments: Sequence[str] | None) -> int:
     except SystemExit as error:  # what typer makes of a closed pipe
         raise BrokenPipeError from error
     except USAGE_ERROR as error:
-        return _say(f"{cast('typer.BadParameter', error).format_message()} See lure --help.", status=BAD_INPUT)
+        wrong = cast("typer.BadParameter", error)
+        sentence = wrong.format_message().rstrip().removesuffix(".")
+        command = wrong.ctx.command_path if wrong.ctx else "lure"
+        return _say(f"{sentence}. See {command} --help.", status=BAD_INPUT)
     except MemoryError:
         return _say("not enough memory for this many cells; give fewer", status=BAD_INPUT)
     except (

@@ -13,6 +13,7 @@ import typer
 from analysis.cli.commands import Json, Quiet, Settings
 from analysis.cli.commands import app as app
 from analysis.cli.refused import refused
+from analysis.cli.responding_texts import AS_PRINTED, BASIN, BIFURCATION, RESPONSE
 
 if TYPE_CHECKING:
     from analysis.plots import Draw
@@ -21,63 +22,6 @@ if TYPE_CHECKING:
     from lure.scenario import Scenario
     from lure.systems import RodSystem
 
-RESPONSE = """Say what a rod does under a periodic force after a while.
-
-\b
-Examples:
-  lure response rod.toml --force "0.3+0.7*sin(t/2)"
-  lure response paper-rod --force "1e-4*(1+sin(4*t))" --settle 10 --periods 8
-  lure response rod.toml --plot response.svg --json > response.json
-  lure response rod.toml --force "1+where(sin(t)>0,1,0)" --separation
-
-\b
-The motion of the rod itself, exactly: regime, time in contact, impacts,
-momentum, spectrum.  The period must follow from the formula (sines and
-cosines with commensurable frequencies), or be given with --period.  A force
-of mean 0 has no periodic response with contact: the rod walks away.
-A motion that was not seen to repeat is not thereby proved chaotic.
-
-\b
-Exit status: 0 done, 2 bad input, 130 interrupted (nothing is written).
-"""
-BIFURCATION = """Follow the response through the values of a parameter.
-
-\b
-Examples:
-  lure bifurcation rod.toml --force "0.3+F*sin(t/2)" --parameter F \\
-      --from 0.5 --to 1.1 --count 61 --plot doubling.png
-  lure bifurcation rod.toml --force "0.3+F*sin(t/2)" --parameter F \\
-      --from 0.5 --to 1.1 --count 61 --order down --json > down.json
-  lure bifurcation rod.toml --force "0.3+0.7*sin(t/2)" --parameter damping \\
-      --from 0.1 --to 0.5 --count 40 --workers 2
-
-\b
-The parameter is a symbol of the force or a field of the rod: damping, gap,
-compliance, youngs_modulus, density, length, area, exponent.  Each value
-starts from the same data; with --order up or down it starts from the end of
-the one before (symbols of the force only), which shows hysteresis.
-
-\b
-Ctrl-C keeps what is done: it is printed, written and drawn, and says that it
-is not all.
-Exit status: 0 done, 2 bad input, 130 interrupted.
-"""
-BASIN = """Say where a rod without a force comes to rest.
-
-\b
-Examples:
-  lure basin rod.toml --offset -1 0 21 --velocity -0.5 1 21 --plot basin.png
-  lure basin paper-rod --velocity 0 0.05 6 --json
-
-\b
-Uniform displacements [m] and velocities [m/s] are added to the initial data.
-Each motion is followed until it is known where it ends, or bounds are given.
-Ctrl-C keeps what is done.
-
-\b
-Exit status: 0 done, 10 a resting place is not known, 2 bad input,
-130 interrupted.
-"""
 System = Annotated[str, typer.Argument(metavar="SYSTEM", help="A built-in rod or a TOML file.")]
 Force = Annotated[
     str | None,
@@ -133,7 +77,7 @@ def response(
         found = run(chosen.rod, scenario, plan=plan, progress=tell)
     from analysis.plots.response import plot_response
 
-    _say(found, as_json=as_json)
+    _say(found, as_json=as_json, note=_note(chosen, force))
     _draw(plot, partial(plot_response, found), (9.6, 7.0), quiet=quiet, as_json=as_json, replace=replace)
 
 
@@ -145,7 +89,7 @@ def bifurcation(
     last: Annotated[float, typer.Option("--to", metavar="B", help="Its last value.")],
     count: Annotated[int, typer.Option("--count", metavar="N", help="How many values, evenly spaced.")] = 50,
     force: Force = None,
-    order: Annotated[str, typer.Option("--order", metavar="WAY", help="separate, up or down; see above.")] = "separate",
+    way: Annotated[str, typer.Option("--sweep", metavar="WAY", help="separate, up or down; see above.")] = "separate",
     settle: Settle = None,
     periods: Periods = 64,
     period: Period = None,
@@ -160,8 +104,8 @@ def bifurcation(
     quiet: Quiet = False,
 ) -> int:
     """Watch the response at several values of a parameter; 130 if it was interrupted."""
-    if order not in ("separate", "up", "down"):
-        raise refused(f"--order is {order!r:.40}; choose from separate, up, down")
+    if way not in ("separate", "up", "down"):
+        raise refused(f"--sweep is {way!r:.40}; choose from separate, up, down")
     chosen = _rod_system(system, set_ or [])
     _check_figure(plot, replace=replace)
     values = _grid((first, last, count), "--count")
@@ -172,11 +116,11 @@ def bifurcation(
     plan = _plan((settle, period, tolerance), (periods, samples), rigid=rigid, separation=False)
     text = str(chosen.scenario.force) if force is None else force
     with progress(quiet=quiet) as tell:
-        sweep = Sweep(plan=plan, order=cast("Order", order), start=chosen.scenario, workers=workers, progress=tell)
+        sweep = Sweep(plan=plan, order=cast("Order", way), start=chosen.scenario, workers=workers, progress=tell)
         found = run(chosen.rod, text, parameter, values, sweep=sweep)
     from analysis.plots.sweeps import plot_bifurcation
 
-    _say(found, as_json=as_json)
+    _say(found, as_json=as_json, note=_note(chosen, force))
     if found.points:
         _draw(plot, partial(plot_bifurcation, found), (6.6, 4.4), quiet=quiet, as_json=as_json, replace=replace)
     return 0 if found.complete else _INTERRUPTED
@@ -278,14 +222,21 @@ def _check_figure(plot: Path | None, *, replace: bool) -> None:
     check_targets([plot], replace=replace)
 
 
-def _say(found: Response | Bifurcation | Basin, *, as_json: bool) -> None:
+def _note(system: RodSystem, force: str | None) -> str:
+    """What is to be said of the force of a system whose scheme is as printed; a force on the command line is plain."""
+    return AS_PRINTED if system.form == "as-printed" and force is None else ""
+
+
+def _say(found: Response | Bifurcation | Basin, *, as_json: bool, note: str = "") -> None:
     """Print a result as JSON or in lines of 80 columns."""
     if as_json:
-        print(json.dumps(found.to_dict(), indent=2, ensure_ascii=False, allow_nan=False))
+        said = found.to_dict() | ({"note": note.removeprefix("Note: ")} if note else {})
+        print(json.dumps(said, indent=2, ensure_ascii=False, allow_nan=False))
         return
     from analysis.cli.wrapping import wrapped
 
-    print("\n".join(line for text in str(found).split("\n") for line in wrapped(text, indent=2)))
+    lines = [*str(found).split("\n"), *([note] if note else [])]
+    print("\n".join(line for text in lines for line in wrapped(text, indent=2)))
 
 
 def _draw(

@@ -50,6 +50,23 @@ def sector(
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw it: .svg or .png.", show_default=False)
     ] = None,
     replace: Annotated[bool, typer.Option("--replace", help="Replace the figure if it exists.")] = False,
+    displacement: Annotated[
+        str | None,
+        typer.Option("--displacement", metavar="NAME", help="Column of the file, or its number.", show_default=False),
+    ] = None,
+    force: Annotated[
+        str | None,
+        typer.Option("--force", metavar="NAME", help="Column of force or stress, likewise.", show_default=False),
+    ] = None,
+    area: Annotated[
+        float | None,
+        typer.Option("--area", metavar="M2", help="Area to divide the force by [m^2].", show_default=False),
+    ] = None,
+    origin: Annotated[
+        str, typer.Option("--origin", metavar="M", help="Displacement where sigma = 0 [m], or gap: as fitted.")
+    ] = "0",
+    confidence: Annotated[float, typer.Option("--confidence", metavar="C", help="Of the measured bounds.")] = 0.95,
+    fit: Annotated[bool, typer.Option("--fit", help="Fit normal compliance to the file.")] = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -59,7 +76,24 @@ def sector(
     _check_figure(plot, replace=replace)
     if expr is None:
         assert file is not None, "one of the two is given"
-        return _measured(file, plot, as_json=as_json)
+        if on is not None:
+            raise refused("--on goes with --expr; measured data say nothing outside their own range")
+        from analysis.cli import measuring
+
+        asked = None if within is None else _claim(within, slope=slope)
+        reading = measuring.Reading(
+            displacement=displacement, force=force, area=area, origin=origin, confidence=confidence, fit=fit
+        )
+        data = measuring.measured(file, reading, asked, as_json=as_json)
+        if plot is not None:
+            measuring.draw_measured(plot, data, replace=replace)
+            if not quiet:
+                measuring.say_written(plot, as_json=as_json)
+        return measuring.status(data, asked)
+    if fit or (displacement, force, area, origin, confidence) != (None, None, None, "0", 0.95):
+        raise refused(
+            "--displacement, --force, --area, --origin, --confidence and --fit go with a file of measured data"
+        )
     interval = None if on is None else tuple(_finite(text, "--on") for text in on)
     claim = None if within is None else _claim(within, slope=slope)
     from analysis.bounds import law_bounds, violation
@@ -133,15 +167,6 @@ def _document(
             "violation": None if shown is None else shown.to_dict(),
         }
     return document
-
-
-def _measured(file: Path, plot: Path | None, *, as_json: bool) -> int:
-    from importlib import import_module
-
-    report_of = getattr(import_module("analysis.measured"), "report_of", None)
-    if report_of is None:
-        raise refused("measured data cannot be read yet; give a law with --expr")
-    return int(report_of(file, plot=plot, as_json=as_json))
 
 
 def _claim(pair: Pair, *, slope: bool) -> Sector | SlopeBounds:

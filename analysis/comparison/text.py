@@ -43,8 +43,9 @@ def _head(found: Comparison) -> str:
     event = "no kink and no contact" if exact.event is None else str(exact.event)
     return _filled(
         f"The end of the rod up to {found.until:g} s: amplitude {exact.amplitude:.4g} m, {contact}; {event}. Errors of "
-        f"u(t, L) at {exact.t.size} samples against the exact motion (its own error about {exact.motion.error:.1g} m), "
-        "as shares of the amplitude; energies as shares of the rod's largest and of its first."
+        f"u(t, L) at {exact.t.size} samples against the exact motion (its own local errors about "
+        f"{exact.motion.error:.1g} m), as shares of the amplitude; energies as shares of the "
+        "rod's largest and of its first."
     )
 
 

@@ -187,6 +187,9 @@ def contradictions_of_rod(side: Side, kind: Kind) -> tuple[str, ...]:
                 f"the {name} of the rod {verb} by {quantity.against:.3g} of itself between two samples, where it must "
                 f"not; rounding explains {quantity.allowance:.1g}"
             )
+    for name, quantity in (("energy", side.energy), ("Popov-Lyapunov functional", side.lyapunov)):
+        if quantity is not None and quantity.end < -quantity.allowance * quantity.scale:
+            found.append(f"the {name} of the rod falls to {quantity.end:.3g}, and none of its terms can be negative")
     if side.momentum is not None and side.zeta is not None and not side.momentum <= max(1e-9, side.zeta.allowance):
         found.append(f"zeta of the rod changes by {side.momentum:.3g} of itself otherwise than by the impulse over k")
     if not side.energy_residual <= max(_TRUSTED, 0.0 if side.energy is None else side.energy.allowance):

@@ -55,7 +55,7 @@ def plot_both_ends(confirmation: Confirmation, *, ax: Axes | None = None) -> Axe
     axes.set_ylim(bottom, top)
     axes.set_xlim(0.0, _last(confirmation))
     axes.set_xlabel("t [s]")
-    axes.set_ylabel("[m]")
+    axes.set_ylabel("z and ζ [m]")
     finish_axes(axes)
     axes.legend(loc="lower center", ncols=2, **LEGEND)
     return axes

@@ -85,8 +85,10 @@ def plot_basin(basin: Basin, *, ax: Axes | None = None) -> Axes:
     if rows.size:
         axes.plot(x[columns], y[rows], ".", ms=2.0, color=VERMILLION, label="upper bound only")
         axes.legend(loc="upper right", **LEGEND)
-    axes.set_xlabel("initial displacement [m]")
-    axes.set_ylabel("initial velocity [m/s]")
+    said = f"the rod itself, {int(basin.known.sum())} of {basin.known.size} resting places known"
+    axes.set_title(said, fontsize="medium", loc="left")
+    axes.set_xlabel("displacement added to u0 [m]")
+    axes.set_ylabel("velocity added to u1 [m/s]")
     finish_axes(axes)
     return axes
 

@@ -100,12 +100,18 @@ def confirmation_sentence(found: Confirmation) -> str:
     if found.kind == "growth":
         return (
             f"{followed}; the energy of the rod does not fall from sample to sample, and grows from "
-            f"{rod.energy.start:.3g} to {rod.energy.end:.3g} J"
+            f"{rod.energy.start:.3g} J{_growth(rod.energy)}"
         )
     if found.kind == "undamped":
         kept = f"the energy of the rod stays {rod.energy.start:.3g} J within {_order(rod.energy.against)}"
         return f"{followed}; {kept}{_scheme_loss(scheme)}"
     return f"{followed}; energy, Lyapunov function and zeta do not rise from sample to sample; {_rests(found)}"
+
+
+def _growth(energy: Quantity) -> str:
+    """By how much, or to what: two numbers that look alike show no growth."""
+    share = energy.end / energy.start - 1.0 if energy.start > 0.0 else 1.0
+    return f" by {100.0 * share:.3g} %" if share < 1.0 else f" to {energy.end:.3g} J"
 
 
 def _contacts(side: Side) -> str:

@@ -81,7 +81,8 @@ def proved_period(formula: Expression) -> float | None:
         return _seconds(_period(formula.tree))
     except _NotPeriodicError as reason:
         raise InputError(
-            f"no period of {str(formula)[:80]!r} follows from the formula, since {reason}; give period= if you know one"
+            f"no period of {str(formula)[:80]!r} follows from the formula, since {reason}; give the period if you "
+            "know one"
         ) from None
 
 
@@ -119,7 +120,7 @@ def load_period(scenario: Scenario, given: float | None, otherwise: float) -> tu
     except _NotPeriodicError:
         for load in loads.values():
             proved_period(load)  # says which of the two, and why
-        raise InputError("force.g and force.f have no common period that can be proved; give period=") from None
+        raise InputError("force.g and force.f have no common period that can be proved; give the period") from None
     return (otherwise, "constant load") if found is None else (found, "formula")
 
 

@@ -59,10 +59,10 @@ class Plan:
     def __post_init__(self) -> None:
         if self.settle is not None and not 0.0 <= self.settle < math.inf:
             raise InputError(f"settle is {self.settle!r}; give a number of seconds from 0 on")
-        for name in ("run", "samples"):
+        for name, is_ in (("run", "run, the periods watched,"), ("samples", "samples")):
             number = getattr(self, name)
             if isinstance(number, bool) or not isinstance(number, int) or not 8 <= number <= 1_000_000:
-                raise InputError(f"{name} is {number!r}; give a whole number from 8 to 1000000")
+                raise InputError(f"{is_} is {number!r}; give a whole number from 8 to 1000000")
         if self.run * self.samples > _MOST_SAMPLES:
             raise InputError(f"run * samples is {self.run * self.samples}; give at most {_MOST_SAMPLES}")
         if not 0.0 < self.tolerance < 1.0:
@@ -129,14 +129,18 @@ def settling(rod: Rod, plan: Plan, period: float) -> Settling:
     wanted, note = plan.settle, ""
     if wanted is None:
         if rod.damping < 0 and not plan.boundary.clamped:
-            raise AssumptionError(f"rod.damping is {rod.damping:g}, so that motions grow; give settle= to watch one")
+            raise AssumptionError(
+                f"rod.damping is {rod.damping:g}, so that motions grow; give the time to wait, settle, to watch one"
+            )
         if math.isinf(slow):
-            raise AssumptionError("no dashpot takes energy out, so that the rod never forgets its start; give settle=")
+            raise AssumptionError(
+                "no dashpot takes energy out, so that the rod never forgets its start; give the time to wait, settle"
+            )
         wanted, most = TIME_CONSTANTS * slow, 2.0 * rod.travel_time * MOST_TRIPS
         if wanted > most:
             note = (
                 f"{TIME_CONSTANTS:g} time constants would be {wanted:.4g} s; cut to {MOST_TRIPS} round trips, give "
-                "settle= for more."
+                "settle for more."
             )
             wanted = most
         wanted = max(wanted, _FEWEST * period)

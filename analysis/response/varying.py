@@ -175,5 +175,5 @@ def checked_values(values: Sequence[float]) -> tuple[float, ...]:
     found = tuple(float(value) for value in np.asarray(values, dtype=float).ravel())
     wrong = [value for value in found if not math.isfinite(value)]
     if wrong:
-        raise InputError(f"a value of the parameter is {wrong[0]}; give finite numbers")
+        raise InputError(f"a value asked for is {wrong[0]}; give finite numbers")
     return found

@@ -17,7 +17,10 @@ MOST_ENERGIES = 20_001
 METHOD = (
     "exact motion of the rod along its characteristics: no grid and no time step; contact and release located as events"
 )
-ERROR = "sum of the estimates of all local errors, as displacement; how impacts enlarge them is not in it"
+ERROR = (
+    "sum of the estimates of all local errors, as displacement; neither rounding along the way nor how impacts enlarge "
+    "them is in it"
+)
 
 
 def sampled_motion(

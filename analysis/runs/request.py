@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, cast
 
-from analysis.runs.sampled import LOADED_CELLS, SampledRun, check_places, check_samples, check_until
+from analysis.runs.sampled import LOADED_CELLS, SampledRun, check_places, check_samples, check_until, sparse
 from lure.errors import InputError
 from lure.motion import Boundary, Motion
 from lure.rod import Rod
@@ -190,7 +190,8 @@ def perform(
         "boundary_end_damping": request.end_damping,
         "boundary_obstacle": "rigid" if request.rigid else "compliant",
     }
-    return replace(done, run=replace(done.run, details={**done.run.details, **ends}))
+    note = "; ".join(filter(None, (done.run.note, sparse(request.until, request.samples, changed.rod))))
+    return replace(done, run=replace(done.run, details={**done.run.details, **ends}, note=note))
 
 
 def _in_space(system: RodSystem, request: Request) -> SampledRun:

@@ -22,6 +22,7 @@ Subject = Literal["rod", "scheme", "Galerkin space"]
 
 MOST_SAMPLES = 1_000_000
 MOST_VALUES = 50_000_000
+_APART = 0.5  # transits L/c
 LOADED_CELLS = 1000  # of the scheme, above which it is followed by its structure and only its end is kept
 
 
@@ -170,3 +171,21 @@ def check_places(places: int, samples: int) -> None:
     most = MOST_VALUES // samples
     if isinstance(places, bool) or not isinstance(places, int) or not 2 <= places <= most:
         raise InputError(f"fields is {places!r}; with {samples} samples give a whole number of places from 2 to {most}")
+
+
+def sparse(until: float, samples: int, rod: Rod) -> str:
+    """A warning where waves pass the end unseen between two samples: more than half a transit apart; else nothing.
+
+    Parameters
+    ----------
+    until : float
+        End of the motion [s].
+    samples : int
+        Number of instants, evenly spaced.
+    rod : Rod
+        The rod.
+    """
+    apart = until / (samples - 1) / rod.travel_time
+    if apart <= _APART:
+        return ""
+    return f"the samples are {apart:.3g} transits L/c apart, and what the waves do between them is not in the samples"

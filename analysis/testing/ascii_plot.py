@@ -90,10 +90,10 @@ def heights(violation: Violation, phi: Array) -> tuple[float, float]:
 
 
 def _legend(violation: Violation) -> str:
-    mark = "X where it fails"
+    mark = "X fails"
     if violation.kind == "odd":
         return f"* phi(sigma)   o -phi(-sigma)   {mark}"
-    what = "slope bounds, drawn from the left X" if violation.kind == "slope" else "sector"
+    what = "slope bounds, from the left X" if violation.kind == "slope" else "sector"
     return f"* phi(sigma)   . {what}   {mark}"
 
 

@@ -53,7 +53,14 @@ def lurie_blocks(
     InputError
         ``order`` is not positive, or not ascending.
     """
-    return known_blocks(order=order, critical=critical, discrete=discrete).map(lambda known: known.block)
+    known = known_blocks(order=order, critical=critical, discrete=discrete)
+
+    @st.composite
+    def blocks(draw: st.DrawFn) -> RationalBlock:
+        """The block alone."""
+        return draw(known).block
+
+    return blocks()
 
 
 def known_blocks(

@@ -50,15 +50,11 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
     from analysis.bounds import law_bounds
     from analysis.bounds.result import above, below
 
-    lower, upper = (
-        bound if abs(bound) == math.inf else Fraction(bound) + side * Fraction(limits.tolerance)
-        for bound, side in ((limits.lower, -1), (limits.upper, 1))
-    )
     try:
         bounds = law_bounds(law.law, on=on)
     except InputError as error:
         return Decision(how=f"for every sigma it was not decided: {error}")
-    claim = Sector(lower, upper) if kind == "sector" else SlopeBounds(lower, upper)
+    claim = _widened(kind, limits)
     verdict = bounds.within(claim)
     low, high = (
         (bounds.sector_lower, bounds.sector_upper) if kind == "sector" else (bounds.slope_lower, bounds.slope_upper)
@@ -68,14 +64,50 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
             how=f"for every sigma it was not decided: {bounds.notes[0]}" if bounds.notes else "", total=True
         )
     what = "phi(sigma)/sigma" if kind == "sector" else "the slope"
+    everywhere = "for every sigma" if on is None else f"for every sigma of [{float(on[0]):g}, {float(on[1]):g}]"
     if verdict is Verdict.PROVED:
-        how = f"for every sigma {what} is at least {low} and at most {high}"
+        how = f"{everywhere} {what} is at least {low} and at most {high}"
         return Decision(verdict=verdict, how=how, total=True)
     if verdict is Verdict.REFUTED:
-        broken = f"the supremum of {what} is {high}" if high.inner > upper else f"the infimum of {what} is {low}"
+        broken = f"the supremum of {what} is {high}" if high.inner > claim.upper else f"the infimum of {what} is {low}"
         return Decision(verdict=verdict, how=broken, total=True)
     shown = f"[{text_below(float(below(low.outer)))}, {text_above(float(above(high.outer)))}]"
-    return Decision(how=f"certified for every sigma is only that {what} lies in {shown}", total=True)
+    return Decision(how=f"certified {everywhere} is only that {what} lies in {shown}", total=True)
+
+
+def witness(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> str:
+    """An exact point, or pair, at which a known law breaks bounds that no double shows it to break; empty if none.
+
+    Parameters
+    ----------
+    law : Subject
+        The law.
+    kind : {"sector", "slope"}
+        The property.
+    limits : Limits
+        Its bounds and the tolerance.
+    on : tuple of Fraction or None
+        The interval, None for all of R.
+    """
+    from analysis.bounds import violation
+
+    found = violation(law.law, _widened(kind, limits), on=on)
+    if found is None:
+        return ""
+    places = [f"{float(point):.10g}" for point in found.points]
+    what = "phi(sigma)/sigma" if kind == "sector" else "the slope"
+    there = f"at sigma = {places[0]}" if len(places) == 1 else f"from sigma = {places[0]} to {places[1]}"
+    beyond = float(abs(found.value - Fraction(found.bound)))
+    return f"{what} passes the bound by {beyond:.2g} {there} ({found.evidence})"
+
+
+def _widened(kind: str, limits: Limits) -> Sector | SlopeBounds:
+    """The bounds, moved apart by the tolerance."""
+    lower, upper = (
+        bound if abs(bound) == math.inf else Fraction(bound) + side * Fraction(limits.tolerance)
+        for bound, side in ((limits.lower, -1), (limits.upper, 1))
+    )
+    return Sector(lower, upper) if kind == "sector" else SlopeBounds(lower, upper)
 
 
 def _oddness(law: object) -> Decision:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -56,6 +57,11 @@ class Domain:
     def rounding_scale(self) -> float:
         """Size of ``sigma`` below which ``phi`` is taken to carry the rounding of its largest value there."""
         return min(self.scale, 1.0)
+
+    @property
+    def unit(self) -> float:
+        """The power of ten in which simple numbers of the interval are written."""
+        return 1.0 if self.given is None else float(f"1e{math.floor(math.log10(self.scale))}")
 
     def holds(self, sigma: float) -> bool:
         """Whether a point belongs to the interval."""

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from analysis.evidence import Evidence, Verdict
-from analysis.testing.decision import Decision, decided
+from analysis.testing.decision import Decision, decided, witness
 from analysis.testing.domain import Domain, domain
 from analysis.testing.measures import Chord, Limits, Mirror, Quotient, rounding
 from analysis.testing.message import message, number
@@ -87,9 +87,8 @@ def run(phi: object, inquiry: Inquiry) -> Checked:
             violation.save(Path(inquiry.search.plot))
         raise LawViolation(message(violation), violation)
     if known.verdict is Verdict.REFUTED:
-        raise LawViolation(
-            f"{law.name} {inquiry.words[1]}: {known.how} ({Evidence.CERTIFIED}), though no double shows it"
-        )
+        exact = "" if inquiry.kind == "odd" else witness(law, inquiry.kind, inquiry.limits, where.given)
+        raise LawViolation(f"{law.name} {inquiry.words[1]}: {exact or known.how}, though doubles do not show it")
     checked = _passed(law, inquiry, where, known)
     HISTORY.add(checked)
     return checked
@@ -149,7 +148,7 @@ def _bad_point(
             return -np.inf
         return float((measure.limits.outside(value) - measure.allowance(point, value))[0])
 
-    sigma = simplest_point(excess, (worst[0], worst[1][0]), measure.limits.size)
+    sigma = simplest_point(excess, (worst[0], worst[1][0]), size=measure.limits.size, unit=where.unit)
     found = float(measure.quantity(np.array([sigma]))[0])
     return _violation(inquiry, measure.subject, (sigma,), found, context, worst)
 
@@ -172,7 +171,7 @@ def _bad_slope(measure: Quotient, x: Array, inquiry: Inquiry, context: tuple[Dom
         value = measure.quantity(pair, phi)
         return float((measure.limits.outside(value) - measure.allowance(pair, phi, value))[0])
 
-    pair = simplest_pair(excess, (worst[0], worst[1][0], worst[1][1]), measure.limits.size)
+    pair = simplest_pair(excess, (worst[0], worst[1][0], worst[1][1]), size=measure.limits.size, unit=where.unit)
     found = float(measure.quantity(np.array(pair), law(np.array(pair)))[0])
     return _violation(inquiry, law, pair, found, context, worst)
 
@@ -232,7 +231,7 @@ def _no_value(law: Subject, inquiry: Inquiry, error: NotANumber) -> str:
 
     where = domain(inquiry.search.on)
     inside: Callable[[float], float] = lambda sigma: missing(sigma) if where.holds(sigma) else 0.0  # noqa: E731
-    sigma = simplest_point(inside, (1.0, error.sigma), 1.0)
+    sigma = simplest_point(inside, (1.0, error.sigma), size=1.0, unit=where.unit)
     try:
         law.at(sigma)
     except NotANumber as simpler:

@@ -29,13 +29,18 @@ class Limits:
         """The larger of the finite bounds, in size; 0 if there is none."""
         return max((abs(float(b)) for b in (self.lower, self.upper) if abs(b) != math.inf), default=0.0)
 
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """1 if there is an upper bound, -1 if there is a lower one."""
+        return tuple(side for side, bound in ((1, self.upper), (-1, self.lower)) if abs(bound) != math.inf)
+
     def outside(self, values: Array) -> Array:
         """Signed distance to the limits without the tolerance, positive outside; ``-inf`` where nothing bounds."""
         return np.maximum(values - float(self.upper), float(self.lower) - values)
 
-    def allowance(self, values: Array) -> Array:
+    def allowance(self, values: Array, coarseness: float) -> Array:
         """The tolerance, and what rounding may do to a value whatever the law."""
-        return self.tolerance + _RELATIVE * np.maximum(np.abs(values), self.size)
+        return self.tolerance + coarseness * _RELATIVE * np.maximum(np.abs(values), self.size)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -52,7 +57,7 @@ class Chord:
 
     def allowance(self, x: Array, values: Array) -> Array:
         """Tolerance and rounding."""
-        return np.asarray(self.limits.allowance(values) + self.noise / np.abs(x))
+        return np.asarray(self.limits.allowance(values, self.subject.coarseness) + self.noise / np.abs(x))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -69,7 +74,8 @@ class Mirror:
 
     def allowance(self, x: Array, values: Array) -> Array:
         """Tolerance and rounding."""
-        return self.limits.allowance(np.maximum(np.abs(self.subject(x)), np.abs(values))) + 2 * self.noise
+        sizes = np.maximum(np.abs(self.subject(x)), np.abs(values))
+        return self.limits.allowance(sizes, self.subject.coarseness) + 2 * self.noise
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -88,13 +94,14 @@ class Quotient:
     def allowance(self, x: Array, phi: Array, values: Array) -> Array:
         """Tolerance and rounding: of the values, and of the argument inside the law."""
         steps = np.diff(x)
-        sizes = np.abs(phi[1:]) + np.abs(phi[:-1])
-        argument = _ARGUMENT * (np.abs(x[1:]) + np.abs(x[:-1])) * np.maximum(np.abs(values), self.limits.size)
+        coarse = self.subject.coarseness
+        sizes = coarse * (np.abs(phi[1:]) + np.abs(phi[:-1]))
+        argument = coarse * _ARGUMENT * (np.abs(x[1:]) + np.abs(x[:-1])) * np.maximum(np.abs(values), self.limits.size)
         with np.errstate(over="ignore"):
-            return self.limits.allowance(values) + (2 * self.noise + 1e-15 * sizes + argument) / steps
+            return self.limits.allowance(values, coarse) + (2 * self.noise + 1e-15 * sizes + argument) / steps
 
 
 def rounding(subject: Subject, x: Array, where: Domain) -> float:
-    """The absolute rounding error granted to a law in floating point: 4e-15 of its largest value near 0."""
+    """The absolute rounding error granted to a law in doubles: 4e-15 of its largest value near 0."""
     inner = x[np.abs(x) <= where.rounding_scale]
-    return _ABSOLUTE * float(np.abs(subject(inner)).max(initial=0.0))
+    return subject.coarseness * _ABSOLUTE * float(np.abs(subject(inner)).max(initial=0.0))

@@ -43,8 +43,10 @@ def worst_point(measure: Chord | Mirror, x: Array) -> Worst:
     best = max(best, _worst(measure, jumps, measure.quantity(jumps)))
     if best[0] > 0:
         return best
-    peaks = _peaks(measure, x, values)
-    return max(best, _worst(measure, peaks, measure.quantity(peaks)))
+    for side in measure.limits.sides:
+        peaks = _peaks(measure, x, side * values, side)
+        best = max(best, _worst(measure, peaks, measure.quantity(peaks)))
+    return best
 
 
 def worst_pair(measure: Quotient, x: Array) -> Worst:
@@ -67,13 +69,12 @@ def worst_pair(measure: Quotient, x: Array) -> Worst:
     if best[0] > 0 or x.size < 3:
         return best
     values = measure.quantity(x, phi)
-    outside = measure.limits.outside(values)
-    turns = np.abs(np.diff(values, prepend=values[0]))
-    chosen = {*np.argsort(-outside)[:_PAIRS], *np.argsort(-turns)[:_PAIRS]}
-    for i in sorted(chosen):
-        best = max(best, _closer(measure, float(x[max(i - 1, 0)]), float(x[min(i + 2, x.size - 1)])))
-        if best[0] > 0:
-            break
+    turns = np.argsort(-np.abs(np.diff(values, prepend=values[0])))[:_PAIRS]
+    for side in measure.limits.sides:
+        for i in sorted({*_local_maxima(side * values)[:_PAIRS], *turns}):
+            best = max(best, _closer(measure, float(x[max(i - 1, 0)]), float(x[min(i + 2, x.size - 1)]), side))
+            if best[0] > 0:
+                return best
     return best
 
 
@@ -114,19 +115,18 @@ def _beside_jumps(measure: Chord | Mirror, x: Array, values: Array) -> Array:
     return np.concatenate(met)
 
 
-def _peaks(measure: Chord | Mirror, x: Array, values: Array) -> Array:
-    """Local maxima of the distance to the limits, by a bounded search between the neighbours of the largest."""
+def _peaks(measure: Chord | Mirror, x: Array, values: Array, side: int) -> Array:
+    """Points towards the local maxima of the values, by a bounded search between the neighbours of the largest."""
     from scipy.optimize import minimize_scalar
 
-    outside = measure.limits.outside(values)
     met: list[float] = []
 
     def inwards(sigma: float) -> float:
-        """What is minimised: the distance to the limits, from inside."""
+        """What is minimised."""
         met.append(float(sigma))
-        return -float(measure.limits.outside(measure.quantity(np.array([sigma])))[0])
+        return -side * float(measure.quantity(np.array([sigma]))[0])
 
-    for i in _local_maxima(outside)[:_PEAKS]:
+    for i in _local_maxima(values)[:_PEAKS]:
         low, high = float(x[max(i - 1, 0)]), float(x[min(i + 1, x.size - 1)])
         for a, b in ((low, float(x[i])), (float(x[i]), high)):
             if a < b and a * b > 0:
@@ -135,16 +135,16 @@ def _peaks(measure: Chord | Mirror, x: Array, values: Array) -> Array:
     return np.array(met)
 
 
-def _local_maxima(outside: Array) -> NDArray[np.intp]:
+def _local_maxima(values: Array) -> NDArray[np.intp]:
     """Indices of local maxima that are higher than a neighbour, the highest first."""
-    padded = np.concatenate([[-np.inf], outside, [-np.inf]])
-    left, right = outside - padded[:-2], outside - padded[2:]
+    padded = np.concatenate([[-np.inf], values, [-np.inf]])
+    left, right = values - padded[:-2], values - padded[2:]
     with np.errstate(invalid="ignore"):
         found = np.flatnonzero((left >= 0) & (right >= 0) & ((left > 0) | (right > 0)))
-    return np.asarray(found[np.argsort(-outside[found], kind="stable")])
+    return np.asarray(found[np.argsort(-values[found], kind="stable")])
 
 
-def _closer(measure: Quotient, low: float, high: float) -> Worst:
+def _closer(measure: Quotient, low: float, high: float, side: int) -> Worst:
     """The worst pair of an interval, which is divided around the steepest part again and again."""
     best: Worst = (-np.inf, ())
     for _ in range(_ROUNDS):
@@ -153,6 +153,6 @@ def _closer(measure: Quotient, low: float, high: float) -> Worst:
             break
         phi = measure.subject(x)
         best = max(best, _worst_of_pairs(measure, x, phi))
-        i = int(np.argmax(measure.limits.outside(measure.quantity(x, phi))))
+        i = int(np.argmax(side * measure.quantity(x, phi)))
         low, high = float(x[max(i - 1, 0)]), float(x[min(i + 2, x.size - 1)])
     return best

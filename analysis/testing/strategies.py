@@ -22,11 +22,12 @@ from lure.laws import Cubic, DeadZone, ExpressionLaw, Law, PiecewiseLinear, Satu
 from lure.sector import Sector, SlopeBounds
 
 _MOST_KNOTS = 4
-_SHAPES = {
-    "attained at 0": "sigma/(1 + (sigma/({s}))**2)",
-    "attained at infinity": "sigma*(sigma/({s}))**2/(1 + (sigma/({s}))**2)",
-    "attained again and again": "sigma*(1 + sin(sigma/({s})))/2",
-}
+# formulas with chords in [0, 1]: 1 at 0, 1 at infinity, both bounds again and again; and whether they are odd
+_SHAPES = (
+    ("sigma/(1 + (sigma/({s}))**2)", True),
+    ("sigma*(sigma/({s}))**2/(1 + (sigma/({s}))**2)", True),
+    ("sigma*(1 + sin(sigma/({s})))/2", False),
+)
 _MONOTONE_SHAPES = {
     True: ("sigma/(1 + abs(sigma/({s})))", "({s})*atan(sigma/({s}))"),
     False: ("sigma/(1 + abs(sigma/({s})))", "({s})*(1 - exp(-max(sigma/({s}), 0)))"),
@@ -97,7 +98,7 @@ def sector_graphs(lower: Exact, upper: Exact, *, scale: Exact = 1) -> st.SearchS
             ends.append(draw(chord))
             for x in _places(draw, s):
                 points.append((side * x, side * x * draw(chord)))
-        return _bent(sorted(points), ends[1], ends[0], sector)
+        return _bent(sorted(points), (ends[1], ends[0]), sector)
 
     return graphs()
 
@@ -138,7 +139,7 @@ def monotone_members(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.Sea
             return DeadZone(width=width, gain=top)
         if kind == "tanh":
             return Tanh(scale=width, gain=top * width)
-        text = f"{top}*({draw(st.sampled_from(_MONOTONE_SHAPES[odd])).format(s=width)})"
+        text = _times(top, draw(st.sampled_from(_MONOTONE_SHAPES[odd])).format(s=width))
         slope = SlopeBounds(0, sector.upper)
         return ExpressionLaw(text, sector=sector, slope_bounds=slope, odd=odd, locally_lipschitz=True)
 
@@ -169,9 +170,11 @@ def monotone_graphs(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.Sear
         """Slopes between the knots, summed up from the origin."""
         slope = ratios(sector.lower, sector.upper)
         right, right_end = _climb(draw, slope, s)
-        left, left_end = (right, right_end) if odd else _climb(draw, slope, s)
+        if odd:
+            return _mirrored(right, right_end, sector, s)
+        left, left_end = _climb(draw, slope, s)
         points = [(-x, -y) for x, y in reversed(left)] + [(Fraction(0), Fraction(0)), *right]
-        return _bent(points, left_end, right_end, sector)
+        return _bent(points, (left_end, right_end), sector)
 
     return graphs()
 
@@ -198,32 +201,46 @@ def _places(draw: st.DrawFn, scale: Fraction) -> list[Fraction]:
     return places
 
 
-def _bent(points: list[tuple[Fraction, Fraction]], left: Fraction, right: Fraction, sector: Sector) -> PiecewiseLinear:
-    """The law through the points; a straight line is bent at its end, within the sector."""
-    slopes = {left, right, *(y / x for x, y in points if x != 0)}
-    if len(slopes) == 1:
-        right = next(r for r in _others(sector) if r != left)
+def _bent(points: list[tuple[Fraction, Fraction]], ends: tuple[Fraction, Fraction], sector: Sector) -> PiecewiseLinear:
+    """The law through the points, with these slopes outside; a straight line is bent at its right end."""
+    left, right = ends
+    if {left, right, *(y / x for x, y in points if x != 0)} == {left}:
+        right = _other(left, sector)
     return PiecewiseLinear(points, left_slope=left, right_slope=right)
 
 
-def _others(sector: Sector) -> list[Fraction]:
-    """Two different values of the sector, at least."""
-    low, high = (None if abs(b) == math.inf else Fraction(b) for b in (sector.lower, sector.upper))
+def _mirrored(
+    points: list[tuple[Fraction, Fraction]], end: Fraction, sector: Sector, scale: Fraction
+) -> PiecewiseLinear:
+    """The odd law through the points; a straight line is bent at both ends."""
+    if {end, *(y / x for x, y in points)} == {end}:
+        points = points or [(scale, end * scale)]
+        end = _other(end, sector)
+    both = [(-x, -y) for x, y in reversed(points)] + [(Fraction(0), Fraction(0)), *points]
+    return PiecewiseLinear(both, left_slope=end, right_slope=end)
+
+
+def _other(slope: Fraction, sector: Sector) -> Fraction:
+    """Another number of the sector: its lower bound, unless that is the one."""
+    low, high = (None if math.isinf(bound) else Fraction(bound) for bound in (sector.lower, sector.upper))
     if low is None:
-        return [high or Fraction(0), (high or Fraction(0)) - 1]
-    return [low + 1 if high is None else high, low]
+        return slope - 1
+    if slope != low:
+        return low
+    return slope + 1 if high is None else high
 
 
 def _lines(sector: Sector, *, slope: bool = False) -> st.SearchStrategy[Law]:
     """Straight lines, the simplest members."""
     bounds = SlopeBounds(sector.lower, sector.upper) if slope else None
 
-    def line(gain: Fraction) -> Law:
+    @st.composite
+    def lines(draw: st.DrawFn) -> Law:
         """``gain sigma``."""
-        text = f"{gain}*sigma" if gain >= 0 else f"-{-gain}*sigma"
+        text = _times(draw(ratios(sector.lower, sector.upper)), "sigma")
         return ExpressionLaw(text, sector=sector, slope_bounds=bounds, odd=True, locally_lipschitz=True)
 
-    return ratios(sector.lower, sector.upper).map(line)
+    return lines()
 
 
 def _smooth(sector: Sector, scale: Fraction) -> st.SearchStrategy[Law]:
@@ -238,12 +255,13 @@ def _smooth(sector: Sector, scale: Fraction) -> st.SearchStrategy[Law]:
         base, width = Fraction(low), Fraction(high) - Fraction(low)
         share = width * draw(ratios(0, 1).filter(bool))
         place = draw(sizes(scale))
-        shape = draw(st.sampled_from(("tanh", *_SHAPES)))
+        shape, odd = draw(st.sampled_from((("tanh", True), *_SHAPES)))
         if shape == "tanh":
             law: Law = shifted_law(Tanh(scale=place, gain=share * place), -base)  # type: ignore[assignment]
             return law
-        text = f"({base})*sigma + ({share})*{_SHAPES[shape].format(s=place)}"
-        return ExpressionLaw(text, sector=sector, odd=True, locally_lipschitz=True)
+        line = f"{_times(base, 'sigma')} + " if base else ""
+        text = line + _times(share, shape.format(s=place))
+        return ExpressionLaw(text, sector=sector, odd=odd, locally_lipschitz=True)
 
     return between()
 
@@ -260,6 +278,11 @@ def _cubics(sector: Sector, scale: Fraction) -> st.SearchStrategy[Law]:
         return Cubic(linear=linear, cubic=(1 if upwards else -1) * draw(sizes(Fraction(1))) / scale**2)
 
     return cubics()
+
+
+def _times(factor: Fraction, text: str) -> str:
+    """A product as text, ``-3/2*sigma``."""
+    return text if factor == 1 else f"{factor}*{text}"
 
 
 def _sector(lower: Exact, upper: Exact) -> Sector:

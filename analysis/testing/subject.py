@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -45,6 +45,8 @@ class Subject:
         Where its slope is known to change.
     vectorised : bool
         Whether ``call`` takes arrays.
+    coarseness : float
+        Rounding unit of the numbers it returns, in units of that of doubles: 1, or 2^29 for single precision.
     evaluations : int
         How often a value was asked for.
     """
@@ -55,7 +57,8 @@ class Subject:
     known: bool = False
     breakpoints: tuple[float, ...] = ()
     vectorised: bool = True
-    evaluations: int = field(default=0)
+    coarseness: float = 1.0
+    evaluations: int = 0
 
     def __call__(self, sigma: Array) -> Array:
         """Values at a one-dimensional array of points.
@@ -134,6 +137,7 @@ def subject(phi: object) -> Subject:
     points = tuple(float(point) for point in tuple(getattr(phi, "breakpoints", ()))[:_MOST_BREAKPOINTS])
     found = Subject(_name(phi), phi, phi, known=known, breakpoints=points)
     found.vectorised = known or _takes_arrays(found)
+    found.coarseness = 1.0 if known else _coarseness(found)
     return found
 
 
@@ -164,6 +168,16 @@ def _takes_arrays(found: Subject) -> bool:
         )
     together = found._array(probes)
     return together is not None and len(alone) == len(probes) and np.allclose(together, alone, rtol=1e-12, atol=0.0)
+
+
+def _coarseness(found: Subject) -> float:
+    """How much coarser than doubles the numbers are that a law returns."""
+    try:
+        with np.errstate(all="ignore"):
+            kind = np.asarray(found.call(_PROBES[-1])).dtype
+    except Exception:  # said when it is tested
+        return 1.0
+    return max(float(np.finfo(kind).eps / np.finfo(float).eps), 1.0) if kind.kind == "f" else 1.0
 
 
 def _name(phi: object) -> str:

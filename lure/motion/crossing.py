@@ -9,6 +9,7 @@ from lure.motion.chebyshev import Array, directions, left_ends, restricted, righ
 
 _MOST_INTERVALS = 20_000
 _THINNEST = 1e-14
+_FLAT = 0.25  # of the tolerance: what varies less is not halved, for its sign of slope may be rounding
 
 
 def first_crossing(series: Array, tolerance: float) -> tuple[int, float] | None:
@@ -41,7 +42,7 @@ def first_crossing(series: Array, tolerance: float) -> tuple[int, float] | None:
 
 def _on_piece(series: Array, tolerance: float) -> float | None:
     """The crossing on one piece, by halving until every part is below, or rises through zero."""
-    todo, seen = [(-1.0, 1.0)], 0
+    todo, seen, below = [(-1.0, 1.0)], 0, -1.0
     while todo:
         low, high = todo.pop()
         seen += 1
@@ -51,14 +52,17 @@ def _on_piece(series: Array, tolerance: float) -> float | None:
                 "told from free flight; change the gap or the data a little"
             )
         part = series if (low, high) == (-1.0, 1.0) else restricted(series, np.array([low]), np.array([high]))
+        start, stop = float(left_ends(part)[0]), float(right_ends(part)[0])
+        if start <= 0.0:
+            below = low
         if upper_bounds(part)[0] <= tolerance:
             continue
-        start, stop = float(left_ends(part)[0]), float(right_ends(part)[0])
         if start > tolerance or (directions(part)[0] > 0 and start >= 0.0):
-            return low
-        if directions(part)[0] > 0 or high - low < _THINNEST:
+            return _zero(series, below, low) if low > below else low
+        flat = float(np.abs(part[0, 1:]).sum()) <= _FLAT * tolerance or high - low < _THINNEST
+        if directions(part)[0] > 0 or flat:
             if stop > tolerance:
-                return _zero(series, low, high)
+                return _zero(series, below, high)
             continue
         middle = 0.5 * (low + high)
         todo += [(middle, high), (low, middle)]

@@ -130,7 +130,8 @@ def _graph(law: GraphLaw, mobility: float, transit: float) -> tuple[Segment, ...
     for i, slope in enumerate(slopes):
         low = float(knots[i - 1]) if i > 0 else -math.inf
         high = float(knots[i]) if i < len(knots) else math.inf
-        anchor = max(i - 1, 0)
+        ends = range(max(i - 1, 0), min(i + 1, len(knots)))
+        anchor = min(ends, key=lambda j: abs(knots[j]))  # the end near 0, where doubles are dense
         value = law.graph.values[anchor]
         found.append(
             Segment(

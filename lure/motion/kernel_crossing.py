@@ -10,8 +10,9 @@ from lure.motion.kernel_series import differentiated, direction, left_end, part,
 NEVER, UNDECIDED = 2.0, 3.0
 _MOST_INTERVALS = 20_000
 _THINNEST = 1e-14
+_FLAT = 0.25
 _MOST_HALVES = 400
-_FLAT = 4e-15
+_LEVEL = 4e-15
 
 
 @compiled
@@ -19,7 +20,7 @@ def first_rise(f: Array, q: Counts, c: int, n: int, tolerance: float) -> float:
     """The zero before the first excursion above ``tolerance``; ``NEVER``, or ``UNDECIDED`` after 20000 intervals."""
     if f[c] + variation(f, c, n) <= tolerance:
         return NEVER
-    depth, seen = 1, 0
+    depth, seen, below = 1, 0, -1.0
     f[STACK], f[STACK + 1] = -1.0, 1.0
     while depth > 0:
         depth -= 1
@@ -31,16 +32,19 @@ def first_rise(f: Array, q: Counts, c: int, n: int, tolerance: float) -> float:
         if seen > 1:
             d = PART
             part(f, q, (c, n), (low, high), d)
-            if f[d] + variation(f, d, n) <= tolerance:
-                continue
-        start, stop, way = left_end(f, d, n), right_end(f, d, n), direction(f, d, n)
+        start = left_end(f, d, n)
+        if start <= 0.0:
+            below = low
+        if seen > 1 and f[d] + variation(f, d, n) <= tolerance:
+            continue
+        stop, way = right_end(f, d, n), direction(f, d, n)
         if way != 0 and max(start, stop) <= tolerance:
             continue
         if start > tolerance or (way > 0 and start >= 0.0):
-            return float(low)
-        if way > 0 or high - low < _THINNEST:
+            return zero(f, c, n, (below, low)) if low > below else float(low)
+        if way > 0 or high - low < _THINNEST or variation(f, d, n) <= _FLAT * tolerance:
             if stop > tolerance:
-                return zero(f, c, n, (low, high))
+                return zero(f, c, n, (below, high))
             continue
         _halved(f, depth, low, high)
         depth += 2
@@ -101,7 +105,7 @@ def peak(f: Array, q: Counts, c: int, n: int, best: float) -> float:
             if f[d] + variation(f, d, n) <= best + 1e-15 * size:
                 continue
         best = max(best, left_end(f, d, n), right_end(f, d, n))
-        if direction(f, d, n) != 0 or variation(f, d, n) <= _FLAT * size or seen > _MOST_HALVES:
+        if direction(f, d, n) != 0 or variation(f, d, n) <= _LEVEL * size or seen > _MOST_HALVES:
             continue
         m = differentiated(f, d, n, SLOPE)
         bend = direction(f, SLOPE, m)

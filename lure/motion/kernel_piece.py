@@ -93,15 +93,18 @@ def solved(f: Array, q: Counts, n: int, width: float) -> tuple[int, int]:
 
 
 @inlined
-def roughness(f: Array, q: Counts, m: int) -> float:
-    """The last coefficients of ``zeta`` on a segment with a slope, if they have not fallen to rounding; else 0."""
+def roughness(f: Array, q: Counts, n: int, m: int) -> float:
+    """The last coefficients of ``zeta`` (degree ``m``), if neither rounding nor those of ``W`` explain them; else 0."""
     law = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
     rate = f[law + RATE]
     if m < q[DEGREE] or rate == 0.0 or rate == math.inf:
         return 0.0
-    tail = max(abs(f[ZETA + m]), abs(f[ZETA + m - 1]))
-    reach = (f[LARGEST] + abs(f[law + STRESS])) * min(f[TRANSIT], 1.0 / rate)
-    allowed = RESOLVED * max(reach, abs(f[VALUE] + f[REST]))
+    tail, given = max(abs(f[ZETA + m]), abs(f[ZETA + m - 1])), 0.0
+    for k in range(m - 1, n + 1):
+        given = max(given, f[SHARE] * abs(f[WAVE + k]))
+    time = min(f[TRANSIT], 1.0 / rate)
+    reach = (f[LARGEST] + abs(f[law + STRESS])) * time
+    allowed = max(RESOLVED * max(reach, abs(f[VALUE] + f[REST])), min(2.0 * time * given, 3.0 * RESOLVED * reach))
     return float(tail) if tail > allowed else 0.0
 
 

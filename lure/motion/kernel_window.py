@@ -12,6 +12,7 @@ from lure.motion.kernel_data import (
     COUNT,
     DEGREE,
     HIGH,
+    LARGEST,
     LAW,
     LEFT,
     LOW,
@@ -50,6 +51,7 @@ from lure.motion.kernel_data import (
     Counts,
 )
 from lure.motion.kernel_entry import emitted, entered, largest_wave
+from lure.motion.kernel_hold import FIRST, next_turn
 from lure.motion.kernel_incoming import NO_ROOM, SAME, cut_out, incoming
 from lure.motion.kernel_merge import merged
 from lure.motion.kernel_piece import begun, departure, moved, roughness, settled, solved
@@ -61,6 +63,7 @@ _MOST_CUTS = 2000
 _NARROWEST = 1e-13
 _LAYER = 3.0
 _LARGEST = 1e100
+_turned = compiled(next_turn)
 
 
 @kept
@@ -114,26 +117,30 @@ def _window(f: Array, q: Counts, load: Array, heads: Counts) -> int:
 @compiled
 def _followed(f: Array, q: Counts, pieces: int) -> int:
     """Arc after arc, piece after piece."""
-    i, at, cuts, events = ZERO, q[NOW], 0, 0
+    i, at, cuts, events, fresh, layer = ZERO, q[NOW], 0, 0, True, 2.0
     low = f[at + START]
+    # when the arc began, until when it is kept; see kernel_hold.py
+    since, until, last, turns, moment = low, low, 0, 0, FIRST
     begun(f, q, pieces, i, low)
     while i < pieces:
         stop, degree = f[at + STOP], q[q[NOW_DEGREES] + i]
-        high = stop
+        high = until if low + SAME < until < stop - SAME else stop
         n = cut_out(f, q, (at, degree), (low, high), WAVE)
         nz, np_ = solved(f, q, n, high - low)
-        rough = roughness(f, q, nz)
+        rough = roughness(f, q, n, nz)
         rate = f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE]
+        if fresh:
+            layer, fresh = _LAYER / (rate * f[TRANSIT]) if rate > 0.0 else 2.0, False
         while rough > 0.0 and cuts < _MOST_CUTS and high - low > _NARROWEST:
-            layer = _LAYER / (rate * f[TRANSIT])
             high = low + (layer if high - low > 1.01 * layer else 0.5 * (high - low))
             cuts += 1
             n = cut_out(f, q, (at, degree), (low, high), WAVE)
             nz, np_ = solved(f, q, n, high - low)
-            rough = roughness(f, q, nz)
+            rough = roughness(f, q, n, nz)
+            layer = 2.0 * (high - low)
         if rough > 0.0:
             f[MISSED] += rate * rough * (high - low)
-        step, x = departure(f, q, nz, np_)
+        step, x = departure(f, q, nz, np_) if low >= until - SAME else (0, NEVER)
         if x == UNDECIDED:
             return NEAR
         if x == NEVER:
@@ -146,13 +153,17 @@ def _followed(f: Array, q: Counts, pieces: int) -> int:
             if instant > low and not _shortened(f, q, (low, instant), (n, nz, np_), x if instant < high else 1.0):
                 return FULL
             _passed(f, q, step)
+            turns, moment, keep = _turned((last, step), instant - since, turns, moment)
+            since, until, last = instant, instant + keep, step
+            f[MISSED] += keep * f[LARGEST]
             events, high = events + 1, instant
             if events >= _MOST_EVENTS:
                 return CHATTER
         low = high
         if high >= stop:
-            i, at, cuts = i + 1, at + q[DEGREE] + 1 + COEF, 0
+            i, at, cuts, fresh = i + 1, at + q[DEGREE] + 1 + COEF, 0, True
         if x != NEVER:
+            cuts, fresh = 0, True
             begun(f, q, pieces, i, low)
     return DONE
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
-from lure.motion.chebyshev import largest
-from lure.motion.windows import Problem, Window, power_at_end
+import numpy as np
+
+from lure.motion.chebyshev import basis, largest
+from lure.motion.windows import Problem, Window
 
 
 class Ledger:
@@ -23,7 +25,7 @@ class Ledger:
 
     def add(self, window: Window) -> None:
         """Enter the next window."""
-        work, lost, passed = power_at_end(self._problem, window)
+        work, lost, passed = _power_at_end(self._problem, window)
         if self._start is None:
             z = self._problem.sources.scenario.contact_coordinate(self._problem.sources.rod)
             self._start = self._stored(z)
@@ -60,3 +62,18 @@ class Ledger:
             part = segment.push * (b - a) + (straight if segment.power == 1.0 else curved)
             total += part if z > 0.0 else -part
         return area * total / (problem.sources.rod.mobility * problem.share)
+
+
+def _power_at_end(problem: Problem, window: Window) -> tuple[float, float, float]:
+    """Work of the waves on the end, what a dashpot there takes up, and the energy that passes, over a window [J].
+
+    ``Z/4 int (W^2 - V^2) dt``, ``k_L int z'^2 dt`` and ``Z/4 int W^2 dt``, by Gauss quadrature exact for the series.
+    """
+    rod, share = problem.sources.rod, problem.share
+    space = basis(window.wave.shape[1] - 1)
+    incoming, pushed = window.wave @ space.at_gauss.T, window.push @ space.at_gauss.T
+    speed = share * incoming - pushed
+    half = 0.5 * rod.travel_time * np.diff(window.edges)[:, None] * space.weights
+    work = rod.impedance * float((half * speed * (incoming - speed)).sum())
+    lost = rod.impedance * (1.0 / share - 1.0) * float((half * speed**2).sum())
+    return work, lost, 0.25 * rod.impedance * float((half * incoming**2).sum())

@@ -99,7 +99,8 @@ def straight_arc(segment: Segment, share: float, transit: float, wave: Pieces, s
     allowed = RESOLVED * max((size + abs(segment.push)) * min(transit, 1.0 / segment.rate), abs(first))
     for attempt in range(_ROUNDS + 1):
         zeta, end = _linear(segment, share, transit, wave, first)
-        rough = tails(zeta)
+        given = 2.0 * share * min(transit, 1.0 / segment.rate) * tails(wave.series)  # what W itself leaves out
+        rough = np.where(tails(zeta) > np.minimum(given, 3.0 * allowed), tails(zeta), 0.0)
         steps = segment.rate * transit * wave.widths
         coarse = np.flatnonzero((rough > allowed) & (wave.widths > NARROWEST))
         if not coarse.size or attempt == _ROUNDS or len(rough) > _MOST_PIECES:

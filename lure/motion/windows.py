@@ -15,11 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lure.errors import AssumptionError, InputError
-from lure.motion.chebyshev import Array, basis, largest
+from lure.motion.chebyshev import Array, largest
 from lure.motion.crossing import first_crossing
 from lure.motion.end_law import EndLaw, Segment
 from lure.motion.impacts import Impact, Touch, with_touch
-from lure.motion.pieces import SAME, Pieces, joined, merged
+from lure.motion.kernel_hold import FIRST, next_turn
+from lure.motion.pieces import SAME, Pieces, joined, merged, union
 from lure.motion.power_motion import power_arc
 from lure.motion.segment_motion import Arc, Level, departure, flat_arc, rigid_arc, straight_arc
 from lure.motion.sources import Sources
@@ -166,9 +167,14 @@ def _window(problem: Problem, number: int, wave: Pieces, state: State) -> Window
     """One window: arcs of the segments, each up to the first crossing."""
     arcs: list[tuple[Segment, Arc]] = []
     segments, rest, end, zeta = problem.law.segments, wave, state.segment, state.zeta
+    turns, moment, keep, last = 0, FIRST, 0.0, 0
     for _ in range(_MOST_EVENTS):
+        if keep > 0.0:
+            rest = rest.on(union(rest.edges, rest.edges[:1] + keep))
         arc = _arc(problem, segments[end], rest, zeta)
-        found = _first_departure(segments[end], arc)
+        if keep > 0.0:
+            arc = replace(arc, error=arc.error + keep * largest(rest.series))
+        found = _first_departure(segments[end], arc, float(rest.edges[0]) + keep)
         if found is None and arc.wave.edges[-1] < rest.edges[-1]:
             raise AssumptionError("the end of the rod leaves a power law too slowly to be followed; change the data")
         if found is None:
@@ -182,6 +188,8 @@ def _window(problem: Problem, number: int, wave: Pieces, state: State) -> Window
         zeta = Level(value=bound - segments[end].origin)
         if instant >= rest.edges[-1]:
             return _collected(problem, number, arcs, (state, end, zeta))
+        turns, moment, keep = next_turn((last, step), instant - float(rest.edges[0]), turns, moment)
+        last, keep = step, keep if segments[end].power == 1.0 else 0.0
         rest = rest.on(np.append(instant, rest.edges[rest.edges > instant]))
     raise AssumptionError(
         f"the end passes from contact to flight {_MOST_EVENTS} times in round trip {number}, which is chattering; "
@@ -199,14 +207,15 @@ def _arc(problem: Problem, segment: Segment, wave: Pieces, zeta: Level) -> Arc:
     return solve(segment, problem.share, transit, wave, zeta)
 
 
-def _first_departure(segment: Segment, arc: Arc) -> tuple[int, float] | None:
-    """Step to the next segment and instant of the first departure."""
+def _first_departure(segment: Segment, arc: Arc, after: float) -> tuple[int, float] | None:
+    """Step to the next segment and instant of the first departure on the pieces that begin after an instant."""
     functions, tolerance = departure(segment, arc)
+    first = int(np.searchsorted(arc.wave.edges[:-1], after - SAME))
     best: tuple[int, float] | None = None
     for step, series in functions:
-        crossing = first_crossing(series, tolerance)
+        crossing = first_crossing(series[first:], tolerance)
         if crossing is not None:
-            i, x = crossing
+            i, x = first + crossing[0], crossing[1]
             low, high = float(arc.wave.edges[i]), float(arc.wave.edges[i + 1])
             instant = low + 0.5 * (high - low) * (x + 1.0)
             instant = low if instant - low <= SAME else high if high - instant <= SAME else instant
@@ -256,18 +265,3 @@ def _placed(segment: Segment, arc: Arc) -> Array:
     z = arc.zeta.copy()
     z[:, 0] += segment.origin
     return z
-
-
-def power_at_end(problem: Problem, window: Window) -> tuple[float, float, float]:
-    """Work of the waves on the end, what a dashpot there takes up, and the energy that passes, over a window [J].
-
-    ``Z/4 int (W^2 - V^2) dt``, ``k_L int z'^2 dt`` and ``Z/4 int W^2 dt``, by Gauss quadrature exact for the series.
-    """
-    rod, share = problem.sources.rod, problem.share
-    space = basis(window.wave.shape[1] - 1)
-    incoming, pushed = window.wave @ space.at_gauss.T, window.push @ space.at_gauss.T
-    speed = share * incoming - pushed
-    half = 0.5 * rod.travel_time * np.diff(window.edges)[:, None] * space.weights
-    work = rod.impedance * float((half * speed * (incoming - speed)).sum())
-    lost = rod.impedance * (1.0 / share - 1.0) * float((half * speed**2).sum())
-    return work, lost, 0.25 * rod.impedance * float((half * incoming**2).sum())

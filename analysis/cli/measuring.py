@@ -1,0 +1,145 @@
+"""``lure sector`` with a file of measured data."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.cli.refused import refused
+
+if TYPE_CHECKING:
+    from analysis.measured import MeasuredReport
+    from lure.sector import Sector, SlopeBounds
+
+_SHOWN, _OPEN = 0, 10
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Reading:
+    """What of the file is read, and how: the options of the command."""
+
+    displacement: str | None
+    force: str | None
+    area: float | None
+    origin: str
+    confidence: float
+    fit: bool
+
+
+def measured(file: Path, reading: Reading, claim: Sector | SlopeBounds | None, *, as_json: bool) -> MeasuredReport:
+    """Read the file, and print what its data show.
+
+    Parameters
+    ----------
+    file : Path
+        Columns of displacement and force.
+    reading : Reading
+        The options.
+    claim : Sector or SlopeBounds, optional
+        Bounds the data are compared with.
+    as_json : bool
+        Whether JSON is printed.
+    """
+    from analysis.measured import read_measurements, report_of
+
+    origin: float | str = "gap" if reading.origin == "gap" else _number(reading.origin)
+    data = read_measurements(file, displacement=reading.displacement, force=reading.force, area=reading.area)
+    found = report_of(data, confidence=reading.confidence, origin=origin, fit=reading.fit)
+    if as_json:
+        document = found.to_dict()
+        if claim is not None:
+            document["within"] = {"lower": str(claim.lower), "upper": str(claim.upper), "inside": inside(found, claim)}
+        print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
+        return found
+    from analysis.cli.wrapping import wrapped
+
+    lines = str(found).split("\n")
+    if claim is not None:
+        yes = "within" if inside(found, claim) else "not within"
+        lines.append(f"The measured bounds are {yes} {claim} (observed: neither proves nor refutes anything).")
+    print("\n".join(part for line in lines for part in wrapped(line, indent=4 if line.startswith(" ") else 2)))
+    return found
+
+
+def inside(found: MeasuredReport, claim: Sector | SlopeBounds) -> bool:
+    """Whether the measured bounds lie within others, and the element showed no memory.
+
+    Parameters
+    ----------
+    found : MeasuredReport
+        The data.
+    claim : Sector or SlopeBounds
+        The others.
+    """
+    from lure.sector import Sector
+
+    sector = found.sector
+    pair = (sector.lower, sector.upper) if isinstance(claim, Sector) else (sector.slope_lower, sector.slope_upper)
+    return sector.memoryless and claim.lower <= pair[0].bound and pair[1].bound <= claim.upper
+
+
+def status(found: MeasuredReport, claim: Sector | SlopeBounds | None) -> int:
+    """0 where the data have finite bounds, within those asked for; 10 otherwise, and where the element has memory.
+
+    Parameters
+    ----------
+    found : MeasuredReport
+        The data.
+    claim : Sector or SlopeBounds, optional
+        The bounds asked for.
+    """
+    sector = found.sector
+    finite = math.isfinite(sector.lower.bound) and math.isfinite(sector.upper.bound)
+    return _SHOWN if sector.memoryless and finite and (claim is None or inside(found, claim)) else _OPEN
+
+
+def draw_measured(plot: Path, found: MeasuredReport, *, replace: bool) -> None:
+    """Draw the data into a file that was checked before.
+
+    Parameters
+    ----------
+    plot : Path
+        The file, .svg or .png.
+    found : MeasuredReport
+        What is drawn.
+    replace : bool
+        Whether it may be replaced.
+    """
+    from analysis.plots import render
+    from analysis.plots.measured import SIZE, plot_measured
+    from analysis.runs.writing import written
+
+    picture = render(partial(plot_measured, found.sector, fit=found.fit), name=plot.stem, size=SIZE)
+    with written([plot], replace=replace) as places:
+        if plot.suffix.lower() == ".svg":
+            places[plot].write_text(picture.svg, encoding="utf-8")
+        else:
+            places[plot].write_bytes(picture.png)
+
+
+def say_written(plot: Path, *, as_json: bool) -> None:
+    """Where the figure is.
+
+    Parameters
+    ----------
+    plot : Path
+        The file.
+    as_json : bool
+        Whether stdout is for JSON only.
+    """
+    print(("" if as_json else "\n") + f"Written: {plot}", file=sys.stderr if as_json else sys.stdout)
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise refused(f"--origin is {text!r:.40}; give a displacement in metres, or gap")
+    return value

@@ -1,0 +1,177 @@
+"""From a measured sector to a verdict on a loop: what is measured beside what is proved."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from analysis.answers import Largest, max_sector
+from analysis.doubles import json_number, text_below
+from analysis.evidence import Evidence, Verdict
+from analysis.measured.measured_sector import MEMORY, MeasuredSector
+from lure.errors import AssumptionError
+from lure.sector import Sector
+
+if TYPE_CHECKING:
+    from lure.block import Block
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class MeasuredMargin:
+    """A measured sector beside the largest sector for which a loop is proved stable.
+
+    Attributes
+    ----------
+    measured : MeasuredSector
+        The measurements.
+    sector : Sector
+        What is compared: the measured bounds times ``gain``, with the lower one raised to 0 if ``vouched``.
+    proved : Largest
+        The answer of :func:`analysis.max_sector`: from the lower end of ``sector``, or 0 if that is above it.
+    gain : float
+        Unit of ``phi`` in the loop per unit of the load.
+    vouched : bool
+        Whether ``sigma phi(sigma) >= 0`` is the word of the user.
+    """
+
+    measured: MeasuredSector
+    sector: Sector
+    proved: Largest
+    gain: float
+    vouched: bool
+
+    @property
+    def evidence(self) -> Evidence:
+        """OBSERVED: the chain is as strong as the measurements."""
+        return Evidence.OBSERVED
+
+    @property
+    def margin(self) -> float:
+        """Largest proved upper bound over the measured one, less 1; negative where that is not inside."""
+        if self.proved.verdict is not Verdict.PROVED or self.sector.upper == math.inf:
+            return -1.0 if self.proved.largest.low < math.inf or self.proved.verdict is not Verdict.PROVED else math.inf
+        if self.sector.upper <= 0:
+            return math.inf
+        return float(self.proved.largest.low / float(self.sector.upper)) - 1
+
+    @property
+    def inside(self) -> bool:
+        """Whether the measured sector lies inside the proved one and the element showed no memory."""
+        return self.measured.memoryless and self.proved.verdict is Verdict.PROVED and self.margin >= 0
+
+    @property
+    def conclusion(self) -> str:
+        """What follows, and on which conditions."""
+        if not self.measured.memoryless:
+            return f"Nothing follows for the loop. {MEMORY}"
+        if self.proved.verdict is not Verdict.PROVED:
+            return (
+                f"Nothing follows for the loop: no sector from {float(self.proved.lower):.4g} upwards is proved stable"
+                + (f" ({self.proved.reason})." if self.proved.reason else ".")
+            )
+        proved = f"[{float(self.proved.lower):.4g}, {text_below(self.proved.largest.low, 6)}]"
+        low, high = self.measured.domain
+        if not self.inside:
+            return (
+                f"Nothing follows for the loop: the measured sector {_shown(self.sector)} is not inside the proved one "
+                f"{proved}; that does not show that the loop is unstable."
+            )
+        word = " It is the user's word that the law never has the wrong sign." if self.vouched else ""
+        share = "any amount" if self.margin == math.inf else f"{100 * self.margin:.3g} %"
+        return (
+            f"The measured sector {_shown(self.sector)} lies inside the proved one {proved}: its upper bound could "
+            f"grow by {share}. The loop is therefore stable in the sense of the theorem if the law stays in the "
+            f"measured sector: observed with {100 * self.measured.confidence:g} % confidence for sigma in "
+            f"[{low:.4g}, {high:.4g}] m, under the assumptions of the measurement; outside that range it is "
+            f"assumed.{word}"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The comparison as plain data."""
+        return {
+            "evidence": str(self.evidence),
+            "sector": [json_number(float(self.sector.lower)), json_number(float(self.sector.upper))],
+            "gain": self.gain,
+            "vouched": self.vouched,
+            "inside": self.inside,
+            "margin": json_number(self.margin),
+            "proved": self.proved.to_dict(),
+            "conclusion": self.conclusion,
+        }
+
+    def __str__(self) -> str:
+        return self.conclusion
+
+
+def margin_of(
+    measured: MeasuredSector,
+    block: Block | object,
+    *,
+    gain: float = 1.0,
+    vouched: bool = False,
+    criterion: str = "best",
+) -> MeasuredMargin:
+    """Compare a measured sector with the largest one for which a loop is proved stable.
+
+    ``sigma = H mu``, ``mu = -phi(sigma)`` with ``phi = gain * load`` and ``sigma`` the displacement [m] from the
+    origin of the measurement.
+
+    Parameters
+    ----------
+    measured : MeasuredSector
+        From :func:`sector_of`.
+    block : object
+        The linear block, as :func:`analysis.max_sector` takes it.
+    gain : float
+        Unit of ``phi`` in the loop per unit of the load, positive.
+    vouched : bool
+        Take the user's word for ``sigma phi(sigma) >= 0``.  Noise alone puts the measured lower bound of a contact law
+        a little below 0, and loops with a pole at 0 tolerate no negative chord.
+    criterion : str
+        As for :func:`analysis.max_sector`.
+
+    Returns
+    -------
+    MeasuredMargin
+        The measured and the proved sector, the margin between them, and what follows.
+
+    Raises
+    ------
+    AssumptionError
+        The measured sector has no lower bound, or the criterion does not apply.
+    InputError
+        The block or a number is no good.
+
+    Examples
+    --------
+    >>> from analysis.measured import example_measurements, sector_of
+    >>> found = margin_of(sector_of(example_measurements()), ([1e4], [1, 300, 2e4, 0]), gain=0.005, vouched=True)
+    >>> found.inside
+    True
+    """
+    from lure.exact import exact_number
+
+    exact = exact_number(gain, "gain")
+    if exact <= 0:
+        raise AssumptionError(f"gain is {float(exact):g}; give a positive number")
+    low, high = measured.lower.bound, measured.upper.bound
+    if vouched:
+        low = max(low, 0.0)
+    if low == -math.inf:
+        raise AssumptionError(
+            "the measured sector has no lower bound, since the load does not vanish at sigma = 0; correct the offset "
+            "or give another origin"
+        )
+    scaled = [bound if math.isinf(bound) else exact * Fraction(bound) for bound in (low, max(high, low))]
+    upper = scaled[1] if scaled[1] > scaled[0] else math.inf
+    lower = min(scaled[0], Fraction(0))
+    proved = max_sector(block, criterion=criterion, lower=lower)
+    return MeasuredMargin(
+        measured=replace(measured), sector=Sector(scaled[0], upper), proved=proved, gain=float(exact), vouched=vouched
+    )
+
+
+def _shown(sector: Sector) -> str:
+    return f"[{float(sector.lower):.4g}, {float(sector.upper):.4g}]"

@@ -1,0 +1,242 @@
+"""What measurements say about a sector, and on which assumptions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from analysis.doubles import json_number
+from analysis.evidence import Evidence
+from analysis.measured.mean_law import MeanLaw
+from analysis.measured.measurements import Measurements
+from lure.sector import Sector, SlopeBounds
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_ASSUMED = (
+    "each load is f(sigma) plus an independent normal error of mean 0 and standard deviation s0 + s1 |f|, unknown",
+    "displacements have no error, or one whose effect on the load is part of that scatter",
+    "{} f(0) = 0, continuous and affine between the knots",
+)
+MEMORY = (
+    "Loading and unloading differ by more than noise: the element has memory, no memoryless law describes it, and no "
+    "criterion for memoryless laws (circle, Popov, Zames-Falb) applies; the bounds hold both mean branches."
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Bound:
+    """A bound with its confidence, the extreme of the fitted law, and the ``sigma`` [m] that sets the bound."""
+
+    bound: float
+    fitted: float
+    at: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Outlier:
+    """A reading left out: its row from 0, its line in the file from 1, and its residual in standard deviations."""
+
+    index: int
+    line: int
+    score: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Hysteresis:
+    """How far loading and unloading lie apart.
+
+    Attributes
+    ----------
+    width : float
+        Largest difference of the mean loads at one displacement [unit of the load].
+    at : float
+        Where, displacement [m].
+    share : float
+        The width as a share of the largest mean load.
+    dissipated : float
+        Area between loading and unloading [unit of the load times m], over the displacements of both.
+    rows : tuple of int
+        Rows on loading and on unloading.
+    """
+
+    width: float
+    at: float
+    share: float
+    dissipated: float
+    rows: tuple[int, int]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class MeasuredSector:
+    """Bounds on the chords and slopes of the mean law behind measurements; see :func:`sector_of` for the assumptions.
+
+    Attributes
+    ----------
+    measurements : Measurements
+        What they are about.
+    confidence : float
+        With which all four bounds hold at once, if the assumptions do.
+    origin : float
+        Displacement [m] at which ``sigma = 0``.
+    lower, upper : Bound
+        Of ``f(sigma)/sigma`` [unit of the load / m].
+    slope_lower, slope_upper : Bound
+        Of the slope.
+    laws : tuple of MeanLaw
+        The fitted law; with hysteresis that of loading and that of unloading.
+    outliers : tuple of Outlier
+        Readings left out.
+    hysteresis : Hysteresis or None
+        Where the branches lie apart.
+    warnings : tuple of str
+        Assumptions that the data contradict, and what was done.
+    multipliers : tuple of float
+        For each law, how many standard errors the simultaneous intervals reach to either side.
+    """
+
+    measurements: Measurements
+    confidence: float
+    origin: float
+    lower: Bound
+    upper: Bound
+    slope_lower: Bound
+    slope_upper: Bound
+    laws: tuple[MeanLaw, ...]
+    outliers: tuple[Outlier, ...]
+    hysteresis: Hysteresis | None
+    warnings: tuple[str, ...]
+    multipliers: tuple[float, ...]
+
+    @property
+    def evidence(self) -> Evidence:
+        """OBSERVED: a sample proves nothing for every ``sigma``."""
+        return Evidence.OBSERVED
+
+    @property
+    def memoryless(self) -> bool:
+        """Whether no hysteresis was seen; not seeing it does not prove that there is none."""
+        return self.hysteresis is None
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What the confidence rests on."""
+        law = (
+            "f is one law without memory," if self.memoryless else "loading has one mean law f, unloading another, each"
+        )
+        return (*_ASSUMED[:2], _ASSUMED[2].format(law))
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Between which ``sigma`` [m] there are measurements."""
+        u = self.measurements.displacement
+        return float(u.min()) - self.origin, float(u.max()) - self.origin
+
+    @property
+    def sector(self) -> Sector:
+        """The bounds as a sector: what the user may vouch for, never what was proved."""
+        return Sector(self.lower.bound, self.upper.bound)
+
+    @property
+    def slope(self) -> SlopeBounds:
+        """The slope bounds, likewise."""
+        return SlopeBounds(self.slope_lower.bound, self.slope_upper.bound)
+
+    @property
+    def conclusion(self) -> str:
+        """What holds, and on which conditions."""
+        low, high = self.domain
+        unit = self.measurements.stiffness_unit
+        subject = "the mean law" if self.memoryless else "each of the two mean branches"
+        return (
+            f"With {100 * self.confidence:g} % confidence, for sigma in [{low:.4g}, {high:.4g}] m, {subject} lies in "
+            f"the sector [{_down(self.lower.bound)}, {_up(self.upper.bound)}] {unit} and has slopes in "
+            f"[{_down(self.slope_lower.bound)}, {_up(self.slope_upper.bound)}] {unit}, if the assumptions hold; "
+            "nothing is known outside this range (observed, not proved)."
+        )
+
+    def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
+        """The data, the law with its band, the sector and the residuals; see :func:`analysis.plots.measured`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.measured import plot_measured
+
+        return plot_measured(self, ax=ax)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as plain data; infinite numbers are the text ``inf``."""
+        bounds = {name: getattr(self, name) for name in ("lower", "upper", "slope_lower", "slope_upper")}
+        return {
+            "measurements": self.measurements.to_dict(),
+            "confidence": self.confidence,
+            "evidence": str(self.evidence),
+            "origin": self.origin,
+            "domain": list(self.domain),
+            "unit": self.measurements.stiffness_unit,
+            **{
+                name: {"bound": json_number(b.bound), "fitted": json_number(b.fitted), "at": b.at}
+                for name, b in bounds.items()
+            },
+            "laws": [
+                {
+                    "knots": law.knots.tolist(),
+                    "values": law.values.tolist(),
+                    "noise": {"constant": law.noise.constant, "proportional": law.noise.proportional},
+                    "curved": law.curved,
+                }
+                for law in self.laws
+            ],
+            "outliers": [{"row": o.index, "line": o.line, "deviations": o.score} for o in self.outliers],
+            "memoryless": self.memoryless,
+            "hysteresis": None
+            if self.hysteresis is None
+            else {name: getattr(self.hysteresis, name) for name in ("width", "at", "share", "dissipated")},
+            "assumptions": list(self.assumptions),
+            "warnings": [*([MEMORY] if self.hysteresis else []), *self.warnings],
+            "conclusion": self.conclusion,
+        }
+
+    def __str__(self) -> str:
+        unit = self.measurements.unit
+        lines = [self.conclusion]
+        pieces = " and ".join(str(law.knots.size - 1) for law in self.laws)
+        lines.append(
+            f"  fitted: chords {self.lower.fitted:.4g} .. {self.upper.fitted:.4g}, slopes "
+            f"{self.slope_lower.fitted:.4g} .. {self.slope_upper.fitted:.4g} {unit}/m on {pieces} pieces"
+        )
+        for law in self.laws:
+            lines.append(
+                f"  noise: {law.noise.constant:.3g} {unit} + {100 * law.noise.proportional:.2g} % of the load "
+                "(standard deviation)"
+            )
+        if self.outliers:
+            shown = ", ".join(f"line {o.line} ({o.score:+.1f})" for o in self.outliers[:8])
+            more = ", ..." if len(self.outliers) > 8 else ""
+            lines.append(f"  outliers, left out: {shown}{more} ({len(self.outliers)} in all; residual in deviations)")
+        if self.hysteresis:
+            h = self.hysteresis
+            lines.append(
+                f"  hysteresis: {h.width:.3g} {unit} at u = {h.at:.3g} m, {100 * h.share:.2g} % of the largest load; "
+                f"area {h.dissipated:.3g} {'J' if unit == 'N' else 'J/m^2'}"
+            )
+            lines.append(f"  warning: {MEMORY}")
+        lines += [f"  warning: {text}" for text in self.warnings]
+        return "\n".join([*lines, *(f"  assumed: {text}" for text in self.assumptions)])
+
+
+def _down(value: float, digits: int = 4) -> str:
+    from analysis.doubles import text_below
+
+    return text_below(value, digits) if math.isfinite(value) else f"{value:g}"
+
+
+def _up(value: float, digits: int = 4) -> str:
+    from analysis.doubles import text_above
+
+    return text_above(value, digits) if math.isfinite(value) else f"{value:g}"

@@ -1,0 +1,104 @@
+"""Everything that is said of one file of measurements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from analysis.measured.compliance import fit_compliance
+from analysis.measured.compliance_fit import ComplianceFit
+from analysis.measured.measured_sector import MeasuredSector
+from analysis.measured.measurements import Measurements
+from analysis.measured.reading import read_measurements
+from analysis.measured.sector import sector_of
+from lure.errors import AssumptionError, InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SCHEMA = "lure-measured/1"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class MeasuredReport:
+    """The measurements, their sector, and the fit of normal compliance where it was asked for.
+
+    Attributes
+    ----------
+    sector : MeasuredSector
+        Bounds on the mean law; holds the measurements.
+    fit : ComplianceFit or None
+        The fit.
+    """
+
+    sector: MeasuredSector
+    fit: ComplianceFit | None
+
+    @property
+    def measurements(self) -> Measurements:
+        """What was read."""
+        return self.sector.measurements
+
+    def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
+        """The data, the law, its sector, the fit if there is one, and the residuals.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.measured import plot_measured
+
+        return plot_measured(self.sector, fit=self.fit, ax=ax)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The report as plain data."""
+        return {
+            "schema": SCHEMA,
+            "sector": self.sector.to_dict(),
+            "fit": None if self.fit is None else self.fit.to_dict(),
+        }
+
+    def __str__(self) -> str:
+        parts = [str(self.measurements), str(self.sector)]
+        return "\n".join([*parts, str(self.fit)] if self.fit else parts)
+
+
+def report_of(
+    source: str | Path | Measurements, *, confidence: float = 0.95, origin: float | str = 0.0, fit: bool = False
+) -> MeasuredReport:
+    """Sector, slope bounds and, if asked for, the fitted compliance law of measurements.
+
+    Parameters
+    ----------
+    source : str, Path or Measurements
+        A file or text as :func:`read_measurements` takes it, or what it returned.
+    confidence : float
+        Of every interval.
+    origin : float or str
+        Displacement [m] at which ``sigma = 0``; ``gap`` takes the fitted gap, without its uncertainty.
+    fit : bool
+        Whether normal compliance is fitted.
+
+    Raises
+    ------
+    InputError
+        The file or an argument is no good, or the fit was asked for and cannot be made.
+
+    Examples
+    --------
+    >>> from analysis.measured import EXAMPLE
+    >>> report_of(EXAMPLE, fit=True).fit.parameters["m"].value
+    1.5
+    """
+    measurements = source if isinstance(source, Measurements) else read_measurements(source)
+    if isinstance(origin, str) and origin != "gap":
+        raise InputError(f"report_of: origin is {origin!r:.40}; give a displacement in metres, or 'gap'")
+    try:
+        fitted = fit_compliance(measurements, confidence=confidence) if fit or origin == "gap" else None
+    except AssumptionError as error:
+        raise InputError(f"normal compliance cannot be fitted: {error}") from None
+    place = fitted.parameters["gap"].value if fitted is not None and isinstance(origin, str) else float(origin)
+    found = sector_of(measurements, confidence=confidence, origin=place)
+    return MeasuredReport(sector=found, fit=fitted if fit else None)

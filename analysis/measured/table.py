@@ -1,0 +1,175 @@
+"""The cells of a text file with columns: separators, decimal commas, comments, headings, each row with its line."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from analysis.measured.units import known_unit
+from lure.errors import InputError
+
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?")
+_WITH_COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?|[+-]?[0-9]+(?:[eE][+-]?[0-9]+)?")
+_MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "inf", "+inf", "-inf"}
+_COMMENT = ("#", "%")
+_LABEL = re.compile(r"\s*(?:columns?|names?)\s*:\s*", re.IGNORECASE)
+_UNITS = re.compile(r"\s*units?\s*:\s*", re.IGNORECASE)
+_WORD = re.compile(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Table:
+    """Rows of cells below their headings.
+
+    Attributes
+    ----------
+    headings : tuple of str
+        One a column; empty texts where the file has none.
+    rows : tuple of (int, list of str)
+        Line of the file, counted from 1, and its cells.
+    decimal_comma : bool
+        Whether ``1,5`` is a number.
+    """
+
+    headings: tuple[str, ...]
+    rows: tuple[tuple[int, list[str]], ...]
+    decimal_comma: bool
+
+    def number(self, row: int, column: int) -> float | None:
+        """The number in a cell; None where it is marked missing or infinite.
+
+        Parameters
+        ----------
+        row, column : int
+            The cell, counted from 0.
+
+        Raises
+        ------
+        InputError
+            The cell is absent or holds no number.
+        """
+        line, cells = self.rows[row]
+        where = f"line {line}, column {self.headings[column] or column + 1!r}"
+        if column >= len(cells):
+            raise InputError(f"{where}: the line has {len(cells)} columns only; give every column or the word nan")
+        cell = cells[column].strip().replace("\u2212", "-")
+        if cell.lower() in _MISSING:
+            return None
+        text = cell.replace(",", ".") if self.decimal_comma and cell.count(",") == 1 and "." not in cell else cell
+        value = float(re.sub("[dD]", "e", text)) if _NUMBER.fullmatch(text) else None
+        if value is None:
+            raise InputError(f"{where}: {cell!r:.40} is not a number; write it as 1.5e-3, or nan where it is missing")
+        if value in (float("inf"), float("-inf")):
+            raise InputError(f"{where}: {cell!r:.40} is beyond the largest double; give a smaller number")
+        return value
+
+
+def table_of(text: str) -> Table:
+    """The table in a text.
+
+    Columns are separated by tabs, semicolons, commas or blanks, whichever the first line of numbers shows; numbers have
+    a decimal comma where the separator leaves room for it and they show one.  Lines that begin with ``#`` or ``%`` are
+    comments.  The heading is the last line above the numbers with as many cells, a comment if there is no other; a line
+    of units may follow it.
+
+    Parameters
+    ----------
+    text : str
+        The whole file.
+
+    Raises
+    ------
+    InputError
+        No line has two numbers.
+    """
+    lines = [
+        (i, line) for i, line in enumerate(re.split(r"\r\n|\n|\r", text.removeprefix("\ufeff")), 1) if line.strip()
+    ]
+    plain = [(i, line) for i, line in lines if not line.lstrip().startswith(_COMMENT)]
+    first = next(((i, line) for i, line in plain if _separator(line) is not None), None)
+    if first is None:
+        raise InputError("no line has two numbers; give columns of numbers separated by commas, semicolons or tabs")
+    start, separator = first[0], _separator(first[1]) or ""
+    comma = separator != "," and any(_shows_comma(_cells(line, separator)) for i, line in plain[:200] if i >= start)
+    rows = [(i, _cells(line, separator)) for i, line in plain if i >= start]
+    width = len(rows[0][1])
+    above = [_cells(line, separator) for i, line in plain if i < start]
+    comments = [line.lstrip().lstrip("#%") for i, line in lines if i < start and line.lstrip().startswith(_COMMENT)]
+    return Table(headings=_headings(above, comments, separator, width), rows=tuple(rows), decimal_comma=comma)
+
+
+def _separator(line: str) -> str | None:
+    """What separates the columns of a line with two numbers or more; None for any other line."""
+    blanks = line.split()
+    if len(blanks) > 1 and "," in line and all(map(_WITH_COMMA.fullmatch, blanks)):
+        return "\t" if "\t" in line else " "
+    for separator in ("\t", ";", ",", " "):
+        cells = _cells(line, separator)
+        if (separator == " " or separator in line) and sum(_numeric(cell) for cell in cells) > 1:
+            return separator
+        if len(cells) > 1 and _one_number(cells):
+            return separator
+    return None
+
+
+def _one_number(cells: Sequence[str]) -> bool:
+    """Whether a row has one number and otherwise marks for missing ones."""
+    return any(map(_numeric, cells)) and all(_numeric(c) or c.strip().lower() in _MISSING - {""} for c in cells)
+
+
+def _numeric(cell: str) -> bool:
+    text = cell.strip().replace("\u2212", "-")
+    return bool(_NUMBER.fullmatch(text) or _WITH_COMMA.fullmatch(text))
+
+
+def _shows_comma(cells: Sequence[str]) -> bool:
+    return any("," in cell and _WITH_COMMA.fullmatch(cell.strip().replace("\u2212", "-")) for cell in cells)
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return line.split()
+    cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    while len(cells) > 2 and not cells[-1].strip():
+        cells.pop()  # a separator at the end of the line
+    return cells
+
+
+def _headings(above: Sequence[Sequence[str]], comments: Sequence[str], separator: str, width: int) -> tuple[str, ...]:
+    """The headings of the columns, with units from a line of their own where there is one."""
+    named = [list(cells) for cells in above if len(cells) == width]
+    if not named and separator == " " and above:
+        named = [cells for cells in (_WORD.findall(" ".join(above[-1])),) if len(cells) == width]
+    units = None
+    if named and _are_units(named[-1]):
+        units = named.pop()
+    if not named:
+        for comment in comments:
+            body = _LABEL.sub("", comment, count=1) if _LABEL.match(comment) else comment
+            if _UNITS.match(comment):
+                units = _of_width(_UNITS.sub("", comment, count=1), separator, width) or units
+            else:
+                found = _of_width(body, separator, width)
+                named = [found] if found else named
+        if named and _are_units(named[-1]):
+            units, named = named[-1], []
+    names = [cell.strip() for cell in named[-1]] if named else [""] * width
+    if units:
+        names = [f"{name} [{unit.strip(' ()[]')}]" for name, unit in zip(names, units, strict=True)]
+    return tuple(names)
+
+
+def _of_width(body: str, separator: str, width: int) -> list[str] | None:
+    """The cells of a comment if they are as many as there are columns, by the separator of the file or by blanks."""
+    for cells in (_cells(body, separator) if separator != " " else [], _WORD.findall(body)):
+        if len(cells) == width and any(re.search(r"[^\W\d]", cell) for cell in cells):
+            return list(cells)
+    return None
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Whether a line holds units, at least one of them of length, force or stress."""
+    bare = [cell.strip().strip("()[]") for cell in cells]
+    return any(map(known_unit, bare)) and all(not text or len(text) < 7 for text in bare)

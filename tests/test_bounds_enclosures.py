@@ -1,0 +1,167 @@
+"""The two enclosures beneath the bounds, against values in ball arithmetic at points: expansions at ends, and jets."""
+
+import math
+import random
+from fractions import Fraction
+
+import pytest
+from flint import arb
+
+from analysis.bounds.ends import expanded
+from analysis.bounds.expansion import Stretch, Unsettled, arb_of
+from analysis.bounds.jets import jet, over_sigma, values_by_branch
+from analysis.bounds.reach import reach
+from analysis.bounds.span import Span
+from analysis.precision import working_precision
+from lure.expressions import Expression
+from lure.expressions.balls import ball, enclosure
+from lure.expressions.derivative import derivative
+
+BITS = 160
+FORMULAS = [
+    "sigma",
+    "3*sigma**2 - sigma/7",
+    "1/(1 + sigma)",
+    "sigma**3/(2 + sigma**2)",
+    "sqrt(4 + sigma**2)",
+    "abs(sigma)**1.5",
+    "abs(sigma)**0.3 + sigma",
+    "tanh(sigma)",
+    "tanh(3*sigma)**2 - 1",
+    "atan(sigma)*sigma",
+    "sin(sigma)",
+    "cos(sigma**2)/(1 + sigma**2)",
+    "exp(sigma)",
+    "exp(-sigma**2)*sigma",
+    "sigma**2*exp(-abs(sigma))",
+    "(exp(sigma) - 1)/(exp(sigma) + 1)",
+    "exp(sigma) - exp(sigma - 1/(1 + sigma**2))",
+    "log(2 + exp(sigma))",
+    "log(3 + abs(sigma))/sigma",
+    "tanh(exp(sigma))",
+    "exp(sigma - exp(sigma))",
+    "sqrt(exp(sigma) + sigma**2)",
+    "max(tanh(sigma), sigma/2)",
+    "min(sin(sigma), 0.3)",
+    "abs(sin(sigma))*sigma",
+    "where(sigma > 5, sigma, tanh(sigma))",
+    "atan(exp(sigma) - 2)",
+    "sin(exp(sigma))",
+]
+
+
+def trees():
+    for text in FORMULAS:
+        tree = Expression.parse(text, variables=("sigma",)).tree
+        yield text, tree
+        yield f"({text})'", derivative(tree, "sigma")
+
+
+TREES = list(trees())
+NAMES = [name for name, _ in TREES]
+
+
+def held(m, t):
+    """What an expansion says of the value at ``t``, from its definition."""
+    total = Span.of(sum((c * t ** arb_of(e) for e, c in m.terms.items()), arb(0)))
+    total += m.rest * Span.of(t ** arb_of(m.order))
+    if m.growth is not None:
+        growth = held(m.growth, t)
+        total *= Span(growth.low.exp().lower(), growth.high.exp().upper())
+    return total
+
+
+@pytest.mark.parametrize(("name", "tree"), TREES, ids=NAMES)
+@pytest.mark.parametrize(
+    ("end", "side"), [(Fraction(0), 1), (Fraction(0), -1), (math.inf, -1), (-math.inf, 1), (Fraction(2), 1)]
+)
+def test_an_expansion_holds_every_value_of_its_stretch(name, tree, end, side):
+    source = random.Random(name)
+    with working_precision(BITS):
+        for stage in (1, 3, 6, 12):
+            stretch = Stretch(ball(Fraction(1, 2**stage)))
+            try:
+                m = expanded(tree, end, side, stretch)
+                cover, _ = reach(m, stretch, end, side)
+            except Unsettled:
+                continue
+            for _ in range(6):
+                t = Fraction(source.randint(1, 2**20), 2**20) * Fraction(1, 2**stage) ** source.choice([1, 1, 2])
+                x = end + side * t if isinstance(end, Fraction) else (1 / t if end > 0 else -1 / t)
+                value = enclosure(tree, {"sigma": ball(x)})
+                if not value.is_finite():
+                    continue
+                assert held(m, ball(t)).ball.overlaps(value), (name, end, stage, float(t))
+                assert not value < exactly(cover.low)
+                assert not value > exactly(cover.high)
+
+
+def exactly(bound):
+    return arb(bound) if isinstance(bound, float) else ball(bound)
+
+
+def test_most_of_them_settle():
+    """The test above would pass if nothing were ever settled."""
+    with working_precision(BITS):
+        settled = 0
+        for _, tree in TREES:
+            for end in (math.inf, -math.inf):
+                stretch = Stretch(ball(Fraction(1, 2**12)))
+                try:
+                    cover, limit = reach(expanded(tree, end, -1, stretch), stretch, end, -1)
+                except Unsettled:
+                    continue
+                settled += limit is not None or math.inf not in (abs(cover.low), abs(cover.high))
+    assert settled >= 0.85 * 4 * len(FORMULAS)
+
+
+@pytest.mark.parametrize(("name", "tree"), TREES, ids=NAMES)
+def test_a_jet_holds_values_and_slopes_at_every_point_of_its_box(name, tree):
+    source = random.Random(name)
+    slope = derivative(tree, "sigma")
+    with working_precision(BITS):
+        for _ in range(12):
+            centre = Fraction(source.randint(-6000, 6000), 1000)
+            radius = Fraction(1, 2 ** source.randint(1, 20))
+            box = ball(centre - radius).union(ball(centre + radius))
+            value, first, second = jet(tree, box)
+            by_branch = values_by_branch(tree, box)
+            for _ in range(4):
+                x = centre + radius * Fraction(source.randint(-100, 100), 100)
+                truth = enclosure(tree, {"sigma": ball(x)})
+                assert value.is_nan() or truth.is_nan() or value.overlaps(truth)
+                assert by_branch is None or truth.is_nan() or any(v.is_nan() or v.overlaps(truth) for v in by_branch)
+                tangent = enclosure(slope, {"sigma": ball(x)})
+                assert first.is_nan() or tangent.is_nan() or first.overlaps(tangent)
+                bend = enclosure(derivative(slope, "sigma"), {"sigma": ball(x)}) / 2
+                assert second.is_nan() or bend.is_nan() or second.overlaps(bend)
+
+
+@pytest.mark.parametrize("text", FORMULAS)
+@pytest.mark.parametrize("side", [1, -1])
+def test_cancelling_sigma_changes_no_value(text, side):
+    tree = Expression.parse(text, variables=("sigma",)).tree
+    with working_precision(BITS):
+        for k in (-3, -1, 0, 1, 2):
+            x = side * Fraction(10) ** k * Fraction(7, 5)
+            whole = enclosure(tree, {"sigma": ball(x)}) / ball(x)
+            cancelled = enclosure(over_sigma(tree, side), {"sigma": ball(x)})
+            assert whole.overlaps(cancelled)
+
+
+def test_a_box_around_a_kink_has_the_slopes_of_both_sides():
+    with working_precision(BITS):
+        tree = Expression.parse("abs(sigma) + max(sigma, 3*sigma)", variables=("sigma",)).tree
+        _, slope, bend = jet(tree, arb(0, 0.5))
+        assert slope.contains(arb(0))  # -1 + 1 on the left
+        assert slope.contains(arb(4))  # 1 + 3 on the right
+        assert bend.is_nan()
+
+
+def test_products_of_intervals_keep_their_signs():
+    # as balls, [0, 1] times [0, 1] reaches below zero
+    unit = Span(arb(0), arb(1))
+    assert (unit * unit).low == 0
+    assert (unit * unit).high == 1
+    assert (-unit + unit).low == -1
+    assert Span(arb(-2), arb(3)).size.high == 3

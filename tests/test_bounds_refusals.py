@@ -1,0 +1,108 @@
+"""Formulas and arguments that are refused, each with one sentence that says where and what to do."""
+
+import pytest
+
+from analysis.bounds import law_bounds, violation
+from lure.errors import AssumptionError, InputError
+from lure.expressions import Expression
+from lure.sector import Sector
+
+HOSTILE = [
+    ("1/x", r"at sigma = 0; it divides by zero there"),
+    ("x/(x - 1)", r"pole, or divides zero by zero, at sigma = 1;"),
+    ("x*(x - 1)/(x - 1)", r"at sigma = 1;"),
+    ("x/(x**2 - 2)", r"at sigma = -1.414213562;"),
+    ("tan(x)", r"a pole, or no value that could be enclosed, near sigma = (-1.5707|1.5707)"),
+    ("x/sin(x) - 1", r"no value that could be enclosed at sigma = 0"),
+    ("x/(sin(x) + 1/2)", r"near sigma = "),
+    ("x**2 + x/tanh(x - 3)", r"near sigma = 3;"),  # its chord has no bounds anyway, towards both infinities
+    ("sqrt(x)", r"no value that could be enclosed at sigma = -"),
+    ("log(1 + x)", r"no value that could be enclosed at sigma = -"),
+    ("x**0.5", r"no value that could be enclosed at sigma = -"),
+    ("sqrt(1 - x**2) - 1", r"no value that could be enclosed at sigma = -"),
+    ("x*sin(1/x)", r"no value that could be enclosed at sigma = 0"),
+    ("x**-1", r"at sigma = 0; it divides by zero there"),
+    ("cos(x)", r"phi\(0\) = 1; a sector needs a law that vanishes at 0"),
+    ("x + 1", r"phi\(0\) = 1; a sector needs a law that vanishes at 0"),
+    ("sin(exp(x)) - sin(1)", r"cannot be shown to be 0"),
+    ("x**33", r"between -32 and 32"),
+    ("(x**32)**32", r"degree 1024; at most 256"),
+    ("x**1e9", r"between -32 and 32"),
+    ("x + y", r"unknown name 'y'"),
+    ("x + sigma", r"uses both sigma and x"),
+    ("x > 1", r"a comparison is not a number"),
+    ("__import__('os')", r"not allowed|unknown name"),
+    ("nan*x", r"numbers must be finite"),
+    ("", r"the expression is empty"),
+    ("max(abs(sin(x)), " * 40 + "x" + ")" * 40, r"nested"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), HOSTILE, ids=[text[:25] for text, _ in HOSTILE])
+def test_hostile_formulas_are_refused_with_a_sentence(text, message):
+    with pytest.raises(InputError, match=message) as caught:
+        law_bounds(text)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize(
+    ("text", "on", "sector"),
+    [("x/(x - 1)", (-1, 0.5), (-1, -0.5)), ("x/(2 - x)", (0, 1), (0.5, 1)), ("sqrt(4 + x) - 2", (0, 5), (0.2, 0.25))],
+)
+def test_an_interval_without_the_pole_is_bounded(text, on, sector):
+    # x/(x - 1): chord 1/(x - 1) from -2 at 1/2 to -1/2 at -1; 1/(2 - x); 1/(2 + sqrt(4 + x))
+    found = law_bounds(text, on=on)
+    if text == "x/(x - 1)":
+        sector = (-2, -0.5)
+    assert (float(found.sector_lower.inner), float(found.sector_upper.inner)) == pytest.approx(sector, abs=1e-14)
+
+
+def test_an_interval_away_from_zero_needs_no_law_that_vanishes_there():
+    found = law_bounds("cos(x)", on=(1, 3))
+    assert float(found.sector_upper.inner) == pytest.approx(0.5403023058681398)  # cos(1)/1
+    with pytest.raises(InputError, match="vanishes at 0"):
+        law_bounds("cos(x)", on=(0, 3))
+
+
+@pytest.mark.parametrize("on", [(1, 1), (2, 1), (0, float("inf")), (0, float("nan")), "ab", 3, (1, 2, 3), ("a", "b")])
+def test_intervals_that_are_none(on):
+    with pytest.raises(InputError, match="on"):
+        law_bounds("x", on=on)
+
+
+def test_arguments_that_are_no_laws():
+    with pytest.raises(InputError, match=r"give a formula in sigma, a law of lure.laws, or a function"):
+        law_bounds(3)
+    with pytest.raises(InputError, match="has the variables"):
+        law_bounds(Expression.parse("t + x", variables=("t", "x")))
+    with pytest.raises(InputError, match="lipschitz is for a law given as a function"):
+        law_bounds("x", lipschitz=1)
+    with pytest.raises(InputError, match="samples is 3"):
+        law_bounds(abs, samples=3)
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        (lambda x: 1 / x, r"cannot be evaluated|no finite value"),
+        (lambda x: x + 1, r"phi\(0\) = 1"),
+        (lambda x: x * float("nan"), "no finite value at sigma"),
+        (lambda x: "a", "cannot be evaluated"),
+        (lambda: 0, "cannot be evaluated"),
+    ],
+)
+def test_functions_that_are_no_laws(law, message):
+    with pytest.raises(InputError, match=message):
+        law_bounds(law)
+
+
+def test_a_constant_that_the_sample_contradicts():
+    with pytest.raises(AssumptionError, match=r"its slope between sigma = .* give a constant that holds"):
+        law_bounds(lambda x: 2 * x, lipschitz=1)
+    with pytest.raises(InputError, match="lipschitz is -1; give a positive number"):
+        law_bounds(abs, lipschitz=-1)
+
+
+def test_a_violation_is_not_looked_for_where_there_is_none():
+    assert violation("tanh(x)", Sector(0, 1)) is None
