@@ -185,10 +185,9 @@ class Search:
         states, rests = np.concatenate(walk.states), np.concatenate(walk.rests)
         working = bool(segment.rate or segment.push)
         forms = _forms(powers) if working else []
-        trips = powers.number_of(walk.number, len(states))
         works = np.zeros(blocks)
         if working and blocks:
-            both = np.hstack((states[:blocks], powers.at(trips[:blocks])))
+            both = np.hstack((states[:blocks], np.concatenate(walk.loads)[:blocks]))
             works = ((both @ forms[BLOCK_POWER]) * both).sum(axis=1)
         done = float(works.sum())
         if count == BLOCK * len(states):
@@ -264,6 +263,7 @@ class _Walk:
         self.rests: list[Array] = []
         self.tops: list[Array] = []
         self.starts: list[Array] = []
+        self.loads: list[Array] = []
         self._tables()
 
     def _tables(self) -> None:
@@ -297,8 +297,9 @@ class _Walk:
         while done < most:
             n = self.number + done
             blocks = min(blocks * 8, _CHUNK, -(-(most - done) // BLOCK))
-            states, rests = self._chunk(n, blocks)
             u = self.powers.at(self.powers.number_of(n, blocks))
+            states, rests = self._chunk(u)
+            self.loads.append(u)
             swing = (np.abs(states) @ self._swing.T + np.abs(u) @ self._more.T).max(axis=1)
             zeta = states @ self._inside.T + u @ self._forced.T + (states[:, w] + rests)[:, None]
             margin = _MARGIN * (np.abs(zeta).max(axis=1) + swing)
@@ -320,18 +321,19 @@ class _Walk:
             done += BLOCK * blocks
         return most
 
-    def _chunk(self, n: int, blocks: int) -> tuple[Array, Array]:
-        """States (blocks, S) from round trip ``n`` on; ``ahead`` is the one after them."""
-        powers, q = self.powers, self.powers.quiet
-        states, k = self.ahead[None], BLOCK_POWER
-        while len(states) < blocks + 1:
-            count = min(len(states), blocks + 1 - len(states))
-            more = powers[k].applied(states[:count], powers.at(powers.number_of(n, count)))
-            states, k = np.vstack((states, more)), k + 1
+    def _chunk(self, u: Array) -> tuple[Array, Array]:
+        """States (blocks, S) given those of the load; ``ahead`` is the one after them."""
+        powers, q, blocks = self.powers, self.powers.quiet, len(u)
+        states, k, filled = np.empty((blocks + 1, q.size)), BLOCK_POWER, 1
+        states[0] = self.ahead
+        while filled < blocks + 1:
+            count = min(filled, blocks + 1 - filled)
+            states[filled : filled + count] = powers[k].applied(states[:count], u[:count])
+            filled, k = filled + count, k + 1
         rests = np.zeros(blocks + 1)
         if q.segment.rate == 0.0:
-            travel = _travel(powers, BLOCK_POWER, states[:-1], powers.at(powers.number_of(n, blocks)))
-            sums = np.concatenate(([self.ahead_rest], self.ahead_rest + np.cumsum(travel)))
+            travel = _travel(powers, BLOCK_POWER, states[:-1], u)
+            sums = self.ahead_rest + np.concatenate(([0.0], np.cumsum(travel)))
             start = states[0, q.waves]
             value = start + sums
             back = value - start

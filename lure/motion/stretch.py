@@ -112,15 +112,14 @@ class Stretch:
 
     def states_in(self, trip: NDArray[np.int64]) -> tuple[Array, Array]:
         """States (n, S) in round trips counted from the first, and what rounding lost of ``zeta``."""
-        fine = self._fine()
-        X = fine[trip >> FINE_POWER]
-        left = trip & (FINE - 1)
-        for k in range(FINE_POWER):
-            some = np.flatnonzero(left >> k & 1)
+        fine = "fine" in self._made or 2 * len(trip) > len(self.states) * (BLOCK // FINE)
+        level = FINE_POWER if fine else BLOCK_POWER
+        X = (self._fine() if fine else self.states)[trip >> level]
+        for k in range(level):
+            some = np.flatnonzero(trip >> k & 1)
             if some.size:
-                power = self.powers[k]
-                here = trip[some] - left[some] + (left[some] & ((1 << k) - 1))
-                X[some] = power.applied(X[some], self.powers.at((self.number + here).astype(float)))
+                here = (trip[some] >> level << level) + (trip[some] & ((1 << k) - 1))
+                X[some] = self.powers[k].applied(X[some], self.powers.at((self.number + here).astype(float)))
         return X, self.rests[trip >> BLOCK_POWER]
 
     def _fine(self) -> Array:
