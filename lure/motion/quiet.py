@@ -110,7 +110,8 @@ class Search:
             return None
         padded = np.pad(series[:, : degree + 1], ((0, 0), (0, max(degree + 1 - series.shape[1], 0)), (0, 0)))
         powers = Powers(quiet=found, numbers=self._numbers, states=states, series=padded)
-        return self._followed(powers, number, most, wave, state)
+        with np.errstate(over="ignore", invalid="ignore"):  # a load that grows beyond all numbers ends the stretch
+            return self._followed(powers, number, most, wave, state)
 
     def _followed(self, powers: Powers, number: int, most: int, wave: Pieces, state: State) -> Quietness | None:
         q = powers.quiet

@@ -6,7 +6,6 @@ functions of the time inside the round trip, and ``v(n + m) = U_m v(n)`` by the 
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,6 +24,7 @@ _MOST_STATES = 12
 _MOST_POWER = 4
 _ORDER = 14
 _WIDEST = 0.7  # exponent over half a piece up to which the power series ends in time
+_FASTEST = 100.0  # growth over 64 round trips, as an exponent
 _SEEN = 1e-17
 
 Complex = NDArray[np.complex128]
@@ -71,7 +71,7 @@ class LoadStates:
         size, row = self.count // 2, 0
         matrix = np.zeros((2 * size, 2 * size))
         for rate, power in zip(self.rate.tolist(), self.powers, strict=True):
-            factor = cmath.exp(2.0 * m * rate)
+            factor = complex(np.exp(2.0 * m * rate))
             for k in range(power + 1):
                 for low in range(k + 1):
                     entry = factor * math.comb(k, low) * float(m) ** (k - low)
@@ -87,6 +87,8 @@ class LoadStates:
         if not self.count:
             return np.zeros((len(half), 1, 0))
         if float(np.abs(self.rate).max()) * float(half.max()) > _WIDEST:
+            return None
+        if 128.0 * float(self.rate.real.max()) > _FASTEST:
             return None
         columns = []
         for rate, power, weights in zip(self.rate, self.powers, self.weights, strict=True):
