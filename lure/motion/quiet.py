@@ -11,18 +11,17 @@ from lure.motion.chebyshev import Array
 from lure.motion.impacts import Impact
 from lure.motion.pieces import Pieces
 from lure.motion.quiet_load import QuietLoads
-from lure.motion.quiet_map import Coefficients, Powers, passed, quiet, work
+from lure.motion.quiet_map import Coefficients, quiet
+from lure.motion.quiet_powers import Powers, passed, work
+from lure.motion.quiet_walk import TOP, Walk, travel
 from lure.motion.segment_motion import Level
-from lure.motion.stretch import BLOCK, BLOCK_POWER, Stretch, peak
+from lure.motion.stretch import BLOCK, BLOCK_POWER, Stretch
+from lure.motion.stretch_peaks import peak
 from lure.motion.windows import Problem, State
 
 LEAST = 16
 _MOST_PIECES, _MOST_STATES = 64, 400
-_CHUNK, _LARGE = 64, 100
-_TOP = 1e-16  # of the wave: what its last coefficients may be
 _NOISE = 1e-17
-_MARGIN = 1e-12
-_CANCELLED = 4e-16
 _CLEAR, _CLEAR_IN_CONTACT = 2.0, 4.0  # distances, in swings of a round trip, below which nothing is tried
 
 
@@ -102,7 +101,7 @@ class Search:
         degree, flat = max(_seen(wave.series, sizes), series.shape[1] - 1), segment.rate == 0.0
         if not flat:
             now = np.abs(series @ states.at(np.array([float(number)]))[0])
-            degree = max(_seen(wave.series, sizes, _TOP), _seen(now, sizes, _TOP)) + 1
+            degree = max(_seen(wave.series, sizes, TOP), _seen(now, sizes, TOP)) + 1
         if degree >= wave.series.shape[1] or (not flat and len(sizes) * (degree + 1) > _MOST_STATES):
             return None
         found = quiet(segment, wave.edges, degree, self._numbers)
@@ -123,13 +122,13 @@ class Search:
         X[q.waves] = state.zeta.value
         if q.segment.touching:
             X[q.waves + 1] = state.impact.impulse if state.impact is not None else 0.0
-        walk = _Walk(powers=powers, number=number)
+        walk = Walk(powers=powers, number=number)
         count = walk.along(X, state.zeta.rest, most)
         if count < LEAST:
             return None
         return self._summed(walk, count, wave, state)
 
-    def _summed(self, walk: _Walk, count: int, wave: Pieces, state: State) -> Quietness:
+    def _summed(self, walk: Walk, count: int, wave: Pieces, state: State) -> Quietness:
         powers, number, T = walk.powers, walk.number, self._numbers.transit
         q = powers.quiet
         blocks = -(-count // BLOCK)
@@ -178,7 +177,7 @@ class Search:
             largest=float(sizes.sum(axis=2).max()),
         )
 
-    def _ended(self, walk: _Walk, count: int) -> tuple[Array, float, tuple[float, float, float]]:
+    def _ended(self, walk: Walk, count: int) -> tuple[Array, float, tuple[float, float, float]]:
         """The state after the stretch, what rounding lost of ``zeta``; work and the range of its imbalance."""
         powers = walk.powers
         q = powers.quiet
@@ -204,9 +203,9 @@ class Search:
                         done += float(both @ forms[k] @ both)
                     gone = powers[k]
                     if segment.rate == 0.0:
-                        travel = float(_travel(powers, k, X[None], u)[0])
+                        travelled = float(travel(powers, k, X[None], u)[0])
                         X = gone.applied(X[None], u)[0]
-                        X[q.waves], rest = _plus(start, travel + rest)
+                        X[q.waves], rest = _plus(start, travelled + rest)
                         start = X[q.waves]
                     else:
                         X = gone.applied(X[None], u)[0]
@@ -220,15 +219,6 @@ class Search:
         push = segment.push + segment.rate * 0.5 * (zeta + zeta[0])
         off = sums - self._numbers.area / self._numbers.mobility * push * way
         return X, rest, (done, float(off.min()), float(off.max()))
-
-
-def _travel(powers: Powers, k: int, X: Array, u: Array) -> Array:
-    """What ``zeta`` travels in flight over ``2**k`` round trips; ways there and back that differ by rounding cancel."""
-    gone, q = powers[k], powers.quiet
-    parts = X[:, : q.waves] * gone.rows[0, : q.waves]
-    way = parts.sum(axis=1)
-    way[np.abs(way) <= _CANCELLED * np.abs(parts).sum(axis=1)] = 0.0
-    return np.asarray(way + u @ gone.load[q.waves])
 
 
 def _seen(series: Array, sizes: Array, share: float = _NOISE) -> int:
@@ -253,92 +243,3 @@ def _plus(value: float, travel: float) -> tuple[float, float]:
     """The sum, and what rounding lost of it."""
     level = Level(value=value).plus(travel)
     return level.value, level.rest
-
-
-class _Walk:
-    """States block after block, up to the first round trip that is not certainly quiet."""
-
-    def __init__(self, powers: Powers, number: int) -> None:
-        self.powers, self.number = powers, number
-        self.states: list[Array] = []
-        self.rests: list[Array] = []
-        self.tops: list[Array] = []
-        self.starts: list[Array] = []
-        self.loads: list[Array] = []
-        self._tables()
-
-    def _tables(self) -> None:
-        """``zeta`` in each round trip of a block, less that in the first; bounds on what ``zeta`` does in any."""
-        powers, q = self.powers, self.powers.quiet
-        w, size = q.waves, powers.states.count + 1
-        inside, forced = np.zeros((1, q.size)), np.zeros((1, size))
-        series, constant = q.travel, q.steady
-        swing, more = np.abs(series).sum(axis=1), np.zeros((q.pieces, size))
-        more[:, -1] = np.abs(constant).sum(axis=1)
-        for k in range(BLOCK_POWER):
-            p = powers[k]
-            step = powers.step(p.m)
-            # row w of B + D, the identity taken off, then what is inside carried over
-            row = np.zeros(q.size)
-            row += p.rows[0] if q.segment.rate == 0.0 else p.rows[w]
-            later = inside * p.beta + inside[:, p.place] @ p.rows + row
-            load = inside @ p.load + forced @ step + p.load[w]
-            inside, forced = np.vstack((inside, later)), np.vstack((forced, load))
-            more = swing @ np.abs(p.load) + more @ np.maximum(np.abs(step), np.eye(size))
-            swing = swing * np.maximum(1.0, np.abs(p.beta)) + swing[:, p.place] @ np.abs(p.rows)
-        self._inside, self._forced, self._swing, self._more = inside, forced, swing, more
-
-    def along(self, X: Array, rest: float, most: int) -> int:
-        """Number of quiet round trips, at most ``most``."""
-        q, done = self.powers.quiet, 0
-        w, segment = q.waves, q.segment
-        low, high = segment.low - segment.origin, segment.high - segment.origin
-        self.ahead, self.ahead_rest = X, rest
-        blocks = _CHUNK if q.size < _LARGE else 1
-        while done < most:
-            n = self.number + done
-            blocks = min(blocks * 8, _CHUNK, -(-(most - done) // BLOCK))
-            u = self.powers.at(self.powers.number_of(n, blocks))
-            states, rests = self._chunk(u)
-            self.loads.append(u)
-            swing = (np.abs(states) @ self._swing.T + np.abs(u) @ self._more.T).max(axis=1)
-            zeta = states @ self._inside.T + u @ self._forced.T + (states[:, w] + rests)[:, None]
-            margin = _MARGIN * (np.abs(zeta).max(axis=1) + swing)
-            tops = zeta + (swing + margin)[:, None]
-            quiet = tops < high
-            if low > -math.inf:
-                quiet &= zeta - (swing + margin)[:, None] > low
-            sizes = np.abs(states[:, :w]).reshape(blocks, q.pieces, -1)
-            fine = sizes[:, :, -1].max(axis=1) <= _TOP * sizes.sum(axis=2).max(axis=1) if q.degree else True
-            if segment.rate > 0.0:
-                quiet &= np.reshape(fine, (-1, 1))
-            self.states.append(states)
-            self.rests.append(rests)
-            self.tops.append(tops.ravel())
-            self.starts.append(zeta.ravel())
-            loud = np.flatnonzero(~quiet.ravel())
-            if loud.size:
-                return min(most, done + int(loud[0]))
-            done += BLOCK * blocks
-        return most
-
-    def _chunk(self, u: Array) -> tuple[Array, Array]:
-        """States (blocks, S) given those of the load; ``ahead`` is the one after them."""
-        powers, q, blocks = self.powers, self.powers.quiet, len(u)
-        states, k, filled = np.empty((blocks + 1, q.size)), BLOCK_POWER, 1
-        states[0] = self.ahead
-        while filled < blocks + 1:
-            count = min(filled, blocks + 1 - filled)
-            states[filled : filled + count] = powers[k].applied(states[:count], u[:count])
-            filled, k = filled + count, k + 1
-        rests = np.zeros(blocks + 1)
-        if q.segment.rate == 0.0:
-            travel = _travel(powers, BLOCK_POWER, states[:-1], u)
-            sums = self.ahead_rest + np.concatenate(([0.0], np.cumsum(travel)))
-            start = states[0, q.waves]
-            value = start + sums
-            back = value - start
-            rests = (start - (value - back)) + (sums - back)
-            states[:, q.waves] = value
-        self.ahead, self.ahead_rest = states[-1], float(rests[-1])
-        return states[:-1], rests[:-1]

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.motion.chebyshev import Array, left_ends, right_ends, upper_bounds
-from lure.motion.impacts import Impact, largest_value
-from lure.motion.quiet_map import Powers
+from lure.motion.chebyshev import Array
+from lure.motion.impacts import Impact
+from lure.motion.quiet_powers import Powers
 from lure.motion.record import Record, Series
 from lure.motion.windows import Window
 
 BLOCK_POWER, FINE_POWER = 6, 3
 BLOCK, FINE = 2**BLOCK_POWER, 2**FINE_POWER
-_CHUNK = 1024
+CHUNK = 1024
 _MANY = 4096
 
 
@@ -201,22 +201,9 @@ class Stretch:
     def _peaks(self) -> Array:
         """Largest stress [Pa] of the impact up to the end of each round trip."""
         if "peaks" not in self._made:
-            segment = self.powers.quiet.segment
-            best = -np.inf if self.impact is None else self.impact.peak_stress * self.mobility
-            found = []
-            for low in range(0, self.count, _CHUNK):
-                zeta = self.series(self.every(low, min(low + _CHUNK, self.count)))[1]
-                push = segment.rate * zeta
-                push[:, :, 0] += segment.push
-                flat = push.reshape(-1, push.shape[2])
-                least = np.maximum(left_ends(flat), right_ends(flat)).reshape(push.shape[:2]).max(axis=1)
-                most = upper_bounds(flat).reshape(push.shape[:2]).max(axis=1)
-                before = np.maximum.accumulate(np.append(best, least))[:-1]
-                for i in np.flatnonzero(most > np.maximum(before, least)):
-                    least[i] = max(least[i], largest_value(push[i]))
-                found.append(np.maximum.accumulate(np.append(best, least))[1:])
-                best = float(found[-1][-1])
-            self._made["peaks"] = np.concatenate(found) / self.mobility
+            from lure.motion.stretch_peaks import running_peaks
+
+            self._made["peaks"] = running_peaks(self)
         peaks = self._made["peaks"]
         assert isinstance(peaks, np.ndarray)
         return peaks
@@ -228,21 +215,21 @@ class Stretch:
 
     def window(self, i: int) -> Window:
         """The i-th round trip on its own."""
-        chunk = i // _CHUNK
+        chunk = i // CHUNK
         key = ("record", chunk)
         if key not in self._made:
             for other in [other for other in self._made if isinstance(other, tuple)]:
                 del self._made[other]
-            self._made[key] = self.record(chunk * _CHUNK, min((chunk + 1) * _CHUNK, self.count))
+            self._made[key] = self.record(chunk * CHUNK, min((chunk + 1) * CHUNK, self.count))
         record = self._made[key]
         assert isinstance(record, Record)
-        return record.window(i - chunk * _CHUNK)
+        return record.window(i - chunk * CHUNK)
 
     def last(self, count: int) -> Record | Stretch:
         """The last round trips."""
         if count >= self.count:
             return self
-        if count <= _CHUNK:
+        if count <= CHUNK:
             return self.record(self.count - count, self.count)
         trips = np.arange(self.count - count, self.count, BLOCK)
         states, rests = self.states_in(trips)
@@ -256,20 +243,3 @@ class Stretch:
             impact=before,
             _made={},
         )
-
-
-def peak(stretch: Stretch, tops: Array, best: float) -> float:
-    """The largest ``zeta`` of the stretch, given upper bounds (count,) round trip by round trip, and a value it has."""
-    some = np.flatnonzero(tops > best)
-    for low in range(0, len(some), _CHUNK):
-        X, rest = stretch.states_in(some[low : low + _CHUNK])
-        X[:, stretch.powers.quiet.waves] += rest
-        zeta = stretch.series(X)[1]
-        flat = zeta.reshape(-1, zeta.shape[2])
-        flat = flat[flat[:, 0] + np.abs(flat[:, 1:]).sum(axis=1) > best]
-        if len(flat):
-            best = max(best, float(right_ends(flat).max()))
-            flat = flat[upper_bounds(flat) > best]
-        if len(flat):
-            best = max(best, largest_value(flat))
-    return best
