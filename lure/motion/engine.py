@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
 from lure.motion.chebyshev import largest
+from lure.motion.engine_skip import at_hand, skipped
 from lure.motion.impacts import Impact
 from lure.motion.jit import plain
 from lure.motion.kernel_data import (
@@ -19,7 +20,6 @@ from lure.motion.kernel_data import (
     COEF,
     COUNT,
     CROSSINGS,
-    ECHO,
     ENDINGS,
     ENDS,
     ENERGY,
@@ -50,10 +50,7 @@ from lure.motion.kernel_data import (
     SEGMENT_SIZE,
     SEGMENTS,
     SINCE,
-    SIZE,
-    START,
     STATE,
-    STOP,
     STORED,
     TRANSIT,
     TRANSITS,
@@ -61,8 +58,6 @@ from lure.motion.kernel_data import (
     VALUE,
     WAVE,
     WINDOWS,
-    WORK,
-    WORK_REST,
     WORST,
     Room,
     memory,
@@ -71,11 +66,10 @@ from lure.motion.kernel_entry import stored
 from lure.motion.kernel_window import CHATTER, DONE, FULL, NEAR, run
 from lure.motion.panels import NO_LOAD, Load, Panels, block_count
 from lure.motion.pieces import Pieces
-from lure.motion.quiet import Quietness, Search
+from lure.motion.quiet import Search
 from lure.motion.record import Record
-from lure.motion.segment_motion import Level
 from lure.motion.stretch import Stretch
-from lure.motion.windows import Problem, State, first_state
+from lure.motion.windows import Problem, first_state
 
 _WINDOWS, _PIECES = 4096, 8192
 _PANELS = 20_000
@@ -150,63 +144,16 @@ class Engine:
             search, pace = None, total
         while (trip := int(self.q[TRIP])) < total:
             if search is not None and trip > 0:
-                wave, state = self._now()
+                wave, state = at_hand(self.f, self.q, self.open_impact)
                 found = search.after(trip, wave, state)
                 pace = min(2 * pace, _MOST_PACE)
                 if found is not None:
                     if len(found.stretch) > search.worth(state, len(wave.series), found.stretch.powers.quiet.degree):
                         pace = 2
-                    self._skip(found)
+                    skipped(self.f, self.q, self._problem, found)
                     yield found.stretch
                     continue
             yield from self._until(min(trip + pace, total))
-
-    def _now(self) -> tuple[Pieces, State]:
-        """What comes back in the next round trip, without its load, and the end of the rod."""
-        f, q = self.f, self.q
-        count, size = int(q[COUNT]), self._room.degree + 1
-        table = f[q[OLD] : q[OLD] + count * (size + COEF)].reshape(count, size + COEF)
-        seen = np.arange(size) <= q[q[OLD_DEGREES] : q[OLD_DEGREES] + count, None]
-        zeta = Level(value=float(f[VALUE]), rest=float(f[REST]))
-        wave = Pieces(np.append(table[:, START], table[-1, STOP]), np.where(seen, table[:, COEF:], 0.0))
-        return wave, State(segment=int(q[SEGMENT]), zeta=zeta, impact=self.open_impact)
-
-    def _skip(self, found: Quietness) -> None:
-        """Go on after a stretch."""
-        f, q, size = self.f, self.q, self._room.degree + 1
-        series, count = found.wave.series, len(found.stretch)
-        sizes = np.abs(series).sum(axis=1)
-        table = f[q[OLD] : q[OLD] + len(series) * (size + COEF)].reshape(len(series), size + COEF)
-        table[:, SIZE], table[:, COEF:] = sizes, series
-        degree = found.stretch.powers.quiet.degree
-        q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(series)] = degree
-        q[TRIP] += count
-        f[VALUE], f[REST] = found.state.zeta.value, found.state.zeta.rest
-        f[SCALE] = max(abs(f[ECHO]) ** count * f[SCALE], float(sizes.max()))
-        if found.state.impact is not None:
-            impact = found.state.impact
-            q[OPEN] = 1
-            f[SINCE : PEAK + 1] = impact.start, impact.end, impact.impulse, impact.peak_stress * f[MOBILITY]
-        f[HIGHEST] = max(f[HIGHEST], found.largest)
-        f[ERROR] += found.stretch.error * count + f[LATER] * f[TRANSIT]
-        f[LATER] = 0.0
-        self._enter(found)
-
-    def _enter(self, found: Quietness) -> None:
-        """The energy balance of a stretch."""
-        f, problem = self.f, self._problem
-        origin = problem.law.segments[found.state.segment].origin
-        q0, f0 = found.stretch.states[0, found.stretch.powers.quiet.waves], f
-        before = plain(stored)(f, self.q, origin + float(q0) + float(found.stretch.rests[0]))
-        off = f0[WORK] + f0[WORK_REST] - (before - f0[STORED])
-        f[WORST] = max(f[WORST], abs(off + found.imbalance[0]), abs(off + found.imbalance[1]))
-        total = f[WORK] + found.work
-        f[WORK_REST] += (
-            (f[WORK] - total) + found.work if abs(f[WORK]) >= abs(found.work) else (found.work - total) + f[WORK]
-        )
-        f[WORK] = total
-        after = plain(stored)(f, self.q, origin + (found.state.zeta.value + found.state.zeta.rest))
-        f[ENERGY] = max(f[ENERGY], found.passed, abs(before), abs(after), abs(f[STORED]))
 
     def _loads(self, trip: int, stop: int) -> Load:
         """The panels from a round trip on."""

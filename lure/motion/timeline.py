@@ -19,6 +19,7 @@ class Timeline:
     def __init__(self, parts: Sequence[Trips]) -> None:
         self._parts = list(parts)
         self._starts = [part.number for part in parts]
+        self._firsts = np.array(self._starts, dtype=float)
 
     @property
     def number(self) -> int:
@@ -43,7 +44,7 @@ class Timeline:
         """Values (n,) at instants (n,) [transits]; on an edge those from the right."""
         found = np.empty(len(t))
         trip = np.floor(0.5 * t)
-        part = np.clip(np.searchsorted(self._starts, trip, side="right") - 1, 0, None)
+        part = np.clip(np.searchsorted(self._firsts, trip, side="right") - 1, 0, None)
         order = np.argsort(part, kind="stable")
         ends = np.flatnonzero(np.diff(part[order])) + 1
         for some in np.split(order, ends) if len(t) else ():
