@@ -12,6 +12,7 @@ from analysis.bounds.expansion import Stretch, Unsettled, arb_of
 from analysis.bounds.jets import jet, over_sigma, values_by_branch
 from analysis.bounds.reach import reach
 from analysis.bounds.span import Span
+from analysis.bounds.zero import difference_vanishes
 from analysis.precision import working_precision
 from lure.expressions import Expression
 from lure.expressions.balls import ball, enclosure
@@ -34,6 +35,7 @@ FORMULAS = [
     "exp(sigma)",
     "exp(-sigma**2)*sigma",
     "sigma**2*exp(-abs(sigma))",
+    "exp(sigma)/sigma**5",
     "(exp(sigma) - 1)/(exp(sigma) + 1)",
     "exp(sigma) - exp(sigma - 1/(1 + sigma**2))",
     "log(2 + exp(sigma))",
@@ -165,3 +167,28 @@ def test_products_of_intervals_keep_their_signs():
     assert (unit * unit).high == 1
     assert (-unit + unit).low == -1
     assert Span(arb(-2), arb(3)).size.high == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "x", "vanishes"),
+    [
+        ("tanh(x - 1) + tanh(1)", 0, True),
+        ("2*sin(x/3 - 1) + sin(1) + sin(1)", 0, True),
+        ("exp(2*x) - exp(2)", 1, True),
+        ("cos(x - 2) - cos(2)", 0, True),
+        ("sqrt(2 + x)*tanh(1) - sqrt(2)*tanh(1 - x)", 0, True),
+        ("exp(sin(1 + x)) - exp(sin(1))", 0, True),
+        ("tanh(x - 1) - tanh(1)", 0, False),
+        ("cos(x) - 1", 0, True),
+        ("x*(1/tanh(x))", 0, False),  # tends to 1
+        ("1/tanh(x) - 1/tanh(2*x)", 0, False),  # does not tend
+        ("sin(exp(x)) - sin(exp(1))", 0, False),
+        ("where(tanh(x + 1) > 0, 1, 2) - where(tanh(x + 1) > 0, 2, 1)", 0, False),
+    ],
+)
+def test_constants_that_cancel_are_seen(text, x, vanishes):
+    tree = Expression.parse(text.replace("x", "sigma").replace("esigmap", "exp"), variables=("sigma",)).tree
+    nothing = Expression.parse("0", variables=("sigma",)).tree
+    assert difference_vanishes(tree, nothing, Fraction(x)) is vanishes
+    value = enclosure(tree, {"sigma": ball(Fraction(x))})
+    assert (value.is_finite() and bool(abs(value) < 1e-10)) is vanishes

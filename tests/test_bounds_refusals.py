@@ -24,7 +24,7 @@ HOSTILE = [
     ("x**-1", r"at sigma = 0; it divides by zero there"),
     ("cos(x)", r"phi\(0\) = 1; a sector needs a law that vanishes at 0"),
     ("x + 1", r"phi\(0\) = 1; a sector needs a law that vanishes at 0"),
-    ("sin(exp(x)) - sin(1)", r"cannot be shown to be 0"),
+    ("exp(x)*cos(1)**2 + sin(1)**2 - 1", r"cannot be shown to be 0"),
     ("x**33", r"between -32 and 32"),
     ("(x**32)**32", r"degree 1024; at most 256"),
     ("x**1e9", r"between -32 and 32"),

@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 COMMANDS = (
     *("report", "init", "systems", "reproduce", "doctor", "analyse", "max-sector", "max-slope"),
     *("certify", "verify", "explain"),
-    *("simulate", "compare", "response", "bifurcation", "basin"),
+    *("simulate", "compare", "response", "bifurcation", "basin", "sector"),
 )
 
 

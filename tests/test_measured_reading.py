@@ -19,7 +19,7 @@ SAME = {
     "decimal commas between blanks": "# depth_um force_mN\n1,0 1,0\n2,5 2,0\n4,0 4,5\n",
     "byte order mark, blank lines, old line ends": "\ufeffdepth [um],force [mN]\r\r1,1\r2.5,2\r\r4,4.5\r",
     "a line of units, and a title": "Pad 3\ntime,depth,force\n(s),(um),(mN)\n0,1,1\n1,2.5,2\n2,4,4.5\n",
-    "columns and units in comments": "# columns: vForce depth time\n# units: N m s\n1e-3 1e-6 0\n2e-3 2.5e-6 1\n4.5e-3 4e-6 2",
+    "columns and units in comments": "# names: load depth t\n# units: N m s\n.001 1e-6 0\n.002 2.5e-6 1\n.0045 4e-6 2",
     "the force first": "force [mN],indentation [um]\n1,1\n2,2.5\n4.5,4\n",
     "quoted": '"depth, corrected [um]","force [mN]"\n"1","1"\n"2.5","2"\n"4","4.5"\n',
     "separators at the ends of lines": "depth [um];force [mN];\n1;1;\n2.5;2;\n4;4.5;\n",

@@ -11,7 +11,9 @@ from analysis.bounds.pieces import Piece
 from analysis.bounds.rational import candidates
 from analysis.bounds.search import extremes
 from analysis.bounds.target import Target
+from analysis.bounds.zero import difference_vanishes
 from lure.expressions.derivative import derivative
+from lure.expressions.tree import ZERO
 
 
 def over_pieces(known: Known, *, chords: bool) -> tuple[list[Candidate], list[Cover]]:
@@ -31,7 +33,9 @@ def over_pieces(known: Known, *, chords: bool) -> tuple[list[Candidate], list[Co
 
 def _chord_target(piece: Piece) -> Target:
     tree = over_sigma(piece.tree, 1 if piece.low >= 0 else -1)
-    return Target(tree=tree, base=piece.tree, over_sigma=True, low=piece.low, high=piece.high)
+    zero = Fraction(0)
+    vanishes = zero in (piece.low, piece.high) and difference_vanishes(piece.tree, ZERO, zero)
+    return Target(tree=tree, base=piece.tree, over_sigma=True, low=piece.low, high=piece.high, vanishes=vanishes)
 
 
 def _slope_target(piece: Piece) -> Target:

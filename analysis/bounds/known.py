@@ -14,6 +14,7 @@ from flint import fmpq_poly
 from analysis.bounds.extremes import BITS, End, bounds_of
 from analysis.bounds.pieces import Piece, branches, pieces
 from analysis.bounds.rational import Ratio
+from analysis.bounds.zero import difference_vanishes
 from analysis.polynomial import to_fmpq
 from analysis.precision import working_precision
 from lure.errors import InputError
@@ -159,6 +160,8 @@ def _value(tree: Node, x: Fraction, name: str) -> Value:
                 f"the law {name[:60]!r} has no value that could be enclosed at sigma = {float(x):.10g}{why}; write a "
                 "formula with finite values, or bound it on an interval without that point"
             ) from None
+        if low <= 0 <= high and difference_vanishes(tree, Number(Fraction(0)), x):
+            return Fraction(0)
         return low if low == high else (low, high)
 
 

@@ -14,7 +14,7 @@ from analysis.bounds.jets import value_at
 from analysis.bounds.known import Known, Value, domain, known_law
 from analysis.bounds.pieces import Piece
 from analysis.bounds.rational import roots_between
-from analysis.bounds.result import Extreme, LawBounds
+from analysis.bounds.result import Extreme, LawBounds, short
 from analysis.bounds.slopes import slope_extremes
 from analysis.evidence import Evidence
 from analysis.precision import working_precision
@@ -137,7 +137,7 @@ def _demand_zero(known: Known) -> None:
         )
     shown = value[0] if isinstance(value, tuple) else value
     raise InputError(
-        f"the law {known.name[:60]!r} has phi(0) = {float(shown):.6g}; a sector needs a law that vanishes at 0: "
+        f"the law {known.name[:60]!r} has phi(0) = {short(shown)}; a sector needs a law that vanishes at 0: "
         "measure sigma and phi from the equilibrium"
     )
 
@@ -181,7 +181,7 @@ def _divided(value: Value, x: Fraction) -> Value:
 def _remarks(quantity: str, low: Extreme | None, high: Extreme | None) -> list[str]:
     """What was not shown, or not closely, in sentences."""
     pair = [(side, part) for side, part in (("lower", low), ("upper", high)) if part is not None]
-    sizes = [abs(Fraction(part.inner)) for _, part in pair if not math.isinf(part.inner)]
+    sizes = [abs(Fraction(part.inner)) for _, part in pair if isinstance(part.inner, Fraction)]
     said = []
     for side, part in pair:
         words = f"the {quantity} bound, {side},"

@@ -136,7 +136,22 @@ class _Chosen:
             self._sign(parts[0])  # a zero of the argument is no place to expand at: cut there
             if parts[0] == ZERO and (name == "sqrt" or _positive(parts[-1])):
                 return ZERO
+            exponent = parts[1] if name == "**" else Number(Fraction(1, 2))
+            if (root := self._root(parts[0], exponent)) is not None:
+                return root
         return self._without_zeros(apply(name, *parts))
+
+    def _root(self, base: Node, exponent: Node) -> Node | None:
+        """``(u**n)**p`` as ``|u|**(n p)`` where the sign of ``u`` is known; None for other trees."""
+        if not isinstance(base, Apply) or base.operation != "**" or not isinstance(exponent, Number):
+            return None
+        inner, power = base.arguments
+        assert isinstance(power, Number), "the parser and the derivative make only constant exponents"
+        sign = self._sign(inner)
+        if not sign or power.value.denominator != 1 or (sign < 0 and power.value.numerator % 2):
+            return None
+        size = inner if sign > 0 else apply("neg", inner)
+        return apply("**", size, Number(power.value * exponent.value))
 
     def _without_zeros(self, node: Node) -> Node:
         """0 for a difference of equal rational functions without poles, such as ``x - x``."""

@@ -221,6 +221,14 @@ def _double(value: Bound, towards: float, *, exact: bool) -> Bound:
     return Fraction(found) if math.isfinite(found) else found
 
 
+def as_double(value: Bound) -> float:
+    """The nearest double, an infinity beyond their range."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
 def short(value: Bound, *, digits: int = 6) -> str:
     """A number for people: exact if that is short, else a few digits."""
     if isinstance(value, float) and math.isinf(value):
@@ -239,7 +247,7 @@ def _told(found: Extreme) -> str:
     if found.exact:
         word = "attained" if found.attained else "approached"
         return f"{word} {found.where}" if "->" in str(found.at) or not isinstance(found.at, str) else found.where
-    if math.isinf(found.outer):
+    if isinstance(found.outer, float):
         return f"seen {found.where}; no bound is shown"
     return f"{found.where}, known to within {found.gap:.1e}"
 

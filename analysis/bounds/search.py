@@ -180,6 +180,8 @@ class _Search:
 
     def _expansion(self, end: End, side: int, stretch: Stretch) -> Expansion:
         m = expanded(self.target.base, end, side, stretch)
+        if end == 0 and self.target.vanishes:
+            m = m.without_constant
         if self.target.over_sigma:
             variable = expanded_sigma(end, side, stretch)
             m = stretch.multiply(m, stretch.raised(variable, Fraction(-1)))

@@ -15,6 +15,7 @@ from analysis.bounds.rational import limit
 from analysis.bounds.result import Bound, Extreme, short
 from analysis.bounds.search import end_limit
 from analysis.bounds.target import Target
+from analysis.bounds.zero import difference_vanishes
 
 
 def slope_extremes(known: Known) -> tuple[tuple[Extreme | None, Extreme | None], list[str]]:
@@ -42,6 +43,8 @@ def _jumps(known: Known) -> list[Candidate] | None:
                 continue  # one formula, continuous, holds on the piece and at its end
             edge = _edge(piece, x, side)
             step = None if edge is None else _step(known.value(x), edge)
+            if step is None and difference_vanishes(known.branches(piece.low, piece.high), here, x):
+                continue
             if step is None:
                 return None
             if step:

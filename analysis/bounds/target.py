@@ -24,6 +24,8 @@ class Target:
         Whether ``base`` is still to be divided by ``sigma``.
     low, high : Fraction, or an infinity
         The interval.
+    vanishes : bool
+        Whether ``base`` is known to tend to 0 at 0, whatever rounding leaves of it.
     """
 
     tree: Node
@@ -31,6 +33,7 @@ class Target:
     over_sigma: bool
     low: End
     high: End
+    vanishes: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -12,7 +12,7 @@ import numpy as np
 from analysis.bounds.extremes import BITS, End
 from analysis.bounds.known import Value, domain, known_law
 from analysis.bounds.law import law_bounds
-from analysis.bounds.result import Bound, Extreme, LawBounds, Quantity, short
+from analysis.bounds.result import Bound, Extreme, LawBounds, Quantity, as_double, short
 from analysis.evidence import Evidence, Verdict
 from analysis.precision import working_precision
 from lure.errors import InputError
@@ -51,8 +51,8 @@ class Violation:
         """Plain JSON."""
         return {
             "quantity": self.quantity,
-            "points": [{"exact": str(x), "double": float(x)} for x in self.points],
-            "value": {"exact": str(self.value), "double": float(self.value)},
+            "points": [{"exact": str(x), "double": as_double(x)} for x in self.points],
+            "value": {"exact": str(self.value), "double": as_double(self.value)},
             "bound": str(self.bound),
             "evidence": str(self.evidence),
         }
@@ -103,7 +103,7 @@ def violation(
             (known.sector_lower, known.sector_upper) if quantity == "sector" else (known.slope_lower, known.slope_upper)
         )
         for sign, extreme, bound in ((-1, ends[0], bounds.lower), (1, ends[1], bounds.upper)):
-            if extreme is None or math.isinf(bound) or sign * extreme.inner <= sign * bound:
+            if extreme is None or bound in (math.inf, -math.inf) or sign * extreme.inner <= sign * bound:
                 continue
             for points in _places(extreme, quantity):
                 if all(low <= x <= high for x in points):

@@ -11,9 +11,9 @@ from typing import cast
 
 import typer
 
-from analysis.cli import certificates, comparing, responding, simulating
+from analysis.cli import certificates, comparing, responding, sectors, simulating
 
-COMMANDS = (certificates, simulating, comparing, responding)  # importing them has put theirs on the one app
+COMMANDS = (certificates, simulating, comparing, responding, sectors)  # importing them has put theirs on the one app
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141
 USAGE_ERROR = cast(
     "type[Exception]", typer.BadParameter.__base__

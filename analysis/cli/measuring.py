@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,6 +13,7 @@ from analysis.cli.refused import refused
 
 if TYPE_CHECKING:
     from analysis.measured import MeasuredReport
+    from analysis.plots import Draw
     from lure.sector import Sector, SlopeBounds
 
 _SHOWN, _OPEN = 0, 10
@@ -98,41 +98,17 @@ def status(found: MeasuredReport, claim: Sector | SlopeBounds | None) -> int:
     return _SHOWN if sector.memoryless and finite and (claim is None or inside(found, claim)) else _OPEN
 
 
-def draw_measured(plot: Path, found: MeasuredReport, *, replace: bool) -> None:
-    """Draw the data into a file that was checked before.
+def drawing(found: MeasuredReport) -> tuple[Draw, tuple[float, float]]:
+    """What draws the report, and how large [inch].
 
     Parameters
     ----------
-    plot : Path
-        The file, .svg or .png.
     found : MeasuredReport
-        What is drawn.
-    replace : bool
-        Whether it may be replaced.
+        The data.
     """
-    from analysis.plots import render
     from analysis.plots.measured import SIZE, plot_measured
-    from analysis.runs.writing import written
 
-    picture = render(partial(plot_measured, found.sector, fit=found.fit), name=plot.stem, size=SIZE)
-    with written([plot], replace=replace) as places:
-        if plot.suffix.lower() == ".svg":
-            places[plot].write_text(picture.svg, encoding="utf-8")
-        else:
-            places[plot].write_bytes(picture.png)
-
-
-def say_written(plot: Path, *, as_json: bool) -> None:
-    """Where the figure is.
-
-    Parameters
-    ----------
-    plot : Path
-        The file.
-    as_json : bool
-        Whether stdout is for JSON only.
-    """
-    print(("" if as_json else "\n") + f"Written: {plot}", file=sys.stderr if as_json else sys.stdout)
+    return partial(plot_measured, found.sector, fit=found.fit), SIZE
 
 
 def _number(text: str) -> float:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from analysis.bounds import LawBounds, Violation
     from analysis.bounds.result import Bound, Quantity
     from analysis.evidence import Verdict
+    from analysis.plots import Draw
     from lure.sector import Sector, SlopeBounds
 
 _SHOWN, _OPEN, _VIOLATED = 0, 10, 11
@@ -86,9 +87,9 @@ def sector(
         )
         data = measuring.measured(file, reading, asked, as_json=as_json)
         if plot is not None:
-            measuring.draw_measured(plot, data, replace=replace)
-            if not quiet:
-                measuring.say_written(plot, as_json=as_json)
+            draw, size = measuring.drawing(data)
+            _write(plot, draw, size, replace=replace)
+            _say_written(plot, as_json=as_json, quiet=quiet)
         return measuring.status(data, asked)
     if fit or (displacement, force, area, origin, confidence) != (None, None, None, "0", 0.95):
         raise refused(
@@ -108,8 +109,7 @@ def sector(
         print(_text(found, quantity, claim, verdict, shown))
     if plot is not None:
         _draw(plot, expr, found, quantity=quantity, replace=replace)
-        if not quiet:
-            print(("" if as_json else "\n") + f"Written: {plot}", file=sys.stderr if as_json else sys.stdout)
+        _say_written(plot, as_json=as_json, quiet=quiet)
     return _status(found, quantity, verdict, shown)
 
 
@@ -204,14 +204,24 @@ def _check_figure(plot: Path | None, *, replace: bool) -> None:
 
 
 def _draw(plot: Path, law: str, found: LawBounds, *, quantity: Quantity, replace: bool) -> None:
-    from analysis.plots import render
     from analysis.plots.sectors import plot_law_sector, plot_law_slope
-    from analysis.runs.writing import written
 
     draw = plot_law_slope if quantity == "slope" else plot_law_sector
-    picture = render(partial(draw, law, found), name=plot.stem, size=_SIZE)
+    _write(plot, partial(draw, law, found), _SIZE, replace=replace)
+
+
+def _write(plot: Path, draw: Draw, size: tuple[float, float], *, replace: bool) -> None:
+    from analysis.plots import render
+    from analysis.runs.writing import written
+
+    picture = render(draw, name=plot.stem, size=size)
     with written([plot], replace=replace) as places:
         if plot.suffix.lower() == ".svg":
             places[plot].write_text(picture.svg, encoding="utf-8")
         else:
             places[plot].write_bytes(picture.png)
+
+
+def _say_written(plot: Path, *, as_json: bool, quiet: bool) -> None:
+    if not quiet:
+        print(("" if as_json else "\n") + f"Written: {plot}", file=sys.stderr if as_json else sys.stdout)

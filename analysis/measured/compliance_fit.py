@@ -18,7 +18,7 @@ from lure.errors import AssumptionError
 from lure.nonlinearity import NormalCompliance
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from analysis.plots.measured import Axes
 
 NAMES = ("eps", "gap", "m")
 _MISFIT = 0.01

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from analysis.answers import Largest, max_sector
 from analysis.doubles import json_number, text_below
 from analysis.evidence import Evidence, Verdict
 from analysis.measured.measured_sector import MEMORY, MeasuredSector
@@ -15,6 +14,7 @@ from lure.errors import AssumptionError
 from lure.sector import Sector
 
 if TYPE_CHECKING:
+    from analysis.answers import Largest
     from lure.block import Block
 
 
@@ -151,6 +151,7 @@ def margin_of(
     >>> found.inside
     True
     """
+    from analysis.answers import max_sector
     from lure.exact import exact_number
 
     exact = exact_number(gain, "gain")

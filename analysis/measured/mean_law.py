@@ -74,8 +74,8 @@ class MeanLaw:
         return pieces
 
     def bends(self) -> Array:
-        """(K,) at least the change of slope within each piece of a smooth law: to the next piece on either side."""
-        change = np.abs(np.diff(self.slopes() @ self.values))
+        """(K,) the change of slope to the next piece on either side, but not across 0, where laws may have a corner."""
+        change = np.where(self.knots[1:-1] == 0, 0.0, np.abs(np.diff(self.slopes() @ self.values)))
         return np.asarray(np.maximum(np.append(change, 0.0), np.insert(change, 0, 0.0)))
 
     def missed(self, sigma: ArrayLike) -> Array:

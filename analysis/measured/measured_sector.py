@@ -13,7 +13,7 @@ from analysis.measured.measurements import Measurements
 from lure.sector import Sector, SlopeBounds
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from analysis.plots.measured import Axes
 
 _ASSUMED = (
     "each load is f(sigma) plus an independent normal error of mean 0 and standard deviation s0 + s1 |f|, unknown",
@@ -132,7 +132,7 @@ class MeasuredSector:
     def domain(self) -> tuple[float, float]:
         """Between which ``sigma`` [m] there are measurements."""
         u = self.measurements.displacement
-        return float(u.min()) - self.origin, float(u.max()) - self.origin
+        return float(u.min()) - self.origin + 0.0, float(u.max()) - self.origin + 0.0  # no minus before a zero
 
     @property
     def sector(self) -> Sector:

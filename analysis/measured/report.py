@@ -15,7 +15,7 @@ from analysis.measured.sector import sector_of
 from lure.errors import AssumptionError, InputError
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from analysis.plots.measured import Axes
 
 SCHEMA = "lure-measured/1"
 

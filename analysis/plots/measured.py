@@ -24,7 +24,7 @@ from analysis.plots.style import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from matplotlib.axes import Axes as Axes
 
     from analysis.measured import ComplianceFit, MeasuredSector, Measurements, Outlier
 
@@ -162,6 +162,7 @@ def _finish(above: Axes, below: Axes, ends: tuple[float, float], label: str, dat
     for level in (-2.0, 2.0):
         below.axhline(level, color=GREY, lw=0.6, ls=":", zorder=1)
     below.set_ylim(-_SCORES, _SCORES)
+    below.set_yticks([-4, -2, 0, 2, 4])
     above.set_xlim(*padded(*ends, 0.03))
     above.set_ylabel(f"{'force' if data.unit == 'N' else 'stress'} [{data.unit}]")
     below.set_ylabel("residual [std. dev.]")

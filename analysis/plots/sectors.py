@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bounds.known import kinks, parsed
+from analysis.bounds.result import as_double
 from analysis.plots.export import INK
 from analysis.plots.style import BLUE, LEGEND, VERMILLION, axes_or_new, finish_axes, note, number, padded
 
@@ -46,7 +47,7 @@ def plot_law_sector(law: object, found: LawBounds, *, ax: Axes | None = None) ->
     x = _abscissae(law, found, "sector")
     values = _values(law, x)
     pair = (found.sector_lower, found.sector_upper)
-    bounds = [float(part.inner) for part in pair]
+    bounds = [as_double(part.inner) for part in pair]
     low, high = _window(values, [slope * x for slope in bounds if math.isfinite(slope)])
     edges = [np.clip(slope * x, low, high) if math.isfinite(slope) else _half(x, slope, low, high) for slope in bounds]
     axes.fill_between(x, edges[0], edges[1], color=BLUE, alpha=0.13, lw=0, label="sector")
@@ -58,7 +59,7 @@ def plot_law_sector(law: object, found: LawBounds, *, ax: Axes | None = None) ->
     for part in pair:
         point = _point(part)
         if point is not None and point != 0.0 and x[0] <= point <= x[-1] and part.attained:
-            axes.plot(point, float(part.inner) * point, "o", color=VERMILLION, ms=5, zorder=4)
+            axes.plot(point, as_double(part.inner) * point, "o", color=VERMILLION, ms=5, zorder=4)
     _finish(axes, found, "sector", (x, low, high))
     axes.set_ylabel("φ(σ)")
     return axes
@@ -86,7 +87,7 @@ def plot_law_slope(law: object, found: LawBounds, *, ax: Axes | None = None) -> 
     slopes = np.diff(_values(law, x)) / np.diff(x)
     middle = 0.5 * (x[1:] + x[:-1])
     pair = (found.slope_lower, found.slope_upper)
-    bounds = [float(part.inner) for part in pair if part is not None]
+    bounds = [as_double(part.inner) for part in pair if part is not None]
     finite = [slope for slope in bounds if math.isfinite(slope)]
     usual = slopes[np.abs(slopes) <= 5 * np.median(np.abs(slopes)) + 1.0] if len(finite) < len(bounds) else slopes
     low, high = _window(usual, [np.array(finite or [0.0])])
@@ -99,7 +100,7 @@ def plot_law_slope(law: object, found: LawBounds, *, ax: Axes | None = None) -> 
     for part in pair:
         point = _point(part)
         if part is not None and point is not None and x[0] <= point <= x[-1] and part.attained:
-            axes.plot(point, float(part.inner), "o", color=VERMILLION, ms=5, zorder=4)
+            axes.plot(point, as_double(part.inner), "o", color=VERMILLION, ms=5, zorder=4)
     _finish(axes, found, "slope", (x, low, high))
     axes.set_ylabel("slope of φ")
     return axes
@@ -115,7 +116,7 @@ def _finish(axes: Axes, found: LawBounds, quantity: Quantity, frame: tuple[Array
     finish_axes(axes)
     axes.legend(loc="upper left", **LEGEND)
     approached = [
-        f"{side} {'' if '->' in str(part.at) else number(float(part.inner)) + ', '}{part.where}"
+        f"{side} {'' if '->' in str(part.at) else number(as_double(part.inner)) + ', '}{part.where}"
         for side, part in zip(("lower", "upper"), found.extremes(quantity), strict=True)
         if part is not None and not part.attained
     ]
@@ -140,7 +141,9 @@ def _point(part: Extreme | None) -> float | None:
     """Where an extreme is taken, if that is a point."""
     if part is None or isinstance(part.at, str):
         return None
-    return float(part.at) if isinstance(part.at, Fraction) else 0.5 * (float(part.at[0]) + float(part.at[1]))
+    return (
+        as_double(part.at) if isinstance(part.at, Fraction) else 0.5 * (as_double(part.at[0]) + as_double(part.at[1]))
+    )
 
 
 def _values(law: object, x: Array) -> Array:
