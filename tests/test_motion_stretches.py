@@ -151,6 +151,7 @@ def test_windows_made_of_stretches_are_those_of_compiled_code(keep):
     pairs += zip(first.fields.windows[-70:], second.fields.windows[-70:], strict=True)
     for one, other in [*pairs[::37], *pairs[-72:]]:
         assert one.number == other.number
+        assert one.wave.shape[1] == one.z.shape[1] == one.push.shape[1] == one.returned.shape[1] == 17
         assert one.edges == pytest.approx(other.edges, abs=1e-9)
         t = np.linspace(0.0, 1.0, 9) * 0.99 + 0.005
         for name, size in (("wave", 1.0), ("z", 1e-3), ("push", 1e-6), ("returned", 1.0)):
@@ -246,3 +247,14 @@ def test_other_loads_take_every_round_trip(loads):
 def test_the_option_is_true_or_false():
     with pytest.raises(InputError, match=r"Numerics\.stretches is 1; give True or False"):
         Numerics(stretches=1)
+
+
+def test_windows_of_waves_of_full_degree_are_as_wide_as_the_others():
+    # cos(4x) on a transit needs all 17 coefficients of W, and z one more, which is left out
+    seen = []
+    scenario = Scenario.parse(displacement="0.001*cos(4*x)", velocity="0.001*sin(5*x)")
+    numerics = Numerics(compiled=True, on_window=seen.append)
+    motion = exact_motion(unit_rod(damping=0.3, gap=10.0), scenario, 200.0, numerics=numerics)
+    assert quiet_trips(motion) > 90
+    assert {series.shape[1] for window in seen for series in (window.wave, window.z, window.push)} == {17}
+    assert motion.z(2.0 * 50 + 0.3) == pytest.approx(np.polynomial.chebyshev.chebval(-0.4, seen[50].z[0]), abs=1e-14)

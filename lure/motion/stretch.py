@@ -165,7 +165,8 @@ class Stretch:
         wave, zeta = self.series(X[:-1])
         push = segment.rate * zeta if segment.rate else np.zeros((count, P, 1))
         push[:, :, 0] += segment.push
-        z = zeta.copy()
+        push = push[:, :, : self.width]  # higher degrees are below rounding
+        z = zeta[:, :, : self.width].copy()
         z[:, :, 0] += segment.origin
         coef = np.concatenate((wave, z, push), axis=2)
         degree = np.tile([wave.shape[2] - 1, z.shape[2] - 1, push.shape[2] - 1], (count * P, 1))
@@ -182,7 +183,7 @@ class Stretch:
         return Record(
             number=self.number + first,
             share=self.share,
-            width=max(self.width, coef.shape[2]),
+            width=self.width,
             first=P * np.arange(count + 1),
             low=np.tile(quiet.edges[:-1], count),
             high=np.tile(quiet.edges[1:], count),
