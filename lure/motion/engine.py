@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
 from lure.motion.chebyshev import largest
+from lure.motion.engine_skip import at_hand, skipped
 from lure.motion.impacts import Impact
 from lure.motion.jit import plain
 from lure.motion.kernel_data import (
@@ -66,12 +67,15 @@ from lure.motion.kernel_window import CHATTER, DONE, FULL, NEAR, run
 from lure.motion.ledger import LEAST_ENERGY
 from lure.motion.panels import NO_LOAD, Load, Panels, block_count
 from lure.motion.pieces import Pieces
+from lure.motion.quiet import Search
 from lure.motion.record import Record
+from lure.motion.stretch import Stretch
 from lure.motion.windows import Problem, first_state
 
 _WINDOWS, _PIECES = 4096, 8192
 _PANELS = 20_000
-_MOST_BLOCKS = 1024
+_MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
+_MOST_PACE = 1024
 _NOISE = 4e-16  # of the initial wave: what its fit leaves of coefficients that are zero
 
 
@@ -84,8 +88,10 @@ class Engine:
         Its memory, see :mod:`lure.motion.kernel_data`; the sums in it hold for what has been done so far.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, *, stretches: bool = True) -> None:
         self._problem = problem
+        self._search = Search(problem) if stretches else None
+        self._asked, self._load, self._most_blocks = range(0), NO_LOAD, 1
         wave, error = problem.sources.initial_wave()
         room = Room(
             degree=problem.sources.degree,
@@ -123,7 +129,7 @@ class Engine:
         f[q[OLD] : q[OLD] + pieces.size] = pieces.ravel()
         q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(degree)] = degree
 
-    def records(self) -> Iterator[Record]:
+    def records(self) -> Iterator[Record | Stretch]:
         """The round trips, many at a time.
 
         Raises
@@ -134,23 +140,44 @@ class Engine:
             Contact and flight alternate more than 4000 times in a round trip, or cannot be told apart.
         """
         total = math.ceil(self._problem.transits / 2.0)
-        if self._problem.sources.scenario.free:
-            yield from self._until(total, NO_LOAD)
-            return
-        blocks, done, count = block_count(self._problem.transits), 0, 1
-        while done < blocks:
-            count = min(count, blocks - done)
-            load = self._panels.over(done, count)
-            done += count
-            yield from self._until(min(BLOCK * done, total), load)
-            many = max(1, (len(load[1]) - count - 2) // count)
-            count = max(1, min(_MOST_BLOCKS, _PANELS // many))
+        search, pace = self._search, 1
+        if search is None or not search.hopeful:
+            search, pace = None, total
+        while (trip := int(self.q[TRIP])) < total:
+            if search is not None and trip > 0:
+                wave, state = at_hand(self.f, self.q, self.open_impact)
+                found = search.after(trip, wave, state)
+                pace = min(2 * pace, _MOST_PACE)
+                if found is not None:
+                    if len(found.stretch) > search.worth(state, len(wave.series), found.stretch.powers.quiet.degree):
+                        pace = 2
+                    skipped(self.f, self.q, self._problem, found)
+                    yield found.stretch
+                    continue
+            yield from self._until(min(trip + pace, total))
 
-    def _until(self, stop: int, load: Load) -> Iterator[Record]:
+    def _loads(self, trip: int, stop: int) -> Load:
+        """The panels from a round trip on."""
+        if self._problem.sources.scenario.free:
+            return NO_LOAD
+        block = trip // BLOCK
+        if block not in self._asked:
+            # as many as are needed; at first few, until it is known how many panels each takes
+            count = min(max(-(-stop // BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
+            count = min(count, self._most_blocks)
+            self._load = self._panels.over(block, count)
+            self._asked = range(block, block + count)
+            many = max(1, (len(self._load[1]) - count - 2) // count)
+            self._most_blocks = max(1, min(_MOST_BLOCKS, _PANELS // many))
+        return self._load
+
+    def _until(self, stop: int) -> Iterator[Record]:
         while self.q[TRIP] < stop:
             number = int(self.q[TRIP])
+            load = self._loads(number, stop)
+            reach = BLOCK * self._asked.stop if len(load[1]) else stop
             self.q[WINDOWS : IMPACTS + 1] = 0
-            status = run(self.f, self.q, *load, stop)
+            status = run(self.f, self.q, *load, min(stop, reach))
             if self.q[WINDOWS]:
                 yield self._record(number)
             elif status == FULL:

@@ -11,7 +11,7 @@ import numpy as np
 from lure.errors import InputError
 from lure.motion.chebyshev import Array
 from lure.motion.pieces import distinct
-from lure.motion.record import Record, Series, Windows
+from lure.motion.record import Series, Trips, Windows
 from lure.motion.sources import Sources
 from lure.motion.wave_energy import squares_over_a_transit
 
@@ -28,13 +28,13 @@ class Fields:
         Loads and initial data.
     share : float
         ``1/(1 + k_L/Z)``.
-    record : Record
+    record : Trips
         Consecutive round trips.
     """
 
     sources: Sources
     share: float
-    record: Record
+    record: Trips
 
     @property
     def windows(self) -> Windows:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal, overload
+from typing import Literal, Protocol, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -164,10 +164,41 @@ class Record:
         )
 
 
+class Trips(Protocol):
+    """Consecutive round trips, however they are held: see :class:`Record`."""
+
+    @property
+    def number(self) -> int:
+        """The first round trip."""
+
+    @property
+    def stop(self) -> float:
+        """Where the last round trip ends, from its start [transits]."""
+
+    @property
+    def impacts(self) -> Array:
+        """(I, 4) start, end, impulse and peak stress of the impacts that ended here."""
+
+    def __len__(self) -> int:
+        """Number of round trips."""
+
+    def edges(self, i: int) -> Array:
+        """Edges of the pieces of the i-th round trip."""
+
+    def at(self, t: Array, name: Series) -> Array:
+        """Values (n,) at instants (n,) [transits]; on an edge those from the right."""
+
+    def window(self, i: int) -> Window:
+        """The i-th round trip on its own."""
+
+    def last(self, count: int) -> Trips:
+        """The last round trips."""
+
+
 class Windows(Sequence[Window]):
     """The round trips of a record as windows, made when they are asked for."""
 
-    def __init__(self, record: Record) -> None:
+    def __init__(self, record: Trips) -> None:
         self._record = record
 
     def __len__(self) -> int:

@@ -14,8 +14,9 @@ from lure.motion.fields import Fields
 from lure.motion.impacts import Impact
 from lure.motion.ledger import Ledger
 from lure.motion.motion import Motion
-from lure.motion.record import Record, Windows, impacts_of, joined_records, record_of
+from lure.motion.record import Trips, Windows, impacts_of, record_of
 from lure.motion.sources import sources
+from lure.motion.timeline import timeline
 from lure.motion.windows import Problem, Window, windows
 from lure.rod import Rod
 from lure.scenario import Scenario
@@ -46,6 +47,10 @@ class Numerics:
         what this process or, for motions of more than 2000 round trips, an earlier one has compiled is used, and
         motions of more than 40 000 are compiled for.  Both ways give the same numbers to rounding.  Power laws other
         than ``m = 1`` are never compiled; ``Motion.compiled`` says which way was taken.
+    stretches : bool
+        Whether compiled code passes over many round trips at once where nothing can happen in them: without a body
+        force, under a force that is a sum of exponentials, sines and powers between its breakpoints, at a cost that
+        hardly depends on their number.
     """
 
     degree: int = 16
@@ -53,6 +58,7 @@ class Numerics:
     on_window: Callable[[Window], None] | None = None
     on_progress: Callable[[float], None] | None = None
     compiled: bool | None = None
+    stretches: bool = True
 
     def __post_init__(self) -> None:
         if isinstance(self.degree, bool) or not isinstance(self.degree, int) or not 8 <= self.degree <= 40:
@@ -61,6 +67,8 @@ class Numerics:
             raise InputError(f"Numerics.keep is {self.keep!r}; give None or a whole number from 2 on")
         if not (self.compiled is None or isinstance(self.compiled, bool)):
             raise InputError(f"Numerics.compiled is {self.compiled!r}; give None, True or False")
+        if not isinstance(self.stretches, bool):
+            raise InputError(f"Numerics.stretches is {self.stretches!r}; give True or False")
 
 
 def motion_windows(
@@ -161,7 +169,7 @@ def exact_motion(
 class _Run:
     """What either way of computing brings."""
 
-    record: Record
+    record: Trips
     impacts: tuple[Impact, ...]
     crossings: int
     energy_residual: float
@@ -202,7 +210,7 @@ def _by_windows(problem: Problem, numerics: Numerics) -> _Run:
 def _by_engine(problem: Problem, numerics: Numerics) -> _Run:
     from lure.motion.engine import Engine
 
-    engine, kept, total = Engine(problem), deque[Record](), 0
+    engine, kept, total = Engine(problem, stretches=numerics.stretches), deque[Trips](), 0
     impacts: list[Impact] = []
     for record in engine.records():
         impacts += impacts_of(record.impacts)
@@ -215,10 +223,10 @@ def _by_engine(problem: Problem, numerics: Numerics) -> _Run:
         total += len(record)
         while numerics.keep is not None and total - len(kept[0]) >= numerics.keep:
             total -= len(kept.popleft())
-    record = joined_records(tuple(kept))
+    whole = timeline(tuple(kept))
     open_impact = engine.open_impact
     return _Run(
-        record=record if numerics.keep is None else record.last(numerics.keep),
+        record=whole if numerics.keep is None else whole.last(numerics.keep),
         impacts=(*impacts, open_impact) if open_impact is not None else tuple(impacts),
         crossings=engine.crossings,
         energy_residual=engine.energy_residual,
