@@ -76,7 +76,7 @@ def test_every_series_is_the_motion_at_the_samples(samples):
         "contact_stress": motion.contact_stress(t),
         "dashpot_force": motion.dashpot_force(t),
         "v_0": motion.dashpot_velocity(t),
-        "energy": [motion.energy(float(s)) for s in t],
+        "energy": motion.energies(t),
         "v": motion.velocity(t[:, None], x[None, :]),
         "w": motion.strain(t[:, None], x[None, :]),
         "u": [motion.displacement(float(s), x) for s in t],

@@ -132,7 +132,7 @@ class Fields:
         rod = self.sources.rod
         self._check_times(t / rod.travel_time)
         if self.sources.scenario.body_force.is_zero:
-            squares = rod.length * squares_over_a_transit(self.sources, self.record, t / rod.travel_time)
+            squares = rod.length * squares_over_a_transit(self.sources, self.share, self.record, t / rod.travel_time)
         else:
             squares = np.array([self._squares(float(instant)) for instant in t])
         return np.asarray(0.25 * rod.area * rod.density * squares)

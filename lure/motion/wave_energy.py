@@ -16,12 +16,24 @@ from numpy.typing import NDArray
 
 from lure.motion.chebyshev import Array, basis, values
 from lure.motion.pieces import Pieces, joined
-from lure.motion.record import Record
+from lure.motion.record import Record, Trips, record_of
 from lure.motion.sources import Sources
 
 
-def squares_over_a_transit(sources: Sources, record: Record, t: Array) -> Array:
-    """``int_0^1 (V(t - s)^2 + W(t + s)^2) ds`` (n,) at instants (n,) [transits] that the record covers."""
+def squares_over_a_transit(sources: Sources, share: float, trips: Trips, t: Array) -> Array:
+    """``int_0^1 (V(t - s)^2 + W(t + s)^2) ds`` (n,) at instants (n,) [transits] that the round trips cover."""
+    if isinstance(trips, Record):
+        return _squares(sources, trips, t)
+    total = np.empty(len(t))
+    trip = np.clip(np.floor(0.5 * t).astype(np.int64) - trips.number, 0, len(trips) - 1)
+    for i in np.unique(trip):
+        near = [trips.window(j) for j in range(max(i - 1, 0), min(i + 2, len(trips)))]
+        total[trip == i] = _squares(sources, record_of(near, share), t[trip == i])
+    return total
+
+
+def _squares(sources: Sources, record: Record, t: Array) -> Array:
+    """The same from one record."""
     stop = 2.0 * (record.number + len(record) - 1) + record.stop
     total = _of_record(record, np.maximum(t - 1.0, 0.0), t, returned=True)
     total += _of_record(record, t, np.minimum(t + 1.0, stop), returned=False)
