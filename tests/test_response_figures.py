@@ -122,7 +122,8 @@ def test_the_command_response_says_and_draws_what_the_function_finds(lure, here,
     status, out, err = lure("response", rod, *options, "--plot", "a.png", "--replace")
     assert (status, err) == (0, "")
     found = json.loads(out)
-    assert found == json.loads(json.dumps(SEEN.to_dict())) | {"force": "0.3 + sin(t)"}
+    again = response(MATCHED, "0.3 + sin(t)", plan=RIGID)  # not SEEN: compiled code rounds otherwise than what ran before it
+    assert found == json.loads(json.dumps(again.to_dict())) | {"force": "0.3 + sin(t)"}
 
 
 @pytest.mark.parametrize(

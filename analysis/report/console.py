@@ -30,7 +30,10 @@ def summary(report: StabilityReport) -> str:
     blocks = [
         f"{report.verdict}  {report.system.name}",
         textwrap.fill(report.conclusion.statement, _WIDTH),
-        f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, reach in Pa/m\n"
+        textwrap.fill(
+            f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, reach in Pa/m", _WIDTH
+        )
+        + "\n"
         + _table([_HEAD, *(_row(result) for result in report.criteria)]),
         *(textwrap.fill(f"{reason}.", _WIDTH) for reason in reasons),
         textwrap.fill(f"Spectrum: {report.spectrum}.", _WIDTH),
