@@ -1,4 +1,4 @@
-"""Claim: the exact motion of figure 8 takes at most a two-thousandth of LSODA's time on 200 cells, with a smaller error.
+"""Claim: the exact motion of figure 8 takes a two-thousandth of LSODA's time on 200 cells or less, with less error.
 
 The paper's rod under the corrected force, ``g = (2/60000) sin 4t`` N, for 2 s: five contacts, the last for good.  The
 work is ``z`` at 2001 instants, motion and samples together.  The peers integrate the scheme with 200 cells at the

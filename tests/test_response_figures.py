@@ -122,7 +122,7 @@ def test_the_command_response_says_and_draws_what_the_function_finds(lure, here,
     status, out, err = lure("response", rod, *options, "--plot", "a.png", "--replace")
     assert (status, err) == (0, "")
     found = json.loads(out)
-    again = response(MATCHED, "0.3 + sin(t)", plan=RIGID)  # not SEEN: compiled code rounds otherwise than what ran before it
+    again = response(MATCHED, "0.3 + sin(t)", plan=RIGID)  # not SEEN, which ran before anything was compiled
     assert found == json.loads(json.dumps(again.to_dict())) | {"force": "0.3 + sin(t)"}
 
 

@@ -31,7 +31,8 @@ def summary(report: StabilityReport) -> str:
         f"{report.verdict}  {report.system.name}",
         textwrap.fill(report.conclusion.statement, _WIDTH),
         textwrap.fill(
-            f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, reach in Pa/m", _WIDTH
+            f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, reach in Pa/m",
+            _WIDTH,
         )
         + "\n"
         + _table([_HEAD, *(_row(result) for result in report.criteria)]),
