@@ -376,7 +376,7 @@ def watch(window):
 
 
 figure_8 = Scenario.parse(force="(2/60000)*sin(4*t)")
-streamed = exact_motion(rod, figure_8, 2.0, numerics=Numerics(keep=2, on_window=watch, compiled=False))
+streamed = exact_motion(rod, figure_8, 2.0, numerics=Numerics(keep=2, on_window=watch))
 (axes,) = panels(1)
 axes.plot(2 * T * np.arange(len(deepest)), deepest, color=BLUE, lw=1.2, label="z, largest in each round trip")
 axes.axhline(0, color=VERMILLION, lw=1.0, label="obstacle")
@@ -424,7 +424,7 @@ assert abs(seen.balance.contact / seen.balance.force - 1) < 1e-9
 # %%
 degrees = (12, 16, 24)
 motions = {
-    degree: exact_motion(bouncing, Scenario.parse(force="0.02"), 0.05, numerics=Numerics(degree=degree, compiled=False))
+    degree: exact_motion(bouncing, Scenario.parse(force="0.02"), 0.05, numerics=Numerics(degree=degree))
     for degree in degrees
 }
 apart = {degree: abs(motions[degree].z(fall) - motions[24].z(fall)).max() for degree in degrees}
