@@ -9,7 +9,7 @@ import pytest
 from motions import imbalance, other_rod, unit_rod
 
 from lure import AssumptionError, InputError, Scenario
-from lure.motion import Boundary, exact_motion
+from lure.motion import Boundary, Numerics, exact_motion
 
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")
 RIGID = Boundary(rigid=True)
@@ -220,3 +220,9 @@ def test_any_power_at_any_compliance_that_doubles_resolve(exponent, eps):
     finite(motion)
     assert motion.impacts
     assert imbalance(motion) < 1e-11
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_an_end_too_deep_for_its_energy_is_refused(compiled):
+    with pytest.raises(InputError, match=r"^initial.u0 and rod.gap put the end at z = 1e\+160 m"):
+        exact_motion(unit_rod(gap=0), Scenario.parse(displacement="1e160"), 1.0, numerics=Numerics(compiled=compiled))

@@ -155,6 +155,8 @@ def first_state(problem: Problem) -> State:
     """
     rod, segments = problem.sources.rod, problem.law.segments
     z = problem.sources.scenario.contact_coordinate(rod)
+    if not z < _LARGEST:
+        raise InputError(f"initial.u0 and rod.gap put the end at z = {z:.3g} m, beyond {_LARGEST:g}; give smaller data")
     j = max(next(i for i, segment in enumerate(segments) if z <= segment.high), 0)
     if math.isinf(segments[j].rate):
         raise InputError(
