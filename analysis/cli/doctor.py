@@ -10,7 +10,13 @@ from importlib.metadata import PackageNotFoundError, version
 from lure import __version__
 
 NEEDED = ("control", "jinja2", "matplotlib", "numpy", "pydantic", "python-flint", "rich", "scipy", "sympy", "typer")
-OPTIONAL = {"notebooks": ("ipykernel", "jupytext", "nbmake"), "tests": ("hypothesis", "jsonschema", "pytest")}
+OPTIONAL = {  # the extras of pyproject.toml that a user chooses
+    "fast": ("numba",),
+    "netcdf": ("netCDF4", "xarray"),
+    "cvode": ("scikit-sundae",),
+    "notebooks": ("ipykernel", "jupytext", "nbmake"),
+    "tests": ("hypothesis", "jsonschema", "pytest"),
+}
 
 
 def findings() -> tuple[list[str], bool]:
