@@ -216,11 +216,13 @@ def checked(case):
     layer = d / rod.compliance * T if rod.exponent == 1 and boundary.law is None else 0  # narrower than t can show
     if largest > 1e-6 * rod.area * rod.density * rod.length * wave**2:
         assert imbalance(motion) < 1e-10 + 1e-15 * layer
+    return motion
 
 
 @given(case=motions())
 def test_motions_of_any_size_keep_the_balance_and_miss_nothing(case):
-    checked(case)
+    motion = checked(case)
+    assert np.isfinite(motion.z(motion.until))
 
 
 @given(case=motions(power=True))

@@ -75,6 +75,7 @@ def _solver(leg: Leg, method: ScipyMethod, rate: Counted) -> Any:  # noqa: ANN40
     from scipy import integrate
 
     def slopes(_t: float, y: Array) -> Any:  # noqa: ANN401  (scipy has no types)
+        """The Jacobian of the leg."""
         return leg.equations.jacobian(y, touching=leg.touching)
 
     options: dict[str, Any] = {"rtol": leg.rtol, "atol": leg.atol, "max_step": leg.longest}

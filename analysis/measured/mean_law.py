@@ -133,6 +133,7 @@ def mean_law(sigma: Array, load: Array, *, pieces: int | None = None, free: bool
     x, y = sigma / units[0], load / units[1]
 
     def fitted(count: int) -> HatFit:
+        """The fit with so many pieces."""
         return hat_fit(Hats(x=x, y=y, knots=spread_knots(x, count), free=free))
 
     most = max(1, min(_MOST_PIECES, sigma.size // _PER_PIECE, distinct // 2))

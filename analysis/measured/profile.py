@@ -107,6 +107,7 @@ class Problem:
         others = [j for j in range(3) if j != i]
 
         def whole(rest: Array) -> Array:
+            """All three parameters, the i-th held."""
             full = np.empty(3)
             full[i], full[others] = value, rest
             return self._point(full)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.plots.export import INK, render
+from analysis.plots.obstacle import draw_obstacle
 from analysis.plots.style import (
     BLUE,
     GREEN,
@@ -22,8 +23,6 @@ from analysis.plots.style import (
     axes_or_new,
     finish_axes,
     note,
-    number,
-    padded,
 )
 
 if TYPE_CHECKING:
@@ -38,7 +37,6 @@ SIZE = (7.0, 5.4)
 _COARSE_TO_FINE = ("#7fc4ec", BLUE, "#00335c")  # told apart by lightness
 _SPACES = {"Galerkin P1": GREEN, "Galerkin P2": PURPLE, "Galerkin cosine": "#c28500"}
 _DASHES = ("--", "-.", ":")
-_FAR = 6.0
 _BINS = (24, 120)
 _COLUMNS = 4
 _FLOOR = 1e-16
@@ -101,13 +99,7 @@ def plot_comparison_end(found: Comparison, *, ax: Axes | None = None) -> Axes:
     _shade(found, axes, label=True)
     curves = [exact.u, *(row.u for row in found.rows if row.u is not None)]
     low, high = min(float(u.min()) for u in curves), max(float(u.max()) for u in curves)
-    if gap - high <= _FAR * (high - low):
-        axes.axhline(gap, color=VERMILLION, lw=1.0, ls=(0, (1, 2)), label=f"obstacle, {number(gap)} m")
-        low, high = min(low, gap), max(high, gap)
-        axes.set_ylim(*padded(low, high, 0.08))
-    else:
-        axes.set_ylim(*padded(low, high, 0.12))
-        note(axes, f"obstacle at {number(gap)} m, outside this view", corner="lower right")
+    draw_obstacle(axes, gap, (low, high), corner="lower right", lw=1.0, ls=(0, (1, 2)))
     axes.set_xlim(float(found.t[0]), float(found.t[-1]))
     axes.set_xlabel("t [s]")
     axes.set_ylabel("u(t, L) [m]")

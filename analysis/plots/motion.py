@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.plots.obstacle import draw_obstacle
 from analysis.plots.style import (
     BLUE,
     GREEN,
@@ -17,9 +18,6 @@ from analysis.plots.style import (
     VERMILLION,
     axes_or_new,
     finish_axes,
-    note,
-    number,
-    padded,
 )
 from lure.errors import InputError
 
@@ -34,7 +32,6 @@ SURFACES: dict[Surface, str] = {
     "r2": "backward wave r₂ = v + c ∂u/∂x",
     "v": "velocity v",
 }
-_FAR = 6.0
 _DRAWN = 4000
 
 
@@ -63,12 +60,7 @@ def plot_end_motion(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
         bars = axes.broken_barh(spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=VERMILLION, label=label)
         bars.set(alpha=0.3, linewidth=0.6, zorder=0.5)
     axes.plot(*_envelope(t, end), color=BLUE, lw=1.2, label="end u(t, L)")
-    if gap - high <= _FAR * (high - low):
-        axes.axhline(gap, color=VERMILLION, lw=1.2, label=f"obstacle at {number(gap)} m")
-        axes.set_ylim(*padded(min(low, gap), max(high, gap), 0.1))
-    else:
-        axes.set_ylim(*padded(low, high, 0.15))
-        note(axes, f"obstacle at {number(gap)} m, outside this view", corner="upper left")
+    draw_obstacle(axes, gap, (low, high), lw=1.2)
     axes.set_xlim(float(t[0]), float(t[-1]))
     axes.set_xlabel("t [s]")
     axes.set_ylabel("u(t, L) [m]")

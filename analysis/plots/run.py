@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.plots.style import BLUE, GREEN, LEGEND, PURPLE, VERMILLION, axes_or_new, finish_axes, note, number, padded
+from analysis.plots.obstacle import draw_obstacle
+from analysis.plots.style import BLUE, GREEN, LEGEND, PURPLE, VERMILLION, axes_or_new, finish_axes, note, padded
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_FAR = 6.0
 _STRETCHES = 800
 _LETTERS, _LINES = 12.5, 2  # of a heading, per inch and at most
 
@@ -40,17 +40,11 @@ def plot_run_end(run: SampledRun, *, ax: Axes | None = None) -> Axes:
         The axes drawn on.  An obstacle too far away for the scale of the motion is named, not drawn.
     """
     axes = axes_or_new(ax)
-    gap, low, high = run.rod.gap, float(run.u_end.min()), float(run.u_end.max())
     seen = shade_contacts(run, axes)
     axes.plot(*envelope(run.t, run.u_end), color=BLUE, lw=1.1, label="end u(t, L)")
-    if gap - high <= _FAR * (high - low):
-        axes.axhline(gap, color=VERMILLION, lw=1.1, ls="--", label=f"obstacle at {number(gap)} m")
-        axes.set_ylim(*padded(min(low, gap), max(high, gap), 0.1))
-    else:
-        axes.set_ylim(*padded(low, high, 0.15))
-        note(axes, f"obstacle at {number(gap)} m, outside this view", corner="upper left")
+    drawn = draw_obstacle(axes, run.rod.gap, (float(run.u_end.min()), float(run.u_end.max())), lw=1.1, ls="--")
     _finish(run, axes, "u(t, L) [m]")
-    if seen or gap - high <= _FAR * (high - low):
+    if seen or drawn:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.0, **LEGEND)
     return axes
 

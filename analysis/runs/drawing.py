@@ -199,6 +199,7 @@ def _cut(run: SampledRun, span: tuple[float, float]) -> SampledRun:
         raise InputError(f"span is {span[0]:g} to {span[1]:g} s, less than two samples; give more samples")
 
     def cut(values: Array | None) -> Array | None:
+        """Those inside the span."""
         return None if values is None else values[inside]
 
     return replace(

@@ -233,6 +233,7 @@ def _exact(system: RodSystem, request: Request, *, energy: bool, progress: Calla
     from lure.motion import Numerics, exact_motion
 
     def tell(reached: float) -> None:
+        """The share of the time that is done."""
         if progress:
             progress("the motion of the rod", min(1.0, reached / request.until))
 
