@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 from flint import fmpq_poly
 
@@ -207,7 +208,8 @@ def domain(on: object) -> tuple[Fraction, Fraction] | None:
         return None
     if isinstance(on, str) or not hasattr(on, "__len__") or len(on) != 2:
         raise InputError(f"on is {on!r:.60}; give a pair of numbers, (low, high), or None for all of R")
-    low, high = (exact_number(x, f"on[{i}]") for i, x in enumerate(on))  # type: ignore[var-annotated, arg-type]
+    pair: Any = on  # exact_number says what is wrong with an entry
+    low, high = (exact_number(x, f"on[{i}]") for i, x in enumerate(pair))
     if not low < high:
         raise InputError(f"on is [{float(low):g}, {float(high):g}]; give low < high")
     return low, high

@@ -58,7 +58,7 @@ class _Crossing:
 class _Curve:
     """Gains ``-U(x)/N(x)`` at the positive roots ``x = w^2`` of the squarefree ``I``; and those that need no root."""
 
-    I: fmpq_poly  # noqa: E741
+    I: fmpq_poly  # noqa: E741  (the letter of the formula)
     U: fmpq_poly
     N: fmpq_poly
     rational: tuple[tuple[Fraction, float | None], ...]

@@ -156,7 +156,7 @@ def multiplier_of(parameters: Mapping[str, object]) -> Multiplier:
         A key is missing, or a value is not what it should be.
     """
     try:
-        entries = list(parameters["kernels"])  # type: ignore[call-overload]
+        entries = list(parameters["kernels"])  # type: ignore[call-overload]  # caught below
         return Multiplier(Fraction(str(parameters["theta"])), tuple(_read(entry) for entry in entries))
     except (KeyError, TypeError, ValueError, ZeroDivisionError):
         raise InputError(

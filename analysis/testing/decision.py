@@ -117,7 +117,7 @@ def _oddness(law: object) -> Decision:
         odd = known_odd(law, next(iter(names(law.tree)), law.variables[0]))
     else:
         try:
-            known = properties(law).odd  # type: ignore[arg-type]
+            known = properties(law).odd  # type: ignore[arg-type]  # a law of the library: what remains
         except AssumptionError:
             return Decision()
         odd = known.value if known.standing is Standing.CHECKED else None

@@ -230,7 +230,7 @@ def _no_value(law: Subject, inquiry: Inquiry, error: NotANumber) -> str:
         return 0.0
 
     where = domain(inquiry.search.on)
-    inside: Callable[[float], float] = lambda sigma: missing(sigma) if where.holds(sigma) else 0.0  # noqa: E731
+    inside: Callable[[float], float] = lambda sigma: missing(sigma) if where.holds(sigma) else 0.0  # noqa: E731  (one line)
     sigma = simplest_point(inside, (1.0, error.sigma), size=1.0, unit=where.unit)
     try:
         law.at(sigma)

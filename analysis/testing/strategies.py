@@ -257,7 +257,7 @@ def _smooth(sector: Sector, scale: Fraction) -> st.SearchStrategy[Law]:
         place = draw(sizes(scale))
         shape, odd = draw(st.sampled_from((("tanh", True), *_SHAPES)))
         if shape == "tanh":
-            law: Law = shifted_law(Tanh(scale=place, gain=share * place), -base)  # type: ignore[assignment]
+            law: Law = shifted_law(Tanh(scale=place, gain=share * place), -base)  # type: ignore[assignment]  # of a law, one
             return law
         line = f"{_times(base, 'sigma')} + " if base else ""
         text = line + _times(share, shape.format(s=place))

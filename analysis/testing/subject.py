@@ -194,7 +194,7 @@ def _real(value: object) -> float | None:
         value = item()
     if isinstance(value, bool | int | float | Fraction) or type(value).__name__ == "Decimal":
         try:
-            return float(value)  # type: ignore[arg-type]
+            return float(value)  # type: ignore[arg-type]  # or a Decimal
         except OverflowError:
             return math.inf
     return None

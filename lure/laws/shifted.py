@@ -162,4 +162,4 @@ def shifted_bound(bound: float | Fraction, gain: Fraction) -> float | Fraction:
 
 def _full(law: Nonlinearity) -> Law:
     """A law taken to have a slope and a primitive; asking one that has not raises its AttributeError."""
-    return law  # type: ignore[return-value]
+    return law  # type: ignore[return-value]  # as said

@@ -35,7 +35,7 @@ def _expression(**values: object) -> ExpressionLaw:
     bounds: dict[str, object] = {"sector": _bounds(values.pop("sector"), "sector", Sector)}
     if "slope_bounds" in values:
         bounds["slope_bounds"] = _bounds(values.pop("slope_bounds"), "slope_bounds", SlopeBounds)
-    return ExpressionLaw(**values, **bounds)  # type: ignore[arg-type]
+    return ExpressionLaw(**values, **bounds)  # type: ignore[arg-type]  # it checks them
 
 
 _KINDS: dict[str, _Kind] = {

@@ -129,11 +129,12 @@ def _multiplied(left: Sum, right: Sum) -> Sum | None:
 
 
 def _power(base: Sum, exponent: Node) -> Sum | None:
-    whole = isinstance(exponent, Number) and exponent.value.denominator == 1
-    if not whole or not 0 <= int(exponent.value) <= MOST_TERMS:  # type: ignore[union-attr]
+    if not isinstance(exponent, Number) or exponent.value.denominator != 1:
+        return None
+    if not 0 <= int(exponent.value) <= MOST_TERMS:
         return None
     result: Sum | None = {(0j, 0): 1.0 + 0j}
-    for _ in range(int(exponent.value)):  # type: ignore[union-attr]
+    for _ in range(int(exponent.value)):
         result = None if result is None else _multiplied(result, base)
     return result
 

@@ -8,7 +8,7 @@ from numbers import Real
 from typing import Any
 
 
-def plain(value: object) -> Any:  # noqa: ANN401 -- JSON data
+def plain(value: object) -> Any:  # noqa: ANN401  (JSON data)
     """The same with nothing in it but texts, finite numbers, truth values, None, lists and dictionaries.
 
     Parameters
