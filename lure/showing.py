@@ -1,0 +1,137 @@
+"""How results and systems show themselves in a notebook and hand themselves on: HTML tables, plain data, xarray."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from fractions import Fraction
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lure.errors import InputError
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+_LEFT = ' style="text-align:left"'
+_LONGEST = 400
+
+
+def html_table(
+    title: str,
+    rows: Sequence[Sequence[object]],
+    *,
+    head: Sequence[str] = (),
+    verdict: str = "",
+    notes: Sequence[str] = (),
+) -> str:
+    """A table for ``_repr_html_``: semantic, everything escaped, no script, no colour of its own.
+
+    Whatever theme the notebook has, light or dark, the table takes its colours from it.
+
+    Parameters
+    ----------
+    title : str
+        What the object is about, the caption.
+    rows : sequence of sequence
+        Cells, as objects whose ``str`` is shown; the first of a row is its heading.  A cell longer than 400
+        characters is cut short, and says so.
+    head : sequence of str
+        Headings of the columns; without it rows are pairs of a name and a value.
+    verdict : str
+        Stands before the title, in bold: ``PROVED``, ``OBSERVED`` and the like.
+    notes : sequence of str
+        Sentences below the table, one each: what was not shown, and where to look.
+
+    Returns
+    -------
+    str
+        One ``<div>`` with a ``<table>`` in it.
+
+    Examples
+    --------
+    >>> print(html_table("H < 1", [("order", 3)], verdict="PROVED"))  # doctest: +NORMALIZE_WHITESPACE
+    <div><table><caption style="text-align:left"><strong>PROVED</strong> H &lt; 1</caption><tbody>
+    <tr><th scope="row" style="text-align:left">order</th><td style="text-align:left">3</td></tr></tbody></table></div>
+    """
+    bold = f"<strong>{_cell(verdict)}</strong> " if verdict else ""
+    parts = [f"<div><table><caption{_LEFT}>{bold}{html.escape(title)}</caption>"]
+    if head:
+        cells = "".join(f'<th scope="col"{_LEFT}>{_cell(name)}</th>' for name in head)
+        parts.append(f"<thead><tr>{cells}</tr></thead>")
+    parts.append("<tbody>\n" + "\n".join(_row(row) for row in rows) + "</tbody></table>")
+    parts.extend(f"<p><em>{html.escape(note)}</em></p>" for note in notes)
+    return "".join(parts) + "</div>"
+
+
+def plain(value: object) -> object:
+    """A value as plain JSON data, for ``to_dict``: exact numbers as text ``p/q``, infinite ones ``inf``, nan as None.
+
+    Mappings, sequences, arrays and sets are gone through; complex numbers become pairs; an object with ``to_dict`` is
+    asked for it, and any other is shown as its ``str``.
+
+    Parameters
+    ----------
+    value : object
+        Anything.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> plain({"k": Fraction(1, 3), "reach": float("inf"), "points": (1, 2.5)})
+    {'k': '1/3', 'reach': 'inf', 'points': [1, 2.5]}
+    """
+    if isinstance(value, np.generic):
+        value = value.item()
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None if math.isnan(value) else "inf" if value > 0 else "-inf"
+    if isinstance(value, complex):
+        return [plain(value.real), plain(value.imag)]
+    if isinstance(value, Fraction | Enum):
+        return str(value)
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, Sequence | set | frozenset):
+        return [plain(item) for item in value]
+    own = getattr(value, "to_dict", None)
+    return own() if callable(own) else str(value)
+
+
+def xarray_or_refusal(what: str = "to_xarray") -> ModuleType:
+    """The package xarray, which is optional.
+
+    Parameters
+    ----------
+    what : str
+        What needs it, for the error.
+
+    Raises
+    ------
+    InputError
+        It is not installed; the sentence says which extra to install.
+    """
+    try:
+        return import_module("xarray")
+    except ImportError:
+        raise InputError(f'{what} needs xarray: pip install "lure[netcdf]"') from None
+
+
+def _row(cells: Sequence[object]) -> str:
+    first, *rest = cells
+    values = "".join(f"<td{_LEFT}>{_cell(value)}</td>" for value in rest)
+    return f'<tr><th scope="row"{_LEFT}>{_cell(first)}</th>{values}</tr>'
+
+
+def _cell(value: object) -> str:
+    text = str(value)
+    if len(text) > _LONGEST:
+        text = f"{text[:_LONGEST]}... ({len(text)} characters)"
+    return html.escape(text)
