@@ -13,7 +13,7 @@ PYTEST = $(ONE_THREAD) $(BIN)/python -m pytest
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .SUFFIXES:
-.PHONY: help report test check bench benchmarks-table notebooks clean FORCE
+.PHONY: help report test check bench benchmarks-table notebooks docs clean FORCE
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 
 help: ## list the targets
@@ -40,7 +40,15 @@ benchmarks-table: .venv/.core ## published numbers against ours: circle to Zames
 notebooks: .venv/.test ## run the notebooks; what they show is then in build/notebooks
 	rm -rf build/notebooks
 	$(BIN)/python -m jupytext --quiet --to ../build/notebooks//ipynb --set-kernel python3 notebooks/*.py
-	$(PYTEST) --nbmake --nbmake-timeout=600 --overwrite $(ARGS) build/notebooks
+	$(PYTEST) -n 2 --nbmake --nbmake-timeout=600 --overwrite $(ARGS) build/notebooks
+	@touch build/notebooks/.run
+
+build/notebooks/.run: $(wildcard notebooks/*.py)
+	@$(MAKE) --no-print-directory notebooks ARGS=
+
+docs: .venv/.docs build/notebooks/.run ## the documentation, into build/docs/index.html; its notebooks are run first
+	$(ONE_THREAD) $(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees docs build/docs
+	$(BIN)/python docs/links.py build/docs
 
 clean: ## remove the environment, the caches and everything made here
 	rm -rf .venv .pytest_cache .hypothesis .mypy_cache .ruff_cache build dist lure-report
@@ -59,6 +67,10 @@ clean: ## remove the environment, the caches and everything made here
 .venv/.test: .venv/.place pyproject.toml constraints.txt
 	$(call install,.[test],lure and what its tests need)
 	@touch .venv/.core $@
+
+.venv/.docs: .venv/.place pyproject.toml constraints.txt
+	$(call install,.[docs],lure and what its tests and documentation need)
+	@touch .venv/.core .venv/.test $@
 
 .venv/.dev: .venv/.place pyproject.toml constraints.txt
 	$(call install,.[dev],lure and what its tests and checks need)
