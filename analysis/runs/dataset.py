@@ -2,60 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from analysis.runs.exact import sampled_motion
 from analysis.runs.sampled import SampledRun
-from lure.errors import InputError
+from lure import datasets
+from lure.datasets import Column
 from lure.motion import Motion
-from lure.rod import PARAMETERS
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
     import xarray
-
-UNITS = {
-    "youngs_modulus": "Pa",
-    "density": "kg m-3",
-    "length": "m",
-    "area": "m2",
-    "damping": "N s m-1",
-    "compliance": "m Pa-1",
-    "exponent": "1",
-    "gap": "m",
-}
-# field of SampledRun: name in the file, unit, meaning with its sign
-_SERIES = {
-    "u_end": ("u_end", "m", "displacement u(t, L) of the end x = L, positive along x"),
-    "z": ("z", "m", "contact coordinate u(t, L) - gap, positive in contact with a compliant obstacle"),
-    "v_end": ("v_end", "m s-1", "velocity of the end x = L, positive along x; at a jump the value after it"),
-    "stress": (
-        "contact_stress",
-        "Pa",
-        "contact stress p(z) of the obstacle, positive in compression: E u_x(t, L) = -p",
-    ),
-    "dashpot_force": ("dashpot_force", "N", "k u_t(t, 0), what the dashpot at x = 0 holds back"),
-    "v_0": ("v_0", "m s-1", "velocity of the end x = 0, positive along x; at a jump the value after it"),
-    "energy": ("energy", "J", "kinetic, elastic and contact energy of the object that moves"),
-}
-_IMPACTS = {
-    "start": ("impact_start", "s", "instant of contact"),
-    "end": ("impact_end", "s", "instant of release, or the end of the motion if impact_closed is 0"),
-    "impulse": ("impact_impulse", "N s", "impulse A int p dt given to the obstacle"),
-    "peak_stress": ("impact_peak_stress", "Pa", "largest contact stress over all instants of the contact"),
-}
-_ALONG = {
-    "v": ("v", "m s-1", "velocity, positive along x"),
-    "w": ("w", "1", "strain u_x, positive in tension"),
-    "u": ("u", "m", "displacement, positive along x"),
-}
-_PAPER = (
-    "Danciu, Matei, Micu, Roventa: Nonlinear Feedback Control and Artificial Intelligence Computational Methods "
-    "applied to a Dissipative Dynamic Contact Problem, equations (8) and (9)"
-)
 
 
 def motion_dataset(motion: Motion, samples: int = 2001, *, places: int = 0) -> xarray.Dataset:
@@ -89,8 +44,7 @@ def motion_dataset(motion: Motion, samples: int = 2001, *, places: int = 0) -> x
     >>> found.u_end.attrs["units"], dict(found.sizes), found.attrs["evidence"]
     ('m', {'t': 5, 'impact': 0}, 'computed')
     """
-    _xarray()
-    return run_dataset(sampled_motion(motion, samples, places=places))
+    return motion.to_xarray(samples, places=places)
 
 
 def run_dataset(run: SampledRun, *, title: str = "Motion of a rod against an obstacle") -> xarray.Dataset:
@@ -116,44 +70,16 @@ def run_dataset(run: SampledRun, *, title: str = "Motion of a rod against an obs
     InputError
         xarray is not installed.
     """
-    dataset = _xarray().Dataset
-    variables: dict[str, Any] = {}
-    for name, (label, unit, meaning) in _SERIES.items():
-        values = getattr(run, name)
-        if values is not None:
-            variables[label] = (("t",), np.array(values), {"units": unit, "long_name": meaning})
-    variables |= _impact_variables(run)
-    coordinates: dict[str, Any] = {
-        "t": (("t",), np.array(run.t), {"units": "s", "long_name": "time since the start of the motion"})
+    variables = datasets.series({name: getattr(run, name) for name in datasets.SERIES})
+    variables |= datasets.impact_columns(run.impacts)
+    coordinates = {
+        "t": Column(("t",), run.t, "s", datasets.TIME),
+        "impact": datasets.impact_number(len(run.impacts)),
     }
-    coordinates["impact"] = (
-        ("impact",),
-        np.arange(1, len(run.impacts) + 1),
-        {"units": "1", "long_name": "number of the contact, in order"},
-    )
     if run.along is not None:
-        coordinates["x"] = (
-            ("x",),
-            np.array(run.along.x),
-            {"units": "m", "long_name": "place along the unstrained rod"},
-        )
-        for name, (label, unit, meaning) in _ALONG.items():
-            values = np.array(getattr(run.along, name))
-            variables[label] = (("t", "x"), values, {"units": unit, "long_name": meaning})
-    made: xarray.Dataset = dataset(variables, coords=coordinates, attrs=attributes(run, title))
-    return made
-
-
-def _impact_variables(run: SampledRun) -> dict[str, Any]:
-    counted = {"units": "1", "long_name": "number of contacts with the obstacle"}
-    found: dict[str, Any] = {"impacts": ((), np.int32(len(run.impacts)), counted)}
-    for name, (label, unit, meaning) in _IMPACTS.items():
-        values = np.array([getattr(impact, name) for impact in run.impacts], dtype=float)
-        found[label] = (("impact",), values, {"units": unit, "long_name": meaning})
-    flags = {"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "in_contact_at_the_end released"}
-    closed = np.array([impact.closed for impact in run.impacts], dtype=np.int8)
-    found["impact_closed"] = (("impact",), closed, {"long_name": "whether the contact ended", **flags})
-    return found
+        coordinates["x"] = Column(("x",), run.along.x, "m", datasets.PLACE)
+        variables |= datasets.fields({name: getattr(run.along, name) for name in ("v", "w", "u")})
+    return datasets.dataset(variables, coordinates, attributes(run, title))
 
 
 def attributes(run: SampledRun, title: str) -> dict[str, str | int | float]:
@@ -166,34 +92,12 @@ def attributes(run: SampledRun, title: str) -> dict[str, str | int | float]:
     title : str
         Its title.
     """
-    from lure import __version__
-
-    rod, scenario = run.rod, run.scenario
     found: dict[str, str | int | float] = {
-        "Conventions": "CF-1.11",
-        "title": title,
-        "source": f"lure {__version__}: {run.method}",
-        "references": _PAPER,
-        "comment": comment(run),
-        "subject": run.subject,
-        "evidence": str(run.evidence),
-        "lure_version": __version__,
-    }
-    for name in PARAMETERS:
-        found[f"rod_{name}"] = getattr(rod, name)
-        found[f"rod_{name}_exact"] = str(rod.exact[name])
-        found[f"rod_{name}_units"] = UNITS[name]
-    if rod.exponent != 1.0:
-        found["rod_compliance_units"] = f"m{rod.exponent:g} Pa-1"
-    found |= {
-        "rod_wave_speed": rod.wave_speed,
-        "rod_impedance": rod.impedance,
-        "rod_travel_time": rod.travel_time,
-        "rod_reflection": rod.reflection,
-        "force_g": str(scenario.force),
-        "force_f": str(scenario.body_force),
-        "initial_u0": str(scenario.displacement),
-        "initial_u1": str(scenario.velocity),
+        **datasets.motion_attributes(
+            title, subject=run.subject, about=run.about, evidence=str(run.evidence), method=run.method
+        ),
+        **datasets.rod_attributes(run.rod),
+        **datasets.scenario_attributes(run.scenario),
     }
     if run.energy_residual is not None:
         found["energy_residual"] = run.energy_residual
@@ -202,25 +106,3 @@ def attributes(run: SampledRun, title: str) -> dict[str, str | int | float]:
     if run.note:
         found["note"] = run.note
     return found | {f"method_{name}": value for name, value in run.details.items()}
-
-
-def comment(run: SampledRun) -> str:
-    """What the motion shows and what it does not.
-
-    Parameters
-    ----------
-    run : SampledRun
-        The motion.
-    """
-    other = "" if run.subject == "rod" else " It is not a motion of the rod."
-    return (
-        f"A motion of {run.about}; {run.evidence} evidence of this one motion, which proves nothing of others.{other}"
-    )
-
-
-def _xarray() -> ModuleType:
-    try:
-        import xarray
-    except ImportError:
-        raise InputError('a Dataset needs xarray: pip install "lure[netcdf]"') from None
-    return xarray

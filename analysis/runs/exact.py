@@ -9,18 +9,11 @@ from numpy.typing import NDArray
 
 from analysis.evidence import Evidence
 from analysis.runs.sampled import Along, SampledRun, check_places, instants
-from lure.motion import Boundary, Motion
+from lure.motion import Motion
+from lure.motion.sampling import ABOUT, ERROR, METHOD, boundary_attributes, whole_rod_since
+from lure.motion.sampling import MOST_ENERGIES as MOST_ENERGIES
 
 Array = NDArray[np.float64]
-
-MOST_ENERGIES = 20_001
-METHOD = (
-    "exact motion of the rod along its characteristics: no grid and no time step; contact and release located as events"
-)
-ERROR = (
-    "sum of the estimates of all local errors, as displacement; neither rounding along the way nor how impacts enlarge "
-    "them is in it"
-)
 
 
 def sampled_motion(
@@ -58,8 +51,7 @@ def sampled_motion(
     InputError
         ``samples``, ``places`` or ``span`` is out of range.
     """
-    since = motion.since + (2.0 * motion.rod.travel_time if motion.since > 0.0 else 0.0)
-    t = instants(*(span or (since, motion.until)), samples)
+    t = instants(*(span or (whole_rod_since(motion), motion.until)), samples)
     run = motion_at(motion, t)
     return replace(
         run,
@@ -86,7 +78,7 @@ def motion_at(motion: Motion, t: Array) -> SampledRun:
     v_0 = motion.dashpot_velocity(t)
     return SampledRun(
         subject="rod",
-        about="the rod itself",
+        about=ABOUT,
         evidence=Evidence.COMPUTED,
         method=METHOD,
         rod=motion.rod,
@@ -102,7 +94,11 @@ def motion_at(motion: Motion, t: Array) -> SampledRun:
         energy_residual=motion.energy_residual,
         error=motion.error,
         error_is=ERROR,
-        details={**_boundary(motion.boundary), "law_crossings": motion.crossings, "compiled": int(motion.compiled)},
+        details={
+            **boundary_attributes(motion.boundary),
+            "law_crossings": motion.crossings,
+            "compiled": int(motion.compiled),
+        },
         note=motion.note,
     )
 
@@ -138,12 +134,3 @@ def along_motion(motion: Motion, t: Array, places: int, *, displaced: bool = Tru
         w=(backward - forward) / (2.0 * motion.rod.wave_speed),
         u=shown,
     )
-
-
-def _boundary(boundary: Boundary) -> dict[str, str | int | float]:
-    law = "the rod's own" if boundary.law is None else str(boundary.law)
-    return {
-        "boundary_at_0": "clamped" if boundary.clamped else "dashpot",
-        "boundary_end_damping": boundary.end_damping,
-        "boundary_obstacle": "rigid" if boundary.rigid else law,
-    }

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from analysis.evidence import Evidence
 from lure.errors import InputError
 from lure.motion import Impact
+from lure.motion.sampling import check_places as check_places
+from lure.motion.sampling import check_samples as check_samples
 from lure.rod import Rod
 from lure.scenario import Scenario
 
 Array = NDArray[np.float64]
 Subject = Literal["rod", "scheme", "Galerkin space"]
 
-MOST_SAMPLES = 1_000_000
-MOST_VALUES = 50_000_000
 _APART = 0.5  # transits L/c
 LOADED_CELLS = 1000  # of the scheme, above which it is followed by its structure and only its end is kept
 
@@ -136,18 +136,6 @@ def instants(since: float, until: float, samples: int) -> Array:
     return np.linspace(since, until, samples)
 
 
-def check_samples(samples: int) -> None:
-    """Refuse a number of samples that is none.
-
-    Raises
-    ------
-    InputError
-        It is not a whole number from 2 to 1000000.
-    """
-    if isinstance(samples, bool) or not isinstance(samples, int) or not 2 <= samples <= MOST_SAMPLES:
-        raise InputError(f"samples is {samples!r}; give a whole number from 2 to {MOST_SAMPLES}")
-
-
 def check_until(until: float) -> None:
     """Refuse an end of the motion that is none.
 
@@ -158,19 +146,6 @@ def check_until(until: float) -> None:
     """
     if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until < math.inf:
         raise InputError(f"until is {until!r}; give a positive number of seconds")
-
-
-def check_places(places: int, samples: int) -> None:
-    """Refuse a number of places along the rod that is none, or a table that does not fit in memory.
-
-    Raises
-    ------
-    InputError
-        It is not a whole number from 2 on, or places times samples exceed 50 million.
-    """
-    most = MOST_VALUES // samples
-    if isinstance(places, bool) or not isinstance(places, int) or not 2 <= places <= most:
-        raise InputError(f"fields is {places!r}; with {samples} samples give a whole number of places from 2 to {most}")
 
 
 def sparse(until: float, samples: int, rod: Rod) -> str:

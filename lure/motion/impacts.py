@@ -32,6 +32,17 @@ class Impact:
     peak_stress: float
     closed: bool
 
+    def to_dict(self) -> dict[str, object]:
+        """The contact as plain JSON data; None where the method does not tell."""
+        from lure.datasets import impact_dicts
+
+        return impact_dicts((self,))[0]
+
+    def _repr_html_(self) -> str:
+        from lure.motion.sampling import impact_html
+
+        return impact_html(self)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Touch:

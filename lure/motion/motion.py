@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +16,10 @@ from lure.motion.impacts import Impact
 from lure.motion.record import Series
 from lure.rod import Rod
 from lure.scenario import Scenario
+
+if TYPE_CHECKING:
+    import control
+    import xarray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -133,6 +138,62 @@ class Motion:
     def energy(self, t: float) -> float:
         """The same at one instant."""
         return float(self.energies(t))
+
+    def to_dict(self) -> dict[str, object]:
+        """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
+        from lure.motion.sampling import motion_dict
+
+        return motion_dict(self)
+
+    def to_xarray(self, samples: int = 2001, *, places: int = 0) -> xarray.Dataset:
+        """The motion at evenly spaced instants, as an ``xarray.Dataset`` with units, signs and every parameter.
+
+        Parameters
+        ----------
+        samples : int
+            Number of instants.  At a jump a sample is the value after it.
+        places : int
+            Number of places along the rod at which velocity, strain and displacement are kept; 0 for none.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimensions ``t`` [s], ``impact`` (the contacts, of the whole motion) and, if fields were asked for, ``x``
+            [m].  The attributes say that it is a motion of the rod itself, COMPUTED, and what its error is.  Above
+            20001 samples the energy is left out, since it costs more than all else.
+
+        Raises
+        ------
+        InputError
+            ``samples`` or ``places`` is out of range, or xarray is not installed.
+        """
+        from lure.motion.sampling import motion_dataset
+
+        return motion_dataset(self, samples, places)
+
+    def to_control(self, samples: int = 2001) -> control.TimeResponseData:
+        """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N].
+
+        With a body force or initial data the outputs do not follow from these inputs alone.
+
+        Parameters
+        ----------
+        samples : int
+            Number of instants, evenly spaced.
+
+        Raises
+        ------
+        InputError
+            ``samples`` is out of range.
+        """
+        from lure.motion.sampling import motion_response
+
+        return motion_response(self, samples)
+
+    def _repr_html_(self) -> str:
+        from lure.motion.sampling import motion_html
+
+        return motion_html(self)
 
     @property
     def _rigid(self) -> bool:
