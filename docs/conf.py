@@ -1,10 +1,19 @@
-"""The documentation: MyST pages, the executed notebooks, and the reference from docstrings.  ``make docs`` builds it."""
+"""The documentation: MyST pages, the executed notebooks, and the reference from docstrings.  ``make docs`` builds it.
+
+``collect.py`` brings the notebooks and notes, ``pictures.py`` draws the pictures; both put their work into folders that
+git ignores.  The site needs no network: formulas are set by a MathJax that is copied into it.
+"""
+
+import sys
+from pathlib import Path
 
 import lure
 
+sys.path.insert(0, str(Path(__file__).parent))  # for the two extensions beside this file
+
 project = "lure"
 author = "The lure authors"
-copyright = author  # noqa: A001
+copyright = author
 version = release = lure.__version__
 
 extensions = [
@@ -15,14 +24,34 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
     "sphinx-mathjax-offline",
+    "collect",
+    "pictures",
 ]
 exclude_patterns = ["_build"]
+highlight_language = "none"  # a block that does not name its language is a formula or a drawing
+
 html_theme = "pydata_sphinx_theme"
 html_title = "lure"
+html_favicon = "_static/lure.svg"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {
+    "logo": {"text": "lure", "image_light": "_static/lure.svg", "image_dark": "_static/lure.svg"},
+    "header_links_before_dropdown": 8,
+    "navbar_align": "left",
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "show_prev_next": True,
+    "show_toc_level": 2,
+}
+html_sidebars = {"index": [], "tutorial": [], "gallery": [], "coming-from": []}  # their contents stand on the right
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 nb_execution_mode = "off"  # `make docs` takes the notebooks as `make notebooks` has run them
+nb_merge_streams = True
 
 autodoc_typehints = "none"  # the docstrings have them
 autodoc_member_order = "bysource"

@@ -5,6 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from documents import rounded
 
 from analysis.cli import main
 
@@ -38,14 +39,6 @@ def test_the_commands_shown_work_one_after_another(tmp_path, monkeypatch):
         command: int(status) for status, command in STATUSES
     }
     assert [status for status, _ in STATUSES] == ["10", "11"]
-
-
-NUMBER = re.compile(r"\d+\.\d+")
-
-
-def rounded(text):
-    """On one line, numbers to five digits: the last ones depend on the versions of the search's libraries."""
-    return NUMBER.sub(lambda match: f"{float(match.group()):.5g}", " ".join(text.split()))
 
 
 @pytest.mark.parametrize("block", re.findall(r"^\$ (.*\n(?:[^$`].*\n)+)", README, re.MULTILINE))

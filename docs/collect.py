@@ -1,0 +1,85 @@
+"""Pages that live elsewhere in the repository: the notebooks, the notes, the changelog and the guide for contributors.
+
+Each is copied to its place in `docs/` (which git ignores) before Sphinx reads.  A notebook is taken as ``make
+notebooks`` has run it, from ``build/notebooks``; one that was not run since its source changed is shown without its
+outputs, and says so.  Links between these files follow them to their pages; a link to any other file of the repository
+becomes text, since the site stands for itself.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import jupytext
+import nbformat
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+ROOT = Path(__file__).resolve().parents[1]
+EXECUTED = ROOT / "build" / "notebooks"
+_LINK = re.compile(r"(?<!!)\[(?P<text>[^\]\[]*)\]\((?![a-z]+:)(?P<path>[^)#\s]+)(?P<anchor>#[^)\s]*)?\)")
+_NOT_RUN = "```{note}\nShown without its outputs: `make notebooks` runs it.\n```"
+
+
+def pages(root: Path = ROOT) -> dict[str, str]:
+    """For each collected file, by its path in the repository, the path of its page in `docs/`."""
+    found = {f"notebooks/{path.name}": f"notebooks/{path.stem}.ipynb" for path in root.glob("notebooks/[0-9]*.py")}
+    found |= {f"notebooks/notes/{path.name}": f"notes/{path.name}" for path in root.glob("notebooks/notes/*.md")}
+    project = {"CHANGELOG.md": "project/changelog.md", "CONTRIBUTING.md": "project/contributing.md"}
+    return found | {name: page for name, page in project.items() if (root / name).exists()}
+
+
+def relinked(text: str, source: str, known: dict[str, str]) -> str:
+    """The Markdown of a collected file, its links made right for its page; those that lead nowhere are text."""
+
+    def link(match: re.Match[str]) -> str:
+        target = os.path.normpath(os.path.join(os.path.dirname(source), match["path"])).replace(os.sep, "/")
+        page = known.get(target) or (target.removeprefix("docs/") if target.startswith("docs/") else None)
+        if page is None:
+            words, file = match["text"], f"`{target}`"
+            return words if target in words or words.strip("`") == Path(target).name else f"{words} ({file})"
+        here = os.path.dirname(known[source])
+        return f"[{match['text']}]({os.path.relpath(page, here or '.').replace(os.sep, '/')}{match['anchor'] or ''})"
+
+    return _LINK.sub(link, text)
+
+
+def notebook(source: str, known: dict[str, str], *, root: Path = ROOT, executed: Path = EXECUTED) -> str:
+    """The notebook of a source, with its outputs if it was run since the source changed, as the text of an `.ipynb`."""
+    path, run = root / source, executed / f"{Path(source).stem}.ipynb"
+    fresh = run.exists() and run.stat().st_mtime >= path.stat().st_mtime
+    document = nbformat.read(run, as_version=4) if fresh else jupytext.read(path)
+    for cell in document.cells:
+        if cell.cell_type == "markdown":
+            cell.source = relinked(cell.source, source, known)
+    if not fresh:
+        document.cells.insert(1, nbformat.v4.new_markdown_cell(_NOT_RUN))
+    return nbformat.writes(document) + "\n"
+
+
+def collect(docs: Path, root: Path = ROOT) -> None:
+    """Write every collected page; one that has not changed keeps its date, one without a source goes."""
+    known = pages(root)
+    for source, page in known.items():
+        if source.endswith(".py"):
+            text = notebook(source, known, root=root)
+        else:
+            text = relinked((root / source).read_text(encoding="utf-8"), source, known)
+        file = docs / page
+        if not file.exists() or file.read_text(encoding="utf-8") != text:
+            file.parent.mkdir(exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+    for folder in ("notebooks", "notes", "project"):
+        for file in (docs / folder).glob("*.*"):
+            if f"{folder}/{file.name}" not in known.values():
+                file.unlink()
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Collect before Sphinx looks for its pages."""
+    collect(Path(app.srcdir))
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,57 @@
+"""Pictures of the pages: before Sphinx reads, the code of a page that shows pictures is run, in `docs/pictures/PAGE/`.
+
+So a picture is what the code beside it draws.  The tests run the same pages with the same runner, `tests/documents.py`.
+A page is run again when its text changed or the packages did.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+ROOT = Path(__file__).resolve().parents[1]
+PICTURE = re.compile(r"pictures/([\w-]+)/[\w./-]+")
+
+
+def shown(docs: Path) -> dict[str, Path]:
+    """The pages whose pictures are shown anywhere, by the name of their folder in `docs/pictures/`."""
+    written = [path for path in docs.rglob("*.md") if "notes" not in path.parts]
+    names = {name for path in written for name in PICTURE.findall(path.read_text(encoding="utf-8"))}
+    return {path.stem: path for path in written if path.stem in names}
+
+
+def state(page: Path) -> str:
+    """A digest of what the pictures of a page depend on: its text and every module."""
+    digest = hashlib.sha256(page.read_bytes())
+    for module in sorted((*ROOT.glob("lure/**/*.py"), *ROOT.glob("analysis/**/*.py"))):
+        digest.update(module.read_bytes())
+    return digest.hexdigest()
+
+
+def draw(docs: Path) -> None:
+    """Run every page whose pictures are not up to date."""
+    sys.path.insert(0, str(ROOT / "tests"))
+    from documents import run_page
+
+    for name, page in shown(docs).items():
+        folder = docs / "pictures" / name
+        stamp, now = folder / "state.txt", state(page)
+        if stamp.exists() and stamp.read_text(encoding="utf-8") == now:
+            continue
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        run_page(page, folder)
+        stamp.write_text(now, encoding="utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Draw before Sphinx looks for pictures."""
+    draw(Path(app.srcdir))
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
