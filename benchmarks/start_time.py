@@ -1,4 +1,4 @@
-"""Claim: ``import lure`` takes at most 0.3 s more than ``import numpy``, and ``lure --help`` 0.5 s more than bare Python.
+"""Claim: ``import lure`` takes at most 0.3 s more than ``import numpy``, ``lure --help`` 0.5 s more than bare Python.
 
 Whole processes of the same interpreter, in turns; the first round, which warms the caches, is not counted.  Compared by
 their medians, and beside them the peer, ``import control``.
