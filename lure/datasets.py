@@ -165,9 +165,19 @@ def impact_columns(impacts: Iterable[Impact]) -> dict[str, Column]:
     return found
 
 
-def impact_number(count: int) -> Column:
-    """The coordinate of the contacts, counted from 1."""
-    return Column(("impact",), np.arange(1, count + 1), "1", "number of the contact, in order")
+def numbered(dim: str, count: int, meaning: str = "number of the contact, in order") -> Column:
+    """A coordinate that counts from 1.
+
+    Parameters
+    ----------
+    dim : str
+        Its dimension.
+    count : int
+        How many there are.
+    meaning : str
+        Of what.
+    """
+    return Column((dim,), np.arange(1, count + 1), "1", meaning)
 
 
 def rod_attributes(rod: Rod) -> dict[str, str | float]:

@@ -74,7 +74,7 @@ def run_dataset(run: SampledRun, *, title: str = "Motion of a rod against an obs
     variables |= datasets.impact_columns(run.impacts)
     coordinates = {
         "t": Column(("t",), run.t, "s", datasets.TIME),
-        "impact": datasets.impact_number(len(run.impacts)),
+        "impact": datasets.numbered("impact", len(run.impacts)),
     }
     if run.along is not None:
         coordinates["x"] = Column(("x",), run.along.x, "m", datasets.PLACE)

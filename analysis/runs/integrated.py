@@ -8,9 +8,9 @@ from typing import cast
 from analysis.comparison.integrators import SchemeMethod, integrate
 from analysis.evidence import Evidence
 from analysis.runs.sampled import SampledRun, check_samples
-from analysis.runs.scheme import scheme_words
 from lure.motion import Impact
 from lure.scenario import Scenario
+from lure.structured.export import scheme_words
 from lure.upwind import UpwindScheme
 
 RTOL = 1e-8

@@ -13,18 +13,13 @@ from analysis.runs.sampled import LOADED_CELLS, Along, SampledRun, check_samples
 from lure.errors import InputError
 from lure.motion import Impact
 from lure.scenario import Scenario
+from lure.structured.export import METHOD, scheme_words
 from lure.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     from analysis.simulation import Trajectory
 
 Array = NDArray[np.float64]
-
-
-def scheme_words(scheme: UpwindScheme) -> str:
-    """Which object moves, in words."""
-    printed = " as printed" if scheme.form == "as-printed" else ""
-    return f"the upwind scheme{printed} of {scheme.cells} cells, whose waves lose more energy than the rod's"
 
 
 def sampled_scheme(
@@ -147,8 +142,7 @@ def _structured(scheme: UpwindScheme, scenario: Scenario, until: float, *, sampl
         subject="scheme",
         about=scheme_words(scheme),
         evidence=Evidence.OBSERVED,
-        method="exact in time by the f-circulant structure of the scheme, from event to event; contact and release "
-        "located as events",
+        method=METHOD,
         rod=rod,
         scenario=scenario,
         t=run.t,

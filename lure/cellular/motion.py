@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.cellular.network import CellularNetwork, Signal
 from lure.errors import InputError
+
+if TYPE_CHECKING:
+    import control
+    import xarray
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -44,6 +48,35 @@ class CellularMotion:
     output: Array
     rate: float
     steady: bool | None
+
+    def to_dict(self) -> dict[str, object]:
+        """What is said of the motion, with the last states, as plain JSON data; the curves are in :meth:`to_xarray`."""
+        from lure.cellular.export import motion_dict
+
+        return motion_dict(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """States and outputs as an ``xarray.Dataset`` along ``t`` and ``cell``, or ``row`` and ``column``.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from lure.cellular.export import motion_dataset
+
+        return motion_dataset(self)
+
+    def to_control(self) -> control.TimeResponseData:
+        """The outputs of all cells, row by row, as python-control has them; no inputs."""
+        from lure.cellular.export import motion_response
+
+        return motion_response(self)
+
+    def _repr_html_(self) -> str:
+        from lure.cellular.export import motion_html
+
+        return motion_html(self)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ from lure.free_motion import FreeMotion
 from lure.galerkin.model import GalerkinModel
 from lure.galerkin.spaces import quadrature
 from lure.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray
 
 Array = NDArray[np.float64]
 
@@ -81,6 +85,29 @@ class Convergence:
     def l2_orders(self) -> Array:
         """Observed orders of the velocity in L2 between neighbours."""
         return self._orders([error.l2 for error in self.errors])
+
+    def to_dict(self) -> dict[str, object]:
+        """Widths, errors and observed orders as plain JSON data."""
+        from lure.galerkin.export import convergence_dict
+
+        return convergence_dict(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The same as an ``xarray.Dataset`` along the width ``h`` [m]; orders against the next coarser space.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from lure.galerkin.export import convergence_dataset
+
+        return convergence_dataset(self)
+
+    def _repr_html_(self) -> str:
+        from lure.galerkin.export import convergence_html
+
+        return convergence_html(self)
 
     def _orders(self, errors: list[float]) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):

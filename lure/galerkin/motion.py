@@ -80,7 +80,13 @@ def simulate(  # noqa: PLR0913  (what, from where, until when, and three setting
     with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is looked at after each step
         run.go(np.concatenate((a, b, np.zeros(INTEGRALS))), [0.0, *_breaks(scenario, until), until])
     return GalerkinRun(
-        model=model, t=run.times, states=run.rows, contacts=tuple(run.contacts), steps=run.steps, method=method
+        model=model,
+        scenario=scenario,
+        t=run.times,
+        states=run.rows,
+        contacts=tuple(run.contacts),
+        steps=run.steps,
+        method=method,
     )
 
 
@@ -121,8 +127,7 @@ class _Integration:
     def _phase(
         self, t: float, y: Array, span: tuple[float, float], *, touching: bool, watch: bool
     ) -> tuple[float, Array, bool]:
-        (
-            """Integrate until the phase or the span ends: the instant, the state, and whether the phase ended.
+        """Integrate until the phase or the span ends: the instant, the state, and whether the phase ended.
 
         Without ``watch`` the first step is taken as it is: rounding has just ended several phases at one instant.
 
@@ -131,8 +136,6 @@ class _Integration:
         InputError
             The integrator gives up, or the state is no longer finite.
         """
-            ""
-        )
         from scipy.integrate import DOP853, Radau
 
         rate = partial(self.equations.rate, touching=touching, span=span)

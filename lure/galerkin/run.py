@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
 from lure.galerkin.model import GalerkinModel
+from lure.scenario import Scenario
+
+if TYPE_CHECKING:
+    import control
+    import xarray
 
 Array = NDArray[np.float64]
 Method = Literal["DOP853", "Radau"]
@@ -42,6 +47,8 @@ class GalerkinRun:
     ----------
     model : GalerkinModel
         The rod and the space.
+    scenario : Scenario
+        Loads and initial data.
     t : ndarray
         (samples,) instants [s].
     states : ndarray
@@ -55,6 +62,7 @@ class GalerkinRun:
     """
 
     model: GalerkinModel
+    scenario: Scenario
     t: Array
     states: Array
     contacts: tuple[Touch, ...]
@@ -162,6 +170,41 @@ class GalerkinRun:
         base = np.asarray(self.energy[0] + given)
         with np.errstate(over="ignore", divide="ignore"):
             return np.asarray(np.exp(np.log(base) + rate * self.t))
+
+    def to_dict(self) -> dict[str, object]:
+        """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
+        from lure.galerkin.export import run_dict
+
+        return run_dict(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The motion as an ``xarray.Dataset``: the ends, the energy account and all coefficients, with units.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimensions ``t`` [s], ``basis`` (with the coordinate ``node`` [m] for elements) and ``contact``; the
+            attributes say that it is OBSERVED and a motion in this space, not of the rod.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from lure.galerkin.export import run_dataset
+
+        return run_dataset(self)
+
+    def to_control(self) -> control.TimeResponseData:
+        """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
+        from lure.galerkin.export import run_response
+
+        return run_response(self)
+
+    def _repr_html_(self) -> str:
+        from lure.galerkin.export import run_html
+
+        return run_html(self)
 
     def __str__(self) -> str:
         """One sentence."""

@@ -98,7 +98,7 @@ def motion_dataset(motion: Motion, samples: int, places: int) -> xarray.Dataset:
     )
     coordinates = {
         "t": Column(("t",), t, "s", datasets.TIME),
-        "impact": datasets.impact_number(len(motion.impacts)),
+        "impact": datasets.numbered("impact", len(motion.impacts)),
     }
     variables |= datasets.impact_columns(motion.impacts)
     if places:

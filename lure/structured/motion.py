@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,10 @@ from lure.structured.run import Run
 from lure.structured.stretch import fewest_cells
 from lure.upwind import UpwindScheme
 
+if TYPE_CHECKING:
+    import control
+    import xarray
+
 Array: TypeAlias = NDArray[np.float64]
 
 _MOST = 20_000
@@ -29,6 +33,10 @@ class StructuredMotion:
 
     Attributes
     ----------
+    scheme : UpwindScheme
+        What moved.
+    scenario : Scenario or None
+        Force and initial data; None where a state was given, without a force.
     t : ndarray
         (k,) samples [s].
     z, wave : ndarray
@@ -39,11 +47,47 @@ class StructuredMotion:
         (2N+1,) at the end, in the ordering of the scheme.
     """
 
+    scheme: UpwindScheme
+    scenario: Scenario | None
     t: Array
     z: Array
     wave: Array
     contacts: tuple[tuple[float, float], ...]
     state: Array
+
+    def to_dict(self) -> dict[str, object]:
+        """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
+        from lure.structured.export import run_dict
+
+        return run_dict(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The motion of the end ``x = L`` as an ``xarray.Dataset`` with units and every parameter.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimensions ``t`` [s] and ``contact``; the attributes say that it is OBSERVED and of the scheme, not the rod.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from lure.structured.export import run_dataset
+
+        return run_dataset(self)
+
+    def to_control(self) -> control.TimeResponseData:
+        """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
+        from lure.structured.export import run_response
+
+        return run_response(self)
+
+    def _repr_html_(self) -> str:
+        from lure.structured.export import run_html
+
+        return run_html(self)
 
 
 def structured_motion(
@@ -94,7 +138,7 @@ def structured_motion(
     (1, True)
     """
     _check(scheme, until, samples)
-    force = None
+    force, scenario = None, start if isinstance(start, Scenario) else None
     if isinstance(start, Scenario):
         if not start.body_force.is_zero:
             raise InputError(
@@ -118,7 +162,13 @@ def structured_motion(
         )
     state = np.append(ring.waves, ring.gap / scheme.rate)[scheme.permutation]
     return StructuredMotion(
-        t=times, z=run.gaps / scheme.rate, wave=run.waves, contacts=run.closed(), state=np.asarray(state)
+        scheme=scheme,
+        scenario=scenario,
+        t=times,
+        z=run.gaps / scheme.rate,
+        wave=run.waves,
+        contacts=run.closed(),
+        state=np.asarray(state),
     )
 
 
