@@ -1,7 +1,8 @@
 """The documentation: MyST pages, the executed notebooks, and the reference from docstrings.  ``make docs`` builds it.
 
-``collect.py`` brings the notebooks and notes, ``pictures.py`` draws the pictures; both put their work into folders that
-git ignores.  The site needs no network: formulas are set by a MathJax that is copied into it.
+Of the extensions in ``_ext``, ``collect`` brings the notebooks and notes and ``pictures`` draws what pages show, both into
+folders that git ignores; ``lure_docs`` makes the reference from the code it describes.  The site needs no network:
+formulas are set by a MathJax that is copied into it.
 """
 
 import sys
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import lure
 
-sys.path.insert(0, str(Path(__file__).parent))  # for the two extensions beside this file
+sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 project = "lure"
 author = "The lure authors"
@@ -26,8 +27,9 @@ extensions = [
     "sphinx-mathjax-offline",
     "collect",
     "pictures",
+    "lure_docs",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_ext"]
 highlight_language = "none"  # a block that does not name its language is a formula or a drawing
 
 html_theme = "pydata_sphinx_theme"

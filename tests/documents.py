@@ -20,6 +20,7 @@ import subprocess
 import sys
 import textwrap
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from pathlib import Path
 
 NUMBER = re.compile(r"\d+\.\d+")
@@ -131,7 +132,9 @@ def called(words):
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
             status = main(words[1:])
         return status, out.getvalue()
-    start = {"python": [sys.executable], "pytest": [sys.executable, "-m", "pytest", "-p", "no:cacheprovider"]}
+    installed = any(found.value == "pytest_lure" for found in entry_points(group="pytest11"))
+    plugins = ["-p", "no:cacheprovider", *([] if installed else ["-p", "pytest_lure"])]
+    start = {"python": [sys.executable], "pytest": [sys.executable, "-m", "pytest", *plugins]}
     assert words[0] in start, f"no command of ours: {words[0]}"
     environment = {**os.environ, "MPLBACKEND": "Agg", "COLUMNS": "80"}
     environment = {name: value for name, value in environment.items() if not name.startswith("PYTEST_")}

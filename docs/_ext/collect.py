@@ -3,7 +3,7 @@
 Each is copied to its place in `docs/` (which git ignores) before Sphinx reads.  A notebook is taken as ``make
 notebooks`` has run it, from ``build/notebooks``; one that was not run since its source changed is shown without its
 outputs, and says so.  Links between these files follow them to their pages; a link to any other file of the repository
-becomes text, since the site stands for itself.
+becomes text, since the site stands for itself.  The same holds for the pages written in `docs/`.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ import nbformat
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 EXECUTED = ROOT / "build" / "notebooks"
+FOLDERS = ("notebooks", "notes", "project")
 _LINK = re.compile(r"(?<!!)\[(?P<text>[^\]\[]*)\]\((?![a-z]+:)(?P<path>[^)#\s]+)(?P<anchor>#[^)\s]*)?\)")
 _NOT_RUN = "```{note}\nShown without its outputs: `make notebooks` runs it.\n```"
 
@@ -34,16 +35,17 @@ def pages(root: Path = ROOT) -> dict[str, str]:
 
 
 def relinked(text: str, source: str, known: dict[str, str]) -> str:
-    """The Markdown of a collected file, its links made right for its page; those that lead nowhere are text."""
+    """The Markdown of a file of the repository, its links made right for its page; those that lead nowhere are text."""
+    here = os.path.dirname(known.get(source, source.removeprefix("docs/"))) or "."
 
     def link(match: re.Match[str]) -> str:
         target = os.path.normpath(os.path.join(os.path.dirname(source), match["path"])).replace(os.sep, "/")
         page = known.get(target) or (target.removeprefix("docs/") if target.startswith("docs/") else None)
-        if page is None:
-            words, file = match["text"], f"`{target}`"
-            return words if target in words or words.strip("`") == Path(target).name else f"{words} ({file})"
-        here = os.path.dirname(known[source])
-        return f"[{match['text']}]({os.path.relpath(page, here or '.').replace(os.sep, '/')}{match['anchor'] or ''})"
+        if page is not None:
+            return f"[{match['text']}]({os.path.relpath(page, here).replace(os.sep, '/')}{match['anchor'] or ''})"
+        words = match["text"]
+        named = target in words or words.strip("`") == Path(target).name
+        return words if named else f"{words} (`{target}`)"
 
     return _LINK.sub(link, text)
 
@@ -73,13 +75,20 @@ def collect(docs: Path, root: Path = ROOT) -> None:
         if not file.exists() or file.read_text(encoding="utf-8") != text:
             file.parent.mkdir(exist_ok=True)
             file.write_text(text, encoding="utf-8")
-    for folder in ("notebooks", "notes", "project"):
+    for folder in FOLDERS:
         for file in (docs / folder).glob("*.*"):
             if f"{folder}/{file.name}" not in known.values():
                 file.unlink()
 
 
+def relink(app: Sphinx, name: str, source: list[str]) -> None:
+    """Make the links of a page written here right, which may lead to files of the repository as well."""
+    if app.env.doc2path(name, base=False).endswith(".md") and name.partition("/")[0] not in FOLDERS:
+        source[0] = relinked(source[0], f"docs/{name}.md", pages())
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Collect before Sphinx looks for its pages."""
     collect(Path(app.srcdir))
+    app.connect("source-read", relink)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
