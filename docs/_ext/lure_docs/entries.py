@@ -1,0 +1,62 @@
+"""The directive ``api``: a summary table of the names it lists, then each of them in full."""
+
+from __future__ import annotations
+
+import inspect
+
+from docutils import nodes
+from docutils.statemachine import StringList
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+from lure_docs.listing import groups, home, kind, resolved
+
+
+class Api(SphinxDirective):
+    """One list of names for the table at the top and for the entries below it."""
+
+    has_content = True
+
+    def run(self) -> list[nodes.Node]:
+        """The tables, one a group, then a section for each group."""
+        try:
+            listed = groups(self.content)
+            lines = [line for title, names in listed for line in _table(title, names)]
+            lines += [line for title, names in listed for line in _entries(title, names)]
+        except (LookupError, ValueError) as error:
+            raise self.error(str(error)) from error
+        source = self.get_source_info()[0]
+        return self.parse_text_to_nodes(StringList(lines, source=source), allow_section_headings=True)
+
+
+def _table(title: str, names: list[str]) -> list[str]:
+    listed = [f"   {name}" for name in names]
+    return [f".. rubric:: {title}", "", ".. autosummary::", "   :nosignatures:", "", *listed, ""]
+
+
+def _entries(title: str, names: list[str]) -> list[str]:
+    lines = ["", title, "-" * len(title), ""]
+    for name in names:
+        found = resolved(name)
+        what = kind(found)
+        lines.append(f".. auto{what}:: {name}")
+        if inspect.isclass(found):
+            lines += _options(found)
+        lines.append("")
+    return lines
+
+
+def _options(found: type) -> list[str]:
+    """Members with a docstring; values of a law or a block; the base that holds what several classes share."""
+    options = ["   :members:"]
+    call = vars(found).get("__call__")
+    if call is not None and call.__doc__:
+        options.append("   :special-members: __call__")
+    if any((home(base) or "").startswith(("lure.", "analysis.")) for base in found.__bases__):
+        options.append("   :show-inheritance:")
+    return options
+
+
+def setup(app: Sphinx) -> None:
+    """Register the directive."""
+    app.add_directive("api", Api)

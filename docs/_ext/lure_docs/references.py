@@ -1,0 +1,115 @@
+"""Cross-references as Python would follow them: from the module of a docstring to where a name is documented."""
+
+from __future__ import annotations
+
+import builtins
+import re
+import sys
+
+from docutils import nodes
+from sphinx import addnodes
+from sphinx.application import Sphinx
+from sphinx.transforms.post_transforms import SphinxPostTransform
+from sphinx.util import logging
+
+from lure_docs.listing import home, resolved
+
+_LOG = logging.getLogger(__name__)
+_THEIRS = ("control", "hypothesis", "matplotlib", "numpy", "scipy", "sympy", "xarray", "pathlib")
+_TYPES = ("class", "exception", "data", "type")
+
+
+class References(SphinxPostTransform):
+    """Each reference to a Python object gets the name under which it is documented, before Sphinx looks for it."""
+
+    default_priority = 5
+
+    def run(self, **_arguments: object) -> None:
+        """Rename or drop the references; a role that points nowhere is a warning, a word of a type stays a word."""
+        for field in self.document.findall(nodes.field):
+            _mark(field)
+        for node in list(self.document.findall(addnodes.pending_xref)):
+            if node.get("refdomain") != "py":
+                continue
+            of_a_type = bool(node.get("refspecific"))
+            name = self._name(str(node["reftarget"]).strip("."), node, of_a_type=of_a_type)
+            if name is not None:
+                node["reftarget"], node["refspecific"] = name, False
+                continue
+            if not of_a_type and node["reftype"] != "mod" and not self._theirs(str(node["reftarget"])):
+                _LOG.warning("nothing is documented under %s", node["reftarget"], location=node)
+            node.replace_self(node.children)
+
+    def _name(self, target: str, node: nodes.Element, *, of_a_type: bool) -> str | None:
+        """The documented name for what is written in a docstring."""
+        objects = self.env.domains.python_domain.objects
+        if target in objects and "." in target:
+            return target
+        for path in _paths(target, node):
+            try:
+                found = home(resolved(path))
+            except (LookupError, ImportError):
+                continue
+            for name in objects if found else ():
+                if name == found or (name.rpartition(".")[2] == path.rpartition(".")[2] and _home(name) == found):
+                    return name
+            if path in objects:  # data, which does not know where it is from
+                return path
+        same = {
+            entry.node_id
+            for name, entry in objects.items()
+            if f".{name}".endswith(f".{target}") and (not of_a_type or entry.objtype in _TYPES)
+        }
+        return same.pop() if len(same) == 1 and not hasattr(builtins, target) else None
+
+    @staticmethod
+    def _theirs(target: str) -> bool:
+        return target.split(".")[0] in _THEIRS or hasattr(builtins, target.split(".")[0])
+
+
+def _mark(field: nodes.Element) -> None:
+    """Give the fields of a class their usual name, and make references of the words of a type that is returned."""
+    name = field[0].astext()
+    if name == "Variables":
+        field[0].children[:] = [nodes.Text("Attributes")]
+    if name in ("Returns", "Yields"):
+        for kind in list(field.findall(nodes.emphasis))[:1]:
+            parts = re.split(r"([A-Za-z_][\w.]*)", kind.astext())
+            kind.children[:] = []
+            for part in parts:
+                word = nodes.Text(part)
+                what = {"refdomain": "py", "reftype": "class", "reftarget": part, "refspecific": True}
+                kind += addnodes.pending_xref("", word, **what) if part[:1].isidentifier() else word
+
+
+def _home(name: str) -> str | None:
+    try:
+        return home(resolved(name))
+    except (LookupError, ImportError):
+        return None
+
+
+def _paths(target: str, node: nodes.Element) -> list[str]:
+    """Where the name may stand: as it is, in the object that is documented, or in the module that defines it."""
+    paths = [target]
+    above: nodes.Element | None = node
+    while (above := above.parent if above is not None else None) is not None:
+        if isinstance(above, addnodes.desc) and above[0].get("ids"):
+            inside = str(above[0]["ids"][0])
+            paths.append(f"{inside}.{target}")
+            defined = getattr(_object(inside), "__module__", None)
+            if defined in sys.modules:
+                paths.append(f"{defined}.{target}")
+    return [*paths, f"{node.get('py:module')}.{target}"] if node.get("py:module") else paths
+
+
+def _object(name: str) -> object:
+    try:
+        return resolved(name)
+    except (LookupError, ImportError):
+        return None
+
+
+def setup(app: Sphinx) -> None:
+    """Rename references before Sphinx resolves them."""
+    app.add_post_transform(References)
