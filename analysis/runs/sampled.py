@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,12 @@ from lure.motion.sampling import check_places as check_places
 from lure.motion.sampling import check_samples as check_samples
 from lure.rod import Rod
 from lure.scenario import Scenario
+
+if TYPE_CHECKING:
+    import control
+    import xarray
+
+    from analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 Subject = Literal["rod", "scheme", "Galerkin space"]
@@ -122,6 +128,49 @@ class SampledRun:
     def impulse(self) -> float:
         """Sum of the impulses of all contacts, ``A int p dt`` [N s]; nan where one is not known."""
         return math.fsum(impact.impulse for impact in self.impacts)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
+        from analysis.runs.summary import summary_dict
+        from lure.showing import plain
+
+        found: Any = plain(summary_dict(self, self.about))
+        return {"subject": self.subject, "evidence": str(self.evidence), **found}
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The motion as :func:`analysis.runs.run_dataset` has it.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.runs.dataset import run_dataset
+
+        return run_dataset(self)
+
+    def to_control(self) -> control.TimeResponseData:
+        """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
+        from lure.datasets import loop_response
+
+        return loop_response(self.about, self.t, self.z, self.stress, self.scenario.force(t=self.t))
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """The end of the rod and its contacts; see :func:`analysis.plots.run.plot_run_end`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.run import plot_run_end
+
+        return plot_run_end(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from analysis.runs.summary import summary_html
+
+        return summary_html(self)
 
 
 def instants(since: float, until: float, samples: int) -> Array:

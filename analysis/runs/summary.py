@@ -7,6 +7,8 @@ from typing import Any
 
 from analysis.runs.dataset import attributes
 from analysis.runs.sampled import SampledRun
+from lure.datasets import what_it_shows
+from lure.showing import html_table
 
 _REST = 1e-28  # of the largest energy: velocities below 1e-14 of the largest
 
@@ -116,6 +118,22 @@ def summary_dict(run: SampledRun, name: str) -> dict[str, Any]:
         "error": run.error,
         "attributes": attributes(run, f"Motion of {name}"),
     }
+
+
+def summary_html(run: SampledRun) -> str:
+    """A table for notebooks: the same lines.
+
+    Parameters
+    ----------
+    run : SampledRun
+        The motion.
+    """
+    said = [("what moved", run.about), ("time", f"{run.t[0]:g} s to {run.until:g} s, {run.t.size} samples")]
+    said += [("force g(t) [N]", str(run.scenario.force))]
+    lines = [line.partition(": ") for line in summary_lines(run, run.subject)[1:-1]]
+    said += [(name, text) for name, _, text in lines]
+    notes = (what_it_shows(run.subject, run.about, str(run.evidence)),)
+    return html_table(f"motion of the {run.subject}", said, verdict=str(run.evidence).upper(), notes=notes)
 
 
 def _known(value: float) -> float | None:

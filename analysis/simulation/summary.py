@@ -58,6 +58,7 @@ def summary(record: Record, plan: Plan, again: Array, ended: str | None) -> Traj
     final = rest is not None and not _touching(record) and highest_ever(record.ring, _scaled(record)) < 0.0
     r1, r2 = _waves(record, framed)
     return Trajectory(
+        scheme=scheme,
         cells=scheme.cells,
         form=scheme.form,
         damping=k,
@@ -66,6 +67,7 @@ def summary(record: Record, plan: Plan, again: Array, ended: str | None) -> Traj
         z=_fixed(z),
         u_end=_fixed(z + rod.gap),
         p=_fixed(rod.law(z)),
+        force=_fixed(np.broadcast_to(loads.force_at(t), t.shape)),
         energy=_fixed(energy),
         zeta=None if zeta is None else _fixed(zeta),
         lyapunov=None if lyapunov is None else _fixed(lyapunov),

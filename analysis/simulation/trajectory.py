@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.upwind import Form
+from lure.upwind import Form, UpwindScheme
+
+if TYPE_CHECKING:
+    import control
+    import xarray
+
+    from analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 
@@ -46,10 +53,14 @@ class Trajectory:
 
     Attributes
     ----------
+    scheme : UpwindScheme
+        What moved.
     cells, form, damping, loaded
         ``N``, the form of the scheme, ``k`` [N s/m], and whether a load acts.
     t, z, u_end, p : ndarray
         (samples,) instants [s], ``z = u(t,L) - gap`` [m], ``u(t,L)`` [m], contact stress [Pa].
+    force : ndarray
+        (samples,) the force ``g`` on the end ``x = 0`` [N].
     energy : ndarray
         (samples,) :func:`analysis.energy.discrete_energy` [J].
     zeta : ndarray or None
@@ -95,6 +106,7 @@ class Trajectory:
         frames were asked for.
     """
 
+    scheme: UpwindScheme
     cells: int
     form: Form
     damping: float
@@ -103,6 +115,7 @@ class Trajectory:
     z: Array
     u_end: Array
     p: Array
+    force: Array
     energy: Array
     zeta: Array | None
     lyapunov: Array | None
@@ -144,6 +157,53 @@ class Trajectory:
             f"{self.max_gap_coordinate:.9g} m (+/- {self.error_estimate:.1g} m), energy identity to "
             f"{self.energy_residual:.1g}"
         )
+
+    def to_dict(self) -> dict[str, object]:
+        """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
+        from analysis.simulation.export import trajectory_dict
+
+        return trajectory_dict(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The motion as an ``xarray.Dataset`` with units, signs and every parameter.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimensions ``t`` [s], ``contact`` and, if frames were kept, ``frame`` [s] and ``x`` [m]; the attributes say
+            that it is OBSERVED and a motion of the scheme, not of the rod.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.simulation.export import trajectory_dataset
+
+        return trajectory_dataset(self)
+
+    def to_control(self) -> control.TimeResponseData:
+        """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
+        from analysis.simulation.export import trajectory_response
+
+        return trajectory_response(self)
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """The end of the rod; see :func:`analysis.plots.plot_end_motion`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.motion import plot_end_motion
+
+        return plot_end_motion(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from analysis.simulation.export import trajectory_html
+
+        return trajectory_html(self)
 
 
 def contradictions(trajectory: Trajectory) -> tuple[str, ...]:
