@@ -123,13 +123,13 @@ def test_no_module_runs_text_as_python(module):
 
 
 def test_no_file_names_a_directory_of_one_machine_or_a_registry():
-    files = [path for path in (ROOT / "Makefile", ROOT / ".ci/run", ROOT / "README.md") if path.exists()]
-    files += [path for pattern in ("*.toml", "*.txt") for path in ROOT.glob(pattern)]
-    folders = ("lure", "analysis", "tests", "benchmarks", "notebooks")
+    files = [path for path in (ROOT / "Makefile", ROOT / ".ci/run") if path.exists()]
+    files += [path for pattern in ("*.toml", "*.txt", "*.md", "*.cff") for path in ROOT.glob(pattern)]
+    folders = ("lure", "analysis", "tests", "benchmarks", "notebooks", "docs")
     files += [
         path
         for folder in folders
-        for kind in ("py", "md", "toml", "json", "j2")
+        for kind in ("py", "md", "rst", "toml", "json", "j2")
         for path in (ROOT / folder).rglob(f"*.{kind}")
     ]
     found = {path.relative_to(ROOT).as_posix(): MACHINE.findall(path.read_text(encoding="utf-8")) for path in files}
