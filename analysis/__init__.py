@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from analysis.evidence import Bracket as Bracket
     from analysis.evidence import Evidence as Evidence
     from analysis.evidence import Verdict as Verdict
+    from analysis.graphical import NyquistResponse as NyquistResponse
+    from analysis.graphical import PopovResponse as PopovResponse
+    from analysis.graphical import nyquist_response as nyquist_response
+    from analysis.graphical import popov_response as popov_response
 
 _HOMES = {
     "Largest": "answers",
@@ -36,6 +40,10 @@ _HOMES = {
     "Bracket": "evidence",
     "Evidence": "evidence",
     "Verdict": "evidence",
+    "NyquistResponse": "graphical",
+    "PopovResponse": "graphical",
+    "nyquist_response": "graphical",
+    "popov_response": "graphical",
 }
 
 

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from fractions import Fraction
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from analysis.answers.largest import Largest
 from analysis.criteria.result import CriterionResult
 from analysis.evidence import Evidence, Verdict
+from analysis.graphical.axis import OnAxis
 from analysis.plots.nyquist import plot_nyquist
 from analysis.plots.popov import plot_popov
 from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes
@@ -26,42 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from analysis.witness import Witness
-
-POINTS = 1500
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class OnAxis:
-    """A block along its stability boundary: ``H(i omega)``, or ``H(e^(i omega))`` with ``omega`` in rad per sample."""
-
-    block: RationalBlock | DelayBlock
-
-    def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
-        """``H`` at ``s = i omega``, or at ``z = exp(s)``."""
-        points = np.asarray(s, dtype=complex)
-        return self.block.transfer(np.exp(points) if self.discrete else points)
-
-    @property
-    def discrete(self) -> bool:
-        """Whether time is discrete."""
-        return isinstance(self.block, RationalBlock) and self.block.dt is not None
-
-    def frequencies(self) -> NDArray[np.float64]:
-        """Frequencies at which the curve looks as it is: a logarithmic grid, refined around every resonance."""
-        roots = np.roots([float(c) for c in self.block.denominator])
-        if self.discrete:
-            roots = np.log(roots[np.abs(roots) > 1e-6])
-            low, high = 1e-3, math.pi
-        else:
-            sizes = [size for size in np.abs(roots).tolist() if size > 1e-9] or [1.0]
-            low, high = 1e-2 * min(sizes), 1e2 * max(sizes)
-        across = np.tan(np.linspace(-1.5, 1.5, 101))
-        near = [abs(root.imag) + abs(root.real) * across for root in roots.tolist() if root.imag]
-        if isinstance(self.block, DelayBlock):  # a phase that turns evenly in omega
-            longest = max(float(delay) for delay, _ in self.block.terms)
-            near.append(np.linspace(low, min(high, 20 * math.pi / longest) if longest else high, POINTS))
-        omega = np.unique(np.concatenate([np.geomspace(low, high, POINTS), *near]))
-        return np.asarray(omega[(omega >= low) & (omega <= high)])
 
 
 def plot_reach(rows: Sequence[Largest], names: Sequence[str], *, ax: Axes | None = None) -> Axes:

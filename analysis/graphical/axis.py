@@ -1,0 +1,144 @@
+"""A block along its stability boundary: where to evaluate it so that the curve looks as it is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lure.delay import DelayBlock
+from lure.errors import InputError
+from lure.frequency_data import FrequencyData
+from lure.inputs import as_block
+from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+POINTS = 1500
+_DENSE = 150  # states beyond which a point costs so much that fewer are drawn
+Formula = RationalBlock | DelayBlock | StateSpaceBlock
+Drawable = Formula | FrequencyData | UpwindScheme | RodBlock
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class OnAxis:
+    """A block along its stability boundary: ``H(i omega)``, or ``H(e^(i omega))`` with ``omega`` in rad per sample."""
+
+    block: Formula
+
+    def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
+        """``H`` at ``s = i omega``, or at ``z = exp(s)``."""
+        points = np.asarray(s, dtype=complex)
+        return self.block.transfer(np.exp(points) if self.discrete else points)
+
+    @property
+    def discrete(self) -> bool:
+        """Whether time is discrete."""
+        return not isinstance(self.block, DelayBlock) and self.block.dt is not None
+
+    def frequencies(self) -> NDArray[np.float64]:
+        """Frequencies at which the curve looks as it is: a logarithmic grid, refined around every resonance."""
+        if isinstance(self.block, StateSpaceBlock):
+            roots = np.linalg.eigvals(self.block.A)
+            points, across = (POINTS, 101) if self.block.order <= _DENSE else (POINTS // 3, 21)
+        else:
+            roots = np.roots([float(c) for c in self.block.denominator])
+            points, across = POINTS, 101
+        if self.discrete:
+            roots = np.log(roots[np.abs(roots) > 1e-6])
+            low, high = 1e-3, math.pi
+        else:
+            sizes = [size for size in np.abs(roots).tolist() if size > 1e-9] or [1.0]
+            low, high = 1e-2 * min(sizes), 1e2 * max(sizes)
+        width = np.tan(np.linspace(-1.5, 1.5, across))
+        near = [abs(root.imag) + abs(root.real) * width for root in roots.tolist() if root.imag]
+        if isinstance(self.block, DelayBlock):  # a phase that turns evenly in omega
+            longest = max(float(delay) for delay, _ in self.block.terms)
+            near.append(np.linspace(low, min(high, 20 * math.pi / longest) if longest else high, POINTS))
+        omega = np.unique(np.concatenate([np.geomspace(low, high, points), *near]))
+        return np.asarray(omega[(omega >= low) & (omega <= high)])
+
+
+def drawable(system: object) -> Drawable:
+    """The block that a drawing is about: what :func:`lure.as_block` makes of it, or the block of a loop.
+
+    Parameters
+    ----------
+    system : object
+        Whatever :func:`lure.as_block` takes, an ``UpwindScheme`` or a ``RodBlock``, or a loop with a ``block``.
+
+    Raises
+    ------
+    InputError
+        It is no linear block.
+    """
+    from lure.loop import Loop
+    from lure.systems_loop import LoopSystem
+
+    if isinstance(system, Loop | LoopSystem):
+        system = system.block
+    return system if isinstance(system, UpwindScheme | RodBlock) else as_block(system)
+
+
+def axis_values(block: Drawable, omega: ArrayLike | None) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Frequencies [rad/s] and the values of ``H`` there: ``H(i omega)``, in discrete time ``H(e^(i omega dt))``.
+
+    Parameters
+    ----------
+    block : Drawable
+        The block.
+    omega : array_like or None
+        (m,) frequencies, increasing and positive, below ``pi/dt`` in discrete time; None for a grid that is refined
+        around every resonance.  A measured response has its own, and takes no other.
+
+    Returns
+    -------
+    omega, values : ndarray
+        (m,) each; nan where a pole is met.
+
+    Raises
+    ------
+    InputError
+        The frequencies are no such list.
+    """
+    if isinstance(block, FrequencyData):
+        if omega is not None:
+            raise InputError(f"omega was given for {block}: measured data have their own frequencies; leave omega out")
+        return block.omega, block.response
+    step = 1.0 if isinstance(block, DelayBlock | UpwindScheme | RodBlock) or block.dt is None else float(block.dt)
+    if omega is not None:
+        at = _frequencies(omega, math.inf if continuous(block) else math.pi / step)
+    elif isinstance(block, UpwindScheme | RodBlock):
+        from analysis.plots.frequencies import drawing_frequencies
+
+        at = drawing_frequencies(block)
+    else:
+        at = OnAxis(block).frequencies() / step
+    values = block.transfer(1j * at) if continuous(block) else block.transfer(np.exp(1j * at * step))
+    return at, np.where(np.isfinite(values), values, complex(np.nan, np.nan))
+
+
+def continuous(block: Drawable) -> bool:
+    """Whether time is continuous.
+
+    Parameters
+    ----------
+    block : Drawable
+        The block.
+    """
+    return isinstance(block, DelayBlock | UpwindScheme | RodBlock) or block.dt is None
+
+
+def _frequencies(omega: ArrayLike, highest: float) -> NDArray[np.float64]:
+    try:
+        at = np.array(omega, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"omega is no list of numbers ({error}); give frequencies in rad/s") from None
+    good = at.ndim == 1 and at.size >= 2 and bool(np.isfinite(at).all()) and at[0] > 0 and bool((np.diff(at) > 0).all())
+    if not good or at[-1] > highest * (1 + 1e-12):
+        limit = "" if math.isinf(highest) else f", up to pi/dt = {highest:g}"
+        raise InputError(f"omega must be at least two positive, increasing frequencies in rad/s{limit}")
+    return at

@@ -1,0 +1,223 @@
+"""What a Nyquist plot shows, and what stands behind it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.answer import Answer
+from analysis.answers import Largest
+from analysis.criteria.result import CriterionResult
+from analysis.doubles import text_above, text_below
+from analysis.evidence import Evidence, Verdict
+from analysis.graphical.axis import Drawable
+from analysis.graphical.page import block_text, span_text, with_figure
+from lure.showing import html_table, plain, xarray_or_refusal
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+if TYPE_CHECKING:
+    import control
+    import xarray
+    from matplotlib.axes import Axes
+
+ROUNDING = 1e-11
+DOES = "what does: "
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class NyquistResponse:
+    r"""A curve ``H(i omega)``, the region that the circle criterion forbids to it, and what proves the sector, if any.
+
+    For ``mu = -phi(t, sigma)``, ``sigma = H mu`` and the sector ``[lower, k]`` the criterion asks
+    ``Re[(1 + k H)(1 + lower H)^*] > 0``: the curve stays right of ``-1/k`` (``lower = 0``), outside the disc on
+    ``[-1/lower, -1/k]`` (both of one sign; then it must also encircle it as often as ``H`` has unstable poles, which no
+    distance shows), or inside that disc (``lower < 0 < k``).  The curve here is finitely many points: OBSERVED.
+
+    Attributes
+    ----------
+    block : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+        The block, in continuous or discrete time.
+    omega : ndarray
+        (m,) frequencies [rad/s].
+    values : ndarray
+        (m,) ``H(i omega)``, in discrete time ``H(e^(i omega dt))``; nan where a pole is met.
+    lower : float
+        Lower end of the sector.
+    k : float or None
+        Upper end of it, possibly ``inf``; None where there is no region to draw.
+    found : Largest or None
+        What :func:`analysis.max_sector` says, where ``k`` was taken from it.
+    answer : Answer, CriterionResult or None
+        What the circle criterion says of exactly this sector, where ``k`` was given.
+    reason : str
+        Why nothing stands behind the region, or there is none; empty where something does.
+    """
+
+    block: Drawable
+    omega: NDArray[np.float64]
+    values: NDArray[np.complex128]
+    lower: float
+    k: float | None
+    found: Largest | None
+    answer: Answer | CriterionResult | None
+    reason: str
+
+    @property
+    def disc(self) -> tuple[float, float] | None:
+        """The ends of the disc on the real axis, ascending; None where the region is a half-plane, or there is none."""
+        if self.k is None or self.lower == 0 or self.k == 0:
+            return None
+        return min(-1.0 / self.lower, -1.0 / self.k), max(-1.0 / self.lower, -1.0 / self.k)
+
+    @property
+    def inside(self) -> bool:
+        """Whether the curve belongs inside the disc: ``lower < 0 < k``."""
+        return self.k is not None and self.lower < 0 < self.k
+
+    @property
+    def distance(self) -> NDArray[np.float64]:
+        """(m,) distance of each point from the forbidden region, negative inside it; nan where there is none."""
+        if self.k is None:
+            return np.full(self.omega.size, np.nan)
+        ends = self.disc
+        if ends is None:
+            return 1.0 / self.k + self.values.real if self.lower == 0 else -1.0 / self.lower - self.values.real
+        radius = 0.5 * (ends[1] - ends[0])
+        outwards = np.abs(self.values - 0.5 * (ends[0] + ends[1])) - radius
+        return -outwards if self.inside else outwards
+
+    @property
+    def margin_seen(self) -> float | None:
+        """Least of them over the points drawn, negative where the curve enters the region: OBSERVED."""
+        return None if self.worst is None else float(self.distance[self.worst])
+
+    @property
+    def worst(self) -> int | None:
+        """Where in ``omega`` that is; None without a region."""
+        seen = np.where(np.isfinite(self.distance), self.distance, np.inf)
+        return int(np.argmin(seen)) if np.isfinite(seen).any() else None
+
+    @property
+    def evidence(self) -> Evidence:
+        """OBSERVED: what a drawing is.  See ``answer`` and ``found`` for what is proved."""
+        return Evidence.OBSERVED
+
+    @property
+    def behind(self) -> str:
+        """What proves the sector, or that nothing here does, and why."""
+        answer = self.answer
+        if answer is not None and answer.verdict is Verdict.PROVED:
+            said = answer.reason if isinstance(answer, Answer) else str(answer)
+            return f"{DOES}the circle criterion for the sector {self.sector_text} ({answer.evidence}): {said}"
+        if self.found is not None and self.found.verdict is Verdict.PROVED and not self.reason:
+            return f"{DOES}{self.found}".removesuffix(".")
+        return f"nor does anything here: {self.reason}".removesuffix(".")
+
+    @property
+    def sector_text(self) -> str:
+        """The sector, for people, never larger than it is."""
+        if self.k is None:
+            return "none"
+        bracket = ")" if self.k == math.inf and self.answer is None else "]"
+        return f"[{text_above(self.lower)}, {text_below(self.k)}{bracket}"
+
+    def __bool__(self) -> bool:
+        raise TypeError("a drawing proves nothing; look at response.answer or response.found")
+
+    def __str__(self) -> str:
+        head = f"Nyquist plot of {block_text(self.block)}, {span_text(self.omega)}"
+        if self.k is None or self.margin_seen is None:
+            return f"{head}, without a region. A drawing proves nothing; {self.behind}."
+        seen = self._seen(self.margin_seen)
+        return f"{head}: {seen} (observed). The drawing proves nothing; {self.behind}."
+
+    def _seen(self, margin: float) -> str:
+        size = float(np.max(np.abs(self.values[np.isfinite(self.values)])))
+        region = f"the region forbidden for the sector {self.sector_text}"
+        if abs(margin) <= ROUNDING * size:
+            return f"the curve touches {region}, to rounding"
+        if margin > 0:
+            return f"the curve keeps at least {margin:.4g} away from {region}"
+        return f"the curve goes {-margin:.4g} deep into {region}"
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The curve, the forbidden region, the sector and the least distance seen.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.responses import plot_nyquist_response
+
+        return plot_nyquist_response(self, ax=ax)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data, the curve with it; infinite numbers are the text ``inf``."""
+        from analysis.answers.largest import answer_dict
+
+        answer = answer_dict(self.answer) if isinstance(self.answer, Answer) else self.answer
+        return {
+            "kind": "nyquist response",
+            "block": block_text(self.block),
+            "evidence": str(self.evidence),
+            "lower": plain(self.lower),
+            "k": plain(self.k),
+            "margin_seen": plain(self.margin_seen),
+            "worst_seen": None if self.worst is None else float(self.omega[self.worst]),
+            "found": plain(self.found),
+            "answer": plain(answer),
+            "reason": self.reason,
+            "sentence": str(self),
+            "omega": plain(self.omega),
+            "real": plain(self.values.real),
+            "imag": plain(self.values.imag),
+        }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The curve and its distance from the region over ``omega``, as real variables that netCDF can hold.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        xr = xarray_or_refusal("to_xarray")
+        variables = {
+            "real": ("omega", self.values.real, {"long_name": "Re H"}),
+            "imag": ("omega", self.values.imag, {"long_name": "Im H"}),
+            "distance": ("omega", self.distance, {"long_name": "distance from the forbidden region"}),
+        }
+        known = {"lower": self.lower, "k": self.k, "margin_seen": self.margin_seen}
+        attributes: dict[str, object] = {name: value for name, value in known.items() if value is not None}
+        attributes |= {"evidence": str(self.evidence), "comment": str(self)}
+        made: xarray.Dataset = xr.Dataset(
+            variables, coords={"omega": ("omega", self.omega, {"units": "rad/s"})}, attrs=attributes
+        )
+        return made
+
+    def to_control(self) -> control.FrequencyResponseData:
+        """The values drawn as a ``control.FrequencyResponseData``."""
+        import control
+
+        block = self.block
+        dt = 0.0 if isinstance(block, UpwindScheme | RodBlock) else float(getattr(block, "dt", None) or 0)
+        return control.FrequencyResponseData(self.values, self.omega, dt=dt)
+
+    def _repr_html_(self) -> str:
+        rows = [("block", block_text(self.block)), ("drawn", span_text(self.omega)), ("sector", self.sector_text)]
+        rows += [] if self.margin_seen is None else [("least distance seen", f"{self.margin_seen:.6g}")]
+        rows.append(
+            (
+                "what proves it",
+                self.behind.removeprefix("what does: ").replace("nor does anything here", "nothing here"),
+            )
+        )
+        note = "A drawing proves nothing between and beyond its points, and a region that is entered refutes nothing."
+        table = html_table("Nyquist plot", rows, verdict=str(self.evidence).upper(), notes=[note])
+        return with_figure(lambda *, ax: self.plot(ax), table, alt=f"Nyquist plot: {self}")

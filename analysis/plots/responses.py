@@ -1,0 +1,232 @@
+"""The drawings of :mod:`analysis.graphical`: a curve, the line or region of a sector, and the least distance seen."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.doubles import text_below
+from analysis.plots.curve import FAR, unit
+from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, note, number, padded
+from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from analysis.graphical import NyquistResponse, PopovResponse
+
+_HEADROOM = 0.34  # of the height, above the curve: the legend and the sector stand there
+_WIDE = 1.45  # width by height of axes with equal units
+_TALL = 3.0  # a curve that runs off to infinity is cut where it is this many widths tall
+Floats = NDArray[np.float64]
+
+
+def plot_popov_response(response: PopovResponse, *, ax: Axes | None = None) -> Axes:
+    r"""Popov plot: ``omega Im H`` over ``Re H``, the line of the sector, its forbidden side, and the least distance.
+
+    Parameters
+    ----------
+    response : PopovResponse
+        From :func:`analysis.popov_response`.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.  A line too far away for the scale of the curve is named, not drawn.
+    """
+    axes = axes_or_new(ax)
+    x, y = response.values.real, response.omega * response.values.imag
+    k, theta = response.k, response.theta
+    boundary = None if k is None or theta is None else -1.0 / k + 0.0
+    low, high, bottom, top = _window(x, y, boundary)
+    near = boundary is not None and low <= boundary
+    top += _HEADROOM * (top - bottom) / (1 - _HEADROOM)
+    _axes_cross(axes, (low, high, bottom, top))
+    _curve(axes, x, y, "H(iω), ω > 0")
+    if boundary is not None and theta is not None:
+        if near:
+            ends = np.array([bottom, top])
+            line = theta * ends + boundary
+            axes.plot(line, ends, color=VERMILLION, lw=1.3, label=f"line of slope 1/θ, θ = {number(theta)} s")
+            axes.fill_betweenx(ends, np.minimum(low, line), line, color=VERMILLION, alpha=0.14, lw=0)
+            axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=VERMILLION, zorder=4)
+            _name(axes, boundary, above=theta >= 0)
+            _least(axes, response.worst, (x, y), response.omega, response.margin_seen)
+            if response.worst is not None:
+                height = float(y[response.worst])
+                _arrow(axes, (theta * height + boundary, float(x[response.worst])), height)
+        else:
+            note(axes, f"line through Re H = {number(boundary)}, far to the left")
+        axes.set_title(_sector_title(0.0, k, f"θ = {number(theta)} s"), fontsize="medium")
+    block = response.block
+    known = block if isinstance(block, RodBlock | UpwindScheme) else None
+    axes.set_xlabel(f"Re H(iω) [{_unit(known)}]")
+    axes.set_ylabel(f"ω Im H(iω) [{_unit(known, per_second=True)}]")
+    finish_axes(axes)
+    axes.legend(loc="best", **LEGEND)
+    return axes
+
+
+def plot_nyquist_response(response: NyquistResponse, *, ax: Axes | None = None) -> Axes:
+    r"""Nyquist plot: the curve for ``omega > 0`` and its mirror image, the forbidden region, and the least distance.
+
+    Parameters
+    ----------
+    response : NyquistResponse
+        From :func:`analysis.nyquist_response`.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.  A region too far away for the scale of the curve is named, not drawn.
+    """
+    axes = axes_or_new(ax)
+    x, y = response.values.real, response.values.imag
+    ends, k = response.disc, response.k
+    boundary = None if k is None else -1.0 / k + 0.0 if response.lower == 0 else -1.0 / response.lower
+    marks = [] if k is None else list(ends) if ends is not None else [boundary]
+    low, high, bottom, top = _window(x, y, *[mark for mark in marks if mark is not None])
+    half = max(-bottom, top, 0.5 * (ends[1] - ends[0]) * 1.15 if ends is not None and low <= ends[0] else 0.0)
+    bottom, top = (-half, half) if ends is not None else (bottom, top)
+    top += _HEADROOM * (top - bottom) / (1 - _HEADROOM)
+    if ends is not None:  # a circle looks like one
+        more = 0.5 * (_WIDE * (top - bottom) - (high - low))
+        low, high = (low - more, high + more) if more > 0 else (low, high)
+        axes.set_aspect("equal", adjustable="box")
+    _axes_cross(axes, (low, high, bottom, top))
+    discrete = getattr(response.block, "dt", None) is not None
+    _curve(axes, x, y, "H(exp iωΔt), ω > 0" if discrete else "H(iω), ω > 0")
+    if ends is not None:
+        axes.plot(x, -y, color=BLUE, lw=0.9, ls="--", label="ω < 0")
+    near = k is not None and all(low <= mark <= high for mark in marks if mark is not None)
+    if near and ends is not None:
+        _disc(axes, ends, inside=response.inside)
+    elif near and boundary is not None:
+        side = (low, boundary) if response.lower == 0 else (boundary, high)
+        axes.axvspan(*side, color=VERMILLION, alpha=0.14, lw=0)
+        sign = "≤" if response.lower == 0 else "≥"
+        axes.axvline(boundary, color=VERMILLION, lw=1.3, label=f"forbidden: Re H {sign} {number(boundary)}")
+        axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=VERMILLION, zorder=4)
+        _name(axes, boundary, above=True)
+    elif k is not None:
+        note(axes, f"forbidden region from Re H = {number(min(m for m in marks if m is not None))}, out of the picture")
+    if near:
+        _least(axes, response.worst, (x, y), response.omega, response.margin_seen)
+    if k is not None:
+        axes.set_title(_sector_title(response.lower, k, ""), fontsize="medium")
+    block, argument = response.block, "exp iωΔt" if discrete else "iω"
+    known = block if isinstance(block, RodBlock | UpwindScheme) else None
+    axes.set_xlabel(f"Re H({argument}) [{_unit(known)}]")
+    axes.set_ylabel(f"Im H({argument}) [{_unit(known)}]")
+    finish_axes(axes)
+    axes.legend(loc="best", **LEGEND)
+    return axes
+
+
+def _unit(block: RodBlock | UpwindScheme | None, *, per_second: bool = False) -> str:
+    if block is not None:
+        return unit(block, per_second=per_second)
+    return "unit of σ / (unit of μ · s)" if per_second else "unit of σ / unit of μ"
+
+
+def _window(x: Floats, y: Floats, *marks: float | None) -> tuple[float, float, float, float]:
+    """Limits that show the curve, the origin and the marks, unless a mark is too far away or a pole runs off."""
+    good = np.isfinite(x) & np.isfinite(y)
+    x, y = (x[good], y[good]) if good.any() else (np.zeros(1), np.zeros(1))
+    kept = _kept(np.abs(x))
+    left, right = min(float(np.min(x[kept])), 0.0), max(float(np.max(x[kept])), 0.0)
+    reach = (right - left) or 1.0
+    for mark in marks:
+        if mark is not None and abs(mark) <= FAR * reach:
+            left, right = min(left, mark), max(right, mark)
+    tall = 2.0 * float(np.median(np.abs(y[kept])))
+    if right - left < tall:  # a curve along the imaginary axis
+        left, right = left - 0.25 * (tall - right + left), right + 0.25 * (tall - right + left)
+    low, high = padded(left, right, 0.12)
+    width = high - low
+    bottom = max(min(float(np.min(y[kept])), 0.0), -_TALL * width)
+    top = min(max(float(np.max(y[kept])), 0.0), _TALL * width)
+    if top - bottom < 0.1 * width:  # a curve along the real axis
+        bottom, top = bottom - 0.05 * width, top + 0.05 * width
+    return low, high, *padded(bottom, top, 0.08)
+
+
+def _kept(size: Floats) -> NDArray[np.bool_]:
+    """All points, unless the curve runs off to infinity at an end of the frequencies, or at a pole on the axis."""
+    typical, place = float(np.median(size)) or 1.0, int(np.argmax(size))
+    inwards = min(size.size // 20, size.size - 1) * (1 if place == 0 else -1)
+    at_an_end = place in (0, size.size - 1) and size[place] > 2 * size[place + inwards]
+    runs_off = size[place] > 1e3 * typical and at_an_end
+    return size <= 50 * typical if runs_off or size[place] > 1e8 * typical else size >= 0
+
+
+def _axes_cross(axes: Axes, limits: tuple[float, float, float, float]) -> None:
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    axes.axvline(0.0, color=GREY, lw=0.6)
+    axes.set(xlim=limits[:2], ylim=limits[2:])
+
+
+def _curve(axes: Axes, x: Floats, y: Floats, label: str) -> None:
+    """The curve with an arrow in the direction of growing frequency, in the middle of what is seen of it."""
+    axes.plot(x, y, color=BLUE, lw=1.4, label=label)
+    (low, high), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    seen = np.isfinite(x) & np.isfinite(y) & (x > low) & (x < high) & (y > bottom) & (y < top)
+    steps = np.hypot(np.diff(x) / (high - low), np.diff(y) / (top - bottom))
+    steps = np.where(seen[1:] & seen[:-1], steps, 0.0)
+    way = np.cumsum(steps)
+    if not way.size or way[-1] < 0.2:
+        return
+    place = int(np.searchsorted(way, 0.5 * way[-1]))
+    start = max(int(np.searchsorted(way, way[place] - 0.02)) - 1, 0)
+    if start < place and steps[start : place + 1].all():
+        arrow = {"arrowstyle": "-|>", "color": BLUE, "lw": 0.0, "mutation_scale": 14, "shrinkA": 0, "shrinkB": 0}
+        axes.annotate("", (x[place + 1], y[place + 1]), xytext=(x[start], y[start]), arrowprops=arrow)
+
+
+def _name(axes: Axes, boundary: float, *, above: bool) -> None:
+    """The name of the point on the real axis, on the forbidden side of it."""
+    text, offset, side = "−1/k" if boundary else "0", (-5, 4 if above else -5), "bottom" if above else "top"
+    axes.annotate(text, (boundary, 0.0), xytext=offset, textcoords="offset points", color=VERMILLION, ha="right",
+                  va=side)  # fmt: skip
+
+
+def _arrow(axes: Axes, ends: tuple[float, float], height: float) -> None:
+    """From the line to the point that comes closest, unless that is too short to be seen."""
+    low, high = axes.get_xlim()
+    if abs(ends[1] - ends[0]) > 0.03 * (high - low):
+        arrow = {"arrowstyle": "<->", "color": GREEN, "lw": 1.0, "shrinkA": 0, "shrinkB": 0}
+        axes.annotate("", (ends[0], height), xytext=(ends[1], height), arrowprops=arrow)
+
+
+def _least(axes: Axes, worst: int | None, curve: tuple[Floats, Floats], omega: Floats, margin: float | None) -> None:
+    """The point drawn that comes closest, with its distance."""
+    if worst is None or margin is None:
+        return
+    label = f"least distance seen: {number(margin, 3)}\nat {number(float(omega[worst]), 3)} rad/s"
+    axes.plot([curve[0][worst]], [curve[1][worst]], marker="o", ms=5, ls="", color=GREEN, label=label, zorder=5)
+
+
+def _disc(axes: Axes, ends: tuple[float, float], *, inside: bool) -> None:
+    from matplotlib.patches import Circle
+
+    centre, radius = (0.5 * (ends[0] + ends[1]), 0.0), 0.5 * (ends[1] - ends[0])
+    words = "the curve belongs inside" if inside else "forbidden disc"
+    axes.add_patch(
+        Circle(centre, radius, facecolor="none" if inside else VERMILLION, alpha=1.0 if inside else 0.3, lw=1.3,
+               edgecolor=VERMILLION, label=words)
+    )  # fmt: skip
+
+
+def _sector_title(lower: float, k: float | None, more: str) -> str:
+    end = math.inf if k is None else k
+    bracket = ")" if math.isinf(end) else "]"
+    words = f"sector [{number(lower)}, {text_below(end, 7).replace('inf', '∞').replace('-', '−')}{bracket}"
+    return f"{words}, {more}" if more else words
