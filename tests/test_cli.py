@@ -14,7 +14,7 @@ from types import ModuleType
 import pytest
 from commands import names
 
-from analysis.cli.doctor import NEEDED
+from analysis.cli.doctor import NEEDED, OPTIONAL
 from analysis.evidence import Verdict
 from lure import __version__
 from lure.errors import InputError
@@ -379,6 +379,13 @@ def test_doctor_names_every_package_lure_needs(lure):
     assert all(re.search(rf"^  {name} +\d", out, re.MULTILINE) for name in NEEDED)
     assert re.search(r"^  BLAS +\S+ \d", out, re.MULTILINE)
     assert re.search(r"^  stderr +not a terminal; no progress is shown$", out, re.MULTILINE)
+
+
+def test_doctor_looks_for_what_the_extras_install():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for extra, names in OPTIONAL.items():
+        asked = {re.split(r"[>=\[]", line)[0] for line in project["optional-dependencies"][extra]}
+        assert set(names) == asked - {"lure"}
 
 
 def test_doctor_says_what_is_missing(lure, monkeypatch):

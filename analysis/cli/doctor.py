@@ -14,8 +14,8 @@ OPTIONAL = {  # the extras of pyproject.toml that a user chooses
     "fast": ("numba",),
     "netcdf": ("netCDF4", "xarray"),
     "cvode": ("scikit-sundae",),
-    "notebooks": ("ipykernel", "jupytext", "nbmake"),
-    "tests": ("hypothesis", "jsonschema", "pytest"),
+    "notebooks": ("ipykernel", "ipywidgets", "jupytext", "nbmake"),
+    "testing": ("hypothesis", "pytest"),
 }
 
 
@@ -29,7 +29,7 @@ def findings() -> tuple[list[str], bool]:
         *(f"  {name:<14}{found or 'MISSING'}" for name, found in versions.items()),
         f"  {'BLAS':<14}{_blas() if versions['numpy'] else 'unknown'}",
         "",
-        "Optional",
+        'Optional (pip install "lure[fast]" and so on)',
     ]
     for extra, names in OPTIONAL.items():
         found = ", ".join(f"{name} {_version(name) or 'missing'}" for name in names)
