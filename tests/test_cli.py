@@ -383,9 +383,9 @@ def test_doctor_names_every_package_lure_needs(lure):
 
 def test_doctor_looks_for_what_the_extras_install():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    for extra, names in OPTIONAL.items():
+    for extra, listed in OPTIONAL.items():
         asked = {re.split(r"[>=\[]", line)[0] for line in project["optional-dependencies"][extra]}
-        assert set(names) == asked - {"lure"}
+        assert set(listed) == asked - {"lure"}
 
 
 def test_doctor_says_what_is_missing(lure, monkeypatch):
