@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 from documents import run_page
 
+from analysis import popov_response
 from analysis.cli import main
+from analysis.plots import render
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -64,7 +66,14 @@ def test_the_statuses_shown_are_those_of_the_commands(answer, command, tmp_path,
     assert main(command) == int(statuses[answer])
 
 
-def test_the_figure_is_small_and_says_what_it_shows():
+NUMBER = re.compile(r"-?\d+\.?\d*")
+
+
+def test_the_figure_is_small_says_what_it_shows_and_is_what_the_ten_lines_draw():
     ((words, figure),) = re.findall(r"!\[(.*?)\]\((.*?)\)", README)
     assert len(words) > 20
-    assert (ROOT / figure).stat().st_size < 200_000
+    kept = (ROOT / figure).read_text(encoding="utf-8")
+    assert len(kept) < 200_000
+    drawn = render(popov_response(([1], [1, 3, 2, 0])).plot, name="popov", size=(5.6, 4.0)).svg
+    kept, drawn = ([float(number) for number in NUMBER.findall(svg)] for svg in (kept, drawn))
+    assert drawn == pytest.approx(kept, abs=0.05)  # points; (ROOT / figure).write_text(drawn) renews the file
