@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from analysis.evidence import Evidence, Verdict
 from lure.errors import AssumptionError
 from lure.sector import Sector, SlopeBounds
+
+if TYPE_CHECKING:
+    import xarray
+
+    from analysis.plots.style import Axes
 
 Bound: TypeAlias = Fraction | float
 """A Fraction, or a float that is an infinity."""
@@ -73,6 +78,11 @@ class Extreme:
         elif isinstance(self.at, tuple):
             at = [_json(x) for x in self.at]
         return {"inner": _json(self.inner), "outer": _json(self.outer), "at": at, "attained": self.attained}
+
+    def _repr_html_(self) -> str:
+        from analysis.bounds.export import extreme_html
+
+        return extreme_html(self)
 
     def __str__(self) -> str:
         return f"{short(self.inner, digits=10)} {self.where}"
@@ -162,6 +172,37 @@ class LawBounds:
             **named,
             "notes": list(self.notes),
         }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The four bounds as an ``xarray.Dataset`` along ``bound``: nearest doubles, and where they are reached.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.bounds.export import bounds_dataset
+
+        return bounds_dataset(self)
+
+    def plot(self, law: object, *, ax: Axes | None = None) -> Axes:
+        """The law with the wedge of its sector; see :func:`analysis.plots.sectors.plot_law_sector`.
+
+        Parameters
+        ----------
+        law : law of lure.laws, Expression, str or callable
+            The law that was bounded: the bounds know its name only.
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.sectors import plot_law_sector
+
+        return plot_law_sector(law, self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from analysis.bounds.export import bounds_html
+
+        return bounds_html(self)
 
     def __str__(self) -> str:
         return "\n".join(self.lines(*QUANTITIES))

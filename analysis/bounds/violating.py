@@ -57,6 +57,11 @@ class Violation:
             "evidence": str(self.evidence),
         }
 
+    def _repr_html_(self) -> str:
+        from analysis.bounds.export import violation_html
+
+        return violation_html(self)
+
     def __str__(self) -> str:
         sign = ">" if self.value > self.bound else "<"
         said = f"{short(self.value, digits=10)} {sign} {short(self.bound, digits=10)} ({self.evidence})"

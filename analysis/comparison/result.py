@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,11 @@ from analysis.comparison.reference import Reference
 from analysis.comparison.settling_claim import SettlingRow
 from lure.rod import PARAMETERS, Rod
 from lure.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+    from analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 
@@ -188,6 +193,35 @@ class Comparison:
             "energies": ENERGIES,
             "evidence": EVIDENCE,
         }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All curves ``u(t, L)`` and numbers as an ``xarray.Dataset``, along ``t`` [s] and ``model``, with units.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.comparison.export import comparison_dataset
+
+        return comparison_dataset(self)
+
+    def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
+        """The end of the rod by every method, the errors below; see :func:`analysis.plots.comparison.plot_comparison`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.comparison import plot_comparison
+
+        return plot_comparison(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from analysis.comparison.export import comparison_html
+
+        return comparison_html(self)
 
 
 def _plain_row(found: Comparison, row: Row) -> dict[str, Any]:

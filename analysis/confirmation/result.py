@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray
+
+    from analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 Kind = Literal["decay", "undamped", "growth", "load"]
@@ -176,3 +181,38 @@ class Confirmation:
     @property
     def _still(self) -> bool:
         return self.rod is not None and self.rod.energy is not None and self.rod.energy.scale == 0.0
+
+    def to_dict(self) -> dict[str, object]:
+        """What is said of the two motions as plain JSON data; the curves are in :meth:`to_xarray`."""
+        from analysis.confirmation.export import confirmation_dict
+
+        return confirmation_dict(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The curves of both motions as an ``xarray.Dataset``, each along a time of its own [s], with units.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.confirmation.export import confirmation_dataset
+
+        return confirmation_dataset(self)
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """The contact coordinate of both; see :func:`analysis.plots.confirmation.plot_both_ends`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.confirmation import plot_both_ends
+
+        return plot_both_ends(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from analysis.confirmation.export import confirmation_html
+
+        return confirmation_html(self)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import textwrap
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from analysis.evidence import Evidence
 from analysis.reproduce.settling import Settling
 from lure.upwind import Form
+
+if TYPE_CHECKING:
+    import xarray
 
 SCHEMA = "lure-paper/1"
 _WIDTH = 112
@@ -193,6 +196,28 @@ class PaperTable:
                 for found in self.settling
             ],
         }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Peaks of the figures and settling times as an ``xarray.Dataset`` with units.
+
+        Returns
+        -------
+        xarray.Dataset
+            Peaks along ``figure`` and ``variant``, nan and False where a variant was not run; settling along ``model``.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.reproduce.export import table_dataset
+
+        return table_dataset(self)
+
+    def _repr_html_(self) -> str:
+        from analysis.reproduce.export import table_html
+
+        return table_html(self)
 
     def peak_table(self) -> str:
         """Largest ``z`` of figures 8 to 10 in every variant, as text."""

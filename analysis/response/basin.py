@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,11 @@ from lure.errors import InputError
 from lure.expressions import Expression
 from lure.rod import Rod
 from lure.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+    from analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 
@@ -84,6 +89,35 @@ class Basin:
             "complete": self.complete,
             "evidence": str(self.evidence),
         }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Bounds of the resting places as an ``xarray.Dataset``, along ``velocity`` [m/s] and ``offset`` [m].
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.response.export import basin_dataset
+
+        return basin_dataset(self)
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Resting places over the initial data; see :func:`analysis.plots.sweeps.plot_basin`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.sweeps import plot_basin
+
+        return plot_basin(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from analysis.response.export import basin_html
+
+        return basin_html(self)
 
 
 def basin(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,11 @@ from analysis.response.separation import Separation
 from analysis.response.statistics import Balance, Impulses, Spectrum
 from lure.rod import Rod
 from lure.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+    from analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 _HARMONICS = 9
@@ -172,6 +177,35 @@ class Response:
             "error_m": self.error,
             "evidence": str(self.evidence),
         }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Samples, stroboscopic points, spectrum and contacts as an ``xarray.Dataset`` with units.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.response.export import response_dataset
+
+        return response_dataset(self)
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """History, stroboscopic points, spectrum and impulses; see :func:`analysis.plots.response.plot_response`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.response import plot_response
+
+        return plot_response(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from analysis.response.export import response_html
+
+        return response_html(self)
 
 
 def plain(value: float) -> float | None:

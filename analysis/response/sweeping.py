@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from analysis.response.plan import Plan
 from analysis.response.recording import Array, Progress
 from lure.errors import InputError
 from lure.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+    from analysis.plots.style import Axes
 
 Order = Literal["separate", "up", "down"]
 ORDERS: tuple[Order, ...] = ("separate", "up", "down")
@@ -51,6 +56,11 @@ class Sweep:
             raise InputError(f"order is {self.order!r}; give one of {', '.join(ORDERS)}")
         if isinstance(self.workers, bool) or not isinstance(self.workers, int) or not 1 <= self.workers <= 64:
             raise InputError(f"workers is {self.workers!r}; give a whole number from 1 to 64")
+
+    def _repr_html_(self) -> str:
+        from analysis.response.export import sweep_html
+
+        return sweep_html(self)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -165,3 +175,32 @@ class Bifurcation:
             ],
             "evidence": str(self.evidence),
         }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """What was seen at each value as an ``xarray.Dataset``, along ``value`` and ``period``, with units.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.response.export import bifurcation_dataset
+
+        return bifurcation_dataset(self)
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Stroboscopic points against the parameter; see :func:`analysis.plots.sweeps.plot_bifurcation`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.sweeps import plot_bifurcation
+
+        return plot_bifurcation(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from analysis.response.export import bifurcation_html
+
+        return bifurcation_html(self)

@@ -8,9 +8,13 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from analysis.evidence import Evidence
 from analysis.testing.subject import Subject
+
+if TYPE_CHECKING:
+    from analysis.plots.style import Axes
 
 _REMEMBERED = 20
 
@@ -40,6 +44,13 @@ class Checked:
     def to_dict(self) -> dict[str, object]:
         """The result as plain JSON data."""
         return {"claim": self.claim, "evidence": str(self.evidence), "how": self.how, "points": self.points}
+
+    def _repr_html_(self) -> str:
+        from lure.showing import html_table
+
+        rows = [("how", self.how), ("evidence", self.evidence), ("values of the law looked at", self.points)]
+        seen = () if self.evidence is Evidence.CERTIFIED else ("Nothing is said about the points not looked at.",)
+        return html_table(self.claim, rows, verdict=str(self.evidence).upper(), notes=seen)
 
     def __str__(self) -> str:
         return f"{self.claim}: {self.how} ({self.evidence})"
@@ -140,6 +151,37 @@ class Violation:
             return []
         x0, y0 = (self.sigma[0], self.phi[0]) if self.kind == "slope" else (0.0, 0.0)
         return [(x0, y0, float(slope)) for slope in (self.lower, self.upper) if abs(slope) != math.inf]
+
+    def to_dict(self) -> dict[str, object]:
+        """The violation as plain JSON data, without the law itself; infinite numbers are the text ``inf``."""
+        from lure.showing import plain
+
+        names = ("kind", "name", "claim", "denial", "quantity", "sigma", "phi", "found", "lower", "upper", "tolerance")
+        return {name: plain(getattr(self, name)) for name in (*names, "slope", "on", "how")}
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """The law, the lines that bound it and the point; see :func:`analysis.plots.violation.plot_violation`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.violation import plot_violation
+
+        return plot_violation(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from lure.showing import html_table
+
+        rows = [
+            (self.quantity, f"{self.found:.10g}"),
+            ("allowed", f"{float(self.lower):.10g} to {float(self.upper):.10g}"),
+            ("sigma", ", ".join(f"{value:.17g}" for value in self.sigma)),
+            ("phi(sigma)", ", ".join(f"{value:.17g}" for value in self.phi)),
+            ("how", self.how),
+        ]
+        return html_table(self.denial, rows, verdict="REFUTED")
 
     def save(self, path: Path) -> None:
         """Draw the law and the point into a file.

@@ -8,6 +8,7 @@ from typing import Literal
 import sympy as sp
 
 from lure.errors import InputError
+from lure.showing import html_table
 
 Form = Literal["corrected", "as-printed"]
 FORMS: tuple[Form, ...] = ("corrected", "as-printed")
@@ -53,6 +54,19 @@ class Step:
         """Whether the residual simplified to zero; ``False`` leaves the residual to look at."""
         return bool(self.residual == 0)
 
+    def to_dict(self) -> dict[str, object]:
+        """The step as plain JSON data, formulas as text."""
+        return {
+            "title": self.title,
+            "statement": self.statement,
+            "residual": str(self.residual),
+            "holds": self.holds,
+        }
+
+    def _repr_html_(self) -> str:
+        rows = [("claim", self.statement), ("residual", self.residual)]
+        return html_table(self.title, rows, verdict="HOLDS" if self.holds else "OPEN")
+
     def __str__(self) -> str:
         """One line: the claim, and what remains of it."""
         return f"{self.title}: {self.statement} [residual {self.residual}]"
@@ -83,6 +97,16 @@ class Misprint:
     def difference(self) -> sp.Expr:
         """``printed - corrected``, simplified; not identically zero."""
         return sp.factor(sp.simplify(self.printed - self.corrected))
+
+    def to_dict(self) -> dict[str, str]:
+        """The row of the misprint table as plain JSON data, formulas as text."""
+        names = ("where", "printed", "corrected", "difference", "explanation")
+        return {name: str(getattr(self, name)) for name in names}
+
+    def _repr_html_(self) -> str:
+        names = ("printed", "corrected", "difference")
+        rows = [(name, getattr(self, name)) for name in names]
+        return html_table(f"misprint in {self.where}", rows, notes=(self.explanation,))
 
     def __str__(self) -> str:
         """One line: where, what is printed, what it should be, why."""
