@@ -1,0 +1,378 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # When criteria fail
+#
+# Slope, oddness, time-invariance: the small print of every criterion. This notebook takes the words away one by one
+# and shows the loop that breaks. The sign is $\sigma = H\mu$, $\mu = -\varphi(\sigma)$ throughout, and each answer
+# has two sides: *proved* up to here, *refuted* from there on by a named law, and in between nothing is known.
+#
+# Two kinds of statement appear. **Certified** ones come from exact arithmetic, and a checker that does not trust the
+# search has accepted them. Everything we draw is a floating-point motion, **observed**: good for seeing, no proof.
+
+# %%
+import textwrap
+from fractions import Fraction
+from itertools import pairwise
+
+import matplotlib.pyplot as plt
+import numpy as np
+from scipy import signal
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from analysis import Refuted, check, describing_hint, max_sector, max_slope
+from analysis.criteria.describing_function import describing_function
+from analysis.plots.loops import plot_law, plot_reach
+from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILLION, finish_axes
+from lure import PiecewiseLinear, as_block
+from lure.loop_library import builtin_loop
+
+
+def say(*answers):
+    """Print sentences, broken into lines."""
+    print(*(textwrap.fill(str(one), 100) for one in answers), sep="\n\n")
+
+
+def companion(block):
+    """Matrices of ``x' = A x + b mu``, ``sigma = c x``, for a strictly proper block."""
+    low, high = ([float(x) for x in reversed(p)] for p in (block.denominator, block.numerator))
+    n = len(low) - 1
+    A = np.eye(n, k=1)
+    A[-1] = [-a / low[-1] for a in low[:n]]
+    return A, np.eye(n)[-1], np.array(high + [0.0] * (n - len(high))) / low[-1]
+
+
+def motion(block, law, state, until):
+    """Times, ``sigma`` and the last state of the motion under a law, in floating point."""
+    A, b, c = companion(block)
+    times = np.linspace(0, until, 4000)
+    run = solve_ivp(lambda t, x: A @ x - b * law(c @ x), (0, until), state, "DOP853", times, rtol=1e-11, atol=1e-12,
+                    max_step=0.05)  # fmt: skip
+    return times, c @ run.y, run.y[:, -1]
+
+
+def law_of(witness):
+    """The law of a periodic orbit."""
+    data = witness.data
+    slopes = {side: Fraction(data[side]) for side in ("left_slope", "right_slope")}
+    return PiecewiseLinear(points=[tuple(map(Fraction, point)) for point in data["points"]], **slopes)
+
+
+def law_and_orbit(found, block, gains, periods=8):
+    """The law in its sector, and the orbit beside motions of linear gains from the same state."""
+    law, data = law_of(found.witness), found.witness.data
+    _, (left, right) = plt.subplots(1, 2, figsize=(10.4, 3.6), width_ratios=(1, 1.7), layout="constrained")
+    plot_law(found.witness, ax=left)
+    edge = np.array([0.0, max(left.get_xlim())])
+    for sign in (1, -1):
+        span = (sign * float(found.lower) * edge, sign * found.refuted_at * edge)
+        left.fill_between(sign * edge, *span, color=GREY, alpha=0.2, lw=0, label="sector" if sign > 0 else None)
+    left.legend(loc="upper left", **LEGEND)
+    until = periods * data["period"]
+    for gain, colour in gains:
+        times, sigma, _ = motion(block, lambda x, gain=gain: gain * x, data["state"], until)
+        right.plot(times, sigma, color=colour, lw=0.9, label=f"φ = {gain:.4g} σ")
+    times, sigma, _ = motion(block, law, data["state"], until)
+    right.plot(times, sigma, color=VERMILLION, lw=1.4, label="φ, the law on the left")
+    right.set_xlabel("t [s]")
+    right.set_ylabel("σ [unit of σ]")
+    right.set_xlim(0, until)
+    right.set_ylim(-1.1 * np.abs(sigma).max(), 1.4 * np.abs(sigma).max())
+    finish_axes(right)
+    right.legend(loc="upper right", ncols=3, **LEGEND)
+    plt.show()
+
+
+def gap_after_a_period(found, block):
+    """How far the motion is from where it began, one period later, relative to the state."""
+    data = found.witness.data
+    *_, end = motion(block, law_of(found.witness), data["state"], data["period"])
+    return float(np.linalg.norm(end - data["state"]) / np.linalg.norm(data["state"]))
+
+
+# %% [markdown]
+# ## 1. Every linear gain is stable. Is the sector?
+#
+# In 1949 Aizerman guessed: if the loop is stable for every linear gain in $[a, b]$, then for every $\varphi$ with $a
+# \le \varphi(\sigma)/\sigma \le b$ too. It would spare us this whole subject. Take the plant of Leonov, Bragin and
+# Kuznetsov (2010), of order four, and let the sector begin at $1/100$:
+
+# %%
+aizerman = builtin_loop("leonov-bragin-kuznetsov").block
+sector = max_sector(aizerman, lower=Fraction(1, 100), search="full")
+print("H =", aizerman)
+print(f"linear gains: stable from 1/100 up to {sector.hurwitz.low:.6g}, all of them (exact root counts)\n")
+say(sector)
+
+# %%
+law_and_orbit(sector, aizerman, [(0.1, GREEN), (sector.refuted_at, BLUE)])
+print(f"after one period the drawn motion is back to {gap_after_a_period(sector, aizerman):.0e} of its state: observed")
+again = check(sector.refutation.certificate)
+say(f"the checker, on the certificate: {type(again).__name__}, {again.claim}")
+
+# %% [markdown]
+# A saturation with a gain of 0.467 and a leak of 0.01 keeps the loop swinging for ever, although the linear loop
+# could take a gain twenty times as large. Popov proves the sector up to 0.0847. Of the sectors in between, up to
+# 0.4668, we do not know.
+#
+# **Moral: a gain margin is a statement about straight lines.**
+#
+# ## 2. And if the slope is bounded as well?
+#
+# The saturation above is already worse than it looks: not only $\varphi(\sigma)/\sigma$, every slope of it lies in
+# the interval of stable gains. That slopes would suffice was Kalman's guess of 1957. Up to order three it is true
+# (Barabanov 1988). The first example of the usual test set for such laws, of order three, from both sides:
+
+# %%
+third = builtin_loop("ct-1").block
+third_sector, third_slope = max_sector(third, search="full"), max_slope(third)
+print("H =", third, end="\n\n")
+say(third_sector, third_slope)
+
+# %% [markdown]
+# Knowing the slope carries the proof from 1.7636 to 4.5894, to where a linear gain fails, by the criterion of
+# Yakubovich and Park: for this plant the question of slope is closed. From order four on the guess is false. Fitts
+# (1966) found the plant; every linear gain $k \ge 0$ is stable:
+
+# %%
+kalman = builtin_loop("kalman-fitts")
+fitts = max_slope(kalman.block, odd=True)
+print("H =", kalman.block)
+print("linear gains: stable up to", fitts.hurwitz.low, end="\n\n")
+say(fitts)
+law_and_orbit(fitts, kalman.block, [(0.75, GREEN), (fitts.refuted_at, BLUE)])
+print(f"after one period the drawn motion is back to {gap_after_a_period(fitts, kalman.block):.0e}: observed")
+
+# %% [markdown]
+# A dead zone: nothing for $|\sigma| \le 1$, slope 1.4994 beyond. It is odd, monotone, and has a certified periodic
+# motion of 10.77 s. Proved for odd laws is the slope up to 0.6738. Note what `inf` above does *not* say.
+#
+# **Moral: from order four on, no property of linear gains replaces a criterion.**
+#
+# ## 3. Is oddness a formality?
+#
+# Now in discrete time, example 6 of Carrasco, Heath, Zhang, Ahmad and Wang (2019): $\sigma_{t+1} = \tfrac12\sigma_t +
+# 2\mu_t + \tfrac{23}{25}\mu_{t-1}$. Every linear gain up to $25/23$ is stable. Laws with the slope in $[0, k]$, odd
+# or not:
+
+# %%
+sixth = builtin_loop("dt-6").block
+odd, monotone = max_slope(sixth, odd=True), max_slope(sixth)
+say(odd, monotone)
+_, (left, right) = plt.subplots(1, 2, figsize=(10.4, 3.4), width_ratios=(1.5, 1), layout="constrained")
+plot_reach([odd, monotone], ["odd laws", "monotone laws"], ax=left)
+left.set_xlabel("upper end k of the slope [unit of μ / unit of σ]")
+plot_law(monotone.witness, ax=right)
+plt.show()
+
+# %% [markdown]
+# For odd laws the proof stops within $10^{-8}$ of $25/23 = 1.08696$, where a linear gain fails. Without oddness it
+# stops at $175/192 = 0.91146$, and that is not modesty: the law on the right, of slope 0 and $175/192$, has an orbit
+# that visits the three marked points for ever. In fractions, by hand:
+
+# %%
+points = [tuple(map(Fraction, point)) for point in monotone.witness.data["points"]]
+slopes = [(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(points)]
+
+
+def phi(x):
+    """The law through the points, constant outside."""
+    x = min(max(x, points[0][0]), points[-1][0])
+    i = max(i for i, (left_end, _) in enumerate(points[:-1]) if left_end <= x)
+    return points[i][1] + slopes[i] * (x - points[i][0])
+
+
+sigma = [Fraction(monotone.witness.data["sigma"][0])]
+mu = [Fraction(monotone.witness.data["u"][-1])]  # the sample before
+for _ in range(4):
+    mu.append(-phi(sigma[-1]))
+    sigma.append(sigma[-1] / 2 + 2 * mu[-1] + Fraction(23, 25) * mu[-2])
+print("slopes:", *slopes)
+print("sigma: ", *sigma)
+print("mu:    ", *mu[1:])
+
+# %% [markdown]
+# An exact orbit of period 3; no rounding is involved, so nobody's solver need be believed. A multiplier search that
+# assumes oddness in silence certifies this loop up to 1.0869, and is wrong.
+#
+# **Moral: odd is a hypothesis. If your valve leaks on one side, you do not have it.**
+#
+# ## 4. May the law drift?
+#
+# The plant $1/(s^2 + s + 1)$ is a damped spring. With $\theta = 1$ Popov's expression is $1/k + 1/|d(i\omega)|^2 >
+# 0$, for every finite $k$: no time-invariant law of any finite sector $[0, k]$ destabilises it. The circle criterion
+# stops at 3, because $\mathrm{Re}\,H$ is least, $-1/3$, at $\omega^2 = 2$. A weak criterion? It allows more laws:
+
+# %%
+spring = as_block("1/(s^2 + s + 1)")
+still, varying = max_sector(spring, search="full"), max_sector(spring, time_varying=True, search="full")
+say(still, varying)
+pattern = varying.witness.data
+times = [float(Fraction(x)) for x in pattern["times"]]
+A, b, c = companion(spring)
+
+
+def growth(k):
+    """Largest modulus of an eigenvalue over one period: gain 0 for ``times[0]``, then ``k`` for ``times[1]``."""
+    period = expm((A - k * np.outer(b, c)) * times[1]) @ expm(A * times[0])
+    return float(np.abs(np.linalg.eigvals(period)).max())
+
+
+print(f"gains {pattern['gains'][0]} s and k in turn, for {times[0]:.4f} s and {times[1]:.4f} s")
+for k in (5.6, varying.refuted_at, 6.5, 8.0):
+    print(f"k = {k:<12.9g}  growth per period {growth(k):.10f}")
+
+# %% [markdown]
+# The gain alternates between 0 and 5.71022, each of them stable on its own, and at the right moments: a child on a
+# swing stands up and squats. At the certified gain the growth per period is barely above 1, as it should be at the
+# end of a search for the smallest; at 8, in the same rhythm, each period multiplies the motion by 1.147.
+
+
+# %%
+def switched(k, rhythm, periods=10):
+    """Times and ``sigma`` when the gain is 0, then ``k``, over and over."""
+    state, t, sigma, clock = np.array([1.0, 0.0]), [0.0], [1.0], 0.0
+    for duration, gain in zip(rhythm * periods, (0.0, k) * periods, strict=False):
+        step = expm((A - gain * np.outer(b, c)) * duration / 40)
+        for _ in range(40):
+            state, clock = step @ state, clock + duration / 40
+            t.append(clock)
+            sigma.append(c @ state)
+    return t, sigma
+
+
+_, ax = plt.subplots(figsize=(8.6, 3.4), layout="constrained")
+ax.plot(*switched(8.0, [0.0, sum(times)]), color=BLUE, lw=1.1, label="k = 8 all the time")
+ax.plot(*switched(0.0, times), color=GREEN, lw=1.1, label="k = 0 all the time")
+ax.plot(*switched(8.0, times), color=VERMILLION, lw=1.4, label="k = 0 and k = 8 in turn")
+ax.set_xlabel("t [s]")
+ax.set_ylabel("σ [unit of σ]")
+finish_axes(ax)
+ax.set_xlim(0, 10 * sum(times))
+ax.set_ylim(-1.5, 2.1)
+ax.legend(loc="upper left", ncols=3, **LEGEND)
+plt.show()
+
+# %% [markdown]
+# Between 3 and 5.7102 nothing is known of laws that depend on time; that does not touch Popov's result.
+#
+# **Moral: gain scheduling, wear and temperature are time-varying laws. Popov and Zames-Falb have not heard of them.**
+#
+# ## 5. The describing function, wrong both ways
+#
+# Harmonic balance looks for a sinusoid that sustains itself, $1 + N(A)H(i\omega) = 0$. It is a good place to start
+# looking, and we call it a hint. First the two loops above, which oscillate, certified:
+
+# %%
+missed = [describing_hint(block, law_of(found.witness)) for block, found in ((aizerman, sector), (kalman.block, fitts))]
+say(*missed)
+
+# %% [markdown]
+# No balance for either: the linear loop is stable for every gain that $N$ can take. Now a false alarm. The plant $-(s
+# + 1.6)/(s^2 + 0.39 s + 1)$ under a law that does nothing up to 1, has slope 1 up to 2, and saturates there:
+
+# %%
+alarm = as_block("-(s + 1.6)/(s^2 + 0.39*s + 1)")
+stop = PiecewiseLinear(points=((-2, -1), (-1, 0), (1, 0), (2, 1)), left_slope=0, right_slope=0)
+hint = describing_hint(alarm, stop)
+linear = max_sector(alarm, search="full")
+say(hint, linear)
+inner, outer = hint.balances
+t, spiral, rest = motion(alarm, stop, [-25.0, 0.0], 150.0)  # sigma(0) = 40
+seconds, response = signal.impulse(([-1, -1.6], [1, 0.39, 1]), T=np.linspace(0, 100, 20001))
+most = np.trapezoid(np.abs(response), seconds)  # what |mu| <= 1 can do to |sigma|, in the long run
+
+_, (left, right) = plt.subplots(1, 2, figsize=(10.4, 3.4), width_ratios=(1, 1.5), layout="constrained")
+sizes = np.linspace(1, 6, 400)
+left.plot(sizes, describing_function(stop, sizes), color=BLUE, lw=1.4, label="N(A)")
+left.axhline(inner.gain, color=GREY, lw=1, ls="--", label="gain at which the linear loop fails")
+left.plot([inner.amplitude, outer.amplitude], [inner.gain] * 2, "o", ms=5, color=PURPLE, label="balance")
+left.set_xlabel("amplitude A [unit of σ]")
+left.set_ylabel("N [unit of μ / unit of σ]")
+left.legend(loc="lower right", **LEGEND)
+right.plot(t, np.abs(spiral), color=VERMILLION, lw=1.2, label="|σ|, observed")
+right.axhline(outer.amplitude, color=PURPLE, lw=1, ls="--", label="amplitude of the predicted oscillation")
+right.set_xlabel("t [s]")
+right.set_ylabel("|σ| [unit of σ]")
+right.set_yscale("log")
+right.set_ylim(1e-3, 60)
+right.set_xlim(0, 80)
+right.legend(loc="upper right", **LEGEND)
+for axes in (left, right):
+    finish_axes(axes)
+plt.show()
+
+# %% [markdown]
+# The hint announces an attracting oscillation of amplitude 2.66. We see none, and here seeing comes close to knowing.
+# The motion starts at $\sigma = 40$, where the law, bounded by 1, can keep nothing up ($\int |h| = 6.06$), and
+# spirals straight through the predicted amplitude into the dead zone, where the loop is linear and decays. In the
+# plane that is the end of it: a closed orbit would go round 0, the only equilibrium, and the spiral would have to
+# cross it. (In floating point; so the motion is observed, and `lure` does not call this loop proved. It proves the
+# sector up to 0.39, and this law reaches $\varphi(2)/2 = 0.5$.)
+#
+# **Moral: a balance is a place to look, and its absence is none to rest.**
+#
+# ## What to take home
+#
+# | you may assume | and may then use | forget it, and |
+# |---|---|---|
+# | linear | the gain margin | a saturation swings where any gain up to 9.9 is fine |
+# | a sector, time-invariant | Popov | a gain that switches in $[0, 5.71022]$ grows |
+# | a sector, time-varying | the circle | |
+# | a slope | Park, Zames and Falb | Popov stops at 1.7636 where slope reaches 4.5894 |
+# | odd as well | their odd multipliers | an orbit of period 3 at $175/192$, below $25/23$ |
+#
+# ## What this notebook claims
+
+# %%
+LINEAR = 1000 / 101  # the stable gains of the first plant end here
+assert abs(sector.hurwitz.low - LINEAR) < 1e-8
+assert aizerman.order == kalman.block.order == 4
+assert (int(sector.largest.low * 10**4), sector.criterion) == (847, "popov")
+assert f"{sector.refuted_at:.4f}" == "0.4668"
+assert LINEAR / sector.refuted_at > 20
+assert isinstance(again, Refuted)
+assert gap_after_a_period(sector, aizerman) < 1e-8
+assert sector.witness.slope_restricted
+assert third.order == 3
+assert int(third_sector.largest.low * 10**4) == 17636
+assert int(third_slope.largest.low * 10**4) == int(third_slope.refuted_at * 10**4) == 45894
+assert third_slope.closed
+assert (third_slope.criterion, third_slope.witness.kind) == ("park", "linear gain")
+assert fitts.hurwitz.low == np.inf
+assert (f"{fitts.refuted_at:.4f}", f"{fitts.witness.data['period']:.2f}") == ("1.4994", "10.77")
+assert int(fitts.largest.low * 10**4) == 6738
+assert isinstance(check(fitts.refutation.certificate), Refuted)
+assert gap_after_a_period(fitts, kalman.block) < 1e-7
+assert 0 < Fraction(25, 23) - Fraction(odd.largest.low) < Fraction(1, 10**8)
+assert odd.witness.kind == "linear gain"
+assert 0 < Fraction(175, 192) - Fraction(monotone.largest.low) < Fraction(1, 10**7)
+assert (f"{25 / 23:.5f}", f"{175 / 192:.5f}") == ("1.08696", "0.91146")
+assert set(slopes) == {Fraction(0), Fraction(175, 192)}
+assert sigma[3:] == sigma[:2]
+assert mu[3:] == mu[:2]
+assert len(set(sigma)) == 3
+assert all(u == -phi(x) for x, u in zip(sigma, mu[1:], strict=False))
+assert (still.largest.low, still.criterion) == (np.inf, "popov")
+assert 0 < 3 - varying.largest.low < 1e-8
+assert f"{varying.refuted_at:.5f}" == "5.71022"
+assert 1 < growth(varying.refuted_at) < 1 + 1e-6
+assert round(growth(8.0), 3) == 1.147
+assert isinstance(check(varying.refutation.certificate), Refuted)
+assert not any(one.balances for one in missed)
+assert (f"{outer.amplitude:.2f}", outer.stable_guess, f"{inner.gain:.2f}") == ("2.66", True, "0.39")
+assert 39.9 < spiral[0] < 40.1
+assert round(most, 2) == 6.06
+assert np.hypot(*rest) < 1e-4  # deep inside the dead zone
+assert 0 < Fraction(39, 100) - Fraction(linear.largest.low) < Fraction(1, 10**8)
