@@ -35,8 +35,8 @@ def popov_largest_computed(
     r"""The largest ``k`` of Popov's inequality on ``[0, k]`` for ``x' = A x + B mu``, ``sigma = C x + D mu``, computed.
 
     As :func:`analysis.criteria.popov.popov_largest`, for blocks too large for exact polynomials (400 states take
-    seconds).  Levels of ``Re[(1 + i omega theta) H]`` are read off the eigenvalues of a Hamiltonian matrix, so that
-    no grid decides; but these are floating point, and the verdict is INCONCLUSIVE whatever they say.
+    seconds).  Levels of ``Re[(1 + i omega theta) H]`` are read off the eigenvalues of a Hamiltonian matrix [1]_, so
+    that no grid decides; but these are floating point, and the verdict is INCONCLUSIVE whatever they say.
 
     Parameters
     ----------

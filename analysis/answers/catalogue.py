@@ -80,6 +80,7 @@ CATALOGUE = (
     ),
 )
 CRITERIA = tuple(dict.fromkeys(entry.name for entry in CATALOGUE))
+"""The names of the criteria, to ask for one of them."""
 
 
 def entries(block: object, question: Question, criterion: str, *, time_varying: bool = False) -> list[Entry]:

@@ -137,8 +137,8 @@ def code_for(reason: BaseException | str) -> Code:
     Returns
     -------
     Code
-        By the type of the exception, then by its words; :data:`UNEXPECTED` for an exception of no known kind, and for a
-        sentence of no known words :data:`NO_MULTIPLIER`.
+        By the type of the exception, then by its words; ``UNEXPECTED`` for an exception of no known kind, and for a
+        sentence of no known words ``NO_MULTIPLIER``.
 
     Examples
     --------

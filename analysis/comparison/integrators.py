@@ -23,7 +23,9 @@ from lure.upwind import UpwindScheme
 
 Array = NDArray[np.float64]
 SchemeMethod = Literal["exact", "RK45", "DOP853", "Radau", "BDF", "LSODA", "CVODE", "CVODE-Adams"]
+"""How the motion of the scheme is computed."""
 SCHEME_METHODS: tuple[SchemeMethod, ...] = get_args(SchemeMethod)
+"""Every one of them, by name."""
 
 _LONGEST = 0.25
 _MOST_SAMPLES = 10**7

@@ -33,8 +33,7 @@ def rod_popov_criterion(
     the values at both ends being limits (``H`` has a simple pole at zero with residue ``rho_0 = A/k_dashpot > 0``).
 
     *Scheme.* If ``m > 0``, for every time-invariant locally Lipschitz ``phi`` in the sector every solution is bounded
-    and
-    converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin only
+    and converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin only
     if ``phi`` vanishes at 0 alone.  *Rod.* The inequality is not a theorem about a partial differential equation: the
     same conclusion for the rod comes from :func:`analysis.conclusion.conclusion`.
 

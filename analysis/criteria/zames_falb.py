@@ -87,7 +87,7 @@ def zames_falb_largest(
     same, since ``i w theta D`` has no real part.
 
     The multiplier comes from linear programmes in floating point; whether it satisfies the inequality is then decided
-    for all frequencies, see :func:`analysis.criteria.kernel_certificate.check`.
+    for all frequencies, by ``analysis.criteria.kernel_certificate``.
 
     Examples
     --------

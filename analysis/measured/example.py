@@ -8,6 +8,7 @@ from analysis.measured.measurements import Measurements
 from analysis.measured.reading import read_measurements
 
 PATH = Path(__file__).with_name("example.csv")
+"""The file that :func:`analysis.measured.example_measurements` reads; also ``analysis.measured.EXAMPLE``."""
 
 
 def example_measurements(*, area: float | None = None) -> Measurements:

@@ -21,6 +21,7 @@ from lure.systems import RodSystem, builtin_system
 from lure.upwind import Form, upwind
 
 Progress = Callable[[str, float], None]
+"""What is told of progress: a few words, and the part done from 0 to 1."""
 COARSE, FINE = 10, 200
 RELEASE = 2.5e-3
 FORCED = (8, 9, 10)

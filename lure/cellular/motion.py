@@ -32,9 +32,9 @@ class CellularMotion:
     t : ndarray
         (k,) instants; the last is the end of the run, earlier than asked for if the network came to rest.
     x : ndarray
-        (k, *shape) states.
+        ``(k, *shape)`` states.
     output : ndarray
-        (k, *shape) outputs ``f(x)``.
+        ``(k, *shape)`` outputs ``f(x)``.
     rate : float
         Largest ``|x'|`` at the end.
     steady : bool or None

@@ -118,7 +118,7 @@ def rod_energy() -> Balance:
 
     ``function`` is the density ``(rho A u_t^2 + A E u_x^2)/2`` [J/m]; ``derivative`` is the power that flows in through
     the ends plus that of the contact, ``A p z'``, with the boundary conditions put in; ``rate`` is the claim without
-    ``f`` [W].  That energy flows as used here is :func:`local_energy_balance`.
+    ``f`` [W].  That energy flows as used here is ``local_energy_balance``.
     """
     motion = hamilton()
     tip = sp.Symbol("u_t(t,L)", real=True)

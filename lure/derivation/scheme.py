@@ -130,7 +130,7 @@ def ring(cells: int) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
 
 
 def printed_input(cells: int) -> sp.ImmutableMatrix:
-    """``b1`` as printed under (38), ``[.. -2 s d .. -d]``: with ``mu = -p`` it makes contact pull.
+    """``b1`` as printed under (38), ``[..., -2 s d, ..., -d]``: with ``mu = -p`` it makes contact pull.
 
     Parameters
     ----------

@@ -185,7 +185,7 @@ def delay_equation() -> DelayEquation:
 def exact_transfer_function() -> sp.Expr:
     """Transfer function of the rod itself, ``H_inf(s') = (d/s') (1 - a e^{-2 s' T})/(1 + a e^{-2 s' T})`` [m/Pa].
 
-    The delay equation turns what leaves ``x = L`` at ``t - 2T`` into what arrives at ``t``: :func:`round_trip` with the
+    The delay equation turns what leaves ``x = L`` at ``t - 2T`` into what arrives at ``t``: ``round_trip`` with the
     factor ``e^{-2 s' T}``.
     """
     return round_trip(sp.exp(-2 * laplace * T))

@@ -160,7 +160,7 @@ class GalerkinModel:
         tolerance: float = 1e-10,
         method: Method = "DOP853",
     ) -> GalerkinRun:
-        """The motion from the initial data of ``scenario`` under its loads; see :func:`lure.galerkin.motion.simulate`.
+        """The motion from the initial data of ``scenario`` under its loads.
 
         Parameters
         ----------

@@ -52,7 +52,7 @@ class GalerkinRun:
     t : ndarray
         (samples,) instants [s].
     states : ndarray
-        (samples, 2m+5) rows of :class:`lure.galerkin.equations.Equations`.
+        (samples, 2m+5) rows of ``lure.galerkin.equations.Equations``.
     contacts : tuple of Touch
         Every stretch of contact, in order.
     steps : int

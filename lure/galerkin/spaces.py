@@ -25,7 +25,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Space:
-    r"""``V_m = span{w_1 .. w_m}`` in ``H^1(0, L)``.
+    r"""``V_m = span{w_1, ..., w_m}`` in ``H^1(0, L)``.
 
     ``"P1"``: continuous, linear on each of ``m - 1`` equal elements.  ``"P2"``: quadratic on each of ``(m - 1)/2``
     (so ``m`` is odd).  In both the coefficients are the values at ``m`` evenly spaced nodes, from ``x = 0`` to

@@ -22,6 +22,7 @@ from lure.rational import RationalBlock
 from lure.state_space import MAX_STATES, StateSpaceBlock
 
 AnyBlock = RationalBlock | StateSpaceBlock | DelayBlock | FrequencyData
+"""Every kind of block that :func:`lure.as_block` returns."""
 
 _EXPONENTIAL = re.compile(r"\bexp\s*\(")
 _WANTED = (

@@ -63,6 +63,7 @@ _SPELLINGS = {
 }
 _KEYS = {"slope": "gain", "law": "text", "formula": "text"}
 LAW_KINDS = tuple(_KINDS)
+"""The kinds of law that a table of a system file may name."""
 
 
 def law_from_table(kind: str, values: Mapping[str, object]) -> Nonlinearity:

@@ -53,7 +53,7 @@ def loop_to_toml(system: LoopSystem) -> str:
     Raises
     ------
     InputError
-        As for :func:`loop_tables`.
+        The block is a matrix in floating point, which no file of a page holds.
 
     Examples
     --------

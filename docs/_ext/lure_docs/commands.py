@@ -70,7 +70,7 @@ def _section(name: str) -> nodes.section:
 
 def _block(*command: str) -> nodes.literal_block:
     text = help_text(*command)
-    return nodes.literal_block(text, text, language="text")
+    return nodes.literal_block(text, text, language="text", classes=["help"])
 
 
 def setup(app: Sphinx) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import re
+from pathlib import Path
 
 from docutils import nodes
 from docutils.statemachine import StringList
@@ -30,7 +32,7 @@ class Api(SphinxDirective):
 
 
 def _table(title: str, names: list[str]) -> list[str]:
-    listed = [f"   {name}" for name in names]
+    listed = [f"   ~{name}" for name in names]
     return [f".. rubric:: {title}", "", ".. autosummary::", "   :nosignatures:", "", *listed, ""]
 
 
@@ -42,6 +44,8 @@ def _entries(title: str, names: list[str]) -> list[str]:
         lines.append(f".. auto{what}:: {name}")
         if inspect.isclass(found):
             lines += _options(found)
+        if isinstance(found, Path):
+            lines.append("   :no-value:")
         lines.append("")
     return lines
 
@@ -57,6 +61,22 @@ def _options(found: type) -> list[str]:
     return options
 
 
+def numbered(_app: Sphinx, _what: str, name: str, _found: object, _options: object, lines: list[str]) -> None:
+    """Make the numbered references of a docstring unlike those of the others on its page.
+
+    Parameters
+    ----------
+    name : str
+        The object whose docstring it is.
+    lines : list of str
+        The docstring, changed in place.
+    """
+    own = {found[1] for line in lines if (found := re.match(r"\s*\.\. \[(\d+)\]", line))}
+    for i, line in enumerate(lines):
+        lines[i] = re.sub(r"\[(\d+)\](?=_|\s)", lambda n: f"[#{name}-{n[1]}]" if n[1] in own else n[0], line)
+
+
 def setup(app: Sphinx) -> None:
-    """Register the directive."""
+    """Register the directive, and what is done to docstrings."""
     app.add_directive("api", Api)
+    app.connect("autodoc-process-docstring", numbered)

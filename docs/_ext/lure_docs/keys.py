@@ -45,7 +45,15 @@ class Keys(SphinxDirective):
 
 
 def _table(title: str, model: type[BaseModel], leave_out: set[str]) -> list[str]:
-    lines = [f".. rubric:: {title}", "", ".. list-table::", "   :header-rows: 1", "   :widths: 20 22 12 16 30", ""]
+    lines = [
+        f".. rubric:: {title}",
+        "",
+        ".. list-table::",
+        "   :class: keys",
+        "   :header-rows: 1",
+        "   :widths: 20 22 12 16 30",
+        "",
+    ]
     lines += _row("Key", "Type", "Unit", "Default", "Meaning")
     for name, field in model.model_fields.items():
         if name not in leave_out:
@@ -94,7 +102,7 @@ class Kinds(SphinxDirective):
         """Read off the table by which the laws are made."""
         from lure.laws.table import _KINDS
 
-        lines = [".. list-table::", "   :header-rows: 1", "   :widths: 22 26 26 26", ""]
+        lines = [".. list-table::", "   :class: keys", "   :header-rows: 1", "   :widths: 22 26 26 26", ""]
         lines += _row("``kind``", "needs", "may have", "see")
         for name, entry in _KINDS.items():
             needed = ", ".join(f"``{key}``" for key in entry.needs)

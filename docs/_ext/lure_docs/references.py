@@ -15,7 +15,7 @@ from sphinx.util import logging
 from lure_docs.listing import home, resolved
 
 _LOG = logging.getLogger(__name__)
-_THEIRS = ("control", "hypothesis", "matplotlib", "numpy", "scipy", "sympy", "xarray", "pathlib")
+_THEIRS = ("control", "hypothesis", "matplotlib", "numpy", "scipy", "sympy", "xarray", "collections", "typing")
 _TYPES = ("class", "exception", "data", "type")
 
 
@@ -45,6 +45,9 @@ class References(SphinxPostTransform):
         objects = self.env.domains.python_domain.objects
         if target in objects and "." in target:
             return target
+        owner, _, attribute = target.rpartition(".")
+        if node["reftype"] == "attr" and owner and attribute in getattr(_object(owner), "__annotations__", ()):
+            target = owner  # fields of a class are listed in its entry
         for path in _paths(target, node):
             try:
                 found = home(resolved(path))
@@ -94,13 +97,22 @@ def _paths(target: str, node: nodes.Element) -> list[str]:
     paths = [target]
     above: nodes.Element | None = node
     while (above := above.parent if above is not None else None) is not None:
-        if isinstance(above, addnodes.desc) and above[0].get("ids"):
-            inside = str(above[0]["ids"][0])
-            paths.append(f"{inside}.{target}")
+        inside = _inside(above)
+        if inside:
+            paths += [f"{inside}.{target}", f"{inside.rpartition('.')[0]}.{target}"]
             defined = getattr(_object(inside), "__module__", None)
             if defined in sys.modules:
                 paths.append(f"{defined}.{target}")
     return [*paths, f"{node.get('py:module')}.{target}"] if node.get("py:module") else paths
+
+
+def _inside(above: nodes.Element) -> str | None:
+    """The object that an entry, or a row of a summary table, describes."""
+    if isinstance(above, addnodes.desc) and above[0].get("ids"):
+        return str(above[0]["ids"][0])
+    if isinstance(above, nodes.row):
+        return next((str(found["reftarget"]) for found in above.findall(addnodes.pending_xref)), None)
+    return None
 
 
 def _object(name: str) -> object:

@@ -30,6 +30,7 @@ class Schema(SphinxDirective):
             lines += [f"It is {_type(schema, label)}.", ""]
         else:
             lines += [*_keys(schema, label), *_theorems(schema, label)]
+        lines += ["", "Parts", "-----", ""]
         for name, part in schema["$defs"].items():
             title = name.replace("_", " ")
             lines += ["", f".. _{label}-{name}:", "", title, "~" * len(title), ""]
@@ -48,7 +49,7 @@ def _plain(part: Part, label: str) -> list[str]:
 
 def _keys(part: Part, label: str) -> list[str]:
     """One row for each key, those of inner objects with a point; what need not be there says so."""
-    lines = [".. list-table::", "   :header-rows: 1", "   :widths: 34 26 40", ""]
+    lines = [".. list-table::", "   :class: keys", "   :header-rows: 1", "   :widths: 34 26 40", ""]
     for row in (("Key", "Type", "Meaning"), *_rows(part, label, "")):
         lines += [f"   * - {row[0]}", *(f"     - {cell}" for cell in row[1:])]
     return [*lines, ""]
@@ -91,7 +92,7 @@ def _type(part: Part, label: str) -> str:
 
 def _theorems(schema: Part, label: str) -> list[str]:
     """What a certificate holds, theorem by theorem."""
-    lines = [".. list-table::", "   :header-rows: 1", "   :widths: 18 28 24 30", ""]
+    lines = [".. list-table::", "   :class: keys", "   :header-rows: 1", "   :widths: 18 28 24 30", ""]
     for row in (("``theorem``", "``system.kind``", "``multiplier``", "``proof``"), *_choices(schema, label)):
         lines += [f"   * - {row[0]}", *(f"     - {cell}" for cell in row[1:])]
     return ["Which parts belong together:", "", *lines, ""]
