@@ -18,6 +18,8 @@ from lure.errors import AssumptionError
 from lure.nonlinearity import NormalCompliance
 
 if TYPE_CHECKING:
+    import xarray
+
     from analysis.plots.measured import Axes
 
 NAMES = ("eps", "gap", "m")
@@ -138,6 +140,23 @@ class ComplianceFit:
         from analysis.plots.measured import plot_compliance
 
         return plot_compliance(self, ax=ax)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Rows with the fitted load, and the parameters with their intervals, as an ``xarray.Dataset`` with units.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.measured.export import fit_dataset
+
+        return fit_dataset(self)
+
+    def _repr_html_(self) -> str:
+        from analysis.measured.export import fit_html
+
+        return fit_html(self)
 
     def to_dict(self) -> dict[str, Any]:
         """The fit as plain data; infinite numbers are the text ``inf``."""

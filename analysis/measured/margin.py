@@ -101,6 +101,11 @@ class MeasuredMargin:
             "conclusion": self.conclusion,
         }
 
+    def _repr_html_(self) -> str:
+        from analysis.measured.export import margin_html
+
+        return margin_html(self)
+
     def __str__(self) -> str:
         return self.conclusion
 

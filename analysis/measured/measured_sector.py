@@ -13,6 +13,8 @@ from analysis.measured.measurements import Measurements
 from lure.sector import Sector, SlopeBounds
 
 if TYPE_CHECKING:
+    import xarray
+
     from analysis.plots.measured import Axes
 
 _ASSUMED = (
@@ -158,7 +160,7 @@ class MeasuredSector:
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """The data, the law with its band, the sector and the residuals; see :func:`analysis.plots.measured`.
+        """Data, law with its band, sector and residuals; see :func:`analysis.plots.measured.plot_measured`.
 
         Parameters
         ----------
@@ -201,6 +203,23 @@ class MeasuredSector:
             "warnings": [*([MEMORY] if self.hysteresis else []), *self.warnings],
             "conclusion": self.conclusion,
         }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Rows with the mean law, its error and outliers, and the four bounds, as an ``xarray.Dataset`` with units.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.measured.export import sector_dataset
+
+        return sector_dataset(self)
+
+    def _repr_html_(self) -> str:
+        from analysis.measured.export import sector_html
+
+        return sector_html(self)
 
     def __str__(self) -> str:
         unit = self.measurements.unit

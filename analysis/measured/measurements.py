@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+    from analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 LoadUnit = Literal["N", "Pa"]
@@ -130,6 +135,35 @@ class Measurements:
             columns=self.columns,
             notes=self.notes,
         )
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The rows as an ``xarray.Dataset`` along ``row``, with units, lines of the file and branches.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.measured.export import measurements_dataset
+
+        return measurements_dataset(self)
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Load against displacement; see :func:`analysis.plots.measured.plot_measurements`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.measured import plot_measurements
+
+        return plot_measurements(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from analysis.measured.export import measurements_html
+
+        return measurements_html(self)
 
     def __len__(self) -> int:
         return self.displacement.size

@@ -15,6 +15,8 @@ from analysis.measured.sector import sector_of
 from lure.errors import AssumptionError, InputError
 
 if TYPE_CHECKING:
+    import xarray
+
     from analysis.plots.measured import Axes
 
 SCHEMA = "lure-measured/1"
@@ -59,6 +61,23 @@ class MeasuredReport:
             "sector": self.sector.to_dict(),
             "fit": None if self.fit is None else self.fit.to_dict(),
         }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The Dataset of the sector, with that of the fit in it where there is one.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.measured.export import report_dataset
+
+        return report_dataset(self)
+
+    def _repr_html_(self) -> str:
+        from analysis.measured.export import report_html
+
+        return report_html(self)
 
     def __str__(self) -> str:
         parts = [str(self.measurements), str(self.sector)]

@@ -86,6 +86,34 @@ def plot_measured(
     return above, below
 
 
+def plot_measurements(data: Measurements, *, ax: Axes | None = None) -> Axes:
+    """Load against displacement; loading is told from unloading where the rows form branches.
+
+    Parameters
+    ----------
+    data : Measurements
+        The rows.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.
+    """
+    axes = axes_or_new(ax)
+    parts = [("loading", data.rows("loading"), INK), ("unloading", data.rows("unloading"), PURPLE)]
+    for name, rows, colour in parts if data.branches else [("measured", np.arange(len(data)), GREY)]:
+        axes.plot([], [], ".", color=colour, label=f"{name}, {rows.size} rows")
+        _points(axes, data.displacement[rows], data.load[rows], colour)
+    axes.axhline(0.0, color=GREY, lw=0.6, zorder=1)
+    axes.set_xlabel("u [m]")
+    axes.set_ylabel(f"{'force' if data.unit == 'N' else 'stress'} [{data.unit}]")
+    axes.legend(loc="upper left", **LEGEND)
+    finish_axes(axes)
+    return axes
+
+
 def plot_compliance(found: ComplianceFit, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
     """Data, fitted compliance law, the interval of the gap, outliers marked; residuals below.
 
