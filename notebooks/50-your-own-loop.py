@@ -1,0 +1,252 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # Your own loop
+#
+# You have a plant and an amplifier that saturates. In ten minutes you will know up to which gain the loop is proved
+# stable, from which gain on it is refuted, and what is unknown in between; you will have the Popov plot, a proof that
+# a program of its own has checked, and a test that turns red when somebody changes the amplifier.
+#
+# First run everything as it is. Then change the two lines below and run everything again.
+#
+# ## 1. Two lines
+#
+# A DC motor positions an antenna through a flexible shaft. One volt turns it at 2 rad/s, with a time constant of
+# 0.1 s; the shaft rings at 100 rad/s with a damping ratio of 0.2. From volts to radians:
+#
+# $$P(s) = \frac{2}{s\,(0.1 s + 1)}\cdot\frac{100^2}{s^2 + 40 s + 100^2} =
+#   \frac{200\,000}{s^4 + 50 s^3 + 10\,400 s^2 + 100\,000 s}.$$
+#
+# The amplifier gives 20 V for each radian of error, and never more than 24 V.
+
+# %%
+import control
+
+# ------------------------------------------------------------- change these two lines
+PLANT = control.tf([200_000], [1, 50, 10_400, 100_000, 0])  # rad / V
+LAW = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
+# ------------------------------------------------------------------------------------
+
+# %% [markdown]
+# `PLANT` may be a transfer function or a state space model of python-control or scipy.signal, `(num, den)`, or a
+# formula such as `"exp(-s)/(s+1)"`; `LAW` a formula in `sigma`, a law of `lure.laws`, or a function of your own.
+# Coefficients are taken exactly, so write whole numbers where you can: the double `0.1` is not $1/10$. (In discrete
+# time there is no Popov plot: draw `nyquist_response(block)` in part 6.)
+
+# %%
+import subprocess
+import sys
+import tempfile
+from importlib.util import find_spec
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+
+from analysis import certify, max_sector, max_slope, popov_response
+from analysis.bounds import law_bounds
+from analysis.certificates import checker
+from analysis.certificates.certify import text_of
+from analysis.plots.loops import plot_reach
+from analysis.plots.sectors import plot_law_sector
+from analysis.plots.style import GREEN
+from analysis.testing import assert_in_sector
+from lure import LawClass, Sector, as_block
+
+block = as_block(PLANT)
+print("H =", block)
+
+# %% [markdown]
+# `lure` looks at one loop only, $\sigma = H\mu$, $\mu = -\varphi(\sigma)$: $H$ is what lies between the output of the
+# nonlinearity and its input, and the minus of the feedback is counted outside. Here $\sigma$ is the angle, $\mu$ the
+# voltage. A controller with dynamics goes into $H$. A constant set point $r$ changes nothing as the plant integrates:
+# read $\sigma$ as the angle minus $r$.
+#
+# ## 2. A saturation lies in a sector
+#
+# Draw a line from the origin to any point of the law. Its slope $\varphi(\sigma)/\sigma$ is 20 V/rad until the
+# amplifier saturates, and then falls towards 0, always positive. That is all the theorems want to know: $\varphi$ lies
+# in the sector $[0, 20]$.
+
+# %%
+bounds = law_bounds(LAW)
+print(bounds)
+ax = plot_law_sector(LAW, bounds)
+ax.set(xlabel="σ [rad]", ylabel="φ(σ) [V]")
+plt.show()
+
+# %% [markdown]
+# ## 3. Straight lines first
+#
+# If the amplifier did not saturate, $\varphi = K\sigma$, the loop would have the characteristic polynomial $s^4 +
+# 50 s^3 + 10\,400 s^2 + 100\,000 s + 200\,000 K$, and Routh and Hurwitz would say: stable for $0 < K < 84$ V/rad. By
+# hand, $(50\cdot10\,400 - 100\,000)\cdot100\,000 > 50^2\cdot200\,000\,K$.
+
+# %%
+found = max_sector(block)
+print(f"linear gains are stable up to {found.hurwitz.high:g}")
+
+# %% [markdown]
+# So 20 is safe, with a factor of four to spare? For straight lines. A saturation is none, and a loop that every
+# straight line of a sector stabilises can oscillate with a curved one (Aizerman and Kalman conjectured otherwise).
+#
+# ## 4. The answer, and how to read it
+
+# %%
+print(found)
+
+# %% [markdown]
+# - *for every phi, time-invariant, in the sector [0, 23.13988]*: one statement about all such laws at once. Yours is
+#   among them.
+# - *converges to the set of equilibria*: the plant integrates, so wherever $\varphi = 0$ the motor may stand still.
+#   This saturation is 0 at 0 alone, so here the set is that one point. A dead zone would be another matter.
+# - *popov, certified*: by Popov's criterion, decided in exact arithmetic at every frequency. *Computed* and *observed*
+#   would be less, and neither may call itself PROVED.
+# - *phi = 84 sigma: the loop is not asymptotically stable*: the other side, a member of the class that fails.
+# - *in between nothing is known.* 23 to 84 is not "unstable". Nobody has shown anything, this program included.
+#
+# ## 5. The bracket
+#
+# What is proved depends on what you promise about the law. If it may change with time the class is larger, and less
+# is true of it; if its slope stays in $[0, k]$ the class is smaller.
+
+# %%
+varying = max_sector(block, time_varying=True, search="full")  # looks for switching gains too: about a second
+slope = max_slope(block, odd=True, search="linear")
+rows = {"sector, law may depend on time": varying, "sector": found, "odd, slope in [0, k]": slope}
+for name, row in rows.items():
+    print(f"{name}:\n  {row}\n")
+plot_reach(list(rows.values()), list(rows), ax=plt.subplots(figsize=(7, 3.4), layout="constrained")[1])
+plt.show()
+
+# %% [markdown]
+# Look at the first row. A gain that jumps between 0 and 13.7 V/rad at the right moments makes this loop swing ever
+# wider, although each of its values alone is harmless. The amplifier is no such thing if its gain is fixed; if yours is
+# rescheduled while the loop runs, the first row is the one that speaks about you, and 20 is beyond it.
+#
+# ## 6. Popov's plot
+#
+# $\omega\,\mathrm{Im}\,H$ over $\mathrm{Re}\,H$. A line through $-1/k$ that has the whole curve on its right proves the
+# sector $[0, k]$; its slope, $1/\theta$, is yours to choose. The curve crosses the axis at $-1/84$, the linear
+# limit; the ringing shaft, at 96 rad/s, stops the line at $-1/23.1$ already.
+
+# %%
+popov = popov_response(block)
+ax = popov.plot(ax=plt.subplots(figsize=(7, 4.4), layout="constrained")[1])
+if found.hurwitz.high > 0:
+    ax.plot([-1 / found.hurwitz.high], [0], "o", ms=7, mfc="none", color=GREEN, label="linear limit")
+ax.legend(fontsize="small")
+plt.show()
+print(popov)
+
+# %% [markdown]
+# The notebook *20-nyquist-and-popov* explains this picture. It is a picture: 23.1 was not read off it.
+#
+# ## 7. A proof that a second program checks
+#
+# Now the question about *this* amplifier: is the loop stable for every law in its sector? The answer is a file in exact
+# numbers, and `checker.py` reads it without `lure`: plain Python, no packages (`-S`), isolated (`-I`).
+
+# %%
+answer = certify(block, LawClass(sector=bounds.sector))
+print(answer)
+
+
+def run(name, text, *command):
+    """Write a file into an empty folder and run Python on it there; print the last line, return the exit status."""
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, name).write_text(text, encoding="utf-8")
+        done = subprocess.run([sys.executable, *command, name], cwd=folder, capture_output=True, text=True, check=False)
+    print((done.stdout or done.stderr).strip())
+    return done.returncode
+
+
+proofs = [shown for shown in (answer.shown, found.refutation) if shown is not None]
+accepted = [run("proof.json", text_of(shown.certificate), "-I", "-S", checker.__file__) for shown in proofs]
+
+# %% [markdown]
+# The first file is the proof for your law, the second the refutation at 84. At the command line it is `lure certify
+# --num "200000" --den "1 50 10400 100000 0" --sector 0 20 -o proof.json`, then `lure verify proof.json`.
+#
+# ## 8. A test that guards your law
+#
+# The proof holds as long as the law stays in the sector. People change amplifiers. This line fails when they do:
+
+# %%
+kept = assert_in_sector(LAW, bounds.sector)
+print(kept)
+
+# %% [markdown]
+# Certified, as the law is a formula. A Python function can only be tried at many points: *observed*. And so that you
+# have seen it red, here is the same line with half the bound:
+
+# %%
+half = Sector(bounds.sector.lower, (bounds.sector.lower + bounds.sector.upper) / 2)
+try:
+    assert_in_sector(LAW, half)
+except AssertionError as error:
+    print(error)
+
+# %% [markdown]
+# In a file it is an ordinary test, for `pytest test_law.py` (`pip install pytest`). `lure init --test test_law.py`
+# writes one with comments.
+
+# %%
+TEST = """
+from math import inf
+from analysis.testing import assert_in_sector
+from lure import Sector
+
+def test_the_law_stays_in_its_sector():
+    assert_in_sector({!r}, Sector({}, {}))
+"""
+outcomes = []
+if find_spec("pytest") and isinstance(LAW, str):
+    for sector in (bounds.sector, half):
+        outcomes.append(
+            run("test_law.py", TEST.format(LAW, sector.lower, sector.upper), "-m", "pytest", "--tb=no", "-q")
+        )
+
+# %% [markdown]
+# ## What does not follow
+#
+# - **No rate, no overshoot.** Every motion comes to rest; nothing says how soon, or how far it swings before.
+# - **Nothing about a gain of 50.** It lies in the open part. The loop may well be stable; it was not shown.
+# - **Nothing about other signals.** Loads and noise that last, and set points that move, are not in the theorem.
+# - **Nothing about the motor.** The theorem is about these coefficients and this law. A second resonance, friction, or
+#   a sampled controller is another block, or another law.
+# - **Nothing with integral action.** With it this $H$ has a double pole at 0, where no criterion here applies; you
+#   would be told so in a sentence.
+#
+# ## What this notebook claims
+#
+# The numbers above are those of the motor. For your own two lines this cell has nothing to say.
+
+# %%
+if str(block) == "200000 / (s^4 + 50 s^3 + 10400 s^2 + 100000 s)" and LAW == "min(max(20*sigma, -24), 24)":
+    assert (bounds.sector, str(bounds.evidence)) == (Sector(0, 20), "certified")
+    assert abs(found.hurwitz.high - 84) < 1e-9
+    assert (50 * 10_400 - 100_000) * 100_000 == 50**2 * 200_000 * 84
+    assert (str(found.verdict), found.criterion, str(found.evidence)) == ("PROVED", "popov", "certified")
+    assert abs(found.largest.low - 23.13988095) < 1e-6
+    assert found.witness.description == "phi = 84 sigma: the loop is not asymptotically stable"
+    assert not found.closed
+    assert abs(varying.refuted_at - 13.7) < 0.02
+    assert varying.largest.low < 20 < found.largest.low
+    assert popov.k == found.largest.low
+    assert str(answer.verdict) == "PROVED"
+    assert accepted == [0, 0]
+    assert str(kept.evidence) == "certified"
+    assert half == Sector(0, 10)
+    assert outcomes in ([0, 1], [])  # passed, failed; not run where there is no pytest
+    assert str(certify(block, LawClass(sector=Sector(0, 50))).verdict) == "INCONCLUSIVE"
+    print("All of it holds.")
