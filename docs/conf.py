@@ -1,6 +1,6 @@
 """The documentation: MyST pages, the executed notebooks, and the reference from docstrings.  ``make docs`` builds it.
 
-Of the extensions in ``_ext``, ``collect`` brings the notebooks and notes and ``pictures`` draws what pages show, both into
+Of the extensions in ``_ext``, ``collect`` brings notebooks and notes and ``pictures`` draws what pages show, both into
 folders that git ignores; ``lure_docs`` makes the reference from the code it describes.  The site needs no network:
 formulas are set by a MathJax that is copied into it.
 """
@@ -57,6 +57,8 @@ nb_merge_streams = True
 
 autodoc_typehints = "none"  # the docstrings have them
 autodoc_member_order = "bysource"
+autosummary_generate = False  # the tables link to the entries on the same page
 napoleon_google_docstring = False
+napoleon_use_ivar = True  # no second entry for the attributes that a docstring lists
 napoleon_use_rtype = False
 copybutton_exclude = ".linenos, .gp, .go"

@@ -157,9 +157,9 @@ def run_page(page, folder):
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    running = Page(page.name)
+    running, shown = Page(page.name), blocks(page.read_text(encoding="utf-8"))
     with contextlib.chdir(folder):
-        for block in blocks(page.read_text(encoding="utf-8")):
+        for block in shown:
             if block.language in {"python", "console"} or block.file is not None:
                 running.run(block)
             pyplot.close("all")
