@@ -1,0 +1,169 @@
+"""One small result of every class that hands itself on, made when it is first asked for."""
+
+from functools import cache, partial
+
+import numpy as np
+from motions import unit_rod
+
+from analysis.bounds import law_bounds, violation
+from analysis.comparison import compare
+from analysis.confirmation import confirmation
+from analysis.measured import example_measurements, fit_compliance, margin_of, report_of, sector_of
+from analysis.response import Plan, Sweep, basin, bifurcation, response
+from analysis.runs import Request, perform
+from analysis.simulation import simulate
+from analysis.testing import LawViolation, assert_in_sector
+from lure import Scenario, Sector, exact_motion, upwind
+from lure.cellular import CellularNetwork, Template
+from lure.derivation import misprints
+from lure.expressions import Expression
+from lure.galerkin import convergence, formula_state, galerkin
+from lure.structured import structured_motion
+from lure.system_file import find_system
+
+# struck once, at 0.156 ms in the scheme of 10 cells
+STRUCK = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9", "force.g=0.01*sin(4000*t)"])
+FREE = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9"])
+UNTIL = 1e-3
+
+
+@cache
+def motion():
+    return exact_motion(STRUCK.rod, STRUCK.scenario, UNTIL)
+
+
+def scheme(cells=10):
+    return upwind(STRUCK.rod, cells)
+
+
+@cache
+def galerkin_run():
+    return galerkin(STRUCK.rod, space="P1", order=5).simulate(STRUCK.scenario, UNTIL, samples=21)
+
+
+@cache
+def family():
+    # u = cos(pi x) cos(pi t) on the free rod E = rho = A = L = 1, k = 0, far from the obstacle
+    start = Scenario.parse(displacement="cos(3.141592653589793*x)")
+    rod = unit_rod(gap=9)
+    motion = "cos(3.141592653589793*x)*cos(3.141592653589793*t)"
+    known = formula_state(Expression.parse(motion, variables=("t", "x")), 0.5, 1.0)
+    return convergence([galerkin(rod, space="P1", order=m) for m in (5, 9)], start, known, until=0.5)
+
+
+@cache
+def cells(shape=(2,)):
+    if len(shape) == 1:
+        network = CellularNetwork(shape=shape, A=Template.uniform([-1, 2, -1]), boundary="fixed")
+        return network.simulate(np.linspace(0.5, -0.5, shape[0]), until=3.0, samples=7)
+    template = Template.uniform([[0, 1, 0], [1, 2, 1], [0, 1, 0]])
+    start = np.linspace(-1, 1, int(np.prod(shape))).reshape(shape)
+    return CellularNetwork(shape=shape, A=template, boundary="zero-flux").simulate(start, until=3.0, samples=7)
+
+
+@cache
+def structured():
+    return structured_motion(scheme(40), STRUCK.scenario, UNTIL, samples=21)
+
+
+@cache
+def trajectory():
+    return simulate(scheme(), STRUCK.scenario, until=UNTIL, samples=21, frames=3)
+
+
+@cache
+def free_trajectory():
+    return simulate(upwind(FREE.rod, 10), FREE.scenario, until=UNTIL, samples=21)
+
+
+@cache
+def sampled(method):
+    more = {"scheme": {"cells": 10}, "galerkin": {"space": "P1", "order": 5}, "exact": {}}[method]
+    return perform(STRUCK, Request(until=UNTIL, samples=21, method=method, **more)).run
+
+
+@cache
+def comparison():
+    return compare(STRUCK.rod, STRUCK.scenario, UNTIL, cells=(10, 20), galerkin=(("P1", 9),), samples=65)
+
+
+@cache
+def confirmed():
+    return confirmation(upwind(FREE.rod, 10), FREE.scenario, UNTIL, free_trajectory())
+
+
+SHAKEN = unit_rod(damping=0.2, compliance=0.01, gap=0)
+
+
+@cache
+def long_run():
+    return response(SHAKEN, "0.3 + 0.2*sin(t/2)", plan=Plan(settle=60, run=8, samples=8))
+
+
+@cache
+def swept():
+    sweep = Sweep(plan=Plan(settle=60, run=8, samples=8))
+    return bifurcation(SHAKEN, "0.3 + F*sin(t/2)", "F", [0.2, 0.7], sweep=sweep)
+
+
+@cache
+def resting():
+    rod = unit_rod(damping=0.5, compliance=0.01)
+    return basin(rod, [0.0, 0.1], [0.25, 0.5, 1.0])
+
+
+@cache
+def bounds():
+    return law_bounds("max(x, 0)**1.5", on=(-1, 1))
+
+
+@cache
+def sector():
+    return sector_of(example_measurements())
+
+
+@cache
+def margin():
+    return margin_of(sector(), ([1e4], [1, 300, 2e4, 0]), gain=0.005, vouched=True)
+
+
+@cache
+def broken():
+    try:
+        assert_in_sector("2*x", Sector(0, 1))
+    except LawViolation as error:
+        return error.violation
+    raise AssertionError("2 x lies in no sector [0, 1]")
+
+
+RESULTS = {
+    "exact motion": motion,
+    "impact": lambda: motion().impacts[0],
+    "Galerkin run": galerkin_run,
+    "convergence": family,
+    "cells on a line": cells,
+    "cells in the plane": partial(cells, (2, 3)),
+    "structured motion": structured,
+    "trajectory": trajectory,
+    "trajectory without load": free_trajectory,
+    "sampled scheme": partial(sampled, "scheme"),
+    "sampled Galerkin": partial(sampled, "galerkin"),
+    "sampled rod": partial(sampled, "exact"),
+    "comparison": comparison,
+    "confirmation": confirmed,
+    "response": long_run,
+    "bifurcation": swept,
+    "sweep": Sweep,
+    "basin": resting,
+    "law bounds": bounds,
+    "extreme": lambda: bounds().sector_upper,
+    "violation": lambda: violation("2*x", Sector(0, 1)),
+    "measurements": example_measurements,
+    "measured sector": sector,
+    "compliance fit": cache(lambda: fit_compliance(example_measurements())),
+    "measured margin": margin,
+    "measured report": cache(lambda: report_of(example_measurements(), fit=True)),
+    "checked": lambda: assert_in_sector("x/2", Sector(0, 1)),
+    "broken": broken,
+    "misprint": lambda: misprints()[0],
+}

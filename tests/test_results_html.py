@@ -1,0 +1,158 @@
+"""What results show in a notebook: well-formed tables that say what moved and on which evidence, and run nothing."""
+
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from results import RESULTS
+
+from analysis.measured import Measurements, sector_of
+from analysis.testing import assert_in_sector
+from lure import Sector
+
+VOID = {"br", "hr", "img"}
+# the word for what moved, and for the evidence
+SAYS = {
+    "exact motion": ("the rod itself", "COMPUTED"),
+    "Galerkin run": ("Galerkin space P1 of dimension 5, not the rod", "OBSERVED"),
+    "convergence": ("Galerkin spaces", "OBSERVED"),
+    "cells on a line": ("cellular network of 2 cells", "OBSERVED"),
+    "cells in the plane": ("cellular network of 2 x 3 cells", "OBSERVED"),
+    "structured motion": ("upwind scheme of 40 cells", "OBSERVED"),
+    "trajectory": ("upwind scheme of 10 cells", "OBSERVED"),
+    "trajectory without load": ("upwind scheme of 10 cells", "OBSERVED"),
+    "sampled scheme": ("upwind scheme of 10 cells", "OBSERVED"),
+    "sampled Galerkin": ("Galerkin space P1 of dimension 5, not the rod", "OBSERVED"),
+    "sampled rod": ("the rod itself", "COMPUTED"),
+    "comparison": ("scheme, N = 10", "OBSERVED"),
+    "confirmation": ("N-cell scheme", "OBSERVED"),
+    "response": ("the rod itself", "OBSERVED"),
+    "bifurcation": ("the rod itself", "OBSERVED"),
+    "basin": ("the rod itself", "COMPUTED"),
+    "law bounds": ("sigma in [-1, 1]", "CERTIFIED"),
+    "violation": ("a sector bound is passed", "REFUTED"),
+    "measurements": ("measurements from", "OBSERVED"),
+    "measured sector": ("the mean law", "OBSERVED"),
+    "compliance fit": ("observed, not proved", "OBSERVED"),
+    "measured margin": ("observed with 95 % confidence", "INSIDE"),
+    "measured report": ("the mean law", "OBSERVED"),
+    "checked": ("lies in the sector", "CERTIFIED"),
+    "broken": ("phi(sigma)/sigma", "REFUTED"),
+}
+
+
+class Reader(HTMLParser):
+    """Tags that do not match, and the text between them."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.tags, self.text = [], set(), []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.add(tag)
+        assert not [name for name, _ in attrs if name.startswith("on")]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def read(result):
+    reader = Reader()
+    reader.feed(result._repr_html_())
+    reader.close()
+    assert reader.open == []
+    return reader, "".join(reader.text)
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_table_is_well_formed_and_runs_nothing(name):
+    reader, text = read(RESULTS[name]())
+    assert {"table", "caption", "th", "td"} <= reader.tags
+    assert not {"script", "style", "iframe", "a", "svg"} & reader.tags
+    assert "object at 0x" not in text
+    assert " nan" not in text
+
+
+@pytest.mark.parametrize("name", SAYS)
+def test_a_table_says_what_it_is_about_and_on_which_evidence(name):
+    about, evidence = SAYS[name]
+    _, text = read(RESULTS[name]())
+    assert about in text
+    assert text.startswith(evidence)
+
+
+@pytest.mark.parametrize("name", ["Galerkin run", "structured motion", "trajectory", "sampled scheme"])
+def test_a_motion_of_a_discrete_model_is_not_one_of_the_rod(name):
+    assert "It is not a motion of the rod." in read(RESULTS[name]())[1]
+
+
+@pytest.mark.parametrize("name", ["exact motion", "sampled rod"])
+def test_a_motion_proves_nothing_of_others(name):
+    _, text = read(RESULTS[name]())
+    assert "proves nothing of others" in text
+    assert "not a motion of the rod" not in text
+
+
+def test_hostile_names_are_shown_as_text():
+    evil = '<script>alert("x")</script>'
+    u = np.linspace(-1.0, 1.0, 40)
+    plain = Measurements.from_arrays(u, 3 * u + 0.01 * np.cos(9 * u))
+    data = Measurements(
+        displacement=u, load=plain.load, unit="N", lines=plain.lines, source=evil, columns=(evil, evil), notes=(evil,)
+    )
+    for result in (data, sector_of(data)):
+        reader, text = read(result)
+        assert "script" not in reader.tags
+        assert evil in text
+
+
+def test_a_law_with_a_hostile_name_is_shown_as_text():
+    def halved(x):
+        return x / 2
+
+    halved.__name__ = "<script>alert(1)</script>"
+    reader, text = read(assert_in_sector(halved, Sector(0, 1), on=(-1, 1)))
+    assert "script" not in reader.tags
+    assert halved.__name__ in text
+    assert "Nothing is said about the points not looked at." in text
+
+
+def test_the_table_of_the_paper_has_a_row_for_each_claim():
+    from analysis.evidence import Evidence
+    from analysis.reproduce import PaperClaim, PaperTable, Peak
+
+    claim = PaperClaim(
+        key="a",
+        where="section 4",
+        claim="z < 0",
+        as_printed="yes",
+        corrected="no",
+        rod="no",
+        survives=False,
+        sentence="it is not",
+        evidence=Evidence.COMPUTED,
+    )
+    peak = Peak(
+        figure=8,
+        variant="rod",
+        cells=None,
+        form=None,
+        amplitude=1.0,
+        largest_z=0.5,
+        at=2.0,
+        contacts=3,
+        evidence=Evidence.COMPUTED,
+    )
+    table = PaperTable(claims=(claim,), peaks=(peak,), settling=())
+    _, text = read(table)
+    assert text.startswith("0 of 1 claims of the paper survive")
+    assert "z < 0" in text
+    assert "FAILS" in text
+    found = table.to_xarray()
+    assert found.largest_z.sel(figure=8).item() == 0.5
+    assert found.contacts.item() == 3

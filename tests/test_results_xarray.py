@@ -1,0 +1,197 @@
+"""Results as Datasets, plain JSON and python-control responses: the same numbers, with units, names and evidence."""
+
+import json
+import sys
+
+import control
+import numpy as np
+import pytest
+import xarray
+from matplotlib import pyplot
+from matplotlib.axes import Axes
+from refusals import refusal
+from results import RESULTS
+
+from analysis.measured import Measurements, report_of, sector_of
+from analysis.runs import motion_dataset, run_dataset, sampled_motion
+from lure.showing import plain
+
+PLAIN = [name for name, make in RESULTS.items() if name != "sweep"]
+TABLES = [
+    name
+    for name in RESULTS
+    if name not in {"impact", "sweep", "extreme", "violation", "measured margin", "checked", "broken", "misprint"}
+]
+MOTIONS = [
+    "exact motion",
+    "Galerkin run",
+    "structured motion",
+    "trajectory",
+    "sampled scheme",
+    "sampled Galerkin",
+    "sampled rod",
+]
+DRAWN = [
+    "trajectory",
+    "sampled rod",
+    "sampled Galerkin",
+    "comparison",
+    "confirmation",
+    "response",
+    "bifurcation",
+    "basin",
+    "measurements",
+    "measured sector",
+    "compliance fit",
+    "measured report",
+    "broken",
+]
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_the_dictionary_is_json_without_nan(name):
+    found = RESULTS[name]().to_dict()
+    text = json.dumps(found, allow_nan=False)
+    assert json.loads(text) == plain(found)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_every_array_has_a_unit_a_meaning_and_named_coordinates(name):
+    found = RESULTS[name]().to_xarray()
+    for label, variable in found.variables.items():
+        assert variable.attrs["units"], label
+        assert variable.attrs["long_name"], label
+    assert set(found.sizes) <= set(found.coords)
+    assert {"evidence", "comment"} & set(found.attrs)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_dataset_comes_back_from_netcdf_and_from_a_dictionary(name, tmp_path):
+    found = RESULTS[name]().to_xarray()
+    xarray.testing.assert_identical(xarray.Dataset.from_dict(found.to_dict()), found)
+    found.to_netcdf(tmp_path / "result.nc")
+    with xarray.open_dataset(tmp_path / "result.nc", decode_times=False) as again:
+        xarray.testing.assert_equal(again.load(), found)
+        assert again.attrs["comment"] == found.attrs["comment"] if "comment" in found.attrs else True
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_python_control_gets_the_output_and_the_inputs_of_the_loop(name):
+    motion = RESULTS[name]()
+    found = motion.to_control(21) if name == "exact motion" else motion.to_control()
+    table = motion.to_xarray(21) if name == "exact motion" else motion.to_xarray()
+    assert isinstance(found, control.TimeResponseData)
+    assert found.output_labels == ["z [m]"]
+    assert found.input_labels == ["mu = -p [Pa]", "g [N]"]
+    assert found.time.tolist() == table.t.values.tolist()
+    assert np.ravel(found.outputs).tolist() == table.z.values.tolist()
+    assert found.inputs[0].tolist() == (0.0 - table.contact_stress.values).tolist()
+    # the force of the system is 0.01 sin(4000 t) N
+    assert found.inputs[1] == pytest.approx(0.01 * np.sin(4000 * found.time), abs=1e-15)
+
+
+def test_cells_have_outputs_and_no_inputs():
+    motion = RESULTS["cells in the plane"]()
+    found = motion.to_control()
+    assert found.output_labels[:3] == ["f(x[0, 0])", "f(x[0, 1])", "f(x[0, 2])"]
+    assert found.outputs[4].tolist() == motion.output[:, 1, 1].tolist()
+    assert found.inputs is None
+
+
+def test_the_exact_motion_and_its_samples_are_one_dataset():
+    motion = RESULTS["exact motion"]()
+    found = motion.to_xarray(21, places=3)
+    xarray.testing.assert_identical(run_dataset(sampled_motion(motion, 21, places=3)), found)
+    xarray.testing.assert_identical(motion_dataset(motion, 21, places=3), found)
+
+
+@pytest.mark.parametrize(
+    ("name", "series"),
+    [
+        ("trajectory", {"z": "z", "contact_stress": "p", "energy": "energy", "force": "force"}),
+        ("Galerkin run", {"z": "z", "energy": "energy", "coefficients": "coefficients", "dissipated": "dissipated"}),
+        ("structured motion", {"z": "z", "wave": "wave"}),
+        ("cells on a line", {"x": "x", "output": "output"}),
+        ("response", {"z": "z", "v": "v"}),
+        ("basin", {"rest_low": "low", "settled": "settled", "impacts": "impacts"}),
+        ("measurements", {"displacement": "displacement", "load": "load", "line": "lines"}),
+    ],
+)
+def test_the_numbers_are_those_of_the_result(name, series):
+    result = RESULTS[name]()
+    found = result.to_xarray()
+    for label, field in series.items():
+        assert found[label].values.tolist() == np.asarray(getattr(result, field)).tolist(), label
+
+
+def test_the_force_of_a_trajectory_is_that_of_its_system():
+    run = RESULTS["trajectory"]()
+    assert run.force == pytest.approx(0.01 * np.sin(4000 * run.t), abs=1e-12)
+    assert not RESULTS["trajectory without load"]().force.any()
+
+
+def test_a_sweep_with_values_of_different_lengths_is_filled_with_nan():
+    found = RESULTS["bifurcation"]()
+    table = found.to_xarray()
+    for i, point in enumerate(found.points):
+        assert table.poincare_z.values[i, : len(point.poincare)].tolist() == point.poincare[:, 0].tolist()
+    assert table.value.values.tolist() == [0.2, 0.7]
+
+
+def test_both_motions_of_a_confirmation_keep_their_own_time():
+    found = RESULTS["confirmation"]()
+    table = found.to_xarray()
+    for side, name in ((found.rod, "rod"), (found.scheme, "scheme")):
+        assert table[f"z_{name}"].dims == (f"t_{name}",)
+        assert table[f"z_{name}"].values.tolist() == side.curves.z.tolist()
+    assert found.to_dict()["rod"]["energy"]["holds"] is found.rod.energy.holds
+
+
+def test_with_memory_each_row_has_the_mean_of_its_branch():
+    up = np.linspace(-2e-4, 1e-3, 120)
+    u = np.concatenate([up, up[::-1]])
+    bulge = 10 * np.clip(1 - np.abs(u - 5e-4) / 5e-4, 0, 1) * (np.arange(240) >= 120)
+    load = 1e5 * np.maximum(u, 0) - bulge + np.random.default_rng(0).standard_normal(240)
+    data = Measurements.from_arrays(u, load)
+    found = sector_of(data)
+    table = found.to_xarray()
+    assert table.branch.values[[0, 200]].tolist() == ["loading", "unloading"]
+    for law, direction in zip(found.laws, ("loading", "unloading"), strict=True):
+        rows = data.rows(direction)
+        assert table["mean"].values[rows].tolist() == law(u[rows]).tolist()
+    merged = report_of(data, fit=True).to_xarray()
+    assert merged.sizes["fit_row"] == 120
+    assert merged.sizes["row"] == 240
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_figure_goes_where_it_is_asked_to_go(name):
+    figure, axes = pyplot.subplots()
+    drawn = RESULTS[name]().plot(ax=axes)
+    first = drawn[0] if isinstance(drawn, tuple) else drawn
+    assert isinstance(first, Axes)
+    assert first is axes
+    pyplot.close(figure)
+
+
+def test_bounds_are_drawn_with_the_law_they_are_of():
+    figure, axes = pyplot.subplots()
+    assert RESULTS["law bounds"]().plot("max(x, 0)**1.5", ax=axes) is axes
+    pyplot.close(figure)
+
+
+@pytest.mark.parametrize("name", ["exact motion", "trajectory", "measured sector"])
+def test_without_xarray_one_sentence_says_what_to_install(name, monkeypatch):
+    result = RESULTS[name]()
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    assert refusal(result.to_xarray) == 'a Dataset needs xarray: pip install "lure[netcdf]"'
+
+
+@pytest.mark.parametrize(
+    ("samples", "places", "sentence"),
+    [(1, 0, "samples is 1"), (True, 0, "samples is True"), (5, 1, "fields is 1"), (5, -2, "fields is -2")],
+)
+def test_a_number_of_samples_that_is_none_is_refused(samples, places, sentence):
+    assert sentence in refusal(RESULTS["exact motion"]().to_xarray, samples, places=places)
+    if not places:
+        assert sentence in refusal(RESULTS["exact motion"]().to_control, samples)
