@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
+from lure.showing import html_table, plain
 
 if TYPE_CHECKING:
     import control
@@ -93,6 +94,17 @@ class LinearBlock:
         import control
 
         return control.frequency_response(self.to_control(), np.atleast_1d(np.asarray(omega, dtype=float)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: the matrices, dense."""
+        matrices = {"A": self.dense(), "b1": self.b1, "b2": self.b2, "c": self.c}
+        return {"kind": "linear block", "order": self.order, **{name: plain(m) for name, m in matrices.items()}}
+
+    def _repr_html_(self) -> str:
+        stored = "dense" if isinstance(self.A, np.ndarray) else f"sparse, {self.A.nnz} entries"
+        rows = [("states", self.order), ("A", stored), ("time", "continuous")]
+        notes = ["In a loop mu = -phi(sigma)."]
+        return html_table("y' = A y + b1 mu + b2 g, sigma = c^T y", rows, notes=notes)
 
 
 def _frozen(values: ArrayLike | csr_array, name: str) -> NDArray[np.float64] | csr_array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +14,10 @@ from lure.errors import InputError
 from lure.expressions.parser import parse
 from lure.expressions.tree import Node, Number, Variable
 from lure.rational import RationalBlock, polynomial_text
+from lure.showing import html_table
+
+if TYPE_CHECKING:
+    import control
 
 MAX_DEGREE = 100
 Polynomial = tuple[Fraction, ...]  # ascending powers, no trailing zero
@@ -90,6 +95,49 @@ class DelayBlock:
             for delay, top in self.terms
         ]
         return np.asarray(sum(parts))
+
+    def to_control(self, *, pade: int | None = None) -> control.TransferFunction:
+        """The block with each dead time replaced by its Pade approximation: python-control has no dead time.
+
+        Parameters
+        ----------
+        pade : int
+            Order of the approximation, 1 to 20.  The system returned is another one: no answer about this block is one
+            about it, nor the other way round.
+
+        Raises
+        ------
+        InputError
+            No order is given: an approximation is not made unasked.
+        """
+        if pade is None:
+            raise InputError(
+                f"python-control has no dead time, and the block is {self}; give to_control(pade=4) for an "
+                "approximation, about which no answer of lure is, or draw with popov_response(block).to_control()"
+            )
+        if isinstance(pade, bool) or not isinstance(pade, int) or not 1 <= pade <= 20:
+            raise InputError(f"pade is {pade!r:.40}; give the order of the approximation, a whole number from 1 to 20")
+        import control
+
+        total = control.TransferFunction([0.0], [1.0])
+        for delay, top in self.terms:
+            term = control.TransferFunction([float(c) for c in top], [1.0])
+            total = total + (term * control.TransferFunction(*control.pade(float(delay), pade)) if delay else term)
+        return total * control.TransferFunction([1.0], [float(c) for c in self.denominator])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: ``[delay, numerator]`` for each term, exact numbers as text ``p/q``."""
+        return {
+            "kind": "delay block",
+            "text": str(self),
+            "terms": [[str(delay), [str(c) for c in top]] for delay, top in self.terms],
+            "denominator": [str(c) for c in self.denominator],
+        }
+
+    def _repr_html_(self) -> str:
+        delays = ", ".join(f"{float(delay):g} s" for delay, _ in self.terms)
+        rows = [("time", "continuous"), ("dead times", delays), ("order of d", len(self.denominator) - 1)]
+        return html_table(f"H(s) = {self}", rows, notes=["From mu to sigma; in a loop mu = -phi(sigma)."])
 
     def __str__(self) -> str:
         parts = []

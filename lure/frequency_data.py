@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
+from lure.rational import time_text
+from lure.showing import html_table, plain, xarray_or_refusal
 
 if TYPE_CHECKING:
     import control
+    import xarray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,6 +74,45 @@ class FrequencyData:
     def __str__(self) -> str:
         low, high = self.omega[0], self.omega[-1]
         return f"{self.omega.size} values of H from {low:.6g} to {high:.6g} rad/s"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: frequencies [rad/s], real and imaginary parts, and the errors where they are known."""
+        return {
+            "kind": "frequency data",
+            "text": str(self),
+            "omega": plain(self.omega),
+            "real": plain(self.response.real),
+            "imag": plain(self.response.imag),
+            "error": plain(self.error),
+            "dt": None if self.dt is None else str(self.dt),
+        }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The values over ``omega``, as real variables that netCDF can hold.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        xr = xarray_or_refusal("FrequencyData.to_xarray")
+        variables = {
+            "real": ("omega", self.response.real, {"long_name": "Re H"}),
+            "imag": ("omega", self.response.imag, {"long_name": "Im H"}),
+        }
+        if self.error is not None:
+            variables["error"] = ("omega", self.error, {"long_name": "estimate of the error of H"})
+        attributes = {"comment": str(self), "time": time_text(self.dt)}
+        made: xarray.Dataset = xr.Dataset(
+            variables, coords={"omega": ("omega", self.omega, {"units": "rad/s"})}, attrs=attributes
+        )
+        return made
+
+    def _repr_html_(self) -> str:
+        low, high = (f"{self.omega[i]:.6g} rad/s" for i in (0, -1))
+        rows = [("time", time_text(self.dt)), ("frequencies", self.omega.size), ("from", low), ("to", high)]
+        note = "Nothing is known between and beyond them: what follows is observed, and proves nothing."
+        return html_table("H at a list of frequencies", rows, notes=[note])
 
 
 def _copied(values: ArrayLike, name: str, kind: type) -> NDArray[Any]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from lure.errors import InputError
 from lure.sector import Sector, SlopeBounds
+from lure.showing import html_table, plain
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -59,3 +61,23 @@ class LawClass:
             bounds += f" and sector {self.sector}"
         when = ", time-varying" if self.time_varying else ""
         return f"{words} with {bounds}{when}" if self.slope is not None else f"{words} in the {bounds}{when}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: exact bounds as text ``p/q``, infinite ones as ``inf``."""
+        return {
+            "kind": "class of laws",
+            "sector": plain(self.sector),
+            "slope": plain(self.slope),
+            "odd": self.odd,
+            "time_varying": self.time_varying,
+            "text": str(self),
+        }
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("sector", self.sector),
+            ("slope", "nothing is assumed" if self.slope is None else self.slope),
+            ("odd", "assumed" if self.odd else "not assumed"),
+            ("time", "phi may depend on it" if self.time_varying else "phi does not depend on it"),
+        ]
+        return html_table(f"Class of laws: {self}", rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -134,3 +134,14 @@ class NormalCompliance:
         r = np.maximum(np.asarray(penetration, dtype=float), 0.0)
         with np.errstate(over="ignore", under="ignore"):
             return np.asarray(self.stiffness * r ** (self.exponent + 1) / (self.exponent + 1))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: parameters, and what is known with its standing."""
+        from lure.laws.showing import law_dict
+
+        return law_dict(self)
+
+    def _repr_html_(self) -> str:
+        from lure.laws.showing import law_html
+
+        return law_html(self)

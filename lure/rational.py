@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
+from lure.showing import html_table
 
 if TYPE_CHECKING:
     import control
@@ -130,6 +132,37 @@ class RationalBlock:
         sides = [f"({side})" if " " in side else side for side in (top, bottom)]
         return " / ".join(sides)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: coefficients as text ``p/q``, highest power first, exactly."""
+        return {
+            "kind": "rational block",
+            "text": str(self),
+            "numerator": [str(c) for c in self.numerator],
+            "denominator": [str(c) for c in self.denominator],
+            "dt": None if self.dt is None else str(self.dt),
+            "order": self.order,
+        }
+
+    def _repr_html_(self) -> str:
+        rows = [("time", time_text(self.dt)), ("order", self.order), ("H(infinity)", _six_digits(self.feedthrough))]
+        return html_table(f"H({self.variable}) = {self}", rows, notes=["From mu to sigma; in a loop mu = -phi(sigma)."])
+
+    def _repr_latex_(self) -> str:
+        top, bottom = (_latex(polynomial_text(side, self.variable)) for side in (self.numerator, self.denominator))
+        fraction = top if self.order == 0 else rf"\frac{{{top}}}{{{bottom}}}"
+        return rf"$\displaystyle H({self.variable}) = {fraction}$"
+
+
+def time_text(dt: Fraction | None) -> str:
+    """The kind of time, in words.
+
+    Parameters
+    ----------
+    dt : Fraction or None
+        Sampling time [s].
+    """
+    return "continuous" if dt is None else f"discrete, dt = {float(dt):g} s"
+
 
 def polynomial_text(coefficients: Sequence[Fraction], variable: str) -> str:
     """A polynomial as people write it: ``s^3 + 3 s^2 - 0.5 s``; coefficients as decimals of up to six digits."""
@@ -144,6 +177,12 @@ def polynomial_text(coefficients: Sequence[Fraction], variable: str) -> str:
         sign = "-" if value < 0 else "+"
         parts.append(f"{sign} {term}" if parts else f"-{term}" if value < 0 else term)
     return " ".join(parts) or "0"
+
+
+def _latex(text: str) -> str:
+    """A polynomial as LaTeX: exponents and powers of ten in braces."""
+    powers = re.sub(r"e([+-])0*(\d+)", lambda m: rf"\cdot 10^{{{m[1].strip('+')}{m[2]}}}", text)
+    return re.sub(r"\^(\d+)", r"^{\1}", powers)
 
 
 def _power_of_two(points: NDArray[np.complex128]) -> Fraction:

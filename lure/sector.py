@@ -6,9 +6,11 @@ import decimal
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from lure.errors import InputError
 from lure.exact import exact_number
+from lure.showing import html_table, plain
 
 _LONGEST = 24
 _A_BOUND = "an int, a float, a Fraction or math.inf"
@@ -77,6 +79,17 @@ class Sector:
     def __str__(self) -> str:
         return _interval(self.lower, self.upper)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: exact bounds as text ``p/q``, infinite ones as ``inf``."""
+        return {"kind": "sector", "lower": plain(self.lower), "upper": plain(self.upper), "text": str(self)}
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("lower", _bound(self.lower, decimal.ROUND_CEILING)),
+            ("upper", _bound(self.upper, decimal.ROUND_FLOOR)),
+        ]
+        return html_table("Sector: lower sigma^2 <= sigma phi(sigma) <= upper sigma^2", rows)
+
 
 @dataclass(frozen=True, slots=True)
 class SlopeBounds:
@@ -103,3 +116,14 @@ class SlopeBounds:
 
     def __str__(self) -> str:
         return _interval(self.lower, self.upper)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: exact bounds as text ``p/q``, infinite ones as ``inf``."""
+        return {"kind": "slope bounds", "lower": plain(self.lower), "upper": plain(self.upper), "text": str(self)}
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("lower", _bound(self.lower, decimal.ROUND_CEILING)),
+            ("upper", _bound(self.upper, decimal.ROUND_FLOOR)),
+        ]
+        return html_table("Slope: lower <= (phi(x) - phi(y))/(x - y) <= upper", rows)

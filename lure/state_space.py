@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.frequency_data import FrequencyData
+from lure.rational import time_text
 from lure.resolvent import ControllerForm
+from lure.showing import html_table, plain
 
 if TYPE_CHECKING:
     import control
@@ -128,6 +130,17 @@ class StateSpaceBlock:
     def __str__(self) -> str:
         time = "continuous time" if self.dt is None else f"discrete time, dt = {float(self.dt):g}"
         return f"state space of order {self.order} in {time}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: the matrices, as the doubles they are."""
+        matrices = {name: plain(getattr(self, name)) for name in ("A", "B", "C", "D")}
+        step = None if self.dt is None else str(self.dt)
+        return {"kind": "state-space block", "text": str(self), "order": self.order, **matrices, "dt": step}
+
+    def _repr_html_(self) -> str:
+        rows = [("time", time_text(self.dt)), ("order", self.order), ("D", f"{self.D:g}")]
+        note = "Kept as doubles: what follows from it is at best computed, never certified. In a loop mu = -phi(sigma)."
+        return html_table("H(s) = C (sI - A)^-1 B + D", rows, notes=[note])
 
     @cached_property
     def _forms(self) -> tuple[ControllerForm, ControllerForm]:

@@ -7,12 +7,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from types import MappingProxyType
-from typing import cast
+from typing import Any, cast
 
 from lure.errors import InputError
-from lure.rod import Rod
+from lure.rod import PARAMETERS, Rod
 from lure.scenario import Scenario
+from lure.showing import html_table
 from lure.upwind import Form
+
+_UNITS = {
+    "youngs_modulus": "Pa",
+    "density": "kg/m^3",
+    "length": "m",
+    "area": "m^2",
+    "damping": "N s/m",
+    "compliance": "m^m/Pa",
+    "exponent": "",
+    "gap": "m",
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,6 +62,28 @@ class RodSystem:
     until: float
     simulation_cells: int | None = None
     source: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: names, exact parameters as text ``p/q``, loads and initial data, discretisation."""
+        return {
+            "kind": "rod system",
+            "name": self.name,
+            "title": self.title,
+            "source": self.source,
+            "parameters": {name: str(self.rod.exact[name]) for name in PARAMETERS},
+            "force": str(self.scenario.force),
+            "cells": self.cells,
+            "form": self.form,
+            "until": float(self.until),
+            "simulation_cells": self.simulation_cells,
+        }
+
+    def _repr_html_(self) -> str:
+        rows = [(name.replace("_", " "), f"{getattr(self.rod, name):g}", _UNITS[name]) for name in PARAMETERS]
+        rows += [("force g", str(self.scenario.force), "N"), ("cells of the scheme", str(self.cells), "")]
+        notes = [f"Source: {self.source}"] if self.source else []
+        notes.append("analysis.report.build.build_report(system) decides; the scheme and the rod are told apart there.")
+        return html_table(f"{self.name}: {self.title}", rows, head=("", "value", "unit"), notes=notes)
 
 
 _PAPER = "Danciu, Matei, Micu and Roventa, section 5; gap 0.02 m and displacement as the printed figures require"

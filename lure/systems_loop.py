@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from lure.delay import DelayBlock
 from lure.errors import InputError
 from lure.law_class import LawClass
+from lure.loop import Loop, loop_rows
 from lure.nonlinearity import Nonlinearity
 from lure.rational import RationalBlock
+from lure.showing import html_table, plain
 from lure.state_space import StateSpaceBlock
+
+if TYPE_CHECKING:
+    import control
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -43,6 +49,44 @@ class LoopSystem:
     law_class: LawClass | None = None
     source: str = ""
     law_table: Mapping[str, object] | None = None
+
+    def to_control(self, *, pade: int | None = None) -> control.NonlinearIOSystem:
+        """The closed loop with the law; see :meth:`lure.Loop.to_control`.
+
+        Parameters
+        ----------
+        pade : int, optional
+            Order of the approximation that stands for a dead time.
+
+        Raises
+        ------
+        InputError
+            There is no law to close the loop with, or the loop cannot be simulated there.
+        """
+        if self.nonlinearity is None:
+            raise InputError(
+                f"the system {self.name!r:.60} has no law to close the loop with; Loop(system.block, law) has one"
+            )
+        return Loop(self.block, self.nonlinearity).to_control(pade=pade)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: names, block, law and class."""
+        return {
+            "kind": "loop system",
+            "name": self.name,
+            "title": self.title,
+            "source": self.source,
+            "block": plain(self.block),
+            "law": plain(self.nonlinearity),
+            "class": plain(self.law_class),
+        }
+
+    def _repr_html_(self) -> str:
+        rows = [*loop_rows(self.block, self.nonlinearity)]
+        rows += [] if self.law_class is None else [("class asked about", str(self.law_class))]
+        rows += [("source", self.source)] if self.source else []
+        title = f"{self.name}: {self.title}" if self.title else self.name
+        return html_table(title, rows, notes=["sigma = H mu, mu = -phi(sigma); analysis.analyse(system) decides."])
 
 
 def loop_system(

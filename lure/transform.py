@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import zip_longest
+from typing import TYPE_CHECKING, Any
 
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
@@ -13,6 +14,10 @@ from lure.law_class import LawClass
 from lure.laws.law import number_text
 from lure.laws.shifted import shifted_class
 from lure.rational import RationalBlock
+from lure.showing import html_table, plain
+
+if TYPE_CHECKING:
+    import control
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -80,17 +85,35 @@ class Transformed:
             steps=(*self.steps, *further.steps),
         )
 
+    def to_control(self) -> control.TransferFunction:
+        """The shifted block ``H'`` as a ``control.TransferFunction``."""
+        return self.block.to_control()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: block, class, gain and the steps in words."""
+        return {
+            "kind": "transformed loop",
+            "block": plain(self.block),
+            "class": plain(self.law_class),
+            "gain": str(self.gain),
+            "steps": list(self.steps),
+        }
+
+    def _repr_html_(self) -> str:
+        rows = [("H'", self.block), ("psi", str(self.law_class).replace("phi", "psi")), ("gain moved", self.gain)]
+        return html_table("The same loop, with a gain moved from the law into the block", rows, notes=self.steps)
+
     def __str__(self) -> str:
         return "\n".join(self.steps)
 
 
-def sector_shift(block: RationalBlock, law_class: LawClass) -> Transformed:
+def sector_shift(block: object, law_class: LawClass) -> Transformed:
     """The same loop with the sector ``[k1, k2]`` brought to ``[0, k2 - k1]``.
 
     Parameters
     ----------
-    block : RationalBlock
-        The block ``H``.
+    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
+        The block ``H``: whatever :func:`lure.as_block` makes a ``RationalBlock`` of.
     law_class : LawClass
         Its sector has a finite lower bound ``k1``; slope bounds move along, parity and time dependence stay.
 
@@ -124,15 +147,15 @@ def sector_shift(block: RationalBlock, law_class: LawClass) -> Transformed:
     return pole_shift(block, law_class, lower)
 
 
-def pole_shift(block: RationalBlock, law_class: LawClass, gain: Exact) -> Transformed:
+def pole_shift(block: object, law_class: LawClass, gain: Exact) -> Transformed:
     """The same loop with ``gain`` moved from the law into the block, which moves the block's poles.
 
     An unstable or critical block is made stable by a gain for which the linear loop is; ``-gain`` undoes it.
 
     Parameters
     ----------
-    block : RationalBlock
-        The block ``H``.
+    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
+        The block ``H``: whatever :func:`lure.as_block` makes a ``RationalBlock`` of.
     law_class : LawClass
         The class of ``phi``.
     gain : int, float, Fraction or Decimal
@@ -148,15 +171,22 @@ def pole_shift(block: RationalBlock, law_class: LawClass, gain: Exact) -> Transf
     InputError
         ``gain`` is not a finite number, or the loop is not well posed: ``1 + gain H(inf) = 0``.
     """
-    g = exact_number(gain, "pole_shift: gain")
+    from lure.inputs import as_block
+
+    g, exact = exact_number(gain, "pole_shift: gain"), as_block(block)
+    if not isinstance(exact, RationalBlock):
+        raise InputError(
+            f"a loop shift is exact, and a {type(exact).__name__} is not a rational block; give coefficients, matrices "
+            "of up to 60 states, or a formula without dead time"
+        )
     if g == 0:
-        return Transformed(block=block, law_class=law_class, gain=g, steps=("nothing is shifted: the gain is 0",))
-    moved, shifted = shifted_block(block, g), shifted_class(law_class, g)
+        return Transformed(block=exact, law_class=law_class, gain=g, steps=("nothing is shifted: the gain is 0",))
+    moved, shifted = shifted_block(exact, g), shifted_class(law_class, g)
     size = number_text(abs(g))
     sign, back = ("-", "+") if g > 0 else ("+", "-")
     steps = (
         f"{law_class} is replaced by psi(sigma) = phi(sigma) {sign} {size} sigma: {str(shifted).replace('phi', 'psi')}",
-        f"H = {block} is replaced by H/(1 {back} {size} H) = {moved}",
+        f"H = {exact} is replaced by H/(1 {back} {size} H) = {moved}",
         f"a gain k of psi is the gain k {back} {size} of phi",
     )
     return Transformed(block=moved, law_class=shifted, gain=g, steps=steps)

@@ -23,7 +23,8 @@ from lure.waves import RodBlock
 if TYPE_CHECKING:
     import control
     import xarray
-    from matplotlib.axes import Axes
+
+    from analysis.plots.responses import Axes
 
 ROUNDING = 1e-11
 DOES = "what does: "

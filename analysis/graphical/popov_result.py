@@ -21,7 +21,8 @@ from lure.showing import html_table, plain, xarray_or_refusal
 if TYPE_CHECKING:
     import control
     import xarray
-    from matplotlib.axes import Axes
+
+    from analysis.plots.responses import Axes
 
 ROUNDING = 1e-11
 DOES = "what does: "

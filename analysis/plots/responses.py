@@ -15,7 +15,7 @@ from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from matplotlib.axes import Axes as Axes
 
     from analysis.graphical import NyquistResponse, PopovResponse
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -146,6 +147,17 @@ class ExpressionLaw:
 
     def __str__(self) -> str:
         return self.text
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: parameters, and what is known with its standing."""
+        from lure.laws.showing import law_dict
+
+        return law_dict(self)
+
+    def _repr_html_(self) -> str:
+        from lure.laws.showing import law_html
+
+        return law_html(self)
 
 
 def _demand_zero(expression: Expression) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -67,6 +68,17 @@ class GraphLaw:
     def primitive(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
         """``int_0^sigma phi``, elementwise."""
         return self.graph.primitive(sigma)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: parameters, and what is known with its standing."""
+        from lure.laws.showing import law_dict
+
+        return law_dict(self)
+
+    def _repr_html_(self) -> str:
+        from lure.laws.showing import law_html
+
+        return law_html(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -84,6 +85,17 @@ class ShiftedLaw:
     def __str__(self) -> str:
         sign = "+" if self.gain < 0 else "-"
         return f"({self.law}) {sign} {number_text(abs(self.gain))} sigma"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: parameters, and what is known with its standing."""
+        from lure.laws.showing import law_dict
+
+        return law_dict(self)
+
+    def _repr_html_(self) -> str:
+        from lure.laws.showing import law_html
+
+        return law_html(self)
 
 
 def shifted_law(law: Nonlinearity, gain: Exact) -> Nonlinearity:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -95,6 +96,17 @@ class Cubic:
         sign = "-" if self.cubic < 0 else "+"
         return f"cubic {factor_text(self.linear)}sigma {sign} {factor_text(abs(self.cubic))}sigma^3"
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: parameters, and what is known with its standing."""
+        from lure.laws.showing import law_dict
+
+        return law_dict(self)
+
+    def _repr_html_(self) -> str:
+        from lure.laws.showing import law_html
+
+        return law_html(self)
+
 
 @dataclass(frozen=True, slots=True)
 class Tanh:
@@ -172,3 +184,14 @@ class Tanh:
 
     def __str__(self) -> str:
         return f"{factor_text(self.gain)}tanh(sigma / {number_text(self.scale)})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: parameters, and what is known with its standing."""
+        from lure.laws.showing import law_dict
+
+        return law_dict(self)
+
+    def _repr_html_(self) -> str:
+        from lure.laws.showing import law_html
+
+        return law_html(self)
