@@ -111,6 +111,13 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
     For ``k > 0`` the energy theorem (``notebooks/notes/0005-energy-theorem.md``) holds for every continuous law with
     ``z p(z) >= 0`` that is locally Lipschitz or nondecreasing; its hypotheses are exact statements about the
     parameters.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme, with its rod.
+    scenario : Scenario
+        The loads: with one, what is said is about the same loop without it.
     """
     rod = scheme.rod
     damping = rod.exact["damping"]

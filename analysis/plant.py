@@ -21,6 +21,11 @@ class Response:
     """``Re H(i w) = U(x)/D(x)`` and ``-w Im H(i w) = W(x)/D(x)`` with ``x = w^2``, common powers of ``x`` divided out.
 
     ``D > 0`` on ``(0, inf)`` except at poles on the axis; in the critical case ``D(0) > 0`` too.
+
+    Attributes
+    ----------
+    D, U, W : fmpq_poly
+        Denominator and numerators.
     """
 
     D: fmpq_poly

@@ -61,7 +61,15 @@ def rod_templates(cells: int, rate: float, reflection: float) -> tuple[CloningTe
 
 
 def assemble_ring(cells: int, templates: tuple[CloningTemplate, ...]) -> csr_array:
-    """Interconnection matrix (2N, 2N) of the ring, in the ordering (42) [1/s]."""
+    """Interconnection matrix (2N, 2N) of the ring, in the ordering (42) [1/s].
+
+    Parameters
+    ----------
+    cells : int
+        ``N``.
+    templates : tuple of CloningTemplate
+        The rules, each with the cells it serves; those of :func:`rod_templates` for the rod.
+    """
     from scipy.sparse import coo_array
 
     size = 2 * cells
@@ -81,6 +89,13 @@ def ordering_permutation(cells: int, ordering: Ordering) -> NDArray[np.intp]:
 
     ``eq39``: ``[xi1^1 .. xi1^N, xi2^{N-1} .. xi2^0, z]``.  ``eq42``: the same ring, with ``z`` kept as a network of its
     own, listed after it.  ``eq48``: ``z`` between the two waves.
+
+    Parameters
+    ----------
+    cells : int
+        ``N``.
+    ordering : {"eq39", "eq42", "eq48"}
+        Which one.
 
     Raises
     ------

@@ -188,6 +188,11 @@ def builtin_systems() -> Mapping[str, RodSystem]:
 def builtin_system(name: str) -> RodSystem:
     """The named system.
 
+    Parameters
+    ----------
+    name : str
+        One of :func:`builtin_systems`.
+
     Raises
     ------
     InputError

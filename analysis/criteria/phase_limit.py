@@ -95,7 +95,17 @@ def phase_limit(discrete: DiscreteBlock, period: int, *, odd: bool) -> PhaseLimi
 
 
 def lowest_phase_limit(discrete: DiscreteBlock, periods: range, *, odd: bool) -> PhaseLimit | None:
-    """The lowest of the limits of several periods."""
+    """The lowest of the limits of several periods; None if there is none.
+
+    Parameters
+    ----------
+    discrete : DiscreteBlock
+        The stable block.
+    periods : range
+        Each at least 2.
+    odd : bool
+        As for :func:`phase_limit`.
+    """
     limits = [limit for period in periods if (limit := phase_limit(discrete, period, odd=odd)) is not None]
     return min(limits, key=lambda limit: limit.k, default=None)
 

@@ -16,7 +16,18 @@ QUICK_CELLS = 50
 
 
 def rod_criteria(scheme: UpwindScheme) -> tuple[CriterionResult, ...]:
-    """Popov's and the circle criterion, for the scheme and for the rod, in the sector of the rod's contact law."""
+    """Popov's and the circle criterion, for the scheme and for the rod, in the sector of the rod's contact law.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme, with its rod.
+
+    Returns
+    -------
+    tuple of CriterionResult
+        Popov and circle for the scheme, then for the rod.
+    """
     sector, rod = scheme.rod.law.sector, RodBlock(scheme.rod)
     return (
         popov_criterion(scheme, sector),

@@ -33,9 +33,9 @@ def rod_popov_criterion(
     the values at both ends being limits (``H`` has a simple pole at zero with residue ``rho_0 = A/k_dashpot > 0``).
 
     *Scheme.* If ``m > 0``, for every time-invariant locally Lipschitz ``phi`` in the sector every solution is bounded
-    and converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin only
-    if ``phi`` vanishes at 0 alone.  *Rod.* The inequality is not a theorem about a partial differential equation: the
-    same conclusion for the rod comes from :func:`analysis.conclusion.conclusion`.
+    and converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin
+    only if ``phi`` vanishes at 0 alone.  *Rod.* The inequality is not a theorem about a partial differential equation:
+    the same conclusion for the rod comes from :func:`analysis.conclusion.conclusion`.
 
     If ``m <= 0`` nothing follows: the criterion is sufficient, not necessary.
 
@@ -107,7 +107,14 @@ def rod_circle_criterion(block: UpwindScheme | RodBlock, sector: Sector) -> Crit
     r"""The circle criterion, ``1/k + Re H(i omega) > 0`` on ``[0, inf]``, certified over all frequencies.
 
     It is Popov's inequality with ``theta = 0`` and asks more; in return the conclusion of boundedness covers
-    time-varying ``phi(t, sigma)`` in the sector.  Parameters, answers and errors as for :func:`rod_popov_criterion`.
+    time-varying ``phi(t, sigma)`` in the sector.  Answers and errors as for :func:`rod_popov_criterion`.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The N-cell scheme, or the rod itself.
+    sector : Sector
+        ``[0, k]``, ``0 < k <= inf`` [Pa/m].
     """
     check_sector(sector)
     refused = without_damping("circle", block, sector)

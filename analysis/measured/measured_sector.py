@@ -39,7 +39,17 @@ class Bound:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Outlier:
-    """A reading left out: its row from 0, its line in the file from 1, and its residual in standard deviations."""
+    """A reading left out of the fit.
+
+    Attributes
+    ----------
+    index : int
+        Its row, from 0.
+    line : int
+        Its line in the file, from 1.
+    score : float
+        Its residual in standard deviations.
+    """
 
     index: int
     line: int

@@ -33,6 +33,11 @@ def replaced(directory: Path) -> Iterator[Path]:
 
     When an exception ends the block, ``KeyboardInterrupt`` included, it is removed and ``directory`` is as it was.
 
+    Parameters
+    ----------
+    directory : Path
+        Where the results shall be; one that :func:`checked_target` accepts.
+
     Raises
     ------
     InputError

@@ -21,6 +21,11 @@ _LITTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file managers in 
 def checked_target(directory: Path) -> Path:
     """Absolute path of a directory that results may be written to; the check leaves nothing behind.
 
+    Parameters
+    ----------
+    directory : Path
+        The directory, which need not exist.
+
     Raises
     ------
     InputError

@@ -44,7 +44,15 @@ class Draw(Protocol):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Picture:
-    """A figure as an SVG document and a PNG image, both on white."""
+    """A figure as an SVG document and a PNG image, both on white.
+
+    Attributes
+    ----------
+    svg : str
+        The document.
+    png : bytes
+        The image.
+    """
 
     svg: str
     png: bytes

@@ -45,7 +45,17 @@ class Standing(Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Property(Generic[T]):
-    """A property with its standing and, in one sentence, how it is known."""
+    """A property with its standing and, in one sentence, how it is known.
+
+    Attributes
+    ----------
+    value : Sector, SlopeBounds, bool or str
+        The property.
+    standing : Standing
+        Whether it was checked, or is declared and believed.
+    how : str
+        How it is known.
+    """
 
     value: T
     standing: Standing

@@ -53,6 +53,8 @@ class Motion:
         What the computation put in place of the data, or nothing.
     compiled : bool
         Whether compiled code computed it; see :class:`lure.motion.Numerics`.
+    fields : Fields
+        The waves as they were kept; :meth:`waves` and the methods beside it read them.
     """
 
     rod: Rod

@@ -41,6 +41,11 @@ def system_to_toml(system: RodSystem) -> str:
     Parameters of the rod keep their exact values where they are decimals of at most 100 digits, as all that come from
     files are; others, such as one third, are written as the nearest double.
 
+    Parameters
+    ----------
+    system : RodSystem
+        The rod and what goes with it.
+
     Examples
     --------
     >>> from lure.systems import builtin_system

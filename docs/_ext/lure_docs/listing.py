@@ -49,19 +49,13 @@ def resolved(path: str) -> object:
     parts = path.split(".")
     if not all(part.isidentifier() for part in parts):
         raise LookupError(f"{path} is no path")
-    for count in range(len(parts), 0, -1):
-        module = ".".join(parts[:count])
+    for count in (*range(len(parts) - 1, 0, -1), len(parts)):  # a function before a module of its name
         try:
-            found: object = importlib.import_module(module)
-        except ModuleNotFoundError as error:
-            if error.name is not None and f"{module}.".startswith(f"{error.name}."):
-                continue
-            raise LookupError(f"{path}: {error}") from error
-        try:
+            found: object = importlib.import_module(".".join(parts[:count]))
             for attribute in parts[count:]:
                 found = getattr(found, attribute)
-        except AttributeError as error:
-            raise LookupError(f"there is no {path}") from error
+        except (ModuleNotFoundError, AttributeError):
+            continue
         return found
     raise LookupError(f"there is no {path}")
 
