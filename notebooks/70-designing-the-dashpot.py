@@ -56,12 +56,14 @@ def stiffness(rod):
 
 def panels(count):
     """Axes side by side."""
-    return plt.subplots(1, count, figsize=(5.4 * count, 3.9), layout="constrained")[1]
+    return plt.subplots(1, count, figsize=(4.5 * count, 3.5), layout="constrained")[1]
 
 
 for name, rod in (("steel", steel), ("paper", paper)):
     built, T = rod.damping / rod.impedance, rod.travel_time
-    print(f"{name}: Z = {rod.impedance:.4g} N s/m, k = {built:.3g} Z, T = {T:.3g} s, beta = {stiffness(rod):.3g}")
+    print(
+        f"{name}: Z = {rod.impedance:.4g} N s/m, T = {T:.3g} s; as built k = {built:.3g} Z, beta = {stiffness(rod):.3g}"
+    )
 
 # %% [markdown]
 # ## 1. Flight: how fast do the waves leave?
@@ -93,14 +95,15 @@ def rod_reach(ratio):
 
 chosen = [Fraction(1, 10), Fraction(1, 2), Fraction(9, 10), Fraction(1), Fraction(11, 10), Fraction(2), Fraction(10)]
 table = {}
-print("  k/Z   decay T: rod    N = 10 | circle [E/L]: rod   N = 10 | smallest theta/T: rod   N = 10")
+print("          decay x T      |  circle / (E/L)   |  least theta / T")
+print("  k/Z" + "      rod   N = 10 |" * 3)
 for ratio in chosen:
     rod = designed(steel, ratio)
     blocks, spectrum = (RodBlock(rod), upwind(rod, 10)), rod_spectrum(upwind(rod, 10))
     circle = [circle_criterion(block, EVERY).largest_sector.low * dT for block in blocks]
     theta = [popov_criterion(block, EVERY).smallest_theta.high / T for block in blocks]
     table[ratio] = (spectrum.decay_rod * T, spectrum.decay_scheme * T, *circle, *theta)
-    print("{:5.3g} {:14.4g} {:10.4g} | {:16.4g} {:10.4g} | {:18.4g} {:10.4g}".format(float(ratio), *table[ratio]))
+    print(f"{float(ratio):5.3g}" + " {:8.3g} {:8.3g} | {:8.3g} {:8.3g} | {:8.2g} {:8.2g} |".format(*table[ratio]))
 
 # %% [markdown]
 # ## 2. Margins: what do the criteria ask for?
@@ -108,14 +111,14 @@ for ratio in chosen:
 # The last four columns are certified over all frequencies, for the block named. Below $Z$ both have closed forms
 # ([note 4](notes/0004-popov-for-the-rod.md)), the same for the rod and for every $N$:
 #
-# $$\text{reach of the circle criterion} = \frac{E}{L}\,\frac{k^2}{Z^2 - k^2}, \qquad
-#   \text{smallest multiplier of Popov's} = T\Big(\frac Zk - \frac kZ\Big).$$
+# $$\text{circle reach} = \frac{E}{L}\,\frac{k^2}{Z^2 - k^2}, \qquad
+#   \text{least } \theta = T\Big(\frac Zk - \frac kZ\Big).$$
 #
 # Above $Z$ the scheme flatters: at $k = 2Z$ ten cells promise a reach of 4.5, the block of the rod has 2.7. At
 # $k = Z$ the block is an integrator, $H = d/s$, for the rod and for every $N$: the circle criterion covers every finite
 # sector, and no multiplier is needed. **The dashpot with the largest circle margin is the matched one.** (The table
-# shows $10^{17}$, since $Z$ of steel is irrational and $k$ a double.) Popov's margin agrees: with a multiplier
-# $\theta$ it is at most $\varepsilon + \theta d$ in the rod, which it reaches at $k = Z$.
+# shows $10^{17}$ and a $\theta$ not quite 0, since $Z$ of steel is irrational and $k$ a double.) Popov's margin
+# agrees: with a multiplier $\theta$ it is at most $\varepsilon + \theta d$ in the rod, which it reaches at $k = Z$.
 #
 # What is that worth? For the scheme both inequalities are theorems. For the rod they are facts about its transfer
 # function, and the theorem is the [energy theorem](notes/0005-energy-theorem.md). It proves convergence for **every**
@@ -150,9 +153,7 @@ own = {}
 for name, rod in (("steel", steel), ("paper", paper)):
     circle, popov = (test(RodBlock(rod), rod.law.sector) for test in (circle_criterion, popov_criterion))
     own[name] = [str(found.verdict) for found in (circle, popov, conclusion(upwind(rod, 10), Scenario()))]
-    print(
-        "{} as built: inequality of the circle criterion {}, of Popov's {}; energy theorem {}".format(name, *own[name])
-    )
+    print("{} as built: circle {}, Popov {}, energy theorem {}".format(name, *own[name]))
 
 ax = panels(1)
 ax.fill_betweenx(ratios, 1e-10, np.minimum(reach, 1e4), color=BLUE, alpha=0.18, lw=0, label="circle criterion holds")
@@ -187,40 +188,52 @@ rigid = {ratio: exact_motion(bar, thrown, 40 * T, boundary=Boundary(rigid=True))
 trips = np.arange(21)
 shares = {ratio: motion.energies(2 * T * trips) / motion.energy(0) for ratio, motion in struck.items()}
 returned = {ratio: motion.energy(2 * T) / motion.energy(0) for ratio, motion in rigid.items()}
-print("  k/Z  impacts  stress/(rho c v)   energy left after 1, 3, 10 round trips       a^2   rigid stop, after 1")
+print("               stress   energy left after trips        rigid stop")
+print("  k/Z impacts /(rho c v)     1        3       10    a^2    after 1")
 for ratio, motion in struck.items():
     high = max(impact.peak_stress for impact in motion.impacts) / limit
-    rest = "".join(f"{share if share > 1e-30 else 0:12.2g}" for share in shares[ratio][[1, 3, 10]])
-    last = f"{bars[ratio].reflection ** 2:14.4f} {returned[ratio]:12.4f}"
-    print(f"{float(ratio):5.3g} {len(motion.impacts):6d} {high:14.4f} {rest} {last}")
+    rest = "".join(f"{share if share > 1e-30 else 0:9.2g}" for share in shares[ratio][[1, 3, 10]])
+    last = f"{bars[ratio].reflection ** 2:7.4f} {returned[ratio]:7.4f}"
+    print(f"{float(ratio):5.3g} {len(motion.impacts):5d} {high:11.4f} {rest} {last}")
 
-softs, peaks = np.geomspace(1e-14, 1e-9, 26), {}
-for ratio in (Fraction(1, 20), 1, 20):
-    against = [designed(steel, ratio, gap="1e-4", compliance=eps) for eps in softs]
-    peaks[ratio] = [exact_motion(bar, thrown, 8 * T).impacts[0].peak_stress / limit for bar in against]
-
-left, middle, right = panels(3)
+left, right = panels(2)
 t = np.linspace(0, 12 * T, 3001)
 left.axhline(0, color=GREY, lw=0.8)
-for ratio, colour, width in zip(peaks, (VERMILLION, BLUE, GREEN), (3.0, 2.4, 1.2), strict=True):
-    style = {"color": colour, "lw": width, "label": f"k/Z = {float(ratio):g}"}  # the wider ones show behind
+styles = {Fraction(1, 20): (VERMILLION, 3.0), 1: (BLUE, 2.4), 20: (GREEN, 1.2)}  # the wider ones show behind
+styles = {ratio: {"color": c, "lw": w, "label": f"k/Z = {float(ratio):g}"} for ratio, (c, w) in styles.items()}
+for ratio, style in styles.items():
     left.plot(t / T, struck[ratio].z(t) * 1e3, **style)
-    middle.semilogy(trips, np.maximum(shares[ratio], 1e-99), "o-", ms=1.5 * width + 1, **style)
-    right.semilogx(softs, peaks[ratio], **style)
+    right.semilogy(trips, np.maximum(shares[ratio], 1e-99), "o-", ms=1.5 * style["lw"] + 1, **style)
 left.set(xlabel="t/T", ylabel="z [mm], stop at 0", xlim=(0, 12), ylim=(-0.62, 0.04))
-middle.set(xlabel="round trips", ylabel="energy, as a share of the first", xlim=(-0.5, 20.5), ylim=(1e-3, 2))
-right.axhline(1, color=GREY, lw=1.0, ls="--")
-right.set(xlabel="compliance of the stop ε [m/Pa]", ylabel="first peak of stress / (ρ c v)", ylim=(0, 1.1))
-for ax in (left, middle, right):
-    ax.legend(fontsize="small")
+right.set(xlabel="round trips", ylabel="energy, as a share of the first", xlim=(-0.5, 20.5), ylim=(1e-3, 2))
+right.set_xticks(range(0, 21, 4))
+for ax in (left, right):
+    ax.legend(fontsize="small", loc="lower left" if ax is left else "upper right")
 plt.show()
 
 # %% [markdown]
-# Energy after a round trip is the same for $k$ and $Z^2/k$: the one bar flies away and dies out, the other bounces. A
-# stiff stop ($\varepsilon \le 10^{-13}$ m/Pa) is hit with $\rho c v$ whatever the dashpot: the blow is over before the
-# dashpot can have its say. A softer stop spares the bar; at $k = Z$ the first peak is $\rho c v\,(1 - e^{-(T - t_0)
-# d/\varepsilon})$ with $t_0$ the instant of contact.
+# Energy after a round trip is the same for $k$ and $Z^2/k$: the one bar flies away and dies out, the other bounces. The
+# matched one stays where it struck.
 #
+# A stiff stop ($\varepsilon \le 10^{-13}$ m/Pa) is hit with $\rho c v$ whatever the dashpot: the blow is over before
+# the dashpot can have its say. A softer stop spares the bar; at $k = Z$ the first peak is
+# $\rho c v\,(1 - e^{-(T - t_0) d/\varepsilon})$ with $t_0$ the instant of contact.
+
+# %%
+softs, peaks = np.geomspace(1e-14, 1e-9, 26), {}
+for ratio in styles:
+    against = [designed(steel, ratio, gap="1e-4", compliance=eps) for eps in softs]
+    peaks[ratio] = [exact_motion(bar, thrown, 8 * T).impacts[0].peak_stress / limit for bar in against]
+
+ax = panels(1)
+ax.axhline(1, color=GREY, lw=1.0, ls="--")
+for ratio, style in styles.items():
+    ax.semilogx(softs, peaks[ratio], **style)
+ax.set(xlabel="compliance of the stop ε [m/Pa]", ylabel="first peak of stress / (ρ c v)", ylim=(0, 1.1))
+ax.legend(fontsize="small")
+plt.show()
+
+# %% [markdown]
 # Beyond $Z$ even the bound goes. A bar with $k = 10Z$, let go in compression, with a dent in its forward wave as short
 # as the memory of the stop, $\varepsilon/d$: the stop relaxes into the dent, sends out three times the wave, and the
 # stiff end returns that as a blow. It reaches $a\,(4e^{-1/2} - 1) = 1.167$ times $\rho c v$, however small
@@ -240,7 +253,8 @@ def dented(ratio, eps, stop=None):
 
 blows = [dented(10, eps) for eps in (1e-15, 1e-14, 1e-13)]
 calm = [dented(Fraction(1, 10), 1e-14), dented(10, 1e-14, Boundary(rigid=True))]
-print("largest stress/(rho c v), k = 10 Z:", np.round(blows, 4), "; k = Z/10, and rigid stop:", np.round(calm, 4))
+print("largest stress/(rho c v) for k = 10 Z:", np.round(blows, 4))
+print("the same for k = Z/10; for k = 10 Z, rigid stop:", np.round(calm, 4))
 
 # %% [markdown]
 # ## 5. Held against the stop
@@ -316,7 +330,8 @@ for beta in (0.01, 0.1, 0.3):
     eta, best = math.sqrt(1 + 1 / beta), best_ratio(beta)
     asked = ((0.9 * best, eta), (best, 0.99 * eta), (best, 1.01 * eta), ((1 + best) / 2, eta))
     poles[beta] = [right_of(-depth, ratio, beta) for ratio, depth in asked]
-print("poles right of the line for 0.9 k_c; for k_c a little right and left of it; half way from k_c to Z:", poles)
+print("poles right of the line: 0.9 k_c; k_c, line moved right, left; halfway to Z")
+print(*(f"beta = {beta}: {found}" for beta, found in poles.items()), sep="\n")
 
 # %% [markdown]
 # The paper's rod now makes sense. Its $k$ is six thousand times too small for the waves, but 1.41 $k_c$: close to the
