@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from analysis.evidence import Bracket, Evidence, Verdict
 from lure.law_class import LawClass
@@ -81,3 +81,14 @@ class Answer:
 
     def __str__(self) -> str:
         return f"{self.criterion}: {self.verdict} ({self.evidence}), largest k {self.largest}. {self.reason}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data; infinite numbers are the text ``inf``."""
+        from analysis.answers.largest import answer_dict
+
+        return answer_dict(self)
+
+    def _repr_html_(self) -> str:
+        from analysis.answers.showing import answer_html
+
+        return answer_html(self)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import total_ordering
 
-from analysis.doubles import text_above, text_below
+from analysis.doubles import json_number, text_above, text_below
 
 
 class Verdict(Enum):
@@ -50,6 +50,11 @@ class Evidence(Enum):
 class Bracket:
     """An interval that contains a number: ``low <= number <= high``; ``inf`` stands for itself.
 
+    Parameters
+    ----------
+    low, high : float
+        The ends, ``low <= high``.
+
     Raises
     ------
     ValueError
@@ -82,6 +87,10 @@ class Bracket:
         if self.low == self.high:
             return f"{self.low:.15g}" if float(f"{self.low:.15g}") == self.low else repr(self.low)
         return f"{text_below(self.low)} .. {text_above(self.high)}"
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain JSON data; an infinite bound is the text ``inf``."""
+        return {"low": json_number(self.low), "high": json_number(self.high)}
 
 
 INFINITE = Bracket(math.inf, math.inf)

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from lure.errors import AssumptionError
 from lure.rod import Rod
+from lure.showing import html_table, plain, xarray_or_refusal
 from lure.upwind import UpwindScheme, upwind
 from lure.waves import RodBlock
+
+if TYPE_CHECKING:
+    import xarray
 
 LISTED_MODES = 10
 
@@ -82,12 +87,53 @@ class RodSpectrum:
             f"{self.decay_rod:.6g} 1/s in the rod"
         )
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data; a complex eigenvalue is the pair of its parts [1/s]."""
+        names = ("zero_multiplicity", "residue_at_zero", "decay_scheme", "decay_rod", "elastic_scheme", "elastic_rod",
+                 "jordan_size")  # fmt: skip
+        modes = [{"number": m.number, "scheme": plain(m.scheme), "rod": plain(m.rod)} for m in self.modes]
+        known = {name: plain(getattr(self, name)) for name in names}
+        return {"kind": "spectrum of the rod", "evidence": "computed", **known, "modes": modes, "sentence": str(self)}
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The lowest modes of scheme and rod over ``mode``, as real variables that netCDF can hold.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        xr = xarray_or_refusal("RodSpectrum.to_xarray")
+        unit = {"units": "1/s"}
+        variables = {
+            f"{name}_{part}": ("mode", [getattr(getattr(m, name), part) for m in self.modes], unit)
+            for name in ("scheme", "rod")
+            for part in ("real", "imag")
+        }
+        attributes = {"decay_scheme": self.decay_scheme, "decay_rod": self.decay_rod, "comment": str(self)}
+        made: xarray.Dataset = xr.Dataset(variables, coords={"mode": [m.number for m in self.modes]}, attrs=attributes)
+        return made
+
+    def _repr_html_(self) -> str:
+        rows = [(m.number, f"{m.scheme:.6g}", f"{m.rod:.6g}", f"{100 * m.numerical_share:.3g} %") for m in self.modes]
+        zero = {1: "simple", 2: "double"}[self.zero_multiplicity]
+        note = f"The zero eigenvalue is {zero} in both (exact). A mode of the scheme is not one of the rod. {self}."
+        head = ("mode", "scheme [1/s]", "rod [1/s]", "damping that the rod lacks")
+        return html_table("Spectrum of the rod's block, scheme against rod", rows, head=head, notes=[note])
+
 
 def wave_mode(rod: Rod, number: int, cells: int | None) -> complex:
     """Wave mode ``number`` of the rod (``cells=None``) or of its ``N``-cell scheme [1/s], ``k != Z``.
 
-    ``number`` counts frequencies from 0 (``|k| < Z``: the non-oscillating mode) or from 1 (``|k| > Z`` has none), and
-    up to ``N`` in a scheme.
+    Parameters
+    ----------
+    rod : Rod
+        The rod.
+    number : int
+        Counts frequencies from 0 (``|k| < Z``: the non-oscillating mode) or from 1 (``|k| > Z`` has none), and up to
+        ``N`` in a scheme.
+    cells : int or None
+        ``N``; None for the rod itself.
 
     Raises
     ------

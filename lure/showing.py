@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 _LEFT = ' style="text-align:left"'
+_CAPTION = ' style="text-align:left;min-width:min(32em,90vw)"'
 _LONGEST = 400
 
 
@@ -55,11 +56,11 @@ def html_table(
     Examples
     --------
     >>> print(html_table("H < 1", [("order", 3)], verdict="PROVED"))  # doctest: +NORMALIZE_WHITESPACE
-    <div><table><caption style="text-align:left"><strong>PROVED</strong> H &lt; 1</caption><tbody>
+    <div><table><caption style="text-align:left;min-width:min(32em,90vw)"><strong>PROVED</strong> H &lt; 1</caption><tbody>
     <tr><th scope="row" style="text-align:left">order</th><td style="text-align:left">3</td></tr></tbody></table></div>
     """
     bold = f"<strong>{_cell(verdict)}</strong> " if verdict else ""
-    parts = [f"<div><table><caption{_LEFT}>{bold}{html.escape(title)}</caption>"]
+    parts = [f"<div><table><caption{_CAPTION}>{bold}{html.escape(title)}</caption>"]
     if head:
         cells = "".join(f'<th scope="col"{_LEFT}>{_cell(name)}</th>' for name in head)
         parts.append(f"<thead><tr>{cells}</tr></thead>")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,9 +13,13 @@ from analysis.answers.catalogue import Question
 from analysis.doubles import json_number, text_above, text_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.witness import Witness
+from lure.showing import plain
 
 if TYPE_CHECKING:
+    import xarray
+
     from analysis.certificates.checker import Proved, Refuted
+    from analysis.plots.responses import Axes
 
 CLOSED = 1e-6
 
@@ -113,7 +116,7 @@ class Largest:
             "largest": [json_number(self.largest.low), json_number(self.largest.high)],
             "theta": json_number(self.theta),
             "multiplier": self.multiplier,
-            "parameters": dict(self.parameters),
+            "parameters": plain(self.parameters),
             "verdict": str(self.verdict),
             "evidence": str(self.evidence),
             "hurwitz": [json_number(self.hurwitz.low), json_number(self.hurwitz.high)],
@@ -125,7 +128,7 @@ class Largest:
                 "k": json_number(witness.k),
                 "evidence": str(witness.evidence),
                 "description": witness.description,
-                "data": dict(witness.data),
+                "data": plain(witness.data),
             },
             "closed": self.closed,
             "reason": self.reason,
@@ -175,8 +178,35 @@ class Largest:
         between = "" if self.closed or self.witness is None else "; in between nothing is known"
         return f"{head}{tail}{between}."
 
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """One bar: proved up to its end, refuted from its cross on, unknown in between.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.answers.text import class_name
+        from analysis.plots.loops import plot_reach
+
+        return plot_reach([self], [class_name(self)], ax=ax)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Every criterion that was tried, over the dimension ``criterion``.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.answers.showing import largest_dataset
+
+        return largest_dataset(self)
+
     def _repr_html_(self) -> str:
-        return f"<p><b>{self.verdict}</b> {html.escape(str(self))}</p>"
+        from analysis.answers.showing import largest_html
+
+        return largest_html(self)
 
 
 def answer_dict(answer: Answer) -> dict[str, Any]:
@@ -197,7 +227,7 @@ def answer_dict(answer: Answer) -> dict[str, Any]:
         "needs": list(answer.needs),
         "theta": json_number(answer.theta),
         "multiplier": answer.multiplier,
-        "parameters": dict(answer.parameters),
+        "parameters": plain(answer.parameters),
         "margin": None if answer.margin is None else [json_number(answer.margin.low), json_number(answer.margin.high)],
         "worst_frequency": json_number(answer.worst_frequency),
         "hypotheses": list(answer.hypotheses),

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from analysis.answers.catalogue import Question
 from analysis.answers.decision import asked_row, decided, hints
@@ -22,7 +22,10 @@ from lure.exact import exact_number
 from lure.rational import RationalBlock
 
 if TYPE_CHECKING:
+    import xarray
+
     from analysis.certificates.checker import Proved, Refuted
+    from analysis.plots.responses import Axes
 
 Progress = Callable[[str, float], None]
 
@@ -87,6 +90,42 @@ class LoopAnalysis:
         from analysis.answers.text import table
 
         return table(self)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """One bar a class: proved up to its end, refuted from its cross on, unknown in between.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.answers.text import class_name
+        from analysis.plots.loops import plot_reach
+
+        return plot_reach(self.rows, [class_name(row) for row in self.rows], ax=ax)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data; infinite numbers are the text ``inf``."""
+        from analysis.answers.document import analysis_dict
+
+        return analysis_dict(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The table of classes, over the dimension ``law_class``; nan where nothing is proved or refuted.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from analysis.answers.showing import analysis_dataset
+
+        return analysis_dataset(self)
+
+    def _repr_html_(self) -> str:
+        from analysis.answers.showing import analysis_html
+
+        return analysis_html(self)
 
 
 _ROWS: tuple[tuple[Question, bool, bool], ...] = (

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from analysis.answers.table import LoopAnalysis
 
 WIDTH = 100
-_HEAD = ("class", "criterion", "proved up to", "evidence", "refuted at", "by", "gap")
+HEAD = ("class", "criterion", "proved up to", "evidence", "refuted at", "by", "gap")
 
 
 def table(found: LoopAnalysis) -> str:
@@ -27,7 +27,7 @@ def table(found: LoopAnalysis) -> str:
     blocks = [
         f"{found.verdict}  {found.subject.name}: H = {found.subject.block}",
         textwrap.fill(found.statement, WIDTH),
-        columns([_HEAD, *(_row(row) for row in found.rows)]),
+        columns([HEAD, *(table_row(row) for row in found.rows)]),
         textwrap.fill(f"Linear gains for which the loop is stable: {gains}.", WIDTH),
         *(textwrap.fill(f"To decide more: {hint}.", WIDTH) for hint in found.hints),
         *(textwrap.fill(f"Not shown: {note}.", WIDTH) for note in found.not_shown),
@@ -61,7 +61,14 @@ def columns(rows: list[tuple[str, ...]]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def _row(row: Largest) -> tuple[str, ...]:
+def table_row(row: Largest) -> tuple[str, ...]:
+    """A class of laws as the cells under :data:`HEAD`.
+
+    Parameters
+    ----------
+    row : Largest
+        The answer for that class.
+    """
     proved = row.verdict is Verdict.PROVED
     return (
         class_name(row),

@@ -132,6 +132,17 @@ class Certification:
     def __str__(self) -> str:
         return f"{self.verdict}: {self.detail}" if self.code is None else f"{self.verdict} ({self.code}): {self.detail}"
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data, the certificate with it."""
+        from analysis.certificates.showing import certification_dict
+
+        return certification_dict(self)
+
+    def _repr_html_(self) -> str:
+        from analysis.certificates.showing import certification_html
+
+        return certification_html(self)
+
 
 def certify(
     loop: object,

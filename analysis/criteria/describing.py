@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,10 @@ from lure.errors import AssumptionError, InputError
 from lure.laws import Quantiser
 from lure.nonlinearity import Nonlinearity
 from lure.rational import RationalBlock
+from lure.showing import html_table, plain, xarray_or_refusal
+
+if TYPE_CHECKING:
+    import xarray
 
 AMPLITUDE_DECADES = (-9, 9)
 _PER_DECADE = 40
@@ -48,6 +53,11 @@ class HarmonicBalance:
     def __str__(self) -> str:
         words = {True: "perhaps attracting", False: "perhaps repelling", None: "of unknown kind"}
         return f"amplitude {self.amplitude:.6g} at {self.frequency:.6g} rad/s, {words[self.stable_guess]}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data."""
+        names = ("amplitude", "frequency", "gain", "stable_guess")
+        return {name: plain(getattr(self, name)) for name in names}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -83,6 +93,43 @@ class DescribingHint:
             return "hint, not a verdict: no harmonic balance was found, which does not exclude an oscillation"
         listed = "; ".join(map(str, self.balances))
         return f"hint, not a verdict: harmonic balance at {listed}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data, with the words ``hint, not a verdict`` in its sentence."""
+        return {
+            "kind": "hint, not a verdict",
+            "evidence": str(self.evidence),
+            "balances": plain(self.balances),
+            "crossings": plain(self.crossings),
+            "sentence": str(self),
+        }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The balances, over the dimension ``balance``.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        xr = xarray_or_refusal("DescribingHint.to_xarray")
+        variables = {
+            "amplitude": ("balance", [one.amplitude for one in self.balances]),
+            "frequency": ("balance", [one.frequency for one in self.balances], {"units": "rad/s"}),
+            "gain": ("balance", [one.gain for one in self.balances]),
+        }
+        made: xarray.Dataset = xr.Dataset(variables, attrs={"evidence": str(self.evidence), "comment": str(self)})
+        return made
+
+    def _repr_html_(self) -> str:
+        words = {True: "perhaps attracting", False: "perhaps repelling", None: "of unknown kind"}
+        rows = [
+            (f"{b.amplitude:.6g}", f"{b.frequency:.6g}", f"{b.gain:.6g}", words[b.stable_guess]) for b in self.balances
+        ]
+        head = ("amplitude of sigma", "rad/s", "gain N(A)", "Loeb's rule")
+        notes = ["Harmonics are neglected: a loop may oscillate without a balance, or not oscillate with one."]
+        found = "harmonic balance" if rows else "no harmonic balance was found, which excludes no oscillation"
+        return html_table(f"Hint, not a verdict: {found}", rows, head=head, verdict="OBSERVED", notes=notes)
 
 
 def describing_hint(block: RationalBlock, law: Nonlinearity) -> DescribingHint:

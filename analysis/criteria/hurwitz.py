@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from analysis.answer import Answer
 from analysis.criteria.gain_ends import GainEnd, gain_ends, simplest_between
@@ -16,6 +17,7 @@ from analysis.precision import ball, outward
 from lure.law_class import LawClass
 from lure.rational import RationalBlock
 from lure.sector import Sector
+from lure.showing import html_table, plain
 
 THEOREM = (
     "Nyquist's criterion by exact root counts: d + kappa n has all roots in the open left half-plane (open unit disc); "
@@ -41,6 +43,16 @@ class GainInterval:
 
     def __str__(self) -> str:
         return f"({self.lower.value.middle:.6g}, {self.upper.value.middle:.6g})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: brackets of both ends, and the gain inside as text ``p/q``."""
+        ends = {"lower": plain(self.lower.value), "upper": plain(self.upper.value)}
+        return {"kind": "interval of stable gains", **ends, "sample": str(self.sample), "evidence": "certified"}
+
+    def _repr_html_(self) -> str:
+        rows = [("from", self.lower.value), ("to", self.upper.value), ("a gain inside", self.sample)]
+        note = "Linear gains, by exact root counts (certified); nothing follows for nonlinear phi."
+        return html_table("Stable linear gains, mu = -kappa sigma", rows, notes=[note])
 
 
 def is_stable_gain(block: RationalBlock, kappa: Fraction) -> bool:

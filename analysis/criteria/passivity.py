@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from flint import fmpq_poly
 
@@ -14,6 +15,7 @@ from analysis.plant import Plant
 from analysis.polynomial import X, even_odd, is_hurwitz, real_roots, to_fmpq
 from analysis.precision import outward
 from lure.rational import RationalBlock
+from lure.showing import html_table, plain
 
 ABSENT = Bracket(-math.inf, -math.inf)
 
@@ -49,6 +51,30 @@ class Passivity:
     def __str__(self) -> str:
         rho = "none" if self.output_feedback is None else f"{self.output_feedback}"
         return f"nu = {self.input_feedforward}, rho = {rho} ({self.evidence}): {self.reason}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data; infinite indices are the text ``-inf``."""
+        names = (
+            "input_feedforward",
+            "output_feedback",
+            "positive_real",
+            "strictly_positive_real",
+            "evidence",
+            "reason",
+        )
+        return {"kind": "passivity", **{name: plain(getattr(self, name)) for name in names}, "sentence": str(self)}
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("positive real", self.positive_real),
+            ("strictly positive real", self.strictly_positive_real),
+            ("input feedforward nu", self.input_feedforward),
+            ("output feedback rho", "none" if self.output_feedback is None else self.output_feedback),
+            ("evidence", self.evidence),
+            ("reason", self.reason),
+        ]
+        note = "From rest, between input and output: nothing is said about hidden modes."
+        return html_table("H is positive real", rows, verdict=str(self.positive_real), notes=[note])
 
 
 def passivity_indices(block: RationalBlock) -> Passivity:

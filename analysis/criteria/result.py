@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from analysis.evidence import Bracket, Evidence, Verdict
 from lure.sector import Sector
+from lure.showing import html_table, plain
 
 if TYPE_CHECKING:
     from analysis.certificates.checker import Proved, Refuted
@@ -83,3 +84,23 @@ class CriterionResult:
         return (
             f"{head}; theta = {self.theta:.6g} s, margin {self.margin.low:.6g} m/Pa at {self.worst_frequency:.6g} rad/s"
         )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data; exact bounds are text ``p/q``, infinite ones ``inf``."""
+        names = ("name", "model", "sector", "verdict", "evidence", "theta", "smallest_theta", "margin",
+                 "worst_frequency", "largest_sector", "reason", "hypotheses", "witness")  # fmt: skip
+        return {"kind": "criterion", **{name: plain(getattr(self, name)) for name in names}, "sentence": str(self)}
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("about", {"scheme": "the N-cell scheme", "rod": "the rod itself"}.get(self.model, "the block of a loop")),
+            ("sector", f"{self.sector} Pa/m"),
+            ("evidence", self.evidence),
+            ("theta", "-" if self.theta is None else f"{self.theta:.7g} s"),
+            ("margin", "-" if self.margin is None else f"{self.margin} m/Pa"),
+            ("reaches", "-" if self.largest_sector is None else f"{self.largest_sector} Pa/m"),
+            ("reason", self.reason),
+            *(("hypothesis", text) for text in self.hypotheses),
+        ]
+        note = "What holds for the scheme is about the scheme, not the rod; a criterion that fails refutes nothing."
+        return html_table(f"{self.name.capitalize()} criterion", rows, verdict=str(self.verdict), notes=[note])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from analysis.conclusion import Conclusion
 from analysis.confirmation import Confirmation
@@ -14,10 +15,13 @@ from analysis.evidence import Verdict
 from analysis.report.console import summary
 from analysis.spectrum import RodSpectrum
 from lure.scenario import Matching
+from lure.showing import html_table, xarray_or_refusal
 from lure.systems import RodSystem
 from lure.upwind import UpwindScheme
 
 if TYPE_CHECKING:
+    import xarray
+
     from analysis.certificates.checker import Proved, Refuted
     from analysis.simulation import Trajectory
 
@@ -102,3 +106,52 @@ class StabilityReport:
 
     def __str__(self) -> str:
         return summary(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """``report.json`` as plain data, with its published schema."""
+        from analysis.report.document import document
+
+        return document(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The lowest modes of scheme and rod, and the criteria over the dimension ``criterion``.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        xr = xarray_or_refusal("StabilityReport.to_xarray")
+        found = self.criteria
+        lows = [math.nan if one.margin is None else one.margin.low for one in found]
+        variables = {
+            "verdict": ("criterion", [str(one.verdict) for one in found]),
+            "evidence": ("criterion", [str(one.evidence) for one in found]),
+            "theta": ("criterion", [math.nan if one.theta is None else one.theta for one in found], {"units": "s"}),
+            "margin": ("criterion", lows, {"units": "m/Pa"}),
+        }
+        names = [f"{one.name}, {one.model}" for one in found]
+        table: xarray.Dataset = xr.Dataset(variables, coords={"criterion": names})
+        made = table.merge(self.spectrum.to_xarray())
+        return made.assign_attrs(title=self.system.name, verdict=str(self.verdict), comment=self.conclusion.statement)
+
+    def _repr_html_(self) -> str:
+        head = ("criterion", "about", "verdict", "evidence", "theta [s]", "margin [m/Pa]")
+        rows = [
+            (
+                one.name,
+                one.model,
+                one.verdict,
+                one.evidence,
+                "-" if one.theta is None else f"{one.theta:.6g}",
+                "-" if one.margin is None else one.margin,
+            )
+            for one in self.criteria
+        ]
+        notes = [
+            self.conclusion.statement,
+            f"Spectrum: {self.spectrum}.",
+            *(f"Assumed: {text}." for text in self.conclusion.assumptions),
+            *(f"Not shown: {text}." for text in self.conclusion.not_shown),
+        ]
+        return html_table(self.system.name, rows, head=head, verdict=str(self.verdict), notes=notes)

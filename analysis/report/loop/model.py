@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from analysis.answers import LoopAnalysis
 from analysis.evidence import Verdict
+from lure.showing import html_table
+
+if TYPE_CHECKING:
+    import xarray
+
+    from analysis.plots.responses import Axes
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -44,3 +51,38 @@ class LoopReport:
     def __str__(self) -> str:
         lines = [f"Observed: {text}" for text in self.observed] + [f"Hint: {text}" for text in self.hints]
         return "\n\n".join([str(self.analysis), *lines])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """One bar a class; see :meth:`analysis.LoopAnalysis.plot`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        return self.analysis.plot(ax)
+
+    def to_dict(self) -> dict[str, Any]:
+        """``report.json`` as plain data, with its published schema."""
+        from analysis.report.loop.document import loop_document
+
+        return loop_document(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The table of classes; see :meth:`analysis.LoopAnalysis.to_xarray`.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        return self.analysis.to_xarray()
+
+    def _repr_html_(self) -> str:
+        rows = [
+            *(("observed", text) for text in self.observed),
+            *(("hint, not a verdict", text) for text in self.hints),
+        ]
+        shown = self.analysis._repr_html_()
+        note = "One motion proves nothing about another, and a hint proves nothing at all."
+        return shown + html_table("Simulations and hints", rows, verdict="OBSERVED", notes=[note]) if rows else shown
