@@ -27,6 +27,7 @@
 # %%
 import itertools
 import tempfile
+import textwrap
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -46,6 +47,12 @@ from analysis.measured import (
 from analysis.plots.style import BLUE, GREEN, GREY, VERMILLION
 from lure import Rod, Scenario, exact_motion, upwind
 
+
+def say(text):
+    """Print a paragraph, broken into lines."""
+    print(textwrap.fill(str(text), 76))
+
+
 lines = EXAMPLE.read_text(encoding="utf-8").splitlines()
 print(*lines[:8], "...", sep="\n")
 
@@ -58,9 +65,10 @@ print(*lines[:8], "...", sep="\n")
 
 # %%
 data = read_measurements(EXAMPLE)
-print(data)
 true = {"eps": 2.5e-7, "gap": 0.12e-3, "m": 1.5}  # from the script that made the file
+data
 
+# %%
 _, ax = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
 for direction, colour, marker in (("loading", BLUE, "."), ("unloading", GREEN, "+")):
     rows = data.rows(direction)
@@ -78,7 +86,9 @@ plt.show()
 
 # %%
 found = sector_of(data)
-print(found)
+found
+
+# %%
 found.plot(ax=plt.subplots(figsize=(7.2, 6.0))[1])
 plt.show()
 
@@ -93,7 +103,6 @@ plt.show()
 # %%
 for outlier in found.outliers:
     print(f"line {outlier.line}: {lines[outlier.line - 1]}   ({outlier.score:+.1f} standard deviations)")
-
 depth = 0.8e-3 - true["gap"]
 true_chord, true_slope = depth**1.5 / true["eps"] / 0.8e-3, 1.5 * depth**0.5 / true["eps"]
 
@@ -107,10 +116,10 @@ true_chord, true_slope = depth**1.5 / true["eps"] / 0.8e-3, 1.5 * depth**0.5 / t
 load = data.load.copy()
 load[data.rows("unloading")] *= 0.85
 lossy = sector_of(Measurements.from_arrays(data.displacement, load))
-apart = lossy.hysteresis
-print(f"as measured: {found.hysteresis}; with 15 % less on the way back: {100 * apart.share:.0f} % of the largest load")
-loop = ([1e4], [1, 300, 2e4, 0])
-print(margin_of(lossy, loop, gain=0.005, vouched=True))
+print("as measured:", found.hysteresis)
+print(f"with 15 % less on the way back: apart by {100 * lossy.hysteresis.share:.0f} % of the largest load")
+loop = ([1e4], [1, 300, 2e4, 0])  # see section 4
+say(margin_of(lossy, loop, gain=0.005, vouched=True))
 
 # %% [markdown]
 # ## 4. A verdict for a loop
@@ -122,13 +131,19 @@ print(margin_of(lossy, loop, gain=0.005, vouched=True))
 
 # %%
 verdict = margin_of(found, loop, gain=0.005, vouched=True)
-print(verdict)
-print("\nWithout our word:", margin_of(found, loop, gain=0.005), sep="\n")
-print("\nWith a gain of 0.007:", margin_of(found, loop, gain=0.007, vouched=True), sep="\n")
+verdict
+
+# %% [markdown]
+# The same without our word, and with a gain of 0.007:
+
+# %%
+say(margin_of(found, loop, gain=0.005))
+print()
+say(margin_of(found, loop, gain=0.007, vouched=True))
 
 # %% [markdown]
 # The proved sector ends at 600, certified at every frequency; the measured one ends at 455. What connects them is only
-# observed, and so is the verdict. That the third answer is "nothing follows" does not make that loop unstable.
+# observed, and so is the verdict. "Nothing follows" does not make a loop unstable.
 #
 # ## 5. The law, and a rod that meets it
 #
@@ -138,7 +153,9 @@ print("\nWith a gain of 0.007:", margin_of(found, loop, gain=0.007, vouched=True
 
 # %%
 fit = fit_compliance(example_measurements(area=25e-6))
-print(fit)
+fit
+
+# %%
 fit.plot(ax=plt.subplots(figsize=(7.2, 6.0))[1])
 plt.show()
 
@@ -158,13 +175,13 @@ def nylon(eps, gap, m):
     return Rod(youngs_modulus=3e9, density=1150, length=1, area=25e-6, damping=2, compliance=eps, gap=gap, exponent=m)
 
 
-print(conclusion(upwind(nylon(*best), 10), Scenario()))
+say(conclusion(upwind(nylon(*best), 10), Scenario()))
 until = 6 * nylon(*best).travel_time
 motions = [exact_motion(nylon(*law), Scenario.parse(velocity="1"), until) for law in (best, *corners)]
 peaks = [motion.impacts[0].peak_stress / 1e6 for motion in motions]
 depths = [motion.z(np.linspace(0, until, 2001)).max() * 1e3 for motion in motions]
 plateau = nylon(*best).density * nylon(*best).wave_speed / 1e6
-print(f"peak stress: {peaks[0]:.3f} MPa for the fit, {min(peaks[1:]):.3f} to {max(peaks[1:]):.3f} MPa at the corners")
+print(f"peak stress: {peaks[0]:.3f} MPa for the fit; corners {min(peaks[1:]):.3f} to {max(peaks[1:]):.3f} MPa")
 print(f"rho c v = {plateau:.3f} MPa; depths reached: up to {max(depths):.2f} mm")
 
 # %% [markdown]
@@ -223,7 +240,10 @@ with tempfile.TemporaryDirectory() as folder:
     mine = Path(folder) / "mine.txt"
     mine.write_text("\n".join(["# spring 7, room temperature", "% second try", "depth [µm]\tforce [mN]", *rows]))
     own = report_of(mine, fit=True)
-print(own)
+own.sector
+
+# %%
+own.fit
 
 # %% [markdown]
 # ## What this notebook claims
