@@ -263,8 +263,9 @@ print("the same for k = Z/10; for k = 10 Z, rigid stop:", np.round(calm, 4))
 # poles solve $a e^{-2sT} = (1 + y)/(1 - y)$ with $y = s\varepsilon/d$. The matched dashpot leaves one pole,
 # $s = -d/\varepsilon = -\beta/T$: with a soft stop that is slow. The best dashpot has
 #
-# $$\frac{k_c}{Z} = \tanh\big(\sqrt{\beta(1 + \beta)} + \operatorname{arsinh}\sqrt\beta\,\big), \qquad
-#   \text{slowest pole at } -\sqrt{\beta(1 + \beta)}\,/\,T .$$
+# $$\frac{k_c}{Z} = \tanh\big(\sqrt{\beta(1 + \beta)} + \operatorname{arsinh}\sqrt\beta\,\big),$$
+#
+# and its slowest pole, a double one, is at $-\sqrt{\beta(1 + \beta)}\,/\,T$.
 #
 # This is critical damping, exact for the rod; for a soft stop it is that of every textbook, $k_c \to 2\sqrt{mK}$ with
 # $m = \rho A L$, $K = A/\varepsilon$. *Why:* put $\eta = \sqrt{1 + 1/\beta}$. On the line $\mathrm{Re}\,y = -\eta$ one
