@@ -1,5 +1,7 @@
 """What results show in a notebook: well-formed tables that say what moved and on which evidence, and run nothing."""
 
+import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -96,6 +98,24 @@ def test_a_motion_proves_nothing_of_others(name):
     _, text = read(RESULTS[name]())
     assert "proves nothing of others" in text
     assert "not a motion of the rod" not in text
+
+
+# at the start the bound of Lemma 3.2 is the energy itself: rounding must not look like a violation
+def test_a_sound_run_is_within_its_bound_and_another_is_not():
+    run = RESULTS["Galerkin run"]()
+    assert "VIOLATED" not in read(run)[1]
+    assert run.to_dict()["energy_within_bound"] is True
+    states = run.states.copy()
+    states[-1, :10] *= 3.0
+    assert "VIOLATED" in read(replace(run, states=states))[1]
+
+
+def test_what_is_measured_is_rounded_outwards_and_what_is_proved_inwards():
+    found = RESULTS["measured margin"]()
+    _, text = read(found)
+    measured, proved = (re.search(rf"{name}\[(.*?), (.*?)\]", text) for name in ("times gain", "proved stable"))
+    assert float(measured[2]) >= float(found.sector.upper)
+    assert float(proved[2]) <= found.proved.largest.low
 
 
 def test_hostile_names_are_shown_as_text():

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.doubles import text_above, text_below
 from lure.datasets import Column, dataset
 from lure.showing import html_table
 
@@ -129,7 +130,7 @@ def sector_html(found: MeasuredSector) -> str:
 
     unit = found.measurements.stiffness_unit
     rows = [
-        (name.replace("_", ", "), f"{side.bound:.6g}", f"{side.fitted:.6g}", f"{side.at:.4g} m")
+        (name.replace("_", ", "), _rounded(name, side.bound), f"{side.fitted:.6g}", f"{side.at:.4g} m")
         for name, side in ((name, getattr(found, name)) for name in _SIDES)
     ]
     head = ("bound", f"with the confidence [{unit}]", f"of the fitted law [{unit}]", "set at sigma")
@@ -137,6 +138,10 @@ def sector_html(found: MeasuredSector) -> str:
     notes += [f"Outliers, left out: {_listed(found.outliers)}."] if found.outliers else []
     notes += [f"Assumed: {text}." for text in found.assumptions]
     return html_table(f"sector of {found.measurements.source}", rows, head=head, verdict="OBSERVED", notes=notes)
+
+
+def _rounded(name: str, bound: float) -> str:
+    return text_below(bound, 6) if name.endswith("lower") else text_above(bound, 6)
 
 
 def _listed(outliers: tuple[Outlier, ...]) -> str:
@@ -210,8 +215,8 @@ def margin_html(found: MeasuredMargin) -> str:
     """A table for notebooks: the measured sector beside the proved one."""
     margin = "any amount" if math.isinf(found.margin) else f"{100 * found.margin:.3g} %"
     rows = [
-        ("measured, times gain", found.sector, found.evidence),
-        ("proved stable", f"[{float(found.proved.lower):.6g}, {found.proved.largest.low:.6g}]", found.proved.evidence),
+        ("measured, times gain", _outwards(float(found.sector.lower), float(found.sector.upper)), found.evidence),
+        ("proved stable", _inwards(found), found.proved.evidence),
         ("room above the measured one", margin if found.inside else "-", ""),
     ]
     head = ("sector", "", "evidence")
@@ -219,6 +224,14 @@ def margin_html(found: MeasuredMargin) -> str:
     return html_table(
         "measured sector beside the proved one", rows, head=head, verdict=verdict, notes=(found.conclusion,)
     )
+
+
+def _outwards(low: float, high: float) -> str:
+    return f"[{text_below(low, 6)}, {text_above(high, 6)}]"
+
+
+def _inwards(found: MeasuredMargin) -> str:
+    return f"[{text_above(float(found.proved.lower), 6)}, {text_below(found.proved.largest.low, 6)}]"
 
 
 def report_dataset(found: MeasuredReport) -> xarray.Dataset:
