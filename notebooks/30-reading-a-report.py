@@ -42,7 +42,7 @@ from lure import LawClass, LoopSystem, RodBlock, Saturation, Sector, as_block, b
 
 def say(*texts):
     """Print paragraphs, broken into lines."""
-    print(*(textwrap.fill(str(text), 100, break_on_hyphens=False) for text in texts), sep="\n\n")
+    print(*(textwrap.fill(str(text), 80, break_on_hyphens=False) for text in texts), sep="\n\n")
 
 
 system = builtin_system("paper-rod")
@@ -79,7 +79,7 @@ say(found.statement, f"Set of equilibria: {found.stationary_set}", *(f"Assumed: 
 
 # %%
 for claim in claims(report):
-    first, *more = textwrap.wrap(claim.text, 62)
+    first, *more = textwrap.wrap(claim.text, 44)
     print(f"{claim.evidence!s:10} {claim.answer:11} {claim.model:15} {first}")
     print(*(f"{'':38} {line}" for line in more), sep="\n", end="\n" if more else "")
 
@@ -158,7 +158,7 @@ plt.show()
 # %%
 run = report.simulation.trajectory
 print(f"{report.simulation.cells} cells up to {run.t[-1]:g} s, energy identity within {run.energy_residual:.1e}")
-say(f"Confirmation: {report.confirmation.rod.rest.way}")
+say(f"Where the rod comes to rest: {report.confirmation.rod.rest.way}.")
 _, axes = plt.subplots(1, 2, figsize=(10.4, 3.6), layout="constrained")
 plot_both_ends(report.confirmation, ax=axes[0])
 plot_both_decays(report.confirmation, ax=axes[1])
@@ -172,8 +172,8 @@ plt.show()
 #
 # ## The certificates
 #
-# Beside the page lie the proofs, as files. The report lists each with its SHA-256, so that nobody can swap one, and
-# the checker decides each again from scratch (on the command line: `lure verify certificates/*.json`).
+# Beside the page lie the proofs, as files. The report lists each with its SHA-256, so that a file swapped alone
+# shows, and the checker decides each again from scratch (on the command line: `lure verify certificates/*.json`).
 
 # %%
 data = json.loads((folder / "report.json").read_text())

@@ -41,7 +41,7 @@ from lure.loop_library import builtin_loop
 
 def say(*answers):
     """Print sentences, broken into lines."""
-    print(*(textwrap.fill(str(one), 100) for one in answers), sep="\n\n")
+    print(*(textwrap.fill(str(one), 80, break_on_hyphens=False) for one in answers), sep="\n\n")
 
 
 def companion(block):
@@ -229,7 +229,7 @@ def growth(k):
     return float(np.abs(np.linalg.eigvals(period)).max())
 
 
-print(f"gains {pattern['gains'][0]} s and k in turn, for {times[0]:.4f} s and {times[1]:.4f} s")
+print(f"\ngain 0 for {times[0]:.4f} s, then k for {times[1]:.4f} s, over and over:")
 for k in (5.6, varying.refuted_at, 6.5, 8.0):
     print(f"k = {k:<12.9g}  growth per period {growth(k):.10f}")
 
@@ -279,8 +279,11 @@ missed = [describing_hint(block, law_of(found.witness)) for block, found in ((ai
 say(*missed)
 
 # %% [markdown]
-# No balance for either: the linear loop is stable for every gain that $N$ can take. Now a false alarm. The plant $-(s
-# + 1.6)/(s^2 + 0.39 s + 1)$ under a law that does nothing up to 1, has slope 1 up to 2, and saturates there:
+# No balance for either: the linear loop is stable for every gain that $N$ can take. Now a false alarm, for the plant
+#
+# $$H(s) = -\frac{s + 1.6}{s^2 + 0.39\,s + 1}$$
+#
+# under a law that does nothing up to 1, has slope 1 up to 2, and saturates there:
 
 # %%
 alarm = as_block("-(s + 1.6)/(s^2 + 0.39*s + 1)")
