@@ -109,8 +109,9 @@ plt.show()
 #
 # Near 0, $H \approx \varrho/s$ with the residue $\varrho = 1/2$, so $\mathrm{Im}\,H \approx -\varrho/\omega$ falls to
 # $-\infty$ along the asymptote $\mathrm{Re}\,H = -3/4$: Nyquist's curve leaves the picture. Popov's does not, since
-# $\omega\,\mathrm{Im}\,H$ stays finite. It starts at $(-3/4, -\varrho)$ and meets the axis at $-1/6$, where $\omega^2 = 2$; the tangent
-# there has slope $2/3$, hence $\theta = 3/2$, and $k = 6$ is out of reach by nothing but the word "strictly".
+# $\omega\,\mathrm{Im}\,H$ stays finite. It starts at $(-3/4, -\varrho)$ and meets the axis at $-1/6$, where
+# $\omega^2 = 2$; the tangent there has slope $2/3$, hence $\theta = 3/2$, and $k = 6$ is out of reach by nothing but
+# the word "strictly".
 
 # %%
 MOTOR = "1/(s*(s + 1)*(s + 2))"
@@ -122,8 +123,8 @@ side_by_side(nyquist_response(MOTOR), popov_response(MOTOR, k=5.9, theta=1.5))
 # %% [markdown]
 # What a pole at 0 changes:
 #
-# - **The conclusion.** The gain 0 is not stable, yet $\varphi = 0$ belongs to $[0, k]$: the integrator then stays wherever
-#   it is. So "0 attracts every motion" is false for the class, and what is proved is convergence to the set of
+# - **The conclusion.** The gain 0 is not stable, yet $\varphi = 0$ belongs to $[0, k]$: the integrator then stays
+#   wherever it is. So "0 attracts every motion" is false for the class, and what is proved is convergence to the set of
 #   equilibria, which is the point 0 if your law vanishes at 0 alone. Even $1/s$ gets no more, for every finite $k$.
 # - **The residue** must be positive. With a negative one every small positive gain is unstable, although
 #   $\mathrm{Re}\,H$ can be positive everywhere, as it is for $-1/(s(s + 1))$.

@@ -107,15 +107,25 @@ def init(
         ),
     ] = None,
     loop: Annotated[bool, typer.Option("--loop", help="A plant with a nonlinearity instead of a rod.")] = False,
+    notebook: Annotated[
+        Path | None,
+        typer.Option(
+            "--notebook", metavar="FILE", help="A notebook about your own loop, .ipynb or .py.", show_default=False
+        ),
+    ] = None,
+    test: Annotated[
+        Path | None,
+        typer.Option("--test", metavar="FILE", help="A pytest file that guards a law, .py.", show_default=False),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
 ) -> None:
     """Write the template."""
+    from analysis.cli.starting import starting
     from analysis.output import write_new
-    from lure.system_file import plant_template, template
 
-    target = path or Path("plant.toml" if loop else "rod.toml")
-    write_new(target, plant_template() if loop else template(), force=force)
-    print(f"{target} is written; edit it, then run: {shlex.join(['lure', 'report', str(target)])}")
+    target, text, then = starting(path, loop=loop, notebook=notebook, test=test)
+    write_new(target, text, force=force)
+    print(f"{target} is written; {then}")
 
 
 @app.command(help=texts.SYSTEMS)

@@ -47,16 +47,21 @@ Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
 1 a bug in lure, 130 interrupted.
 """
 
-INIT = """Write a commented TOML file to start from.
+INIT = """Write a commented file to start from.
 
 \b
 Examples:
   lure init && lure report rod.toml
   lure init --loop && lure report plant.toml
   lure init --loop plants/servo.toml
+  lure init --notebook my-loop.ipynb && jupyter lab my-loop.ipynb
+  lure init --test test_law.py && pytest test_law.py
 
 \b
-Without --loop it describes the paper's rod.
+The TOML file describes the paper's rod, or a plant with --loop.  The notebook
+takes your plant and your law from the question to Popov's plot, a proof and a
+test; as .py it is a script.  The test fails where a law leaves its sector or
+its slope bounds.
 """
 
 SYSTEMS = """List the built-in systems, or show one of them.
