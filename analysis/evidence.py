@@ -11,7 +11,15 @@ from analysis.doubles import json_number, text_above, text_below
 
 
 class Verdict(Enum):
-    """A three-valued answer; it has no truth value, so that ``if verdict:`` cannot be written by mistake."""
+    """A three-valued answer; it has no truth value, so that ``if verdict:`` cannot be written by mistake.
+
+    Examples
+    --------
+    >>> bool(Verdict.INCONCLUSIVE)
+    Traceback (most recent call last):
+        ...
+    TypeError: a verdict has three values; compare it, as in `verdict is Verdict.INCONCLUSIVE`
+    """
 
     PROVED = "PROVED"
     REFUTED = "REFUTED"

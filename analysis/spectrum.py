@@ -165,6 +165,12 @@ def rod_spectrum(scheme: UpwindScheme) -> RodSpectrum:
     Notes
     -----
     The rod's modes all decay at the same rate ``-ln|a|/(2T)``; amplitudes fall at that rate, the energy at twice it.
+
+    Examples
+    --------
+    >>> from lure import builtin_system, upwind
+    >>> print(rod_spectrum(upwind(builtin_system("paper-rod").rod, 10)))
+    zero eigenvalue simple; slowest wave mode decays at 0.999992 1/s in the scheme and 1 1/s in the rod
     """
     rod, N = scheme.rod, scheme.cells
     double = rod.exact["damping"] == 0

@@ -40,6 +40,14 @@ class FrequencyData:
     ------
     InputError
         Shapes do not fit, a frequency is negative, not finite or not larger than the one before, or a value is nan.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> omega = np.geomspace(0.1, 10, 5)
+    >>> measured = FrequencyData(omega=omega, response=1 / (1 + 1j * omega))
+    >>> print(measured.dt)
+    None
     """
 
     omega: NDArray[np.float64]

@@ -31,6 +31,12 @@ class Loop:
     ------
     InputError
         The block is none, or the law has no sector, or a memory.
+
+    Examples
+    --------
+    >>> from lure import Saturation
+    >>> print(Loop(([1], [1, 3, 2, 0]), Saturation(gain=5)).nonlinearity.sector)
+    [0, 5]
     """
 
     block: Block

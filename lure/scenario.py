@@ -33,6 +33,12 @@ class Scenario:
         ``u0(x)`` [m], a displacement (not a position: the paper's (50) adds the coordinate).
     velocity : Expression of x
         ``u1(x)`` [m/s].
+
+    Examples
+    --------
+    >>> pushed = Scenario.parse(force="2*sin(4*t)", velocity=1)
+    >>> pushed.free, float(pushed.force(t=0.0))
+    (False, 0.0)
     """
 
     force: Expression = field(default_factory=lambda: _zero("t"))

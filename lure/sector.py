@@ -106,6 +106,11 @@ class SlopeBounds:
     ------
     InputError
         A bound is not a number, or ``lower >= upper``.
+
+    Examples
+    --------
+    >>> print(SlopeBounds(0, 2))
+    [0, 2]
     """
 
     lower: float | Fraction

@@ -197,6 +197,11 @@ def builtin_system(name: str) -> RodSystem:
     ------
     InputError
         There is no such name; the message offers the nearest.
+
+    Examples
+    --------
+    >>> builtin_system("paper-rod").rod.length
+    1.0
     """
     systems = _builtin()
     if name not in systems:

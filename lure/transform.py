@@ -170,6 +170,13 @@ def pole_shift(block: object, law_class: LawClass, gain: Exact) -> Transformed:
     ------
     InputError
         ``gain`` is not a finite number, or the loop is not well posed: ``1 + gain H(inf) = 0``.
+
+    Examples
+    --------
+    >>> from lure import Sector
+    >>> shifted = pole_shift(RationalBlock([1], [1, -1]), LawClass(sector=Sector(2, 4)), gain=2)
+    >>> print(shifted.block, "|", shifted.law_class)
+    1 / (s + 1) | phi in the sector [0, 2]
     """
     from lure.inputs import as_block
 

@@ -121,6 +121,12 @@ def max_slope(
         The criterion does not apply to such a block or class.
     ContradictionError
         What is proved and what is refuted overlap: a bug.
+
+    Examples
+    --------
+    >>> found = max_slope(([1], [1, 2, 2, 1]), search="linear")
+    >>> print(found.verdict, round(found.largest.low, 6), found.criterion, found.refuted_at)
+    PROVED 3.0 park 3.0
     """
     _checked(criterion, search, odd=odd)
     return _answer(

@@ -153,6 +153,13 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
         The class has no finite lower end, or no criterion applies to the block.
     ContradictionError
         What is proved and what is refuted overlap: a bug.
+
+    Examples
+    --------
+    >>> from lure import Loop, Saturation, as_block
+    >>> found = analyse(Loop(as_block("1/(s+1)"), Saturation(gain=2)))
+    >>> print(found.verdict)
+    PROVED
     """
     say = progress or (lambda _stage, _done: None)
     about = subject(loop)

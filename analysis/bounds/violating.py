@@ -95,6 +95,11 @@ def violation(
     ------
     InputError
         As for :func:`law_bounds`.
+
+    Examples
+    --------
+    >>> print(violation("sigma**3", Sector(0, 1), on=(-2, 2)))
+    phi(sigma)/sigma = 4 > 1 (certified) at sigma = -2
     """
     interval = domain(on)
     known = law_bounds(law, on=on, samples=samples) if found is None else found

@@ -157,6 +157,12 @@ def describing_hint(block: RationalBlock, law: Nonlinearity) -> DescribingHint:
         The law is not known to be odd, or ``H`` is real on the whole axis, so that no frequency is singled out.
     InputError
         The block is in discrete time.
+
+    Examples
+    --------
+    >>> from lure import Saturation
+    >>> print(describing_hint(RationalBlock([1], [1, 3, 2, 0]), Saturation(gain=10)))
+    hint, not a verdict: harmonic balance at amplitude 0.203309 at 1.41421 rad/s, perhaps attracting
     """
     if block.dt is not None:
         raise InputError("describing_hint is stated for continuous time; give a block with dt = None")

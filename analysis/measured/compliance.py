@@ -58,6 +58,13 @@ def fit_compliance(
     load at the largest displacement.  Intervals are those of the profile likelihood: all values at which the sum of
     squares, least over the other two parameters, exceeds its minimum by less than an F quantile.  They need no
     linearisation, are lopsided where the likelihood is, and are infinite where the data set no bound.
+
+    Examples
+    --------
+    >>> from analysis.measured import example_measurements
+    >>> found = fit_compliance(example_measurements())
+    >>> print(f"m = {found.parameters['m'].value:.2f}")
+    m = 1.50
     """
     if branch not in (None, "loading", "unloading"):
         raise InputError(f"fit_compliance: branch is {branch!r:.40}; give 'loading' or 'unloading'")

@@ -35,6 +35,14 @@ def refute(
     -------
     tuple of Witness
         At most one of each kind; a nonlinear one only if its ``k`` is below that of the linear gain.
+
+    Examples
+    --------
+    >>> block = RationalBlock([1], [1, 2, 2, 1])
+    >>> for found in refute(block, slope=False, odd=False, time_varying=True):
+    ...     print(f"{found.kind} from {found.k:.3f} on ({found.evidence})")
+    switched gain from 2.502 on (certified)
+    linear gain from 3.000 on (certified)
     """
     lower = Fraction(lower)
     found = [linear_witness(block, lower=lower)]

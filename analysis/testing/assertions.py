@@ -125,6 +125,12 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
     Notes
     -----
     Pairs closer than about ``1e-7 |sigma|`` are not looked at: rounding would speak.
+
+    Examples
+    --------
+    >>> from lure import SlopeBounds
+    >>> print(assert_slope_restricted("tanh(sigma) + sigma/3", SlopeBounds(0, 2)).evidence)
+    certified
     """
     __tracebackhide__ = True
     _demand(slope, SlopeBounds, "slope")
@@ -222,6 +228,11 @@ def assert_odd(  # noqa: PLR0913  (as above)
         A point at which the law is not odd, or has no value.
     InputError
         An argument is not as described.
+
+    Examples
+    --------
+    >>> print(assert_odd("sigma**3").evidence)
+    certified
     """
     __tracebackhide__ = True
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)

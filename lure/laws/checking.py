@@ -53,6 +53,15 @@ def check_declared(law: Nonlinearity, *, samples: int = 4000, scale: Exact = 1) 
     The suspicion comes from floating point.  Against a formula it is confirmed in ball arithmetic before it is raised;
     for any other law a relative violation of 1e-9 counts as rounding, and so does an absolute error in ``phi`` of 4e-15
     of its largest value for ``|sigma| <= scale``.
+
+    Examples
+    --------
+    >>> from lure import ExpressionLaw, Sector
+    >>> check_declared(ExpressionLaw("tanh(sigma)", sector=Sector(0, 1)))  # nothing was found
+    >>> check_declared(ExpressionLaw("2*tanh(sigma)", sector=Sector(0, 1)))  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+        ...
+    lure.errors.AssumptionError: the law '2*tanh(sigma)' is declared to have the sector [0, 1], but phi(sigma)/sigma ...
     """
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 10:
         raise InputError(f"check_declared: samples is {samples!r:.60}; give a whole number of at least 10")

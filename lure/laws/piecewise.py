@@ -173,6 +173,11 @@ class DeadZone(GraphLaw):
     ------
     InputError
         A parameter is not a positive finite number.
+
+    Examples
+    --------
+    >>> DeadZone(width=1, gain=2)([-3.0, 0.5, 2.0])
+    array([-4.,  0.,  2.])
     """
 
     width: Fraction

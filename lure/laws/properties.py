@@ -102,6 +102,14 @@ def properties(law: Nonlinearity) -> Properties:
     ------
     AssumptionError
         A declared property of a piecewise linear formula is false.
+
+    Examples
+    --------
+    >>> from lure import ExpressionLaw, Saturation
+    >>> print(properties(Saturation(gain=2)).sector)
+    [0, 2] (checked: exact, read off the points and the slopes outside them)
+    >>> print(properties(ExpressionLaw("tanh(sigma)", sector=Sector(0, 1))).sector)
+    [0, 1] (declared: the word of the law's author)
     """
     if type(law) is ShiftedLaw:
         inner, note = properties(law.law), f"; shifted by {number_text(law.gain)}"
@@ -134,6 +142,12 @@ def law_class(law: Nonlinearity) -> LawClass:
         A declared property of a piecewise linear formula is false.
     InputError
         The declared sector and slope bounds have nothing in common.
+
+    Examples
+    --------
+    >>> from lure import DeadZone
+    >>> print(law_class(DeadZone(width=1, gain=2)))
+    odd phi with slope in [0, 2]
     """
     known = properties(law)
     sector, slope = known.sector.value, known.slope_bounds.value

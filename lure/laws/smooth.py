@@ -32,6 +32,12 @@ class Cubic:
     ------
     InputError
         A coefficient is not a finite number, or ``cubic`` is 0.
+
+    Examples
+    --------
+    >>> law = Cubic(cubic=1, linear=2)
+    >>> print(law.sector, law.slope(1.0))
+    [2, inf] 5.0
     """
 
     linear: Fraction
@@ -126,6 +132,12 @@ class Tanh:
     ------
     InputError
         A parameter is not a positive finite number.
+
+    Examples
+    --------
+    >>> law = Tanh(gain=2)
+    >>> print(law.sector, f"{law(0.5):.4f}")
+    [0, 2] 0.9242
     """
 
     scale: Fraction

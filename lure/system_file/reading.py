@@ -43,6 +43,12 @@ def find_system(reference: str, settings: Sequence[str] = ()) -> RodSystem | Loo
     ------
     InputError
         There is no such system, or :func:`read_system` refuses it.
+
+    Examples
+    --------
+    >>> system = find_system("paper-rod", ["rod.damping=8e-4"])
+    >>> system.name, system.rod.damping
+    ('paper-rod (changed)', 0.0008)
     """
     if reference in builtin_systems() or reference in loop_names():
         system = builtin_system(reference) if reference in builtin_systems() else builtin_loop(reference)
