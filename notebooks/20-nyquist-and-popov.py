@@ -64,7 +64,7 @@ circle, popov = (max_sector(OSCILLATOR, criterion=name) for name in ("circle", "
 print(circle)
 print(popov)
 tilted = popov_response(OSCILLATOR, k=10, theta=1)
-print(tilted.behind)
+print(tilted)
 side_by_side(nyquist_response(OSCILLATOR), tilted)
 
 # %% [markdown]
@@ -203,7 +203,7 @@ def at(k=5.0, theta=1.5):
     response = popov_response(MOTOR, k=k, theta=theta)
     response.plot(ax=plt.subplots(figsize=(7, 4.4), layout="constrained")[1])
     plt.show()
-    print(response.behind)
+    print(response)
 
 
 def live():
