@@ -17,6 +17,10 @@
 # exact numbers, and this notebook reads eight of them with you, by hand: `fractions.Fraction` and `json`, no `lure`
 # between you and the arithmetic. What is left to believe is a handful of theorems with names, and Python's integers.
 #
+# The parts can be read alone: a polynomial, a matrix, an orbit, a rod, a delay, and the checker on its own. Start with
+# the first; it fits on the back of an envelope. A report lists such files ([reading a report](30-reading-a-report.py));
+# `lure certify` writes one, `lure verify` checks it.
+#
 # The sign is $\sigma = H\mu$, $\mu = -\varphi(\sigma)$ throughout, and the laws are locally Lipschitz.
 
 # %%
@@ -25,6 +29,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 from fractions import Fraction
 from itertools import pairwise
 from math import factorial
@@ -69,11 +74,17 @@ def words(p):
     return "[" + ", ".join(map(str, p)) + "]"
 
 
+def say(text):
+    """Print a sentence, broken into lines."""
+    print(textwrap.fill(text, 80, break_on_hyphens=False))
+
+
 # %% [markdown]
 # ## 1. A polynomial
 #
 # The block $1/(s(s+1)(s+2))$ has a pole at zero, the laws lie in the sector $[0, 59/10]$ and do not depend on time.
-# Somebody proposes Popov's multiplier $\theta = 3/2$. The file:
+# Somebody proposes Popov's multiplier $\theta = 3/2$. `settled` fills in what a draft leaves open and hands it to the
+# checker. The file:
 
 # %%
 SECTOR = {"sector": ["0", "59/10"], "slope": None, "odd": False, "time_varying": False, "linear": False}
@@ -166,7 +177,7 @@ assert min(deflated) > 0  # a quadratic whose coefficients have one sign has its
 
 # %%
 dead_zone = {"kind": "piecewise-linear", "points": [["0", "0"], ["1", "0"]], "left": "0", "right": "1"}
-print(settled({**POPOV, "law": dead_zone, "proof": {"method": "polynomial"}}).facts["law"])
+say(settled({**POPOV, "law": dead_zone, "proof": {"method": "polynomial"}}).facts["law"])
 assert d[0] * Fraction(1, 2) == n[0] * -max(Fraction(1, 2) - 1, 0)  # d sigma = n mu with all derivatives zero
 
 # %% [markdown]
@@ -216,7 +227,8 @@ print("Rejected:", refusal)
 assert times([3, 1], [2, 0, 1]) == plus(d, [6 * a for a in n])
 gain = {"verdict": "REFUTED", "system": PLANT, "laws": six, "theorem": "counterexample"}
 refuted = settled({**gain, "proof": {"method": "linear-gain", "gain": "6"}})
-print(f"{type(refuted).__name__}: {refuted.claim}\n  {refuted.facts['root']}")
+say(f"{type(refuted).__name__}: {refuted.claim}")
+say(refuted.facts["root"])
 
 # %% [markdown]
 # Left, Popov's plot: the curve stays to the right of the line of slope $1/\theta$ through $-1/k$. Right, the
@@ -303,7 +315,7 @@ principal = pivots(P), pivots(M)
 print("pivots of P", words(principal[0]), " of M", words(principal[1]))
 damped = {**PLANT, "denominator": ["1", "1", "1"]}
 wide = {**SECTOR, "sector": ["0", "10"]}
-print(settled({**POPOV, "system": damped, "laws": wide, "multiplier": {"theta": "1"}, "proof": plain}).claim)
+say(settled({**POPOV, "system": damped, "laws": wide, "multiplier": {"theta": "1"}, "proof": plain}).claim)
 
 # %% [markdown]
 # With a pole at zero no $P$ makes $A^TP + PA$ definite: $Ax_0 = 0$. The critical case is **deflated**. The file names
@@ -339,7 +351,7 @@ print(*map(words, M), sep="\n")
 deflated_pivots = pivots(P), pivots(M)
 print("pivots of P", words(deflated_pivots[0]), " of M", words(deflated_pivots[1]))
 by_matrix = settled({**POPOV, "proof": critical})
-print(by_matrix.claim)
+say(by_matrix.claim)
 
 # %% [markdown]
 # $V = x^TPx + \zeta^2/\varrho + 2\theta\int\varphi$. The conclusion is that of part 1, word for word, by another road.
@@ -386,10 +398,22 @@ for _ in range(3):
 print("sigma:", words(sigma))
 print("mu:   ", words(mu[1:]))
 
+_, ax = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
+law_x, law_y = (np.array([float(pair[i]) for pair in knots]) for i in (0, 1))
+ax.plot([-1.5, *law_x, 1.5], [law_y[0], *law_y, law_y[-1]], color=BLUE, lw=1.4, label="φ")
+ax.plot(sigma[:3], [-u for u in mu[1:4]], "o", ms=5, color=VERMILLION, label="visited")
+for i, (x, u) in enumerate(zip(sigma[:3], mu[1:4], strict=True)):
+    ax.annotate(f"t = {i}", (x, -u), (-4, 8), textcoords="offset points", fontsize="small", ha="right")
+ax.set(xlabel="σ [unit of σ]", ylabel="φ(σ) [unit of μ]", xlim=(-1.5, 1.5), ylim=(-0.6, 1.2))
+finish_axes(ax)
+ax.legend(loc="lower right", frameon=False)
+plt.show()
+
 # %% [markdown]
 # After three samples everything is back: an orbit of period 3, under a nondecreasing law of slope at most $175/192 =
 # 0.9115$. No claim about all laws of slope $[0, 175/192]$ can therefore be true, whatever multiplier stands in it; a
-# checker that accepts one is broken. (The law is not odd. For odd laws such claims are true up to $25/23$.)
+# checker that accepts one is broken. (The law is not odd. For odd laws such claims are true up to $25/23$; see [when
+# criteria fail](80-when-criteria-fail.py).)
 
 # %%
 monotone = {**SECTOR, "sector": ["0", "175/192"], "slope": ["0", "175/192"]}
@@ -398,7 +422,7 @@ orbit = {"method": "orbit", "points": points, "left": "0", "right": "0"}
 orbit |= {"u": [str(x) for x in mu[1:4]], "sigma": [str(x) for x in sigma[:3]]}
 example = {"system": discrete, "laws": monotone, "proof": orbit}
 refuted = settled({"verdict": "REFUTED", "theorem": "counterexample", **example})
-print(f"{type(refuted).__name__}: {refuted.claim}")
+say(f"{type(refuted).__name__}: {refuted.claim}")
 
 # %%
 assert sigma[3] == sigma[0]
@@ -514,7 +538,8 @@ settled_rod = settled(
     {**POPOV, "theorem": "rod-energy", "multiplier": {}, "laws": {**SECTOR, "sector": ["0", "inf"]}}
     | {"system": {"kind": "rod-scheme", **paper, "cells": N}, "proof": {"method": "structure"}}
 )
-print(f"{settled_rod.claim}\n  {settled_rod.facts['energy']}")
+say(settled_rod.claim)
+say(settled_rod.facts["energy"])
 assert (a, d_rod, least) == (Fraction(-5999, 6001), Fraction(1, 48000), Fraction(35999999, 36000000))
 assert least == 4 * abs(a) * travel / (1 - a * a)
 assert scheme(100_000, least) == claim["conclusion"]
@@ -552,12 +577,25 @@ print(f"constant {below[0]}, all negative terms together at least {negative}: F 
 dead_time = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "1"]}
 circle = {**POPOV, "system": dead_time, "theorem": "circle", "multiplier": {}, "laws": {**SECTOR, "sector": ["0", "1"]}}
 covered = settled({**circle, "proof": {"method": "cover", "boxes": [["0", "1"]], "order": order}})
-print(covered.claim)
+say(covered.claim)
 assert below[0] == 2
 assert below[0] + negative == Fraction(20029, 13440)
 assert plus(times([1, 0, 1], [1, 0, 1]), [1, 0, 1], -1) == [0, 0, 1, 0, 1]
 omega = np.linspace(0, 1, 11)
 assert np.all(value([float(x) for x in below], omega) <= 1 + omega**2 + np.cos(omega) - omega * np.sin(omega) + 1e-15)
+
+_, ax = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
+omega, inside, beyond = np.linspace(0, 3, 400), np.linspace(0, 1, 100), np.linspace(1, 3, 200)
+ax.axvspan(0, 1, color=GREY, alpha=0.15, lw=0, label="the box")
+ax.plot(omega, 1 + omega**2 + np.cos(omega) - omega * np.sin(omega), color=BLUE, lw=1.4, label="F")
+ax.plot(inside, value([float(x) for x in below], inside), color=VERMILLION, lw=1.4, ls="--", label="polynomial below F")
+tail = 1 + beyond**2 - np.sqrt(1 + beyond**2)
+ax.plot(beyond, tail, color=GREEN, lw=1.4, ls="-.", label="what Cauchy and Schwarz leave")
+ax.axhline(0, color=GREY, lw=0.6)
+ax.set(xlabel="ω [rad/s]", ylabel="F", xlim=(0, 3), ylim=(-0.3, 6))
+finish_axes(ax)
+ax.legend(loc="upper left", frameon=False)
+plt.show()
 
 # %% [markdown]
 # "0 attracts every motion with inputs and initial functions of finite energy" is what the theorem gives with dead
