@@ -24,12 +24,8 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 NUMBER = re.compile(r"\d+\.\d+")
-BLOCK = re.compile(
-    r"^(?P<indent> *)(?P<fence>`{3,})(?:\{code-block\} +)?(?P<language>[\w-]*)\n(?P<options>(?: *:[\w-]+:.*\n)*)"
-    r"(?P<text>(?:.*\n)*?)(?P=indent)(?P=fence) *$",
-    re.MULTILINE,
-)
-FENCE = re.compile(r"^ *`{3,}")
+FENCE = re.compile(r" *(`{3,})\s*(.*?)\s*")
+OPTION = re.compile(r" *:([\w-]+):\s*(.*?)\s*")
 # Making the environment: the one that runs the tests is that one.
 SETUP = re.compile(r"(?:python3? -m venv|\. \S*/activate$|(?:python -m )?pip install|make\b)")
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE | doctest.IGNORE_EXCEPTION_DETAIL
@@ -51,14 +47,38 @@ def rounded(text):
 
 
 def blocks(page):
-    """The blocks of code of a page, in order; directives other than ``{code-block}`` are none."""
-    found = []
-    for match in BLOCK.finditer(page):
-        caption = re.search(r":caption: +`*([^`\n]+)", match["options"])
-        line = page.count("\n", 0, match.start()) + 1
-        text = textwrap.dedent(match["text"])
-        found.append(Block(match["language"], caption[1].strip() if caption else None, text, line))
+    """The blocks of code of a page, in order; directives other than ``{code-block}`` are looked through."""
+    found, around, inside = [], [], None
+    for number, line in enumerate(page.splitlines(), 1):
+        fence = FENCE.fullmatch(line)
+        ticks, words = fence.groups() if fence else ("", "")
+        if inside is not None:
+            if ticks and not words and len(ticks) >= len(inside[0]):
+                found.append(block(*inside[1:]))
+                inside = None
+            else:
+                inside[-1].append(line)
+        elif ticks and not words and around:
+            assert around.pop() == ticks, f"line {number}: a fence that closes nothing"
+        elif ticks and words.startswith("{") and not words.startswith("{code-block}"):
+            around.append(ticks)
+        elif ticks:
+            inside = (ticks, words.removeprefix("{code-block}").strip(), number, [])
+    assert inside is None, f"line {inside[2]}: a fence that nothing closes"
+    assert not around, "a directive that nothing closes"
     return found
+
+
+def block(language, line, lines):
+    """One block from what its fence says and the lines within, options first."""
+    options = {}
+    while lines and (option := OPTION.fullmatch(lines[0])):
+        options[option[1]] = option[2]
+        lines = lines[1:]
+    if options and lines and not lines[0].strip():
+        lines = lines[1:]
+    file = options.get("caption", "").strip("`") or None
+    return Block(language, file, textwrap.dedent("\n".join(lines) + "\n"), line)
 
 
 def commands(text):
