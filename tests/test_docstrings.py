@@ -6,8 +6,10 @@ Sphinx: the sections of a docstring are parsed one by one, as reStructuredText.
 
 import ast
 import dataclasses
+import functools
 import importlib
 import inspect
+import io
 import pkgutil
 import re
 import textwrap
@@ -111,31 +113,25 @@ def entries(section):
 
 def texts(thing):
     """The pieces of a docstring that are reStructuredText, as the reference takes them apart."""
-    for heading, text in sections(thing).items():
-        if heading not in FIELDS:
-            yield text
-            continue
-        for names, kind, description in entries(text):
+    parts = sections(thing)
+    references = parts.get("References", "")
+    prose = [text for heading, text in parts.items() if heading not in FIELDS]
+    yield "\n\n".join(prose)
+    for heading in FIELDS:
+        for names, kind, description in entries(parts.get(heading, "")):
             yield kind if heading in ("Parameters", "Attributes") else ", ".join(names)
-            yield description
-    first = " ".join(sections(thing)[""].split("\n\n")[0].split())
-    yield re.split(r"(?<=\.)\s", first)[0]  # a summary table shows the first sentence alone
+            yield f"{description}\n\n{references}"
+    first = " ".join(parts[""].split("\n\n")[0].split())
+    yield f"{re.split(r'(?<=[.])[ ]', first)[0]}\n\n{references}"  # a summary table shows the first sentence alone
 
 
+@functools.cache
 def complaints(text):
     """What docutils says of a text."""
-    said = []
-    settings = {
-        "report_level": 5,
-        "input_encoding": "unicode",
-        "_disable_config": True,
-        "file_insertion_enabled": False,
-    }
-    document = docutils.core.publish_doctree(text, settings_overrides=settings)
-    for message in document.findall(docutils.nodes.system_message):
-        if message["level"] > 1:
-            said.append(message.astext())
-    return said
+    said = io.StringIO()
+    settings = {"warning_stream": said, "report_level": 2, "halt_level": 5, "file_insertion_enabled": False}
+    docutils.core.publish_doctree(text, settings_overrides={"_disable_config": True, **settings})
+    return said.getvalue().splitlines()
 
 
 def said_of(wrong):
