@@ -53,7 +53,8 @@ def _window(x: Floats, y: Floats, ease: float, k: float) -> tuple[float, float] 
     if bool((room[y == 0] < 0).any()):
         return None
     up, down = y > 0, y < 0
-    right = float(np.min(room[up] / y[up])) if up.any() else np.inf
-    left = float(np.max(room[down] / y[down])) if down.any() else -np.inf
+    with np.errstate(over="ignore"):  # a point with y next to nothing asks for nothing that doubles could say
+        right = float(np.min(room[up] / y[up])) if up.any() else np.inf
+        left = float(np.max(room[down] / y[down])) if down.any() else -np.inf
     left = max(left, 0.0) if np.isinf(k) else left
-    return (left, right) if left <= right else None
+    return (left, right) if left <= right and np.isfinite(min(max(0.0, left), right)) else None

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from analysis.graphical import NyquistResponse, PopovResponse
 
-_HEADROOM = 0.34  # of the height, above the curve: the legend and the sector stand there
+_HEADROOM = 0.38  # of the height, above the curve: the legend and the sector stand there
 _WIDE = 1.45  # width by height of axes with equal units
 _TALL = 3.0  # a curve that runs off to infinity is cut where it is this many widths tall
 Floats = NDArray[np.float64]
