@@ -44,8 +44,6 @@ def with_figure(draw: Draw, table: str, *, alt: str) -> str:
     svg = render(draw, name=name, size=(5.4, 3.8)).svg
     label = f'role="img" aria-label="{html.escape(alt)}" style="max-width:100%;height:auto"'
     svg = svg[svg.index("<svg") :].replace("<svg", f"<svg {label}", 1)
-        "<svg", f'<svg style="max-width:100%;height:auto" role="img" aria-label="{html.escape(alt)}"', 1
-    )
     return f'<figure style="margin:0;max-width:40em">{svg}</figure>{table}'
 
 
