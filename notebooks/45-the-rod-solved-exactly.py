@@ -17,10 +17,12 @@
 # at $x = 0$ and $x = L$, and what happens at $x = L$ returns there $2T = 2L/c$ later. So the partial differential
 # equation is a scalar equation with a delay, for the wave $W$ that arrives at the contacting end,
 #
-# $$W(t) = -a\,V(t - 2T) + 2b\,g(t - T), \qquad z' = W - d\,p(z), \qquad V = W - 2d\,p(z),$$
+# $$W(t) = -a\,V(t - 2T) + 2b\,g(t - T),$$
 #
-# and `lure.motion` solves it round trip by round trip: no grid, no time step. Note 10 says how. Here we use it: to
-# see what a grid adds to the paper's rod, and then for contact, where grids do worst.
+# $$z' = W - d\,p(z), \qquad V = W - 2d\,p(z),$$
+#
+# and `lure.motion` solves it round trip by round trip: no grid, no time step. [Note 10](notes/0010-exact-motion.md)
+# says how. Here we use it: to see what a grid adds to the paper's rod, and then for contact, where grids do worst.
 
 # %%
 from fractions import Fraction
@@ -50,7 +52,7 @@ def changed(**parameters):
 
 def panels(count):
     """Axes side by side."""
-    _, axes = plt.subplots(1, count, figsize=(5.6 * count, 3.8), layout="constrained", squeeze=False)
+    _, axes = plt.subplots(1, count, figsize=(4.7 * count, 3.5), layout="constrained", squeeze=False)
     return axes[0]
 
 
@@ -144,11 +146,8 @@ stiff = exact_motion(wall, thrown, 2e-3)
 rigid = exact_motion(wall, thrown, 2e-3, boundary=Boundary(rigid=True))
 for name, motion in (("rigid", rigid), ("1e-10", stiff)):
     (hit,) = motion.impacts
-    print(
-        f"eps = {name:5}: contact from {hit.start:.7f} s for {(hit.end - hit.start) / (2 * T):.5f} round trips, "
-        f"impulse {hit.impulse:.5e} N s, largest stress {hit.peak_stress:.1f} Pa, "
-        f"leaves at {motion.end_velocity(2e-3):.5f} m/s"
-    )
+    print(f"eps = {name}: contact at {hit.start:.7f} s for {(hit.end - hit.start) / (2 * T):.5f} round trips, impulse")
+    print(f"{hit.impulse:.5e} N s, up to {hit.peak_stress:.1f} Pa, leaves at {motion.end_velocity(2e-3):.5f} m/s")
 
 # %% [markdown]
 # What is missing from 48 000 Pa and from $4\cdot10^{-4}$ N s is the dashpot's. The obstacle returns all it takes, and
@@ -174,7 +173,7 @@ label(right, "t [s]", "energy [10⁻⁴ J]", xlim=(0, 2e-3), ylim=(0, 1.05))
 plt.show()
 after = {N: run.energy[-1] / run.energy[0] for N, run in hits.items()}
 kept = stiff.energy(2e-3) / stiff.energy(0)
-print(f"energy left at 2 ms: rod {kept:.4f}; schemes", {N: round(float(share), 4) for N, share in after.items()})
+print(f"energy left at 2 ms: rod {kept:.4f};", ", ".join(f"N = {N} {share:.4f}" for N, share in after.items()))
 
 # %% [markdown]
 # In these two milliseconds, with one impact, the rod loses 0.4 % of its energy, all through the dashpot. The scheme
@@ -209,8 +208,9 @@ for eps in epsilons:
     distance.append(abs(motion.z(instants) - rigid.z(instants)).max())
     later.append(motion.impacts[0].end - hit.end)
 rates = np.diff(np.log10(distance)) / -1.0
+print("eps [m/Pa]   distance from the rigid motion   release later by")
 for row in zip(map(float, epsilons), distance, later, strict=True):
-    print("eps = {:.0e} m/Pa: largest distance from the rigid motion {:.4e} m, release later by {:.4e} s".format(*row))
+    print("{:10.0e} {:30.4e} m {:16.4e} s".format(*row))
 
 # %%
 left, right = panels(2)
@@ -252,12 +252,12 @@ for ax, title, (start, stop) in zip(panels(2), ("touching", "leaving"), ((0.99, 
     label(ax, "t [ms]", "contact stress [Pa]", xlim=(start, stop), ylim=(-2e3, 5.2e4))
     ax.set_title(title, fontsize="medium")
 plt.show()
+print("  m   round trips   deepest [µm]   impulse [N s]   energy balance off")
 for m, motion in laws.items():
     (found_hit,) = motion.impacts
     print(
-        f"m = {m}: contact for {(found_hit.end - found_hit.start) / (2 * T):.4f} round trips, deepest "
-        f"{motion.z(contact).max() * 1e6:.4f} µm, impulse {found_hit.impulse:.5e} N s, energy balance off by "
-        f"{motion.energy_residual:.0e}"
+        f"{m!s:>3} {(found_hit.end - found_hit.start) / (2 * T):13.4f} {motion.z(contact).max() * 1e6:15.4f} "
+        f"{found_hit.impulse:15.5e} {motion.energy_residual:17.0e}"
     )
 
 # %% [markdown]
@@ -300,8 +300,9 @@ for (name, motion), colour in zip(ends.items(), (GREY, PURPLE, BLUE, GREEN, VERM
 label(left, "t/T", "u(t, L) [10⁻⁴ m]", xlim=(0, 8), ylim=(-1.3, 5.4))
 label(right, "t/T", "energy [10⁻⁴ J]", xlim=(0, 8), ylim=(-0.05, 1.6))
 plt.show()
+print("energy [J] at              0           T          2T          8T")
 for name, motion in ends.items():
-    print(f"{name:20} energy at 0, T, 2T, 8T: {[motion.energy(i * T) for i in (0, 1, 2, 8)]} J")
+    print(f"{name:18}" + "".join(f"{motion.energy(i * T):12.4e}" for i in (0, 1, 2, 8)))
 
 # %%
 whole = rod.area * rod.youngs_modulus * (2e-4) ** 2 * rod.length / 2
@@ -350,7 +351,7 @@ print(f"{len(bounce.impacts)} contacts; the last from {last.start:.5f} s on, z =
 # %%
 given, taken = 0.02 * 0.05, sum(impact.impulse for impact in bounce.impacts)
 held = 0.05 * bounce.displacement(0.05, np.array([0.0]))[0]
-print(f"given {given:.6e} N s; to the obstacle {taken:.6e}, to the dashpot {held:.6e}, left {given - taken - held:.1e}")
+print(f"given {given:.5e} N s, to the obstacle {taken:.5e}, to the dashpot {held:.5e}, left {given - taken - held:.1e}")
 assert len(bounce.impacts) == 35
 assert not last.closed
 assert abs(bounce.z(0.05) / (1e-10 * 0.02 / rod.area) - 1) < 0.01
@@ -428,16 +429,15 @@ motions = {
     for degree in degrees
 }
 apart = {degree: abs(motions[degree].z(fall) - motions[24].z(fall)).max() for degree in degrees}
+print("degree   contacts   energy balance off   local errors   from degree 24")
 for degree, motion in motions.items():
-    print(
-        f"degree {degree}: {len(motion.impacts)} contacts, energy balance off by {motion.energy_residual:.0e}, "
-        f"estimate of the local errors {motion.error:.0e} m, distance from degree 24 {apart[degree]:.0e} m"
-    )
+    row = (degree, len(motion.impacts), motion.energy_residual, motion.error, apart[degree])
+    print("{:6} {:10} {:20.0e} {:15.0e} m {:14.0e} m".format(*row))
 
 # %% [markdown]
 # Millimetres, known to well below a picometre, and three times 35 contacts. That is evidence of the kind COMPUTED, for
 # this motion. About other motions it says nothing, and CERTIFIED it is not; what is proved about every motion of the
-# rod stands in notebook 40 and note 5.
+# rod stands in [notebook 40](40-a-proof-you-can-check.py) and [note 5](notes/0005-energy-theorem.md).
 
 # %%
 assert {len(motion.impacts) for motion in motions.values()} == {35}

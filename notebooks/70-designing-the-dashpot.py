@@ -153,7 +153,7 @@ own = {}
 for name, rod in (("steel", steel), ("paper", paper)):
     circle, popov = (test(RodBlock(rod), rod.law.sector) for test in (circle_criterion, popov_criterion))
     own[name] = [str(found.verdict) for found in (circle, popov, conclusion(upwind(rod, 10), Scenario()))]
-    print("{} as built: circle {}, Popov {}, energy theorem {}".format(name, *own[name]))
+    print("{}: inequality of circle {}, Popov {}; energy theorem {}".format(name, *own[name]))
 
 ax = panels(1)
 ax.fill_betweenx(ratios, 1e-10, np.minimum(reach, 1e4), color=BLUE, alpha=0.18, lw=0, label="circle criterion holds")
@@ -178,7 +178,7 @@ plt.show()
 # - **Travel.** In flight momentum pays for it, $\rho A L v = k\,\Delta u$: for $k \le Z$ the bar gets as far as
 #   $vT\,Z/k$, and no dashpot stops its end before $vT$, here 0.19 mm.
 #
-# The rest is exact motions, each about its own start and no other.
+# The rest is exact motions ([notebook 45](45-the-rod-solved-exactly.py)), each about its own start and no other.
 
 # %%
 thrown, limit = Scenario.parse(velocity=1), steel.density * steel.wave_speed  # rho c v at 1 m/s [Pa]
