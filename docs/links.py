@@ -38,6 +38,8 @@ def read(site: Path) -> dict[Path, Links]:
     """The links of every page of a site."""
     pages = {}
     for path in sorted(site.rglob("*.html")):
+        if "_static" in path.parts:  # templates of the theme
+            continue
         pages[path] = Links()
         pages[path].feed(path.read_text(encoding="utf-8"))
     return pages

@@ -1,4 +1,4 @@
-"""The documentation: every block of code on every page is run, and the pages fit together; ``make docs`` builds them."""
+"""The documentation: every block of code on every page is run, and the pages fit; ``make docs`` builds them."""
 
 import json
 import re

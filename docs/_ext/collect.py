@@ -83,7 +83,7 @@ def collect(docs: Path, root: Path = ROOT) -> None:
 
 def relink(app: Sphinx, name: str, source: list[str]) -> None:
     """Make the links of a page written here right, which may lead to files of the repository as well."""
-    if app.env.doc2path(name, base=False).endswith(".md") and name.partition("/")[0] not in FOLDERS:
+    if Path(app.env.doc2path(name)).suffix == ".md" and name.partition("/")[0] not in FOLDERS:
         source[0] = relinked(source[0], f"docs/{name}.md", pages())
 
 

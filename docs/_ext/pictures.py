@@ -11,6 +11,7 @@ import re
 import shutil
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -47,8 +48,12 @@ def draw(docs: Path) -> None:
         if stamp.exists() and stamp.read_text(encoding="utf-8") == now:
             continue
         shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
-        run_page(page, folder)
+        with TemporaryDirectory() as place:  # outside the repository, as for a reader
+            run_page(page, Path(place))
+            for file in (path for path in Path(place).rglob("*") if path.suffix in {".svg", ".png"}):
+                kept = folder / file.relative_to(place)
+                kept.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(file, kept)
         stamp.write_text(now, encoding="utf-8")
 
 
@@ -72,6 +77,6 @@ def prepare(app: Sphinx, config: Config) -> None:
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the setting ``draw_pictures``: 0 leaves every picture empty, for a quick look at the words."""
-    app.add_config_value("draw_pictures", True, "env")
+    app.add_config_value("draw_pictures", default=True, rebuild="env")
     app.connect("config-inited", prepare)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
