@@ -42,7 +42,7 @@ from lure import LawClass, LoopSystem, RodBlock, Saturation, Sector, as_block, b
 
 def say(*texts):
     """Print paragraphs, broken into lines."""
-    print(*(textwrap.fill(str(text), 80, break_on_hyphens=False) for text in texts), sep="\n\n")
+    print(*(textwrap.fill(str(text), 72, break_on_hyphens=False) for text in texts), sep="\n\n")
 
 
 system = builtin_system("paper-rod")
@@ -79,9 +79,8 @@ say(found.statement, f"Set of equilibria: {found.stationary_set}", *(f"Assumed: 
 
 # %%
 for claim in claims(report):
-    first, *more = textwrap.wrap(claim.text, 44)
-    print(f"{claim.evidence!s:10} {claim.answer:11} {claim.model:15} {first}")
-    print(*(f"{'':38} {line}" for line in more), sep="\n", end="\n" if more else "")
+    line = f"{claim.evidence!s:10} {claim.answer:7} {claim.model}: {claim.text}"
+    print(textwrap.fill(line, 72, subsequent_indent=" " * 19, break_on_hyphens=False))
 
 # %% [markdown]
 # **Certified** rests on exact arithmetic or a proof, over all frequencies and the whole class. **Computed** is
@@ -91,11 +90,12 @@ for claim in claims(report):
 # ## The criteria: theta, margin, reach
 
 # %%
-print("criterion  model   verdict   theta [s]  margin [m/Pa]  at [rad/s]  reach [Pa/m]")
+print("criterion  model   verdict  theta  margin     at       reach")
+print("                            [s]    [m/Pa]     [rad/s]  [Pa/m]")
 for row in report.criteria:
     print(
-        f"{row.name:9}  {row.model:7} {row.verdict!s:9} {row.theta:<10.6g} {row.margin.low:<14.8g} "
-        f"{row.worst_frequency:<11.5g} {row.largest_sector.low:.8g}"
+        f"{row.name:10} {row.model:7} {row.verdict!s:8} {row.theta:<6.4g} {row.margin.low:<10.8g} "
+        f"{row.worst_frequency:<8.5g} {row.largest_sector.low:.8g}"
     )
 
 # %% [markdown]
@@ -137,13 +137,13 @@ plt.show()
 # ## The spectrum: how much of the damping is the grid's?
 
 # %%
-print("mode  scheme: decay, frequency [1/s]      rod: decay, frequency [1/s]    numerical share")
+print("      scheme [1/s]            rod [1/s]               numerical")
+print("mode  decay       frequency   decay       frequency       share")
 pairs = json.loads((folder / "report.json").read_text())["spectrum"]["modes"]
 for mode in pairs[:5]:
     (a, b), (c, d) = mode["scheme"], mode["rod"]
-    print(
-        f"{mode['number']:4}  {-a:12.6g} {b:12.6g} {-c:18.6g} {d:12.6g} {round(mode['numerical_share'], 4) + 0.0:17.2%}"
-    )
+    share = round(mode["numerical_share"], 4) + 0.0
+    print(f"{mode['number']:<5} {-a:<11.6g} {b:<11.6g} {-c:<11.6g} {d:<11.6g} {share:9.2%}")
 _, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
 plot_damping(report.scheme, ax=ax)
 plt.show()

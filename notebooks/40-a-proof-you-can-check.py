@@ -76,7 +76,7 @@ def words(p):
 
 def say(text):
     """Print a sentence, broken into lines."""
-    print(textwrap.fill(text, 80, break_on_hyphens=False))
+    print(textwrap.fill(text, 72, break_on_hyphens=False))
 
 
 # %% [markdown]

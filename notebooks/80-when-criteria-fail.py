@@ -41,7 +41,7 @@ from lure.loop_library import builtin_loop
 
 def say(*answers):
     """Print sentences, broken into lines."""
-    print(*(textwrap.fill(str(one), 80, break_on_hyphens=False) for one in answers), sep="\n\n")
+    print(*(textwrap.fill(str(one), 72, break_on_hyphens=False) for one in answers), sep="\n\n")
 
 
 def companion(block):
@@ -57,8 +57,8 @@ def motion(block, law, state, until):
     """Times, ``sigma`` and the last state of the motion under a law, in floating point."""
     A, b, c = companion(block)
     times = np.linspace(0, until, 4000)
-    run = solve_ivp(lambda t, x: A @ x - b * law(c @ x), (0, until), state, "DOP853", times, rtol=1e-11, atol=1e-12,
-                    max_step=0.1)  # fmt: skip
+    run = solve_ivp(lambda t, x: A @ x - b * law(c @ x), (0, until), state, "DOP853", times, rtol=1e-10, atol=1e-11,
+                    max_step=0.2)  # fmt: skip
     return times, c @ run.y, run.y[:, -1]
 
 
@@ -112,7 +112,7 @@ def gap_after_a_period(found, block):
 aizerman = builtin_loop("leonov-bragin-kuznetsov").block
 sector = max_sector(aizerman, lower=Fraction(1, 100), search="full")
 print("H =", aizerman)
-print(f"linear gains: stable from 1/100 up to {sector.hurwitz.low:.6g}, all of them (exact root counts)\n")
+print(f"linear gains: stable from 1/100 up to {sector.hurwitz.low:.6g}, by exact root counts\n")
 say(sector)
 
 # %%
