@@ -45,7 +45,9 @@ figures = {figure.name: figure for figure in paper_figures(runs)}
 
 def show(*names):
     """Draw some of the figures side by side."""
-    _, axes = plt.subplots(1, len(names), figsize=(4.7 * len(names), 3.4), layout="constrained", squeeze=False)
+    _, axes = plt.subplots(
+        1, len(names), figsize=(max(5.8, 4.7 * len(names)), 3.4), layout="constrained", squeeze=False
+    )
     for ax, name in zip(axes[0], names, strict=True):
         figures[name].draw(ax=ax)
     plt.show()

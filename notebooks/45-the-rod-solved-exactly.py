@@ -52,7 +52,7 @@ def changed(**parameters):
 
 def panels(count):
     """Axes side by side."""
-    _, axes = plt.subplots(1, count, figsize=(4.7 * count, 3.5), layout="constrained", squeeze=False)
+    _, axes = plt.subplots(1, count, figsize=(max(5.8, 4.7 * count), 3.5), layout="constrained", squeeze=False)
     return axes[0]
 
 
