@@ -16,9 +16,10 @@
 # Two pictures of one curve, two theorems, and how much of either you can see. The loop is $\sigma = H\mu$, $\mu =
 # -\varphi(\sigma)$ throughout, and of $\varphi$ only a sector $[0, k]$ is known: $0 \le \sigma\varphi(\sigma) \le
 # k\sigma^2$. What is called proved below was decided in exact arithmetic at every frequency. The pictures show it; they
-# do not prove it, and at the end one of them lies.
+# do not prove it, and at the end two of them lie.
 
 # %%
+import textwrap
 from importlib.util import find_spec
 from math import inf, sqrt
 
@@ -29,6 +30,11 @@ import numpy as np
 from analysis import max_sector, nyquist_response, popov_response
 from analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, finish_axes
 from lure import as_block
+
+
+def say(result):
+    """A result as a sentence, in lines that fit the page."""
+    print(textwrap.fill(str(result), 80, subsequent_indent="  ", break_on_hyphens=False))
 
 
 def side_by_side(left, right):
@@ -61,10 +67,10 @@ def side_by_side(left, right):
 # %%
 OSCILLATOR = "1/(s^2 + s + 1)"
 circle, popov = (max_sector(OSCILLATOR, criterion=name) for name in ("circle", "popov"))
-print(circle)
-print(popov)
+say(circle)
+say(popov)
 tilted = popov_response(OSCILLATOR, k=10, theta=1)
-print(tilted)
+say(tilted)
 side_by_side(nyquist_response(OSCILLATOR), tilted)
 
 # %% [markdown]
@@ -79,9 +85,11 @@ for theta, colour in ((0, VERMILLION), (0.5, PURPLE), (1, GREEN)):
     response = popov_response(OSCILLATOR, theta=theta)
     reach[theta] = response.k
     heights = np.array([-1.2, 0.3])
-    label = f"θ = {theta} s, k = {response.k:.4g}" if theta < 1 else "θ = 1 s, every finite k (drawn: k → ∞)"
+    words = f"k = {response.k:.4g}" if theta < 1 else "every finite k (drawn: k → ∞)"
+    label = f"θ = {theta} s, {words}"
     ax.plot(theta * heights - 1 / response.k, heights, color=colour, lw=1.3, label=label)
-ax.plot(response.values.real, response.omega * response.values.imag, color=BLUE, lw=1.3, label="H(iω), ω > 0")
+x, y = response.values.real, response.omega * response.values.imag
+ax.plot(x, y, color=BLUE, lw=1.3, label="H(iω), ω > 0")
 ax.axhline(0, color=GREY, lw=0.6)
 ax.set(xlabel="Re H(iω)", ylabel="ω Im H(iω) [rad/s]", xlim=(-0.8, 1.1), ylim=(-1.2, 0.3))
 finish_axes(ax)
@@ -98,7 +106,7 @@ plt.show()
 # %%
 UNSTABLE = "4/((s - 1)*(s/3 + 1))"
 disk = nyquist_response(UNSTABLE, lower=0.5)
-print(disk.found)
+say(disk.found)
 disk.plot(ax=plt.subplots(figsize=(7, 4.6), layout="constrained")[1])
 plt.show()
 
@@ -115,9 +123,9 @@ plt.show()
 
 # %%
 MOTOR = "1/(s*(s + 1)*(s + 2))"
-print(max_sector(MOTOR, criterion="circle"))
+say(max_sector(MOTOR, criterion="circle"))
 critical = max_sector(MOTOR, criterion="popov")
-print(critical)
+say(critical)
 side_by_side(nyquist_response(MOTOR), popov_response(MOTOR, k=5.9, theta=1.5))
 
 # %% [markdown]
@@ -131,10 +139,10 @@ side_by_side(nyquist_response(MOTOR), popov_response(MOTOR, k=5.9, theta=1.5))
 # - **The order.** At a double pole the criterion ends, whatever the picture.
 
 # %%
-print(max_sector("1/s"))
+say(max_sector("1/s"))
 wrong_sign, double = max_sector("-1/(s*(s + 1))"), max_sector("(s + 1)/s^2")
-print(f"-1/(s(s+1)): {wrong_sign.verdict}; {wrong_sign.reason}")
-print(f"(s+1)/s^2: {double.verdict}; {double.reason}")
+say(f"-1/(s(s+1)): {wrong_sign.verdict}; {wrong_sign.reason}")
+say(f"(s+1)/s^2: {double.verdict}; {double.reason}")
 
 # %% [markdown]
 # ## 4. Negative theta
@@ -159,7 +167,7 @@ side_by_side(leaning[0], leaning[-1])
 
 # %%
 touching = popov_response(MOTOR, k=6, theta=1.5)
-print(touching)
+say(touching)
 
 # %% [markdown]
 # Worse: a resonance narrower than the grid. $\frac{1}{s+1} - \frac{20\zeta s}{s^2 + 20\zeta s + 100}$ with $\zeta =
@@ -173,14 +181,15 @@ grid = np.geomspace(0.01, 1000, 3000)
 coarse = nyquist_response(RINGING, omega=grid)
 print(f"least real part on the grid: {coarse.values.real.min():.3g}")
 refined = nyquist_response(RINGING)
-print(refined.found)
+say(refined.found)
 popov_ringing = max_sector(RINGING, criterion="popov")
-print(popov_ringing)
+say(popov_ringing)
 tf = control.tf([1], [1, 1]) - control.tf([2e-4, 0], [1, 2e-4, 100])
 poles = control.feedback(2 * tf, 1).poles()
 print("poles with the gain 2:", np.round(poles, 7))
 _, axes = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained", sharex=True, sharey=True)
-for ax, seen, words in zip(axes, (coarse, refined), ("3000 frequencies", "refined at the poles"), strict=True):
+titles = ("3000 frequencies", "refined at the poles")
+for ax, seen, words in zip(axes, (coarse, refined), titles, strict=True):
     ax.plot(seen.values.real, seen.values.imag, ".-", ms=3, lw=0.8, color=BLUE)
     ax.axvline(-1 / refined.k, color=VERMILLION, lw=1.3, label=f"-1/k, k = {refined.k:.4g}")
     ax.set(title=words, xlabel="Re H(iω)", ylabel="Im H(iω)")
@@ -203,7 +212,7 @@ def at(k=5.0, theta=1.5):
     response = popov_response(MOTOR, k=k, theta=theta)
     response.plot(ax=plt.subplots(figsize=(7, 4.4), layout="constrained")[1])
     plt.show()
-    print(response)
+    say(response)
 
 
 def live():
@@ -218,7 +227,8 @@ def live():
 if live():
     from ipywidgets import FloatSlider, interact
 
-    interact(at, k=FloatSlider(5, min=0.5, max=7, step=0.1), theta=FloatSlider(1.5, min=-1, max=4, step=0.05))
+    steepness = FloatSlider(1.5, min=-1, max=4, step=0.05)
+    interact(at, k=FloatSlider(5, min=0.5, max=7, step=0.1), theta=steepness)
 else:
     print("For sliders open this notebook in Jupyter, with ipywidgets (pip install ipywidgets). One position:")
     at()

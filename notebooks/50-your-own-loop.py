@@ -47,6 +47,7 @@ LAW = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
 import subprocess
 import sys
 import tempfile
+import textwrap
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -62,8 +63,15 @@ from analysis.plots.style import GREEN
 from analysis.testing import assert_in_sector
 from lure import LawClass, Sector, as_block
 
+
+def say(result):
+    """A result as a sentence, in lines that fit the page."""
+    for line in str(result).splitlines():
+        print(textwrap.fill(line, 80, subsequent_indent="  ", break_on_hyphens=False))
+
+
 block = as_block(PLANT)
-print("H =", block)
+say(f"H = {block}")
 
 # %% [markdown]
 # `lure` looks at one loop only, $\sigma = H\mu$, $\mu = -\varphi(\sigma)$: $H$ is what lies between the output of the
@@ -79,7 +87,7 @@ print("H =", block)
 
 # %%
 bounds = law_bounds(LAW)
-print(bounds)
+say(bounds)
 ax = plot_law_sector(LAW, bounds)
 ax.set(xlabel="σ [rad]", ylabel="φ(σ) [V]")
 plt.show()
@@ -102,7 +110,7 @@ print(f"linear gains are stable up to {found.hurwitz.high:g}")
 # ## 4. The answer, and how to read it
 
 # %%
-print(found)
+say(found)
 
 # %% [markdown]
 # - *for every phi, time-invariant, in the sector [0, 23.13988]*: one statement about all such laws at once. Yours is
@@ -120,12 +128,13 @@ print(found)
 # is true of it; if its slope stays in $[0, k]$ the class is smaller.
 
 # %%
-varying = max_sector(block, time_varying=True, search="full")  # looks for switching gains too: about a second
+varying = max_sector(block, time_varying=True, search="full")  # "full": switching gains too
 slope = max_slope(block, odd=True, search="linear")
-rows = {"sector, law may depend on time": varying, "sector": found, "odd, slope in [0, k]": slope}
-for name, row in rows.items():
-    print(f"{name}:\n  {row}\n")
-plot_reach(list(rows.values()), list(rows), ax=plt.subplots(figsize=(7, 3.4), layout="constrained")[1])
+say(varying)
+say(slope)
+names = ["sector, law may depend on time", "sector", "odd, slope in [0, k]"]
+_, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
+plot_reach([varying, found, slope], names, ax=ax)
 plt.show()
 
 # %% [markdown]
@@ -141,12 +150,14 @@ plt.show()
 
 # %%
 popov = popov_response(block)
-ax = popov.plot(ax=plt.subplots(figsize=(7, 4.4), layout="constrained")[1])
+_, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
+popov.plot(ax=ax)
 if found.hurwitz.high > 0:
-    ax.plot([-1 / found.hurwitz.high], [0], "o", ms=7, mfc="none", color=GREEN, label="linear limit")
+    limit = -1 / found.hurwitz.high
+    ax.plot([limit], [0], "o", ms=7, mfc="none", color=GREEN, label="linear limit")
 ax.legend(fontsize="small")
 plt.show()
-print(popov)
+say(popov)
 
 # %% [markdown]
 # The notebook *20-nyquist-and-popov* explains this picture. It is a picture: 23.1 was not read off it.
@@ -158,20 +169,26 @@ print(popov)
 
 # %%
 answer = certify(block, LawClass(sector=bounds.sector))
-print(answer)
+say(answer)
 
 
 def run(name, text, *command):
-    """Write a file into an empty folder and run Python on it there; print the last line, return the exit status."""
+    """Write a file into an empty folder and run Python on it there; its exit status."""
+    command = [sys.executable, *command, name]
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, name).write_text(text, encoding="utf-8")
-        done = subprocess.run([sys.executable, *command, name], cwd=folder, capture_output=True, text=True, check=False)
-    print((done.stdout or done.stderr).strip())
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    say((done.stdout or done.stderr).strip())
     return done.returncode
 
 
-proofs = [shown for shown in (answer.shown, found.refutation) if shown is not None]
-accepted = [run("proof.json", text_of(shown.certificate), "-I", "-S", checker.__file__) for shown in proofs]
+def accepted(shown):
+    """Whether the stand-alone checker accepts the certificate of a proof or a refutation."""
+    return run("proof.json", text_of(shown.certificate), "-I", "-S", checker.__file__) == 0
+
+
+shown = [each for each in (answer.shown, found.refutation) if each is not None]
+both = [accepted(each) for each in shown]
 
 # %% [markdown]
 # The first file is the proof for your law, the second the refutation at 84. At the command line it is `lure certify
@@ -183,7 +200,7 @@ accepted = [run("proof.json", text_of(shown.certificate), "-I", "-S", checker.__
 
 # %%
 kept = assert_in_sector(LAW, bounds.sector)
-print(kept)
+say(kept)
 
 # %% [markdown]
 # Certified, as the law is a formula. A Python function can only be tried at many points: *observed*. And so that you
@@ -212,9 +229,8 @@ def test_the_law_stays_in_its_sector():
 outcomes = []
 if find_spec("pytest") and isinstance(LAW, str):
     for sector in (bounds.sector, half):
-        outcomes.append(
-            run("test_law.py", TEST.format(LAW, sector.lower, sector.upper), "-m", "pytest", "--tb=no", "-q")
-        )
+        text = TEST.format(LAW, sector.lower, sector.upper)
+        outcomes.append(run("test_law.py", text, "-m", "pytest", "--tb=no", "-q"))
 
 # %% [markdown]
 # ## What does not follow
@@ -244,7 +260,7 @@ if str(block) == "200000 / (s^4 + 50 s^3 + 10400 s^2 + 100000 s)" and LAW == "mi
     assert varying.largest.low < 20 < found.largest.low
     assert popov.k == found.largest.low
     assert str(answer.verdict) == "PROVED"
-    assert accepted == [0, 0]
+    assert both == [True, True]
     assert str(kept.evidence) == "certified"
     assert half == Sector(0, 10)
     assert outcomes in ([0, 1], [])  # passed, failed; not run where there is no pytest
