@@ -114,7 +114,7 @@ def _sector_attributes(found: MeasuredSector) -> dict[str, object]:
         "title": "Sector of a measured law",
         "evidence": str(found.evidence),
         "comment": found.conclusion,
-        "confidence": found.confidence,
+        "confidence": found.confidence if found.resolved else "none is stated",
         "origin": found.origin,
         "origin_units": "m",
         "assumptions": "; ".join(found.assumptions),
@@ -133,7 +133,7 @@ def sector_html(found: MeasuredSector) -> str:
         (name.replace("_", ", "), _rounded(name, side.bound), f"{side.fitted:.6g}", f"{side.at:.4g} m")
         for name, side in ((name, getattr(found, name)) for name in _SIDES)
     ]
-    head = ("bound", f"with the confidence [{unit}]", f"of the fitted law [{unit}]", "set at sigma")
+    head = ("bound", f"{found.how_sure} [{unit}]", f"of the fitted law [{unit}]", "set at sigma")
     notes = [found.conclusion, *([MEMORY] if found.hysteresis else []), *found.warnings]
     notes += [f"Outliers, left out: {_listed(found.outliers)}."] if found.outliers else []
     notes += [f"Assumed: {text}." for text in found.assumptions]

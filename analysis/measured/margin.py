@@ -83,7 +83,7 @@ class MeasuredMargin:
         return (
             f"The measured sector {_shown(self.sector)} lies inside the proved one {proved}: its upper bound could "
             f"grow by {share}. The loop is therefore stable in the sense of the theorem if the law stays in the "
-            f"measured sector: observed with {100 * self.measured.confidence:g} % confidence for sigma in "
+            f"measured sector: observed {self.measured.how_sure} for sigma in "
             f"[{low:.4g}, {high:.4g}] m, under the assumptions of the measurement; outside that range it is "
             f"assumed.{word}"
         )

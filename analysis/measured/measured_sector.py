@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.doubles import json_number
 from analysis.evidence import Evidence
-from analysis.measured.mean_law import MeanLaw
+from analysis.measured.mean_law import BENT, MeanLaw
 from analysis.measured.measurements import Measurements
 from lure.sector import Sector, SlopeBounds
 
@@ -90,7 +90,7 @@ class MeasuredSector:
     measurements : Measurements
         What they are about.
     confidence : float
-        With which all four bounds hold at once, if the assumptions do.
+        With which all four bounds hold at once, if the assumptions do and the law is ``resolved``.
     origin : float
         Displacement [m] at which ``sigma = 0``.
     lower, upper : Bound
@@ -133,6 +133,16 @@ class MeasuredSector:
         return self.hysteresis is None
 
     @property
+    def resolved(self) -> bool:
+        """Whether twice as many pieces fit no better; where they do, the bounds are estimates without a confidence."""
+        return all(law.curved >= BENT for law in self.laws)
+
+    @property
+    def how_sure(self) -> str:
+        """The confidence in words, or that none is stated."""
+        return f"with {100 * self.confidence:g} % confidence" if self.resolved else "without a stated confidence"
+
+    @property
     def assumptions(self) -> tuple[str, ...]:
         """What the confidence rests on."""
         law = (
@@ -162,11 +172,18 @@ class MeasuredSector:
         low, high = self.domain
         unit = self.measurements.stiffness_unit
         subject = "the mean law" if self.memoryless else "each of the two mean branches"
+        sector = f"the sector [{_down(self.lower.bound)}, {_up(self.upper.bound)}] {unit}"
+        slopes = f"slopes in [{_down(self.slope_lower.bound)}, {_up(self.slope_upper.bound)}] {unit}"
+        if not self.resolved:
+            return (
+                f"For sigma in [{low:.4g}, {high:.4g}] m, {subject} is estimated to lie in {sector} and to have "
+                f"{slopes}; no confidence is stated, since the law bends within its pieces, against what is assumed, and nothing "
+                "is known outside this range (observed, not proved)."
+            )
         return (
             f"With {100 * self.confidence:g} % confidence, for sigma in [{low:.4g}, {high:.4g}] m, {subject} lies in "
-            f"the sector [{_down(self.lower.bound)}, {_up(self.upper.bound)}] {unit} and has slopes in "
-            f"[{_down(self.slope_lower.bound)}, {_up(self.slope_upper.bound)}] {unit}, if the assumptions hold; "
-            "nothing is known outside this range (observed, not proved)."
+            f"{sector} and has {slopes}, if the assumptions hold; nothing is known outside this range (observed, not "
+            "proved)."
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
@@ -186,7 +203,8 @@ class MeasuredSector:
         bounds = {name: getattr(self, name) for name in ("lower", "upper", "slope_lower", "slope_upper")}
         return {
             "measurements": self.measurements.to_dict(),
-            "confidence": self.confidence,
+            "confidence": self.confidence if self.resolved else None,
+            "resolved": self.resolved,
             "evidence": str(self.evidence),
             "origin": self.origin,
             "domain": list(self.domain),

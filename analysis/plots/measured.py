@@ -78,9 +78,10 @@ def plot_measured(
     _outliers(above, below, found.outliers, (np.array(list(places.values())), data.load[list(places)]))
     above.set_ylim(*limits)
     _finish(above, below, (float(x[0]), float(x[-1])), "σ [m]", data)
-    confidence = f"{100 * found.confidence:g} %"
+    confidence = f"{100 * found.confidence:g} %" if found.resolved else "no confidence stated"
     if found.memoryless:
-        note(above, f"{confidence}, if the assumptions hold", corner="lower right")
+        said = f"{confidence}, if the assumptions hold" if found.resolved else f"{confidence}: the law bends too much"
+        note(above, said, corner="lower right")
     else:
         note(above, f"{confidence} for both mean branches;\nthe element has memory", corner="lower right")
     return above, below
