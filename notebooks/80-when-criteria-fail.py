@@ -332,7 +332,7 @@ plt.show()
 # |---|---|---|
 # | linear | the gain margin | a saturation swings where any gain up to 9.9 is fine |
 # | a sector, time-invariant | Popov | a gain that switches in $[0, 5.71022]$ grows |
-# | a sector, time-varying | the circle | |
+# | a sector, time-varying | the circle | there is nothing left to forget |
 # | a slope | Park, Zames and Falb | Popov stops at 1.7636 where slope reaches 4.5894 |
 # | odd as well | their odd multipliers | an orbit of period 3 at $175/192$, below $25/23$ |
 #
