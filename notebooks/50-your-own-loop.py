@@ -128,7 +128,7 @@ say(found)
 # is true of it; if its slope stays in $[0, k]$ the class is smaller.
 
 # %%
-varying = max_sector(block, time_varying=True, search="full")  # "full": switching gains too
+varying = max_sector(block, time_varying=True, search="full")  # switching gains too
 slope = max_slope(block, odd=True, search="linear")
 say(varying)
 say(slope)
@@ -139,7 +139,7 @@ plt.show()
 
 # %% [markdown]
 # Look at the first row. A gain that jumps between 0 and 13.7 V/rad at the right moments makes this loop swing ever
-# wider, although each of its values alone is harmless. The amplifier is no such thing if its gain is fixed; if yours is
+# wider, although no constant gain in between does. The amplifier is no such thing if its gain is fixed; if yours is
 # rescheduled while the loop runs, the first row is the one that speaks about you, and 20 is beyond it.
 #
 # ## 6. Popov's plot
