@@ -62,3 +62,22 @@ def test_from_an_empty_folder_to_an_answer_about_ones_own_loop(plain, tmp_path):
     plain.run(
         "lure", "analyse", "plant.toml", cwd=tmp_path, status=11
     )  # the linear gain 6.5 is in the class, and unstable
+
+
+def test_from_an_empty_folder_to_a_notebook_and_a_test_of_ones_own_law(packages, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("own")
+    own = Environment(tmp_path_factory.mktemp("testing"), packages[1], "testing")
+    own.run("lure", "init", "--notebook", "my-loop.ipynb", cwd=folder)
+    cells = json.loads((folder / "my-loop.ipynb").read_text(encoding="utf-8"))["cells"]
+    own.run("lure", "init", "--notebook", "my-loop.py", cwd=folder)
+    assert cells[0]["source"][0].lstrip("# \n") in (folder / "my-loop.py").read_text(encoding="utf-8")
+    own.run("python", "my-loop.py", cwd=folder)  # it ends in assertions
+
+    own.run("lure", "init", "--test", "test_my_law.py", cwd=folder)
+    file = folder / "test_my_law.py"
+    guard = ("python", "-m", "pytest", "test_my_law.py")
+    assert "2 passed" in own.run(*guard, cwd=folder)
+    text = file.read_text(encoding="utf-8")
+    assert "LOWER, UPPER = 0, 20\n" in text
+    file.write_text(text.replace("LOWER, UPPER = 0, 20\n", "LOWER, UPPER = 0, 10\n"), encoding="utf-8")
+    assert "leaves the sector [0, 10]" in own.run(*guard, cwd=folder, status=1)  # 20 sigma near 0
