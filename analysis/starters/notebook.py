@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 
-_HEADER = re.compile(r"\A# ---\n(?:#.*\n)*?# ---\n")
 _CELL = re.compile(r"^# %%(.*)\n", re.MULTILINE)
 _METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
@@ -19,9 +18,9 @@ def notebook_json(script: str) -> str:
     Parameters
     ----------
     script : str
-        A header between ``# ---`` lines, then cells: ``# %%`` begins code, ``# %% [markdown]`` comments that are prose.
+        A header, then cells: ``# %%`` begins code, ``# %% [markdown]`` prose in comments.
     """
-    _, *parts = _CELL.split(_HEADER.sub("", script))
+    _header, *parts = _CELL.split(script)
     pairs = zip(parts[::2], parts[1::2], strict=True)
     cells = [_cell(number, kind.strip(), body) for number, (kind, body) in enumerate(pairs, 1)]
     notebook = {"cells": cells, "metadata": _METADATA, "nbformat": 4, "nbformat_minor": 5}
