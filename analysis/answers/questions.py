@@ -31,9 +31,11 @@ def max_sector(
 ) -> Largest:
     r"""The largest ``k`` such that the loop is stable for every ``phi`` in the sector ``[lower, k]``.
 
-    ``sigma = H mu``, ``mu = -phi(sigma)``, ``lower sigma^2 <= sigma phi(sigma) <= k sigma^2``.  Where the loop
-    with the gain ``lower`` has a pole at 0, only convergence to the set of equilibria is claimed (boundedness if
-    ``phi`` depends on time); see ``meaning`` and ``proviso`` of the answer.
+    .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad
+        \mathrm{lower}\, \sigma^2 \le \sigma\, \varphi(\sigma) \le k\, \sigma^2.
+
+    Where the loop with the gain ``lower`` has a pole at 0, only convergence to the set of equilibria is claimed
+    (boundedness if ``phi`` depends on time); see ``meaning`` and ``proviso`` of the answer.
 
     Parameters
     ----------
@@ -92,8 +94,10 @@ def max_slope(
 ) -> Largest:
     r"""The largest ``k`` such that the loop is stable for every time-invariant ``phi`` with slope in ``[lower, k]``.
 
-    ``sigma = H mu``, ``mu = -phi(sigma)``, ``phi(0) = 0``, ``lower <= (phi(x) - phi(y))/(x - y) <= k``.  Merely
-    monotone and odd laws are kept apart: a bound for odd ones can be false for the others.
+    .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad \varphi(0) = 0, \qquad
+        \mathrm{lower} \le \frac{\varphi(x) - \varphi(y)}{x - y} \le k \quad (x \ne y).
+
+    Merely monotone and odd laws are kept apart: a bound for odd ones can be false for the others.
 
     Parameters
     ----------
@@ -125,8 +129,8 @@ def max_slope(
     Examples
     --------
     >>> found = max_slope(([1], [1, 2, 2, 1]), search="linear")
-    >>> print(found.verdict, round(found.largest.low, 6), found.criterion, found.refuted_at)
-    PROVED 3.0 park 3.0
+    >>> print(found.verdict, found.criterion, round(found.largest.low, 6), found.refuted_at)
+    PROVED park 3.0 3.0
     """
     _checked(criterion, search, odd=odd)
     return _answer(

@@ -147,6 +147,11 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
     progress : callable, optional
         Called as ``progress(stage, done)``, ``0 <= done <= 1``.
 
+    Returns
+    -------
+    LoopAnalysis
+        With ``rows``, one :class:`Largest` a kind of class, and ``asked`` for the class of the loop.
+
     Raises
     ------
     AssumptionError

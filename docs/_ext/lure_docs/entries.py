@@ -76,7 +76,32 @@ def numbered(_app: Sphinx, _what: str, name: str, _found: object, _options: obje
         lines[i] = re.sub(r"\[(\d+)\](?=_|\s)", lambda n: f"[#{name}-{n[1]}]" if n[1] in own else n[0], line)
 
 
+def signed(
+    _app: Sphinx, what: str, _name: str, found: object, _options: object, signature: str | None, _returned: str | None
+) -> tuple[str | None, str | None] | None:
+    """What stands behind a name: how a thing is called or made, and what a function gives.
+
+    A class that lists its attributes and has no value by default is made by lure: its parameters are left out.
+
+    Parameters
+    ----------
+    what : str
+        What autodoc calls the object.
+    found : object
+        The object.
+    signature : str or None
+        Its parameters, in brackets.
+    """
+    text = getattr(found, "__doc__", None) or ""
+    if what == "class" and "=" not in (signature or "") and "Attributes\n" in text:
+        return "", None
+    kind = getattr(found, "__annotations__", {}).get("return") if what in ("function", "method") else None
+    named = not isinstance(kind, str) or kind == "None" or re.search(r"^ *(Returns|Yields)\n", text, re.MULTILINE)
+    return None if named else (signature, kind)
+
+
 def setup(app: Sphinx) -> None:
     """Register the directive, and what is done to docstrings."""
     app.add_directive("api", Api)
     app.connect("autodoc-process-docstring", numbered)
+    app.connect("autodoc-process-signature", signed)

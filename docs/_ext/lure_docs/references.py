@@ -31,7 +31,7 @@ class References(SphinxPostTransform):
         for node in list(self.document.findall(addnodes.pending_xref)):
             if node.get("refdomain") != "py":
                 continue
-            of_a_type = bool(node.get("refspecific"))
+            of_a_type = bool(node.get("refspecific")) or isinstance(node.parent, addnodes.desc_returns)
             name = self._name(str(node["reftarget"]).strip("."), node, of_a_type=of_a_type)
             if name is not None:
                 node["reftarget"], node["refspecific"] = name, False
@@ -71,18 +71,21 @@ class References(SphinxPostTransform):
 
 
 def _mark(field: nodes.Element) -> None:
-    """Give the fields of a class their usual name, and make references of the words of a type that is returned."""
-    name = field[0].astext()
-    if name == "Variables":
-        field[0].children[:] = [nodes.Text("Attributes")]
-    if name in ("Returns", "Yields"):
-        for kind in list(field.findall(nodes.emphasis))[:1]:
-            parts = re.split(r"([A-Za-z_][\w.]*)", kind.astext())
-            kind.children[:] = []
-            for part in parts:
-                word = nodes.Text(part)
-                what = {"refdomain": "py", "reftype": "class", "reftarget": part, "refspecific": True}
-                kind += addnodes.pending_xref("", word, **what) if part[:1].isidentifier() else word
+    """Make references of the words of a type where napoleon leaves them as they are: attributes, what is returned."""
+    if field[0].astext() in ("Attributes", "Returns", "Yields"):
+        for paragraph in field[1].findall(nodes.paragraph):
+            before = paragraph[:3]  # the name and a bracket, or nothing
+            for kind in [each for each in before if isinstance(each, nodes.emphasis)][:1]:
+                _words(kind)
+
+
+def _words(kind: nodes.Element) -> None:
+    parts = re.split(r"([A-Za-z_][\w.]*)", kind.astext())
+    kind.children[:] = []
+    for part in parts:
+        word = nodes.Text(part)
+        what = {"refdomain": "py", "reftype": "class", "reftarget": part, "refspecific": True}
+        kind += addnodes.pending_xref("", word, **what) if part[:1].isidentifier() else word
 
 
 def _home(name: str) -> str | None:
