@@ -33,7 +33,8 @@ def largest_html(found: Largest) -> str:
     theta = "" if found.theta is None else f", theta = {found.theta:.7g} s"
     rows = [
         ("proved up to k =", rounded_down(found.largest.low) if proved else "nothing is proved"),
-        ("proved by", f"{found.criterion} ({found.evidence}){theta}" if proved else found.reason or "-"),
+        ("proved by", f"{found.criterion}{theta}") if proved else ("why", found.reason or "-"),
+        ("evidence", found.evidence),
         ("refuted from k =", "-" if found.refuted_at is None else f"{found.refuted_at:.7g}"),
         ("refuted by", "-" if found.witness is None else str(found.witness)),
         ("linear gains", f"stable up to {rounded_down(found.hurwitz.low)}"),

@@ -1,0 +1,212 @@
+"""python-control in and out: blocks, loop shifts, closed loops that simulate, and what is refused."""
+
+import re
+
+import control
+import numpy as np
+import pytest
+
+from analysis import Verdict, certify, max_sector
+from analysis.answers.subject import subject
+from lure import (
+    DeadZone,
+    DelayBlock,
+    FrequencyData,
+    LawClass,
+    Loop,
+    NormalCompliance,
+    RationalBlock,
+    RodBlock,
+    Saturation,
+    Sector,
+    StateSpaceBlock,
+    Tanh,
+    as_block,
+    pole_shift,
+    sector_shift,
+    upwind,
+)
+from lure.errors import InputError
+from lure.laws.accepting import as_law
+from lure.loop_library import builtin_loop
+from lure.systems import paper_rod
+
+POINTS = 1j * np.geomspace(0.01, 100, 40)
+
+
+@pytest.mark.parametrize(
+    "block",
+    [
+        RationalBlock([1, 2], [1, 3, 2, 0]),
+        RationalBlock([2, 1], [1, 2], dt=0.5),
+        StateSpaceBlock([[0, 1], [-2, -3]], [0, 1], [1, 0], 0.25),
+        StateSpaceBlock([[0.5]], [1], [1], dt=2),
+        upwind(paper_rod(), 3).block,
+    ],
+    ids=["rational", "discrete", "state space", "discrete state space", "linear"],
+)
+def test_a_block_comes_back_from_python_control_as_the_same_function(block):
+    theirs = block.to_control()
+    again = as_block(theirs)
+    assert again.transfer(POINTS) == pytest.approx(block.transfer(POINTS), rel=1e-9)
+    assert theirs(POINTS) == pytest.approx(block.transfer(POINTS), rel=1e-9)
+    own = getattr(block, "dt", None)
+    assert theirs.dt == (0 if own is None else float(own))
+    assert getattr(again, "dt", None) == own
+
+
+def test_measured_data_come_back_as_they_were():
+    data = FrequencyData([1, 2, 4], [1, 1j, -0.5])
+    again = as_block(data.to_control())
+    assert (again.omega == data.omega).all()
+    assert (again.response == data.response).all()
+
+
+def test_a_dead_time_is_not_approximated_unasked():
+    with pytest.raises(InputError, match=r"python-control has no dead time.*to_control\(pade=4\).*no answer of lure"):
+        DelayBlock.parse("exp(-s)/(s+1)").to_control()
+    for order in (0, 21, 2.0, True):
+        with pytest.raises(InputError, match="a whole number from 1 to 20"):
+            DelayBlock.parse("exp(-s)/(s+1)").to_control(pade=order)
+
+
+# the Pade approximation of order 4 of exp(-T s) is exact up to the ninth power of T s: at |T s| <= 1/2 to about 1e-12
+def test_the_approximation_of_a_dead_time_is_that_of_pade():
+    block = DelayBlock.parse("(exp(-s/2) + 2*s + 3)/(s^2 + s + 1)".replace("^", "**"))
+    near = 1j * np.linspace(0.01, 1, 20)
+    assert block.to_control(pade=4)(near) == pytest.approx(block.transfer(near), rel=1e-10)
+    far = block.to_control(pade=1)(10j) - block.transfer(10j)
+    assert abs(far) > 1e-3  # and is not the dead time elsewhere
+
+
+# H/(1 + 2H) for H = 1/(s^2 + s - 1) is 1/(s^2 + s + 1), which is control's own feedback
+@pytest.mark.parametrize("kind", ["tf", "ss", "text"])
+def test_loop_shifts_take_and_give_systems_of_python_control(kind):
+    theirs = control.tf([1], [1, 1, -1])
+    source = {"tf": theirs, "ss": control.ss([[-1, 1], [1, 0]], [[1], [0]], [[0, 1]], 0), "text": "1/(s^2+s-1)"}[kind]
+    shifted = sector_shift(source, LawClass(sector=Sector(2, 5)))
+    assert shifted.to_control()(POINTS) == pytest.approx(control.feedback(theirs, 2)(POINTS), rel=1e-12)
+    assert shifted.block == pole_shift(source, LawClass(sector=Sector(2, 5)), 2).block == as_block("1/(s^2+s+1)")
+
+
+def test_what_is_not_rational_is_not_shifted():
+    with pytest.raises(InputError, match="a loop shift is exact, and a DelayBlock is not a rational block"):
+        pole_shift("exp(-s)/(s+1)", LawClass(sector=Sector(0, 1)), 1)
+
+
+# x' = -sat(x), x(0) = 3: x = 3 - t as long as x >= 1, that is up to t = 2, then exp(2 - t)
+def test_a_saturated_integrator_moves_as_by_hand():
+    closed = Loop(control.tf([1], [1, 0]), control.saturation_nonlinearity(1)).to_control()
+    times = np.linspace(0, 5, 51)
+    found = control.input_output_response(closed, times, 0, [3.0], solve_ivp_kwargs={"rtol": 1e-9, "atol": 1e-12})
+    exact = np.where(times < 2, 3 - times, np.exp(2 - times))
+    assert found.outputs == pytest.approx(exact, abs=1e-6)
+
+
+# x[k+1] = x/2 - sat(x): 4, 2 - 1 = 1, 1/2 - 1 = -1/2, -1/4 + 1/2 = 1/4, 1/8 - 1/4 = -1/8
+def test_a_sampled_loop_moves_as_by_hand():
+    closed = Loop(RationalBlock([1], [1, -0.5], dt=1), Saturation()).to_control()
+    found = control.input_output_response(closed, np.arange(5), 0, [4.0])
+    assert found.outputs == pytest.approx([4, 1, -0.5, 0.25, -0.125], abs=1e-15)
+    assert closed.dt == 1
+
+
+# mu = r - phi(sigma): with the gain 3 around 1/(s+1) and r = 1, sigma tends to 1/4, and not to -1/2
+def test_the_sign_is_that_of_negative_feedback_and_the_load_adds():
+    closed = Loop("1/(s+1)", DeadZone(width=0.01, gain=3)).to_control()
+    assert (closed.ninputs, closed.noutputs, closed.nstates) == (1, 1, 1)
+    times = np.linspace(0, 10, 101)
+    last = control.input_output_response(closed, times, 1.0, [0.0]).outputs[-1]
+    # sigma = 1 - 3 (sigma - 0.01)
+    assert last == pytest.approx(1.03 / 4, abs=1e-3)
+
+
+# states of the controllable form: a step of 1/(s^2 + 3 s + 2) in a loop that a dead zone leaves open
+def test_an_open_loop_answers_a_load_as_python_control_says():
+    plant = control.tf([1, 4], [1, 3, 2])
+    times = np.linspace(0, 4, 41)
+    theirs = control.step_response(plant, times).outputs
+    closed = Loop(plant, DeadZone(width=100, gain=1)).to_control()
+    assert control.input_output_response(closed, times, 1.0, 0).outputs == pytest.approx(theirs, abs=2e-3)
+
+
+def test_matrices_keep_their_own_states():
+    scheme = upwind(paper_rod(), 2)
+    closed = Loop(scheme, NormalCompliance(1.0, 1.0)).to_control()
+    assert closed.nstates == scheme.block.order
+    state = np.zeros(closed.nstates)
+    state[0] = 1.0
+    assert closed.dynamics(0, state, [0.0]) == pytest.approx(
+        scheme.block.dense() @ state - scheme.block.b1 * max(float(scheme.block.c @ state), 0.0)
+    )
+
+
+def test_a_loop_with_a_dead_time_closes_on_its_approximation_if_asked():
+    loop = Loop("exp(-s/2)/(s+1)", Tanh())
+    with pytest.raises(InputError, match="python-control has no dead time"):
+        loop.to_control()
+    assert loop.to_control(pade=3).nstates == 4
+
+
+@pytest.mark.parametrize(
+    ("loop", "message"),
+    [
+        (Loop("(s+2)/(s+1)", Tanh()), "has the direct term D = 1: .* algebraic loop"),
+        (Loop(control.frd([1, 0.5], [1, 2]), Tanh()), "a FrequencyData has no states to simulate"),
+        (Loop(RodBlock(paper_rod()), Tanh()), "a RodBlock has no states to simulate"),
+        (builtin_loop("third-order"), "has no law to close the loop with"),
+    ],
+)
+def test_loops_that_cannot_be_simulated_there_are_refused_in_one_sentence(loop, message):
+    with pytest.raises(InputError, match=message):
+        loop.to_control()
+
+
+def test_a_named_loop_closes_too():
+    closed = builtin_loop("leonov-bragin-kuznetsov").to_control()
+    assert closed.nstates == 4
+    assert builtin_loop("contact").to_control().dynamics(0, [1.02], [0.0]) == pytest.approx([-1.0])
+
+
+def test_a_law_of_python_control_is_the_law_it_is():
+    assert as_law(control.saturation_nonlinearity(2)) == Saturation(limit=2)
+    with pytest.warns(UserWarning, match="asymmetric"):  # of its own describing function, not of the law
+        uneven = control.saturation_nonlinearity(2, -1)
+    assert as_law(uneven) == Saturation(limit=2, lower_limit=-1)
+    assert not as_law(uneven).odd
+    law = Tanh()
+    assert as_law(law) is law
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        (control.relay_hysteresis_nonlinearity(1, 0.5), "relay_hysteresis_nonlinearity has a memory"),
+        (control.friction_backlash_nonlinearity(0.5), "friction_backlash_nonlinearity has a memory"),
+        (np.tanh, r"has no sector; a law says in which sector it lies: give one of lure.laws, or ExpressionLaw\("),
+        (None, "None has no sector"),
+    ],
+)
+def test_a_law_with_a_memory_or_without_a_sector_is_refused(source, message):
+    with pytest.raises(InputError, match=message):
+        Loop("1/(s+1)", source)
+
+
+# N(A) = 2/pi (asin(1/A) + sqrt(1 - 1/A^2)/A) for the saturation at 1
+def test_python_control_takes_our_laws_for_its_describing_function():
+    theirs = control.describing_function(Saturation(), [2.0], num_points=2000)
+    assert theirs.real == pytest.approx(2 / np.pi * (np.arcsin(0.5) + np.sqrt(0.75) / 2), rel=1e-5)
+
+
+def test_questions_take_a_loop_made_of_objects_of_python_control():
+    loop = Loop(control.tf([1], [1, 3, 2, 0]), control.saturation_nonlinearity(1))
+    assert loop.block == as_block("1/(s*(s+1)*(s+2))")
+    assert str(subject(loop).law_class) == "odd phi with slope in [0, 1]"
+    assert certify(loop).verdict is Verdict.PROVED
+    assert max_sector(control.tf([1], [1, 3, 2, 0])).largest.low == pytest.approx(6)
+
+
+@pytest.mark.parametrize("system", [control.tf([[[1], [1]]], [[[1, 1], [1, 2]]]), control.ss([], [], [], [[1, 2]])])
+def test_several_inputs_are_refused_by_name(system):
+    with pytest.raises(InputError, match=re.escape("choose a pair, e.g. sys[0, 0]")):
+        Loop(system, Tanh())
