@@ -20,6 +20,8 @@ from lure.laws import Saturation as Saturation
 from lure.laws import Tanh as Tanh
 from lure.laws import relay_with_slope as relay_with_slope
 from lure.loop import Loop as Loop
+from lure.loop_library import builtin_loop as builtin_loop
+from lure.loop_library import builtin_loops as builtin_loops
 from lure.motion import Boundary as Boundary
 from lure.motion import Motion as Motion
 from lure.motion import Numerics as Numerics

@@ -14,7 +14,7 @@ OPTIONAL = {  # the extras of pyproject.toml that a user chooses
     "fast": ("numba",),
     "netcdf": ("netCDF4", "xarray"),
     "cvode": ("scikit-sundae",),
-    "notebooks": ("ipykernel", "ipywidgets", "jupytext", "nbmake"),
+    "notebooks": ("ipykernel", "ipywidgets", "jsonschema", "jupytext", "nbmake"),
     "testing": ("hypothesis", "pytest"),
 }
 

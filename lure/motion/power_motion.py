@@ -71,7 +71,7 @@ def power_arc(segment: Segment, share: float, transit: float, wave: Pieces, star
             if len(rows) == _MOST_PIECES:
                 raise AssumptionError(
                     f"contact with the power law m = {segment.power:g} needs more than {_MOST_PIECES} pieces in a "
-                    "round trip; give a larger compliance"
+                    "round trip; give another compliance, stiffer or softer, or m = 1"
                 )
             edges.append(at)
             rows.append(place)
