@@ -82,8 +82,8 @@ say(f"H = {block}")
 # ## 2. A saturation lies in a sector
 #
 # Draw a line from the origin to any point of the law. Its slope $\varphi(\sigma)/\sigma$ is 20 V/rad until the
-# amplifier saturates, and then falls towards 0, always positive. That is all the theorems want to know: $\varphi$ lies
-# in the sector $[0, 20]$.
+# amplifier saturates, and then falls towards 0, always positive: $\varphi$ lies in the sector $[0, 20]$. Besides that
+# the theorem below only asks that $\varphi$ have no jumps or vertical tangents, and not change with time.
 
 # %%
 bounds = law_bounds(LAW)
@@ -120,7 +120,7 @@ say(found)
 # - *popov, certified*: by Popov's criterion, decided in exact arithmetic at every frequency. *Computed* and *observed*
 #   would be less, and neither may call itself PROVED.
 # - *phi = 84 sigma: the loop is not asymptotically stable*: the other side, a member of the class that fails.
-# - *in between nothing is known.* 23 to 84 is not "unstable". Nobody has shown anything, this program included.
+# - *in between nothing is known.* 23 to 84 is not "unstable": there, nothing was shown either way.
 #
 # ## 5. The bracket
 #
