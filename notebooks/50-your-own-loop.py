@@ -83,7 +83,7 @@ say(f"H = {block}")
 #
 # Draw a line from the origin to any point of the law. Its slope $\varphi(\sigma)/\sigma$ is 20 V/rad until the
 # amplifier saturates, and then falls towards 0, always positive: $\varphi$ lies in the sector $[0, 20]$. Besides that
-# the theorem below only asks that $\varphi$ have no jumps or vertical tangents, and not change with time.
+# the theorem below asks that $\varphi$ be locally Lipschitz (no jumps, no vertical tangents) and not change with time.
 
 # %%
 bounds = law_bounds(LAW)
@@ -101,7 +101,7 @@ plt.show()
 
 # %%
 found = max_sector(block)
-print(f"linear gains are stable up to {found.hurwitz.high:g}")
+print(f"linear gains are stable up to {found.hurwitz.low:g}")
 
 # %% [markdown]
 # So 20 is safe, with a factor of four to spare? For straight lines. A saturation is none, and a loop that every
