@@ -129,7 +129,8 @@ class Response:
         hits = self.impulses
         if not self.contacts:
             return "No contact during the watch."
-        said = f"In contact {100.0 * self.duty:.4g} % of the time, {hits.per_period:.4g} {'impact' if hits.per_period == 1 else 'impacts'} a period"
+        often = "1 impact" if hits.per_period == 1 else f"{hits.per_period:.4g} impacts"
+        said = f"In contact {100.0 * self.duty:.4g} % of the time, {often} a period"
         if hits.count > hits.unfinished:
             said += f", impulse {hits.least:.4g} to {hits.largest:.4g} N s (mean {hits.mean:.4g})"
         return said + (f", peak stress {hits.peak_stress:.4g} Pa." if hits.count else ".")
