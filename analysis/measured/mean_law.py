@@ -83,17 +83,52 @@ class MeanLaw:
         index, _ = places(np.asarray(sigma, dtype=float), self.knots)
         return np.asarray(0.25 * (self.bends() * np.diff(self.knots))[index])
 
-    def end_slopes(self) -> Array:
-        """(at most 2, K + 1) slopes at the two ends, extrapolated from two pieces where these differ by two errors."""
-        slopes = self.slopes()
-        found = []
-        for last, before in ((0, 1), (-1, -2)):
-            if len(slopes) < 2 or self.knots[1 if last == 0 else -2] == 0:
-                continue
-            change = slopes[last] - slopes[before]
-            if abs(change @ self.values) > 2 * np.sqrt(max(change @ self.covariance @ change, 0.0)):
-                found.append(slopes[last] + 0.5 * change)
-        return np.array(found).reshape(-1, self.knots.size)
+    @property
+    def sides(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The pieces below 0 and those above: a law may have a corner at 0."""
+        return np.flatnonzero(self.knots[1:] <= 0), np.flatnonzero(self.knots[:-1] >= 0)
+
+    def bow(self) -> Array:
+        """(K,) second difference of the slopes at each piece, about the third derivative times the width squared.
+
+        From the three nearest pieces on its side of 0; 0 where there are fewer.
+        """
+        slopes, widths = self.slopes() @ self.values, np.diff(self.knots)
+        middles = 0.5 * (self.knots[1:] + self.knots[:-1])
+        found = np.zeros(widths.size)
+        for side in self.sides:
+            if side.size > 2:
+                x = middles[side]
+                second = 2 * np.diff(np.diff(slopes[side]) / np.diff(x)) / (x[2:] - x[:-2])
+                found[side] = np.abs(np.concatenate([second[:1], second, second[-1:]])) * widths[side] ** 2
+        return found
+
+    def end_slopes(self) -> tuple[Array, Array, Array]:
+        """Slopes at the two ends and on either side of 0.
+
+        Extrapolated from two pieces where these differ by two errors; where not, the difference may be missed.
+
+        Returns
+        -------
+        combinations : ndarray
+            (e, K + 1) the slopes as combinations of the values.
+        missed : ndarray
+            (e,) how far they may be off for a smooth law [unit of the load / m]: for pieces of widths ``a`` and ``b``
+            and a parabola of slopes with second derivative ``q``, extrapolation leaves out ``q a (a + b)/6``.
+        at : ndarray
+            (e,) where [m].
+        """
+        slopes, widths, bow = self.slopes(), np.diff(self.knots), self.bow()
+        found, missed, at = [], [], []
+        for side in self.sides:
+            for last, before in ((side[0], side[1]), (side[-1], side[-2])) if side.size > 1 else ():
+                reach = widths[last] / (widths[last] + widths[before])
+                change = reach * (slopes[last] - slopes[before])
+                seen = abs(change @ self.values) > 2 * np.sqrt(max(change @ self.covariance @ change, 0.0))
+                found.append(slopes[last] + change if seen else slopes[last])
+                missed.append(bow[last] / (6 * reach) + (0.0 if seen else abs(change @ self.values)))
+                at.append(self.knots[last if last < before else last + 1])
+        return np.array(found).reshape(-1, self.knots.size), np.array(missed), np.array(at)
 
     def chords(self) -> Array:
         """(K, K + 1) the chord ``f/sigma`` at each knot but 0, as a combination of the values."""

@@ -177,8 +177,8 @@ class MeasuredSector:
         if not self.resolved:
             return (
                 f"For sigma in [{low:.4g}, {high:.4g}] m, {subject} is estimated to lie in {sector} and to have "
-                f"{slopes}; no confidence is stated, since the law bends within its pieces, against what is assumed, and nothing "
-                "is known outside this range (observed, not proved)."
+                f"{slopes}; no confidence is stated, since the law bends within its pieces, against what is assumed, "
+                "and nothing is known outside this range (observed, not proved)."
             )
         return (
             f"With {100 * self.confidence:g} % confidence, for sigma in [{low:.4g}, {high:.4g}] m, {subject} lies in "

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 _DRAWS = 8_000
 _SEED = 20_000
 _SURE = 0.999
+_POORLY = 3.0  # times what an end may miss, where pieces are too few for the law
 _CORRELATED = (
     "Errors of neighbouring rows are correlated ({:.2f}), against what is assumed: intervals are widened as for a "
     "first-order autoregressive sequence, and their confidence is approximate."
@@ -61,8 +62,12 @@ def sector_of(
 
     Notes
     -----
-    Simulated laws of the class lay inside as often as stated.  Smooth laws are not of the class, and chords are widened
-    by what interpolation leaves out; with noise far below 1 % of the load that is still too little for some of them.
+    Simulated laws of the class lay inside as often as stated.  Smooth laws are not of the class: their slope varies
+    within a piece, most at the ends and beside 0.  Slopes there are extrapolated, and all bounds widened by what the
+    next term of the expansion, read off the pieces nearby, may add.  Of six smooth laws with noise of 0.1 to 2 %, at
+    most 3 in 50 simulated sets were given a confidence of 95 % and did not lie inside.  Where twice as many pieces fit
+    better, and the rows allow no more of them, the law is not ``resolved``: the bounds are widened further, and no
+    confidence is stated; up to 8 in 50 such sets did not lie inside.
 
     Readings so far off that a hundred clean sets hold one are outliers: named, and left out.  Errors found correlated
     from row to row widen the intervals as for a first-order autoregressive sequence, with a warning.
@@ -101,7 +106,7 @@ def sector_of(
         if law.curved < BENT:
             warnings.append(
                 f"The law bends within its pieces (p = {law.curved:.1g}), against what is assumed: the bounds are "
-                "widened by the change of slope from piece to piece; measure more points for sharper ones."
+                "widened by the change of slope from piece to piece, and no confidence is stated; measure more points."
             )
     return MeasuredSector(
         measurements=measurements,
@@ -122,20 +127,20 @@ def sector_of(
 def _bounds(law: MeanLaw, multiplier: float) -> tuple[Bound, Bound, Bound, Bound]:
     """Least and largest chord, least and largest slope, so many standard errors outside the fitted ones."""
     found = []
-    ends = law.end_slopes()
-    middles = np.append(0.5 * (law.knots[1:] + law.knots[:-1]), [law.knots[-1 if e[-1] else 0] for e in ends])
-    away = law.knots[law.knots != 0]
+    ends, beyond, at = law.end_slopes()
+    middles = np.append(0.5 * (law.knots[1:] + law.knots[:-1]), at)
+    away, beside = law.knots[law.knots != 0], at == 0
     # the least-squares value at a knot lies beside a curve by a twelfth of the bend, a third of what is missed between
     missed = np.maximum(law.missed(away * (1 - 1e-9)), law.missed(away * (1 + 1e-9))) / np.abs(away)
-    shape = missed / 3, np.zeros(middles.size)
+    bent = missed / 3, law.bow() / 6  # a parabola of slopes rises within its piece by a sixth at most
     if law.curved < BENT:  # the pieces are as many as the rows allow, and too few for the law
-        shape = missed, np.append(0.5 * law.bends(), [0.0] * len(ends))
-    for combination, places, bent in (
-        (law.chords(), away, shape[0]),
-        (np.vstack([law.slopes(), ends]), middles, shape[1]),
+        bent, beyond = (missed, np.maximum(0.5 * law.bends(), bent[1])), _POORLY * beyond
+    for combination, places, shape in (
+        (np.vstack([law.chords(), ends[beside]]), np.append(away, at[beside]), np.append(bent[0], beyond[beside])),
+        (np.vstack([law.slopes(), ends]), middles, np.append(bent[1], beyond)),
     ):
         values = combination @ law.values
-        errors = multiplier * _errors(combination, law) + bent
+        errors = multiplier * _errors(combination, law) + shape
         i, j = int(np.argmin(values - errors)), int(np.argmax(values + errors))
         found.append(Bound(bound=float(values[i] - errors[i]), fitted=float(values.min()), at=float(places[i])))
         found.append(Bound(bound=float(values[j] + errors[j]), fitted=float(values.max()), at=float(places[j])))
@@ -148,7 +153,7 @@ def _errors(combination: Array, law: MeanLaw) -> Array:
 
 def _multiplier(law: MeanLaw, confidence: float) -> float:
     """How many standard errors hold all chords and slopes at once: the quantile of the largest of correlated t."""
-    combination = np.vstack([law.chords(), law.slopes(), law.end_slopes()])
+    combination = np.vstack([law.chords(), law.slopes(), law.end_slopes()[0]])
     errors = _errors(combination, law)
     combination = combination[errors > 0] / errors[errors > 0, None]
     if not len(combination):

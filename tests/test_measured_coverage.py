@@ -1,0 +1,99 @@
+"""How often the sector of measured data holds smooth laws, which are not of the class that is assumed."""
+
+import json
+
+import numpy as np
+import pytest
+
+from analysis.measured import Measurements, margin_of, sector_of
+from analysis.plots.measured import plot_measured
+
+R = 1e-3
+EVEN = {rows: np.linspace(-R, R, rows) for rows in (60, 200)}
+UNEVEN = np.sort(np.random.default_rng(1).uniform(-0.3 * R, R, 120))
+# law and displacements; chords and slopes below are least and largest, by hand
+TANH = (lambda u: 20 * np.tanh(5 * u / R), EVEN[200])
+HERTZ = (lambda u: 3e6 * np.maximum(u, 0) ** 1.5, UNEVEN)
+STRETCHED = (lambda u: 10 * np.expm1(3 * u / R), EVEN[60])
+TOP = float(UNEVEN[-1])
+TRUTH = {
+    # 20 tanh(5 s)/s falls from 100 at s = 0 to 20 tanh 5 at s = 1, its slope 100/cosh(5 s)^2 likewise [N/mm]
+    "tanh": (TANH, (20e3 * np.tanh(5), 100e3), (100e3 / np.cosh(5) ** 2, 100e3)),
+    "Hertz": (HERTZ, (0, 3e6 * TOP**0.5), (0, 4.5e6 * TOP**0.5)),
+    # chords of 10 (exp(3 s) - 1) from s = -1 to 1, slopes 30 exp(3 s) [N/mm]
+    "stretched": (STRETCHED, (-10e3 * np.expm1(-3), 10e3 * np.expm1(3)), (30e3 * np.exp(-3), 30e3 * np.exp(3))),
+}
+# noise, as a share of the largest load, at which bounds without the next term of the expansion fail most
+WORST = {"tanh": 0.004, "Hertz": 0.002, "stretched": 0.004}
+
+
+def bounded(name, seed, noise):
+    law, sigma = TRUTH[name][0]
+    load = law(sigma)
+    errors = np.random.default_rng([7, seed]).standard_normal(sigma.size)
+    return sector_of(Measurements.from_arrays(sigma, load + noise * np.abs(load).max() * errors))
+
+
+def holds(found, name):
+    _, chords, slopes = TRUTH[name]
+    return (
+        found.lower.bound <= chords[0]
+        and chords[1] <= found.upper.bound
+        and found.slope_lower.bound <= slopes[0]
+        and slopes[1] <= found.slope_upper.bound
+    )
+
+
+# of 10 sets 9 or 10 are expected inside; 7 or fewer is a chance of 1 in 87 at exactly 95 %
+@pytest.mark.parametrize("name", TRUTH)
+def test_smooth_laws_lie_inside_where_interpolation_alone_misses_them(name):
+    assert sum(holds(bounded(name, seed, WORST[name]), name) for seed in range(10)) >= 8
+
+
+# a confidence of 95 % that is stated may be wrong in 5 of 100 sets; 11 or more is a chance of 1 in 90 at exactly 95 %
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [0.05, 0.01, 0.003, 0.001])
+@pytest.mark.parametrize("name", TRUTH)
+def test_a_stated_confidence_is_kept(name, noise):
+    found = [bounded(name, seed, noise) for seed in range(100)]
+    assert sum(one.resolved and not holds(one, name) for one in found) <= 10
+
+
+# wide bounds would cover, too: with noise of 1 % chords and slopes of tanh are known to a third and a half
+def test_the_bounds_of_a_smooth_law_are_not_wide():
+    found = bounded("tanh", 0, 0.01)
+    assert found.upper.bound < 1.35 * 100e3
+    assert found.slope_upper.bound < 1.5 * 100e3
+    assert found.slope_lower.bound > -0.25 * 100e3
+
+
+def test_no_confidence_is_stated_for_a_law_that_bends_within_its_pieces():
+    found = bounded("stretched", 0, 0.001)
+    assert not found.resolved
+    assert "is estimated to lie in the sector" in found.conclusion
+    assert "no confidence is stated" in found.conclusion
+    assert "95 %" not in str(found)
+    assert "95 %" not in found._repr_html_()
+    assert "without a stated confidence" in found._repr_html_()
+    document = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert (document["confidence"], document["resolved"]) == (None, False)
+    assert found.to_xarray().attrs["confidence"] == "none is stated"
+    answer = margin_of(found, ([1], [1, 3, 2, 0]), gain=1e-6, vouched=True)
+    assert "observed without a stated confidence" in answer.conclusion
+
+
+def test_a_figure_of_such_a_law_says_so():
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    above, _ = plot_measured(bounded("stretched", 0, 0.001), ax=figure.subplots())
+    assert any("no confidence stated" in text.get_text() for text in above.texts)
+
+
+def test_a_law_of_the_class_is_resolved():
+    u = EVEN[200]
+    noise = np.random.default_rng(0).standard_normal(u.size)
+    found = sector_of(Measurements.from_arrays(u, 1e5 * np.maximum(u, 0) + noise))
+    assert found.resolved
+    assert found.to_dict()["confidence"] == 0.95
+    assert found.conclusion.startswith("With 95 % confidence")
