@@ -139,7 +139,7 @@ class StateSpaceBlock:
 
     def _repr_html_(self) -> str:
         rows = [("time", time_text(self.dt)), ("order", self.order), ("D", f"{self.D:g}")]
-        note = "Kept as doubles: what follows from it is at best computed, never certified. In a loop mu = -phi(sigma)."
+        note = "Kept as doubles: a criterion computed from it certifies nothing. In a loop mu = -phi(sigma)."
         return html_table("H(s) = C (sI - A)^-1 B + D", rows, notes=[note])
 
     @cached_property

@@ -201,8 +201,8 @@ SAYS = {
     "certification undecided": ("INCONCLUSIVE", "nothing about the loop"),
     "rod report": ("PROVED", "paper-rod", "scheme", "rod", "Not shown"),
     "spectrum": ("A mode of the scheme is not one of the rod",),
-    "rod criterion": ("PROVED", "certified", "the rod itself"),
-    "scheme criterion": ("PROVED", "certified", "the 10-cell scheme".replace("10", "N")),
+    "rod criterion": ("PROVED", "certified", "for the rod itself", "alone proves nothing about the motions of the rod"),
+    "scheme criterion": ("PROVED", "certified", "for the N-cell scheme", "not about the rod"),
     "popov": ("OBSERVED", "proves nothing", "certified"),
     "nyquist": ("OBSERVED", "proves nothing", "certified"),
 }

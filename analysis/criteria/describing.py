@@ -126,7 +126,7 @@ class DescribingHint:
         rows = [
             (f"{b.amplitude:.6g}", f"{b.frequency:.6g}", f"{b.gain:.6g}", words[b.stable_guess]) for b in self.balances
         ]
-        head = ("amplitude of sigma", "rad/s", "gain N(A)", "Loeb's rule")
+        head = ("amplitude of sigma", "rad/s", "gain N(A)", "Loeb's rule") if rows else ()
         notes = ["Harmonics are neglected: a loop may oscillate without a balance, or not oscillate with one."]
         found = "harmonic balance" if rows else "no harmonic balance was found, which excludes no oscillation"
         return html_table(f"Hint, not a verdict: {found}", rows, head=head, verdict="OBSERVED", notes=notes)

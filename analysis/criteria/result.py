@@ -92,8 +92,8 @@ class CriterionResult:
         return {"kind": "criterion", **{name: plain(getattr(self, name)) for name in names}, "sentence": str(self)}
 
     def _repr_html_(self) -> str:
+        about = {"scheme": "the N-cell scheme", "rod": "the rod itself"}.get(self.model, "the block of a loop")
         rows = [
-            ("about", {"scheme": "the N-cell scheme", "rod": "the rod itself"}.get(self.model, "the block of a loop")),
             ("sector", f"{self.sector} Pa/m"),
             ("evidence", self.evidence),
             ("theta", "-" if self.theta is None else f"{self.theta:.7g} s"),
@@ -102,5 +102,10 @@ class CriterionResult:
             ("reason", self.reason),
             *(("hypothesis", text) for text in self.hypotheses),
         ]
-        note = "What holds for the scheme is about the scheme, not the rod; a criterion that fails refutes nothing."
-        return html_table(f"{self.name.capitalize()} criterion", rows, verdict=str(self.verdict), notes=[note])
+        notes = ["A criterion that fails refutes nothing."]
+        if self.model == "rod":
+            notes.append("The inequality alone proves nothing about the motions of the rod; its energy theorem does.")
+        if self.model == "scheme":
+            notes.append("What holds for the scheme is about the scheme, not about the rod.")
+        title = f"{self.name.capitalize()} inequality for {about}"
+        return html_table(title, rows, verdict=str(self.verdict), notes=notes)

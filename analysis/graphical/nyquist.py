@@ -16,7 +16,7 @@ from analysis.criteria.popov import circle_criterion as rod_circle_criterion
 from analysis.criteria.result import CriterionResult
 from analysis.evidence import Verdict
 from analysis.graphical.axis import Drawable, axis_values, drawable
-from analysis.graphical.page import upper_end
+from analysis.graphical.page import ROD, upper_end
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
 from lure.frequency_data import FrequencyData
@@ -115,7 +115,8 @@ def _asked(block: Drawable, k: float | Fraction, lower: Fraction) -> Region:
                 if isinstance(block, RationalBlock)
                 else rod_circle_criterion(block, sector)
             )
-            return k, None, answer, "" if answer.verdict is Verdict.PROVED else answer.reason
+            reason = "" if answer.verdict is Verdict.PROVED else answer.reason
+            return k, None, answer, ROD if isinstance(block, RodBlock) else reason
         found = max_sector(block, criterion="circle", lower=lower, time_varying=True)
     except (AssumptionError, InputError) as refusal:
         return k, None, None, str(refusal)

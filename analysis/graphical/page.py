@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from analysis.plots.export import Draw
 
 _LONGEST = 160
+ROD = "about the rod itself a frequency inequality alone proves nothing; its energy theorem does: lure report"
 
 
 def with_figure(draw: Draw, table: str, *, alt: str) -> str:

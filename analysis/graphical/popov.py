@@ -15,7 +15,7 @@ from analysis.criteria.popov import popov_criterion
 from analysis.criteria.result import CriterionResult
 from analysis.evidence import Verdict
 from analysis.graphical.axis import Drawable, axis_values, continuous, drawable
-from analysis.graphical.page import upper_end
+from analysis.graphical.page import ROD, upper_end
 from analysis.graphical.theta import searched_theta
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
@@ -145,7 +145,9 @@ def _asked(
     except (AssumptionError, InputError) as refusal:
         return k, own if own is not None else _searched(seen, float(k)), None, None, str(refusal)
     reason = "" if answer.verdict is Verdict.PROVED else answer.reason
-    used = own if own is not None else answer.theta if not reason else None
+    if isinstance(block, RodBlock):
+        reason = ROD
+    used = own if own is not None else answer.theta if answer.verdict is Verdict.PROVED else None
     if used is None or not math.isfinite(used):
         used = _searched(seen, float(k))
     return k, used, None, answer, reason

@@ -92,7 +92,7 @@ class PopovResponse:
     def behind(self) -> str:
         """What proves the sector of the line, or that nothing here does, and why."""
         answer = self.answer
-        if answer is not None and answer.verdict is Verdict.PROVED:
+        if answer is not None and answer.verdict is Verdict.PROVED and not self.reason:
             said = answer.reason if isinstance(answer, Answer) else str(answer)
             return f"{DOES}Popov's criterion for the sector {self.sector_text} ({answer.evidence}): {said}"
         if self.found is not None and self.found.verdict is Verdict.PROVED and not self.reason:
