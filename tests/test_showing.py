@@ -16,6 +16,7 @@ import lure
 from analysis import (
     analyse,
     certify,
+    check,
     describing_hint,
     max_sector,
     max_slope,
@@ -278,6 +279,14 @@ def test_what_the_checker_accepted_is_shown_without_the_checker_knowing_of_pages
     undecided = results["certification undecided"]
     for failure in undecided.failures:
         assert set(failure_dict(failure)) == {"search", "code", "title", "detail"}
+
+
+def test_the_calls_that_a_page_names_work(results):
+    assert type(check(results["largest"].proof.certificate)).__name__ == "Proved"
+    assert type(check(results["largest refuted"].refutation.certificate)).__name__ == "Refuted"
+    assert "analysis.check(result.shown.certificate)" in read(results["analysis"]._repr_html_())[1]
+    assert type(check(results["analysis"].shown.certificate)).__name__ == "Proved"
+    assert type(check(results["certification"].certificate)).__name__ == "Proved"
 
 
 def test_without_xarray_one_sentence_says_what_to_install(monkeypatch):

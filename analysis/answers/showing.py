@@ -92,6 +92,7 @@ def analysis_html(found: LoopAnalysis) -> str:
         f"Evidence: {found.evidence}. Linear gains for which the loop is stable: {gains}.",
         *(f"To decide more: {hint}." for hint in found.hints),
         *(f"Not shown: {note}." for note in found.not_shown),
+        *([] if found.shown is None else [_CHECK.format("shown")]),
     ]
     title = f"{found.subject.name}: H = {found.subject.block}"
     return html_table(title, [table_row(row) for row in found.rows], head=HEAD, verdict=str(found.verdict), notes=notes)
