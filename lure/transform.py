@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
+from lure.exact_block import exact_block
 from lure.law_class import LawClass
 from lure.laws.law import number_text
 from lure.laws.shifted import shifted_class
@@ -178,14 +179,7 @@ def pole_shift(block: object, law_class: LawClass, gain: Exact) -> Transformed:
     >>> print(shifted.block, "|", shifted.law_class)
     1 / (s + 1) | phi in the sector [0, 2]
     """
-    from lure.inputs import as_block
-
-    g, exact = exact_number(gain, "pole_shift: gain"), as_block(block)
-    if not isinstance(exact, RationalBlock):
-        raise InputError(
-            f"a loop shift is exact, and a {type(exact).__name__} is not a rational block; give coefficients, matrices "
-            "of up to 60 states, or a formula without dead time"
-        )
+    g, exact = exact_number(gain, "pole_shift: gain"), exact_block(block, "a loop shift")
     if g == 0:
         return Transformed(block=exact, law_class=law_class, gain=g, steps=("nothing is shifted: the gain is 0",))
     moved, shifted = shifted_block(exact, g), shifted_class(law_class, g)

@@ -6,7 +6,7 @@ import control
 import numpy as np
 import pytest
 
-from analysis import Verdict, certify, max_sector
+from analysis import Verdict, certify, describing_hint, max_sector, passivity_indices
 from analysis.answers.subject import subject
 from lure import (
     DeadZone,
@@ -90,7 +90,7 @@ def test_loop_shifts_take_and_give_systems_of_python_control(kind):
 
 
 def test_what_is_not_rational_is_not_shifted():
-    with pytest.raises(InputError, match="a loop shift is exact, and a DelayBlock is not a rational block"):
+    with pytest.raises(InputError, match="a loop shift needs exact coefficients, and a DelayBlock has none"):
         pole_shift("exp(-s)/(s+1)", LawClass(sector=Sector(0, 1)), 1)
 
 
@@ -204,6 +204,17 @@ def test_questions_take_a_loop_made_of_objects_of_python_control():
     assert str(subject(loop).law_class) == "odd phi with slope in [0, 1]"
     assert certify(loop).verdict is Verdict.PROVED
     assert max_sector(control.tf([1], [1, 3, 2, 0])).largest.low == pytest.approx(6)
+
+
+# H = 1/(s+1): Re H > 0 with infimum 0, Re 1/H = 1; 12/(s(s+1)(s+2)) with a gain of 6 is at its Hurwitz limit
+def test_indices_and_hints_take_objects_of_python_control():
+    found = passivity_indices(control.tf([1], [1, 1]))
+    assert (found.input_feedforward.low, found.output_feedback.low) == (0, 1)
+    hint = describing_hint(control.tf([12], [1, 3, 2, 0]), control.saturation_nonlinearity(1))
+    assert [balance.frequency for balance in hint.balances] == [pytest.approx(np.sqrt(2))]
+    assert hint.balances[0].gain == pytest.approx(0.5)
+    with pytest.raises(InputError, match="passivity_indices needs exact coefficients, and a FrequencyData has none"):
+        passivity_indices(control.frd([1, 1], [1, 2]))
 
 
 @pytest.mark.parametrize("system", [control.tf([[[1], [1]]], [[[1, 1], [1, 2]]]), control.ss([], [], [], [[1, 2]])])

@@ -16,9 +16,10 @@ from analysis.evidence import Evidence
 from analysis.plant import Plant, closed_loop_poles
 from analysis.polynomial import exact_midpoint, real_roots, to_fmpq, to_fraction
 from lure.errors import AssumptionError, InputError
+from lure.exact_block import exact_block
 from lure.laws import Quantiser
+from lure.laws.accepting import as_law
 from lure.nonlinearity import Nonlinearity
-from lure.rational import RationalBlock
 from lure.showing import html_table, plain, xarray_or_refusal
 
 if TYPE_CHECKING:
@@ -132,14 +133,14 @@ class DescribingHint:
         return html_table(f"Hint, not a verdict: {found}", rows, head=head, verdict="OBSERVED", notes=notes)
 
 
-def describing_hint(block: RationalBlock, law: Nonlinearity) -> DescribingHint:
+def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:
     r"""Harmonic balances ``1 + N(A) H(i omega) = 0`` of ``sigma = H mu``, ``mu = -phi(sigma)``: a hint, not a verdict.
 
     Nothing about stability may be concluded, neither from a balance nor from its absence.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
         ``H`` in continuous time.
     law : Nonlinearity
         An odd law.
@@ -161,12 +162,13 @@ def describing_hint(block: RationalBlock, law: Nonlinearity) -> DescribingHint:
     Examples
     --------
     >>> from lure import Saturation
-    >>> print(describing_hint(RationalBlock([1], [1, 3, 2, 0]), Saturation(gain=10)))
+    >>> print(describing_hint("1/(s*(s+1)*(s+2))", Saturation(gain=10)))
     hint, not a verdict: harmonic balance at amplitude 0.203309 at 1.41421 rad/s, perhaps attracting
     """
-    if block.dt is not None:
+    exact, law = exact_block(block, "describing_hint"), as_law(law)
+    if exact.dt is not None:
         raise InputError("describing_hint is stated for continuous time; give a block with dt = None")
-    plant = Plant.of(block)
+    plant = Plant.of(exact)
     crossings = _real_crossings(plant)
     grid = _amplitudes(law)
     gains = describing_function(law, grid)

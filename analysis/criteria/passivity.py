@@ -14,7 +14,7 @@ from analysis.extremum import infimum, nonnegative_from_zero, positive_with_limi
 from analysis.plant import Plant
 from analysis.polynomial import X, even_odd, is_hurwitz, real_roots, to_fmpq
 from analysis.precision import outward
-from lure.rational import RationalBlock
+from lure.exact_block import exact_block
 from lure.showing import html_table, plain
 
 ABSENT = Bracket(-math.inf, -math.inf)
@@ -77,7 +77,7 @@ class Passivity:
         return html_table("H is positive real", rows, verdict=str(self.positive_real), notes=[note])
 
 
-def passivity_indices(block: RationalBlock) -> Passivity:
+def passivity_indices(block: object) -> Passivity:
     r"""The passivity indices of ``H`` and whether it is positive real, strictly so, or not, with no tolerance.
 
     .. math:: \nu = \inf_\omega \mathrm{Re}\, H(i\omega), \qquad \rho = \inf_\omega \mathrm{Re}\, (1/H(i\omega)),
@@ -88,7 +88,7 @@ def passivity_indices(block: RationalBlock) -> Passivity:
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
         The block, in continuous or (with the unit circle for the axis) discrete time.
 
     Returns
@@ -96,6 +96,11 @@ def passivity_indices(block: RationalBlock) -> Passivity:
     Passivity
         Brackets to a relative width of 1e-15 or so.  Hidden modes are left out: nothing is said about states that
         input or output does not see.
+
+    Raises
+    ------
+    InputError
+        The block has no exact coefficients.
 
     Notes
     -----
@@ -112,10 +117,10 @@ def passivity_indices(block: RationalBlock) -> Passivity:
 
     Examples
     --------
-    >>> print(passivity_indices(RationalBlock([1], [1, 1])))
+    >>> print(passivity_indices("1/(s+1)"))
     nu = 0, rho = 1 (certified): H is strictly positive real
     """
-    plant = Plant.of(block)
+    plant = Plant.of(exact_block(block, "passivity_indices"))
     n, d = plant.n // plant.hidden, plant.d // plant.hidden
     degree = max(n.degree(), d.degree())
     passive = _positive_real(n, d, degree)
