@@ -29,6 +29,7 @@ _SHOWN = 6
 _DECADES = 6
 _FEW = 12
 _LONGEST = 44
+_SIZE, _PLACE = (9.6, 7.2), (0.17, 0.12, 0.8, 0.8)
 
 
 def plot_response(response: Response, *, ax: Axes | None = None) -> Axes:
@@ -39,14 +40,14 @@ def plot_response(response: Response, *, ax: Axes | None = None) -> Axes:
     response : Response
         A long run.
     ax : Axes, optional
-        Where to draw; by default a new figure.
+        Where to draw; by default a new figure with room for all four.
 
     Returns
     -------
     Axes
         The axes drawn on, themselves invisible.
     """
-    axes = axes_or_new(ax)
+    axes = _page() if ax is None else ax
     axes.set_axis_off()
     width, height = 0.47, 0.42
     for draw, (left, bottom) in (
@@ -57,6 +58,13 @@ def plot_response(response: Response, *, ax: Axes | None = None) -> Axes:
     ):
         draw(response, ax=axes.inset_axes((left, bottom, width, height)))
     return axes
+
+
+def _page() -> Axes:
+    """The axes of a new figure with room for four."""
+    from matplotlib import pyplot
+
+    return pyplot.figure(figsize=_SIZE).add_axes(_PLACE)
 
 
 def plot_history(response: Response, *, ax: Axes | None = None) -> Axes:

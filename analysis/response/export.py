@@ -77,8 +77,9 @@ def response_html(found: Response) -> str:
         ("seen", found.regime),
         ("transients", found.transients),
         ("in contact", f"{100 * found.duty:.4g} % of the time, {hits.per_period:.4g} impacts a period"),
-        ("peak stress", f"{hits.peak_stress:.4g} Pa"),
     ]
+    if hits.count:
+        rows.append(("peak stress of these impacts", f"{hits.peak_stress:.4g} Pa"))
     if found.balance is not None:
         rows.append(("momentum left per period", f"{found.balance.left:.3g} N s"))
     if found.separation is not None:
@@ -107,8 +108,8 @@ def bifurcation_dataset(found: Bifurcation) -> xarray.Dataset:
         "poincare_v": Column(both, strobe[:, :, 1], "m s-1", "z' at whole periods of the force; nan beyond the last"),
         "multiple": Column(of, multiples, "1", "periods of the force in a repetition; nan if none was seen"),
         "duty": Column(of, [point.duty for point in points], "1", "share of time in contact"),
-        "impacts": Column(of, [point.impacts for point in points], "1", "impacts per period of the force"),
-        "peak_stress": Column(of, [point.peak_stress for point in points], "Pa", "largest contact stress"),
+        "impacts": Column(of, [point.impacts for point in points], "1", "impacts that begin, per period of the force"),
+        "peak_stress": Column(of, [point.peak_stress for point in points], "Pa", "largest stress of these impacts"),
         "regime": Column(of, _texts([point.regime for point in points]), "1", "kind of motion seen"),
         "transients": Column(of, _texts([point.trend for point in points]), "1", "whether it was still changing"),
         "problem": Column(of, _texts([point.problem for point in points]), "1", "why it could not be followed"),
@@ -145,11 +146,11 @@ def bifurcation_html(found: Bifurcation) -> str:
             "-" if point.multiple is None else point.multiple,
             f"{100 * point.duty:.3g} %",
             f"{point.impacts:.3g}",
-            f"{point.peak_stress:.4g}",
+            f"{point.peak_stress:.4g}" if point.impacts > 0 else "-",
         )
         for point in points[::step]
     ]
-    head = (found.parameter, "seen", "repeats after", "in contact", "impacts a period", "peak stress [Pa]")
+    head = (found.parameter, "seen", "repeats after", "in contact", "impacts a period", "peak stress of these [Pa]")
     notes = [] if step == 1 else [f"Shown is one value in {step}."]
     title = f"response of the rod itself against {found.parameter}, g = {found.force}"
     return html_table(title, rows, head=head, verdict="OBSERVED", notes=(*notes, *str(found).split("\n")))
