@@ -47,9 +47,9 @@ def draw(docs: Path) -> None:
         stamp, now = folder / "state.txt", state(page)
         if stamp.exists() and stamp.read_text(encoding="utf-8") == now:
             continue
-        shutil.rmtree(folder, ignore_errors=True)
         with TemporaryDirectory() as place:  # outside the repository, as for a reader
             run_page(page, Path(place))
+            shutil.rmtree(folder, ignore_errors=True)
             for file in (path for path in Path(place).rglob("*") if path.suffix in {".svg", ".png"}):
                 kept = folder / file.relative_to(place)
                 kept.parent.mkdir(parents=True, exist_ok=True)
