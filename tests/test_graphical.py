@@ -180,6 +180,23 @@ def test_where_nothing_is_reached_there_is_no_line_to_draw():
         json.dumps(response.to_dict(), allow_nan=False)
 
 
+def test_a_pole_among_the_measured_frequencies_is_left_out():
+    # 1/s at omega = 0, 1, 2
+    data = control.frd([complex(math.inf, 0), -1j, -0.5j], [0, 1, 2])
+    for call in (popov_response, nyquist_response):
+        assert call(data).omega.tolist() == [1, 2]
+    with pytest.raises(InputError, match="none of them is finite"):
+        nyquist_response(control.frd([complex(math.inf, 0)], [1]))
+
+
+def test_a_block_that_no_criterion_covers_is_drawn_all_the_same():
+    for keywords in ({}, {"k": 2}, {"k": 2, "theta": 1}):
+        response = popov_response("exp(-s)/(s-1)", **keywords)
+        assert "poles that are not stable" in str(response)
+        assert (response.found, response.answer) == (None, None)
+        response.plot(ax=figure_axes())
+
+
 @given(
     x=st.lists(st.floats(-3, 3), min_size=3, max_size=12),
     y=st.lists(st.floats(-3, 3), min_size=12, max_size=12),

@@ -65,6 +65,8 @@ class OnAxis:
 def drawable(system: object) -> Drawable:
     """The block that a drawing is about: what :func:`lure.as_block` makes of it, or the block of a loop.
 
+    Infinite values of a measurement are left out.
+
     Parameters
     ----------
     system : object
@@ -80,7 +82,19 @@ def drawable(system: object) -> Drawable:
 
     if isinstance(system, Loop | LoopSystem):
         system = system.block
-    return system if isinstance(system, UpwindScheme | RodBlock) else as_block(system)
+    block = system if isinstance(system, UpwindScheme | RodBlock) else as_block(system)
+    return _finite_part(block) if isinstance(block, FrequencyData) else block
+
+
+def _finite_part(data: FrequencyData) -> FrequencyData:
+    """The measurement without the frequencies at which it is infinite: a pole was met there."""
+    good = np.isfinite(data.response)
+    if good.all():
+        return data
+    if not good.any():
+        raise InputError(f"{data}: none of them is finite; give a response that can be drawn")
+    error = None if data.error is None else data.error[good]
+    return FrequencyData(data.omega[good], data.response[good], data.dt, error)
 
 
 def axis_values(block: Drawable, omega: ArrayLike | None) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:

@@ -59,7 +59,9 @@ def block_text(block: Drawable) -> str:
     if isinstance(block, RationalBlock | DelayBlock):
         text = str(block)
         return f"H = {text}" if len(text) <= _LONGEST else f"H of order {len(block.denominator) - 1}"
-    if isinstance(block, StateSpaceBlock | FrequencyData):
+    if isinstance(block, FrequencyData):
+        return "a measured response"
+    if isinstance(block, StateSpaceBlock):
         return str(block)
     return f"the scheme with {block.cells} cells" if isinstance(block, UpwindScheme) else "the rod"
 

@@ -110,7 +110,11 @@ def _line(
         k = _reach(block, seen, theta)
     if isinstance(block, RationalBlock | UpwindScheme | RodBlock):
         return _asked(block, seen, k, theta)
-    found, own = max_sector(block, criterion="popov"), None if theta is None else float(theta)
+    own = None if theta is None else float(theta)
+    try:
+        found = max_sector(block, criterion="popov")
+    except AssumptionError as refusal:
+        return k, own if own is not None else _searched(seen, float(k)), None, None, str(refusal)
     if own is None and found.theta is not None and found.lower < k <= found.largest.low:
         return k, found.theta, found, None, "" if found.verdict is Verdict.PROVED else found.reason
     used = own if own is not None else _searched(seen, float(k))
@@ -120,7 +124,10 @@ def _line(
 
 def _largest(block: Drawable, seen: tuple[NDArray[np.float64], NDArray[np.complex128]]) -> Line:
     """The line of the largest sector that Popov's criterion reaches."""
-    found = max_sector(block, criterion="popov")
+    try:
+        found = max_sector(block, criterion="popov")
+    except AssumptionError as refusal:
+        return None, None, None, None, str(refusal)
     if isinstance(block, FrequencyData):
         k = found.largest.high
         return k, _searched(seen, k), found, None, found.reason
