@@ -10,9 +10,10 @@ import xarray
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 from refusals import refusal
-from results import RESULTS
+from results import RESULTS, cells
 
 from analysis.measured import Measurements, report_of, sector_of
+from analysis.plots.motions import plot_convergence, plot_motion
 from analysis.runs import motion_dataset, run_dataset, sampled_motion
 from lure.showing import plain
 
@@ -171,6 +172,41 @@ def test_a_figure_goes_where_it_is_asked_to_go(name):
     first = drawn[0] if isinstance(drawn, tuple) else drawn
     assert isinstance(first, Axes)
     assert first is axes
+    pyplot.close(figure)
+
+
+@pytest.mark.parametrize("name", ["exact motion", "Galerkin run", "structured motion"])
+def test_a_motion_is_drawn_with_its_obstacle_and_says_what_moved(name):
+    motion = RESULTS[name]()
+    figure, axes = pyplot.subplots()
+    assert plot_motion(motion, ax=axes) is axes
+    end = next(line for line in axes.lines if line.get_label().startswith("end"))
+    table = motion.to_xarray()
+    assert np.nanmax(end.get_ydata()) == pytest.approx(table.u_end.values.max(), rel=1e-12)
+    assert "obstacle at 5×10⁻⁵ m" in [text.get_text() for text in axes.get_legend().get_texts()]
+    title = axes.get_title(loc="left")
+    assert ("not the rod (observed)" in title) is (name != "exact motion")
+    pyplot.close(figure)
+
+
+@pytest.mark.parametrize("shape", [(2,), (2, 3), (4, 4)])
+def test_cells_are_drawn_as_lines_or_as_a_picture(shape):
+    figure, axes = pyplot.subplots()
+    plot_motion(cells(shape), ax=axes)
+    count = int(np.prod(shape))
+    assert len(axes.lines) == (count if count <= 12 else 0)
+    assert len(axes.collections) == (0 if count <= 12 else 1)
+    assert axes.get_title(loc="left") == f"{count} cells (observed)"
+    pyplot.close(figure)
+
+
+def test_errors_are_drawn_against_the_width():
+    found = RESULTS["convergence"]()
+    figure, axes = pyplot.subplots()
+    plot_convergence(found, ax=axes)
+    assert axes.lines[0].get_xydata().tolist() == [
+        [h, error.h1] for h, error in zip(found.widths, found.errors, strict=True)
+    ]
     pyplot.close(figure)
 
 
