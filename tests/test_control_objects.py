@@ -1,6 +1,7 @@
 """python-control in and out: blocks, loop shifts, closed loops that simulate, and what is refused."""
 
 import re
+from fractions import Fraction
 
 import control
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from analysis import Verdict, certify, describing_hint, max_sector, passivity_indices
 from analysis.answers.subject import subject
+from analysis.simulation import simulate
 from lure import (
     DeadZone,
     DelayBlock,
@@ -29,7 +31,8 @@ from lure import (
 from lure.errors import InputError
 from lure.laws.accepting import as_law
 from lure.loop_library import builtin_loop
-from lure.systems import paper_rod
+from lure.scenario import Scenario, initial_state
+from lure.systems import paper_rod, rod_from_exact
 
 POINTS = 1j * np.geomspace(0.01, 100, 40)
 
@@ -139,6 +142,20 @@ def test_matrices_keep_their_own_states():
     assert closed.dynamics(0, state, [0.0]) == pytest.approx(
         scheme.block.dense() @ state - scheme.block.b1 * max(float(scheme.block.c @ state), 0.0)
     )
+
+
+# two engines that share no line: ours is exact between contact and release, theirs integrates
+def test_the_closed_scheme_moves_in_python_control_as_in_our_own_simulation():
+    exact = {**paper_rod().exact, "gap": Fraction(0), "compliance": Fraction(1, 10**9)}
+    scheme = upwind(rod_from_exact(exact), 4)
+    start = Scenario.parse(force="0", displacement="0.0001*cos(3*x)")
+    ours = simulate(scheme, start, until=1e-3, samples=101)
+    assert ours.contact
+    closed = Loop(scheme, NormalCompliance(Fraction(10**9), 1)).to_control()
+    options = {"rtol": 1e-9, "atol": 1e-13}
+    state = initial_state(scheme, start)
+    theirs = control.input_output_response(closed, ours.t, 0, state, solve_ivp_kwargs=options)
+    assert theirs.outputs == pytest.approx(ours.z, abs=1e-6 * np.abs(ours.z).max())
 
 
 def test_a_loop_with_a_dead_time_closes_on_its_approximation_if_asked():
