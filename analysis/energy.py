@@ -175,8 +175,8 @@ def energy_theta(scheme: UpwindScheme) -> float:
     Write the dissipation as ``D = |eta|^2/2`` in ``eta = (prev_i - y_i, i = 1..2N; sqrt(1-a^2) y_{2N})``.  Then
     ``zeta - z = alpha.eta`` and ``p = beta.eta`` are linear in ``eta``, and
 
-    .. math:: V' = -\frac{\theta}{2d}\,|\eta|^2 - 2 (\alpha\cdot\eta)(\beta\cdot\eta) - 2 z p \le -2 z p
-        \quad\text{as soon as}\quad \theta \ge \theta_E = 2 d\,(|\alpha||\beta| - \alpha\cdot\beta).
+    .. math:: V' &= -\frac{\theta}{2d}\,|\eta|^2 - 2 (\alpha\cdot\eta)(\beta\cdot\eta) - 2 z p \le -2 z p \\
+        &\text{as soon as}\quad \theta \ge \theta_E = 2 d\,(|\alpha||\beta| - \alpha\cdot\beta).
 
     It serves every law with ``z p(z) >= 0``.  It is an upper bound: Popov's inequality may hold for smaller ``theta``.
 

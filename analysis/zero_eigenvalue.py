@@ -141,7 +141,7 @@ def exact_zero_eigenvalue(
 ) -> ZeroEigenvalue:
     r"""The eigenvalue 0 of ``x' = A x + b mu``, ``sigma = c^T x``, for exact entries.
 
-    .. math:: \rho_0 = \lim_{s \to 0} s\,H(s) = \frac{(c^T r)(l^T b)}{l^T r}, \qquad
+    .. math:: \rho_0 = \lim_{s \to 0} s\,H(s) = \frac{(c^T r)(l^T b)}{l^T r}, \\
         A r = 0, \quad l^T A = 0, \quad H(s) = c^T (sI - A)^{-1} b .
 
     Parameters

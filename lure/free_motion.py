@@ -29,7 +29,8 @@ class FreeMotion:
 
     .. math::
 
-        W(t) = -a\,W(t - 2T) + 2 b\,g(t - T) \quad (t > 2T), \qquad u(t, L) = u_0(L) + \int_0^t W,
+        W(t) &= -a\,W(t - 2T) + 2 b\,g(t - T) \quad (t > 2T), \\
+        u(t, L) &= u_0(L) + \int_0^t W,
 
     with ``W = r1(0, L - ct)`` on ``(0, T)`` and ``W = -a r2(0, c(t - T)) + 2 b g(t - T)`` on ``(T, 2T)``.  A jump of
     ``W`` (data that are not matched) stays a jump; on it one of its two sides is returned.

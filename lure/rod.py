@@ -24,9 +24,8 @@ class Rod:
 
     .. math::
 
-        \rho u_{tt} = E u_{xx} + f(t,x)/A, \qquad
-        A E u_x(t,0) = k u_t(t,0) - g(t), \qquad
-        E u_x(t,L) = -p(u(t,L) - \mathrm{gap}), \qquad p(r) = \max(r,0)^m / \varepsilon .
+        \rho u_{tt} &= E u_{xx} + f(t,x)/A, & \qquad A E u_x(t,0) &= k u_t(t,0) - g(t), \\
+        E u_x(t,L) &= -p(u(t,L) - \mathrm{gap}), & \qquad p(r) &= \max(r,0)^m / \varepsilon .
 
     The limit ``eps -> 0`` is the Signorini (rigid) obstacle.  Loads and initial data are not part of the rod: see
     :class:`lure.scenario.Scenario`.

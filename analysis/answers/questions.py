@@ -94,7 +94,7 @@ def max_slope(
 ) -> Largest:
     r"""The largest ``k`` such that the loop is stable for every time-invariant ``phi`` with slope in ``[lower, k]``.
 
-    .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad \varphi(0) = 0, \qquad
+    .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad \varphi(0) = 0, \\
         \mathrm{lower} \le \frac{\varphi(x) - \varphi(y)}{x - y} \le k \quad (x \ne y).
 
     Merely monotone and odd laws are kept apart: a bound for odd ones can be false for the others.

@@ -38,8 +38,8 @@ class Weights:
 def rod_energy(track: Track, t: ArrayLike) -> Array:
     r"""Energy of the rod, waves and contact.
 
-    .. math:: E(t) = \tfrac12 A \int_0^L (\rho v^2 + E w^2)\,dx + A P(z) = \tfrac{Z}{4c} \int_0^L (r_1^2 + r_2^2)\,dx +
-        A P(z), \qquad E' = -k\,v(t, 0)^2
+    .. math:: E(t) &= \tfrac12 A \int_0^L (\rho v^2 + E w^2)\,dx + A P(z) \\
+        &= \tfrac{Z}{4c} \int_0^L (r_1^2 + r_2^2)\,dx + A P(z), \qquad E' = -k\,v(t, 0)^2
 
     without loads: it never increases for ``k >= 0``, whatever the law, and never decreases for ``k <= 0``.
 
@@ -163,9 +163,9 @@ def rod_lyapunov(track: Track, t: ArrayLike) -> Array:
 
     .. math::
 
-        Q(T^+) = \frac{2\eta}{1 - a^2}, \quad Q(T^-) = a^2 Q(T^+), \quad
-        Q' = -\frac{|a|\,\eta}{(1 + |a|)\,T} \;(s < T), \quad Q' = -\frac{\eta}{(1 + |a|)\,T} \;(s > T), \quad
-        \theta = d\,\eta + 2 d\,Q(0),
+        Q(T^+) &= \frac{2\eta}{1 - a^2}, & \qquad Q(T^-) &= a^2 Q(T^+), \\
+        Q' &= -\frac{|a|\,\eta}{(1 + |a|)\,T} \;(s < T), & \qquad Q' &= -\frac{\eta}{(1 + |a|)\,T} \;(s > T), \\
+        \theta &= d\,\eta + 2 d\,Q(0),
 
     the derivative along every motion is, completing squares,
 

@@ -90,9 +90,9 @@ def popov_lyapunov(system: int | Scheme) -> Balance:
 
     .. math::
 
-        V = \frac{\theta}{2 s d} \sum_i y_i^2 + 2\theta P(z) + \frac{\zeta^2}{\rho_0}, \qquad
-        V' = -\frac{\theta}{d} D - 2 \zeta p, \quad
-        D = \tfrac12 \sum_i (\mathrm{prev}_i - y_i)^2 + \tfrac12 (1 - a^2) y_{2N}^2.
+        V &= \frac{\theta}{2 s d} \sum_i y_i^2 + 2\theta P(z) + \frac{\zeta^2}{\rho_0}, \qquad
+        V' = -\frac{\theta}{d} D - 2 \zeta p, \\
+        D &= \tfrac12 \sum_i (\mathrm{prev}_i - y_i)^2 + \tfrac12 (1 - a^2) y_{2N}^2.
 
     The identity alone does not say that ``V`` falls: ``zeta p`` has no sign of its own; that is what Popov's inequality
     is for.

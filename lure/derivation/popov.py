@@ -45,8 +45,8 @@ def popov_expression() -> ClosedForm:
     .. math::
 
         \mathrm{Re}\,[(1 + i\omega\theta) H(i\omega)]
-        = d\,\frac{2 a r \sin(\psi)/\omega + \theta (1 - a^2 r^2)}{1 + a^2 r^2 + 2 a r \cos\psi},
-        \qquad H = \frac{d}{i\omega}\,\frac{1 - a r e^{-i\psi}}{1 + a r e^{-i\psi}}.
+        &= d\,\frac{2 a r \sin(\psi)/\omega + \theta (1 - a^2 r^2)}{1 + a^2 r^2 + 2 a r \cos\psi}, \\
+        H &= \frac{d}{i\omega}\,\frac{1 - a r e^{-i\psi}}{1 + a r e^{-i\psi}}.
 
     Examples
     --------

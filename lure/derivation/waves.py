@@ -34,7 +34,7 @@ class Riemann:
     inverse : tuple of sympy.Expr
         ``v`` and ``w`` in terms of ``r1, r2`` (30).
     friedrichs : tuple of sympy.Expr
-        (26) with ``v = u_t, w = u_x`` minus the wave equation over ``rho A``, and minus ``u_xt = u_tx``; zero.
+        Equation (26) with ``v = u_t, w = u_x`` minus the wave equation over ``rho A``, and minus ``u_xt = u_tx``; zero.
     """
 
     matrix: sp.ImmutableMatrix
@@ -84,7 +84,7 @@ class DelayEquation:
     left_velocity : sympy.Expr
         ``u_t(t,0)`` in terms of ``V`` and ``g`` [m/s].
     transport : tuple of sympy.Expr
-        (31) with ``f = 0`` applied to both waves; zero.
+        Equation (31) with ``f = 0`` applied to both waves; zero.
     """
 
     incoming: sp.Expr

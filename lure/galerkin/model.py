@@ -37,8 +37,8 @@ class GalerkinModel:
 
     .. math::
 
-        M_{ij} = \int_0^L \rho A w_i w_j, \quad K_{ij} = \int_0^L A E w_i' w_j', \quad
-        C_{ij} = k\, w_i(0) w_j(0), \quad F_i = \int_0^L f w_i .
+        M_{ij} &= \int_0^L \rho A w_i w_j, & \qquad K_{ij} &= \int_0^L A E w_i' w_j', \\
+        C_{ij} &= k\, w_i(0) w_j(0), & \qquad F_i &= \int_0^L f w_i .
 
     The paper prints ``+ g`` on the left of (10), (11), (14), (20) and (25), against (8) and (15), and ``\dot a`` beside
     ``K`` in (14); here ``g > 0`` pushes along ``x``.

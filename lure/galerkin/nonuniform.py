@@ -27,9 +27,8 @@ class NonuniformRod:
 
     .. math::
 
-        \rho A u_{tt} = (A E u_x)_x + f, \quad
-        A E u_x(t,0) = k u_t(t,0) - g(t), \quad
-        E u_x(t,L) = -p(u(t,L) - \mathrm{gap}), \quad p(r) = c_n \max(r,0)^m .
+        \rho A u_{tt} &= (A E u_x)_x + f, & \qquad A E u_x(t,0) &= k u_t(t,0) - g(t), \\
+        E u_x(t,L) &= -p(u(t,L) - \mathrm{gap}), & \qquad p(r) &= c_n \max(r,0)^m .
 
     The force ``g`` pushes along ``x`` [N], ``f`` too [N/m]; ``p >= 0`` is a stress, so the obstacle pushes back with
     ``A(L) p``.  Loads and initial data are a :class:`lure.scenario.Scenario`.

@@ -101,7 +101,8 @@ def exact_motion(
 ) -> Motion:
     r"""Motion of the rod with contact on ``[0, until]``, to rounding and the error of its series.
 
-    .. math:: W(t) = -a\,V(t - 2T) + 2 b\,g(t - T) + \ldots, \quad z' = W - d\,p(z), \quad V = W - 2 d\,p(z).
+    .. math:: W(t) &= -a\,V(t - 2T) + 2 b\,g(t - T) + \ldots, \\
+        z' &= W - d\,p(z), \qquad V = W - 2 d\,p(z).
 
     Between events the equation of ``z`` is a quadrature (free flight), linear (normal compliance with ``m = 1`` and
     piecewise linear laws) or trivial (rigid obstacle, ``z = 0`` while the stress ``W/d`` is positive); a power law is

@@ -9,6 +9,7 @@ from pathlib import Path
 from docutils import nodes
 from docutils.statemachine import StringList
 from sphinx.application import Sphinx
+from sphinx.ext.napoleon import NumpyDocstring
 from sphinx.util.docutils import SphinxDirective
 
 from lure_docs.listing import groups, home, kind, resolved
@@ -93,6 +94,8 @@ def signed(
         Its parameters, in brackets.
     """
     text = getattr(found, "__doc__", None) or ""
+    if getattr(found, "_is_protocol", False):
+        return "", None
     if what == "class" and "=" not in (signature or "") and "Attributes\n" in text:
         return "", None
     kind = getattr(found, "__annotations__", {}).get("return") if what in ("function", "method") else None
@@ -100,8 +103,29 @@ def signed(
     return None if named else (signature, kind)
 
 
+class Attributes:
+    """Docstrings of properties and data, in which napoleon would take what stands before a colon for a type."""
+
+    def __init__(self) -> None:
+        self.given: list[str] = []
+
+    def keep(self, _app: Sphinx, _what: str, _name: str, _found: object, _options: object, lines: list[str]) -> None:
+        """Remember the docstring as it is."""
+        self.given = list(lines)
+
+    def put(  # noqa: PLR0913  (these are what Sphinx gives)
+        self, app: Sphinx, what: str, name: str, found: object, options: object, lines: list[str]
+    ) -> None:
+        """Convert it as that of a function, whose sections it may have."""
+        if what in ("attribute", "data", "property"):
+            lines[:] = NumpyDocstring(self.given, app.config, app, "function", name, found, options).lines()
+
+
 def setup(app: Sphinx) -> None:
     """Register the directive, and what is done to docstrings."""
     app.add_directive("api", Api)
-    app.connect("autodoc-process-docstring", numbered)
+    attributes = Attributes()
+    app.connect("autodoc-process-docstring", attributes.keep, priority=400)  # napoleon's is 500
+    app.connect("autodoc-process-docstring", attributes.put, priority=600)
+    app.connect("autodoc-process-docstring", numbered, priority=700)
     app.connect("autodoc-process-signature", signed)

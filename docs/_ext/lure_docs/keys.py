@@ -38,7 +38,7 @@ class Keys(SphinxDirective):
         from lure.system_file.schema import TABLES, SystemTables
 
         whole, tables = {"rod": (SystemTables, TABLES), "plant": (PlantTables, PLANT_TABLES)}[self.arguments[0]]
-        lines = _table("at the top of the file", whole, leave_out=set(whole.model_fields) - {"name", "title"})
+        lines = _table("At the top of the file", whole, leave_out=set(whole.model_fields) - {"name", "title"})
         for name, model in tables.items():
             lines += _table(f"[{name}]", model, leave_out=set())
         return self.parse_text_to_nodes(StringList(lines, source=whole.__module__))
