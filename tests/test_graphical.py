@@ -109,11 +109,11 @@ def test_the_rod_and_its_scheme_are_told_apart():
     assert scheme.found.verdict is Verdict.PROVED
     assert "the scheme with 10 cells" in str(scheme)
     assert rod.found.verdict is not Verdict.PROVED
-    assert "about the rod itself Popov's inequality proves nothing" in str(rod)
+    assert re.search("nor does anything here: .*energy theorem", str(rod))
     for call in (popov_response, nyquist_response):  # not even where the inequality is certified at every frequency
         asked = call(RodBlock(paper_rod()), k=1)
         assert asked.answer.verdict is Verdict.PROVED
-        assert "nor does anything here: about the rod itself a frequency inequality alone proves nothing" in str(asked)
+        assert re.search("nor does anything here: .*energy theorem", str(asked))
 
 
 def test_a_loop_stands_for_its_block():

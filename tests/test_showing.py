@@ -202,7 +202,7 @@ SAYS = {
     "certification undecided": ("INCONCLUSIVE", "nothing about the loop"),
     "rod report": ("PROVED", "paper-rod", "scheme", "rod", "Not shown"),
     "spectrum": ("A mode of the scheme is not one of the rod",),
-    "rod criterion": ("PROVED", "certified", "for the rod itself", "alone proves nothing about the motions of the rod"),
+    "rod criterion": ("PROVED", "certified", "for the rod itself", "rests on its energy theorem"),
     "scheme criterion": ("PROVED", "certified", "for the N-cell scheme", "not about the rod"),
     "popov": ("OBSERVED", "proves nothing", "certified"),
     "nyquist": ("OBSERVED", "proves nothing", "certified"),

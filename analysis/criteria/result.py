@@ -104,7 +104,7 @@ class CriterionResult:
         ]
         notes = ["A criterion that fails refutes nothing."]
         if self.model == "rod":
-            notes.append("The inequality alone proves nothing about the motions of the rod; its energy theorem does.")
+            notes.append("The verdict on the motions of the rod rests on its energy theorem, not on this inequality.")
         if self.model == "scheme":
             notes.append("What holds for the scheme is about the scheme, not about the rod.")
         title = f"{self.name.capitalize()} inequality for {about}"

@@ -150,7 +150,7 @@ class StabilityReport:
         ]
         notes = [
             self.conclusion.statement,
-            "The verdicts in the table are on the frequency inequalities, which alone prove nothing about the rod.",
+            "The verdicts in the table are on the frequency inequalities; that on the rod rests on its energy theorem.",
             f"Spectrum: {self.spectrum}.",
             *(f"Assumed: {text}." for text in self.conclusion.assumptions),
             *(f"Not shown: {text}." for text in self.conclusion.not_shown),
