@@ -186,7 +186,7 @@ class LawBounds:
         return bounds_dataset(self)
 
     def plot(self, law: object, *, ax: Axes | None = None) -> Axes:
-        """The law with the wedge of its sector; see :func:`analysis.plots.sectors.plot_law_sector`.
+        """The law with the wedge of its sector; see :func:`analysis.plots.plot_law_sector`.
 
         Parameters
         ----------

@@ -207,7 +207,7 @@ class Comparison:
         return comparison_dataset(self)
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """The end of the rod by every method, the errors below; see :func:`analysis.plots.comparison.plot_comparison`.
+        """The end of the rod by every method, the errors below; see :func:`analysis.plots.plot_comparison`.
 
         Parameters
         ----------

@@ -201,7 +201,7 @@ class Confirmation:
         return confirmation_dataset(self)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The contact coordinate of both; see :func:`analysis.plots.confirmation.plot_both_ends`.
+        """The contact coordinate of both; see :func:`analysis.plots.plot_both_ends`.
 
         Parameters
         ----------

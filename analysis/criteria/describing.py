@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -24,6 +24,9 @@ from lure.showing import html_table, plain, xarray_or_refusal
 
 if TYPE_CHECKING:
     import xarray
+
+    from analysis.plots.style import Axes
+    from lure.rational import RationalBlock
 
 AMPLITUDE_DECADES = (-9, 9)
 _PER_DECADE = 40
@@ -76,11 +79,15 @@ class DescribingHint:
         Frequencies at which ``H(i omega)`` is real and not 0, with its value there; all of them.
     evidence : Evidence
         Never more than OBSERVED.
+    block, law : RationalBlock, Nonlinearity or None
+        What the hint is about, for its figure.
     """
 
     balances: tuple[HarmonicBalance, ...]
     crossings: tuple[tuple[float, float], ...]
     evidence: Evidence = Evidence.OBSERVED
+    block: RationalBlock | None = field(default=None, repr=False, compare=False)
+    law: Nonlinearity | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.evidence is not Evidence.OBSERVED:
@@ -121,6 +128,18 @@ class DescribingHint:
         }
         made: xarray.Dataset = xr.Dataset(variables, attrs={"evidence": str(self.evidence), "comment": str(self)})
         return made
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """The locus ``-1/N(A)`` and ``H(i omega)``, which meet at the balances; see :func:`analysis.plots.plot_hint`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from analysis.plots.balances import plot_hint
+
+        return plot_hint(self, ax=ax)
 
     def _repr_html_(self) -> str:
         words = {True: "perhaps attracting", False: "perhaps repelling", None: "of unknown kind"}
@@ -170,7 +189,7 @@ def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:
         raise InputError("describing_hint is stated for continuous time; give a block with dt = None")
     plant = Plant.of(exact)
     crossings = _real_crossings(plant)
-    grid = _amplitudes(law)
+    grid = amplitudes(law)
     gains = describing_function(law, grid)
     balances: list[HarmonicBalance] = []
     for omega, value in crossings:
@@ -179,7 +198,10 @@ def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:
             guess = _loeb(plant, law, size, -1 / value)
             balances.append(HarmonicBalance(amplitude=size, frequency=omega, gain=needed, stable_guess=guess))
     return DescribingHint(
-        balances=tuple(balances), crossings=tuple((omega, float(value)) for omega, value in crossings)
+        balances=tuple(balances),
+        crossings=tuple((omega, float(value)) for omega, value in crossings),
+        block=exact,
+        law=law,
     )
 
 
@@ -199,7 +221,7 @@ def _real_crossings(plant: Plant) -> list[tuple[float, Fraction]]:
     return found
 
 
-def _amplitudes(law: Nonlinearity) -> NDArray[np.float64]:
+def amplitudes(law: Nonlinearity) -> NDArray[np.float64]:
     """Where to look: evenly in the logarithm, and just beyond each place where ``N`` has a corner."""
     corners = [float(x) for x in getattr(law, "breakpoints", ()) if x > 0]
     if type(law) is Quantiser:

@@ -130,7 +130,7 @@ class ComplianceFit:
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """The data, the fitted law and the residuals; see :func:`analysis.plots.measured.plot_compliance`.
+        """The data, the fitted law and the residuals; see :func:`analysis.plots.plot_compliance`.
 
         Parameters
         ----------

@@ -187,7 +187,7 @@ class MeasuredSector:
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """Data, law with its band, sector and residuals; see :func:`analysis.plots.measured.plot_measured`.
+        """Data, law with its band, sector and residuals; see :func:`analysis.plots.plot_measured`.
 
         Parameters
         ----------

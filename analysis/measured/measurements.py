@@ -149,7 +149,7 @@ class Measurements:
         return measurements_dataset(self)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Load against displacement; see :func:`analysis.plots.measured.plot_measurements`.
+        """Load against displacement; see :func:`analysis.plots.plot_measurements`.
 
         Parameters
         ----------

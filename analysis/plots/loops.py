@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
-from fractions import Fraction
-from typing import TYPE_CHECKING, cast
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from analysis.answers.largest import Largest
 from analysis.criteria.result import CriterionResult
@@ -23,8 +20,6 @@ from lure.sector import Sector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from analysis.witness import Witness
 
 
 def plot_reach(rows: Sequence[Largest], names: Sequence[str], *, ax: Axes | None = None) -> Axes:
@@ -71,7 +66,8 @@ def plot_reach(rows: Sequence[Largest], names: Sequence[str], *, ax: Axes | None
     if wide:
         axes.set_xscale("log")
     axes.set_xlim(start, end)
-    axes.set_ylim(-0.45, len(rows) + 0.35)
+    room = 0.5 * max(3 - len(rows), 0)  # a lone bar stays a bar
+    axes.set_ylim(-0.45 - room, len(rows) + 0.35 + room)
     axes.set_xlabel("upper end k of the class [unit of μ / unit of σ]" + (", logarithmic" if wide else ""))
     finish_axes(axes)
     axes.legend(loc="upper center", ncols=4, columnspacing=1.0, borderaxespad=0.0, **LEGEND)
@@ -162,33 +158,4 @@ def plot_loop_popov(block: RationalBlock | DelayBlock, k: float, theta: float, *
     )
     axes = plot_popov(seen, result, omega=seen.frequencies(), ax=ax)
     axes.legend(loc="best", **LEGEND)
-    return axes
-
-
-def plot_law(witness: Witness, *, ax: Axes | None = None) -> Axes:
-    """The piecewise linear law of a periodic orbit, and in discrete time the points of it that the orbit visits.
-
-    Parameters
-    ----------
-    witness : Witness
-        With ``points`` in its data; ``sigma``, ``left_slope`` and ``right_slope`` where there are any.
-    ax : Axes, optional
-        Where to draw; by default a new figure.
-    """
-    axes = axes_or_new(ax)
-    points = cast("Sequence[Sequence[str]]", witness.data["points"])
-    x, y = (np.array([float(Fraction(point[i])) for point in points]) for i in (0, 1))
-    room = 0.25 * float(np.ptp(x))
-    slopes = [float(Fraction(str(witness.data.get(side, 0)))) for side in ("left_slope", "right_slope")]
-    ends = [y[0] - room * slopes[0], y[-1] + room * slopes[1]]
-    axes.plot([x[0] - room, *x, x[-1] + room], [ends[0], *y, ends[1]], color=BLUE, lw=1.4, label="φ")
-    if "sigma" in witness.data:
-        visited = [float(Fraction(value)) for value in cast("Sequence[str]", witness.data["sigma"])]
-        axes.plot(visited, np.interp(visited, x, y), marker="o", ms=4, ls="", color=VERMILLION, label="visited")
-    axes.axhline(0.0, color=GREY, lw=0.6)
-    axes.axvline(0.0, color=GREY, lw=0.6)
-    axes.set_xlabel("σ [unit of σ]")
-    axes.set_ylabel("φ(σ) [unit of μ]")
-    finish_axes(axes)
-    axes.legend(loc="upper left", **LEGEND)
     return axes

@@ -44,11 +44,11 @@ def plot_popov_response(response: PopovResponse, *, ax: Axes | None = None) -> A
     x, y = response.values.real, response.omega * response.values.imag
     k, theta = response.k, response.theta
     boundary = None if k is None or theta is None else -1.0 / k + 0.0
-    low, high, bottom, top = _window(x, y, boundary)
+    low, high, bottom, top = window(x, y, boundary)
     near = boundary is not None and low <= boundary
     top += _HEADROOM * (top - bottom) / (1 - _HEADROOM)
-    _axes_cross(axes, (low, high, bottom, top))
-    _curve(axes, x, y, "H(iω), ω > 0")
+    axes_cross(axes, (low, high, bottom, top))
+    curve_with_arrow(axes, x, y, "H(iω), ω > 0")
     if boundary is not None and theta is not None:
         if near:
             ends = np.array([bottom, top])
@@ -93,7 +93,7 @@ def plot_nyquist_response(response: NyquistResponse, *, ax: Axes | None = None) 
     ends, k = response.disc, response.k
     boundary = None if k is None else -1.0 / k + 0.0 if response.lower == 0 else -1.0 / response.lower
     marks = [] if k is None else list(ends) if ends is not None else [boundary]
-    low, high, bottom, top = _window(x, y, *[mark for mark in marks if mark is not None])
+    low, high, bottom, top = window(x, y, *[mark for mark in marks if mark is not None])
     half = max(-bottom, top, 0.5 * (ends[1] - ends[0]) * 1.15 if ends is not None and low <= ends[0] else 0.0)
     bottom, top = (-half, half) if ends is not None else (bottom, top)
     top += _HEADROOM * (top - bottom) / (1 - _HEADROOM)
@@ -101,9 +101,9 @@ def plot_nyquist_response(response: NyquistResponse, *, ax: Axes | None = None) 
         more = 0.5 * (_WIDE * (top - bottom) - (high - low))
         low, high = (low - more, high + more) if more > 0 else (low, high)
         axes.set_aspect("equal", adjustable="box")
-    _axes_cross(axes, (low, high, bottom, top))
+    axes_cross(axes, (low, high, bottom, top))
     discrete = getattr(response.block, "dt", None) is not None
-    _curve(axes, x, y, "H(exp iωΔt), ω > 0" if discrete else "H(iω), ω > 0")
+    curve_with_arrow(axes, x, y, "H(exp iωΔt), ω > 0" if discrete else "H(iω), ω > 0")
     if ends is not None:
         axes.plot(x, -y, color=BLUE, lw=0.9, ls="--", label="ω < 0")
     near = k is not None and all(low <= mark <= high for mark in marks if mark is not None)
@@ -137,7 +137,7 @@ def _unit(block: RodBlock | UpwindScheme | None, *, per_second: bool = False) ->
     return "unit of σ / (unit of μ · s)" if per_second else "unit of σ / unit of μ"
 
 
-def _window(x: Floats, y: Floats, *marks: float | None) -> tuple[float, float, float, float]:
+def window(x: Floats, y: Floats, *marks: float | None) -> tuple[float, float, float, float]:
     """Limits that show the curve, the origin and the marks, unless a mark is too far away or a pole runs off."""
     good = np.isfinite(x) & np.isfinite(y)
     x, y = (x[good], y[good]) if good.any() else (np.zeros(1), np.zeros(1))
@@ -168,13 +168,14 @@ def _kept(size: Floats) -> NDArray[np.bool_]:
     return size <= 50 * typical if runs_off or size[place] > 1e8 * typical else size >= 0
 
 
-def _axes_cross(axes: Axes, limits: tuple[float, float, float, float]) -> None:
+def axes_cross(axes: Axes, limits: tuple[float, float, float, float]) -> None:
+    """The two axes through the origin, within limits as :func:`window` gives them."""
     axes.axhline(0.0, color=GREY, lw=0.6)
     axes.axvline(0.0, color=GREY, lw=0.6)
     axes.set(xlim=limits[:2], ylim=limits[2:])
 
 
-def _curve(axes: Axes, x: Floats, y: Floats, label: str) -> None:
+def curve_with_arrow(axes: Axes, x: Floats, y: Floats, label: str) -> None:
     """The curve with an arrow in the direction of growing frequency, in the middle of what is seen of it."""
     axes.plot(x, y, color=BLUE, lw=1.4, label=label)
     (low, high), (bottom, top) = axes.get_xlim(), axes.get_ylim()

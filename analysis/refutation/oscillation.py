@@ -18,6 +18,7 @@ from analysis.refutation.following import settled
 from analysis.refutation.orbit_search import OrbitSearch, Oscillation
 from analysis.refutation.piecewise import PiecewiseLoop, saturation
 from analysis.refutation.realisation import Realisation, companion
+from analysis.refutation.simulated import followed
 from analysis.refutation.switched import circle_reach
 from analysis.refutation.validated import Itinerary, proved, refined
 from analysis.witness import Witness
@@ -147,6 +148,8 @@ def orbit_witness(loop: PiecewiseLoop, orbit: Itinerary, evidence: Evidence) -> 
         k = outward(top, top).high
     points = ", ".join(f"({float(x):.6g}, {float(law.exact(x)):.6g})" for x in law.kinks)
     left, right = float(law.slopes[0]), float(law.slopes[-1])
+    state = [float(v) for v in orbit.state]
+    visited = followed(loop, np.array(state), np.linspace(0.0, orbit.period, 401)).sigma
     return Witness(
         kind="periodic orbit",
         k=k,
@@ -163,8 +166,9 @@ def orbit_witness(loop: PiecewiseLoop, orbit: Itinerary, evidence: Evidence) -> 
                 "period": orbit.period,
                 "pieces": list(orbit.pieces),
                 "durations": [float(t) for t in orbit.durations],
-                "state": [float(v) for v in orbit.state],
+                "state": state,
                 "half": orbit.half,
+                "visited": [float(np.nanmin(visited)), float(np.nanmax(visited))],
             }
         ),
     )

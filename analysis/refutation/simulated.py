@@ -113,7 +113,7 @@ def simulate_loop(block: Block, law: Law, x0: ArrayLike, until: float, *, sample
         return _recursion(system, law, start, until, float(block.dt))
     instants = np.linspace(0.0, until, samples)
     if graph is not None and not graph.is_line:
-        return _pieces(PiecewiseLoop.of(system, graph), start, instants)
+        return followed(PiecewiseLoop.of(system, graph), start, instants)
     return _integrated(system, law, start, instants)
 
 
@@ -156,7 +156,18 @@ def graph_of(law: Law) -> Graph | None:
     return graph if isinstance(graph, Graph) else None
 
 
-def _pieces(loop: PiecewiseLoop, start: Reals, instants: Reals) -> Motion:
+def followed(loop: PiecewiseLoop, start: Reals, instants: Reals) -> Motion:
+    """The motion of a loop with a piecewise-linear law, followed exactly from kink to kink.
+
+    Parameters
+    ----------
+    loop : PiecewiseLoop
+        The loop.
+    start : ndarray
+        (n,) first state.
+    instants : ndarray
+        (samples,) ascending, from 0 [s].
+    """
     flow = Flow(loop)
     passages = flow.passages(start, float(instants[-1]))
     states = np.full((len(instants), flow.order), np.nan)

@@ -103,7 +103,7 @@ class Basin:
         return basin_dataset(self)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Resting places over the initial data; see :func:`analysis.plots.sweeps.plot_basin`.
+        """Resting places over the initial data; see :func:`analysis.plots.plot_basin`.
 
         Parameters
         ----------

@@ -192,7 +192,7 @@ class Response:
         return response_dataset(self)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """History, stroboscopic points, spectrum and impulses; see :func:`analysis.plots.response.plot_response`.
+        """History, stroboscopic points, spectrum and impulses; see :func:`analysis.plots.plot_response`.
 
         Parameters
         ----------

@@ -189,7 +189,7 @@ class Bifurcation:
         return bifurcation_dataset(self)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Stroboscopic points against the parameter; see :func:`analysis.plots.sweeps.plot_bifurcation`.
+        """Stroboscopic points against the parameter; see :func:`analysis.plots.plot_bifurcation`.
 
         Parameters
         ----------

@@ -156,7 +156,7 @@ class SampledRun:
         return loop_response(self.about, self.t, self.z, self.stress, self.scenario.force(t=self.t))
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The end of the rod and its contacts; see :func:`analysis.plots.run.plot_run_end`.
+        """The end of the rod and its contacts; see :func:`analysis.plots.plot_run_end`.
 
         Parameters
         ----------

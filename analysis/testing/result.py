@@ -160,7 +160,7 @@ class Violation:
         return {name: plain(getattr(self, name)) for name in (*names, "slope", "on", "how")}
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The law, the lines that bound it and the point; see :func:`analysis.plots.violation.plot_violation`.
+        """The law, the lines that bound it and the point; see :func:`analysis.plots.plot_violation`.
 
         Parameters
         ----------

@@ -9,7 +9,8 @@ from analysis.answers import Largest
 from analysis.answers.text import class_name
 from analysis.evidence import Verdict
 from analysis.plots import render
-from analysis.plots.loops import plot_law, plot_loop_nyquist, plot_loop_popov, plot_reach
+from analysis.plots.loops import plot_loop_nyquist, plot_loop_popov, plot_reach
+from analysis.plots.orbits import plot_law
 from analysis.report.figures import Figure, FigureSpec
 from analysis.report.loop.model import LoopReport
 
@@ -70,7 +71,7 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
         if witness.description in drawn:
             continue
         drawn.append(witness.description)
-        visits = " It visits the marked points." if "sigma" in witness.data else ""
+        visits = " It visits the marked points." if "sigma" in witness.data else " It sweeps over the thick part."
         specs.append(
             FigureSpec(
                 name=f"law-{len(drawn)}",

@@ -1,0 +1,112 @@
+"""The periodic orbit of a counterexample: sigma over one period, and the law it belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from analysis.evidence import Evidence
+from analysis.plots.style import BLUE, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, padded
+from analysis.refutation.tracing import orbit_of
+from lure.exact_block import exact_block
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from analysis.witness import Witness
+
+_STANDING = {Evidence.CERTIFIED: "certified orbit", Evidence.COMPUTED: "computed orbit"}
+
+
+def plot_orbit(block: object, witness: Witness, *, ax: Axes | None = None) -> Axes:
+    """``sigma`` over one period of the orbit of a witness, with the places where its law bends.
+
+    The curve is drawn in floating point; that there is an orbit is what ``witness.evidence`` says.
+
+    Parameters
+    ----------
+    block : object
+        The block that the witness was found for, whatever :func:`lure.as_block` takes.
+    witness : Witness
+        Of kind ``periodic orbit``, such as ``max_slope(block).witness``.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.
+
+    Raises
+    ------
+    InputError
+        The witness is no periodic orbit, the block is not the one it was found for, or it has no exact coefficients.
+    """
+    linear = exact_block(block, "plot_orbit")
+    t, sigma = orbit_of(linear, witness)
+    axes = axes_or_new(ax)
+    name = _STANDING.get(witness.evidence, "observed orbit")
+    if linear.dt is None:
+        axes.plot(t, sigma, color=VERMILLION, lw=1.5, label=f"{name}, period {t[-1]:.4g} s")
+        axes.set_xlabel("t [s]")
+    else:
+        axes.plot(t, sigma, color=VERMILLION, lw=0.8, marker="o", ms=5, label=f"{name}, period {len(t) - 1} samples")
+        axes.set_xlabel("t [samples]")
+        axes.set_xticks(t[:: 1 + len(t) // 12])
+    bends = [float(Fraction(x)) for x, _ in cast("Sequence[Sequence[str]]", witness.data["points"])]
+    low, high = padded(float(sigma.min()), float(sigma.max()), 0.1)
+    for i, place in enumerate(x for x in bends if linear.dt is None and low < x < high):
+        axes.axhline(place, color=BLUE, lw=0.9, ls="--", label="where φ bends" if i == 0 else None, zorder=1)
+    axes.axhline(0.0, color=GREY, lw=0.6, zorder=1)
+    axes.set_xlim(t[0], t[-1])
+    axes.set_ylim(low, high + 0.25 * (high - low))  # room for the legend above the curve
+    axes.set_ylabel("σ [unit of σ]")
+    finish_axes(axes)
+    axes.legend(loc="upper right", ncols=2, **LEGEND)
+    return axes
+
+
+def plot_law(witness: Witness, *, ax: Axes | None = None) -> Axes:
+    """The piecewise linear law of a periodic orbit over all that the orbit visits.
+
+    Parameters
+    ----------
+    witness : Witness
+        With ``points`` in its data; ``sigma`` or ``visited``, ``left_slope`` and ``right_slope`` where there are any.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.
+    """
+    axes = axes_or_new(ax)
+    points = cast("Sequence[Sequence[str]]", witness.data["points"])
+    x, y = (np.array([float(Fraction(point[i])) for point in points]) for i in (0, 1))
+    slopes = [float(Fraction(str(witness.data.get(side, 0)))) for side in ("left_slope", "right_slope")]
+    span = cast("Sequence[float]", witness.data.get("visited", (x[0], x[-1])))
+    low, high = min(x[0], span[0]), max(x[-1], span[1])
+    room = 0.08 * (high - low) if "visited" in witness.data else 0.25 * (high - low)
+    ends = np.array([low - room, high + room])
+    heights = [y[0] + slopes[0] * (ends[0] - x[0]), y[-1] + slopes[1] * (ends[1] - x[-1])]
+    corners, values = np.array([ends[0], *x, ends[1]]), np.array([heights[0], *y, heights[1]])
+    axes.plot(corners, values, color=BLUE, lw=1.4, label="φ")
+    if "sigma" in witness.data:
+        visited = [float(Fraction(value)) for value in cast("Sequence[str]", witness.data["sigma"])]
+        axes.plot(visited, np.interp(visited, x, y), marker="o", ms=4, ls="", color=VERMILLION, label="visited")
+    elif "visited" in witness.data:
+        swept = np.array([span[0], *x[(x > span[0]) & (x < span[1])], span[1]])
+        axes.plot(
+            swept, np.interp(swept, corners, values), color=VERMILLION, lw=3.5, alpha=0.5, label="visited by the orbit"
+        )
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    axes.axvline(0.0, color=GREY, lw=0.6)
+    axes.set_xlabel("σ [unit of σ]")
+    axes.set_ylabel("φ(σ) [unit of μ]")
+    finish_axes(axes)
+    axes.legend(loc="upper left", **LEGEND)
+    return axes
