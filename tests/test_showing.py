@@ -346,3 +346,13 @@ def test_plain_data_is_json_and_stays_what_it_is(value):
     once = plain(value)
     json.dumps(once, allow_nan=False)
     assert plain(once) == once
+
+
+@pytest.mark.parametrize("name", builtin_loops())
+def test_the_answer_about_every_named_loop_is_a_page_and_plain_data(name):
+    block = SYSTEMS[name].block
+    for found in (max_sector(block), nyquist_response(block)):
+        _, text = read(found._repr_html_())
+        assert "Not shown" in text or "proves nothing" in text
+        data = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+        assert data["sentence"] == str(found)
