@@ -237,3 +237,10 @@ def test_attributes_are_those_of_the_class():
             if unknown or missing:
                 wrong[name] = unknown, missing
     assert not wrong, said_of(wrong)
+
+
+def test_exit_statuses_are_those_of_the_command():
+    page = (ROOT / "docs" / "reference" / "command-line.rst").read_text(encoding="utf-8")
+    table = set(re.findall(r"^   \* - (\d+)$", page, re.MULTILINE))
+    said = sections(found("analysis.cli.main"))["Returns"]
+    assert table == set(re.findall(r"\b(\d+) [a-z]", said))

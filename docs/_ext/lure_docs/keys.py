@@ -37,7 +37,9 @@ class Keys(SphinxDirective):
         from lure.system_file.plant_schema import PLANT_TABLES, PlantTables
         from lure.system_file.schema import TABLES, SystemTables
 
-        whole, tables = {"rod": (SystemTables, TABLES), "plant": (PlantTables, PLANT_TABLES)}[self.arguments[0]]
+        plant = self.arguments[0] == "plant"
+        whole: type[BaseModel] = PlantTables if plant else SystemTables
+        tables = PLANT_TABLES if plant else TABLES
         lines = _table("At the top of the file", whole, leave_out=set(whole.model_fields) - {"name", "title"})
         for name, model in tables.items():
             lines += _table(f"[{name}]", model, leave_out=set())
