@@ -54,11 +54,12 @@ myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 nb_execution_mode = "off"  # `make docs` takes the notebooks as `make notebooks` has run them
 nb_merge_streams = True
+nb_ipywidgets_js = {}  # nothing is fetched; `collect` leaves no sliders
 
 autodoc_typehints = "none"  # the docstrings have them
 autodoc_member_order = "bysource"
 autosummary_generate = False  # the tables link to the entries on the same page
 napoleon_google_docstring = False
-napoleon_use_ivar = True  # no second entry for the attributes that a docstring lists
+napoleon_custom_sections = [("Attributes", "params_style")]  # a list: properties have entries of their own
 napoleon_use_rtype = False
 copybutton_exclude = ".linenos, .gp, .go"

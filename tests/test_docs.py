@@ -135,6 +135,20 @@ def test_links_between_files_of_the_repository_follow_them_to_their_pages():
     )
 
 
+def test_sliders_become_what_they_show(tmp_path):
+    nbformat = pytest.importorskip("nbformat")
+    collect = module("docs_collect", DOCS / "_ext" / "collect.py")
+    new, view = nbformat.v4, {"application/vnd.jupyter.widget-view+json": {"model_id": "1"}}
+    cell = new.new_code_cell("interact(f)", outputs=[new.new_output("display_data", data=view)])
+    state = {"1": {"state": {}}, "2": {"state": {"outputs": [new.new_output("stream", text="k = 5")]}}}
+    states = {"application/vnd.jupyter.widget-state+json": {"state": state}}
+    document = new.new_notebook(cells=[cell], metadata={"widgets": states})
+    collect.frozen(document)
+    nbformat.validate(document)
+    assert "widgets" not in document.metadata
+    assert [out["text"] for out in document.cells[0].outputs] == [collect._HINT["text"], "k = 5"]
+
+
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(DOCS).as_posix())
 def test_a_page_links_to_no_address_but_those_of_sources(path):
     text = path.read_text(encoding="utf-8")
@@ -161,6 +175,7 @@ def test_the_site_builds_without_a_warning_and_its_links_lead_somewhere(tmp_path
     ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
-    broken, _ = links.check(tmp_path / "site")
+    broken, outside = links.check(tmp_path / "site")
     assert broken == []
+    assert [target for target in outside if ".js" in target or ".css" in target] == [], "the site needs no network"
     assert len(links.read(tmp_path / "site")) > 40

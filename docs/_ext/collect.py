@@ -17,6 +17,7 @@ import jupytext
 import nbformat
 
 if TYPE_CHECKING:
+    from nbformat import NotebookNode
     from sphinx.application import Sphinx
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,6 +25,9 @@ EXECUTED = ROOT / "build" / "notebooks"
 FOLDERS = ("notebooks", "notes", "project")
 _LINK = re.compile(r"(?<!!)\[(?P<text>[^\]\[]*)\]\((?![a-z]+:)(?P<path>[^)#\s]+)(?P<anchor>#[^)\s]*)?\)")
 _NOT_RUN = "```{note}\nShown without its outputs: `make notebooks` runs it.\n```"
+_SLIDERS = "application/vnd.jupyter.widget-view+json"
+_STATES = "application/vnd.jupyter.widget-state+json"
+_HINT = {"output_type": "stream", "name": "stdout", "text": "(Sliders, with a live kernel. Where they stand:)\n"}
 
 
 def pages(root: Path = ROOT) -> dict[str, str]:
@@ -55,12 +59,24 @@ def notebook(source: str, known: dict[str, str], *, root: Path = ROOT, executed:
     path, run = root / source, executed / f"{Path(source).stem}.ipynb"
     fresh = run.exists() and run.stat().st_mtime >= path.stat().st_mtime
     document = nbformat.read(run, as_version=4) if fresh else jupytext.read(path)
+    frozen(document)
     for cell in document.cells:
         if cell.cell_type == "markdown":
             cell.source = relinked(cell.source, source, known)
     if not fresh:
         document.cells.insert(1, nbformat.v4.new_markdown_cell(_NOT_RUN))
     return nbformat.writes(document) + "\n"
+
+
+def frozen(document: NotebookNode) -> None:
+    """Put in the place of sliders what they show where they stand: a page has no kernel, and fetches no scripts."""
+    states = document.metadata.pop("widgets", {}).get(_STATES, {}).get("state", {})
+    shown = [out for model in states.values() for out in model["state"].get("outputs", ())]
+    for cell in document.cells:
+        outputs = cell.get("outputs", [])
+        if any(_SLIDERS in out.get("data", {}) for out in outputs):
+            kept = [out for out in outputs if _SLIDERS not in out.get("data", {})]
+            cell.outputs = [nbformat.from_dict(out) for out in (_HINT, *shown, *kept)]
 
 
 def collect(docs: Path, root: Path = ROOT) -> None:
