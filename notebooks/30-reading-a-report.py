@@ -130,9 +130,10 @@ plt.show()
 # %% [markdown]
 # Popov's plot says it in one picture: the curve stays to the right of a line of slope $1/\theta$ through $-1/k$. A
 # picture has finitely many points and proves nothing; the certificate covers the axis. And in the right-hand plot
-# even the certificate is *not* a theorem about motions: Popov's theorem is about ordinary differential equations. For
-# the rod the inequality is a number to compare, and what is PROVED of it rests on an energy theorem ([note
-# 5](notes/0005-energy-theorem.md)).
+# even the certificate claims the inequality and nothing about motions: the textbook theorem is about ordinary
+# differential equations. What is PROVED of the rod rests on an energy theorem ([note
+# 5](notes/0005-energy-theorem.md)); that the inequality would do as well is [note
+# 11](notes/0011-popov-for-the-rod.md).
 #
 # ## The spectrum: how much of the damping is the grid's?
 

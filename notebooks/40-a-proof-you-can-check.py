@@ -451,8 +451,8 @@ assert all(mu[i + 1] == -phi(x) for i, x in enumerate(sigma))
 # 3. So Popov's condition holds for every finite sector $[0, K]$ and every $N$ as soon as $\theta \ge 4|a|T/(1 - a^2) =
 #    L\,|k^2 - Z^2|/(kAE)$.
 #
-# It makes Popov's theorem apply to the scheme; about the rod itself, a partial differential equation, the inequality
-# alone proves nothing. With the paper's numbers:
+# It makes Popov's theorem apply to the scheme; of the rod itself, a partial differential equation, the certificate
+# claims the inequality alone ([note 11](notes/0011-popov-for-the-rod.md) says what follows). With the paper's numbers:
 
 # %%
 paper = {"E": "288000000", "rho": "8", "L": "1", "A": "1/40000", "k": "1/5000"}
@@ -598,7 +598,7 @@ ax.legend(loc="upper left", frameon=False)
 plt.show()
 
 # %% [markdown]
-# "0 attracts every motion with inputs and initial functions of finite energy" is what the theorem gives with dead
+# "0 attracts every motion with inputs to the block and initial functions of finite energy" is what the theorem gives with dead
 # time, and no more.
 #
 # ## 6. The checker alone

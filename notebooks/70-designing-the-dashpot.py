@@ -120,8 +120,9 @@ for ratio in chosen:
 # shows $10^{17}$ and a $\theta$ not quite 0, since $Z$ of steel is irrational and $k$ a double.) Popov's margin
 # agrees: with a multiplier $\theta$ it is at most $\varepsilon + \theta d$ in the rod, which it reaches at $k = Z$.
 #
-# What is that worth? For the scheme both inequalities are theorems. For the rod they are facts about its transfer
-# function, and the theorem is the [energy theorem](notes/0005-energy-theorem.md). It proves convergence for **every**
+# What is that worth? For the scheme both inequalities prove convergence. For the rod they do too ([note
+# 11](notes/0011-popov-for-the-rod.md)), but our verdict rests on the [energy
+# theorem](notes/0005-energy-theorem.md). It proves convergence for **every**
 # $0 < k < \infty$ and every stop, so it does not prefer one dashpot to another. That is what margins are for.
 
 # %%

@@ -88,7 +88,7 @@ CONCLUSIONS = [
     ("popov, shifted, piecewise linear", {}, "0 attracts every motion"),
     ("circle, critical", {}, "every motion is bounded"),
     ("circle, critical", {"laws.time_varying": False}, "converges to the set of equilibria"),
-    ("popov, dead time", {}, "inputs and initial functions of finite energy"),
+    ("popov, dead time", {}, "inputs to the block and initial functions of finite energy"),
     ("rod-circle", {}, "every motion is bounded"),
     ("rod-circle", {"laws.time_varying": False}, "converges to the set of equilibria"),
     ("rod-popov", {"system": ROD}, "which alone proves nothing about the rod"),

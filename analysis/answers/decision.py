@@ -174,7 +174,7 @@ def hints(
         return tuple(found)
     end = law_class.sector.upper
     serving = [row.largest.low for row in rows if serves(row, law_class) and row.verdict is Verdict.PROVED]
-    if serving and max(serving) > law_class.sector.lower:
+    if serving and law_class.sector.lower < max(serving) < end:
         found.append(f"an upper bound of {rounded_down(max(serving))} instead of {float(end):.7g} would be proved")
     names = ("time-varying", "time-invariance", "slope bounds", "slope bounds and oddness")
     for name, row in zip(names, rows, strict=True):

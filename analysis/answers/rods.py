@@ -19,8 +19,9 @@ _CRITERIA = {"popov": rod_popov_criterion, "circle": rod_circle_criterion}
 def rod_largest(block: UpwindScheme | RodBlock, name: str) -> Answer:
     """The largest sector ``[0, k]`` of Popov's or the circle criterion for the rod or its scheme.
 
-    For the rod itself the inequality is no theorem about the partial differential equation, and the answer is
-    INCONCLUSIVE whatever it reaches: see :func:`analysis.conclusion.conclusion`.
+    For the rod itself the answer is INCONCLUSIVE whatever the inequality reaches: the verdict about the partial
+    differential equation rests on the energy theorem, see :func:`analysis.conclusion.conclusion`.  That the inequality
+    would suffice too is proved in note 11, and not used here.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def rod_largest(block: UpwindScheme | RodBlock, name: str) -> Answer:
         found = _CRITERIA[name](block, Sector(0, reach.low))
     scheme = isinstance(block, UpwindScheme)
     proved = scheme and reach.low > 0 and found.verdict is Verdict.PROVED
-    pde = "about the rod itself Popov's inequality proves nothing; its energy theorem does: lure report"
+    pde = "the verdict about the rod itself rests on its energy theorem, not on this inequality: lure report"
     return Answer(
         criterion=name,
         theorem=f"{name} criterion in the critical case of a simple zero eigenvalue",

@@ -279,7 +279,7 @@ CODES = (
         identifier="LURE-I024",
         title="a rod without damping",
         happened="The rod's dashpot has k = 0: nothing dissipates, and the zero eigenvalue is double.",
-        means="Waves persist in the rod, whatever the law; nothing is proved or refuted about where it comes to rest.",
+        means="The rod keeps its energy, in waves or as a drift; nothing is proved or refuted about how it ends.",
         tries=("Give it some damping: lure certify paper-rod --set rod.damping=2e-4",),
     ),
     Code(

@@ -48,7 +48,7 @@ def without_damping(name: CriterionName, block: UpwindScheme | RodBlock, sector:
         reason = (
             "the zero eigenvalue is double (damping k = 0): the critical case of Popov's theorem needs a simple "
             "one; nothing "
-            "dissipates in the rod, waves persist, and a rod that flies away never returns; give a damping k > 0"
+            "dissipates in the rod, and a rod that flies away never returns; give a damping k > 0"
         )
         verdict, evidence, witness = Verdict.INCONCLUSIVE, Evidence.CERTIFIED, None
     else:

@@ -34,8 +34,9 @@ def rod_popov_criterion(
 
     *Scheme.* If ``m > 0``, for every time-invariant locally Lipschitz ``phi`` in the sector every solution is bounded
     and converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin
-    only if ``phi`` vanishes at 0 alone.  *Rod.* The inequality is not a theorem about a partial differential equation:
-    the same conclusion for the rod comes from :func:`analysis.conclusion.conclusion`.
+    only if ``phi`` vanishes at 0 alone.  *Rod.* The verdict about the rod is that of
+    :func:`analysis.conclusion.conclusion`, from an energy theorem; with ``theta >= 0`` the inequality is a second proof
+    of it (note 11), which nothing here rests on.
 
     If ``m <= 0`` nothing follows: the criterion is sufficient, not necessary.
 

@@ -28,7 +28,7 @@ Effort = Literal["quick", "full"]
 NAME = "zames-falb"
 THEOREM = (
     "Zames-Falb multipliers with a Popov term (G. Zames and P. L. Falb, SIAM J. Control 6 (1968) 89-108; U. Jonsson, "
-    "Systems & Control Letters 31 (1997) 53-58; J. Carrasco, M. C. Turner and W. P. Heath, European J. Control 28 "
+    "Systems & Control Letters 31 (1997) 85-92; J. Carrasco, M. C. Turner and W. P. Heath, European J. Control 28 "
     "(2016) 1-19)"
 )
 
@@ -41,7 +41,7 @@ def zames_falb_largest(
     For ``sigma = H mu``, ``mu = -phi(sigma)`` with ``H`` stable and ``phi`` time-invariant, ``phi(0) = 0``, with slope
     in ``[0, k]``, the origin is globally asymptotically stable if for some ``eps > 0`` and every real ``w``
 
-    .. math:: \mathrm{Re}\,[M(i w)\,(H(i w) + 1/k) + i w \theta\, H(i w)] \ge \varepsilon, \qquad
+    .. math:: \mathrm{Re}\,[M(i w)\,(H(i w) + 1/k) + i w \theta\, H(i w)] \ge \varepsilon, \\
         M(i w) = 1 - \sum_j c_j\, \hat h_j(i w), \qquad \sum_j |c_j| \le 1,
 
     with kernels ``h_j >= 0`` of mass 1 (delays of either sign, gamma densities on either side) and ``theta`` of either

@@ -193,7 +193,7 @@ def _answer(name: str, plant: DelayPlant, theta: Fraction, found: Minimum, ceili
     conclusion = (
         "every motion converges to the stationary set"
         if plant.response.critical
-        else "0 is globally attractive for inputs and initial functions of finite energy"
+        else "0 is globally attractive for inputs to the block and initial functions of finite energy"
     )
     return Answer(
         criterion=name,

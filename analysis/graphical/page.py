@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from analysis.plots.export import Draw
 
 _LONGEST = 160
-ROD = "about the rod itself a frequency inequality alone proves nothing; its energy theorem does: lure report"
+ROD = "the verdict about the rod itself rests on its energy theorem, not on this drawing: lure report"
 
 
 def with_figure(draw: Draw, table: str, *, alt: str) -> str:

@@ -12,7 +12,7 @@ from analysis.certificates.second.reading import NotShown
 ATTRACTS = "0 attracts every motion"
 EQUILIBRIA = "every motion converges to the set of equilibria"
 BOUNDED = "every motion is bounded"
-DELAYED = "0 attracts every motion with inputs and initial functions of finite energy"
+DELAYED = "0 attracts every motion with inputs to the block and initial functions of finite energy"
 AT_REST = "every motion of finite energy comes to rest, its end at a zero of the law"
 GAINS = "every constant gain of the class makes the loop asymptotically stable"
 NO_REST = "a loop of the class has a motion that does not converge to an equilibrium"
