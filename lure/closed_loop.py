@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +13,7 @@ from lure.block import LinearBlock
 from lure.delay import DelayBlock
 from lure.errors import InputError
 from lure.inputs import as_block
+from lure.nonlinearity import Nonlinearity
 from lure.rational import RationalBlock
 from lure.state_space import StateSpaceBlock
 from lure.upwind import UpwindScheme
@@ -23,6 +26,17 @@ if TYPE_CHECKING:
     from lure.loop import Loop
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Realised:
+    """``x' = A x + B mu``, ``sigma = C x + D mu``; ``dt = 0`` in continuous time."""
+
+    A: Floats
+    B: Floats
+    C: Floats
+    D: float
+    dt: float
 
 
 def closed_loop(loop: Loop, *, pade: int | None = None) -> control.NonlinearIOSystem:
@@ -38,56 +52,73 @@ def closed_loop(loop: Loop, *, pade: int | None = None) -> control.NonlinearIOSy
     Raises
     ------
     InputError
-        The block has a direct term, or no states.
+        The block has no states, or its direct term ``D`` leaves ``sigma + D phi(sigma)`` without an inverse.
     """
     import control
 
-    A, B, C, dt = _realised(loop.block, pade)
-    law = loop.nonlinearity
+    block, law = _realised(loop.block, pade), loop.nonlinearity
+    if block.D:
+        _demand_solvable(law, block.D)
+
+    def force(x: Floats, r: Floats) -> tuple[float, float]:
+        """``sigma`` and ``mu = r - phi(sigma)``, where ``sigma = C x + D mu``."""
+        free = float(block.C @ x) + block.D * float(r[0])
+        sigma = _solved(law, block.D, free) if block.D else free
+        return sigma, float(r[0]) - float(law(sigma))
 
     def rate(_t: float, x: Floats, r: Floats, _params: dict[str, Any]) -> Floats:
-        """``A x + B (r - phi(C x))``: the derivative, or the next state."""
-        return np.asarray(A @ x + B * (r[0] - float(law(C @ x))))
+        """``A x + B mu``: the derivative, or the next state."""
+        return np.asarray(block.A @ x + block.B * force(x, r)[1])
 
-    def output(_t: float, x: Floats, _r: Floats, _params: dict[str, Any]) -> Floats:
-        """``sigma = C x``."""
-        return np.atleast_1d(C @ x)
+    def output(_t: float, x: Floats, r: Floats, _params: dict[str, Any]) -> Floats:
+        """``sigma``."""
+        return np.array([force(x, r)[0]])
 
     make: Callable[..., control.NonlinearIOSystem] = control.nlsys
-    return make(rate, output, inputs=["r"], outputs=["sigma"], states=len(B), dt=dt, name="lure")
+    return make(rate, output, inputs=["r"], outputs=["sigma"], states=len(block.B), dt=block.dt, name="lure")
 
 
-def _realised(block: object, pade: int | None) -> tuple[Floats, Floats, Floats, float]:
-    """``A, B, C`` and the sampling time (0 for continuous time)."""
+def _realised(block: object, pade: int | None) -> _Realised:
     if isinstance(block, UpwindScheme):
         block = block.block
     if isinstance(block, LinearBlock):
-        return block.dense(), block.b1, block.c, 0.0
+        return _Realised(block.dense(), block.b1, block.c, 0.0, 0.0)
     if isinstance(block, DelayBlock):
         block = as_block(block.to_control(pade=pade))
     if isinstance(block, StateSpaceBlock):
-        if block.D:
-            raise _algebraic(block.D)
-        return block.A, block.B, block.C, float(block.dt or 0)
-    if not isinstance(block, RationalBlock):
+        return _Realised(block.A, block.B, block.C, block.D, float(block.dt or 0))
+    if not isinstance(block, RationalBlock) or block.order == 0:
         raise InputError(
-            f"a {type(block).__name__} has no states to simulate; give coefficients, matrices or a formula in s or z"
+            f"a {type(block).__name__} without states cannot be simulated; give coefficients of order 1 or more, "
+            "matrices or a formula in s or z"
         )
-    if block.feedthrough:
-        raise _algebraic(float(block.feedthrough))
-    n = block.order
-    if n == 0:
-        raise InputError("the block is 0: there is no loop to simulate")
+    n, direct = block.order, block.feedthrough
     A = np.eye(n, k=1)
     A[-1] = [-float(c) for c in reversed(block.denominator[1:])]
-    C = np.zeros(n)
-    top = [float(c) for c in reversed(block.numerator)]
-    C[: len(top)] = top
-    return A, np.eye(n)[-1], C, float(block.dt or 0)
+    top = [0] * (n + 1 - len(block.numerator)) + list(block.numerator)
+    C = np.array([float(a - direct * b) for a, b in zip(top, block.denominator, strict=True)][:0:-1])
+    return _Realised(A, np.eye(n)[-1], C, float(direct), float(block.dt or 0))
 
 
-def _algebraic(direct: float) -> InputError:
-    return InputError(
-        f"the block has the direct term D = {direct:g}: sigma + D phi(sigma) = C x is an algebraic loop, which "
-        "python-control does not solve; put a fast lag in series with the block"
-    )
+def _demand_solvable(law: Nonlinearity, direct: float) -> None:
+    """Refuse a direct term with which the loop need not define ``sigma``."""
+    bounds = getattr(law, "slope_bounds", None)
+    ends = () if bounds is None else (bounds.lower, bounds.upper)
+    if not ends or not all(math.isfinite(end) and 1 + direct * end > 0 for end in ends):
+        known = "unknown" if bounds is None else str(bounds)
+        raise InputError(
+            f"the block has the direct term D = {direct:g}: the loop is only sure to define sigma where 1 + D k > 0 "
+            f"for every slope k of phi, and these are {known}; give a law whose slopes allow it"
+        )
+
+
+def _solved(law: Nonlinearity, direct: float, free: float) -> float:
+    """The one ``sigma`` with ``sigma + D phi(sigma) = free``: the sector says between which two numbers it lies."""
+    from scipy.optimize import brentq
+
+    slopes = law.slope_bounds  # type: ignore[attr-defined]  # _demand_solvable has seen them
+    ends = sorted(free / (1.0 + direct * float(end)) for end in (slopes.lower, slopes.upper))
+    low, high = ends[0] - 1e-12 * abs(ends[0]), ends[1] + 1e-12 * abs(ends[1])
+    if low == high:
+        return low
+    return float(brentq(lambda sigma: sigma + direct * float(law(sigma)) - free, low, high, xtol=1e-300, rtol=1e-14))

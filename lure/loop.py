@@ -55,7 +55,7 @@ class Loop:
     def to_control(self, *, pade: int | None = None) -> control.NonlinearIOSystem:
         """The closed loop as a nonlinear system of python-control, with a load ``r`` added to ``mu``.
 
-        ``x' = A x + B mu``, ``sigma = C x``, ``mu = r - phi(sigma)`` (or ``x[k+1] = ..``): input ``r``, output
+        ``x' = A x + B mu``, ``sigma = C x + D mu``, ``mu = r - phi(sigma)`` (or ``x[k+1] = ..``): input ``r``, output
         ``sigma``.  The states are those of the matrices, where the block was given by matrices, else those of the
         controllable form of its transfer function, hidden modes kept.
 
@@ -67,7 +67,8 @@ class Loop:
         Raises
         ------
         InputError
-            The block has a direct term, which makes an algebraic loop, or no states: a measurement, or the rod itself.
+            The block has no states (a measurement, or the rod itself), or a direct term ``D`` with which the loop
+            need not define ``sigma``: ``1 + D k <= 0`` for a slope ``k`` of the law, or its slopes are not known.
 
         Notes
         -----

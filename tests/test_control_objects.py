@@ -13,6 +13,7 @@ from analysis.simulation import simulate
 from lure import (
     DeadZone,
     DelayBlock,
+    ExpressionLaw,
     FrequencyData,
     LawClass,
     Loop,
@@ -144,6 +145,20 @@ def test_matrices_keep_their_own_states():
     )
 
 
+# H = 1 + 1/(s+1), D = 1, phi = min(max(sigma, -1), 1).  For sigma >= 1: sigma = x - 1, x' = -x - 1 from x = 3, so that
+# sigma = 1 is reached at x = 2, t = ln(4/3); then sigma = x/2, x' = -3x/2
+def test_a_direct_term_is_solved_for_at_every_instant():
+    closed = Loop("(s+2)/(s+1)", Saturation()).to_control()
+    times = np.linspace(0, 2, 41)
+    found = control.input_output_response(closed, times, 0, [3.0], solve_ivp_kwargs={"rtol": 1e-10, "atol": 1e-12})
+    turn = np.log(4 / 3)
+    exact = np.where(times < turn, 4 * np.exp(-times) - 2, np.exp(-1.5 * (times - turn)))
+    assert found.outputs == pytest.approx(exact, abs=1e-7)
+    # and in discrete time, with a load: x = 0, sigma + phi(sigma) = r = 1 gives sigma = 1/2
+    sampled = Loop(RationalBlock([1, 1], [1, 0], dt=1), Saturation()).to_control()
+    assert sampled.output(0, [0.0], [1.0]) == pytest.approx([0.5], rel=1e-12)
+
+
 # two engines that share no line: ours is exact between contact and release, theirs integrates
 def test_the_closed_scheme_moves_in_python_control_as_in_our_own_simulation():
     exact = {**paper_rod().exact, "gap": Fraction(0), "compliance": Fraction(1, 10**9)}
@@ -168,9 +183,11 @@ def test_a_loop_with_a_dead_time_closes_on_its_approximation_if_asked():
 @pytest.mark.parametrize(
     ("loop", "message"),
     [
-        (Loop("(s+2)/(s+1)", Tanh()), "has the direct term D = 1: .* algebraic loop"),
-        (Loop(control.frd([1, 0.5], [1, 2]), Tanh()), "a FrequencyData has no states to simulate"),
-        (Loop(RodBlock(paper_rod()), Tanh()), "a RodBlock has no states to simulate"),
+        (Loop("-(s+2)/(s+1)", Tanh()), r"has the direct term D = -1: .* these are \[0, 1\]"),
+        (Loop("(s+2)/(s+1)", ExpressionLaw("sigma**3/(1+sigma**2)", sector=Sector(0, 1))), "these are unknown"),
+        (Loop("3", Tanh()), "a RationalBlock without states cannot be simulated"),
+        (Loop(control.frd([1, 0.5], [1, 2]), Tanh()), "a FrequencyData without states cannot be simulated"),
+        (Loop(RodBlock(paper_rod()), Tanh()), "a RodBlock without states cannot be simulated"),
         (builtin_loop("third-order"), "has no law to close the loop with"),
     ],
 )
