@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.plots.export import INK, render
 from analysis.plots.obstacle import draw_obstacle
+from analysis.plots.panels import panels
 from analysis.plots.style import (
     BLUE,
     GREEN,
@@ -59,10 +60,7 @@ def plot_comparison(found: Comparison, *, ax: Axes | None = None) -> tuple[Axes,
     tuple of Axes
         Above and below.
     """
-    from mpl_toolkits.axes_grid1 import make_axes_locatable
-
-    above = axes_or_new(ax)
-    below = make_axes_locatable(above).append_axes("bottom", size="85%", pad=0.12, sharex=above)
+    above, below = panels(ax, 0.85)
     plot_comparison_end(found, ax=above)
     plot_comparison_error(found, ax=below)
     above.set_xlabel("")

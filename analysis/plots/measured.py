@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.plots.export import INK
+from analysis.plots.panels import panels
 from analysis.plots.style import (
     BLUE,
     GREEN,
@@ -33,6 +34,7 @@ SIZE = (6.2, 5.0)
 _POINTS = 801
 _MANY = 20_000
 _SCORES = 6.5
+_BELOW = 0.38
 
 
 def plot_measured(
@@ -54,7 +56,7 @@ def plot_measured(
     tuple of Axes
         Above and below.  With hysteresis there are two laws, and loading is told from unloading.
     """
-    above, below = _panels(ax)
+    above, below = panels(ax, _BELOW)
     data, (low, high) = found.measurements, found.domain
     sigma = data.displacement - found.origin
     limits = padded(float(data.load.min()), float(data.load.max()), 0.08)
@@ -130,7 +132,7 @@ def plot_compliance(found: ComplianceFit, *, ax: Axes | None = None) -> tuple[Ax
     tuple of Axes
         Above and below.
     """
-    above, below = _panels(ax)
+    above, below = panels(ax, _BELOW)
     data, gap = found.measurements, found.parameters["gap"]
     u = data.displacement
     x = np.linspace(float(u.min()), float(u.max()), _POINTS)
@@ -145,13 +147,6 @@ def plot_compliance(found: ComplianceFit, *, ax: Axes | None = None) -> tuple[Ax
     above.set_ylim(*padded(float(data.load.min()), float(data.load.max()), 0.08))
     _finish(above, below, (float(x[0]), float(x[-1])), "u [m]", data)
     return above, below
-
-
-def _panels(ax: Axes | None) -> tuple[Axes, Axes]:
-    from mpl_toolkits.axes_grid1 import make_axes_locatable
-
-    above = axes_or_new(ax)
-    return above, make_axes_locatable(above).append_axes("bottom", size="38%", pad=0.12, sharex=above)
 
 
 def _wedge(axes: Axes, x: Array, found: MeasuredSector, limits: tuple[float, float]) -> None:
