@@ -82,6 +82,17 @@ def test_no_confidence_is_stated_for_a_law_that_bends_within_its_pieces():
     assert "observed without a stated confidence" in answer.conclusion
 
 
+def test_the_command_does_not_call_such_bounds_shown(tmp_path, capsys):
+    from analysis.cli import main
+
+    data = bounded("stretched", 0, 0.001).measurements
+    rows = [f"{u!r},{p!r}" for u, p in zip(data.displacement.tolist(), data.load.tolist(), strict=True)]
+    path = tmp_path / "bent.csv"
+    path.write_text("\n".join(["displacement [m],force [N]", *rows]))
+    assert main(["sector", str(path)]) == 10
+    assert "no confidence is stated" in " ".join(capsys.readouterr().out.split())
+
+
 def test_a_figure_of_such_a_law_says_so():
     from matplotlib.figure import Figure
 

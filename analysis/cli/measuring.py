@@ -84,7 +84,7 @@ def inside(found: MeasuredReport, claim: Sector | SlopeBounds) -> bool:
 
 
 def status(found: MeasuredReport, claim: Sector | SlopeBounds | None) -> int:
-    """0 where the data have finite bounds, within those asked for; 10 otherwise, and where the element has memory.
+    """0 where the data have finite bounds with a confidence, within those asked for; 10 otherwise, and with memory.
 
     Parameters
     ----------
@@ -95,7 +95,8 @@ def status(found: MeasuredReport, claim: Sector | SlopeBounds | None) -> int:
     """
     sector = found.sector
     finite = math.isfinite(sector.lower.bound) and math.isfinite(sector.upper.bound)
-    return _SHOWN if sector.memoryless and finite and (claim is None or inside(found, claim)) else _OPEN
+    sure = sector.memoryless and sector.resolved and finite
+    return _SHOWN if sure and (claim is None or inside(found, claim)) else _OPEN
 
 
 def drawing(found: MeasuredReport) -> tuple[Draw, tuple[float, float]]:

@@ -29,5 +29,6 @@ the bounds.
 
 \b
 Exit status: 0 shown, or within the bounds; 11 the bounds are violated at a
-point; 10 not decided, or measured data with hysteresis; 2 bad input.
+point; 10 not decided, or measured data with hysteresis or without a stated
+confidence; 2 bad input.
 """
