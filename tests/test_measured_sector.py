@@ -213,6 +213,11 @@ def test_from_measurement_to_verdict():
     unvouched = margin_of(found, plant, gain=3e-5)
     assert found.lower.bound < 0
     assert not unvouched.inside
+    assert "give a lower gain" not in unvouched.conclusion  # the lower end is measured, not chosen
+    assert "sigma phi(sigma) >= 0, give vouched=True: the sector then begins at 0" in unvouched.conclusion
+    hopeless = margin_of(found, ([1], [1, -1, 2]), gain=3e-5)
+    assert "no linear gain stabilises it" in hopeless.conclusion
+    assert "vouched" not in hopeless.conclusion
     json.dumps(inside.to_dict(), allow_nan=False)
 
 

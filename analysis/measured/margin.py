@@ -67,10 +67,7 @@ class MeasuredMargin:
         if not self.measured.memoryless:
             return f"Nothing follows for the loop. {MEMORY}"
         if self.proved.verdict is not Verdict.PROVED:
-            return (
-                f"Nothing follows for the loop: no sector from {float(self.proved.lower):.4g} upwards is proved stable"
-                + (f" ({self.proved.reason})." if self.proved.reason else ".")
-            )
+            return self._not_proved
         proved = f"[{float(self.proved.lower):.4g}, {text_below(self.proved.largest.low, 6)}]"
         low, high = self.measured.domain
         if not self.inside:
@@ -86,6 +83,20 @@ class MeasuredMargin:
             f"measured sector: observed {self.measured.how_sure} for sigma in "
             f"[{low:.4g}, {high:.4g}] m, under the assumptions of the measurement; outside that range it is "
             f"assumed.{word}"
+        )
+
+    @property
+    def _not_proved(self) -> str:
+        """Why nothing is proved, and what the user may know that the measurements do not show."""
+        said = f"Nothing follows for the loop: no sector from {float(self.proved.lower):.4g} upwards is proved stable"
+        reason = self.proved.reason
+        if self.vouched or self.sector.lower >= 0 or "no linear gain" in reason:
+            return said + (f" ({reason})." if reason else ".")
+        reason = reason.partition("; give a lower gain")[0]  # the lower end is measured, not chosen
+        return (
+            said + (f" ({reason}). " if reason else ". ") + "The measured lower bound is below 0, and noise alone can "
+            "do that. If you know that load and displacement never have opposite signs, sigma phi(sigma) >= 0, give "
+            "vouched=True: the sector then begins at 0, on your word."
         )
 
     def to_dict(self) -> dict[str, Any]:
