@@ -102,17 +102,23 @@ class Kinds(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Read off the table by which the laws are made."""
-        from lure.laws.table import _KINDS
+        from lure.laws.table import _KINDS, _SPELLINGS
 
         lines = [".. list-table::", "   :class: keys", "   :header-rows: 1", "   :widths: 22 26 26 26", ""]
         lines += _row("``kind``", "needs", "may have", "see")
         for name, entry in _KINDS.items():
             needed = ", ".join(f"``{key}``" for key in entry.needs)
-            more = ", ".join(f"``{key}``" for key in entry.keys if key not in entry.needs)
+            more = ", ".join(f"``{key}``" for key in entry.keys if key not in (*entry.needs, "kind"))
             role = "class" if isinstance(entry.make, type) else "func"
             made = f"{entry.make.__module__}.{entry.make.__qualname__}"
             seen = ":class:`~lure.ExpressionLaw`" if "_expression" in made else f":{role}:`~{made}`"
             lines += _row(f'``"{name}"``', needed, more, seen)
+        others = ", ".join(f'``"{word}"`` for ``"{name}"``' for word, name in sorted(_SPELLINGS.items()))
+        lines += [
+            "",
+            f"Small and capital letters mean the same, as do blanks, ``-`` and ``_``.  Read as well: {others}.",
+            "",
+        ]
         return self.parse_text_to_nodes(StringList(lines, source="lure.laws.table"))
 
 
