@@ -10,12 +10,16 @@ import xarray
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 from refusals import refusal
-from results import RESULTS, cells
+from results import FREE, RESULTS, STRUCK, cells, scheme
 
 from analysis.measured import Measurements, report_of, sector_of
 from analysis.plots.motions import plot_convergence, plot_motion
 from analysis.runs import motion_dataset, run_dataset, sampled_motion
+from lure import Numerics, Scenario, exact_motion, initial_state
+from lure.galerkin import NonuniformRod, galerkin
+from lure.motion import Boundary
 from lure.showing import plain
+from lure.structured import structured_motion
 
 PLAIN = [name for name, make in RESULTS.items() if name != "sweep"]
 TABLES = [
@@ -221,6 +225,40 @@ def test_without_xarray_one_sentence_says_what_to_install(name, monkeypatch):
     result = RESULTS[name]()
     monkeypatch.setitem(sys.modules, "xarray", None)
     assert refusal(result.to_xarray) == 'a Dataset needs xarray: pip install "lure[netcdf]"'
+
+
+def test_a_clamped_end_has_no_dashpot_force():
+    found = exact_motion(STRUCK.rod, STRUCK.scenario, 1e-3, boundary=Boundary(clamped=True)).to_xarray(5)
+    assert "dashpot_force" not in found
+    assert found.attrs["method_boundary_at_0"] == "clamped"
+
+
+# of a motion that forgot its beginning the end is known from `since` on, the whole rod a round trip 2 T = 1/3 ms later
+def test_a_motion_that_forgot_its_beginning_is_sampled_where_it_is_known():
+    motion = exact_motion(STRUCK.rod, STRUCK.scenario, 0.01, numerics=Numerics(keep=6))
+    assert motion.since > 0
+    assert motion.to_control(5).time[0] == motion.since
+    assert motion.to_xarray(5, places=3).t.values[0] == pytest.approx(motion.since + 1 / 3e3, rel=1e-12)
+
+
+def test_a_run_from_a_state_has_no_force():
+    start = initial_state(scheme(20), FREE.scenario)
+    found = structured_motion(scheme(20), start, 1e-4, samples=5)
+    assert found.to_control().inputs[1].tolist() == [0.0] * 5
+    assert found.to_dict()["scenario"] is None
+    assert "force_g" not in found.to_xarray().attrs
+
+
+def test_the_rod_of_a_galerkin_run_may_vary_along_its_length():
+    rod = NonuniformRod.parse(
+        length=1, area="1+x/2", youngs_modulus=1, density=1, damping=1, compliance=1, exponent=1.5, gap=0.5
+    )
+    run = galerkin(rod, space="cosine", order=4).simulate(Scenario.parse(velocity=1), until=2, samples=5)
+    found = run.to_xarray()
+    assert found.attrs["rod_area"] == "1+x/2"
+    assert found.attrs["rod_compliance_units"] == "m1.5 Pa-1"
+    assert "node" not in found.coords
+    assert run.to_dict()["rod"]["exponent"] == 1.5
 
 
 @pytest.mark.parametrize(
