@@ -55,6 +55,25 @@ def test_every_kind_keeps_the_schema_and_its_numbers_come_from_the_json(reports)
         assert confirmation_sentence(report.confirmation) == data["confirmation"]["sentence"]
 
 
+def test_agreement_is_what_the_json_says_and_a_contradiction_is_none(reports):
+    agreed = {name: report.confirmation.agrees for name, report in reports.items()}
+    assert agreed == {name: document(report)["confirmation"]["agrees"] for name, report in reports.items()}
+    assert agreed == {name: report.confirmation.to_dict()["agrees"] for name, report in reports.items()}
+    assert agreed["free"] is True
+    assert agreed["rest"] is None  # a rod that stays at rest tests nothing
+    assert replace(reports["free"].confirmation, contradictions=("zeta rises",)).agrees is False
+
+
+def test_the_package_hands_out_claims_and_the_report_on_a_loop():
+    import analysis.report
+    import analysis.report.loop
+
+    for name in ("build_loop_report", "write_loop_report", "LoopReport"):
+        assert getattr(analysis.report, name) is getattr(analysis.report.loop, name)
+    assert analysis.report.claims is claims
+    assert analysis.report.Claim(text="", model="rod", answer="agrees", evidence=Evidence.OBSERVED).criterion is None
+
+
 # u0(0) = 1e-4, no momentum: z rests at 1e-4 - 0.02 in both; the energy of the rod after 24 round trips is |a|^48 of the
 # first, as every wave has met the dashpot once in each.
 def test_the_papers_rod_is_confirmed_on_both_sides(reports):

@@ -60,6 +60,7 @@ def confirmation_dict(found: Confirmation) -> dict[str, object]:
         "scheme": None if found.scheme is None else _side_dict(found.scheme),
         "rod_skipped": found.rod_skipped,
         "scheme_skipped": found.scheme_skipped,
+        "agrees": found.agrees,
         "compared": list(found.compared),
         "contradictions": list(found.contradictions),
         "comment": _COMMENT,

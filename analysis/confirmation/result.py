@@ -179,6 +179,13 @@ class Confirmation:
         return (*found, "resting place") if self.rod.rest is not None else tuple(found)
 
     @property
+    def agrees(self) -> bool | None:
+        """Whether the motion of the rod bears out all that it was held against; None where that is nothing."""
+        if self.contradictions:
+            return False
+        return True if self.compared else None
+
+    @property
     def _still(self) -> bool:
         return self.rod is not None and self.rod.energy is not None and self.rod.energy.scale == 0.0
 

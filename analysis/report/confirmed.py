@@ -31,8 +31,7 @@ def confirmation_data(found: Confirmation) -> Json:
         "scheme": None if found.scheme is None else _side(found.scheme),
         "rod_skipped": found.rod_skipped,
         "scheme_skipped": found.scheme_skipped,
-        # a contradiction stops the report before this point
-        "agrees": True if found.compared else None,
+        "agrees": found.agrees,
         "compared": list(found.compared),
     }
 

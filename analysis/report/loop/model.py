@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LoopReport:
-    """What was found about a loop; :func:`analysis.report.loop.write_loop_report` turns it into files.
+    """What was found about a loop; :func:`analysis.report.write_loop_report` turns it into files.
 
     Attributes
     ----------
