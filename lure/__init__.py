@@ -19,6 +19,7 @@ from lure.laws import ReLU as ReLU
 from lure.laws import Saturation as Saturation
 from lure.laws import Tanh as Tanh
 from lure.laws import relay_with_slope as relay_with_slope
+from lure.laws.accepting import as_law as as_law
 from lure.loop import Loop as Loop
 from lure.loop_library import builtin_loop as builtin_loop
 from lure.loop_library import builtin_loops as builtin_loops

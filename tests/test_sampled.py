@@ -35,3 +35,10 @@ def test_a_passive_measurement_bounds_nothing():
 def test_no_other_criterion_is_evaluated_on_samples():
     with pytest.raises(AssumptionError, match="ask circle"):
         largest_sampled(data(lambda s: 1 / (s + 1)), "park")
+
+
+@pytest.mark.parametrize("name", ["circle", "popov"])
+def test_a_sample_at_a_pole_is_named(name):
+    samples = FrequencyData(np.array([0.5, 1.0, 2.0]), np.array([1, math.inf, 0.1 - 1j]))
+    with pytest.raises(AssumptionError, match="not finite at 1 rad/s, a pole on the axis; leave that sample out"):
+        largest_sampled(samples, name)
