@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import builtins
+import functools
+import inspect
 import re
 import sys
 
@@ -49,15 +52,14 @@ class References(SphinxPostTransform):
         if node["reftype"] == "attr" and owner and attribute in getattr(_object(owner), "__annotations__", ()):
             target = owner  # fields of a class are listed in its entry
         for path in _paths(target, node):
-            try:
-                found = home(resolved(path))
-            except (LookupError, ImportError):
-                continue
+            found = _home(path)
             for name in objects if found else ():
                 if name == found or (name.rpartition(".")[2] == path.rpartition(".")[2] and _home(name) == found):
                     return name
             if path in objects:  # data, which does not know where it is from
                 return path
+            if found:  # another of that name, which has no entry
+                return None
         same = {
             entry.node_id
             for name, entry in objects.items()
@@ -105,8 +107,17 @@ def _paths(target: str, node: nodes.Element) -> list[str]:
             paths += [f"{inside}.{target}", f"{inside.rpartition('.')[0]}.{target}"]
             defined = getattr(_object(inside), "__module__", None)
             if defined in sys.modules:
-                paths.append(f"{defined}.{target}")
+                first, point, rest = target.partition(".")
+                paths.append(f"{_imports(defined).get(first, f'{defined}.{first}')}{point}{rest}")
     return [*paths, f"{node.get('py:module')}.{target}"] if node.get("py:module") else paths
+
+
+@functools.cache
+def _imports(module: str) -> dict[str, str]:
+    """Where the names come from that a module imports, those for the type checker alone among them."""
+    tree = ast.parse(inspect.getsource(sys.modules[module]))
+    found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    return {each.asname or each.name: f"{node.module}.{each.name}" for node in found for each in node.names}
 
 
 def _inside(above: nodes.Element) -> str | None:
