@@ -8,6 +8,7 @@ becomes text, since the site stands for itself.  The same holds for the pages wr
 
 from __future__ import annotations
 
+import base64
 import os
 import re
 from pathlib import Path
@@ -25,6 +26,7 @@ EXECUTED = ROOT / "build" / "notebooks"
 FOLDERS = ("notebooks", "notes", "project")
 _LINK = re.compile(r"(?<!!)\[(?P<text>[^\]\[]*)\]\((?![a-z]+:)(?P<path>[^)#\s]+)(?P<anchor>#[^)\s]*)?\)")
 _NOT_RUN = "```{note}\nShown without its outputs: `make notebooks` runs it.\n```"
+_EMPTY = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAQAAAC1HAwCAAAAC0lEQVR42mNkYAAAAAYAAjCB0C8AAAAASUVORK5CYII="  # 1 by 1, clear
 _SLIDERS = "application/vnd.jupyter.widget-view+json"
 _STATES = "application/vnd.jupyter.widget-state+json"
 _HINT = {"output_type": "stream", "name": "stdout", "text": "(Sliders, with a live kernel. Where they stand:)\n"}
@@ -54,8 +56,8 @@ def relinked(text: str, source: str, known: dict[str, str]) -> str:
     return _LINK.sub(link, text)
 
 
-def notebook(source: str, known: dict[str, str], *, root: Path = ROOT, executed: Path = EXECUTED) -> str:
-    """The notebook of a source, with its outputs if it was run since the source changed, as the text of an `.ipynb`."""
+def notebook(source: str, known: dict[str, str], *, root: Path = ROOT, executed: Path = EXECUTED) -> NotebookNode:
+    """The notebook of a source, with its outputs if it was run since the source changed."""
     path, run = root / source, executed / f"{Path(source).stem}.ipynb"
     fresh = run.exists() and run.stat().st_mtime >= path.stat().st_mtime
     document = nbformat.read(run, as_version=4) if fresh else jupytext.read(path)
@@ -65,7 +67,15 @@ def notebook(source: str, known: dict[str, str], *, root: Path = ROOT, executed:
             cell.source = relinked(cell.source, source, known)
     if not fresh:
         document.cells.insert(1, nbformat.v4.new_markdown_cell(_NOT_RUN))
-    return nbformat.writes(document) + "\n"
+    return document
+
+
+def first_picture(document: NotebookNode) -> bytes:
+    """The first figure of a notebook, to stand for it in the gallery; an empty one if it was not run."""
+    outputs = (out for cell in document.cells for out in cell.get("outputs", ()))
+    return base64.b64decode(
+        next((out.data["image/png"] for out in outputs if "image/png" in out.get("data", ())), _EMPTY)
+    )
 
 
 def frozen(document: NotebookNode) -> None:
@@ -84,7 +94,11 @@ def collect(docs: Path, root: Path = ROOT) -> None:
     known = pages(root)
     for source, page in known.items():
         if source.endswith(".py"):
-            text = notebook(source, known, root=root)
+            document = notebook(source, known, root=root)
+            text = nbformat.writes(document) + "\n"
+            picture = docs / "pictures" / "notebooks" / f"{Path(page).stem}.png"
+            picture.parent.mkdir(parents=True, exist_ok=True)
+            picture.write_bytes(first_picture(document))
         else:
             text = relinked((root / source).read_text(encoding="utf-8"), source, known)
         file = docs / page
