@@ -219,8 +219,27 @@ def test_the_page_of_a_one_sided_law_does_not_say_so_either(reports, name):
 
 def test_claims_stand_in_order_of_strength(reports):
     for report in reports.values():
-        ranks = [["certified", "computed", "observed"].index(str(claim.evidence)) for claim in claims(report)]
+        ranks = [["certified", "computed", "observed", "None"].index(str(claim.evidence)) for claim in claims(report)]
         assert ranks == sorted(ranks)
+
+
+def test_no_evidence_is_named_where_nothing_was_shown(reports):
+    # with k = 0 no theorem applies: no criterion decides anything or has a number
+    report = reports["no dashpot"]
+    silent = [result for result in report.criteria if result.margin is None]
+    assert len(silent) == len(report.criteria) == 4
+    for result in silent:
+        assert result.evidence_shown is None
+        assert "certified" not in str(result)
+        assert "certified" not in result._repr_html_()
+    undecided = [claim for claim in claims(report) if claim.answer == "INCONCLUSIVE"]
+    assert len(undecided) == 5  # four criteria, and that motions come to rest
+    assert all(claim.evidence is None for claim in undecided)
+    assert "INCONCLUSIVE  certified" not in str(report)
+    assert re.search(r"^popov +scheme +INCONCLUSIVE +-$", str(report), re.MULTILINE)
+    assert "<td>certified</td>" not in report._repr_html_()
+    # where a number is shown, its evidence is too
+    assert all(result.evidence_shown is result.evidence for result in reports["paper-rod"].criteria)
 
 
 def test_a_simulation_too_large_is_skipped_and_said_so(reports):

@@ -72,13 +72,19 @@ class CriterionResult:
     witness: str | None = None
     shown: Proved | Refuted | None = None
 
+    @property
+    def evidence_shown(self) -> Evidence | None:
+        """The evidence, where there is a verdict or a number it is the evidence of; None where nothing was decided."""
+        numbers = (self.margin, self.smallest_theta, self.largest_sector)
+        decided = self.verdict is not Verdict.INCONCLUSIVE
+        return self.evidence if decided or any(number is not None for number in numbers) else None
+
     def __bool__(self) -> bool:
         raise TypeError("a criterion has three answers; compare result.verdict")
 
     def __str__(self) -> str:
-        head = (
-            f"{self.name.capitalize()} criterion, {self.model}, sector {self.sector}: {self.verdict} ({self.evidence})"
-        )
+        head = f"{self.name.capitalize()} criterion, {self.model}, sector {self.sector}: {self.verdict}"
+        head += f" ({self.evidence_shown})" if self.evidence_shown is not None else ""
         if self.theta is None or self.margin is None:
             return f"{head}. {self.reason}"
         return (
@@ -95,7 +101,7 @@ class CriterionResult:
         about = {"scheme": "the N-cell scheme", "rod": "the rod itself"}.get(self.model, "the block of a loop")
         rows = [
             ("sector", f"{self.sector} Pa/m"),
-            ("evidence", self.evidence),
+            ("evidence", self.evidence_shown or "-"),
             ("theta", "-" if self.theta is None else f"{self.theta:.7g} s"),
             ("margin", "-" if self.margin is None else f"{self.margin} m/Pa"),
             ("reaches", "-" if self.largest_sector is None else f"{self.largest_sector} Pa/m"),

@@ -29,8 +29,8 @@ class Claim:
     answer : str
         A verdict, ``"checked"`` for an exact fact without a certificate, or ``"agrees"``, ``"differs"`` or ``"not
         tested"`` for a comparison, which decides nothing by itself.
-    evidence : Evidence
-        What the answer rests on.
+    evidence : Evidence or None
+        What the answer rests on; None where nothing was decided and no number stands in the row.
     criterion : int or None
         Index of the criterion whose numbers belong in the row; None if it has none.
     """
@@ -38,12 +38,14 @@ class Claim:
     text: str
     model: str
     answer: str
-    evidence: Evidence
+    evidence: Evidence | None
     criterion: int | None = None
 
 
 def claims(report: StabilityReport) -> tuple[Claim, ...]:
     """The claims of a report: by evidence, strongest first, and decided ones before undecided ones.
+
+    What rests on no evidence comes last.
 
     Parameters
     ----------
@@ -61,15 +63,15 @@ def claims(report: StabilityReport) -> tuple[Claim, ...]:
     return tuple(sorted(rows, key=lambda row: (_rank(row.evidence), row.answer == "INCONCLUSIVE")))
 
 
-def _rank(evidence: Evidence) -> int:
-    return [Evidence.CERTIFIED, Evidence.COMPUTED, Evidence.OBSERVED].index(evidence)
+def _rank(evidence: Evidence | None) -> int:
+    return [Evidence.CERTIFIED, Evidence.COMPUTED, Evidence.OBSERVED, None].index(evidence)
 
 
 def _proofs(report: StabilityReport) -> list[Claim]:
     found = report.conclusion
     if not found.proofs:
         text = "free motions come to rest"
-        return [Claim(text=text, model="rod", answer=str(found.verdict), evidence=Evidence.CERTIFIED)]
+        return [Claim(text=text, model="rod", answer=str(found.verdict), evidence=None)]
     return [
         Claim(
             text=f"every free motion comes to rest, for laws in the sector {proof.sector} ({proof.title})",
@@ -87,7 +89,7 @@ def _criteria(report: StabilityReport) -> list[Claim]:
             text=f"{_title(result)} the sector {result.sector} Pa/m",
             model=result.model,
             answer=str(result.verdict),
-            evidence=result.evidence,
+            evidence=result.evidence_shown,
             criterion=None if result.verdict is Verdict.REFUTED else index,
         )
         for index, result in enumerate(report.criteria)
@@ -164,7 +166,7 @@ def merged(rows: tuple[Claim, ...]) -> tuple[Claim, ...]:
     rows : tuple of Claim
         From :func:`claims`.
     """
-    joined: dict[tuple[str, str, Evidence], list[str]] = {}
+    joined: dict[tuple[str, str, Evidence | None], list[str]] = {}
     for row in rows:
         joined.setdefault((row.text, row.answer, row.evidence), []).append(row.model)
     return tuple(

@@ -51,7 +51,7 @@ def _row(result: CriterionResult) -> tuple[str, ...]:
         result.name,
         result.model,
         str(result.verdict),
-        str(result.evidence),
+        str(result.evidence_shown or "-"),
         *(f"{value:.4g}" for value in numbers if value is not None),
     )
 

@@ -142,7 +142,7 @@ class StabilityReport:
                 one.name,
                 one.model,
                 one.verdict,
-                one.evidence,
+                one.evidence_shown or "-",
                 "-" if one.theta is None else f"{one.theta:.6g}",
                 "-" if one.margin is None else one.margin,
             )
