@@ -45,7 +45,7 @@ def largest_sampled(data: FrequencyData, name: str) -> Answer:
         raise AssumptionError(f"the criterion {name} is not evaluated on samples of this kind; ask circle")
     if not np.isfinite(data.response).all():
         place = float(data.omega[int(np.argmin(np.isfinite(data.response)))])
-        raise AssumptionError(f"the response is not finite at {place:g} rad/s, a pole on the axis; leave that sample out")
+        raise AssumptionError(f"the response is not finite at {place:g} rad/s, a pole on the axis; leave it out")
     theta, least = (0.0, float(data.response.real.min())) if name == "circle" else _best(data)
     reach = -1 / least if least < 0 else math.inf
     expression = data.response.real - theta * data.omega * data.response.imag

@@ -40,5 +40,5 @@ def test_no_other_criterion_is_evaluated_on_samples():
 @pytest.mark.parametrize("name", ["circle", "popov"])
 def test_a_sample_at_a_pole_is_named(name):
     samples = FrequencyData(np.array([0.5, 1.0, 2.0]), np.array([1, math.inf, 0.1 - 1j]))
-    with pytest.raises(AssumptionError, match="not finite at 1 rad/s, a pole on the axis; leave that sample out"):
+    with pytest.raises(AssumptionError, match="not finite at 1 rad/s, a pole on the axis; leave it out"):
         largest_sampled(samples, name)
