@@ -57,6 +57,8 @@ class Answer:
         The destabilising member behind REFUTED.
     proof : Proved or None
         What the checker accepted of a PROVED answer, with its certificate; None where it was not asked.
+    capped : bool
+        Whether ``largest.low`` is no end of the criterion, but the largest ``k`` for which a certificate was tried.
     """
 
     criterion: str
@@ -75,6 +77,7 @@ class Answer:
     reason: str = ""
     witness: str | None = None
     proof: Proved | None = None
+    capped: bool = False
 
     def __bool__(self) -> bool:
         raise TypeError("a criterion has three answers; compare answer.verdict")

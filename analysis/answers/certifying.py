@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -55,7 +56,8 @@ def proved_answer(asked: Asked, answer: Answer) -> Answer:
     found = guarded(answer.criterion, lambda: certified(block, wide))
     if isinstance(found, Failure):
         return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")
-    return replace(answer, largest=_reach(answer, found), proof=found.proved)
+    capped = answer.largest.low == math.inf and isinstance(found.upper, Fraction)
+    return replace(answer, largest=_reach(answer, found), proof=found.proved, capped=capped)
 
 
 def unbounded_proof(block: RationalBlock, answer: Answer, *, time_varying: bool) -> Proved | None:

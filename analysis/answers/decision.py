@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from analysis.answers.certifying import unbounded_proof, with_law
-from analysis.answers.largest import Largest, rounded_down
+from analysis.answers.largest import Largest, proved_up_to, rounded_down
 from analysis.answers.subject import Subject
 from analysis.criteria.circle import circle_criterion
 from analysis.criteria.hurwitz import GainInterval
@@ -71,7 +71,7 @@ def _proved(about: Subject, rows: list[Largest], law_class: LawClass) -> Decisio
             continue
         proof = row.proof if end < math.inf else _unbounded(about, row, law_class)
         if proof is not None:
-            how = f"by the criterion {row.criterion} ({row.evidence}), which reaches {rounded_down(row.largest.low)}"
+            how = f"by the criterion {row.criterion} ({row.evidence}), which reaches {proved_up_to(row)}"
             proviso = f" {row.proviso}" if row.proviso and law_class.slope is None else ""
             said = f"{row.meaning} for every {law_class}{proviso}, {how}."
             if _rough(about):
@@ -179,7 +179,6 @@ def hints(
     names = ("time-varying", "time-invariance", "slope bounds", "slope bounds and oddness")
     for name, row in zip(names, rows, strict=True):
         if not serves(row, law_class) and row.verdict is Verdict.PROVED and end <= row.largest.low and end < math.inf:
-            reach = rounded_down(row.largest.low)
-            found.append(f"{name} of phi would be enough ({row.criterion} reaches {reach})")
+            found.append(f"{name} of phi would be enough ({row.criterion} reaches {proved_up_to(row)})")
             break
     return tuple(found)

@@ -96,6 +96,11 @@ class Largest:
         return against is not None and self.largest.low >= against * (1 - CLOSED)
 
     @property
+    def capped(self) -> bool:
+        """Whether ``largest.low`` is no end of the criterion, but the largest ``k`` a certificate was tried for."""
+        return self.verdict is Verdict.PROVED and bool(self.answers) and self.answers[0].capped
+
+    @property
     def about(self) -> str:
         """The class in words, without its upper end."""
         words = f"{'odd ' if self.odd else ''}phi"
@@ -167,7 +172,8 @@ class Largest:
         span = f"[{start}, {rounded_down(self.largest.low)}{')' if self.largest.low == math.inf else ']'}"
         if self.verdict is Verdict.PROVED:
             proviso = f" {self.proviso}" if self.proviso else ""
-            head = f"{self.meaning} for every {self.about} {span}{proviso} ({self.criterion}, {self.evidence})"
+            tried = ", the largest k tried" if self.capped else ""
+            head = f"{self.meaning} for every {self.about} {span}{tried}{proviso} ({self.criterion}, {self.evidence})"
         elif self.verdict is Verdict.REFUTED:
             head = f"Not stable for {self.about} [{start}, k], whatever k > {start}"
         elif self.largest.low > self.lower:
@@ -235,6 +241,18 @@ def answer_dict(answer: Answer) -> dict[str, Any]:
     }
 
 
+def proved_up_to(row: Largest) -> str:
+    """How far a class is proved, for a table; it says so where that is only the largest ``k`` that was tried.
+
+    Parameters
+    ----------
+    row : Largest
+        An answer whose verdict is PROVED.
+    """
+    end = rounded_down(row.largest.low)
+    return f"{end}, the largest k tried" if row.capped else end
+
+
 def rounded_down(value: float) -> str:
     """Seven digits, or ten just below a short number; never more than the number.
 
@@ -242,7 +260,16 @@ def rounded_down(value: float) -> str:
     ----------
     value : float
         The number.
+
+    Examples
+    --------
+    >>> rounded_down(2 / 3), rounded_down(1e12)
+    ('0.6666666', '1e12')
     """
     nearest = f"{value:.7g}"
     short = len(nearest.split("e")[0].replace(".", "").strip("-0")) <= 3
-    return text_below(value, 10 if short and float(nearest) != value else 7)
+    text = text_below(value, 10 if short and float(nearest) != value else 7)
+    if not (text.isdigit() and text.endswith("0" * 7)):
+        return text
+    digits = text.rstrip("0")
+    return f"{digits[0]}{'.' if digits[1:] else ''}{digits[1:]}e{len(text) - 1}"

@@ -27,12 +27,12 @@ def largest_html(found: Largest) -> str:
     found : Largest
         The answer.
     """
-    from analysis.answers.largest import rounded_down
+    from analysis.answers.largest import proved_up_to, rounded_down
 
     proved = found.verdict is Verdict.PROVED
     theta = "" if found.theta is None else f", theta = {found.theta:.7g} s"
     rows = [
-        ("proved up to k =", rounded_down(found.largest.low) if proved else "nothing is proved"),
+        ("proved up to k =", proved_up_to(found) if proved else "nothing is proved"),
         ("proved by", f"{found.criterion}{theta}") if proved else ("why", found.reason or "-"),
         ("evidence", found.evidence),
         ("refuted from k =", "-" if found.refuted_at is None else f"{found.refuted_at:.7g}"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from analysis.answers.largest import Largest, rounded_down
+from analysis.answers.largest import Largest, proved_up_to
 from analysis.evidence import Verdict
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def table_row(row: Largest) -> tuple[str, ...]:
     return (
         class_name(row),
         row.criterion if proved else "-",
-        rounded_down(row.largest.low) if proved else "-",
+        proved_up_to(row) if proved else "-",
         str(row.evidence) if proved else "-",
         "-" if row.refuted_at is None else f"{row.refuted_at:.7g}",
         "-" if row.witness is None else row.witness.kind,

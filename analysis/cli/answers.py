@@ -65,7 +65,10 @@ def _claim(found: Largest) -> str:
     span = f"[{lower}, {rounded_down(low)}{')' if low == math.inf else ']'}"
     if found.verdict is Verdict.PROVED:
         proviso = f" {found.proviso}" if found.proviso else ""
-        return f"{found.meaning} for every {_class(found, span)}{proviso}, by {found.criterion} ({found.evidence})."
+        tried = ", the largest k tried" if found.capped else ""
+        return (
+            f"{found.meaning} for every {_class(found, span)}{tried}{proviso}, by {found.criterion} ({found.evidence})."
+        )
     if found.verdict is Verdict.REFUTED:
         return f"Not stable for every {_class(found, f'[{lower}, k]')}, whatever k."
     if low > found.lower:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import TYPE_CHECKING
 
-from analysis.answers.largest import Largest
+from analysis.answers.largest import Largest, proved_up_to
 from analysis.criteria.result import CriterionResult
 from analysis.evidence import Evidence, Verdict
 from analysis.graphical.axis import OnAxis
@@ -76,7 +76,8 @@ def plot_reach(rows: Sequence[Largest], names: Sequence[str], *, ax: Axes | None
 
 def _range(rows: Sequence[Largest]) -> tuple[float, float, bool]:
     """Ends of the axis of ``k``, and whether it is logarithmic."""
-    marks = [abs(value) for row in rows for value in (row.largest.low, row.refuted_at, row.hurwitz.high) if value]
+    ends = [value for row in rows for value in (row.refuted_at, row.hurwitz.high) if value]
+    marks = [abs(value) for value in ends + [row.largest.low for row in rows if not row.capped] if value]
     finite = [value for value in marks if 0 < value < math.inf]
     lower = min(float(row.lower) for row in rows)
     if not finite:
@@ -91,8 +92,8 @@ def _range(rows: Sequence[Largest]) -> tuple[float, float, bool]:
 def _reach_words(row: Largest) -> str:
     words = []
     if row.verdict is Verdict.PROVED:
-        endless = row.largest.low == math.inf
-        words.append("every finite k proved" if endless else f"proved to {_short(row.largest.low, ROUND_FLOOR)}")
+        end = proved_up_to(row) if row.capped else _short(row.largest.low, ROUND_FLOOR)
+        words.append("every finite k proved" if row.largest.low == math.inf else f"proved to {end}")
     if row.refuted_at is not None:
         words.append(f"refuted at {_short(row.refuted_at, ROUND_CEILING)}")
     return ", ".join(words) or "unknown"

@@ -1,0 +1,54 @@
+"""A class that is proved as far as a certificate was tried says so, wherever its end is named."""
+
+import math
+
+from matplotlib.figure import Figure
+
+from analysis import max_sector, max_slope
+from analysis.answers.largest import proved_up_to, rounded_down
+from analysis.answers.text import table
+from analysis.plots import plot_reach
+from analysis.report.loop import build_loop_report
+from analysis.report.loop.document import loop_document
+from analysis.report.loop.write import loop_page
+from lure.loop_library import builtin_loop
+
+# Park's inequality holds for ct-7 in the limit k -> inf, with no one multiplier for all k: a certificate is written for
+# the first of the k tried that the checker accepts, 1e12
+SEVENTH = builtin_loop("ct-7")
+
+
+def test_the_largest_k_tried_is_called_so():
+    found = max_slope(SEVENTH.block)
+    assert found.capped
+    assert (found.largest.low, found.largest.high) == (1e12, math.inf)
+    assert proved_up_to(found) == "1e12, the largest k tried"
+    assert "slope in [0, 1e12], the largest k tried (park, certified)" in str(found)
+    assert "1e12, the largest k tried" in found._repr_html_()
+    assert "1000000000000" not in str(found)
+
+
+def test_tables_pages_and_figures_say_so_too():
+    report = build_loop_report(SEVENTH)
+    said = table(report.analysis)
+    assert "1e12, the largest k tried" in said
+    assert "1000000000000" not in said
+    assert "</data>, the largest k tried</td>" in loop_page(loop_document(report), ())
+    axes = plot_reach(report.analysis.rows, ["a", "b", "c", "d"], ax=Figure().add_subplot())
+    words = [text.get_text() for text in axes.texts] + [text.get_text() for text in axes.get_yticklabels()]
+    assert sum("proved to 1e12, the largest k tried" in text for text in words) == 2
+    assert axes.get_xlim()[1] < 1e3  # the axis is that of the numbers that mean something: 8 to 13
+
+
+def test_an_end_of_a_criterion_is_not():
+    for found in (max_sector(SEVENTH.block), max_sector("1/(s^2 + s + 1)"), max_slope(builtin_loop("dt-6").block)):
+        assert not found.capped
+        assert "largest k tried" not in str(found)
+    assert proved_up_to(max_sector("1/(s^2 + s + 1)")) == "inf"
+
+
+def test_a_long_round_number_is_written_with_an_exponent():
+    # 1e8 = 100000000; a long number that is not round, and a short one, stay as they are
+    assert [rounded_down(value) for value in (1e8, 1.5e9, 1e12, 1e6, 123456789012.0, -1e9)] == [
+        "1e8", "1.5e9", "1e12", "1000000", "123456700000", "-1000000000",
+    ]  # fmt: skip
