@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import cast
 
 from lure.errors import InputError
-from lure.exact import exact_number, square_root
+from lure.exact import Exact, exact_number, square_root
 from lure.nonlinearity import NormalCompliance
 
 PARAMETERS = ("youngs_modulus", "density", "length", "area", "damping", "compliance", "exponent", "gap")
@@ -27,8 +27,9 @@ class Rod:
         \rho u_{tt} &= E u_{xx} + f(t,x)/A, & \qquad A E u_x(t,0) &= k u_t(t,0) - g(t), \\
         E u_x(t,L) &= -p(u(t,L) - \mathrm{gap}), & \qquad p(r) &= \max(r,0)^m / \varepsilon .
 
-    The limit ``eps -> 0`` is the Signorini (rigid) obstacle.  Loads and initial data are not part of the rod: see
-    :class:`lure.scenario.Scenario`.
+    A parameter is a number or the text of one, such as ``"0.1"`` or ``"1/3"``: text is exact, and a float is the double
+    that it is.  The limit ``eps -> 0`` is the Signorini (rigid) obstacle.  Loads and initial data are not part of the
+    rod: see :class:`lure.scenario.Scenario`.
 
     Parameters
     ----------
@@ -54,14 +55,14 @@ class Rod:
     ----------
     exact : Mapping[str, Fraction]
         Each parameter as the exact rational given; the attributes of the same names are the nearest doubles.
-        ``rod_from_exact({**rod.exact, "damping": k})`` of :mod:`lure.systems` varies a rod without loss;
-        ``dataclasses.replace`` would round the other parameters to doubles.  Rods are equal if these are.
+        ``rod.replace(damping=k)`` varies a rod without loss; ``dataclasses.replace`` would round the other parameters
+        to doubles.  Rods are equal if these are.
 
     Raises
     ------
     InputError
-        A parameter is not a finite number, is not positive where it must be, ``k = -Z``, or a derived constant lies
-        outside the range of doubles.
+        A parameter is no finite number, nor the text of one, is not positive where it must be, ``k = -Z``, or a derived
+        constant lies outside the range of doubles.
 
     References
     ----------
@@ -86,7 +87,7 @@ class Rod:
     exact: Mapping[str, Fraction] = field(init=False, repr=False, hash=False)
 
     def __post_init__(self) -> None:
-        exact = {name: exact_number(getattr(self, name), f"rod.{name}") for name in PARAMETERS}
+        exact = {name: _parameter(getattr(self, name), f"rod.{name}") for name in PARAMETERS}
         for name in _POSITIVE:
             if exact[name] <= 0:
                 raise InputError(f"rod.{name} is {float(exact[name]):g}; give a positive number")
@@ -102,6 +103,35 @@ class Rod:
         for quantity, constant, unit in self._derived():
             if not math.isfinite(constant) or constant == 0:
                 raise InputError(f"rod: {quantity} comes out as {constant:g} {unit} in doubles; rescale the units")
+
+    def replace(self, **changes: Exact | str) -> Rod:
+        """The rod with some parameters changed; the others stay the exact numbers that they are.
+
+        What ``copy.replace`` does from Python 3.13 on.
+
+        Parameters
+        ----------
+        **changes : number or str
+            New values, by the names of the parameters.
+
+        Raises
+        ------
+        InputError
+            A name is none of a parameter, or there is no such rod.
+
+        Examples
+        --------
+        >>> rod = Rod(youngs_modulus=288e6, density=8, length="1/3", area="0.25e-4", damping="2e-4", compliance=1)
+        >>> stiff = rod.replace(damping="0.3", gap="1/50")
+        >>> print(stiff.exact["damping"], stiff.exact["gap"], stiff.exact["length"])
+        3/10 1/50 1/3
+        """
+        unknown = sorted(set(changes) - set(PARAMETERS))
+        if unknown:
+            raise InputError(f"a rod has no parameter {unknown[0]!r}; it has {', '.join(PARAMETERS)}")
+        return Rod(**cast("dict[str, float]", {**self.exact, **changes}))
+
+    __replace__ = replace
 
     def __reduce__(self) -> tuple[Callable[[dict[str, Fraction]], Rod], tuple[dict[str, Fraction]]]:
         """Pickle and copy by the exact parameters, for worker processes."""
@@ -188,6 +218,14 @@ class Rod:
         """The contact law ``p``, with stiffness ``1/eps``."""
         stiffness, exponent = 1 / self.exact["compliance"], self.exact["exponent"]
         return NormalCompliance(cast("float", stiffness), cast("float", exponent))
+
+
+def _parameter(value: object, name: str) -> Fraction:
+    if isinstance(value, str):
+        from lure.inputs.coefficients import exact_coefficient
+
+        return exact_coefficient(value, name)
+    return exact_number(value, name)
 
 
 def _quotient(top: Fraction, bottom: Fraction) -> float:

@@ -1,6 +1,7 @@
 """lure.rod: derived constants, exactness, the reflection near k = Z and k = -Z, and refusals."""
 
 import copy
+import dataclasses
 import math
 import pickle
 from decimal import Decimal
@@ -209,7 +210,9 @@ def test_the_constants_follow_the_units(rod, time, length):
         (math.inf, "is inf; give a finite number"),
         (-math.inf, "is -inf; give a finite number"),
         (True, "is True; give a number"),
-        ("1", "is '1'; give a number"),
+        ("one", "is 'one'; give a number such as 2, -0.5, 1e-3 or 2/3"),
+        ("1e999999999", "has more than 1000 digits or an exponent beyond 400"),
+        ("1/0", "is '1/0', a division by zero"),
         (None, "is None; give a number"),
         (10**400, "is outside the range of double precision"),
         (Fraction(1, 10**400), "is outside the range of double precision"),
@@ -218,6 +221,37 @@ def test_the_constants_follow_the_units(rod, time, length):
 def test_a_parameter_that_is_not_a_finite_number_is_refused_by_name(name, value, message):
     with pytest.raises(InputError, match=rf"^rod\.{name} {message}"):
         paper(**{name: value})
+
+
+def test_a_parameter_may_be_the_text_of_a_number_which_is_exact():
+    rod = paper(length="1/3", area=" 0.25e-4 ", damping="-0.1", gap="2")
+    assert [rod.exact[name] for name in ("length", "area", "damping", "gap")] == [
+        Fraction(1, 3),
+        Fraction(1, 40000),
+        Fraction(-1, 10),
+        2,
+    ]
+    assert rod.length == 1 / 3
+    with pytest.raises(InputError, match=r"^rod\.length is -1; give a positive number$"):
+        paper(length="-1")
+
+
+@pytest.mark.parametrize("change", [lambda rod, **new: rod.replace(**new), lambda rod, **new: rod.__replace__(**new)])
+def test_a_rod_with_one_parameter_changed_keeps_the_others_exactly(change):
+    rod = paper(length="1/3", compliance=Fraction(1, 7))
+    other = change(rod, damping="0.3")
+    assert other.exact == {**rod.exact, "damping": Fraction(3, 10)}
+    assert other == paper(length=Fraction(1, 3), compliance=Fraction(1, 7), damping=Fraction(3, 10))
+    # a rod of doubles is another one
+    assert dataclasses.replace(rod, damping=0.3).exact["length"] == Fraction(1 / 3) != Fraction(1, 3)
+    assert change(rod) == rod
+
+
+def test_a_parameter_that_there_is_not_cannot_be_changed():
+    with pytest.raises(InputError, match=r"^a rod has no parameter 'k'; it has youngs_modulus, density, .*, gap$"):
+        paper().replace(k=1)
+    with pytest.raises(InputError, match=r"^rod\.damping is 'much'"):
+        paper().replace(damping="much")
 
 
 @pytest.mark.parametrize("name", ["youngs_modulus", "density", "length", "area", "compliance", "exponent"])
