@@ -52,6 +52,7 @@ docs: .venv/.docs build/notebooks/.run ## the documentation, into build/docs/ind
 
 clean: ## remove the environment, the caches and everything made here
 	rm -rf .venv .pytest_cache .hypothesis .mypy_cache .ruff_cache build dist lure-report
+	rm -rf docs/notebooks docs/notes docs/pictures docs/project
 	find . -name .git -prune -o -name __pycache__ -prune -exec rm -rf {} +
 
 # A stamp is written after pip has succeeded, and a larger set of packages stands for the smaller ones.
