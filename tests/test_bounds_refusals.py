@@ -106,3 +106,20 @@ def test_a_constant_that_the_sample_contradicts():
 
 def test_a_violation_is_not_looked_for_where_there_is_none():
     assert violation("tanh(x)", Sector(0, 1)) is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x*sign(sqrt(x))**2",
+        "x + 0*sqrt(x)",
+        "x + 0/log(x)",
+        "where(x < sqrt(x), x, x/2)",
+        "where(log(x) < 0, x, x)",
+        "max(x, min(x, x*sign(sqrt(-x))))",
+    ],
+)
+def test_what_hides_a_root_of_a_negative_number_has_no_value_either(text):
+    # for numpy 0*nan and sign(nan) are nan, and a comparison with nan is neither true nor false
+    with pytest.raises(InputError, match="no value that could be enclosed at sigma"):
+        law_bounds(text)

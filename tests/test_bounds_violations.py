@@ -82,3 +82,21 @@ def test_a_function_is_refuted_by_what_it_returns():
 def test_what_was_found_before_is_used():
     found = law_bounds("tanh(x)")
     assert violation("tanh(x)", Sector(0, 0.5), found=found).to_dict()["bound"] == "1/2"
+
+
+def test_a_law_derived_from_one_of_the_library_is_known_by_its_values_alone():
+    class Tenfold(Saturation):
+        def __call__(self, sigma):
+            return 10 * super().__call__(sigma)
+
+    found = law_bounds(Tenfold())
+    assert (found.evidence, float(found.sector_upper.inner)) == (Evidence.OBSERVED, pytest.approx(10))
+    assert law_bounds(Saturation()).evidence is Evidence.CERTIFIED
+
+
+def test_only_what_was_shown_is_called_refuted():
+    seen = violation(lambda sigma: 2 * sigma, Sector(0, 1))
+    shown = violation("2*sigma", Sector(0, 1))
+    assert (seen.evidence, shown.evidence) == (Evidence.OBSERVED, Evidence.CERTIFIED)
+    assert "REFUTED" not in seen._repr_html_() and "<b>OBSERVED</b>" in seen._repr_html_()
+    assert "<b>REFUTED</b>" in shown._repr_html_()

@@ -255,3 +255,12 @@ def test_indices_and_hints_take_objects_of_python_control():
 def test_several_inputs_are_refused_by_name(system):
     with pytest.raises(InputError, match=re.escape("choose a pair, e.g. sys[0, 0]")):
         Loop(system, Tanh())
+
+
+def test_a_saturation_redefined_is_not_taken_for_the_saturation():
+    class Tenfold(control.saturation_nonlinearity):
+        def __call__(self, x):
+            return 10 * super().__call__(x)
+
+    with pytest.raises(InputError, match="has no sector|has a memory"):
+        as_law(Tenfold(1))

@@ -399,3 +399,27 @@ def test_a_violation_is_an_assertion_error():
     assert issubclass(LawViolation, AssertionError)
     with pytest.raises(AssertionError):
         assert_monotone(np.cos)
+
+
+def test_what_passed_says_to_within_what():
+    # 1.01 sigma is not in [0, 1]: what is certified is that it is so up to 0.0101
+    assert str(assert_in_sector("1.01*sigma", Sector(0, 1), tolerance=0.0101)).count("[0, 1], to within 0.0101: ") == 1
+    assert "within" not in assert_in_sector("sigma", Sector(0, 1)).claim
+
+
+@pytest.mark.parametrize("text", ["1/sigma", "sigma*sqrt(sigma**2 - 1)/sqrt(sigma**2 - 1)"])
+def test_an_odd_form_without_values_is_not_certified(text):
+    with pytest.raises(LawViolation, match="a law has a finite real value everywhere"):
+        assert_odd(text)
+    assert assert_odd("sigma/(sigma**2 - 4)", on=(-1, 1)).evidence is Evidence.CERTIFIED
+
+
+def test_a_law_that_hides_nan_from_its_bounds_does_not_pass():
+    # nan for sigma < 0, which an interval for sign(...) of [-1, 1] would hide
+    with pytest.raises(LawViolation, match="a law has a finite real value everywhere"):
+        assert_in_sector("sigma*sign(sqrt(sigma))**2", Sector(-3, 3))
+
+
+def test_a_violation_seen_in_floating_point_is_not_called_refuted():
+    found = violation_of(assert_in_sector, lambda s: 2 * s, Sector(0, 1))
+    assert "REFUTED" not in found._repr_html_()

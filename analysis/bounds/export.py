@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analysis.bounds.result import as_double, short
+from analysis.evidence import Evidence
 from lure.datasets import Column, dataset
 from lure.showing import html_table
 
@@ -96,4 +97,5 @@ def violation_html(found: Violation) -> str:
         ("at", ", ".join(short(point, digits=17) for point in found.points)),
         ("evidence", found.evidence),
     ]
-    return html_table(f"a {found.quantity} bound is passed", rows, verdict="REFUTED")
+    verdict = "REFUTED" if found.evidence is Evidence.CERTIFIED else "OBSERVED"
+    return html_table(f"a {found.quantity} bound is passed", rows, verdict=verdict)

@@ -10,7 +10,7 @@ from flint import arb, arb_series
 from analysis.bounds.series import inside_sech_square, sech_square_series, tanh_series
 from lure.expressions.balls import ball, enclosure, truth
 from lure.expressions.build import apply
-from lure.expressions.tree import Apply, Node, Number, Variable
+from lure.expressions.tree import COMPARISONS, Apply, Node, Number, Variable
 
 LENGTH = 3
 _MOST_OPEN = 6
@@ -30,7 +30,8 @@ def jet(node: Node, box: arb) -> tuple[arb, arb, arb]:
     found = _Walk(box, 2).value(node)  # one unknown coefficient may spoil the others
     if found[0].is_finite():
         return found[0], found[1], _NAN
-    return enclosure(node, {"sigma": box}), _NAN, _NAN
+    point = {"sigma": box}
+    return _NAN if _undefined(node, point) else enclosure(node, point), _NAN, _NAN
 
 
 def values_by_branch(node: Node, box: arb) -> list[arb] | None:
@@ -130,7 +131,7 @@ class _Walk:
             try:
                 self.known[id(node)] = self._applied(node)
             except (ValueError, ZeroDivisionError):  # how series refuse to divide by one that may start at 0
-                self.known[id(node)] = _series(self.length, _NAN, _NAN, _NAN)
+                self.known[id(node)] = self._unknown()
         return self.known[id(node)]
 
     def _applied(self, node: Apply) -> arb_series:
@@ -158,9 +159,9 @@ class _Walk:
             case "-":
                 return u - v
             case "*":
-                return u * v
+                return self._unknown() if _nowhere(u, v) else u * v
             case "/":
-                return u / v
+                return self._unknown() if _nowhere(u, v) else u / v
             case _:
                 return self._extreme(name, Apply("<", parts), u, v)
 
@@ -172,7 +173,13 @@ class _Walk:
         value = u[0].max(v[0]) if name == "max" else u[0].min(v[0])
         return _series(self.length, value, u[1].union(v[1]), _NAN)
 
+    def _unknown(self) -> arb_series:
+        """Of what may have no value."""
+        return _series(self.length, _NAN, _NAN, _NAN)
+
     def _side(self, name: str, inner: Node, u: arb_series) -> arb_series:
+        if u[0].is_nan():
+            return self._unknown()
         sign = 1 if u[0] >= 0 else -1 if u[0] <= 0 else 0
         if sign == 0 and self.chosen is not None:
             sign = self._choice(inner)
@@ -189,6 +196,8 @@ class _Walk:
     def _where(self, node: Apply) -> arb_series:
         condition, first, second = node.arguments
         decided = truth(condition, {"sigma": self.box})
+        if decided is None and _undefined(condition, {"sigma": self.box}):
+            return self._unknown()
         if decided is None and self.chosen is not None:
             decided = self._choice(condition) > 0
         if decided is not None:
@@ -208,6 +217,25 @@ class _Walk:
 def value_at(node: Node, point: Fraction) -> arb:
     """An enclosure of the value at an exact point."""
     return jet(node, ball(point))[0]
+
+
+def _undefined(node: Node, point: Mapping[str, arb]) -> bool:
+    """Whether a sign or a comparison may have nothing to go by on the balls, and so hide that there is no value."""
+    if not isinstance(node, Apply):
+        return False
+    parts = node.arguments
+    if node.operation == "where":
+        decided = truth(parts[0], point)
+        if decided is not None:
+            return _undefined(parts[1 if decided else 2], point)
+    if node.operation == "sign" or node.operation in COMPARISONS:
+        return any(enclosure(part, point).is_nan() for part in parts)
+    return any(_undefined(part, point) for part in parts)
+
+
+def _nowhere(u: arb_series, v: arb_series) -> bool:
+    """Whether one may have no value: flint would make 0 of its product with 0."""
+    return bool(u[0].is_nan() or v[0].is_nan())
 
 
 def _series(length: int, *coefficients: arb) -> arb_series:

@@ -13,7 +13,7 @@ from analysis.testing.parity import known_odd
 from analysis.testing.subject import Subject
 from lure.errors import AssumptionError, InputError
 from lure.expressions import Expression
-from lure.expressions.tree import names
+from lure.expressions.tree import is_total, names
 from lure.laws.formula import ExpressionLaw
 from lure.laws.properties import Standing, properties
 from lure.sector import Sector, SlopeBounds
@@ -46,7 +46,7 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
         The interval, None for all of R.
     """
     if kind == "odd":
-        return _oddness(law.law)
+        return _oddness(law.law, on)
     from analysis.bounds import law_bounds
     from analysis.bounds.result import above, below
 
@@ -110,7 +110,7 @@ def _widened(kind: str, limits: Limits) -> Sector | SlopeBounds:
     return Sector(lower, upper) if kind == "sector" else SlopeBounds(lower, upper)
 
 
-def _oddness(law: object) -> Decision:
+def _oddness(law: object, on: tuple[Fraction, Fraction] | None) -> Decision:
     if isinstance(law, ExpressionLaw):
         odd = known_odd(law.expression, "sigma")
     elif isinstance(law, Expression):
@@ -123,7 +123,23 @@ def _oddness(law: object) -> Decision:
         odd = known.value if known.standing is Standing.CHECKED else None
     if odd is None:
         return Decision(total=True)
-    how = "for every sigma, by its form"
+    if odd and not _has_values(law, on):
+        return Decision(how="by its form it is odd where it has values, but that it has one everywhere was not shown")
     if odd:
-        return Decision(verdict=Verdict.PROVED, how=how, total=True)
+        return Decision(verdict=Verdict.PROVED, how="for every sigma, by its form", total=True)
     return Decision(verdict=Verdict.REFUTED, how="the law is not odd, by its form", total=True)
+
+
+def _has_values(law: object, on: tuple[Fraction, Fraction] | None) -> bool:
+    """Whether a formula is known to have a value for every sigma, as a law of the library has."""
+    from analysis.bounds import law_bounds
+
+    if not isinstance(law, ExpressionLaw | Expression):
+        return True
+    if is_total((law if isinstance(law, Expression) else law.expression).tree):
+        return True
+    try:
+        law_bounds(law, on=on)
+    except InputError:
+        return False
+    return True

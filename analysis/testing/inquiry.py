@@ -95,7 +95,8 @@ def run(phi: object, inquiry: Inquiry) -> Checked:
 
 
 def _passed(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Checked:
-    claim = _claim(law, inquiry)
+    slack = inquiry.limits.tolerance
+    claim = f"{_claim(law, inquiry)}, to within {slack:g}" if slack else _claim(law, inquiry)
     if known.verdict is Verdict.PROVED:
         return Checked(claim=claim, evidence=Evidence.CERTIFIED, how=known.how, points=law.evaluations)
     how = f"no violation among {law.evaluations} values on {where}"

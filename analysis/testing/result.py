@@ -181,7 +181,7 @@ class Violation:
             ("phi(sigma)", ", ".join(f"{value:.17g}" for value in self.phi)),
             ("how", self.how),
         ]
-        return html_table(self.denial, rows, verdict="REFUTED")
+        return html_table(self.denial, rows, verdict="VIOLATED")
 
     def save(self, path: Path) -> None:
         """Draw the law and the point into a file.

@@ -39,7 +39,7 @@ def as_law(source: object) -> Nonlinearity:
         return cast("Nonlinearity", source)
     control = sys.modules.get("control")  # an object of a package that is not loaded cannot exist
     if control is not None and isinstance(source, control.DescribingFunctionNonlinearity):
-        if isinstance(source, control.saturation_nonlinearity):
+        if type(source) is control.saturation_nonlinearity:  # of a class derived from it the graph is unknown
             return Saturation(limit=source.ub, lower_limit=source.lb)
         if not source._isstatic():
             raise InputError(
