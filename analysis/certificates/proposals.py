@@ -12,9 +12,9 @@ import numpy as np
 
 from analysis.answer import Answer
 from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.checker import CONVENTION, FORMAT, Proved, check
+from analysis.certificates.checker import CONVENTION, FORMAT, Proved
 from analysis.certificates.covers import Uncovered, cover_proof, has_delays
-from analysis.certificates.drafts import completed
+from analysis.certificates.drafts import settled
 from analysis.certificates.multipliers import Block, Multiplier, Upper, multipliers, rod_circle_bound
 from analysis.certificates.systems import laws_of, system_of, text
 from lure.delay import DelayBlock
@@ -51,7 +51,7 @@ class Certified:
 
 
 def answer_draft(block: Block, answer: Answer, upper: Upper, *, numbers: Numbers = "rationals") -> dict[str, Any]:
-    """The likeliest certificate for an answer, without what :func:`analysis.certificates.drafts.completed` fills in.
+    """The likeliest certificate for an answer, without what :func:`analysis.certificates.drafts.settled` fills in.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def certified(block: Block, answer: Answer, upper: Upper | None = None, *, numbe
     for smaller in _uppers(block, answer, asked):
         for multiplier in multipliers(block, answer, smaller):
             try:
-                proved = check(completed(_draft(block, answer, smaller, multiplier, numbers)))
+                proved = settled(_draft(block, answer, smaller, multiplier, numbers))
             except (Rejected, Uncovered) as refusal:
                 first = first or (refusal if isinstance(refusal, Rejected) else Rejected(str(refusal)))
                 continue
