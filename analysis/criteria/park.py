@@ -39,9 +39,9 @@ def park_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answ
 
     .. math:: \mathrm{Re}[(1 + \tau\omega^2 + i\omega\theta)(H(i\omega) + 1/k)] > 0, \quad 0 \le \omega < \infty,
 
-    and the limit of the left-hand side over ``1 + tau omega^2`` positive.  Then 0 is globally asymptotically stable for
-    every time-invariant ``phi`` with ``phi(0) = 0`` and slope in ``[lower, k]``, odd or not; for ``tau = 0`` it is
-    Popov's criterion.
+    the limit of the left-hand side over ``1 + tau omega^2`` positive, and ``1 + k H(inf) > 0`` (a condition of its own
+    for ``tau = 0``).  Then 0 is globally asymptotically stable for every time-invariant ``phi`` with ``phi(0) = 0`` and
+    slope in ``[lower, k]``, odd or not; for ``tau = 0`` it is Popov's criterion.
 
     Parameters
     ----------

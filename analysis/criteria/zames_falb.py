@@ -38,8 +38,9 @@ def zames_falb_largest(
 ) -> Answer:
     r"""Largest slope that a Zames-Falb multiplier with a Popov term proves, in continuous time.
 
-    For ``sigma = H mu``, ``mu = -phi(sigma)`` with ``H`` stable and ``phi`` time-invariant, ``phi(0) = 0``, with slope
-    in ``[0, k]``, the origin is globally asymptotically stable if for some ``eps > 0`` and every real ``w``
+    For ``sigma = H mu``, ``mu = -phi(sigma)`` with ``H`` stable, ``1 + k H(inf) > 0`` and ``phi`` time-invariant,
+    ``phi(0) = 0``, with slope in ``[0, k]``, the origin is globally asymptotically stable if for some ``eps > 0`` and
+    every real ``w``
 
     .. math:: \mathrm{Re}\,[M(i w)\,(H(i w) + 1/k) + i w \theta\, H(i w)] \ge \varepsilon, \\
         M(i w) = 1 - \sum_j c_j\, \hat h_j(i w), \qquad \sum_j |c_j| \le 1,
