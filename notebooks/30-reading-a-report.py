@@ -31,12 +31,8 @@ import numpy as np
 
 from analysis import Proved, Verdict, check
 from analysis.answers.text import class_name
-from analysis.plots import plot_damping, plot_popov
-from analysis.plots.confirmation import plot_both_decays, plot_both_ends
-from analysis.plots.loops import plot_reach
-from analysis.report import build_report, write_report
-from analysis.report.claims import claims
-from analysis.report.loop import build_loop_report, write_loop_report
+from analysis.plots import plot_both_decays, plot_both_ends, plot_damping, plot_popov, plot_reach
+from analysis.report import build_loop_report, build_report, claims, write_loop_report, write_report
 from lure import LawClass, LoopSystem, RodBlock, Saturation, Sector, as_block, builtin_system
 
 
@@ -213,7 +209,7 @@ else:
 # %%
 def damped(value):
     """The report on the rod with another dashpot [N s/m]."""
-    return build_report(replace(system, rod=replace(system.rod, damping=value)))
+    return build_report(replace(system, rod=system.rod.replace(damping=value)))
 
 
 undamped = damped(0)

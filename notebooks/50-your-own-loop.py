@@ -57,8 +57,7 @@ from analysis import certify, max_sector, max_slope, popov_response
 from analysis.bounds import law_bounds
 from analysis.certificates import checker
 from analysis.certificates.certify import text_of
-from analysis.plots.loops import plot_reach
-from analysis.plots.sectors import plot_law_sector
+from analysis.plots import plot_law_sector, plot_reach
 from analysis.plots.style import GREEN
 from analysis.testing import assert_in_sector
 from lure import LawClass, Sector, as_block

@@ -32,8 +32,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from analysis import Refuted, check, describing_hint, max_sector, max_slope
-from analysis.criteria.describing_function import describing_function
-from analysis.plots.loops import plot_law, plot_reach
+from analysis.plots import plot_law, plot_reach
 from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILLION, finish_axes
 from lure import PiecewiseLinear, as_block
 from lure.loop_library import builtin_loop
@@ -296,14 +295,8 @@ t, spiral, rest = motion(alarm, stop, [-25.0, 0.0], 150.0)  # sigma(0) = 40
 seconds, response = signal.impulse(([-1, -1.6], [1, 0.39, 1]), T=np.linspace(0, 100, 20001))
 most = np.trapezoid(np.abs(response), seconds)  # what |mu| <= 1 can do to |sigma|, in the long run
 
-_, (left, right) = plt.subplots(1, 2, figsize=(10.4, 3.4), width_ratios=(1, 1.5), layout="constrained")
-sizes = np.linspace(1, 6, 400)
-left.plot(sizes, describing_function(stop, sizes), color=BLUE, lw=1.4, label="N(A)")
-left.axhline(inner.gain, color=GREY, lw=1, ls="--", label="gain at which the linear loop fails")
-left.plot([inner.amplitude, outer.amplitude], [inner.gain] * 2, "o", ms=5, color=PURPLE, label="balance")
-left.set_xlabel("amplitude A [unit of σ]")
-left.set_ylabel("N [unit of μ / unit of σ]")
-left.legend(loc="lower right", **LEGEND)
+_, (left, right) = plt.subplots(1, 2, figsize=(10.4, 3.8), width_ratios=(1, 1.2), layout="constrained")
+hint.plot(ax=left)
 right.plot(t, np.abs(spiral), color=VERMILLION, lw=1.2, label="|σ|, observed")
 right.axhline(outer.amplitude, color=PURPLE, lw=1, ls="--", label="amplitude of the predicted oscillation")
 right.set_xlabel("t [s]")
@@ -312,8 +305,7 @@ right.set_yscale("log")
 right.set_ylim(1e-3, 60)
 right.set_xlim(0, 80)
 right.legend(loc="upper right", **LEGEND)
-for axes in (left, right):
-    finish_axes(axes)
+finish_axes(right)
 plt.show()
 
 # %% [markdown]
