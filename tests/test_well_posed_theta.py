@@ -1,0 +1,56 @@
+"""``1 + k H(inf) > 0`` is a hypothesis of its own: with a Popov term the inequality alone does not imply it."""
+
+from fractions import Fraction
+
+import pytest
+
+from analysis.certificates import checker
+from analysis.criteria.kernel_certificate import check
+from analysis.criteria.kernels import Multiplier
+from analysis.criteria.park import park_criterion, park_largest
+from analysis.criteria.zames_falb import recheck, zames_falb_largest
+from analysis.plant import Plant
+from lure.errors import InputError
+from lure.rational import RationalBlock
+from lure.sector import SlopeBounds
+
+# H = -2 s/(s + 1), k = 1, theta = 10: Re[H + 1 + 10 i w H] = 1 + 18 w^2/(1 + w^2) >= 1, times 1 + x: 1 + 19 x.
+# But H(inf) = -2: for phi = sigma/2, sigma = c x + sigma has no solution unless c x = 0.
+BLOCK, THETA = RationalBlock([-2, 0], [1, 1]), Fraction(10)
+CLAIM = {
+    "format": checker.FORMAT,
+    "verdict": "PROVED",
+    "convention": checker.CONVENTION,
+    "numbers": "rationals",
+    "system": {"kind": "transfer", "time": "continuous", "numerator": ["-2", "0"], "denominator": ["1", "1"]},
+    "laws": {"sector": ["0", "1"], "slope": ["0", "1"], "odd": False, "time_varying": False, "linear": False},
+    "law": None,
+    "conclusion": "",
+    "hypotheses": {},
+    "proof": {"method": "polynomial", "variable": "omega^2", "coefficients": ["1", "19"], "limits": ["1", "19"]},
+}
+THEOREMS = {
+    "popov": {"theta": "10"},
+    "park": {"theta": "10", "tau": "0"},
+    "zames-falb": {"theta": "10", "kernels": []},
+}
+
+
+def test_the_inequality_alone_holds():
+    assert check(Plant.of(BLOCK), Fraction(1), Multiplier(THETA, ())).holds
+
+
+def test_the_criteria_stop_at_the_gain_that_has_no_solution():
+    with pytest.raises(InputError, match="not well posed"):
+        park_criterion(BLOCK, SlopeBounds(0, 1), theta=THETA, tau=Fraction(0))
+    for found in (park_largest(BLOCK), zames_falb_largest(BLOCK, odd=False)):
+        assert found.largest.low < 0.5 <= found.largest.high
+    for k, proved in (("49/100", True), ("1/2", False), ("1", False), ("inf", False)):
+        assert recheck(BLOCK, {"lower": "0", "k": k, "odd": False, "theta": "10", "kernels": []}) is proved
+
+
+@pytest.mark.parametrize("theorem", THEOREMS)
+def test_the_checker_refuses_the_class_that_holds_it(theorem):
+    claim = CLAIM | {"theorem": theorem, "multiplier": THEOREMS[theorem]}
+    with pytest.raises(checker.Rejected, match="vanishes for a gain"):
+        checker.check(claim, draft=True)
