@@ -98,5 +98,6 @@ def test_only_what_was_shown_is_called_refuted():
     seen = violation(lambda sigma: 2 * sigma, Sector(0, 1))
     shown = violation("2*sigma", Sector(0, 1))
     assert (seen.evidence, shown.evidence) == (Evidence.OBSERVED, Evidence.CERTIFIED)
-    assert "REFUTED" not in seen._repr_html_() and "<b>OBSERVED</b>" in seen._repr_html_()
+    assert "REFUTED" not in seen._repr_html_()
+    assert "<b>OBSERVED</b>" in seen._repr_html_()
     assert "<b>REFUTED</b>" in shown._repr_html_()

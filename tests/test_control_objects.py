@@ -262,5 +262,5 @@ def test_a_saturation_redefined_is_not_taken_for_the_saturation():
         def __call__(self, x):
             return 10 * super().__call__(x)
 
-    with pytest.raises(InputError, match="has no sector|has a memory"):
+    with pytest.raises(InputError, match=r"has no sector|has a memory"):
         as_law(Tenfold(1))

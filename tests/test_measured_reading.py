@@ -139,3 +139,50 @@ def test_any_text_is_read_or_refused(text):
         return
     assert np.isfinite(found.displacement).all()
     assert np.isfinite(found.load).all()
+
+
+@pytest.mark.parametrize(
+    ("heading", "message"),
+    [
+        ("depth [um] x1000,force [N]", r"'depth \[um\] x1000' speaks of 'um', but its unit cannot be told"),
+        ("depth (mm) LVDT,force (kN) Sensor 1", "speaks of 'mm'"),
+        ("depth in millimetres,force [N]", "speaks of 'millimetres'"),
+        ("depth,force\ninch,lbf", "speaks of 'inch'"),
+    ],
+)
+def test_a_unit_that_cannot_be_told_is_not_taken_for_si(heading, message):
+    with pytest.raises(InputError, match=message):
+        read_measurements(heading + "\n0,0\n1,2\n2,4\n")
+    given = read_measurements(heading + "\n0,0\n1,2\n2,4\n", displacement="1", force="2", units=("um", "mN"))
+    assert (given.displacement[1], given.load[1]) == (1e-6, 2e-3)
+
+
+def test_a_unit_after_a_blank_is_a_unit():
+    found = read_measurements("Weg mm;Kraft kN\n0;0\n1;2\n2;4\n")
+    assert (found.displacement[1], found.load[1], found.notes) == (1e-3, 2e3, ())
+
+
+@pytest.mark.parametrize("heading", ["force,stroke", "Kraft,Weg", "Effort,Course"])
+def test_two_columns_are_not_exchanged(heading):
+    found = read_measurements(heading + "\n5,1\n6,2\n7,3\n")
+    assert (found.displacement[0], found.load[0]) == (1, 5)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("Weg [mm];Kraft [N]\n0,5;999,5\n0,6;1.000\n0,7;1.200\n", "line 3.*'1.000' has a point in a file with decimal"),
+        ("depth [mm];force [N]\n0.5;999\n0.6;1,000\n0.7;1,200\n", "line 2.*'0.5' has a point in a file with decimal"),
+        ("depth [mm],force [N]\n0,0\n0,5,2\n1,4\n1,5,6\n", "line 3 has 3 columns where the first has 2"),
+        ("depth [um],force [N]\n0%,1%\n1,2\n2,4\n3,6\n", "line 2: '0%' is not a number, nor a heading"),
+    ],
+)
+def test_numbers_that_could_be_read_in_two_ways_are_refused(text, message):
+    with pytest.raises(InputError, match=message):
+        read_measurements(text)
+
+
+def test_commas_that_might_mark_thousands_are_noted():
+    found = read_measurements("Weg [mm];Kraft [N]\n0;1,234\n1;5,600\n2;9,000\n")
+    assert (found.load[0], found.notes) == (1.234, ("Commas were read as decimal points: 1,234 as 1.234.",))
+    assert read_measurements("Weg [mm];Kraft [N]\n0;1,234\n1;5,60\n2;9,000\n").notes == ()

@@ -10,14 +10,21 @@ import numpy as np
 
 from analysis.measured.measurements import LoadUnit, Measurements
 from analysis.measured.table import Table, table_of
-from analysis.measured.units import SI, Kind, Unit, known_unit, split_heading, unit_named
+from analysis.measured.units import SI, Kind, Unit, known_unit, split_heading, unit_named, unit_within
 from lure.errors import InputError
 
 _LARGEST = 200 * 2**20
 _SHOWN = 8
 _WORDS: dict[str, tuple[str, ...]] = {
-    "displacement": ("displacement", "indentation", "penetration", "depth", "deflection", "extension", "separation"),
-    "force": ("force", "load", "stress", "pressure", "kraft"),
+    "displacement": (
+        *("displacement", "indentation", "penetration", "depth", "deflection", "extension", "separation", "stroke"),
+        *("travel", "weg", "tiefe", "verschiebung", "d\u00e9placement", "deplacement", "course", "spostamento"),
+        *("desplazamiento", "deformation"),
+    ),
+    "force": (
+        *("force", "load", "stress", "pressure", "kraft", "druck", "spannung", "effort", "contrainte", "forza"),
+        *("fuerza", "carico"),
+    ),
 }
 _KINDS: dict[str, tuple[Kind, ...]] = {"displacement": ("length",), "force": ("force", "stress")}
 
@@ -77,6 +84,8 @@ def read_measurements(
         for (role, column), unit in zip(zip(_KINDS, chosen, strict=True), given, strict=True)
     ]
     pairs, lines = _numbers(table, chosen, notes)
+    if seen := table.like_thousands(chosen):
+        notes.append(f"Commas were read as decimal points: {seen} as {seen.replace(',', '.')}.")
     u, p = (pairs[:, i] * 10.0**unit.power if unit.power >= 0 else pairs[:, i] / 10.0**-unit.power
             for i, unit in enumerate(found))  # fmt: skip
     load_unit: LoadUnit = "Pa" if found[1].kind == "stress" else "N"
@@ -166,8 +175,12 @@ def _guessed(table: Table, role: str, taken: set[int]) -> int:
     named = [i for i in by_unit or free if any(word in split[i][0].casefold() for word in _WORDS[role])]
     if len(named) == 1:
         return named[0]
-    if len(split) == 2 and not (by_unit or named):
-        return free[0]
+    other = "force" if role == "displacement" else "displacement"
+    left = [i for i in free if not any(word in split[i][0].casefold() for word in _WORDS[other])]
+    if taken:
+        left = left or free
+    if len(split) == 2 and left and not (by_unit or named):
+        return left[0]
     raise InputError(f"the column of the {role} cannot be told from the headings; {_offer(table)}")
 
 
@@ -176,6 +189,11 @@ def _unit(table: Table, column: int, role: str, given: str | None, notes: list[s
     where = f"column {_shown(table, column)!r}"
     text = given if given is not None else split_heading(table.headings[column])[1]
     if not text:
+        if like := unit_within(table.headings[column]):
+            raise InputError(
+                f"{where} speaks of {like!r:.40}, but its unit cannot be told; give units=(displacement, force), each "
+                "of m, mm, um, nm, N, mN, uN, nN, kN, Pa, kPa or MPa"
+            )
         unit = Unit(SI[_KINDS[role][0]], _KINDS[role][0], 0)
         notes.append(f"The {where} has no unit; {unit.text} is assumed.")
         return unit

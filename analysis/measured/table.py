@@ -12,6 +12,8 @@ from lure.errors import InputError
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?")
 _WITH_COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?|[+-]?[0-9]+(?:[eE][+-]?[0-9]+)?")
+_BEGINS = re.compile(r"\s*[+-]?[.,]?[0-9]")  # as a number does, and no heading
+_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "inf", "+inf", "-inf"}
 _COMMENT = ("#", "%")
 _LABEL = re.compile(r"\s*(?:columns?|names?)\s*:\s*", re.IGNORECASE)
@@ -37,6 +39,18 @@ class Table:
     rows: tuple[tuple[int, list[str]], ...]
     decimal_comma: bool
 
+    def like_thousands(self, columns: Sequence[int]) -> str:
+        """A number whose comma may mark thousands, if no number of the columns shows that it does not; else empty.
+
+        Parameters
+        ----------
+        columns : sequence of int
+            The columns, counted from 0.
+        """
+        cells = (cells[i].strip() for _, cells in self.rows for i in columns if i < len(cells) and "," in cells[i])
+        first = next(cells, "") if self.decimal_comma else ""
+        return first if first and _THOUSANDS.fullmatch(first) and all(map(_THOUSANDS.fullmatch, cells)) else ""
+
     def number(self, row: int, column: int) -> float | None:
         """The number in a cell; None where it is marked missing or infinite.
 
@@ -54,10 +68,20 @@ class Table:
         where = f"line {line}, column {self.headings[column] or column + 1!r}"
         if column >= len(cells):
             raise InputError(f"{where}: the line has {len(cells)} columns only; give every column or the word nan")
+        if any(extra.strip() for extra in cells[len(self.headings) :]):
+            raise InputError(
+                f"line {line} has {len(cells)} columns where the first has {len(self.headings)}; write decimals with a "
+                "point, or separate the columns by semicolons"
+            )
         cell = cells[column].strip().replace("\u2212", "-")
         if cell.lower() in _MISSING:
             return None
-        text = cell.replace(",", ".") if self.decimal_comma and cell.count(",") == 1 and "." not in cell else cell
+        if self.decimal_comma and "." in cell:
+            raise InputError(
+                f"{where}: {cell!r:.40} has a point in a file with decimal commas, which may stand for a thousand; "
+                "write all numbers without marks of thousands"
+            )
+        text = cell.replace(",", ".") if self.decimal_comma and cell.count(",") == 1 else cell
         value = float(re.sub("[dD]", "e", text)) if _NUMBER.fullmatch(text) else None
         if value is None:
             raise InputError(f"{where}: {cell!r:.40} is not a number; write it as 1.5e-3, or nan where it is missing")
@@ -96,6 +120,8 @@ def table_of(text: str) -> Table:
     rows = [(i, _cells(line, separator)) for i, line in plain if i >= start]
     width = len(rows[0][1])
     above = [_cells(line, separator) for i, line in plain if i < start]
+    if above and len(above[-1]) == width and all(map(_BEGINS.match, above[-1])):
+        raise InputError(f"line {plain[len(above) - 1][0]}: {above[-1][0]!r:.40} is not a number, nor a heading")
     comments = [line.lstrip().lstrip("#%") for i, line in lines if i < start and line.lstrip().startswith(_COMMENT)]
     return Table(headings=_headings(above, comments, separator, width), rows=tuple(rows), decimal_comma=comma)
 

@@ -21,6 +21,16 @@ _TABLE: dict[str, tuple[Kind, int]] = {
     "N/mm2": ("stress", 6),
     "N/m2": ("stress", 0),
 }
+_FOREIGN = frozenset(
+    (
+        *("bar", "cmh2o", "dan", "dyn", "ft", "gf", "hpa", "inch", "inches", "kgf", "kgs", "kip", "kips", "kp", "ksi"),
+        *("lb", "lbf", "lbs", "mbar", "mil", "mils", "mmhg", "oz", "ozf", "psi", "thou", "torr"),
+    )
+)
+_SPELLED = re.compile(
+    r"(?:milli|micro|nano|pico|kilo|mega|giga|centi|deci)(?:met|newt|pasc)|newtons?$|pascals?$", re.IGNORECASE
+)
+_WORDS = re.compile(r"[^\s\[\](){},;:=_|]+")
 _MICRO = str.maketrans({"µ": "u", "μ": "u", "^": None, "²": "2", "*": None, " ": None})
 _HEADING = re.compile(
     r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|(?:/|,)\s*(?P<bare>[^\s/,]+))\s*"
@@ -70,7 +80,7 @@ def unit_named(text: str, where: str) -> Unit:
 
 
 def split_heading(text: str) -> tuple[str, str]:
-    """Name and unit of a heading: ``depth [um]``, ``depth (um)``, ``depth / um``, ``depth, um``, ``depth_um``.
+    """Name and unit of a heading, as in ``depth [um]``, ``(um)``, ``/ um``, ``, um``, ``depth um``, ``depth_um``.
 
     Parameters
     ----------
@@ -88,5 +98,28 @@ def split_heading(text: str) -> tuple[str, str]:
         unit = match["square"] or match["round"] or match["bare"] or ""
         if match["bare"] is None or known_unit(unit):
             return match["name"].strip(), unit.strip()
-    name, _, unit = heading.rpartition("_")
-    return (name, unit) if name and known_unit(unit) else (heading, "")
+    for mark in ("_", " ", "="):
+        name, _, unit = heading.rpartition(mark)
+        if name and known_unit(unit):
+            return name.strip(), unit
+    return heading, ""
+
+
+def unit_within(heading: str) -> str:
+    """What in a heading without a unit looks like one all the same; empty if nothing does.
+
+    ``depth (mm) LVDT``, ``depth [um] x1000``, ``load in lbf``: to take these for metres or newtons would be wrong.
+
+    Parameters
+    ----------
+    heading : str
+        The heading.
+    """
+    words: list[str] = _WORDS.findall(heading)
+    if len(words) == 1 and words[0].casefold() in ("in", "g", "kg"):
+        return words[0]
+    for word in words:
+        known = len(word) > 1 and known_unit(word) is not None
+        if known or word.casefold() in _FOREIGN or _SPELLED.match(word):
+            return word
+    return ""
