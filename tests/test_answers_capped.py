@@ -26,6 +26,7 @@ def test_the_largest_k_tried_is_called_so():
     assert "slope in [0, 1e12], the largest k tried (park, certified)" in str(found)
     assert "1e12, the largest k tried" in found._repr_html_()
     assert "1000000000000" not in str(found)
+    assert found.answers[0].reason == "1e12 is the largest k for which a certificate was tried"
 
 
 def test_tables_pages_and_figures_say_so_too():

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refusal
 
-from lure import LinearBlock, builtin_system, upwind
+from lure import LinearBlock, builtin_loop, builtin_system, upwind
 from lure.delay import DelayBlock
 from lure.errors import InputError
 from lure.frequency_data import FrequencyData
@@ -162,3 +162,8 @@ def test_sampling_times_that_contradict_or_mean_nothing_are_refused(caller, own,
 )
 def test_mixed_sampling_times_are_refused_for_every_source(source, dt):
     assert "leave dt out or convert the system" in refusal(as_block, source, dt=dt)
+
+
+def test_a_loop_is_asked_for_its_block():
+    with pytest.raises(InputError, match=r"a LoopSystem is a block and what closes the loop; give its block, loop\.block"):
+        as_block(builtin_loop("ct-7"))

@@ -57,7 +57,10 @@ def proved_answer(asked: Asked, answer: Answer) -> Answer:
     if isinstance(found, Failure):
         return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")
     capped = answer.largest.low == math.inf and isinstance(found.upper, Fraction)
-    return replace(answer, largest=_reach(answer, found), proof=found.proved, capped=capped)
+    reach = _reach(answer, found)
+    tried = f"{reach.low:g}".replace("e+", "e")
+    reason = f"{tried} is the largest k for which a certificate was tried" if capped else answer.reason
+    return replace(answer, largest=reach, proof=found.proved, capped=capped, reason=reason)
 
 
 def unbounded_proof(block: RationalBlock, answer: Answer, *, time_varying: bool) -> Proved | None:

@@ -95,6 +95,8 @@ def as_block(source: object, *, dt: object = None) -> AnyBlock:
             "a function H(s) is known only where it is called, so that nothing can be shown with it; "
             f"{_WANTED}, 'exp(-s)/(s+1)' for a dead time, or control.FrequencyResponseData for samples"
         )
+    if hasattr(source, "block"):
+        raise InputError(f"a {type(source).__name__} is a block and what closes the loop; give its block, loop.block")
     raise InputError(f"{reprlib.repr(source)} is no linear block; {_WANTED}")
 
 
