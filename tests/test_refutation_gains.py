@@ -15,7 +15,7 @@ from analysis.refutation.linear import linear_witness, refutes_lower
 from analysis.refutation.orbit import verify_periodic_discrete
 from analysis.refutation.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
 from analysis.refutation.search import refute
-from analysis.refutation.switched_discrete import switched_witness_discrete, verify_switched_discrete
+from analysis.refutation.switched_discrete import _runs, switched_witness_discrete, verify_switched_discrete
 from lure.errors import InputError
 from lure.rational import RationalBlock
 
@@ -159,3 +159,21 @@ def test_an_unstable_loop_at_a_lower_bound_that_is_no_double_is_refuted_there():
     assert [F(witness.data["gain"]) for witness in found] == [F(1, 3)]
     assert refutes_lower(found[0])
     assert periodic_witness_discrete(plant, odd=False, lower=F(1, 3)) is None
+
+
+def test_a_long_pattern_of_gains_is_told_by_its_runs():
+    assert _runs(["0", "0", "k"]) == "0 0 k"
+    assert _runs(["1/2"] * 5 + ["k"] + ["1/2"] + ["k"] * 3) == "5 times 1/2, k, 1/2, 3 times k"
+
+
+@pytest.mark.slow
+def test_the_search_ends_where_the_reach_rises_ever_more_slowly():
+    """A sampled motor, poles at 1 and 0.905: near the largest 1/k each step of the ascent gains less than the last.
+
+    The circle criterion proves 0.9504; the linear limit is 20.2.
+    """
+    plant = RationalBlock([F(48, 10_000), F(47, 10_000)], [1, F("-1.905"), F("0.905")], dt=F(1, 10))
+    witness = switched_witness_discrete(plant)
+    assert 0.9504 < witness.k < 2.8
+    assert "times k" in witness.description
+    assert verify_switched_discrete(plant, witness.data)

@@ -34,6 +34,7 @@ Floats = NDArray[np.float64]
 PERIODS = range(1, 29)
 _GAIN = 1e-9  # relative: a smaller improvement is none
 _CLIMBS = 30
+_RISES = 60  # of the floor of one batch: near the best reach they may become ever smaller
 _BATCH = 20_000
 
 
@@ -264,12 +265,13 @@ def _reach(room: _Room, values: Floats, floor: float) -> Proposal | None:
     """The largest ``1/k`` above the floor over these patterns.
 
     A game of positive value at ``1/k`` has a mixture with ``A d >= (1/k + gain) d``: the best of them raises the
-    floor for all, and only the games of positive value at the new floor stay.
+    floor for all, and only the games of positive value at the new floor stay.  After ``_RISES`` the reach found so far
+    is taken: any above the floor is one of an orbit.
     """
     best: Proposal | None = None
     for start in range(0, len(values), _BATCH):
         alive = values[start : start + _BATCH]
-        while len(alive):
+        for _ in range(_RISES):
             games = _matrices(room, alive, floor)
             solved = solve_games(games)
             keep = solved.value > 1e-12 * np.abs(games).max()

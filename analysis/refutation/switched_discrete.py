@@ -150,7 +150,7 @@ def _certified(system: Realisation, lower: Fraction, k: float, pattern: tuple[in
         gains = [upper if g else lower for g in pattern]
         if not _grows(system, gains, bits):
             continue
-        text = " ".join("k" if g else short(lower) for g in pattern)
+        text = _runs(["k" if g else short(lower) for g in pattern])
         return Witness(
             kind="switched gain",
             k=rounded_up(upper),
@@ -162,6 +162,14 @@ def _certified(system: Realisation, lower: Fraction, k: float, pattern: tuple[in
             data={"k": str(upper), "lower": str(lower), "period": len(gains), "gains": [str(g) for g in gains]},
         )
     return None
+
+
+def _runs(words: Sequence[str]) -> str:
+    """The words, three and more alike together: ``0 k k``, ``5 times 0, 3 times k``."""
+    runs = [(word, len(list(same))) for word, same in itertools.groupby(words)]
+    if max(count for _, count in runs) < 3:
+        return " ".join(words)
+    return ", ".join(word if count == 1 else f"{count} times {word}" for word, count in runs)
 
 
 def _grows(system: Realisation, gains: Sequence[Fraction], bits: int) -> bool:
