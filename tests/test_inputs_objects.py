@@ -165,5 +165,7 @@ def test_mixed_sampling_times_are_refused_for_every_source(source, dt):
 
 
 def test_a_loop_is_asked_for_its_block():
-    with pytest.raises(InputError, match=r"a LoopSystem is a block and what closes the loop; give its block, loop\.block"):
+    with pytest.raises(
+        InputError, match=r"a LoopSystem is a block and what closes the loop; give its block, loop\.block"
+    ):
         as_block(builtin_loop("ct-7"))
