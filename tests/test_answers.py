@@ -208,6 +208,9 @@ def test_the_scheme_of_the_rod_is_proved_and_the_rod_is_left_to_its_own_theorem(
     rod = builtin_system("paper-rod").rod
     scheme, itself = max_sector(upwind(rod, 10)), max_sector(RodBlock(rod), criterion="circle")
     assert (scheme.verdict, scheme.largest.low) == (Verdict.PROVED, math.inf)
+    assert str(scheme).startswith("Every motion of the scheme with 10 cells converges")
+    assert "the scheme with 10 cells</caption>" in scheme._repr_html_()
+    assert scheme.to_dict()["subject"] == "the scheme with 10 cells"
     assert itself.verdict is Verdict.INCONCLUSIVE
     assert "energy theorem" in itself.reason
     # (1 - |a|)^2/(4 |a| d T) of the paper's rod

@@ -66,6 +66,8 @@ class Largest:
         Every criterion that was tried, farthest reach first.
     reason : str
         Why nothing was shown, or what would help; empty if the gap is closed.
+    subject : str
+        What moves, where it is an approximation of something else: ``the scheme with 20 cells``; else empty.
     """
 
     question: Question
@@ -86,6 +88,7 @@ class Largest:
     witness: Witness | None
     answers: tuple[Answer, ...]
     reason: str
+    subject: str = ""
 
     @property
     def closed(self) -> bool:
@@ -112,6 +115,7 @@ class Largest:
         witness = self.witness
         return {
             "question": self.question,
+            "subject": self.subject,
             "criterion": self.criterion,
             "odd": self.odd,
             "time_varying": self.time_varying,
@@ -163,9 +167,10 @@ class Largest:
     @property
     def meaning(self) -> str:
         """What is proved of the motions where ``verdict`` is PROVED: the weakest conclusion of the theorems."""
+        of = f" of {self.subject}" if self.subject else ""
         if not self.critical:
-            return "The point 0 attracts every motion"
-        return "Every motion is bounded" if self.time_varying else "Every motion converges to the set of equilibria"
+            return f"The point 0 attracts every motion{of}"
+        return f"Every motion{of} {'is bounded' if self.time_varying else 'converges to the set of equilibria'}"
 
     def __str__(self) -> str:
         start = str(self.lower) if len(str(self.lower)) < 12 else text_above(float(self.lower), 15)

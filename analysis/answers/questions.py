@@ -200,4 +200,5 @@ def _answer(asked: Asked) -> Largest:
         witness=witness,
         answers=tuple(found),
         reason=best.reason,
+        subject=f"the scheme with {asked.block.cells} cells" if isinstance(asked.block, UpwindScheme) else "",
     )

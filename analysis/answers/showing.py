@@ -50,7 +50,7 @@ def largest_html(found: Largest) -> str:
         else (one.criterion, one.verdict, "-", "-", one.reason)
         for one in found.answers
     ]
-    title = f"{found.about} [{found.lower}, k]"
+    title = f"{found.about} [{found.lower}, k]" + (f", {found.subject}" if found.subject else "")
     table = html_table(title, rows, verdict=str(found.verdict), notes=notes)
     return table + html_table("Every criterion that was tried", tried, head=head)
 
