@@ -598,8 +598,8 @@ ax.legend(loc="upper left", frameon=False)
 plt.show()
 
 # %% [markdown]
-# "0 attracts every motion with inputs to the block and initial functions of finite energy" is what the theorem gives with dead
-# time, and no more.
+# "0 attracts every motion with inputs to the block and initial functions of finite energy" is what the theorem gives
+# with dead time, and no more.
 #
 # ## 6. The checker alone
 #

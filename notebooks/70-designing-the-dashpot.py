@@ -364,7 +364,7 @@ for ratio in (best_ratio(0.1) / 3, best_ratio(0.1), 1.0, 3.0):
 # |---|---|---|---|
 # | the stop is stiffer than the rod, $\beta > 1$, or seldom met | $k = Z$ | no wave in flight outlives $2T$ | rod |
 # | ... and the criteria are to agree | $k = Z$ | circle criterion for every stiffness | scheme, block of the rod |
-# | ... and $k$ is known to 10 % only | $0.9$ to $1.1\,Z$ | in flight a round trip leaves less than 0.3 % of the energy | rod |
+# | ... and $k$ is known to 10 % only | $0.9$ to $1.1\,Z$ | a round trip in flight leaves under 0.3 % of energy | rod |
 # | the stop is softer, and the rod is pressed on it | $k = k_c$ | its slowest pole is the fastest | rod, while held |
 # | no blow may pass $\rho c v$ | $k \le Z$ | returned waves push no harder | rod |
 # | blows must be weaker than that | a softer stop, or slower | the dashpot learns of a blow after it | rod |
