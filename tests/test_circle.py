@@ -409,3 +409,13 @@ def test_the_exact_test_steps_below_a_guess_that_is_too_large():
 def test_an_answer_has_no_truth_value():
     with pytest.raises(TypeError):
         bool(replace(circle_largest(OSCILLATOR)))
+
+
+def test_the_advice_after_a_failure_suits_the_time():
+    """Circle reaches 4/3 and, for the motor sampled, 0.9505; Popov's criterion has no such form in discrete time."""
+    ours = circle_criterion(RationalBlock([1], [1, 3, 2, 0]), Sector(0, 2)).reason
+    assert ours.endswith("for laws that do not change with time, Popov's may reach further")
+    sampled = RationalBlock(exact("0.0048", "0.0047"), exact("1", "-1.905", "0.905"), exact("0.1")[0])
+    theirs = circle_criterion(sampled, Sector(0, 5)).reason
+    assert "opov" not in theirs
+    assert theirs.endswith("max_slope may reach further")

@@ -114,7 +114,9 @@ def failure(case: CircleCase, margin: Bracket, reach: Bracket | None, gain: str 
     )
     if gain is not None:
         return f"{failing}, and the linear gain {gain} of the sector is not stable"
-    advice = "ask Popov's for more"
+    advice = "for laws that do not change with time, Popov's may reach further"
+    if case.plant.discrete:
+        advice = "for laws that do not change with time and have bounded slope, max_slope may reach further"
     if reach is not None and reach.low > case.sector.lower:
         reached = f"[{float(case.sector.lower):g}, k] with k up to {text_below(reach.low)}"
         advice = f"the criterion reaches the sectors {reached}: {advice}"
