@@ -32,10 +32,10 @@
 # %%
 import control
 
-# ------------------------------------------------------------- change these two lines
+# ------------------------------------------ change these two lines
 PLANT = control.tf([200_000], [1, 50, 10_400, 100_000, 0])  # rad / V
 LAW = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
-# ------------------------------------------------------------------------------------
+# -----------------------------------------------------------------
 
 # %% [markdown]
 # `PLANT` may be a transfer function or a state space model of python-control or scipy.signal, `(num, den)`, or a
