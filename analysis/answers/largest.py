@@ -115,7 +115,6 @@ class Largest:
         witness = self.witness
         return {
             "question": self.question,
-            "subject": self.subject,
             "criterion": self.criterion,
             "odd": self.odd,
             "time_varying": self.time_varying,
@@ -143,6 +142,7 @@ class Largest:
             "reason": self.reason,
             "answers": [answer_dict(answer) for answer in self.answers],
             "sentence": str(self),
+            **({"subject": self.subject} if self.subject else {}),
         }
 
     def __post_init__(self) -> None:
