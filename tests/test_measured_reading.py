@@ -84,6 +84,7 @@ def test_without_units_si_is_assumed_and_said():
         ("depth [um],force [mN]\n1,2\n2,1e999\n3,4\n", {}, "line 3, .* beyond the largest double"),
         ("depth [um];force [mN]\n1;2\n2;1.000,5\n3;4\n", {}, r"'1\.000,5' is not a number"),
         ("depth [um],force [V]\n1,2\n2,3\n3,4\n", {"force": "force"}, "has the unit 'V'"),
+        ("error [V],output [V]\n1,2\n2,3\n3,4\n", {}, "or no unit: the numbers are then taken as they stand"),
         ("depth [um],force [mN]\n1,2\n2,3\n3,4\n", {"displacement": "force"}, "a unit of force; choose another"),
         ("depth [um],force [mN]\n1,2\n2,3\n3,4\n", {"force": "load"}, "there is no such column; choose .*1: depth"),
         ("u [um],v [um],w [um]\n1,2,1\n2,3,1\n3,4,1\n", {}, "the column of the displacement cannot be told"),
