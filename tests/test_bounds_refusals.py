@@ -1,5 +1,8 @@
 """Formulas and arguments that are refused, each with one sentence that says where and what to do."""
 
+import math
+from fractions import Fraction
+
 import pytest
 
 from analysis.bounds import law_bounds, violation
@@ -123,3 +126,10 @@ def test_what_hides_a_root_of_a_negative_number_has_no_value_either(text):
     # for numpy 0*nan and sign(nan) are nan, and a comparison with nan is neither true nor false
     with pytest.raises(InputError, match="no value that could be enclosed at sigma"):
         law_bounds(text)
+
+
+def test_numbers_beyond_all_doubles_are_bounds_like_others():
+    straight = law_bounds("x*(1e300)**3")  # one chord slope, 1e900: the doubles around it are the largest and inf
+    assert (straight.sector.lower, straight.sector.upper) == (Fraction(1.7976931348623157e308), math.inf)
+    with pytest.raises(InputError, match="could be enclosed"):  # exp(1e6) towards infinity
+        law_bounds("x*exp(1e6*tanh(x))")

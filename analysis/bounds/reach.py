@@ -39,7 +39,15 @@ def _reach(m: Expansion, stretch: Stretch) -> tuple[Bound, Bound, Bound | tuple[
         return c_low, c_high, known
     span = stretch.hull(rest, rest.lead) * stretch.upto(rest.lead)
     low, high = bounds_of(span.low)[0], bounds_of(span.high)[1]
-    return c_low + low, c_high + high, known if rest.lead > 0 else None
+    return _sum(c_low, low), _sum(c_high, high), known if rest.lead > 0 else None
+
+
+def _sum(first: Bound, second: Bound) -> Bound:
+    """The sum of two lower or two upper bounds; with an infinite one a number beyond all doubles is not converted."""
+    for bound in (first, second):
+        if isinstance(bound, float):
+            return bound
+    return first + second
 
 
 def _smallest(m: Expansion, stretch: Stretch) -> arb:

@@ -21,6 +21,7 @@ Bound: TypeAlias = Fraction | float
 Place: TypeAlias = Fraction | tuple[Fraction, Fraction] | str
 """A point, an interval that contains one, or in words: ``"sigma -> 0+"``, ``"sigma -> inf"``, ``"a jump at 1"``."""
 Quantity = Literal["sector", "slope"]
+_LARGEST = 1.7976931348623157e308
 QUANTITIES: tuple[Quantity, ...] = ("sector", "slope")
 
 
@@ -254,7 +255,7 @@ def _double(value: Bound, towards: float, *, exact: bool) -> Bound:
     try:
         nearest = float(value)
     except OverflowError:
-        return towards if (value > 0) == (towards > 0) else Fraction(math.copysign(1.7976931348623157e308, value))
+        return towards if (value > 0) == (towards > 0) else Fraction(1 if value > 0 else -1) * Fraction(_LARGEST)
     if nearest == value or (exact and nearest != 0):
         return value
     beyond = nearest > value if towards > 0 else nearest < value
