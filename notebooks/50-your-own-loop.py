@@ -46,7 +46,7 @@ LAW = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
 # %%
 import matplotlib.pyplot as plt
 
-from analysis import certify, law_bounds, max_sector, max_slope, nyquist_response, popov_response
+from analysis import certify, law_bounds, max_sector, max_slope
 from analysis.plots import plot_law_sector, plot_reach
 from lure import LawClass, as_block
 
@@ -91,7 +91,6 @@ print(f"linear gains are stable up to {found.hurwitz.low:g}")
 
 # %%
 print(found)
-found
 
 # %% [markdown]
 # - *for every phi, time-invariant, in the sector [0, 23.13988]*: one statement about all such laws at once. Yours is
@@ -103,7 +102,12 @@ found
 # - *phi = 84 sigma: the loop is not asymptotically stable*: the other side, a member of the class that fails.
 # - *in between nothing is known.* 23 to 84 is not "unstable": there, nothing was shown either way.
 #
-# The table below the sentence is what a notebook shows of any answer that ends a cell.
+# At the end of a cell an answer shows itself with all that stands behind it: what was tried, and why it stopped there.
+
+# %%
+found
+
+# %% [markdown]
 #
 # ## 5. The bracket
 #
@@ -131,6 +135,8 @@ plt.show()
 # limit; the ringing shaft, at 96 rad/s, stops the line at $-1/23.1$ already.
 
 # %%
+from analysis import nyquist_response, popov_response
+
 drawn = popov_response(block) if getattr(block, "dt", None) is None else nyquist_response(block)
 _, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
 drawn.plot(ax=ax)
