@@ -54,6 +54,8 @@ myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 nb_execution_mode = "off"  # `make docs` takes the notebooks as `make notebooks` has run them
 nb_merge_streams = True
+nb_code_prompt_show = "Show imports and helpers"  # the cells tagged hide-input
+nb_code_prompt_hide = "Hide imports and helpers"
 nb_ipywidgets_js = {}  # nothing is fetched; `collect` leaves no sliders
 
 autodoc_typehints = "none"  # the docstrings have them

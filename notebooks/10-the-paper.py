@@ -22,7 +22,7 @@
 # 10^{-4}$ N s/m, almost six thousand times less: a wave that arrives at $x = 0$ comes back as $-a = (Z-k)/(Z+k) =
 # 0.99967$ times itself. Keep that number in mind; much of what follows is about damping that is not there.
 
-# %%
+# %% tags=["hide-input"]
 import textwrap
 
 import matplotlib.pyplot as plt

@@ -18,7 +18,7 @@
 # k\sigma^2$. What is called proved below was decided in exact arithmetic at every frequency. The pictures show it; they
 # do not prove it, and at the end two of them lie.
 
-# %%
+# %% tags=["hide-input"]
 import textwrap
 from importlib.util import find_spec
 from math import inf, sqrt

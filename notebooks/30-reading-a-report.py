@@ -17,7 +17,7 @@
 # from Python and reads it as you would read a test protocol: what was claimed, of what, by what means, and what was
 # not. Then it makes four more, on purpose with different answers.
 
-# %%
+# %% tags=["hide-input"]
 import hashlib
 import json
 import tempfile

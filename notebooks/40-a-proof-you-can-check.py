@@ -23,7 +23,7 @@
 #
 # The sign is $\sigma = H\mu$, $\mu = -\varphi(\sigma)$ throughout, and the laws are locally Lipschitz.
 
-# %%
+# %% tags=["hide-input"]
 import json
 import shutil
 import subprocess

@@ -24,7 +24,7 @@
 # and `lure.motion` solves it round trip by round trip: no grid, no time step. [Note 10](notes/0010-exact-motion.md)
 # says how. Here we use it: to see what a grid adds to the paper's rod, and then for contact, where grids do worst.
 
-# %%
+# %% tags=["hide-input"]
 from fractions import Fraction
 from itertools import pairwise
 

@@ -24,7 +24,7 @@
 # | loop to sector | largest sector with a proof | certified |
 # | both | does one lie inside the other? | as strong as the weaker: observed |
 
-# %%
+# %% tags=["hide-input"]
 import itertools
 import tempfile
 import textwrap

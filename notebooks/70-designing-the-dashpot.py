@@ -26,7 +26,7 @@
 # Each number below is about **the rod**, the partial differential equation itself, or about **its scheme** of $N$
 # cells. Two rods will serve: a steel bar at a stiff stop, and the light rod of the paper at a very soft one.
 
-# %%
+# %% tags=["hide-input"]
 import math
 from fractions import Fraction
 

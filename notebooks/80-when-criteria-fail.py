@@ -20,7 +20,7 @@
 # Two kinds of statement appear. **Certified** ones come from exact arithmetic, and a checker that does not trust the
 # search has accepted them. Everything we draw is a floating-point motion, **observed**: good for seeing, no proof.
 
-# %%
+# %% tags=["hide-input"]
 import textwrap
 from fractions import Fraction
 from itertools import pairwise
