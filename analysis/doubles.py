@@ -19,23 +19,24 @@ def double_below(value: Fraction) -> float:
 
 def double_above(value: Fraction) -> float:
     """The least double not below an exact number; ``inf`` above all of them."""
-    return -double_below(-value)
+    return -double_below(-value) + 0.0  # of 0 without a sign
 
 
-def text_below(value: float, digits: int = 10) -> str:
+def text_below(value: float | Fraction, digits: int = 10) -> str:
     """Some digits of a number, rounded down: what is proved up to it is proved up to what is printed."""
     return _directed(value, digits, decimal.ROUND_FLOOR)
 
 
-def text_above(value: float, digits: int = 10) -> str:
+def text_above(value: float | Fraction, digits: int = 10) -> str:
     """Some digits of a number, rounded up."""
     return _directed(value, digits, decimal.ROUND_CEILING)
 
 
-def _directed(value: float, digits: int, rounding: str) -> str:
-    if not math.isfinite(value) or value == 0:
-        return f"{value:g}"
-    rounded = decimal.Context(prec=digits, rounding=rounding).plus(decimal.Decimal(value))
+def _directed(value: float | Fraction, digits: int, rounding: str) -> str:
+    if value == 0 or (isinstance(value, float) and not math.isfinite(value)):
+        return f"{float(value):g}"
+    top, bottom = map(decimal.Decimal, value.as_integer_ratio())
+    rounded = decimal.Context(prec=digits, rounding=rounding).divide(top, bottom)
     plain = -5 < rounded.adjusted() < digits + 6
     text = f"{rounded:f}" if plain else f"{rounded:e}"
     mantissa, _, exponent = text.partition("e")

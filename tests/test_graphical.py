@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from fractions import Fraction
 
 import control
 import numpy as np
@@ -301,3 +302,23 @@ def test_a_drawing_is_no_truth_value():
     for response in (popov_response(THIRD), nyquist_response(THIRD)):
         with pytest.raises(TypeError, match="a drawing proves nothing"):
             bool(response)
+
+
+def test_a_sector_is_never_shown_larger_than_it_is():
+    # phi = 6 sigma destabilises 1/(s(s+1)(s+2)), phi = sigma leaves 1/(s-1) with a pole at 0: 6 and 1 are not proved
+    tiny = Fraction(1, 10**20)
+    popov = popov_response("1/(s*(s+1)*(s+2))", k=6 - tiny)
+    assert popov.answer.verdict is Verdict.PROVED
+    assert popov.k < 6
+    assert "[0, 6]" not in str(popov)
+    assert "the sector [0, 5.99" in str(popov)
+    for nyquist in (nyquist_response("1/(s-1)", lower=1 + tiny, k=2), nyquist_response("1/(s-1)", lower=1 + tiny)):
+        assert nyquist.lower > 1
+        assert "[1, " not in str(nyquist)
+        assert "what does: " in str(nyquist)
+
+
+def test_the_curve_of_a_slow_block_is_drawn_where_it_bends():
+    slow = popov_response("1/(1e30*s+1)**3")
+    assert slow.omega[0] < 1e-30 < slow.omega[-1]
+    assert slow.values.real.min() < -0.1

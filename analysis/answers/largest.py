@@ -173,7 +173,7 @@ class Largest:
         return f"Every motion{of} {'is bounded' if self.time_varying else 'converges to the set of equilibria'}"
 
     def __str__(self) -> str:
-        start = str(self.lower) if len(str(self.lower)) < 12 else text_above(float(self.lower), 15)
+        start = str(self.lower) if len(str(self.lower)) < 12 else text_above(self.lower, 15)
         span = f"[{start}, {rounded_down(self.largest.low)}{')' if self.largest.low == math.inf else ']'}"
         if self.verdict is Verdict.PROVED:
             proviso = f" {self.proviso}" if self.proviso else ""

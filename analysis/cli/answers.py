@@ -59,9 +59,10 @@ def lines(found: Largest, *, stable: Sequence[GainInterval] | None) -> list[str]
 
 def _claim(found: Largest) -> str:
     from analysis.answers.largest import rounded_down
+    from analysis.doubles import text_above
     from analysis.evidence import Verdict
 
-    low, lower = found.largest.low, f"{float(found.lower):g}"
+    low, lower = found.largest.low, text_above(found.lower)
     span = f"[{lower}, {rounded_down(low)}{')' if low == math.inf else ']'}"
     if found.verdict is Verdict.PROVED:
         proviso = f" {found.proviso}" if found.proviso else ""

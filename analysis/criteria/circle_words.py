@@ -155,9 +155,9 @@ def _inside(sector: Sector) -> Fraction:
 
 
 def _named(case: CircleCase) -> str:
-    lower, upper = float(case.sector.lower), float(case.sector.upper)
+    lower, upper = case.sector.lower, case.sector.upper
     if upper == math.inf and not case.unbounded:
-        return f"every sector [{lower:g}, k] with finite k"
+        return f"every sector [{text_above(lower, 15)}, k] with finite k"
     return f"the sector [{text_above(lower, 15)}, {text_below(upper, 15)}]"
 
 

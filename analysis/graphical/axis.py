@@ -51,7 +51,8 @@ class OnAxis:
             roots = np.log(roots[np.abs(roots) > 1e-6])
             low, high = 1e-3, math.pi
         else:
-            sizes = [size for size in np.abs(roots).tolist() if size > 1e-9] or [1.0]
+            largest = float(np.max(np.abs(roots), initial=0.0))
+            sizes = [size for size in np.abs(roots).tolist() if size > 1e-9 * min(1.0, largest)] or [1.0]
             low, high = 1e-2 * min(sizes), 1e2 * max(sizes)
         width = np.tan(np.linspace(-1.5, 1.5, across))
         near = [abs(root.imag) + abs(root.real) * width for root in roots.tolist() if root.imag]

@@ -14,6 +14,7 @@ from analysis.answers import Largest, max_sector
 from analysis.criteria.circle import circle_criterion
 from analysis.criteria.popov import circle_criterion as rod_circle_criterion
 from analysis.criteria.result import CriterionResult
+from analysis.doubles import double_above, double_below
 from analysis.evidence import Verdict
 from analysis.graphical.axis import Drawable, axis_values, drawable
 from analysis.graphical.page import ROD, upper_end
@@ -83,8 +84,8 @@ def nyquist_response(
         block=block,
         omega=at,
         values=values,
-        lower=float(least),
-        k=None if used is None else float(used),
+        lower=double_above(least),
+        k=double_below(used) if isinstance(used, Fraction) else used,
         found=found,
         answer=answer,
         reason=reason,

@@ -13,6 +13,7 @@ from analysis.answer import Answer
 from analysis.answers import Largest, max_sector
 from analysis.criteria.popov import popov_criterion
 from analysis.criteria.result import CriterionResult
+from analysis.doubles import double_below
 from analysis.evidence import Verdict
 from analysis.graphical.axis import Drawable, axis_values, continuous, drawable
 from analysis.graphical.page import ROD, upper_end
@@ -88,7 +89,7 @@ def popov_response(
         block=block,
         omega=at,
         values=values,
-        k=None if used is None else float(used),
+        k=double_below(used) if isinstance(used, Fraction) else used,
         theta=multiplier,
         found=found,
         answer=answer,
