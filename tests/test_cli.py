@@ -163,6 +163,7 @@ def test_every_built_in_is_found_by_the_command(here, lure, stub):
         (["report", "--set"], "Option '--set' requires an argument. See lure --help.\n"),
         (["report", "--jsn"], "No such option: --jsn"),
         (["reprot"], "No such command 'reprot'."),
+        (["analyze"], "No such command 'analyze'. Did you mean 'analyse'? See lure --help."),
         (["\x1b[2J"], "No such command '\\x1b[2J'."),
         (["reproduce", "figure-3"], "there is nothing to reproduce under the name 'figure-3'; give paper\n"),
         (["reproduce", "-o", "file"], "'file' is a file; give a directory with -o\n"),

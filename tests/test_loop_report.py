@@ -361,6 +361,7 @@ def test_the_reach_of_every_class_fits_the_chart(reports, name):
     left, right = axes.get_xlim()
     assert left < right
     assert all(math.isfinite(end) for end in (left, right))
+    assert [text.get_bbox_patch() is not None for text in axes.texts] == [True] * len(rows)  # no line through words
     for row in rows:
         if row.refuted_at is not None:
             assert left <= row.refuted_at <= right

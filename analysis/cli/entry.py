@@ -62,7 +62,8 @@ def _run(arguments: Sequence[str] | None) -> int:
         wrong = cast("typer.BadParameter", error)
         sentence = wrong.format_message().rstrip().removesuffix(".")
         command = wrong.ctx.command_path if wrong.ctx else "lure"
-        return _say(f"{sentence}. See {command} --help.", status=BAD_INPUT)
+        stop = "" if sentence.endswith("?") else "."  # Did you mean ...?
+        return _say(f"{sentence}{stop} See {command} --help.", status=BAD_INPUT)
     except MemoryError:
         return _say("not enough memory for this many cells; give fewer", status=BAD_INPUT)
     except (

@@ -57,7 +57,10 @@ def plot_reach(rows: Sequence[Largest], names: Sequence[str], *, ax: Axes | None
             axes.barh(place, end - against, left=against, color=VERMILLION, alpha=0.25, height=0.34)
             axes.plot([against], [place], marker="X", ms=7, ls="", color=VERMILLION, label=once("counterexample"))
         words = f"{name}: {_reach_words(row)}"
-        axes.text(0.0, place + 0.24, words, transform=axes.get_yaxis_transform(), fontsize="small", va="bottom")
+        paper = {"facecolor": axes.get_facecolor(), "edgecolor": "none", "pad": 0.5}  # no line runs through the words
+        axes.text(
+            0.0, place + 0.24, words, transform=axes.get_yaxis_transform(), fontsize="small", va="bottom", bbox=paper
+        )
     limit = rows[0].hurwitz.high
     if start < limit < end:
         axes.axvline(limit, color=GREEN, lw=1.2, ls="--", zorder=0, label="linear gains")
