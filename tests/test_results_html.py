@@ -39,7 +39,7 @@ SAYS = {
     "measured margin": ("observed with 95 % confidence", "INSIDE"),
     "measured report": ("the mean law", "OBSERVED"),
     "checked": ("lies in the sector", "CERTIFIED"),
-    "broken": ("phi(sigma)/sigma", "REFUTED"),
+    "broken": ("phi(sigma)/sigma", "VIOLATED"),
 }
 
 
