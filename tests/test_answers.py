@@ -379,3 +379,10 @@ def test_a_gain_that_only_makes_other_equilibria_is_refuted_just_above():
     assert found.largest.low < 1 < found.refuted_at < 1 + 1e-11
     assert found.closed
     assert "does not converge to an equilibrium" in found.refutation.claim
+
+
+def test_a_class_that_is_never_stable_names_the_gains_that_are():
+    # 4/((s - 1)(s/3 + 1)): s^2/3 + 2 s/3 - 1 + 4 k has its roots on the left from k = 1/4 on
+    found = max_sector("4/((s-1)*(s/3+1))")
+    assert found.verdict is Verdict.REFUTED
+    assert str(found).endswith("give a lower gain in (0.25, inf)).")

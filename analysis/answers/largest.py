@@ -187,7 +187,8 @@ class Largest:
             head = f"Nothing is proved for {self.about} [{start}, k]"
         tail = f"; {self.witness}" if self.witness is not None and self.refuted_at is not None else ""
         between = "" if self.closed or self.witness is None else "; in between nothing is known"
-        return f"{head}{tail}{between}."
+        cure = f" ({self.reason})" if self.verdict is Verdict.REFUTED and self.reason else ""
+        return f"{head}{tail}{between}{cure}."
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """One bar: proved up to its end, refuted from its cross on, unknown in between.
