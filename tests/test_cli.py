@@ -146,7 +146,10 @@ def test_every_built_in_is_found_by_the_command(here, lure, stub):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["report", "paper-rd"], "there is no built-in system 'paper-rd'; did you mean 'paper-rod'? choose from "),
+        (
+            ["report", "paper-rd"],
+            "there is no built-in system 'paper-rd'; did you mean 'paper-rod'? choose from those that",
+        ),
         (["report", "mine.toml"], "mine.toml does not exist; `lure init mine.toml` writes a file to start from\n"),
         (["report", "--set", "rod.dampng=1"], "--set: unknown key rod.dampng; did you mean rod.damping? [rod] takes "),
         (["report", "--set", "rod.length=-1"], "rod.length is -1; give a positive number\n"),

@@ -76,8 +76,8 @@ def unit_named(text: str, where: str) -> Unit:
     found = known_unit(text)
     if found is None:
         raise InputError(
-            f"{where} has the unit {text!r:.40}; give m, mm, um, nm, N, mN, uN, nN, kN, Pa, kPa or MPa, or no unit: the "
-            "numbers are then taken as they stand, as if in m and N"
+            f"{where} has the unit {text!r:.40}; give m, mm, um, nm, N, mN, uN, nN, kN, Pa, kPa or MPa, or no unit: "
+            "the numbers are then taken as they stand, as if in m and N"
         )
     return found
 

@@ -69,8 +69,8 @@ def find_system(reference: str, settings: Sequence[str] = ()) -> RodSystem | Loo
     near = difflib.get_close_matches(reference, names, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]!r}? " if near else ""
     raise InputError(
-        f"there is no built-in system {reference!r}; {hint}choose from {', '.join(names)}, "
-        "or give the path of a TOML file"
+        f"there is no built-in system {reference!r}; {hint}choose from those that lure systems lists, or give the path "
+        "of a TOML file"
     )
 
 
