@@ -15,6 +15,7 @@ from lure.block import LinearBlock
 from lure.cnn import Ordering, assemble_ring, ordering_permutation, rod_templates
 from lure.errors import InputError
 from lure.rod import Rod
+from lure.showing import html_table
 from lure.waves import RodBlock, ring_transfer
 
 if TYPE_CHECKING:
@@ -73,6 +74,11 @@ class UpwindScheme:
         if self.form not in FORMS:
             raise InputError(f"discretisation.form is {self.form!r}; give one of {', '.join(FORMS)}")
         ordering_permutation(1, self.ordering)
+
+    def _repr_html_(self) -> str:
+        rows = [("cells", self.cells), ("states", self.order), ("form", self.form), ("c N/L", f"{self.rate:.6g} 1/s")]
+        notes = ["A scheme, not the rod: upwinding adds damping that the rod does not have. In a loop mu = -p(sigma)."]
+        return html_table("The upwind scheme of the rod", rows, notes=notes)
 
     @property
     def rate(self) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.rod import Rod
+from lure.showing import html_table
 
 
 def ring_transfer(
@@ -101,3 +102,13 @@ class RodBlock:
             return math.log(abs(self.rod.reflection)) if self.rod.reflection else -math.inf
         magnitude = math.log1p(-ratio) - math.log1p(ratio)
         return magnitude if self.rod.damping >= 0 else -magnitude
+
+    def _repr_html_(self) -> str:
+        rod = self.rod
+        rows = [
+            ("a", f"{rod.reflection:.6g}"),
+            ("d = 1/sqrt(rho E)", f"{rod.mobility:.6g} m/(Pa s)"),
+            ("T = L/c", f"{rod.travel_time:.6g} s"),
+        ]
+        notes = ["The rod itself, without a grid. In a loop mu = -p(sigma)."]
+        return html_table("H(s) = (d/s) (1 - a exp(-2 s T))/(1 + a exp(-2 s T))", rows, notes=notes)

@@ -356,3 +356,13 @@ def test_the_answer_about_every_named_loop_is_a_page_and_plain_data(name):
         assert "Not shown" in text or "proves nothing" in text
         data = json.loads(json.dumps(found.to_dict(), allow_nan=False))
         assert data["sentence"] == str(found)
+
+
+def test_the_rod_and_its_scheme_say_which_they_are():
+    rod = lure.systems.paper_rod()
+    _, text = read(lure.RodBlock(rod)._repr_html_())
+    assert "The rod itself, without a grid." in text
+    assert "-0.999667" in text  # a = (k - Z)/(k + Z) = (2e-4 - 1.2)/(2e-4 + 1.2)
+    _, text = read(lure.upwind(rod, 3)._repr_html_())
+    assert "A scheme, not the rod" in text
+    assert "18000 1/s" in text  # c N/L = 6000 * 3
