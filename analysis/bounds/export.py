@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.bounds.result import as_double, short
+from analysis.bounds.result import as_double, short, stated
 from analysis.evidence import Evidence
 from lure.datasets import Column, dataset
 from lure.showing import html_table
@@ -68,7 +68,10 @@ def bounds_html(found: LawBounds) -> str:
     for name in _SIDES:
         side = getattr(found, name)
         label = name.replace("_", ", ")
-        rows.append((label, *(("not shown", "", "") if side is None else _cells(side))))
+        cells = ("not shown", "", "") if side is None else _cells(side)
+        if side is not None and found.evidence is Evidence.CERTIFIED:
+            cells = (stated(side, -1 if "lower" in name else 1, certified=True), *cells[1:])
+        rows.append((label, *cells))
     given = [f"Assumed: {text}." for text in found.assumptions]
     sampled = [_NOTHING] if str(found.evidence) == "observed" else []
     head = ("bound", "value", "where", "known")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from analysis.doubles import text_above, text_below
 from analysis.evidence import Evidence, Verdict
 from lure.errors import AssumptionError
 from lure.sector import Sector, SlopeBounds
@@ -218,8 +219,10 @@ class LawBounds:
             if low is None or high is None:
                 lines.append(f"  {name}  not shown")
                 continue
-            lines.append(f"  {name} [{short(low.inner, digits=10)}, {short(high.inner, digits=10)}]")
-            lines += [f"    {side} {_told(found)}" for side, found in (("lower", low), ("upper", high))]
+            certified = self.evidence is Evidence.CERTIFIED
+            lines.append(f"  {name} [{stated(low, -1, certified=certified)}, {stated(high, 1, certified=certified)}]")
+            sides = (("lower", low), ("upper", high))
+            lines += [f"    {side} {_told(found, certified=certified)}" for side, found in sides]
         others = [f"the {name} bound" for name in QUANTITIES if name not in quantities]
         return [*lines, *(f"  {note}" for note in self.notes if not any(note.startswith(other) for other in others))]
 
@@ -285,12 +288,32 @@ def short(value: Bound, *, digits: int = 6) -> str:
         return f"{'-' if exact < 0 else ''}1e{len(str(abs(exact.numerator // exact.denominator))) - 1}"
 
 
-def _told(found: Extreme) -> str:
+def stated(found: Extreme, side: int, *, certified: bool) -> str:
+    """A bound for people, ten digits: one that holds, rounded outwards; of a sample, what was seen.
+
+    Parameters
+    ----------
+    found : Extreme
+        The bound.
+    side : {-1, 1}
+        -1 for a lower bound, 1 for an upper one.
+    certified : bool
+        Whether ``outer`` was shown.
+    """
+    value = found.outer if certified else found.inner
+    text = short(value, digits=10)
+    if not certified or isinstance(value, float) or "/" in text or Fraction(text) == value:
+        return text
+    return text_below(value) if side < 0 else text_above(value)
+
+
+def _told(found: Extreme, *, certified: bool) -> str:
     if found.exact:
         word = "attained" if found.attained else "approached"
         return f"{word} {found.where}" if "->" in str(found.at) or not isinstance(found.at, str) else found.where
     if isinstance(found.outer, float):
-        return f"seen {found.where}; no bound is shown"
+        value = f"{short(found.inner, digits=10)} " if certified else ""  # else it is in the line above
+        return f"{value}seen {found.where}; no bound is shown"
     return f"{found.where}, known to within {found.gap:.1e}"
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.bounds.known import kinks, parsed
 from analysis.bounds.result import as_double
+from analysis.evidence import Evidence
 from analysis.plots.export import INK
 from analysis.plots.style import BLUE, LEGEND, VERMILLION, axes_or_new, finish_axes, note, number, padded
 
@@ -47,7 +48,7 @@ def plot_law_sector(law: object, found: LawBounds, *, ax: Axes | None = None) ->
     x = _abscissae(law, found, "sector")
     values = _values(law, x)
     pair = (found.sector_lower, found.sector_upper)
-    bounds = [as_double(part.inner) for part in pair]
+    bounds = [_bound(part, found) for part in pair]
     low, high = _window(values, [slope * x for slope in bounds if math.isfinite(slope)])
     edges = [np.clip(slope * x, low, high) if math.isfinite(slope) else _half(x, slope, low, high) for slope in bounds]
     axes.fill_between(x, edges[0], edges[1], color=BLUE, alpha=0.13, lw=0, label="sector")
@@ -87,7 +88,7 @@ def plot_law_slope(law: object, found: LawBounds, *, ax: Axes | None = None) -> 
     slopes = np.diff(_values(law, x)) / np.diff(x)
     middle = 0.5 * (x[1:] + x[:-1])
     pair = (found.slope_lower, found.slope_upper)
-    bounds = [as_double(part.inner) for part in pair if part is not None]
+    bounds = [_bound(part, found) for part in pair if part is not None]
     finite = [slope for slope in bounds if math.isfinite(slope)]
     usual = slopes[np.abs(slopes) <= 5 * np.median(np.abs(slopes)) + 1.0] if len(finite) < len(bounds) else slopes
     low, high = _window(usual, [np.array(finite or [0.0])])
@@ -104,6 +105,12 @@ def plot_law_slope(law: object, found: LawBounds, *, ax: Axes | None = None) -> 
     _finish(axes, found, "slope", (x, low, high))
     axes.set_ylabel("slope of φ")
     return axes
+
+
+def _bound(part: Extreme, found: LawBounds) -> float:
+    """What is drawn: the value reached, and infinite where a certified bound is not known."""
+    unknown = found.evidence is Evidence.CERTIFIED and isinstance(part.outer, float)
+    return as_double(part.outer if unknown else part.inner)
 
 
 def _finish(axes: Axes, found: LawBounds, quantity: Quantity, frame: tuple[Array, float, float]) -> None:

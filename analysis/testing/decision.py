@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from analysis.doubles import text_above, text_below
 from analysis.evidence import Verdict
@@ -17,6 +18,9 @@ from lure.expressions.tree import is_total, names
 from lure.laws.formula import ExpressionLaw
 from lure.laws.properties import Standing, properties
 from lure.sector import Sector, SlopeBounds
+
+if TYPE_CHECKING:
+    from analysis.bounds.result import Extreme
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -48,7 +52,7 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
     if kind == "odd":
         return _oddness(law.law, on)
     from analysis.bounds import law_bounds
-    from analysis.bounds.result import above, below
+    from analysis.bounds.result import above, below, stated
 
     try:
         bounds = law_bounds(law.law, on=on)
@@ -66,13 +70,19 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
     what = "phi(sigma)/sigma" if kind == "sector" else "the slope"
     everywhere = "for every sigma" if on is None else f"for every sigma of [{float(on[0]):g}, {float(on[1]):g}]"
     if verdict is Verdict.PROVED:
-        how = f"{everywhere} {what} is at least {low} and at most {high}"
+        ends = [f"{stated(end, side, certified=True)} {_place(end)}" for end, side in ((low, -1), (high, 1))]
+        how = f"{everywhere} {what} is at least {ends[0].strip()} and at most {ends[1].strip()}"
         return Decision(verdict=verdict, how=how, total=True)
     if verdict is Verdict.REFUTED:
         broken = f"the supremum of {what} is {high}" if high.inner > claim.upper else f"the infimum of {what} is {low}"
         return Decision(verdict=verdict, how=broken, total=True)
     shown = f"[{text_below(float(below(low.outer)))}, {text_above(float(above(high.outer)))}]"
     return Decision(how=f"certified {everywhere} is only that {what} lies in {shown}", total=True)
+
+
+def _place(end: Extreme) -> str:
+    """Where a bound is reached or approached; nowhere that is known if it is infinite and something else was seen."""
+    return "" if isinstance(end.outer, float) and not end.exact else end.where
 
 
 def witness(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> str:
