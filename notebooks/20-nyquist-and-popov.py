@@ -39,7 +39,7 @@ def say(result):
 
 def side_by_side(left, right):
     """Two responses, drawn."""
-    _, axes = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained")
+    _, axes = plt.subplots(1, 2, figsize=(8.6, 3.9), layout="constrained")
     left.plot(ax=axes[0])
     right.plot(ax=axes[1])
     plt.show()
@@ -133,7 +133,8 @@ side_by_side(nyquist_response(MOTOR), popov_response(MOTOR, k=5.9, theta=1.5))
 #
 # - **The conclusion.** The gain 0 is not stable, yet $\varphi = 0$ belongs to $[0, k]$: the integrator then stays
 #   wherever it is. So "0 attracts every motion" is false for the class, and what is proved is convergence to the set of
-#   equilibria, which is the point 0 if your law vanishes at 0 alone. Even $1/s$ gets no more, for every finite $k$.
+#   equilibria, which is the point 0 if your law vanishes at 0 alone. Even $1/s$, proved for every finite $k$, gets
+#   no stronger conclusion.
 # - **The residue** must be positive. With a negative one every small positive gain is unstable, although
 #   $\mathrm{Re}\,H$ can be positive everywhere, as it is for $-1/(s(s + 1))$.
 # - **The order.** At a double pole the criterion ends, whatever the picture.
@@ -147,9 +148,10 @@ say(f"(s+1)/s^2: {double.verdict}; {double.reason}")
 # %% [markdown]
 # ## 4. Negative theta
 #
-# Many texts ask for $\theta \ge 0$. For finite $k$ that is not needed (note 6), and it can cost most of the sector.
-# $s^2/(s^2 + s + 1)$ is the oscillator of part 1 with $s$ and $1/s$ exchanged. The circle criterion stops at $k = 3$
-# again, positive $\theta$ makes it worse, and $\theta = -1$ gives $3 + 2\sqrt3 = 6.46$. And so on, for ever larger $k$.
+# Many texts ask for $\theta \ge 0$. For finite $k$ that is not needed ([note 6](notes/0006-negative-theta.md)), and it
+# can cost most of the sector. $s^2/(s^2 + s + 1)$ is the oscillator of part 1 with $s$ and $1/s$ exchanged. The circle
+# criterion stops at $k = 3$ again, positive $\theta$ makes it worse, and $\theta = -1$ gives $3 + 2\sqrt3 = 6.46$. And
+# so on, for ever larger $k$.
 
 # %%
 MIRRORED = "s^2/(s^2 + s + 1)"
@@ -187,7 +189,7 @@ say(popov_ringing)
 tf = control.tf([1], [1, 1]) - control.tf([2e-4, 0], [1, 2e-4, 100])
 poles = control.feedback(2 * tf, 1).poles()
 print("poles with the gain 2:", np.round(poles, 7))
-_, axes = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained")
+_, axes = plt.subplots(1, 2, figsize=(8.6, 3.9), layout="constrained")
 titles = ("3000 frequencies", "refined at the poles")
 for ax, seen, words in zip(axes, (coarse, refined), titles, strict=True):
     ax.plot(seen.values.real, seen.values.imag, ".-", ms=3, lw=0.8, color=BLUE)

@@ -102,8 +102,8 @@ for row in report.criteria:
 # - **margin** is the least value of the left-hand side over *all* frequencies, and *at* is where. It is not read off a
 #   grid. Positive is what counts; its size is how much further $-1/k$ could move.
 # - **reach** is the largest $k$ for which the criterion still holds. The circle criterion gives up at 8 Pa/m, since
-#   $\mathrm{Re}\,H$ goes down to $-1/8$ (hence its margin, $0.875 = 1 - 1/8$); Popov reaches every stiffness. A
-#   contact ten times as hard as this one would need Popov.
+#   $\mathrm{Re}\,H$ goes down to $-1/8$ (hence its margin, $0.875 = 1 - 1/8$); Popov reaches every finite
+#   stiffness. A contact ten times as hard as this one would need Popov.
 #
 # You can check the margin on your fingers: ask the block.
 
@@ -117,7 +117,7 @@ for row in report.criteria:
         print(f"{row.model}: {seen[row.model]:.9f} at {row.worst_frequency:.5g} rad/s; reported {row.margin.low:.9f}")
 
 popov = {row.model: row for row in report.criteria if row.name == "popov"}
-_, axes = plt.subplots(1, 2, figsize=(10.4, 3.6), layout="constrained")
+_, axes = plt.subplots(1, 2, figsize=(8.6, 3.7), layout="constrained")
 for ax, (model, row) in zip(axes, popov.items(), strict=True):
     plot_popov(blocks[model], row, ax=ax)
     ax.set_title(model, fontsize="medium")
@@ -147,7 +147,7 @@ plt.show()
 
 # %% [markdown]
 # The first elastic mode of the scheme decays at 2938 1/s and that of the rod at 1.0 1/s: all but 0.03 % of that
-# damping belongs to ten cells, not to steel. The report puts the two columns side by side for this reason, and reads
+# damping belongs to ten cells, not to the rod. The report puts the two columns side by side for this reason, and reads
 # no verdict about the rod off the scheme.
 #
 # ## Simulation and confirmation: an attempt to prove us wrong
@@ -156,7 +156,7 @@ plt.show()
 run = report.simulation.trajectory
 print(f"{report.simulation.cells} cells up to {run.t[-1]:g} s, energy identity within {run.energy_residual:.1e}")
 say(f"Where the rod comes to rest: {report.confirmation.rod.rest.way}.")
-_, axes = plt.subplots(1, 2, figsize=(10.4, 3.6), layout="constrained")
+_, axes = plt.subplots(1, 2, figsize=(8.6, 3.7), layout="constrained")
 plot_both_ends(report.confirmation, ax=axes[0])
 plot_both_decays(report.confirmation, ax=axes[1])
 plt.show()

@@ -235,7 +235,7 @@ say(refuted.facts["root"])
 # polynomial.
 
 # %%
-_, (left, right) = plt.subplots(1, 2, figsize=(10.4, 4.0), layout="constrained")
+_, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.8), layout="constrained")
 plot_loop_popov(as_block(([1], [1, 3, 2, 0])), 5.9, 1.5, ax=left)
 left.set_title("1/(s(s+1)(s+2)), κ = k = 5.9, θ = 3/2", fontsize="medium")
 left.texts[0].set_position((-34, 6))  # away from the curve
@@ -480,9 +480,10 @@ print(scheme(100_000, least))
 print(scheme(100_000, least - Fraction(1, 10**30)))
 
 # %% [markdown]
-# The other theorem about the rod is energy. The scheme is $y_i' = s\,(\mathrm{prev}_i - y_i)$ with $\mathrm{prev}_i =
-# y_{i-1}$, but $\mathrm{prev}_1 = -a\,y_{2N}$ and $\mathrm{prev}_{N+1} = y_N - 2d\,p$, and $z' = y_N - d\,p$, $p =
-# \varphi(z)$. For $V = \frac1{2s}\sum y_i^2 + 2d\int_0^z\varphi$, row by row,
+# The other theorem is about energy, for the rod and for its scheme. Here we follow the scheme. It is
+# $y_i' = s\,(\mathrm{prev}_i - y_i)$ with $\mathrm{prev}_i = y_{i-1}$, but $\mathrm{prev}_1 = -a\,y_{2N}$ and
+# $\mathrm{prev}_{N+1} = y_N - 2d\,p$, and $z' = y_N - d\,p$, $p = \varphi(z)$. For
+# $V = \frac1{2s}\sum y_i^2 + 2d\int_0^z\varphi$, row by row,
 #
 # $$y_i\,y_i'/s + \tfrac12(\mathrm{prev}_i - y_i)^2 = \tfrac12\,(\mathrm{prev}_i^2 - y_i^2),$$
 #
@@ -529,9 +530,10 @@ total = added(*rows, law, end)
 print(f"sum:        {shown(total)}")
 
 # %% [markdown]
-# The sum is zero: $V' = -\tfrac12\sum(\mathrm{prev}_i - y_i)^2 - \tfrac12(1-a^2)\,y_{2N}^2$, and $1 - a^2 > 0$ as $k >
-# 0$. The checker does the same for the number of cells in the file, at values of $a$ and $d$ so large that a vanishing
-# sum vanishes identically. How rest follows from it, and convergence: note 5.
+# The sum is zero: $V' = -\tfrac12\sum(\mathrm{prev}_i - y_i)^2 - \tfrac12(1-a^2)\,y_{2N}^2$, and $1 - a^2 > 0$ as
+# $k > 0$. The checker does the same for the number of cells in the file, at values of $a$ and $d$ so large that a
+# vanishing sum vanishes identically. How rest follows from it, and convergence, and the same for the rod itself: [note
+# 5](notes/0005-energy-theorem.md).
 
 # %%
 settled_rod = settled(
@@ -624,5 +626,6 @@ with tempfile.TemporaryDirectory() as folder:
 assert statuses == [0, 11, 2]
 
 # %% [markdown]
-# The format and the theorems, each with its source, are in note 8. A second checker, on another library and written
-# from the theorems and not from the first, must agree on every certificate of the tests: `lure verify --second`.
+# The format and the theorems, each with its source, are in [note 8](notes/0008-certificates.md). A second checker, on
+# another library and written from the theorems and not from the first, must agree on every certificate of the tests:
+# `lure verify --second`.

@@ -186,9 +186,9 @@ print(f"rho c v = {plateau:.3f} MPa; depths reached: up to {max(depths):.2f} mm"
 
 # %% [markdown]
 # Nine motions are nine motions, not a bound for the box. There is a bound, $\rho c v$: with a dashpot below the
-# impedance of the rod no stress ever exceeds it, whatever the law (the
-# [notebook on the dashpot](70-designing-the-dashpot.py) says why). And look at the depths: the pad was measured down
-# to 0.68 mm below its surface. Deeper than that the law would be a guess; here it was not needed.
+# impedance of the rod no impact ever exceeds it, for any law that pushes the harder the deeper (the [notebook on the
+# dashpot](70-designing-the-dashpot.py) says why). And look at the depths: the pad was measured down to 0.68 mm below
+# its surface. Deeper than that the law would be a guess; here it was not needed.
 #
 # ## 6. What measuring cannot show
 #

@@ -120,10 +120,10 @@ for ratio in chosen:
 # shows $10^{17}$ and a $\theta$ not quite 0, since $Z$ of steel is irrational and $k$ a double.) Popov's margin
 # agrees: with a multiplier $\theta$ it is at most $\varepsilon + \theta d$ in the rod, which it reaches at $k = Z$.
 #
-# What is that worth? For the scheme both inequalities prove convergence. For the rod they do too ([note
-# 11](notes/0011-popov-for-the-rod.md)), but our verdict rests on the [energy
-# theorem](notes/0005-energy-theorem.md). It proves convergence for **every**
-# $0 < k < \infty$ and every stop, so it does not prefer one dashpot to another. That is what margins are for.
+# What is that worth? For the scheme both inequalities prove convergence, if the law does not depend on time. For the
+# rod they do too ([note 11](notes/0011-popov-for-the-rod.md)), but our verdict rests on the [energy
+# theorem](notes/0005-energy-theorem.md). It proves convergence for **every** $0 < k < \infty$ and every stop, so it
+# does not prefer one dashpot to another. That is what margins are for.
 
 # %%
 left, right = panels(2)
@@ -146,7 +146,7 @@ plt.show()
 # Turn the figure on the right round. The circle criterion accepts a stop of stiffness $\beta$ only if its reach is
 # larger: a window of $k$ around $Z$, from $k/Z = 1/\sqrt{1 + 1/\beta}$ on, which closes as the stop gets harder. For
 # the steel bar ($\beta = 95$) it begins half a percent below $Z$, and $k = 0.197 Z$, as built, lies far outside.
-# Popov's criterion holds for every $k$, and the energy theorem never asks for $\varepsilon$. **So stiffness costs
+# Popov's criterion holds for every $k > 0$, and the energy theorem never asks for $\varepsilon$. **So stiffness costs
 # margin in the circle criterion, and nothing in the theorem**: what fails is a method, not a rod.
 
 # %%

@@ -71,7 +71,7 @@ def law_of(witness):
 def law_and_orbit(found, block, gains, periods=8):
     """The law in its sector, and the orbit beside motions of linear gains from the same state."""
     law, data = law_of(found.witness), found.witness.data
-    _, (left, right) = plt.subplots(1, 2, figsize=(10.4, 3.6), width_ratios=(1, 1.7), layout="constrained")
+    _, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.6), width_ratios=(1, 1.7), layout="constrained")
     plot_law(found.witness, ax=left)
     edge = np.array([0.0, max(left.get_xlim())])
     for sign in (1, -1):
@@ -157,7 +157,7 @@ print(f"after one period the drawn motion is back to {gap_after_a_period(fitts, 
 # A dead zone: nothing for $|\sigma| \le 1$, slope 1.4994 beyond. It is odd, monotone, and has a certified periodic
 # motion of 10.77 s. Proved for odd laws is the slope up to 0.6738. Note what `inf` above does *not* say.
 #
-# **Moral: from order four on, no property of linear gains replaces a criterion.**
+# **Moral: from order four on, stability under every linear gain replaces no criterion.**
 #
 # ## 3. Is oddness a formality?
 #
@@ -169,7 +169,7 @@ print(f"after one period the drawn motion is back to {gap_after_a_period(fitts, 
 sixth = builtin_loop("dt-6").block
 odd, monotone = max_slope(sixth, odd=True), max_slope(sixth)
 say(odd, monotone)
-_, (left, right) = plt.subplots(1, 2, figsize=(10.4, 3.4), width_ratios=(1.5, 1), layout="constrained")
+_, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.4), width_ratios=(1.5, 1), layout="constrained")
 plot_reach([odd, monotone], ["odd laws", "monotone laws"], ax=left)
 left.set_xlabel("upper end k of the slope [unit of μ / unit of σ]")
 plot_law(monotone.witness, ax=right)
@@ -264,7 +264,7 @@ ax.legend(loc="upper left", ncols=3, **LEGEND)
 plt.show()
 
 # %% [markdown]
-# Between 3 and 5.7102 nothing is known of laws that depend on time; that does not touch Popov's result.
+# Between 3 and 5.7102 nothing was shown of laws that depend on time; that does not touch Popov's result.
 #
 # **Moral: gain scheduling, wear and temperature are time-varying laws. Popov and Zames-Falb have not heard of them.**
 #
@@ -295,7 +295,7 @@ t, spiral, rest = motion(alarm, stop, [-25.0, 0.0], 150.0)  # sigma(0) = 40
 seconds, response = signal.impulse(([-1, -1.6], [1, 0.39, 1]), T=np.linspace(0, 100, 20001))
 most = np.trapezoid(np.abs(response), seconds)  # what |mu| <= 1 can do to |sigma|, in the long run
 
-_, (left, right) = plt.subplots(1, 2, figsize=(10.4, 3.8), width_ratios=(1, 1.2), layout="constrained")
+_, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.7), width_ratios=(1, 1.2), layout="constrained")
 hint.plot(ax=left)
 right.plot(t, np.abs(spiral), color=VERMILLION, lw=1.2, label="|σ|, observed")
 right.axhline(outer.amplitude, color=PURPLE, lw=1, ls="--", label="amplitude of the predicted oscillation")
@@ -323,7 +323,7 @@ plt.show()
 # | you may assume | and may then use | forget it, and |
 # |---|---|---|
 # | linear | the gain margin | a saturation swings where any gain up to 9.9 is fine |
-# | a sector, time-invariant | Popov | a gain that switches in $[0, 5.71022]$ grows |
+# | a sector, time-invariant | Popov | a gain that switches between 0 and 5.71022 makes the motion grow |
 # | a sector, time-varying | the circle | there is nothing left to forget |
 # | a slope | Park, Zames and Falb | Popov stops at 1.7636 where slope reaches 4.5894 |
 # | odd as well | their odd multipliers | an orbit of period 3 at $175/192$, below $25/23$ |
