@@ -54,8 +54,11 @@ def side_by_side(left, right):
 #
 # **Popov's plot** is $\omega\,\mathrm{Im}\,H$ over $\mathrm{Re}\,H$, and its line through $-1/k$ may have any slope:
 #
-# $$\frac1k + \mathrm{Re}\,[(1 + i\omega\theta) H(i\omega)] > 0
-#   \quad\Longleftrightarrow\quad \mathrm{Re}\,H > \theta\cdot\omega\,\mathrm{Im}\,H - \frac1k .$$
+# $$\frac1k + \mathrm{Re}\,[(1 + i\omega\theta) H(i\omega)] > 0,$$
+#
+# which is
+#
+# $$\mathrm{Re}\,H > \theta\cdot\omega\,\mathrm{Im}\,H - \frac1k .$$
 #
 # Its slope is $1/\theta$: $\theta = 0$ is upright again, the circle criterion; larger $\theta$, in seconds, tilts it.
 # The price of the freedom is that $\varphi$ must not depend on time.
@@ -188,7 +191,7 @@ popov_ringing = max_sector(RINGING, criterion="popov")
 say(popov_ringing)
 tf = control.tf([1], [1, 1]) - control.tf([2e-4, 0], [1, 2e-4, 100])
 poles = control.feedback(2 * tf, 1).poles()
-print("poles with the gain 2:", np.round(poles, 7))
+print("poles with the gain 2:", *(f"{pole:.7g}" for pole in poles), sep="\n  ")
 _, axes = plt.subplots(1, 2, figsize=(8.6, 3.9), layout="constrained")
 titles = ("3000 frequencies", "refined at the poles")
 for ax, seen, words in zip(axes, (coarse, refined), titles, strict=True):

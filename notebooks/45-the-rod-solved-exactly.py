@@ -70,7 +70,9 @@ def label(ax, x, y, **limits):
 # Compressed by $2\cdot10^{-4}$ and let go, with the obstacle out of reach. Every round trip multiplies the wave by
 # $-a = 0.99967$, so that with $e = 2\cdot 10^{-4}$ m
 #
-# $$u(2nT, L) = \tfrac e2 - e\,(-a)^n, \qquad u((2n+1)T, L) = \tfrac e2,$$
+# $$u(2nT, L) = \tfrac e2 - e\,(-a)^n,$$
+#
+# $$u((2n+1)T, L) = \tfrac e2,$$
 #
 # straight lines in between: a triangle that shrinks by one part in three thousand each time, always from the same
 # turning point. A thousand round trips:

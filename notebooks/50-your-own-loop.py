@@ -51,7 +51,7 @@ from analysis.plots import plot_law_sector, plot_reach
 from lure import LawClass, as_block
 
 block = as_block(PLANT)
-print("H =", block)
+print(f"H = {block}")
 
 # %% [markdown]
 # `lure` looks at one loop only, $\sigma = H\mu$, $\mu = -\varphi(\sigma)$: $H$ is what lies between the output of the

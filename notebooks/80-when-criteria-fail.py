@@ -110,7 +110,7 @@ def gap_after_a_period(found, block):
 # %%
 aizerman = builtin_loop("leonov-bragin-kuznetsov").block
 sector = max_sector(aizerman, lower=Fraction(1, 100), search="full")
-print("H =", aizerman)
+print(f"H = {aizerman}")
 print(f"linear gains: stable from 1/100 up to {sector.hurwitz.low:.6g}, by exact root counts\n")
 say(sector)
 
@@ -136,7 +136,7 @@ say(f"the checker, on the certificate: {type(again).__name__}, {again.claim}")
 # %%
 third = builtin_loop("ct-1").block
 third_sector, third_slope = max_sector(third), max_slope(third, search="linear")
-print("H =", third, end="\n\n")
+print(f"H = {third}\n")
 say(third_sector, third_slope)
 
 # %% [markdown]
@@ -147,7 +147,7 @@ say(third_sector, third_slope)
 # %%
 kalman = builtin_loop("kalman-fitts")
 fitts = max_slope(kalman.block, odd=True)
-print("H =", kalman.block)
+print(f"H = {kalman.block}")
 print("linear gains: stable up to", fitts.hurwitz.low, end="\n\n")
 say(fitts)
 law_and_orbit(fitts, kalman.block, [(0.75, GREEN), (fitts.refuted_at, BLUE)])
@@ -295,7 +295,7 @@ t, spiral, rest = motion(alarm, stop, [-25.0, 0.0], 150.0)  # sigma(0) = 40
 seconds, response = signal.impulse(([-1, -1.6], [1, 0.39, 1]), T=np.linspace(0, 100, 20001))
 most = np.trapezoid(np.abs(response), seconds)  # what |mu| <= 1 can do to |sigma|, in the long run
 
-_, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.7), width_ratios=(1, 1.2), layout="constrained")
+_, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.8), width_ratios=(1.25, 1), layout="constrained")
 hint.plot(ax=left)
 right.plot(t, np.abs(spiral), color=VERMILLION, lw=1.2, label="|σ|, observed")
 right.axhline(outer.amplitude, color=PURPLE, lw=1, ls="--", label="amplitude of the predicted oscillation")

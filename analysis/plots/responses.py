@@ -46,6 +46,8 @@ def plot_popov_response(response: PopovResponse, *, ax: Axes | None = None) -> A
     boundary = None if k is None or theta is None else -1.0 / k + 0.0
     low, high, bottom, top = window(x, y, boundary)
     near = boundary is not None and low <= boundary
+    if near and theta is not None and theta < 0:  # room for the name below the axis
+        bottom = min(bottom, -0.12 * (top - bottom))
     top += _HEADROOM * (top - bottom) / (1 - _HEADROOM)
     axes_cross(axes, (low, high, bottom, top))
     curve_with_arrow(axes, x, y, "H(iω), ω > 0")
@@ -193,10 +195,12 @@ def curve_with_arrow(axes: Axes, x: Floats, y: Floats, label: str) -> None:
 
 
 def _name(axes: Axes, boundary: float, *, above: bool) -> None:
-    """The name of the point on the real axis, on the forbidden side of it."""
-    text, offset, side = "−1/k" if boundary else "0", (-5, 4 if above else -5), "bottom" if above else "top"
-    axes.annotate(text, (boundary, 0.0), xytext=offset, textcoords="offset points", color=VERMILLION, ha="right",
-                  va=side)  # fmt: skip
+    """The name of the point on the real axis, on the forbidden side of it unless that is too narrow."""
+    low, high = axes.get_xlim()
+    tight = boundary - low < 0.15 * (high - low)  # no room on the left
+    text, offset = "−1/k" if boundary else "0", (5 if tight else -5, 4 if above else -5)
+    axes.annotate(text, (boundary, 0.0), xytext=offset, textcoords="offset points", color=VERMILLION,
+                  ha="left" if tight else "right", va="bottom" if above else "top")  # fmt: skip
 
 
 def _arrow(axes: Axes, ends: tuple[float, float], height: float) -> None:
