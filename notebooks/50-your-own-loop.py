@@ -24,8 +24,11 @@
 # A DC motor positions an antenna through a flexible shaft. One volt turns it at 2 rad/s, with a time constant of
 # 0.1 s; the shaft rings at 100 rad/s with a damping ratio of 0.2. From volts to radians:
 #
-# $$P(s) = \frac{2}{s\,(0.1 s + 1)}\cdot\frac{100^2}{s^2 + 40 s + 100^2} =
-#   \frac{200\,000}{s^4 + 50 s^3 + 10\,400 s^2 + 100\,000 s}.$$
+# $$P(s) = \frac{2}{s\,(0.1 s + 1)}\cdot\frac{100^2}{s^2 + 40 s + 100^2},$$
+#
+# which is
+#
+# $$P(s) = \frac{200\,000}{s^4 + 50 s^3 + 10\,400 s^2 + 100\,000 s}.$$
 #
 # The amplifier gives 20 V for each radian of error, and never more than 24 V.
 
