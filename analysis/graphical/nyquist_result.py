@@ -13,10 +13,11 @@ from analysis.answer import Answer
 from analysis.answers import Largest
 from analysis.criteria.result import CriterionResult
 from analysis.doubles import text_above, text_below
-from analysis.evidence import Evidence, Verdict
+from analysis.evidence import Evidence
 from analysis.graphical.axis import Drawable
+from analysis.graphical.behind import ROUNDING, behind, drawn_dataset, drawn_dict, least, proof_row
 from analysis.graphical.page import block_text, span_text, with_figure
-from lure.showing import html_table, plain, xarray_or_refusal
+from lure.showing import html_table
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
@@ -26,8 +27,7 @@ if TYPE_CHECKING:
 
     from analysis.plots.responses import Axes
 
-ROUNDING = 1e-11
-DOES = "what does: "
+CRITERION = "the circle criterion"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -100,8 +100,7 @@ class NyquistResponse:
     @property
     def worst(self) -> int | None:
         """Where in ``omega`` that is; None without a region."""
-        seen = np.where(np.isfinite(self.distance), self.distance, np.inf)
-        return int(np.argmin(seen)) if np.isfinite(seen).any() else None
+        return least(self.distance)
 
     @property
     def evidence(self) -> Evidence:
@@ -111,13 +110,7 @@ class NyquistResponse:
     @property
     def behind(self) -> str:
         """What proves the sector, or that nothing here does, and why."""
-        answer = self.answer
-        if answer is not None and answer.verdict is Verdict.PROVED and not self.reason:
-            said = answer.reason if isinstance(answer, Answer) else str(answer)
-            return f"{DOES}the circle criterion for the sector {self.sector_text} ({answer.evidence}): {said}"
-        if self.found is not None and self.found.verdict is Verdict.PROVED and not self.reason:
-            return f"{DOES}{self.found}".removesuffix(".")
-        return f"nor does anything here: {self.reason}".removesuffix(".")
+        return behind(self, CRITERION)
 
     @property
     def sector_text(self) -> str:
@@ -160,25 +153,7 @@ class NyquistResponse:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data, the curve with it; infinite numbers are the text ``inf``."""
-        from analysis.answers.largest import answer_dict
-
-        answer = answer_dict(self.answer) if isinstance(self.answer, Answer) else self.answer
-        return {
-            "kind": "nyquist response",
-            "block": block_text(self.block),
-            "evidence": str(self.evidence),
-            "lower": plain(self.lower),
-            "k": plain(self.k),
-            "margin_seen": plain(self.margin_seen),
-            "worst_seen": None if self.worst is None else float(self.omega[self.worst]),
-            "found": plain(self.found),
-            "answer": plain(answer),
-            "reason": self.reason,
-            "sentence": str(self),
-            "omega": plain(self.omega),
-            "real": plain(self.values.real),
-            "imag": plain(self.values.imag),
-        }
+        return drawn_dict(self, "nyquist response", {"lower": self.lower, "k": self.k})
 
     def to_xarray(self) -> xarray.Dataset:
         """The curve and its distance from the region over ``omega``, as real variables that netCDF can hold.
@@ -188,19 +163,12 @@ class NyquistResponse:
         InputError
             xarray is not installed.
         """
-        xr = xarray_or_refusal("to_xarray")
         variables = {
-            "real": ("omega", self.values.real, {"long_name": "Re H"}),
-            "imag": ("omega", self.values.imag, {"long_name": "Im H"}),
-            "distance": ("omega", self.distance, {"long_name": "distance from the forbidden region"}),
+            "real": (self.values.real, "Re H"),
+            "imag": (self.values.imag, "Im H"),
+            "distance": (self.distance, "distance from the forbidden region"),
         }
-        known = {"lower": self.lower, "k": self.k, "margin_seen": self.margin_seen}
-        attributes: dict[str, object] = {name: value for name, value in known.items() if value is not None}
-        attributes |= {"evidence": str(self.evidence), "comment": str(self)}
-        made: xarray.Dataset = xr.Dataset(
-            variables, coords={"omega": ("omega", self.omega, {"units": "rad/s"})}, attrs=attributes
-        )
-        return made
+        return drawn_dataset(self, variables, {"lower": self.lower, "k": self.k})
 
     def to_control(self) -> control.FrequencyResponseData:
         """The values drawn as a ``control.FrequencyResponseData``."""
@@ -213,12 +181,7 @@ class NyquistResponse:
     def _repr_html_(self) -> str:
         rows = [("block", block_text(self.block)), ("drawn", span_text(self.omega)), ("sector", self.sector_text)]
         rows += [] if self.margin_seen is None else [("least distance seen", f"{self.margin_seen:.6g}")]
-        rows.append(
-            (
-                "what proves it",
-                self.behind.removeprefix("what does: ").replace("nor does anything here", "nothing here"),
-            )
-        )
+        rows.append(proof_row(self, CRITERION))
         note = "A drawing proves nothing between and beyond its points, and a region that is entered refutes nothing."
         table = html_table("Nyquist plot", rows, verdict=str(self.evidence).upper(), notes=[note])
         return with_figure(lambda *, ax: self.plot(ax), table, alt=f"Nyquist plot: {self}")

@@ -13,10 +13,11 @@ from analysis.answer import Answer
 from analysis.answers import Largest
 from analysis.criteria.result import CriterionResult
 from analysis.doubles import text_below
-from analysis.evidence import Evidence, Verdict
+from analysis.evidence import Evidence
 from analysis.graphical.axis import Drawable
+from analysis.graphical.behind import ROUNDING, behind, drawn_dataset, drawn_dict, least, proof_row
 from analysis.graphical.page import block_text, span_text, with_figure
-from lure.showing import html_table, plain, xarray_or_refusal
+from lure.showing import html_table
 
 if TYPE_CHECKING:
     import control
@@ -24,8 +25,7 @@ if TYPE_CHECKING:
 
     from analysis.plots.responses import Axes
 
-ROUNDING = 1e-11
-DOES = "what does: "
+CRITERION = "Popov's criterion"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -80,8 +80,7 @@ class PopovResponse:
     @property
     def worst(self) -> int | None:
         """Where in ``omega`` that is; None without a line."""
-        seen = np.where(np.isfinite(self.expression), self.expression, np.inf)
-        return int(np.argmin(seen)) if np.isfinite(seen).any() else None
+        return least(self.expression)
 
     @property
     def evidence(self) -> Evidence:
@@ -91,13 +90,7 @@ class PopovResponse:
     @property
     def behind(self) -> str:
         """What proves the sector of the line, or that nothing here does, and why."""
-        answer = self.answer
-        if answer is not None and answer.verdict is Verdict.PROVED and not self.reason:
-            said = answer.reason if isinstance(answer, Answer) else str(answer)
-            return f"{DOES}Popov's criterion for the sector {self.sector_text} ({answer.evidence}): {said}"
-        if self.found is not None and self.found.verdict is Verdict.PROVED and not self.reason:
-            return f"{DOES}{self.found}".removesuffix(".")
-        return f"nor does anything here: {self.reason}".removesuffix(".")
+        return behind(self, CRITERION)
 
     @property
     def sector_text(self) -> str:
@@ -143,25 +136,7 @@ class PopovResponse:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data, the curve with it; infinite numbers are the text ``inf``."""
-        from analysis.answers.largest import answer_dict
-
-        answer = answer_dict(self.answer) if isinstance(self.answer, Answer) else self.answer
-        return {
-            "kind": "popov response",
-            "block": block_text(self.block),
-            "evidence": str(self.evidence),
-            "k": plain(self.k),
-            "theta": plain(self.theta),
-            "margin_seen": plain(self.margin_seen),
-            "worst_seen": None if self.worst is None else float(self.omega[self.worst]),
-            "found": plain(self.found),
-            "answer": plain(answer),
-            "reason": self.reason,
-            "sentence": str(self),
-            "omega": plain(self.omega),
-            "real": plain(self.values.real),
-            "imag": plain(self.values.imag),
-        }
+        return drawn_dict(self, "popov response", {"k": self.k, "theta": self.theta})
 
     def to_xarray(self) -> xarray.Dataset:
         """The curve and its distance from the line over ``omega``, as real variables that netCDF can hold.
@@ -171,19 +146,12 @@ class PopovResponse:
         InputError
             xarray is not installed.
         """
-        xr = xarray_or_refusal("to_xarray")
         variables = {
-            "real": ("omega", self.values.real, {"long_name": "Re H"}),
-            "omega_imag": ("omega", self.omega * self.values.imag, {"long_name": "omega Im H"}),
-            "expression": ("omega", self.expression, {"long_name": "1/k + Re[(1 + i omega theta) H]"}),
+            "real": (self.values.real, "Re H"),
+            "omega_imag": (self.omega * self.values.imag, "omega Im H"),
+            "expression": (self.expression, "1/k + Re[(1 + i omega theta) H]"),
         }
-        known = {"k": self.k, "theta": self.theta, "margin_seen": self.margin_seen}
-        attributes: dict[str, object] = {name: value for name, value in known.items() if value is not None}
-        attributes |= {"evidence": str(self.evidence), "comment": str(self)}
-        made: xarray.Dataset = xr.Dataset(
-            variables, coords={"omega": ("omega", self.omega, {"units": "rad/s"})}, attrs=attributes
-        )
-        return made
+        return drawn_dataset(self, variables, {"k": self.k, "theta": self.theta})
 
     def to_control(self) -> control.FrequencyResponseData:
         """The values drawn as a ``control.FrequencyResponseData``."""
@@ -196,12 +164,7 @@ class PopovResponse:
         if self.k is not None and self.theta is not None:
             rows += [("sector of the line", self.sector_text), ("theta", f"{self.theta:.10g} s")]
         rows += [] if self.margin_seen is None else [("least distance seen", f"{self.margin_seen:.6g}")]
-        rows.append(
-            (
-                "what proves it",
-                self.behind.removeprefix("what does: ").replace("nor does anything here", "nothing here"),
-            )
-        )
+        rows.append(proof_row(self, CRITERION))
         note = "A drawing proves nothing between and beyond its points, and a line that is crossed refutes nothing."
         table = html_table("Popov plot", rows, verdict=str(self.evidence).upper(), notes=[note])
         return with_figure(lambda *, ax: self.plot(ax), table, alt=f"Popov plot: {self}")
