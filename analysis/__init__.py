@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from analysis.handing_out import handing_out
 
 if TYPE_CHECKING:
     from analysis.answers import Largest as Largest
@@ -74,13 +75,4 @@ _HOMES = {
     "simulate": "simulation",
 }
 
-
-def __getattr__(name: str) -> object:
-    """The main names, loaded when they are used: ``lure --help`` does not wait for them."""
-    if name not in _HOMES:
-        raise AttributeError(f"module 'analysis' has no attribute {name!r}")
-    return getattr(import_module(f"analysis.{_HOMES[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+__getattr__, __dir__ = handing_out(__name__, _HOMES)  # `lure --help` does not wait for them

@@ -81,6 +81,11 @@ def block(language, line, lines):
     return Block(language, file, textwrap.dedent("\n".join(lines) + "\n"), line)
 
 
+def runnable(block):
+    """Whether a block is run, or written to a file, rather than read only."""
+    return block.language in {"python", "console"} or block.file is not None
+
+
 def commands(text):
     """The commands of a ``console`` block, each with what it is shown to print."""
     parts = re.split(r"^\$ ", text.replace("\\\n", " "), flags=re.MULTILINE)
@@ -171,15 +176,21 @@ def run_page(page, folder):
         A Markdown file.
     folder : Path
         Where its commands run and its files are written.
+
+    Returns
+    -------
+    int
+        How many blocks were run.
     """
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    running, shown = Page(page.name), blocks(page.read_text(encoding="utf-8"))
+    running = Page(page.name)
+    wanted = list(filter(runnable, blocks(page.read_text(encoding="utf-8"))))
     with contextlib.chdir(folder):
-        for block in shown:
-            if block.language in {"python", "console"} or block.file is not None:
-                running.run(block)
+        for block in wanted:
+            running.run(block)
             pyplot.close("all")
+    return len(wanted)

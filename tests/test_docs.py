@@ -35,7 +35,10 @@ links = module("docs_links", DOCS / "links.py")
 
 @pytest.mark.parametrize("path", [named(path) for path in PAGES])
 def test_what_a_page_shows_is_what_happens(path, tmp_path):
-    run_page(path, tmp_path)
+    fences = re.findall(
+        r"^ *```(?:\{code-block\} +)?(?:python|console)$", path.read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert run_page(path, tmp_path) >= len(fences)  # and files besides
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(DOCS).as_posix())

@@ -21,7 +21,7 @@ TARGETS = re.findall(r"^([a-z-]+):.*##", (ROOT / "Makefile").read_text(encoding=
 
 
 def test_the_python_shown_does_what_is_shown(tmp_path):
-    run_page(ROOT / "README.md", tmp_path)
+    assert run_page(ROOT / "README.md", tmp_path) == 1
 
 
 def test_the_commands_shown_work_one_after_another(tmp_path, monkeypatch):

@@ -6,8 +6,9 @@ matplotlib's settings alone.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from analysis.handing_out import handing_out
 
 if TYPE_CHECKING:
     from analysis.plots.animation import animate as animate
@@ -116,13 +117,4 @@ _HOMES = {
     "plot_violation": "violation",
 }
 
-
-def __getattr__(name: str) -> object:
-    """The figures, loaded when they are used, since what they draw is itself drawn by them."""
-    if name not in _HOMES:
-        raise AttributeError(f"module 'analysis.plots' has no attribute {name!r}")
-    return getattr(import_module(f"analysis.plots.{_HOMES[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+__getattr__, __dir__ = handing_out(__name__, _HOMES)  # what the figures draw is itself drawn by them

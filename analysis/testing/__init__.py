@@ -6,8 +6,9 @@ loaded until it is used.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from analysis.handing_out import handing_out
 
 if TYPE_CHECKING:
     from analysis.testing.assertions import assert_in_sector as assert_in_sector
@@ -28,13 +29,4 @@ _HOMES = {
     "assert_slope_restricted": "assertions",
 }
 
-
-def __getattr__(name: str) -> object:
-    """The assertions and their results, loaded when they are used."""
-    if name not in _HOMES:
-        raise AttributeError(f"module 'analysis.testing' has no attribute {name!r}")
-    return getattr(import_module(f"analysis.testing.{_HOMES[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+__getattr__, __dir__ = handing_out(__name__, _HOMES)  # loaded when they are used
