@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from analysis.certificates.checker import check as check
     from analysis.comparison import compare as compare
     from analysis.criteria.describing import describing_hint as describing_hint
+    from analysis.criteria.describing_function import describing_function as describing_function
     from analysis.criteria.passivity import passivity_indices as passivity_indices
     from analysis.evidence import Bracket as Bracket
     from analysis.evidence import Evidence as Evidence
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from analysis.measured import read_measurements as read_measurements
     from analysis.measured import report_of as report_of
     from analysis.measured import sector_of as sector_of
+    from analysis.report import report_on as report_on
     from analysis.response import basin as basin
     from analysis.response import bifurcation as bifurcation
     from analysis.response import resting_place as resting_place
@@ -53,6 +55,7 @@ _HOMES = {
     "Refuted": "certificates.checker",
     "check": "certificates.checker",
     "compare": "comparison",
+    "describing_function": "criteria.describing_function",
     "describing_hint": "criteria.describing",
     "passivity_indices": "criteria.passivity",
     "Bracket": "evidence",
@@ -69,10 +72,12 @@ _HOMES = {
     "read_measurements": "measured",
     "report_of": "measured",
     "sector_of": "measured",
+    "report_on": "report",
     "basin": "response",
     "bifurcation": "response",
     "resting_place": "response",
     "simulate": "simulation",
 }
 
+__all__ = [*_HOMES]
 __getattr__, __dir__ = handing_out(__name__, _HOMES)  # `lure --help` does not wait for them

@@ -32,6 +32,50 @@ def text_above(value: float | Fraction, digits: int = 10) -> str:
     return _directed(value, digits, decimal.ROUND_CEILING)
 
 
+def bound_below(value: float | Fraction) -> str:
+    """A bound for text, console, pages and plots alike, rounded down: seven digits, or ten just below a short number.
+
+    Parameters
+    ----------
+    value : float or Fraction
+        The bound.
+
+    Examples
+    --------
+    >>> bound_below(2 / 3), bound_below(1e12), bound_below(Fraction(59, 10))
+    ('0.6666666', '1e12', '5.9')
+    """
+    return _bound(value, decimal.ROUND_FLOOR)
+
+
+def bound_above(value: float | Fraction) -> str:
+    """The same rounded up: what is refuted from the bound on is refuted from what is printed on.
+
+    Parameters
+    ----------
+    value : float or Fraction
+        The bound.
+
+    Examples
+    --------
+    >>> bound_above(2 / 3), bound_above(5.7), bound_above(Fraction(57, 10))
+    ('0.6666667', '5.700000001', '5.7')
+    """
+    return _bound(value, decimal.ROUND_CEILING)
+
+
+def _bound(value: float | Fraction, rounding: str) -> str:
+    if isinstance(value, float) and not math.isfinite(value):
+        return f"{value:g}"
+    nearest = f"{float(value):.7g}"
+    short = len(nearest.split("e")[0].replace(".", "").strip("-0")) <= 3
+    text = _directed(value, 10 if short and Fraction(nearest) != value else 7, rounding)
+    if not (text.isdigit() and text.endswith("0" * 7)):
+        return text
+    digits = text.rstrip("0")
+    return f"{digits[0]}{'.' if digits[1:] else ''}{digits[1:]}e{len(text) - 1}"
+
+
 def _directed(value: float | Fraction, digits: int, rounding: str) -> str:
     if value == 0 or (isinstance(value, float) and not math.isfinite(value)):
         return f"{float(value):g}"

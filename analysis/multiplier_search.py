@@ -16,6 +16,7 @@ from typing import Protocol
 from flint import fmpq
 
 from analysis.criteria.gain_ends import simplest_between
+from analysis.deadline import checkpoint
 from analysis.polynomial import to_fmpq, to_fraction
 
 ROUNDS = 60
@@ -112,6 +113,7 @@ def search(
     """
     known = _polished(family, [CAP, *cuts], tolerance, nonnegative=nonnegative)
     for attempt in range(ROUNDS):
+        checkpoint()
         top = summit(known, nonnegative=nonnegative)
         slack = tolerance * (1 if attempt < ROUNDS - 8 else 10 ** (attempt - ROUNDS + 9))
         aim = top.value * (1 + slack) if top.value < 0 else -_scale(known) * slack

@@ -49,8 +49,5 @@ class Witness:
     data: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}))
     refutation: Refuted | None = None
 
-    def __bool__(self) -> bool:
-        raise TypeError("a witness is evidence of some rank; compare witness.evidence")
-
     def __str__(self) -> str:
         return f"{self.description} ({self.evidence})"

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.showing import html_table, plain
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import control
@@ -23,6 +24,7 @@ class Block(Protocol):
         """``H(s)`` at complex ``s`` [1/s], elementwise."""
 
 
+@by_value
 @dataclass(frozen=True, eq=False)
 class LinearBlock:
     r"""A finite block ``y' = A y + b1 mu + b2 g``, ``sigma = c^T y``, with ``H(s) = c^T (sI - A)^{-1} b1``.

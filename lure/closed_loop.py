@@ -15,6 +15,7 @@ from lure.errors import InputError
 from lure.inputs import as_block
 from lure.nonlinearity import Nonlinearity
 from lure.rational import RationalBlock
+from lure.realisation import Names
 from lure.state_space import StateSpaceBlock
 from lure.upwind import UpwindScheme
 
@@ -30,13 +31,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Realised:
-    """``x' = A x + B mu``, ``sigma = C x + D mu``; ``dt = 0`` in continuous time."""
+    """``x' = A x + B mu``, ``sigma = C x + D mu``; ``dt = 0`` in continuous time, True where no period is stated."""
 
     A: Floats
     B: Floats
     C: Floats
     D: float
-    dt: float
+    dt: float | bool
+    names: Names | None = None
 
 
 def closed_loop(loop: Loop, *, pade: int | None = None) -> control.NonlinearIOSystem:
@@ -75,7 +77,8 @@ def closed_loop(loop: Loop, *, pade: int | None = None) -> control.NonlinearIOSy
         return np.array([force(x, r)[0]])
 
     make: Callable[..., control.NonlinearIOSystem] = control.nlsys
-    return make(rate, output, inputs=["r"], outputs=["sigma"], states=len(block.B), dt=block.dt, name="lure")
+    states = len(block.B) if block.names is None else list(block.names.states)
+    return make(rate, output, inputs=["r"], outputs=["sigma"], states=states, dt=block.dt, name="lure")
 
 
 def _realised(block: object, pade: int | None) -> _Realised:
@@ -86,18 +89,14 @@ def _realised(block: object, pade: int | None) -> _Realised:
     if isinstance(block, DelayBlock):
         block = as_block(block.to_control(pade=pade))
     if isinstance(block, StateSpaceBlock):
-        return _Realised(block.A, block.B, block.C, block.D, float(block.dt or 0))
+        return _Realised(block.A, block.B, block.C, block.D, block.period, block.names)
     if not isinstance(block, RationalBlock) or block.order == 0:
         raise InputError(
             f"a {type(block).__name__} without states cannot be simulated; give coefficients of order 1 or more, "
             "matrices or a formula in s or z"
         )
-    n, direct = block.order, block.feedthrough
-    A = np.eye(n, k=1)
-    A[-1] = [-float(c) for c in reversed(block.denominator[1:])]
-    top = [0] * (n + 1 - len(block.numerator)) + list(block.numerator)
-    C = np.array([float(a - direct * b) for a, b in zip(top, block.denominator, strict=True)][:0:-1])
-    return _Realised(A, np.eye(n)[-1], C, float(direct), float(block.dt or 0))
+    equations = block.realisation
+    return _Realised(*equations.doubles(), block.period, equations.names)
 
 
 def _demand_solvable(law: Nonlinearity, direct: float) -> None:

@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from lure.errors import InputError
 from lure.rational import time_text
 from lure.showing import html_table, plain, xarray_or_refusal
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import control
     import xarray
 
 
+@by_value
 @dataclass(frozen=True, eq=False, slots=True)
 class FrequencyData:
     r"""``H(i omega)``, in discrete time ``H(e^{i omega dt})``, at finitely many frequencies and nowhere else.

@@ -29,7 +29,7 @@ class LawClass:
     Raises
     ------
     InputError
-        The slope bounds lie outside the sector's: members would leave the sector.
+        The slope bounds lie outside the sector's: members would leave the sector; or the bounds coincide.
 
     Examples
     --------
@@ -43,6 +43,12 @@ class LawClass:
     time_varying: bool = False
 
     def __post_init__(self) -> None:
+        for bounds in (self.sector, self.slope):
+            if bounds is not None and bounds.lower == bounds.upper:
+                raise InputError(
+                    f"LawClass has the bounds {bounds}, in which only a straight line lies; a linear gain belongs into "
+                    "the block"
+                )
         if self.slope is not None and (self.slope.lower > self.sector.lower or self.slope.upper < self.sector.upper):
             raise InputError(
                 f"LawClass has the sector {self.sector} and the slope bounds {self.slope}: a law with these slopes "

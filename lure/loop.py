@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any, cast
 from lure.block import Block
 from lure.nonlinearity import Nonlinearity
 from lure.showing import html_table, plain
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import control
 
 
+@by_value
 @dataclass(frozen=True, eq=False)
 class Loop:
     r"""A Lur'e loop ``sigma = H mu``, ``mu = -phi(sigma)``.
@@ -56,8 +58,9 @@ class Loop:
         """The closed loop as a nonlinear system of python-control, with a load ``r`` added to ``mu``.
 
         ``x' = A x + B mu``, ``sigma = C x + D mu``, ``mu = r - phi(sigma)`` (or ``x[k+1] = ..``): input ``r``, output
-        ``sigma``.  The states are those of the matrices, where the block was given by matrices, else those of the
-        controllable form of its transfer function, hidden modes kept.
+        ``sigma``.  Where the block was given by matrices these are its matrices, and its states with their names: an
+        initial state means what it means there.  Else they are the controllable companion form of the transfer
+        function, hidden modes kept.
 
         Parameters
         ----------

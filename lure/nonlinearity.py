@@ -10,9 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.errors import InputError
-from lure.exact import exact_number
 from lure.sector import Sector, SlopeBounds
+from lure.values import by_value
 
 
 class Nonlinearity(Protocol):
@@ -26,6 +25,7 @@ class Nonlinearity(Protocol):
         """Values ``phi(sigma)``, elementwise."""
 
 
+@by_value
 @dataclass(frozen=True, eq=False)
 class NormalCompliance:
     r"""Normal compliance, ``p(r) = c_n max(r, 0)^m`` (Martins and Oden 1987).
@@ -76,10 +76,10 @@ class NormalCompliance:
     exact_exponent: Fraction = field(init=False)
 
     def __post_init__(self) -> None:
+        from lure.laws.law import positive
+
         for name in ("stiffness", "exponent"):
-            exact = exact_number(getattr(self, name), f"NormalCompliance.{name}")
-            if exact <= 0:
-                raise InputError(f"NormalCompliance.{name} is {float(exact):g}; give a positive number")
+            exact = positive(getattr(self, name), f"NormalCompliance.{name}")
             object.__setattr__(self, f"exact_{name}", exact)
             object.__setattr__(self, name, float(exact))
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
+from lure.realisation import Realisation, companion
 from lure.showing import html_table
 
 if TYPE_CHECKING:
@@ -36,14 +37,18 @@ class RationalBlock:
         Coefficients of ``s`` (continuous time) or ``z`` (discrete time), highest power first; leading zeros are dropped
         and both are divided by the leading coefficient of the denominator.  A float means the double it is; pass
         ``Fraction("0.1")`` for one tenth.
-    dt : int, float, Fraction or None
-        Sampling time [s] of a discrete-time block; None for continuous time.
+    dt : int, float, Fraction, True or None
+        Sampling time [s] of a discrete-time block; True where its period is not stated, which counts as 1; None for
+        continuous time.
+    matrices : Realisation or None
+        The matrices that the block was given by, for whoever needs its states: python-control, simulations, initial
+        states.  What is proved of a block is about ``H``, and two blocks are equal if their ``H`` and ``dt`` are.
 
     Raises
     ------
     InputError
-        A coefficient is not a finite number, the denominator is zero, ``H`` is improper, its order exceeds 1000, or
-        ``dt`` is not positive.
+        A coefficient is not a finite number, the denominator is zero, ``H`` is improper, its order exceeds 1000,
+        ``dt`` is not positive, or the matrices have another number of states.
 
     Examples
     --------
@@ -55,9 +60,16 @@ class RationalBlock:
     numerator: tuple[Fraction, ...]
     denominator: tuple[Fraction, ...]
     dt: Fraction | None = None
+    matrices: Realisation | None = field(default=None, compare=False, repr=False)
+    any_period: bool = field(default=False, compare=False, repr=False)
 
     def __init__(
-        self, numerator: Sequence[Exact], denominator: Sequence[Exact], dt: int | float | Fraction | None = None
+        self,
+        numerator: Sequence[Exact],
+        denominator: Sequence[Exact],
+        dt: int | float | Fraction | None = None,
+        *,
+        matrices: Realisation | None = None,
     ) -> None:
         top, bottom = _coefficients(numerator, "numerator"), _coefficients(denominator, "denominator")
         if not bottom:
@@ -69,13 +81,18 @@ class RationalBlock:
             )
         if len(bottom) - 1 > MAX_ORDER:
             raise InputError(f"RationalBlock has order {len(bottom) - 1}; exact polynomials stop at {MAX_ORDER}")
-        step = None if dt is None else exact_number(dt, "RationalBlock.dt")
-        if step is not None and step <= 0:
-            raise InputError(f"RationalBlock.dt is {float(step):g}; give a positive time, or None for continuous time")
+        step = sampling_period(dt, "RationalBlock.dt")
+        if matrices is not None and matrices.order != len(bottom) - 1:
+            raise InputError(
+                f"RationalBlock.matrices have {matrices.order} states and the denominator has degree "
+                f"{len(bottom) - 1}; give the matrices of this block"
+            )
         lead = bottom[0]
         object.__setattr__(self, "numerator", tuple(c / lead for c in top) or (Fraction(0),))
         object.__setattr__(self, "denominator", tuple(c / lead for c in bottom))
         object.__setattr__(self, "dt", step)
+        object.__setattr__(self, "matrices", matrices)
+        object.__setattr__(self, "any_period", dt is True)
 
     @property
     def order(self) -> int:
@@ -86,6 +103,20 @@ class RationalBlock:
     def feedthrough(self) -> Fraction:
         """``H(infinity)``, the direct term ``D``."""
         return self.numerator[0] if len(self.numerator) == len(self.denominator) else Fraction(0)
+
+    @property
+    def realisation(self) -> Realisation:
+        """State equations: the matrices that the block was given by, else the companion form of its coefficients.
+
+        For everything that has states: a simulation, an initial state.  The companion form of a finely sampled plant
+        loses its stability when it is rounded to doubles; the matrices that somebody works with do not.
+        """
+        return companion(self) if self.matrices is None else self.matrices
+
+    @property
+    def period(self) -> float | Literal[True]:
+        """The sampling time as python-control has it: 0 in continuous time, True where none is stated."""
+        return True if self.any_period else float(self.dt or 0)
 
     @property
     def variable(self) -> str:
@@ -107,15 +138,23 @@ class RationalBlock:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return np.asarray(values[0] / values[1] * _float(sizes[0] / sizes[1]))
 
-    def to_control(self) -> control.TransferFunction:
-        """The block as a ``control.TransferFunction``, coefficients rounded to doubles.
+    def to_control(self) -> control.TransferFunction | control.StateSpace:
+        """The block for python-control: its matrices with their names if it was given by matrices, else coefficients.
+
+        Returns
+        -------
+        control.StateSpace or control.TransferFunction
+            Entries rounded to doubles, which changes nothing where they are doubles.
 
         Raises
         ------
         InputError
-            A coefficient exceeds the largest double.
+            A number exceeds the largest double.
         """
         import control
+
+        if self.matrices is not None:
+            return self.matrices.to_control(dt=self.period)
 
         try:
             top, bottom = ([float(c) for c in side] for side in (self.numerator, self.denominator))
@@ -123,7 +162,7 @@ class RationalBlock:
             raise InputError(
                 "a coefficient of this block exceeds the largest double, 1.8e308; rescale the unit of time"
             ) from None
-        return control.TransferFunction(top, bottom, 0 if self.dt is None else float(self.dt))
+        return control.TransferFunction(top, bottom, self.period)
 
     def __str__(self) -> str:
         top, bottom = polynomial_text(self.numerator, self.variable), polynomial_text(self.denominator, self.variable)
@@ -133,7 +172,8 @@ class RationalBlock:
         return " / ".join(sides)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: coefficients as text ``p/q``, highest power first, exactly."""
+        """Plain JSON data: coefficients as text ``p/q``, highest power first, exactly; the matrices if it has any."""
+        matrices = {} if self.matrices is None else {"matrices": self.matrices.to_dict()}
         return {
             "kind": "rational block",
             "text": str(self),
@@ -141,6 +181,7 @@ class RationalBlock:
             "denominator": [str(c) for c in self.denominator],
             "dt": None if self.dt is None else str(self.dt),
             "order": self.order,
+            **matrices,
         }
 
     def _repr_html_(self) -> str:
@@ -151,6 +192,29 @@ class RationalBlock:
         top, bottom = (_latex(polynomial_text(side, self.variable)) for side in (self.numerator, self.denominator))
         fraction = top if self.order == 0 else rf"\frac{{{top}}}{{{bottom}}}"
         return rf"$\displaystyle H({self.variable}) = {fraction}$"
+
+
+def sampling_period(dt: object, name: str) -> Fraction | None:
+    """A sampling time as it is kept: an exact number, 1 where True says that none is stated.
+
+    Parameters
+    ----------
+    dt : object
+        A positive number, True, or None for continuous time.
+    name : str
+        What it is, for errors.
+
+    Raises
+    ------
+    InputError
+        It is none of these.
+    """
+    if dt is None or dt is True:
+        return None if dt is None else Fraction(1)
+    step = exact_number(dt, name)
+    if step <= 0:
+        raise InputError(f"{name} is {float(step):g}; give a positive time, or None for continuous time")
+    return step
 
 
 def time_text(dt: Fraction | None) -> str:

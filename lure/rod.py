@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -15,6 +16,7 @@ from lure.exact import Exact, exact_number, square_root
 from lure.nonlinearity import NormalCompliance
 
 PARAMETERS = ("youngs_modulus", "density", "length", "area", "damping", "compliance", "exponent", "gap")
+_MULTIPLE = re.compile(r"([+-]?)\s*([0-9][^\s*Z]*|\.[0-9][^\s*Z]*)?\s*\*?\s*Z(?:\s*/\s*([0-9.]+))?")
 _POSITIVE = ("youngs_modulus", "density", "length", "area", "compliance", "exponent")
 
 
@@ -28,8 +30,8 @@ class Rod:
         E u_x(t,L) &= -p(u(t,L) - \mathrm{gap}), & \qquad p(r) &= \max(r,0)^m / \varepsilon .
 
     A parameter is a number or the text of one, such as ``"0.1"`` or ``"1/3"``: text is exact, and a float is the double
-    that it is.  The limit ``eps -> 0`` is the Signorini (rigid) obstacle.  Loads and initial data are not part of the
-    rod: see :class:`lure.scenario.Scenario`.
+    that it is.  The damping may be a multiple of the impedance, ``"2 Z"``.  The limit ``eps -> 0`` is the Signorini
+    (rigid) obstacle.  Loads and initial data are not part of the rod: see :class:`lure.scenario.Scenario`.
 
     Parameters
     ----------
@@ -42,8 +44,10 @@ class Rod:
     area : number
         ``A > 0``, cross-section [m^2].
     damping : number
-        ``k``, dashpot at ``x = 0`` [N s/m].  Zero and negative values are physics, not mistakes: the analysis answers
-        INCONCLUSIVE and REFUTED.  ``k = -Z`` leaves the boundary condition unsolvable and is refused.
+        ``k``, dashpot at ``x = 0`` [N s/m], or the text of a multiple of ``Z = A sqrt(rho E)``: ``"2 Z"``, ``"-Z/3"``,
+        exact where ``Z`` is rational, else the double nearest to it.  Zero and negative values are physics, not
+        mistakes: the analysis answers INCONCLUSIVE and REFUTED.  ``k = -Z`` leaves the boundary condition unsolvable
+        and is refused.
     compliance : number
         ``eps > 0``; the contact stiffness is ``c_n = 1/eps`` [Pa/m^m].  ``eps`` itself is in m^m/Pa.
     exponent : number, default 1
@@ -87,14 +91,19 @@ class Rod:
     exact: Mapping[str, Fraction] = field(init=False, repr=False, hash=False)
 
     def __post_init__(self) -> None:
-        exact = {name: _parameter(getattr(self, name), f"rod.{name}") for name in PARAMETERS}
+        multiple = impedance_multiple(self.damping, "rod.damping")
+        given = {name: getattr(self, name) for name in PARAMETERS if name != "damping" or multiple is None}
+        exact = {name: _parameter(value, f"rod.{name}") for name, value in given.items()}
         for name in _POSITIVE:
             if exact[name] <= 0:
                 raise InputError(f"rod.{name} is {float(exact[name]):g}; give a positive number")
+        if multiple is not None:
+            squared = exact["area"] ** 2 * exact["density"] * exact["youngs_modulus"]
+            exact = {name: exact.get(name, _times_root(multiple, squared)) for name in PARAMETERS}
         for name, value in exact.items():
             object.__setattr__(self, name, float(value))
         object.__setattr__(self, "exact", MappingProxyType(exact))
-        if exact["damping"] < 0 and self._ratio[1] == 0:
+        if multiple == -1 or (exact["damping"] < 0 and self._ratio[1] == 0):
             raise InputError(
                 f"rod.damping is {self.damping:g}, minus the impedance of the rod: the condition at x = 0 then fixes "
                 "the incoming wave and leaves the outgoing one free, so the motion is not determined; give another "
@@ -218,6 +227,43 @@ class Rod:
         """The contact law ``p``, with stiffness ``1/eps``."""
         stiffness, exponent = 1 / self.exact["compliance"], self.exact["exponent"]
         return NormalCompliance(cast("float", stiffness), cast("float", exponent))
+
+
+def impedance_multiple(value: object, name: str) -> Fraction | None:
+    """The factor of a text such as ``"2 Z"``, ``"-Z"``, ``"0.5*Z"`` or ``"Z/3"``; None for anything without a Z.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+    name : str
+        Where, for errors.
+
+    Raises
+    ------
+    InputError
+        There is a Z and no such multiple of it.
+    """
+    if not isinstance(value, str) or "Z" not in value:
+        return None
+    from lure.inputs.coefficients import exact_coefficient
+
+    match = _MULTIPLE.fullmatch(value.strip())
+    if match is None:
+        raise InputError(f"{name} is {value!r:.60}; give a number or a multiple of the impedance, such as '2 Z'")
+    sign, factor, divisor = match.groups()
+    factors = [exact_coefficient(text, name) for text in (factor or "1", divisor or "1")]
+    if factors[1] == 0:
+        raise InputError(f"{name} is {value!r:.60}, a division by zero; give another multiple of Z")
+    return factors[0] / factors[1] * (-1 if sign == "-" else 1)
+
+
+def _times_root(multiple: Fraction, squared: Fraction) -> Fraction:
+    """``multiple`` times the square root: exact where that is rational, else the double nearest to it."""
+    root = Fraction(math.isqrt(squared.numerator), math.isqrt(squared.denominator))
+    if root**2 == squared:
+        return multiple * root
+    return exact_number(math.copysign(square_root(squared * multiple**2), multiple), "rod.damping")
 
 
 def _parameter(value: object, name: str) -> Fraction:

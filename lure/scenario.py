@@ -13,12 +13,14 @@ from lure.errors import InputError
 from lure.expressions import Expression
 from lure.rod import Rod
 from lure.upwind import UpwindScheme
+from lure.values import by_value
 
 
 def _zero(*variables: str) -> Expression:
     return Expression.parse(0, variables=variables)
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scenario:
     """What acts on the rod and how it starts.

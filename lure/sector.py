@@ -6,12 +6,13 @@ import decimal
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar
 
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.showing import html_table, plain
 
+Bounds = TypeVar("Bounds", "Sector", "SlopeBounds")
 _LONGEST = 24
 _A_BOUND = "an int, a float, a Fraction or math.inf"
 
@@ -47,6 +48,14 @@ def _bound(value: float | Fraction, rounding: str) -> str:
     return str(context.divide(decimal.Decimal(exact.numerator), decimal.Decimal(exact.denominator)))
 
 
+def _line(kind: type[Bounds], gain: Fraction) -> Bounds:
+    """Bounds that coincide, which the constructors refuse: a linear gain belongs into the block."""
+    made = object.__new__(kind)
+    object.__setattr__(made, "lower", gain)
+    object.__setattr__(made, "upper", gain)
+    return made
+
+
 @dataclass(frozen=True, slots=True)
 class Sector:
     r"""The laws with ``lower * sigma^2 <= sigma * phi(sigma) <= upper * sigma^2`` for every ``sigma``.
@@ -75,6 +84,17 @@ class Sector:
 
     def __post_init__(self) -> None:
         _check_bounds("Sector", self.lower, self.upper)
+
+    @classmethod
+    def line(cls, gain: Fraction) -> Sector:
+        """The sector ``[gain, gain]``, which holds ``phi(sigma) = gain sigma`` only and which no theorem takes.
+
+        Parameters
+        ----------
+        gain : Fraction
+            The gain.
+        """
+        return _line(cls, gain)
 
     def __str__(self) -> str:
         return _interval(self.lower, self.upper)
@@ -118,6 +138,17 @@ class SlopeBounds:
 
     def __post_init__(self) -> None:
         _check_bounds("SlopeBounds", self.lower, self.upper)
+
+    @classmethod
+    def line(cls, gain: Fraction) -> SlopeBounds:
+        """The slope bounds ``[gain, gain]`` of a straight line, which no theorem takes.
+
+        Parameters
+        ----------
+        gain : Fraction
+            The gain.
+        """
+        return _line(cls, gain)
 
     def __str__(self) -> str:
         return _interval(self.lower, self.upper)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.exact import exact_number
 from lure.frequency_data import FrequencyData
-from lure.rational import time_text
+from lure.rational import sampling_period, time_text
+from lure.realisation import Names, control_system
 from lure.resolvent import ControllerForm
 from lure.showing import html_table, plain
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import control
@@ -25,13 +26,14 @@ _BATCH_ENTRIES = 1 << 19  # of the solutions held at once, n for each point
 _UNIT = float(np.finfo(float).eps)
 
 
+@by_value
 @dataclass(frozen=True, eq=False)
 class StateSpaceBlock:
     r"""A block ``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x[k+1] = ...``) with ``H(s) = C (sI - A)^{-1} B + D``.
 
-    In a loop ``mu = -phi(sigma)``, see :class:`lure.loop.Loop`.  The entries are doubles and so is everything computed
-    from them: what follows is at best computed evidence.  Up to order 60 :func:`lure.inputs.as_block` gives the exact
-    :class:`lure.rational.RationalBlock` instead.
+    In a loop ``mu = -phi(sigma)``, see :class:`lure.loop.Loop`.  The entries are doubles, each an exact number in a
+    certificate: classes are certified by matrix inequalities.  Up to order 60 :func:`lure.inputs.as_block` gives the
+    exact :class:`lure.rational.RationalBlock` instead.
 
     Parameters
     ----------
@@ -41,8 +43,10 @@ class StateSpaceBlock:
         (n,) input and output.
     D : float
         Feedthrough [unit of sigma / unit of mu].
-    dt : int, float, Fraction or None
-        Sampling time [s]; None for continuous time.
+    dt : int, float, Fraction, True or None
+        Sampling time [s]; True where its period is not stated, which counts as 1; None for continuous time.
+    names : Names or None
+        What states and signals are called, for python-control.
 
     Raises
     ------
@@ -61,6 +65,8 @@ class StateSpaceBlock:
     C: NDArray[np.float64]
     D: float = 0.0
     dt: Fraction | None = None
+    names: Names | None = None
+    any_period: bool = field(default=False, init=False, repr=False)
 
     def __post_init__(self) -> None:
         for name in ("A", "B", "C", "D"):
@@ -72,15 +78,19 @@ class StateSpaceBlock:
         if n > MAX_STATES:
             raise InputError(f"StateSpaceBlock has {n} states; dense matrices stop at {MAX_STATES}")
         object.__setattr__(self, "D", float(self.D))
-        step = None if self.dt is None else exact_number(self.dt, "StateSpaceBlock.dt")
-        if step is not None and step <= 0:
-            raise InputError(f"StateSpaceBlock.dt is {float(step):g}; give a positive time, or None")
-        object.__setattr__(self, "dt", step)
+        given: object = self.dt
+        object.__setattr__(self, "any_period", given is True)
+        object.__setattr__(self, "dt", sampling_period(self.dt, "StateSpaceBlock.dt"))
 
     @property
     def order(self) -> int:
         """Number of states ``n``."""
         return int(self.B.size)
+
+    @property
+    def period(self) -> float | Literal[True]:
+        """The sampling time as python-control has it: 0 in continuous time, True where none is stated."""
+        return True if self.any_period else float(self.dt or 0)
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H`` at complex ``s`` (or ``z``), elementwise, in floating point; not finite at a pole."""
@@ -122,10 +132,7 @@ class StateSpaceBlock:
 
     def to_control(self) -> control.StateSpace:
         """The block as a ``control.StateSpace``."""
-        import control
-
-        step = 0 if self.dt is None else float(self.dt)
-        return control.StateSpace(self.A, self.B[:, None], self.C[None, :], self.D, step)
+        return control_system((self.A, self.B, self.C, self.D), self.names, dt=self.period)
 
     def __str__(self) -> str:
         time = "continuous time" if self.dt is None else f"discrete time, dt = {float(self.dt):g}"
@@ -139,7 +146,7 @@ class StateSpaceBlock:
 
     def _repr_html_(self) -> str:
         rows = [("time", time_text(self.dt)), ("order", self.order), ("D", f"{self.D:g}")]
-        note = "Kept as doubles: a criterion computed from it certifies nothing. In a loop mu = -phi(sigma)."
+        note = "Kept as doubles, for which classes are certified by matrices. In a loop mu = -phi(sigma)."
         return html_table("H(s) = C (sI - A)^-1 B + D", rows, notes=[note])
 
     @cached_property

@@ -14,6 +14,7 @@ from lure.rod import PARAMETERS, Rod
 from lure.scenario import Scenario
 from lure.showing import html_table
 from lure.upwind import Form
+from lure.values import by_value
 
 _UNITS = {
     "youngs_modulus": "Pa",
@@ -27,6 +28,7 @@ _UNITS = {
 }
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RodSystem:
     """A rod with its scenario and the discretisation and simulation asked for.
@@ -79,7 +81,8 @@ class RodSystem:
         }
 
     def _repr_html_(self) -> str:
-        rows = [(name.replace("_", " "), f"{getattr(self.rod, name):g}", _UNITS[name]) for name in PARAMETERS]
+        units = {**_UNITS, "compliance": "m/Pa"} if self.rod.exponent == 1 else _UNITS
+        rows = [(name.replace("_", " "), f"{getattr(self.rod, name):g}", units[name]) for name in PARAMETERS]
         rows += [("force g", str(self.scenario.force), "N"), ("cells of the scheme", str(self.cells), "")]
         notes = [f"Source: {self.source}"] if self.source else []
         notes.append("analysis.report.build.build_report(system) decides; the scheme and the rod are told apart there.")

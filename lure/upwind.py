@@ -16,6 +16,7 @@ from lure.cnn import Ordering, assemble_ring, ordering_permutation, rod_template
 from lure.errors import InputError
 from lure.rod import Rod
 from lure.showing import html_table
+from lure.values import by_value
 from lure.waves import RodBlock, ring_transfer
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ FORMS: tuple[Form, ...] = ("corrected", "as-printed")
 MAX_CELLS = 10_000_000
 
 
+@by_value
 @dataclass(frozen=True, eq=False)
 class UpwindScheme:
     r"""Courant-Isaacson-Rees semi-discretisation of the rod with ``N`` cells; build it with :func:`upwind`.

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from lure.errors import InputError
 from lure.rod import Rod
 from lure.showing import html_table
+from lure.values import by_value
 
 
 def ring_transfer(
@@ -40,6 +41,7 @@ def ring_transfer(
         return np.asarray(integrator * (np.where(far, inverse - a, top) / np.where(far, inverse + a, bottom)))
 
 
+@by_value
 @dataclass(frozen=True, eq=False)
 class RodBlock:
     r"""The rod as a block from ``mu = -p`` [Pa] to ``sigma = z = u(t,L) - gap`` [m], with no discretisation.

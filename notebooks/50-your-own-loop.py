@@ -103,7 +103,7 @@ print(found)
 # - *popov, certified*: by Popov's criterion, decided in exact arithmetic at every frequency. *Computed* and *observed*
 #   would be less, and neither may call itself PROVED.
 # - *phi = 84 sigma: the loop is not asymptotically stable*: the other side, a member of the class that fails.
-# - *in between nothing is known.* 23 to 84 is not "unstable": there, nothing was shown either way.
+# - *in between nothing was shown.* 23 to 84 is not "unstable": there, nothing was shown either way.
 #
 # At the end of a cell an answer shows itself with all that stands behind it: what was tried, and why it stopped there.
 

@@ -15,7 +15,7 @@
 #
 # Slope, oddness, time-invariance: the small print of every criterion. This notebook takes the words away one by one
 # and shows the loop that breaks. The sign is $\sigma = H\mu$, $\mu = -\varphi(\sigma)$ throughout, and each answer
-# has two sides: *proved* up to here, *refuted* from there on by a named law, and in between nothing is known.
+# has two sides: *proved* up to here, *refuted* from there on by a named law, and in between nothing was shown.
 #
 # Two kinds of statement appear. **Certified** ones come from exact arithmetic, and a checker that does not trust the
 # search has accepted them. Everything we draw is a floating-point motion, **observed**: good for seeing, no proof.

@@ -81,6 +81,14 @@ ROD = {"kind": "rod", "E": "4", "rho": "9", "L": "3", "A": "1/2", "k": "5"}  # Z
 SCHEME = {**ROD, "kind": "rod-scheme", "cells": 3}
 BIPROPER = transfer("1 2", "1 1")  # H(inf) = 1
 LAG_1, STEEP = transfer("1", "1 1"), transfer("1/2 1", "1 -1/2", "discrete")
+COUPLED = {  # linear gains: below 2
+    "kind": "state-space",
+    "time": "continuous",
+    "A": [["-1", "0"], ["1", "-2"]],
+    "b": ["1", "0"],
+    "c": ["0", "-1"],
+    "d": "0",
+}
 QUARTERS = [["0", "1/2"], ["1/2", "1"], ["1", "3/2"], ["3/2", "2"]]
 LOADED = transfer("-1/2 0 0", "1 -1/2 0", "discrete")
 LEAD = transfer("1/2 0 0", "1 -1/2 0", "discrete")
@@ -171,6 +179,18 @@ DRAFTS = {
     ),
     "crossing": lambda: refutation(
         DEAD, laws(0, 3), {"method": "crossing", "gains": ["2", "5/2"], "frequencies": ["2", "41/20"]}
+    ),
+    # V = -2 x1 x2 falls for 4 g > 9: -(A'P + PA) = [[2, -3], [-3, 2 g]]
+    "matrix gain": lambda: refutation(
+        COUPLED,
+        laws(0, 9),
+        {"method": "matrix-gain", "gain": "5/2", "P": [["0"], ["-1", "0"]], "start": ["1", "1"]},
+    ),
+    # V = -x^2, x(t+1) = (1/2 - g) x(t)
+    "matrix gain, discrete": lambda: refutation(
+        transfer("1", "1 -1/2", "discrete"),
+        laws(0, 2),
+        {"method": "matrix-gain", "gain": "7/4", "P": [["-1"]], "start": ["1"]},
     ),
     "switched gain": lambda: refutation(
         transfer("1", "1 1/10 1"),

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.answers import analyse, max_sector, max_slope, questions
+from analysis.answers import analyse, findings, max_sector, max_slope, questions
 from analysis.answers.subject import Subject
 from analysis.evidence import Bracket, Evidence, Verdict
 from lure import (
@@ -137,7 +137,7 @@ def test_a_question_without_an_answer_is_refused_in_a_sentence(question, words):
 
 def test_a_proof_above_a_refutation_is_not_reported(monkeypatch):
     stray = max_sector(CARRASCO_6).witness
-    monkeypatch.setattr(questions, "witnesses", lambda asked, limit: [stray])
+    monkeypatch.setattr(findings, "linear_witnesses", lambda asked, limit: [stray])
     with pytest.raises(questions.ContradictionError, match="one of the two is wrong"):
         max_sector(THIRD)
 
@@ -217,13 +217,14 @@ def test_the_scheme_of_the_rod_is_proved_and_the_rod_is_left_to_its_own_theorem(
     assert itself.largest.low == pytest.approx(8.0000002, rel=1e-7)
 
 
-def test_large_blocks_are_computed_and_say_so():
-    # sixty-one equal lags in cascade are too many for exact polynomials: 1/(s + 1)^61 has the gain limit sec(pi/61)^61
+def test_blocks_too_large_for_exact_polynomials_are_certified_by_matrices_from_both_sides():
+    # sixty-one equal lags in cascade: 1/(s + 1)^61 is real at omega = tan(pi/61), the gain limit is sec(pi/61)^61
     n = 61
     A = [[-1 if i == j else (1 if i == j + 1 else 0) for j in range(n)] for i in range(n)]
     found = max_sector((A, [1] + [0] * (n - 1), [0] * (n - 1) + [1], 0), criterion="popov")
-    assert (found.verdict, found.evidence) == (Verdict.INCONCLUSIVE, Evidence.COMPUTED)
-    assert found.largest.low <= math.cos(math.pi / n) ** -n * (1 + 1e-6)
+    assert (found.verdict, found.evidence) == (Verdict.PROVED, Evidence.CERTIFIED)
+    assert found.largest.low < math.cos(math.pi / n) ** -n < found.refuted_at
+    assert found.refuted_at - found.largest.low < 1e-6
     with pytest.raises(InputError, match="finite number"):
         max_sector(([[float("nan")]], [1], [1], 0))
 
@@ -327,13 +328,25 @@ def test_smooth_formulas_are_known_to_be_locally_lipschitz():
     assert "not known to be locally Lipschitz" in found.statement
 
 
-def test_a_counterexample_refutes_the_larger_classes_too():
-    # Leonov, Bragin, Kuznetsov: a monotone law of slope .396 has an orbit; it lies in the time-varying sector too
+def test_a_class_below_the_nonlinear_counterexample_is_refuted_by_the_gain():
+    # with a class that ends at 1/10, below 0.396, only phi = 0 belongs to it
     loop = builtin_loop("leonov-bragin-kuznetsov")
-    found = analyse(loop)
-    assert {row.refuted_at for row in found.rows} == {found.asked.refuted_at}
-    assert found.asked.refuted_at < 0.4
+    found = analyse(loop.block, SlopeBounds(0, Fraction(1, 10)))
     assert found.verdict is Verdict.REFUTED
+    assert found.shown.certificate["proof"]["method"] == "linear-gain"
+
+
+@pytest.mark.parametrize(
+    ("plant", "lower"),
+    [
+        (([1], [1, 0, Fraction(-1, 10)]), Fraction(1, 10)),  # 1/s^2 with the gain 1/10, which is no double
+        (([1, -1], [1, 0, 1]), 0),  # +-i with the gain 0; the gain 1 leaves one pole at 0 and one at -1
+    ],
+)
+def test_a_lower_gain_with_poles_on_the_axis_refutes_every_class(plant, lower):
+    found = max_sector(plant, lower=lower)
+    assert (found.verdict, found.evidence) == (Verdict.REFUTED, Evidence.CERTIFIED)
+    assert Fraction(found.witness.data["gain"]) == lower
 
 
 @given(blocks())
@@ -386,3 +399,10 @@ def test_a_class_that_is_never_stable_names_the_gains_that_are():
     found = max_sector("4/((s-1)*(s/3+1))")
     assert found.verdict is Verdict.REFUTED
     assert str(found).endswith("give a lower gain in (0.25, inf)).")
+
+
+# exp(-s)/(s + 1): Re H >= -|H| >= -1, so that the circle criterion proves [0, 1) at least, and with it [1/10, 1/2]
+def test_behind_a_dead_time_a_positive_lower_end_is_proved_by_the_class_that_begins_at_zero():
+    found = analyse("exp(-s)/(s+1)", LawClass(sector=Sector(Fraction(1, 10), Fraction(1, 2)), time_varying=True))
+    assert found.verdict is Verdict.PROVED
+    assert "in the sector [0, 2.13784" in found.statement

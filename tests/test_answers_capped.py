@@ -2,11 +2,13 @@
 
 import math
 
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from analysis import max_sector, max_slope
-from analysis.answers.largest import proved_up_to, rounded_down
+from analysis.answers.largest import proved_up_to
 from analysis.answers.text import table
+from analysis.doubles import bound_below
 from analysis.plots import plot_reach
 from analysis.report.loop import build_loop_report
 from analysis.report.loop.document import loop_document
@@ -34,7 +36,7 @@ def test_tables_pages_and_figures_say_so_too():
     said = table(report.analysis)
     assert "1e12, the largest k tried" in said
     assert "1000000000000" not in said
-    assert "</data>, the largest k tried</td>" in loop_page(loop_document(report), ())
+    assert "</data>, the largest k tried</td>" in loop_page(loop_document(report), (), Markup(""))
     axes = plot_reach(report.analysis.rows, ["a", "b", "c", "d"], ax=Figure().add_subplot())
     words = [text.get_text() for text in axes.texts] + [text.get_text() for text in axes.get_yticklabels()]
     assert sum("proved to 1e12, the largest k tried" in text for text in words) == 2
@@ -50,6 +52,6 @@ def test_an_end_of_a_criterion_is_not():
 
 def test_a_long_round_number_is_written_with_an_exponent():
     # 1e8 = 100000000; a long number that is not round, and a short one, stay as they are
-    assert [rounded_down(value) for value in (1e8, 1.5e9, 1e12, 1e6, 123456789012.0, -1e9)] == [
+    assert [bound_below(value) for value in (1e8, 1.5e9, 1e12, 1e6, 123456789012.0, -1e9)] == [
         "1e8", "1.5e9", "1e12", "1000000", "123456700000", "-1000000000",
     ]  # fmt: skip

@@ -146,6 +146,8 @@ def test_a_value_that_cannot_be_followed_is_kept_with_the_reason(monkeypatch):
         ("sin(t)", "area", [1, -1], Sweep(), "rod.area is -1"),
         ("F*sin(t) + G", "F", [1], Sweep(), "G"),
         ("exp(F*t)", "F", [1], Sweep(), "no period"),
+        ("0", "damping", [0.5, 1], Sweep(), "the force is 0, which does not change with time"),
+        ("F", "F", [0.5, 1], Sweep(), "the force is F, which does not change with time"),
         ("1 + sin(t)", "gap", [0, 1], Sweep(order="up"), "the parameter must be a symbol of the force"),
         ("F*sin(t)", "F", [1], Sweep(order="up", start=Scenario.parse(body_force="sin(t)")), "no body force"),
     ],

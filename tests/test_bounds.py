@@ -240,12 +240,6 @@ def test_an_exact_bound_decides_its_own_limit():
     assert law_bounds("min(max(x/3, -1), 1)").within(Sector(0, Fraction(1, 3))) is Verdict.PROVED
 
 
-def test_a_straight_line_gets_the_narrowest_sector_there_is():
-    sector = law_bounds("x/3").sector
-    assert sector.lower <= Fraction(1, 3) <= sector.upper
-    assert float(sector.upper) == math.nextafter(1 / 3, 1)
-
-
 def test_a_tail_that_does_not_settle_is_not_certified():
     found = law_bounds("sin(x**2)/2 + x")  # the slope 1 + x cos(x^2) has no bounds, which is not shown
     assert (found.slope_lower.outer, found.slope_upper.outer) == (-INF, INF)

@@ -49,6 +49,56 @@ def test_hostile_formulas_are_refused_with_a_sentence(text, message):
     assert len(str(caught.value)) < 400
 
 
+# Each has no value at 1 (or at the place named), though the rest of the formula would hide it: behind a sign, in a
+# condition, under the power 0, behind a factor 0, before a part that decides.
+HIDDEN = [
+    "x*where(1/(x-1) > 0, 1, 3)",
+    "x*sign(1/(x-1))",
+    "x*where((x-1)/(x-1) > 0, 1, 3)",
+    "x*where((1/(x-1))**2 > 0, 1, 3)",
+    "x*where(where(1/(x-1) > 0, 1, 3) > 2, 1, 3)",
+    "x*where((x**2-2)/(x**2-2) > 0, 1, 3)",  # at the root of 2
+    "x*where((x-1/3)/(x-1/3) > 0, 1, 3)",
+    "x*where(sign(1/(x-1)) > 0, 1, 3)",
+    "x*where(1/abs(x-1) > 0, 1, 3)",
+    "x*where(1/(x-1) > 0 or 1 > 0, 1, 3)",
+    "x*where(1/(x-1) > 0 and 1 < 0, 1, 3)",
+    "x*where(not 1/(x-1) > 0, 1, 3)",
+    "x*where(1/(x-1) > 0, 1, 1)",
+    "x*where((x-1)**-32 > 0, 1, 3)",
+    "x*where(0*log(abs(x-1)) == 0, 1, 3)",
+    "x*where(1/(exp(x)-2) > 0, 1, 3)",  # at log 2
+    "x*where(sqrt(-abs(x-1)) >= 0, 1, 3)",
+    "x*where(1/x > 0, 1, 3)",  # at 0
+    "sign(1/x)*x**2",
+    "x*log(abs(x-1))**0",
+    "x*max(2, sign(1/(x-1)))",
+    "x*max(1, (x-1)/(x-1))",
+    "x*(1 + 0*sign(1/(x-1)))",
+    "exp(x)*x*where(1/(x-1) > 0, 1, 3)",
+]
+
+
+@pytest.mark.parametrize("text", HIDDEN)
+def test_a_formula_without_a_value_somewhere_is_never_certified(text):
+    with pytest.raises(InputError, match=r"value|pole|divides"):
+        law_bounds(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "sector"),
+    [
+        ("x*where(x != 1 and 1/(x-1) > 0, 1, 3)", Sector(1, 3)),  # and stops where x = 1
+        ("x*where(1 < 0 and 1/(x-1) > 0, 1, 3)", Sector(3, 3.5)),
+        ("exp(0)*x*where(x == 1, 2, max(1, min(2, 1/abs(x-1))))", Sector(1, 2)),  # not taken at 1
+    ],
+)
+def test_a_part_that_is_not_reached_needs_no_value(text, sector):
+    found = law_bounds(text).sector
+    assert sector.lower <= found.lower <= found.upper <= sector.upper
+    assert found.upper > sector.upper - 0.6
+
+
 @pytest.mark.parametrize(
     ("text", "on", "sector"),
     [("x/(x - 1)", (-1, 0.5), (-1, -0.5)), ("x/(2 - x)", (0, 1), (0.5, 1)), ("sqrt(4 + x) - 2", (0, 5), (0.2, 0.25))],

@@ -75,6 +75,8 @@ MATRIX = {"method": "matrix", "P": [["1"], ["0", "1"]], "exponent": 3, "zero": N
 SPACE = {"kind": "state-space", "time": "continuous", "A": [["-1"]], "b": ["1"], "c": ["1"], "d": "0"}
 DELAY = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "1"]}
 COVER = {"method": "cover", "boxes": [["0", "1"], ["1", "2"]], "order": 8}
+COUNTER = {"verdict": "REFUTED", "theorem": "counterexample", "multiplier": {}}
+GROWTH = {"method": "matrix-gain", "gain": "5/2", "P": [["0"], ["-1", "0"]], "start": ["1", "1"]}
 ROD = {"kind": "rod", "E": "1", "rho": "1", "L": "1", "A": "1", "k": "-1"}
 
 
@@ -88,6 +90,7 @@ ROD = {"kind": "rod", "E": "1", "rho": "1", "L": "1", "A": "1", "k": "-1"}
         {"proof": COVER},
         {"system": SPACE, "proof": MATRIX},
         {"system": DELAY, "proof": COVER},
+        {**COUNTER, "system": SPACE, "proof": GROWTH},
         FALB,
         {**TSYPKIN, "system": DISCRETE},
         {"theorem": "zames-falb", "multiplier": {"taps": [[1, "1/2"], [-2, "1/4"]]}, "system": DISCRETE},
@@ -134,6 +137,9 @@ def test_what_the_format_allows_keeps_the_schema(proof, change):
         {"proof": {**COVER, "boxes": [["0", "1", "2"]]}},
         {"proof": {**COVER, "order": 8.5}},
         {"proof": {**MATRIX, "P": [["1/2"]]}},
+        {"proof": GROWTH},
+        {**COUNTER, "system": SPACE, "proof": {**GROWTH, "P": [["1/2"]]}},
+        {**COUNTER, "system": SPACE, "proof": {**GROWTH, "exponent": 0}},
         {"proof": {**MATRIX, "zero": {"right": ["1"], "left": ["1"]}}},
         {"law": {"kind": "cubic"}},
         {"law": {"kind": "tanh", "height": "0", "rate": "2"}},

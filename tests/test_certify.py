@@ -114,18 +114,31 @@ def test_a_question_without_a_class_is_refused():
         bool(asked(THIRD, sector(0, 1)))
 
 
+# s^2/(s^4 + s^3/5 + 6 s^2 + s/10 + 1): Popov's criterion reaches 0.384, every linear gain is stable
+RESONANT = [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [-1.0, -0.1, -6.0, -0.2]]
+
+
 @pytest.mark.parametrize(
     ("block", "law_class", "code"),
     [
         (FrequencyData([1.0, 2.0], [1.0, 0.5], None), sector(0, 1), codes.SAMPLED),
-        (RationalBlock([1, 1], [1, 0, 0]), sector(0, 1), codes.DOUBLE_ZERO),
-        (StateSpaceBlock([[-1.0, 0.0], [0.0, -2.0]], [1.0, 1.0], [-1.0, -1.0]), sector(0, 5), codes.COMPUTED),
+        (StateSpaceBlock(RESONANT, [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]), sector(0, 1), codes.COMPUTED),
     ],
 )
 def test_what_cannot_be_decided_has_a_code(block, law_class, code):
     found = certify(block, law_class)
     assert (found.verdict, found.code, found.certificate) == (Verdict.INCONCLUSIVE, code, None)
     assert str(code) in str(found)
+
+
+def test_a_block_of_doubles_is_refuted_by_a_form():
+    # 1/(s + 1) + 1/(s + 2) with the other sign: 1 = 3 k/2 puts a root at 0
+    block = StateSpaceBlock([[-1.0, 0.0], [0.0, -2.0]], [1.0, 1.0], [-1.0, -1.0])
+    found = certify(block, sector(0, 5))
+    assert found.verdict is Verdict.REFUTED
+    assert found.certificate["proof"]["method"] == "matrix-gain"
+    assert certify(block, sector(0, Fraction(2, 3) - Fraction(1, 10**6))).verdict is Verdict.PROVED
+    assert certify(block, sector(0, Fraction(2, 3) + Fraction(1, 10**6))).verdict is Verdict.REFUTED
 
 
 def test_a_block_of_doubles_is_proved_by_matrices():

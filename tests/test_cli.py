@@ -308,6 +308,8 @@ def watched(*arguments, patch="", **environment):
 
 PAUSE = """
 import time
+import analysis.cli.progress
+analysis.cli.progress.PATIENCE = 0.1
 def paused(system, *, progress=None, command=None):
     progress("a stage [red]", 0.25)
     time.sleep(0.4)
@@ -329,6 +331,10 @@ def test_no_color_is_honoured(here):
     seen, _ = watched("report", patch=PAUSE, NO_COLOR="1")
     assert "a stage [red]" in seen
     assert not re.search(r"\x1b\[[0-9;]*[349][0-9][0-9;]*m", seen)
+
+
+def test_a_bar_waits_until_the_work_takes_long(here):
+    assert watched("report", patch=PAUSE.replace("0.1", "1000"))[0] == ""
 
 
 def test_quiet_shows_no_progress_even_on_a_terminal(here):

@@ -37,6 +37,7 @@ def test_an_unknown_code_is_one_sentence_with_the_nearest(lure):
         "lure: there is no code 'LURE-I0133'; did you mean LURE-I013: a double pole at zero? lure explain lists them\n",
     )
     assert lure("explain", "\x1b[31m")[0] == 2
+    assert lure("explain", "banana") == (2, "", "lure: there is no code 'banana'; lure explain lists them\n")
 
 
 @pytest.mark.parametrize("code", codes.CODES, ids=str)

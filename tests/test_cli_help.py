@@ -81,3 +81,13 @@ def test_help_costs_less_than_half_a_second_more_than_python_itself():
         return min(times)
 
     assert seconds("-m", "analysis.cli", "--help") < seconds("-c", "pass") + 0.5
+
+
+def test_a_shell_completes_the_names_of_commands():
+    asked = {"_LURE_COMPLETE": "complete_bash", "COMP_WORDS": "lure max-s", "COMP_CWORD": "1"}
+    script = "import sys; sys.argv = ['lure']; from analysis.cli import main; sys.exit(main())"
+    run = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, env=os.environ | asked, capture_output=True, text=True, check=True
+    )
+    assert run.stdout.split() == ["max-sector", "max-slope"]
+    assert run.stderr == ""

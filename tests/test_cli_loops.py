@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 from commands import THIRD, names
 
-from analysis.answers import max_sector, max_slope
+from analysis.answers import findings, max_sector, max_slope
 from analysis.cli.answers import linear, lines
 from analysis.evidence import Bracket
 from lure import RationalBlock
@@ -100,8 +100,8 @@ def test_a_system_gives_its_block(lure, tmp_path):
         (
             ("max-sector", *THIRD, "--criterion", "popov"),
             0,
-            "Every motion converges to the set of equilibria for every phi in the sector\n"
-            "[0, 5.999999999], by popov (certified).\n"
+            "Every motion converges to the set of equilibria for every phi, time-invariant,\n"
+            "in the sector [0, 5.999999999], by popov (certified).\n"
             "Refuted from 6 on: with phi = 6 sigma the loop is not asymptotically stable\n"
             "(certified).\n"
             "Linear gains are stable up to 6.\n",
@@ -109,21 +109,31 @@ def test_a_system_gives_its_block(lure, tmp_path):
         (
             ("max-sector", "--transfer", "12/((s-1)*(s+3))"),
             11,
-            "Not stable for every phi in the sector [0, k], whatever k: without feedback\n"
-            "(phi = 0) the loop is not asymptotically stable (certified).\n",
+            "Not stable for every phi, time-invariant, in the sector [0, k], whatever k:\n"
+            "without feedback (phi = 0) the loop is not asymptotically stable (certified).\n",
         ),
         (
             ("max-sector", "--transfer", "1/((s+1)*(s+2))"),
             0,
-            "The point 0 attracts every motion for every phi in the sector [0, inf), by popov\n(certified).\n"
+            "The point 0 attracts every motion for every phi, time-invariant, in the sector\n"
+            "[0, inf), by popov (certified).\n"
             "Every positive linear gain is stable.\n",
         ),
         (
             ("max-slope", "--transfer", "1/(s+1)^3", "--criterion", "circle"),
             0,
-            "The point 0 attracts every motion for every phi with slope in [0, 3.999999999],\nby circle (certified).\n",
+            "The point 0 attracts every motion for every phi, time-varying, in the sector\n"
+            "[0, 3.999999999], by circle (certified).\n",
         ),
-        (("max-sector", "--transfer", "(s+1)/s^2"), 10, "Nothing is proved for phi in the sector [0, k].\n"),
+        *(  # a double pole at 0 under phi = 0, whatever the numerator and the form
+            (
+                ("max-sector", *plant),
+                11,
+                "Not stable for every phi, time-invariant, in the sector [0, k], whatever k:\n"
+                "without feedback (phi = 0) the loop is not asymptotically stable (certified).\n",
+            )
+            for plant in (("--transfer", "(s+1)/s^2"), ("--num", "1 1", "--den", "1 0 0"), ("--transfer", "1/s^2"))
+        ),
     ],
 )
 def test_the_answer_reads_as_sentences(lure, command, status, said):
@@ -165,9 +175,9 @@ def test_the_linear_limit_is_one_number(limit, lower, said):
 
 def test_a_gap_is_called_a_gap():
     found = max_sector(builtin_loop("triple-lag").block, criterion="circle")
-    assert "Nothing is known in between." in lines(found, stable=())
+    assert "Nothing was shown in between." in lines(found, stable=())
     closed = max_sector(builtin_loop("triple-lag").block, criterion="popov")
-    assert "Nothing is known in between." not in lines(closed, stable=())
+    assert "Nothing was shown in between." not in lines(closed, stable=())
 
 
 # refusals -------------------------------------------------------------------------------------------------------------
@@ -306,7 +316,7 @@ def test_analyse_takes_settings_and_prints_a_table_or_json(lure, tmp_path):
     assert data["class"]["sector"] == [0, 7]
     assert data["verdict"] == "PROVED"
     assert lure("analyse", "unstable-lag")[0] == 11
-    assert lure("analyse", "double-zero")[0] == 10
+    assert lure("analyse", "double-zero")[0] == 11
     assert lure("analyse", "paper-rod")[2] == "lure: paper-rod is a rod; run: lure report paper-rod\n"
     assert names(tmp_path) == ["plant.toml"]
 
@@ -357,3 +367,66 @@ def test_init_writes_the_template_of_a_loop(lure, tmp_path):
     assert lure("init", "--loop", "other.toml")[0] == 0
     assert read_system(tmp_path / "other.toml").nonlinearity is not None
     assert lure("init")[1].startswith("rod.toml is written")
+
+
+# the time allowed, and the steps --------------------------------------------------------------------------------------
+
+
+def test_time_over_prints_the_best_bounds_and_says_so(lure, monkeypatch):
+    ask = findings.answer_of
+
+    def asked(entry, question):
+        if entry.name == "popov":
+            raise TimeoutError
+        return ask(entry, question)
+
+    monkeypatch.setattr(findings, "answer_of", asked)
+    for command in ("max-sector", "max-slope"):
+        status, out, err = lure(command, *THIRD)
+        assert (status, err) == (0, "")  # the circle criterion had proved something
+        assert "by circle (certified)" in " ".join(out.split())
+        assert "The time allowed ended the search (LURE-I007)" in " ".join(out.split())
+    status, out, _ = lure("analyse", "third-order", "--json")
+    assert status == 0
+    assert json.loads(out)["stopped"] == "time"
+
+
+@pytest.mark.parametrize("command", [("max-sector", *THIRD), ("max-slope", *THIRD), ("analyse", "ct-4")])
+def test_hardly_any_time_is_inconclusive(lure, command):
+    status, out, err = lure(*command, "--seconds", "1e-6")
+    assert (status, err) == (10, "")
+    assert "LURE-I007" in out
+    status, _, err = lure(*command, "--seconds", "0")
+    assert (status, err) == (2, "lure: --seconds is 0; give a positive number of seconds, or leave it out\n")
+
+
+def test_an_interrupt_prints_what_was_found_or_ends_the_command(lure, monkeypatch):
+    def interrupted(*_arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(findings, "nonlinear_witnesses", interrupted)
+    status, out, _ = lure("max-sector", *THIRD, "--time-varying", "--full")
+    assert status == 0
+    assert "The search was interrupted" in out
+    monkeypatch.setattr(findings, "hurwitz", interrupted)
+    assert lure("max-sector", *THIRD) == (130, "", "lure: interrupted\n")
+
+
+@pytest.mark.parametrize("option", ["-v", "--verbose"])
+def test_verbose_shows_every_step_and_its_time(lure, option):
+    _, quiet, _ = lure("max-slope", *THIRD)
+    status, out, err = lure("max-slope", *THIRD, option)
+    assert (status, out) == (0, quiet)
+    steps = [re.fullmatch(r" +\d+\.\d{3} s  (.+)", line) for line in err.splitlines()]
+    assert [step[1] for step in steps] == ["slope: linear gains", "slope: circle", "slope: popov"]
+    assert lure("max-slope", *THIRD, option, "--quiet")[2] == ""
+    assert "criteria" not in lure("certify", *THIRD, "--sector", "0", "5", "-o", "-", option)[1].partition("{")[0]
+
+
+def test_a_report_in_limited_time_says_so_on_its_page(lure, here):
+    status, out, _ = lure("report", "ct-4", "--seconds", "1e-6", "-o", "r", "-q")
+    assert status == 10
+    assert "LURE-I007" in out
+    assert json.loads((here / "r" / "report.json").read_text())["conclusion"]["stopped"] == "time"
+    assert "The time allowed ended the search" in (here / "r" / "report.html").read_text()
+    assert "--seconds limits the searches" in lure("report", "paper-rod", "--seconds", "5")[2]

@@ -115,7 +115,7 @@ def test_a_disagreement_of_the_second_checker_is_a_rejection(lure, monkeypatch, 
         accepted, reason = False, "the residue is not positive"
 
     assert lure("verify", "proof.json", "--second")[0] == 0
-    monkeypatch.setattr(second, "recheck", lambda _certificate: No)
+    monkeypatch.setattr(second, "recheck_apart", lambda _certificate, seconds: No)
     status, out, _ = lure("verify", "proof.json", "--second")
     assert status == 11
     assert "REJECTED: the second checker disagrees: the residue is not positive" in " ".join(out.split())
@@ -159,3 +159,18 @@ def test_the_checker_is_asked_without_numpy_or_a_solver(proof, tmp_path):
     assert status == "0"
     heavy = {"numpy", "scipy", "sympy", "control", "matplotlib", "flint", "jinja2", "cvxpy", "lure"}
     assert not {name.split(".")[0] for name in loaded} & heavy
+
+
+def test_a_report_is_no_certificate_and_says_where_its_certificates_are(lure, tmp_path):
+    listed = [{"file": f"certificates/{name}.json"} for name in ("1-proved-popov", "2-proved-circle")]
+    (tmp_path / "out").mkdir()
+    report = {"schema": "lure-report/1", "certificates": listed}
+    (tmp_path / "out" / "report.json").write_text(json.dumps(report))
+    status, out, err = lure("verify", "out/report.json")
+    assert (status, out) == (2, "")
+    assert err == (
+        "lure: 'out/report.json' is a report and no certificate; its certificates are beside it: lure verify "
+        "out/certificates/1-proved-popov.json out/certificates/2-proved-circle.json\n"
+    )
+    (tmp_path / "out" / "report.json").write_text(json.dumps({**report, "certificates": []}))
+    assert "nothing in it was certified" in lure("verify", "out/report.json")[2]

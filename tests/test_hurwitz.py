@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from analysis.answers import max_sector
 from analysis.criteria.checks import check_plant, require_well_posed, well_posed
 from analysis.criteria.gain_ends import gain_ends, simplest_between
 from analysis.criteria.hurwitz import (
@@ -217,7 +218,31 @@ def test_roots_that_only_touch_the_axis_split_an_interval():
     assert hurwitz_limit(block, F(3, 4)).high == 1
     assert hurwitz_limit(block, F(1)).high == math.inf
     assert unstable_gain(block, Sector(F(3, 4), 2)) == 1
-    assert unstable_gain(block, Sector(1, 2)) is None
+    assert unstable_gain(block, Sector(1, 2)) == 1  # +-i on the axis: no single pole at 0, so the lower end counts
+
+
+@pytest.mark.parametrize(
+    ("top", "bottom", "dt"),
+    [
+        ([1], [1, 0, 0], None),
+        ([1, 1], [1, 0, 0], None),  # every k > 0 is stable: s^2 + k s + k
+        ([1, 0], [1, 0, 1], None),  # s^2 + k s + 1; under phi = 0 the solutions swing for ever
+        ([1, "-1/2"], [1, -2, 1], 1),  # z = 1 twice; z^2 - (2 - k) z + 1 - k/2
+        ([1], [1, 1], 1),  # z = -1
+    ],
+)
+def test_a_lower_gain_that_leaves_more_than_one_pole_at_zero_refutes_every_class(top, bottom, dt):
+    block = RationalBlock(exact(*map(str, top)), exact(*map(str, bottom)), dt)
+    found = max_sector(block)
+    assert (found.verdict, found.refuted_at, found.hurwitz.high) == (Verdict.REFUTED, 0, 0)
+    assert found.witness.data["gain"] == "0"
+    assert hurwitz_largest(block).verdict is Verdict.REFUTED
+    assert unstable_gain(block, Sector(0, F(1, 8))) is not None
+
+
+def test_one_simple_pole_at_zero_refutes_nothing():
+    assert max_sector(([1], [1, 0])).refuted_at is None
+    assert max_sector(([1], [1, -1]), lower=1).refuted_at is None  # 1/(s - 1 + 1)
 
 
 def test_two_frequencies_with_the_same_irrational_gain():

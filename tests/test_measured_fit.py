@@ -1,5 +1,7 @@
 """The compliance law fitted to simulated data: the truth lies where the fit says, and outliers are named."""
 
+import contextlib
+import json
 import math
 
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 from measuring import compliance_data, covers
 
 from analysis.evidence import Evidence
-from analysis.measured import Measurements, example_measurements, fit_compliance
+from analysis.measured import Measurements, example_measurements, fit_compliance, sector_of
 from analysis.measured.example import PATH
 from analysis.measured.make_example import EPS as PAD_EPS
 from analysis.measured.make_example import EXPONENT, GAP, KNOCKS, example_text
@@ -113,6 +115,8 @@ def test_a_law_of_another_shape_is_said_to_contradict():
     fit = fit_compliance(Measurements.from_arrays(u, load))
     assert fit.misfit < 1e-6
     assert "contradict the law" in str(fit)
+    assert "no confidence is stated" in fit.conclusion
+    assert "95 %" not in str(fit)
 
 
 def test_the_law_of_the_fit_is_the_law_of_a_rod():
@@ -136,3 +140,31 @@ def test_what_cannot_be_fitted_is_refused():
         fit_compliance(data, branch="up")
     with pytest.raises(InputError, match="confidence is 2"):
         fit_compliance(data, confidence=2)
+
+
+# 1 nN exp(z/10 nm), as between charged surfaces: every power with a deeper gap fits better, and 1/eps overflows
+def test_a_load_that_grows_exponentially_is_refused_in_a_sentence():
+    z = np.linspace(-2e-7, 3e-8, 120)
+    with pytest.raises(AssumptionError, match="the data determine no gap and exponent: the best fit runs to m = 25"):
+        fit_compliance(Measurements.from_arrays(z, 1e-9 * np.exp(z / 1e-8)))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_nanometres_and_nanonewtons_overflow_nowhere(seed):
+    random = np.random.default_rng(seed)
+    z = np.linspace(-random.uniform(50, 300), random.uniform(5, 60), 150) * 1e-9
+    dip = random.uniform(0.1, 5) * 1e-9 * np.exp(-np.abs(z) / 5e-9)
+    force = random.uniform(0.01, 40) * np.maximum(z, 0) - dip + 1e-10 * random.standard_normal(150)
+    with contextlib.suppress(AssumptionError, InputError):  # anything else is a failure
+        fit = fit_compliance(Measurements.from_arrays(z, force)).to_dict()
+        assert json.loads(json.dumps(fit, allow_nan=False)) == fit
+
+
+def test_a_sudden_onset_and_a_drop_of_the_load_are_no_outliers():
+    u = np.linspace(0, 1e-3, 200)
+    load = np.where(u > 3e-4, 20 + 1e5 * (u - 3e-4), 0.0)
+    load[120:123] -= 15  # a crack, three readings long
+    load[60] += 8  # a knock
+    load += 0.1 * np.random.default_rng(0).standard_normal(200)
+    found = sector_of(Measurements.from_arrays(u, load))
+    assert [outlier.index for outlier in found.outliers] in ([], [60])

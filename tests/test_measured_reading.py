@@ -1,5 +1,7 @@
 """Files of measurements: every way they are written, and one sentence for what cannot be read."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -83,8 +85,9 @@ def test_without_units_si_is_assumed_and_said():
         ("depth [um],force [mN]\n1,2\n2\n3,4\n", {}, "line 3, .*: the line has 1 columns only"),
         ("depth [um],force [mN]\n1,2\n2,1e999\n3,4\n", {}, "line 3, .* beyond the largest double"),
         ("depth [um];force [mN]\n1;2\n2;1.000,5\n3;4\n", {}, r"'1\.000,5' is not a number"),
-        ("depth [um],force [V]\n1,2\n2,3\n3,4\n", {"force": "force"}, "has the unit 'V'"),
-        ("error [V],output [V]\n1,2\n2,3\n3,4\n", {}, "or no unit: the numbers are then taken as they stand"),
+        ("depth [um],force [st]\n1,2\n2,3\n3,4\n", {"force": "force"}, "has the unit 'st', which is not known"),
+        ("depth [um],force [mN]\n1,2\n2,3\n3,4\n", {"units": ("mm", "furlong")}, "or 1 for a plain number"),
+        ("depth [um],force [V]\n1,2\n2,3\n3,4\n", {"area": 1e-4}, "an area goes with a force, but the load is in V"),
         ("depth [um],force [mN]\n1,2\n2,3\n3,4\n", {"displacement": "force"}, "a unit of force; choose another"),
         ("depth [um],force [mN]\n1,2\n2,3\n3,4\n", {"force": "load"}, "there is no such column; choose .*1: depth"),
         ("u [um],v [um],w [um]\n1,2,1\n2,3,1\n3,4,1\n", {}, "the column of the displacement cannot be told"),
@@ -107,9 +110,9 @@ def test_files_that_are_none(tmp_path):
 
 
 def test_capitals_tell_milli_from_mega():
-    assert known_unit("mN").power == -3
-    assert known_unit("MN").power == 6
-    assert known_unit("V") is None
+    assert known_unit("mN").factor == Fraction(1, 1000)
+    assert known_unit("MN").factor == 10**6
+    assert known_unit("furlong") is None
     assert split_heading("a_b_um") == ("a_b", "um")
     assert split_heading("a_b") == ("a_b", "")
 
@@ -147,8 +150,8 @@ def test_any_text_is_read_or_refused(text):
     [
         ("depth [um] x1000,force [N]", r"'depth \[um\] x1000' speaks of 'um', but its unit cannot be told"),
         ("depth (mm) LVDT,force (kN) Sensor 1", "speaks of 'mm'"),
-        ("depth in millimetres,force [N]", "speaks of 'millimetres'"),
-        ("depth,force\ninch,lbf", "speaks of 'inch'"),
+        ("depth in millimetres LVDT,force [N]", "speaks of 'millimetres'"),
+        ("depth lever,force\n,kg", "speaks of 'kg'"),
     ],
 )
 def test_a_unit_that_cannot_be_told_is_not_taken_for_si(heading, message):

@@ -11,12 +11,13 @@ from analysis.measured import (
     EXAMPLE,
     Measurements,
     example_measurements,
+    fit_compliance,
     hysteresis_of,
     margin_of,
     report_of,
     sector_of,
 )
-from analysis.measured.mean_law import mean_law
+from analysis.measured.mean_law import mean_law, one_thread
 from lure import AssumptionError, InputError, Sector, SlopeBounds
 
 X = np.linspace(-1e-3, 1e-3, 200)
@@ -159,6 +160,19 @@ def test_turning_points_of_several_cycles_despite_jitter():
     found = Measurements.from_arrays(jitter, u).branches
     assert [b.direction for b in found] == ["loading", "unloading", "loading", "unloading"]
     assert [b.start for b in found[1:]] == pytest.approx([50, 90, 130], abs=4)
+
+
+def test_linear_algebra_runs_on_one_thread():
+    from threadpoolctl import threadpool_info
+
+    def threads():
+        return {info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"}
+
+    before = threads()
+    assert one_thread(threads)() == {1}
+    assert threads() == before
+    assert hasattr(sector_of, "__wrapped__")
+    assert hasattr(fit_compliance, "__wrapped__")
 
 
 def test_a_load_at_zero_leaves_no_finite_sector_until_it_is_taken_off():

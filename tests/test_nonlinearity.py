@@ -113,7 +113,7 @@ def test_values_take_the_shape_of_the_argument():
         (math.nan, "is nan; give a finite number"),
         (math.inf, "is inf; give a finite number"),
         (True, "is True; give a number"),
-        ("1", "is '1'; give a number"),
+        ("one", "is 'one'; give a number such as 2, -0.5, 1e-3 or 2/3"),
     ],
 )
 def test_a_parameter_that_is_not_positive_and_finite_is_refused(name, value, message):

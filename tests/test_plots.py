@@ -280,11 +280,11 @@ def test_a_rod_of_another_size_has_its_own_units():
 
 
 def test_a_small_range_far_from_zero_is_counted_from_a_round_number(ax):
-    ax.set_ylim(-0.0201, -0.0199)
+    ax.set_ylim(-0.02001, -0.01999)
     finish_axes(ax)
     formatter = ax.yaxis.get_major_formatter()
-    assert formatter.get_offset() == "×10⁻⁴ − 0.02"
-    assert formatter(-0.01995, 0) == "0.5"
+    assert formatter.get_offset() == "×10⁻⁵ − 0.02"
+    assert formatter(-0.019995, 0) == "0.5"
 
 
 def test_what_fails_is_drawn_inside_the_forbidden_region_and_called_short():

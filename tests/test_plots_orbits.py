@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from analysis.criteria.describing import DescribingHint, describing_hint
-from analysis.plots import plot_hint, plot_law, plot_orbit
+from analysis.plots import plot_hint, plot_law, plot_orbit, plot_orbit_signals
 from analysis.refutation.acceptance import accept_orbit_continuous
 from analysis.refutation.linear import linear_witness
 from analysis.refutation.orbit import accept_orbit
@@ -67,6 +67,18 @@ def test_an_orbit_in_discrete_time_is_drawn_sample_by_sample(ax):
     visited = [float(Fraction(value)) for value in CYCLE.data["sigma"]]
     assert list(drawn.get_ydata()) == [*visited, visited[0]]
     assert list(drawn.get_xdata()) == [0, 1, 2, 3]
+
+
+# H = (2 z + 23/25)/(z^2 - z/2): what is drawn satisfies sigma(t+2) = sigma(t+1)/2 + 2 mu(t+1) + 23/25 mu(t)
+def test_the_two_signals_of_an_orbit_are_those_of_the_loop(ax):
+    figure = ax.figure
+    above = plot_orbit_signals(SIXTH, CYCLE, ax=ax)
+    below = next(axes for axes in figure.axes if axes is not above)
+    assert (above.get_ylabel(), below.get_ylabel()) == ("σ [unit of σ]", "μ [unit of μ]")
+    sigma, mu = (axes.get_lines()[0].get_ydata()[:3] for axes in (above, below))
+    later, next_mu = np.roll(sigma, -2), np.roll(mu, -1)
+    assert later == pytest.approx(np.roll(sigma, -1) / 2 + 2 * next_mu + 0.92 * mu, abs=1e-12)
+    assert below.get_xlabel() == "t [samples]"
 
 
 def test_the_law_is_drawn_as_far_as_the_orbit_goes(ax):

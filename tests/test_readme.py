@@ -74,6 +74,6 @@ def test_the_figure_is_small_says_what_it_shows_and_is_what_the_ten_lines_draw()
     assert len(words) > 20
     kept = (ROOT / figure).read_text(encoding="utf-8")
     assert len(kept) < 200_000
-    drawn = render(popov_response(([1], [1, 3, 2, 0])).plot, name="popov", size=(5.6, 4.0)).svg
+    drawn = render(popov_response(([1], [1, 3, 2, 0]), k=4).plot, name="popov", size=(5.6, 4.0)).svg
     kept, drawn = ([float(number) for number in NUMBER.findall(svg)] for svg in (kept, drawn))
     assert drawn == pytest.approx(kept, abs=0.05)  # points; (ROOT / figure).write_text(drawn) renews the file

@@ -12,7 +12,7 @@ from analysis.refutation.acceptance import accept_escape, accept_orbit_continuou
 from analysis.refutation.oscillation import oscillation_witness
 from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns, saturation
 from analysis.refutation.realisation import companion, realisation
-from analysis.refutation.simulated import confirm, simulate_loop
+from analysis.refutation.simulated import simulate_loop
 from analysis.refutation.validated import Itinerary, proved, refined
 from lure.errors import InputError
 from lure.laws import PiecewiseLinear, Saturation, Tanh
@@ -211,11 +211,6 @@ def test_discrete_recursion_repeats_a_known_orbit():
     motion = simulate_loop(block, law, x, 9.0)
     assert motion.sigma[:3] == pytest.approx(motion.sigma[3:6], rel=1e-12)
     assert -law(motion.sigma[:3]) == pytest.approx(u[:3], rel=1e-12)
-
-
-def test_confirm_tells_rest_from_oscillation():
-    assert confirm(RationalBlock([1], [1, 3, 3, 1]), np.tanh, until=100.0).settled
-    assert not confirm(FITTS, Saturation(gain=100), until=300.0).settled
 
 
 def test_bad_input_is_refused_in_one_sentence():

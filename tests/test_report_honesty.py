@@ -33,6 +33,13 @@ def test_extreme_but_legal_input_gets_its_verdict_and_an_honest_simulation(
         assert data["simulation"]["agrees"] is None
 
 
+def test_a_dashpot_too_weak_for_doubles_is_refused_in_one_sentence(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["report", "--set", "rod.damping=1e-200", "--quiet"]) == 2
+    assert "give a damping of at least 1e-150 times the impedance, or 0" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("settings", "compared"),
     [

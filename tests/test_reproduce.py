@@ -332,6 +332,7 @@ def test_the_files_are_a_page_its_data_and_every_figure_twice(table, runs, tmp_p
     assert {figure.number for figure in paper_figures(runs)} == set(range(3, 11))
     assert len(page) < 2_000_000
     assert "<script" not in page
+    assert "max-width: 66rem" in page  # the style sheet of the report
     assert not re.search(r'(src|href)="(?!data:)', page)
     assert page.count("<img ") == len(names)
     for claim in table.claims:

@@ -1,5 +1,6 @@
 """lure.systems and lure.loop: the named systems, their numbers, and what a wrong name is answered."""
 
+import dataclasses
 from fractions import Fraction
 
 import numpy as np
@@ -98,3 +99,11 @@ def test_a_name_near_to_none_is_answered_with_all():
 def test_the_table_of_systems_cannot_be_changed():
     with pytest.raises(TypeError):
         builtin_systems()["mine"] = None
+
+
+def test_the_unit_of_the_compliance_is_that_of_the_exponent():
+    linear = builtin_system("paper-rod")
+    quadratic = dataclasses.replace(linear, rod=rod_from_exact({**linear.rod.exact, "exponent": Fraction(2)}))
+    assert "m/Pa" in linear._repr_html_()
+    assert "m^m/Pa" not in linear._repr_html_()
+    assert "m^m/Pa" in quadratic._repr_html_()

@@ -34,6 +34,8 @@ class Entry:
         Whether its conclusion covers time-varying laws.
     place : str
         ``module:function`` of the search for the largest ``k``.
+    stage : int
+        0: cheap and of interest by itself; 1: cheap; 2: dear.  Those of a later stage are asked while a gap is left.
     odd : bool
         Whether the function takes ``odd``.
     """
@@ -43,6 +45,7 @@ class Entry:
     slope: bool
     time_varying: bool
     place: str
+    stage: int = 0
     odd: bool = False
 
     def largest(self, block: RationalBlock, *, lower: Fraction, odd: bool) -> Answer:
@@ -59,25 +62,18 @@ class Entry:
 
 
 _BOTH: tuple[Time, ...] = ("continuous", "discrete")
-CATALOGUE = (
+_FLOW, _MAP = _BOTH[:1], _BOTH[1:]
+_SLOPE = {"slope": True, "time_varying": False}
+CATALOGUE = (  # in each stage the cheapest first
     Entry("hurwitz", _BOTH, slope=False, time_varying=False, place="hurwitz:hurwitz_largest"),
     Entry("circle", _BOTH, slope=False, time_varying=True, place="circle:circle_largest"),
-    Entry("popov", ("continuous",), slope=False, time_varying=False, place="popov:popov_largest"),
-    Entry("off-axis-circle", ("continuous",), slope=True, time_varying=False, place="off_axis:off_axis_largest"),
-    Entry("park", ("continuous",), slope=True, time_varying=False, place="park:park_largest"),
-    Entry("tsypkin", ("discrete",), slope=True, time_varying=False, place="tsypkin:tsypkin_largest"),
-    Entry("jury-lee", ("discrete",), slope=True, time_varying=False, place="jury_lee:jury_lee_largest"),
-    Entry(
-        "zames-falb", ("continuous",), slope=True, time_varying=False, place="zames_falb:zames_falb_largest", odd=True
-    ),
-    Entry(
-        "zames-falb",
-        ("discrete",),
-        slope=True,
-        time_varying=False,
-        place="zames_falb_discrete:zames_falb_discrete_largest",
-        odd=True,
-    ),
+    Entry("popov", _FLOW, slope=False, time_varying=False, place="popov:popov_largest"),
+    Entry("park", _FLOW, **_SLOPE, place="park:park_largest", stage=1),
+    Entry("off-axis-circle", _FLOW, **_SLOPE, place="off_axis:off_axis_largest", stage=1),
+    Entry("tsypkin", _MAP, **_SLOPE, place="tsypkin:tsypkin_largest", stage=1),
+    Entry("jury-lee", _MAP, **_SLOPE, place="jury_lee:jury_lee_largest", stage=1),
+    Entry("zames-falb", _FLOW, **_SLOPE, place="zames_falb:zames_falb_largest", stage=2, odd=True),
+    Entry("zames-falb", _MAP, **_SLOPE, place="zames_falb_discrete:zames_falb_discrete_largest", stage=2, odd=True),
 )
 CRITERIA = tuple(dict.fromkeys(entry.name for entry in CATALOGUE))
 """The names of the criteria, to ask for one of them."""

@@ -16,12 +16,13 @@ from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.refutation.rounding import rounded_up, short
 from analysis.witness import Witness
 from lure.delay import DelayBlock
-from lure.nonlinearity import Nonlinearity
 from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
 if TYPE_CHECKING:
+    from analysis.answers.conclusion import Inquiry
     from analysis.answers.models import Asked
     from analysis.certificates.checker import Proved, Refuted
     from analysis.certificates.proposals import Certified
@@ -46,6 +47,10 @@ def proved_answer(asked: Asked, answer: Answer) -> Answer:
     from analysis.certificates.proposals import certified
 
     block = asked.block
+    if isinstance(block, StateSpaceBlock):
+        from analysis.certificates.by_matrices import certified_by_matrix
+
+        return certified_by_matrix(block, answer)
     if answer.verdict is not Verdict.PROVED or not isinstance(
         block, RationalBlock | DelayBlock | UpwindScheme | RodBlock
     ):
@@ -53,7 +58,7 @@ def proved_answer(asked: Asked, answer: Answer) -> Answer:
     wide = answer
     if asked.time_varying and not answer.law_class.time_varying:
         wide = replace(answer, law_class=replace(answer.law_class, time_varying=True))
-    found = guarded(answer.criterion, lambda: certified(block, wide))
+    found = guarded(answer.criterion, lambda: certified(block, wide), passing=(TimeoutError,))
     if isinstance(found, Failure):
         return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")
     capped = answer.largest.low == math.inf and isinstance(found.upper, Fraction)
@@ -86,26 +91,30 @@ def unbounded_proof(block: RationalBlock, answer: Answer, *, time_varying: bool)
     return None if isinstance(found, Failure) or found.upper != "inf" else found.proved
 
 
-def with_law(shown: Proved, law: Nonlinearity | None) -> Proved:
-    """The same with the membership of one law in the class checked as well, where the law can be written exactly.
+def restated(shown: Proved | Refuted, asked: Inquiry) -> Proved | Refuted:
+    """What was accepted, stated for exactly the class asked about and the nonlinearity given, where that is accepted.
 
     Parameters
     ----------
-    shown : Proved
-        What was accepted of the class.
-    law : Nonlinearity or None
-        The law.
+    shown : Proved or Refuted
+        What was accepted, of another class as a rule.
+    asked : Inquiry
+        What is asked.
     """
-    from analysis.certificates.checker import Proved
     from analysis.certificates.concrete import law_of
     from analysis.certificates.drafts import settled
     from analysis.certificates.guard import guarded
 
-    written = law_of(law)
-    if written is None:
-        return shown
-    found = guarded("the law", lambda: settled({**shown.certificate, "law": written}))
-    return found if isinstance(found, Proved) else shown
+    proved = shown.certificate["verdict"] == "PROVED"
+    drafts = [{**shown.certificate, "laws": dict(asked.laws)}]
+    written = law_of(asked.nonlinearity) if proved else None
+    if written is not None:
+        drafts = [{**draft, "law": written} for draft in (drafts[0], shown.certificate)] + drafts
+    for draft in drafts:
+        found = guarded("the class asked about", partial(settled, draft))
+        if type(found) is type(shown):
+            return found
+    return shown
 
 
 def _reach(answer: Answer, found: Certified) -> Bracket:
@@ -133,7 +142,7 @@ def refuted_witness(asked: Asked, witness: Witness) -> Witness:
     if witness.evidence is not Evidence.CERTIFIED or not isinstance(block, RationalBlock | DelayBlock):
         return witness
     for candidate in (witness, *_just_above(block, witness)):
-        found = guarded(candidate.kind, partial(_refuted, block, candidate))
+        found = guarded(candidate.kind, partial(_refuted, block, candidate), passing=(TimeoutError,))
         if isinstance(found, Refuted):
             return replace(candidate, refutation=found)
     return replace(witness, evidence=Evidence.COMPUTED)

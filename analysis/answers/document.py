@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.doubles import json_number
 from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
 
 if TYPE_CHECKING:
     from analysis.answers.subject import Subject
@@ -27,16 +28,29 @@ def analysis_dict(found: LoopAnalysis) -> dict[str, Any]:
         "verdict": str(found.verdict),
         "evidence": str(found.evidence),
         "statement": found.statement,
-        "gains": [str(interval) for interval in found.gains],
+        "headline": found.conclusion.headline,
+        "meaning": found.conclusion.meaning,
+        "law_class": found.conclusion.law_class,
+        "membership": found.conclusion.membership,
+        "attracts": found.conclusion.attracts,
+        "reason": found.reason,
+        "code": None if found.code is None else found.code.identifier,
+        "gains": None if found.gains is None else [str(interval) for interval in found.gains],
         "answers": [row.to_dict() for row in found.rows],
         "hints": list(found.hints),
         "not_shown": list(found.not_shown),
+        "stopped": found.stopped,
     }
 
 
 def _subject(about: Subject) -> dict[str, Any]:
     block = about.block
-    data: dict[str, Any] = {"text": str(block), "denominator": [str(c) for c in block.denominator]}
+    data: dict[str, Any] = {"text": str(block), "denominator": None}
+    if isinstance(block, StateSpaceBlock):
+        step = None if block.dt is None else str(block.dt)
+        data |= {"numerator": None, "terms": None, "dt": step, "matrices": block.to_dict()}
+        return {**_named(about), "block": data}
+    data["denominator"] = [str(c) for c in block.denominator]
     if isinstance(block, RationalBlock):
         data |= {
             "numerator": [str(c) for c in block.numerator],
@@ -46,11 +60,14 @@ def _subject(about: Subject) -> dict[str, Any]:
     else:
         terms = [[str(delay), [str(c) for c in top]] for delay, top in block.terms]
         data |= {"numerator": None, "terms": terms, "dt": None}
+    return {**_named(about), "block": data}
+
+
+def _named(about: Subject) -> dict[str, Any]:
     return {
         "name": about.name,
         "title": about.title,
         "source": about.source,
-        "block": data,
         "law": None if about.law is None else str(about.law),
         "class": None if about.law_class is None else class_dict(about.law_class),
     }

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from analysis.answer import Answer
 from analysis.answers.catalogue import Question
-from analysis.doubles import json_number, text_above, text_below
+from analysis.answers.conclusion import Conclusion
+from analysis.answers.wording import class_words, kind_words
+from analysis.doubles import bound_above, bound_below, double_above, double_below, json_number
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.witness import Witness
 from lure.showing import plain
@@ -21,7 +23,12 @@ if TYPE_CHECKING:
     from analysis.certificates.checker import Proved, Refuted
     from analysis.plots.responses import Axes
 
-CLOSED = 1e-6
+CLOSED, SMALL = 1e-6, 1e-3
+Stopped = Literal["time", "interrupt"]
+UNFINISHED: Mapping[Stopped, str] = {
+    "time": "The time allowed ended the search (LURE-I007): these are the best bounds so far.",
+    "interrupt": "The search was interrupted: these are the best bounds so far.",
+}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -61,13 +68,20 @@ class Largest:
     refuted_at : float or None
         The smallest ``k`` found with a destabilising member of the class.
     witness : Witness or None
-        That member.
+        That member; where it is ``phi = lower sigma`` and a nonlinear one was found as well, the nonlinear one, which
+        refutes the classes from its own ``k`` on.
     answers : tuple of Answer
         Every criterion that was tried, farthest reach first.
     reason : str
         Why nothing was shown, or what would help; empty if the gap is closed.
+    conclusion : Conclusion
+        What follows from what the checker accepted of the proof or, for REFUTED, of the witness.
+    stopped : {"time", "interrupt"} or None
+        What ended the search before it was complete; what is claimed was shown all the same.
     subject : str
         What moves, where it is an approximation of something else: ``the scheme with 20 cells``; else empty.
+    trivial : Witness or None
+        ``phi = lower sigma``, which refutes every class, where ``witness`` is a nonlinear member; else None.
     """
 
     question: Question
@@ -88,15 +102,17 @@ class Largest:
     witness: Witness | None
     answers: tuple[Answer, ...]
     reason: str
+    conclusion: Conclusion
+    stopped: Stopped | None = None
     subject: str = ""
+    trivial: Witness | None = None
 
     @property
     def closed(self) -> bool:
         """Whether what is proved and what is refuted meet, within one part in a million."""
         if self.verdict is Verdict.REFUTED or self.largest.low == math.inf:
             return True
-        against = self.refuted_at
-        return against is not None and self.largest.low >= against * (1 - CLOSED)
+        return self.refuted_at is not None and meet(self.largest.low, self.refuted_at)
 
     @property
     def capped(self) -> bool:
@@ -104,11 +120,45 @@ class Largest:
         return self.verdict is Verdict.PROVED and bool(self.answers) and self.answers[0].capped
 
     @property
+    def unfinished(self) -> str:
+        """That the search was ended early, as a sentence; empty if it was not."""
+        return "" if self.stopped is None else UNFINISHED[self.stopped]
+
+    @property
     def about(self) -> str:
-        """The class in words, without its upper end."""
-        words = f"{'odd ' if self.odd else ''}phi"
-        when = ", time-varying" if self.time_varying else ", time-invariant"
-        return f"{words} with slope in" if self.question == "slope" else f"{words}{when}, in the sector"
+        """The kind of classes asked about in words, without their bounds."""
+        kind = {"odd": self.odd, "time_varying": self.time_varying, "linear": False}
+        return kind_words({**kind, "slope": None if self.question == "sector" else ()})
+
+    @property
+    def proved_text(self) -> str:
+        """The largest ``k`` proved, rounded down, as it is printed everywhere; empty unless PROVED."""
+        if self.verdict is not Verdict.PROVED or self.proof is None:
+            return ""
+        end = self.proof.certificate["laws"]["sector"][1]
+        return _exactly(end, self.largest.low, double_below, bound_below)
+
+    @property
+    def refuted_text(self) -> str:
+        """``refuted_at`` rounded up, as it is printed everywhere; empty if nothing is refuted."""
+        if self.refuted_at is None:
+            return ""
+        return _end_text(self.trivial or self.witness, self.refuted_at)
+
+    @property
+    def witness_text(self) -> str:
+        """The ``k`` from which ``witness`` refutes, rounded up as it is printed; empty without one."""
+        return "" if self.witness is None else _end_text(self.witness, self.witness.k)
+
+    @property
+    def gap(self) -> str:
+        """``closed`` where what is proved and what is refuted meet, else ``open``; a small gap with its size."""
+        low, high = self.largest.low, self.refuted_at
+        if self.closed:
+            return "closed"
+        if self.verdict is not Verdict.PROVED or high is None or not 0 < high - low < SMALL * abs(high):
+            return "open"
+        return f"closed to {(high - low) / abs(high):.1g}"
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as plain data; infinite numbers are the text ``inf``."""
@@ -129,27 +179,22 @@ class Largest:
             "evidence": str(self.evidence),
             "hurwitz": [json_number(self.hurwitz.low), json_number(self.hurwitz.high)],
             "refuted_at": json_number(self.refuted_at),
-            "witness": None
-            if witness is None
-            else {
-                "kind": witness.kind,
-                "k": json_number(witness.k),
-                "evidence": str(witness.evidence),
-                "description": witness.description,
-                "data": plain(witness.data),
-            },
+            "witness": None if witness is None else _witness_dict(witness),
+            "trivial": None if self.trivial is None else _witness_dict(self.trivial),
             "closed": self.closed,
+            "gap": self.gap,
+            "proved_text": self.proved_text,
+            "refuted_text": self.refuted_text,
             "reason": self.reason,
+            "stopped": self.stopped,
             "answers": [answer_dict(answer) for answer in self.answers],
             "sentence": str(self),
             **({"subject": self.subject} if self.subject else {}),
         }
 
     def __post_init__(self) -> None:
-        if (self.verdict is Verdict.PROVED and self.proof is None) or (
-            self.verdict is Verdict.REFUTED and self.refutation is None
-        ):
-            raise TypeError(f"{self.verdict} needs what the checker accepted; the best answer has no proof")
+        if self.verdict is not self.conclusion.verdict:
+            raise TypeError(f"{self.verdict} is not what follows: {self.conclusion}")
 
     @property
     def proof(self) -> Proved | None:
@@ -161,24 +206,26 @@ class Largest:
         """What the checker accepted of the witness, with its certificate."""
         return None if self.witness is None else self.witness.refutation
 
+    @property
+    def refutations(self) -> tuple[Refuted, ...]:
+        """What the checker accepted of ``witness`` and of ``trivial``, in that order."""
+        both = (one.refutation for one in (self.witness, self.trivial) if one is not None)
+        return tuple(one for one in both if one is not None)
+
     def __bool__(self) -> bool:
         raise TypeError("an answer has three values; compare result.verdict")
 
     @property
     def meaning(self) -> str:
-        """What is proved of the motions where ``verdict`` is PROVED: the weakest conclusion of the theorems."""
-        of = f" of {self.subject}" if self.subject else ""
-        if not self.critical:
-            return f"The point 0 attracts every motion{of}"
-        return f"Every motion{of} {'is bounded' if self.time_varying else 'converges to the set of equilibria'}"
+        """What is proved of the motions where ``verdict`` is PROVED; empty else."""
+        return self.conclusion.meaning if self.verdict is Verdict.PROVED else ""
 
     def __str__(self) -> str:
-        start = str(self.lower) if len(str(self.lower)) < 12 else text_above(self.lower, 15)
-        span = f"[{start}, {rounded_down(self.largest.low)}{')' if self.largest.low == math.inf else ']'}"
+        start = bound_above(self.lower)
+        span = f"[{start}, {bound_below(self.largest.low)}{')' if self.largest.low == math.inf else ']'}"
         if self.verdict is Verdict.PROVED:
-            proviso = f" {self.proviso}" if self.proviso else ""
             tried = ", the largest k tried" if self.capped else ""
-            head = f"{self.meaning} for every {self.about} {span}{tried}{proviso} ({self.criterion}, {self.evidence})"
+            head = f"{self.conclusion.headline[:-1]}{tried} ({self.criterion}, {self.evidence})"
         elif self.verdict is Verdict.REFUTED:
             head = f"Not stable for {self.about} [{start}, k], whatever k > {start}"
         elif self.largest.low > self.lower:
@@ -186,9 +233,11 @@ class Largest:
         else:
             head = f"Nothing is proved for {self.about} [{start}, k]"
         tail = f"; {self.witness}" if self.witness is not None and self.refuted_at is not None else ""
-        between = "" if self.closed or self.witness is None else "; in between nothing is known"
+        if self.trivial is not None:
+            tail = f"; {self.trivial}; from k = {self.witness_text} on also {self.witness}"
+        between = "" if self.closed or self.witness is None else "; in between nothing was shown"
         cure = f" ({self.reason})" if self.verdict is Verdict.REFUTED and self.reason else ""
-        return f"{head}{tail}{between}{cure}."
+        return " ".join(filter(None, (f"{head}{tail}{between}{cure}.", self.unfinished)))
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """One bar: proved up to its end, refuted from its cross on, unknown in between.
@@ -221,6 +270,27 @@ class Largest:
         return largest_html(self)
 
 
+def meet(proved: float, refuted: float) -> bool:
+    """Whether what is proved reaches what is refuted, within one part in a million.
+
+    Parameters
+    ----------
+    proved, refuted : float
+        The ends of the two; infinite for every class proved, and for none refuted.
+    """
+    return proved == math.inf or (refuted < math.inf and proved >= refuted - CLOSED * abs(refuted))
+
+
+def _witness_dict(witness: Witness) -> dict[str, Any]:
+    return {
+        "kind": witness.kind,
+        "k": json_number(witness.k),
+        "evidence": str(witness.evidence),
+        "description": witness.description,
+        "data": plain(witness.data),
+    }
+
+
 def answer_dict(answer: Answer) -> dict[str, Any]:
     """One criterion's answer as plain data.
 
@@ -233,7 +303,7 @@ def answer_dict(answer: Answer) -> dict[str, Any]:
         "criterion": answer.criterion,
         "theorem": answer.theorem,
         "largest": [json_number(answer.largest.low), json_number(answer.largest.high)],
-        "class": str(answer.law_class),
+        "class": str(answer.law_class) if answer.proof is None else class_words(answer.proof.certificate["laws"]),
         "verdict": str(answer.verdict),
         "evidence": str(answer.evidence),
         "needs": list(answer.needs),
@@ -255,27 +325,19 @@ def proved_up_to(row: Largest) -> str:
     row : Largest
         An answer whose verdict is PROVED.
     """
-    end = rounded_down(row.largest.low)
-    return f"{end}, the largest k tried" if row.capped else end
+    return f"{row.proved_text}, the largest k tried" if row.capped else row.proved_text
 
 
-def rounded_down(value: float) -> str:
-    """Seven digits, or ten just below a short number; never more than the number.
+def _end_text(witness: Witness | None, k: float) -> str:
+    """The ``k`` of a counterexample as text, from its certificate where it has one."""
+    refutation = None if witness is None else witness.refutation
+    end = "inf" if refutation is None else refutation.certificate["laws"]["sector"][1]
+    return _exactly(end, k, double_above, bound_above)
 
-    Parameters
-    ----------
-    value : float
-        The number.
 
-    Examples
-    --------
-    >>> rounded_down(2 / 3), rounded_down(1e12)
-    ('0.6666666', '1e12')
-    """
-    nearest = f"{value:.7g}"
-    short = len(nearest.split("e")[0].replace(".", "").strip("-0")) <= 3
-    text = text_below(value, 10 if short and float(nearest) != value else 7)
-    if not (text.isdigit() and text.endswith("0" * 7)):
-        return text
-    digits = text.rstrip("0")
-    return f"{digits[0]}{'.' if digits[1:] else ''}{digits[1:]}e{len(text) - 1}"
+def _exactly(
+    end: str, value: float, rounded: Callable[[Fraction], float], text: Callable[[float | Fraction], str]
+) -> str:
+    """The bound of a certificate as text where the number is that bound, rounded to a double; else the number."""
+    exact = Fraction(end) if end not in ("finite", "inf") else None
+    return text(exact if exact is not None and rounded(exact) == value else value)

@@ -8,11 +8,14 @@ from fractions import Fraction
 from typing import Literal
 
 from analysis.answer import Answer
-from analysis.answers.catalogue import BEST, Entry, Question, entries
-from analysis.answers.certifying import proved_answer, refuted_witness
+from analysis.answers.catalogue import Entry, Question
+from analysis.answers.certifying import refuted_witness
 from analysis.answers.rods import rod_hurwitz, rod_largest
+from analysis.answers.state_space import growing_gain, state_space_answer
+from analysis.doubles import double_below
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.plant import Plant
+from analysis.precision import ball, outward
 from analysis.witness import Witness
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError, InputError
@@ -25,6 +28,7 @@ from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
 REFUSED = "does not apply"
+NOT_NEEDED = "not needed"
 EXPECTED = (AssumptionError, InputError, OverflowError)  # said by the question itself
 Search = Literal["linear", "full"]
 Block = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData | UpwindScheme | RodBlock
@@ -49,7 +53,12 @@ def hurwitz(asked: Asked) -> Bracket:
     if isinstance(block, RationalBlock):
         from analysis.criteria.hurwitz import hurwitz_limit
 
+        if Plant.of(block).shifted(asked.lower).case == "unstable":  # lower itself, a member of every class
+            return outward(ball(asked.lower), ball(asked.lower))
         return hurwitz_limit(block, asked.lower)
+    if isinstance(block, StateSpaceBlock):
+        witness = growing_gain(block, asked.lower)
+        return Bracket(double_below(asked.lower), math.inf if witness is None else witness.k)
     _from_zero(asked)
     if isinstance(block, DelayBlock):
         from analysis.dead_time.criteria import hurwitz_limit as with_dead_time
@@ -70,87 +79,81 @@ def critical(asked: Asked) -> bool:
     return isinstance(block, UpwindScheme | RodBlock)
 
 
-def proviso(asked: Asked, criterion: str) -> str:
-    """What Popov's criterion for a sector assumes where the block has a direct term: the loop must define ``sigma``."""
-    block = asked.block
-    direct = block.feedthrough if isinstance(block, RationalBlock) else Fraction(0)
-    if asked.question == "slope" or criterion != "popov" or direct == 0:
-        return ""
-    return f"for which sigma + D phi(sigma), D = {direct}, is increasing with a locally Lipschitz inverse"
+def answer_of(entry: Entry, asked: Asked) -> Answer | str:
+    """What one criterion says, before the checker has seen it; that it refuses or fails, and why, as text.
 
-
-def answers(asked: Asked) -> list[Answer]:
-    """What each criterion says, farthest reach first; a refusal is an answer too."""
-    asking = entries(asked.block, asked.question, asked.criterion, time_varying=asked.time_varying)
-    found = [_said(entry, asked) for entry in asking]
-    if not found:
-        raise AssumptionError(f"no criterion called {asked.criterion} applies to this block; try {BEST}")
-    return sorted((proved_answer(asked, answer) for answer in found), key=_rank)
-
-
-def _said(entry: Entry, asked: Asked) -> Answer:
-    """What one criterion says; that it refuses or fails is an answer too, and proves nothing."""
+    Raises
+    ------
+    TimeoutError
+        The time allowed is over.
+    """
     from analysis.certificates.guard import Failure, guarded
 
-    block = asked.block
     try:
-        if isinstance(block, RationalBlock):
-            found = guarded(
-                entry.name, lambda: entry.largest(block, lower=asked.lower, odd=asked.odd), passing=EXPECTED
-            )
-        elif isinstance(block, DelayBlock):
-            from analysis.dead_time.criteria import LARGEST
-
-            found = guarded(entry.name, lambda: LARGEST[entry.name](block), passing=EXPECTED)
-        elif isinstance(block, UpwindScheme | RodBlock):
-            found = rod_largest(block, entry.name)
-        elif isinstance(block, StateSpaceBlock):
-            found = guarded(entry.name, lambda: _computed(block, entry.name), passing=EXPECTED)
-        else:
-            from analysis.sampled import largest_sampled
-
-            found = largest_sampled(block, entry.name)
+        found = guarded(entry.name, lambda: _largest(entry, asked), passing=(*EXPECTED, TimeoutError))
     except AssumptionError as refusal:
-        return _refused(entry.name, asked, str(refusal))
-    return _refused(entry.name, asked, f"the search failed: {found}") if isinstance(found, Failure) else found
+        return str(refusal)
+    return f"the search failed: {found}" if isinstance(found, Failure) else found
 
 
-def _rank(answer: Answer) -> tuple[bool, bool, float, float]:
+def _largest(entry: Entry, asked: Asked) -> Answer:
+    block = asked.block
+    if isinstance(block, RationalBlock):
+        return entry.largest(block, lower=asked.lower, odd=asked.odd)
+    if isinstance(block, DelayBlock):
+        from analysis.dead_time.criteria import LARGEST
+
+        return LARGEST[entry.name](block)
+    if isinstance(block, UpwindScheme | RodBlock):
+        return rod_largest(block, entry.name)
+    if isinstance(block, StateSpaceBlock):
+        return state_space_answer(block, entry.name, asked.lower)
+    from analysis.sampled import largest_sampled
+
+    return largest_sampled(block, entry.name)
+
+
+def rank(answer: Answer) -> tuple[bool, bool, float, float]:
     """Proofs first, refusals last, farther reach before shorter."""
-    refused = answer.theorem == REFUSED
-    return answer.verdict is not Verdict.PROVED, refused, -answer.largest.low, -answer.largest.high
+    silent = answer.theorem in (REFUSED, NOT_NEEDED)
+    return answer.verdict is not Verdict.PROVED, silent, -answer.largest.low, -answer.largest.high
 
 
-def witnesses(asked: Asked, limit: Bracket) -> list[Witness]:
-    """Destabilising members of the class, with more than a simulation behind them, smallest ``k`` first."""
-    block, found = asked.block, list[Witness]()
+def linear_witnesses(asked: Asked, limit: Bracket) -> list[Witness]:
+    """The smallest destabilising linear gain of the class, if there is one."""
+    block, found = asked.block, None
     if isinstance(block, RationalBlock):
         from analysis.refutation.linear import linear_witness
 
-        linear = linear_witness(block, lower=asked.lower)
-        found += [linear] if linear is not None else []
-        if asked.search == "full":
-            from analysis.certificates.guard import Failure, guarded
-            from analysis.refutation.search import refute
-
-            kind = {"slope": asked.question == "slope", "odd": asked.odd, "time_varying": asked.time_varying}
-            more = guarded("refute", lambda: refute(block, lower=asked.lower, **kind), passing=EXPECTED)
-            found = found if isinstance(more, Failure) else list(more)
+        found = linear_witness(block, lower=asked.lower)
+    elif isinstance(block, StateSpaceBlock):
+        found = growing_gain(block, asked.lower)
     elif isinstance(block, DelayBlock) and limit.high < math.inf:
-        found = [_dead_time_gain(block, limit)]
-    ranked = [refuted_witness(asked, witness) for witness in found if witness.evidence > Evidence.OBSERVED]
-    return sorted(ranked, key=lambda witness: witness.k)
+        found = _dead_time_gain(block, limit)
+    return [] if found is None else [refuted_witness(asked, found)]
 
 
-def _computed(block: StateSpaceBlock, name: str) -> Answer:
-    if name != "popov" or block.dt is not None:
-        raise AssumptionError(
-            f"for a block of order {block.A.shape[0]} given by matrices only popov in continuous time is computed, not "
-            f"{name}; give coefficients for the exact criteria"
-        )
-    from analysis.hamiltonian import popov_largest_computed
+def nonlinear_witnesses(asked: Asked) -> list[Witness]:
+    """Other destabilising members of the class, with more than a simulation behind them.
 
-    return popov_largest_computed(block.A, block.B, block.C, block.D)
+    Raises
+    ------
+    TimeoutError
+        The time allowed is over.
+    """
+    from analysis.certificates.guard import Failure, guarded
+    from analysis.refutation.search import refute
+
+    block = asked.block
+    if not isinstance(block, RationalBlock):
+        return []
+    kind = {"slope": asked.question == "slope", "odd": asked.odd, "time_varying": asked.time_varying}
+    passing = (*EXPECTED, TimeoutError)
+    found = guarded("refute", lambda: refute(block, lower=asked.lower, **kind), passing=passing)
+    if isinstance(found, Failure):
+        return []
+    strong = (each for each in found if each.kind != "linear gain" and each.evidence > Evidence.OBSERVED)
+    return [refuted_witness(asked, witness) for witness in strong]
 
 
 def _dead_time_gain(block: DelayBlock, limit: Bracket) -> Witness:
@@ -174,15 +177,17 @@ def _from_zero(asked: Asked) -> None:
         )
 
 
-def _refused(name: str, asked: Asked, reason: str) -> Answer:
+def silent(name: str, asked: Asked, reason: str, *, theorem: str = REFUSED) -> Answer:
+    """The answer of a criterion that says nothing: it refuses, it failed, or it was not asked."""
     lower = float(asked.lower)
+    computed, sampled = isinstance(asked.block, StateSpaceBlock), isinstance(asked.block, FrequencyData)
     slope = SlopeBounds(lower, math.inf) if asked.question == "slope" else None
     return Answer(
         criterion=name,
-        theorem=REFUSED,
+        theorem=theorem,
         largest=Bracket(lower, math.inf),
         law_class=LawClass(sector=Sector(lower, math.inf), slope=slope, odd=asked.odd),
         verdict=Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
+        evidence=Evidence.OBSERVED if sampled else Evidence.COMPUTED if computed else Evidence.CERTIFIED,
         reason=reason,
     )

@@ -3,31 +3,51 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, cast
 
+from analysis.answer import Answer
 from analysis.answers.catalogue import BEST
+from analysis.answers.conclusion import Conclusion, Inquiry, MismatchError, conclusion_of, inquiry_about, undecided
+from analysis.answers.findings import Findings, Tell, find
 from analysis.answers.largest import Largest
-from analysis.answers.models import Asked, Block, Search, answers, critical, hurwitz, proviso, witnesses
+from analysis.answers.models import Asked, Block, Search, silent
+from analysis.answers.state_space import by_matrices
+from analysis.answers.wording import proviso
+from analysis.certificates.codes import OUT_OF_TIME
+from analysis.certificates.systems import laws_of
 from analysis.evidence import Bracket, Verdict
+from analysis.refutation.linear import refutes_lower
+from analysis.witness import Witness
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 from lure.frequency_data import FrequencyData
 from lure.inputs import as_block
-from lure.state_space import StateSpaceBlock
+from lure.law_class import LawClass
+from lure.rational import RationalBlock
+from lure.sector import Sector, SlopeBounds
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
+
+if TYPE_CHECKING:
+    from analysis.certificates.checker import Proved, Refuted
 
 
 class ContradictionError(RuntimeError):
     """A proof and a refutation of the same class: one of the two is wrong, and neither is reported."""
 
 
-def max_sector(
+def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
     block: object,
     *,
     criterion: str = BEST,
     lower: Exact = 0,
     time_varying: bool = False,
     search: Search = "linear",
+    seconds: float | None = None,
+    progress: Tell | None = None,
 ) -> Largest:
     r"""The largest ``k`` such that the loop is stable for every ``phi`` in the sector ``[lower, k]``.
 
@@ -48,7 +68,12 @@ def max_sector(
     time_varying : bool
         Whether ``phi`` may depend on time.
     search : {"linear", "full"}
-        Where to look for destabilising members: among linear gains, or among all kinds known (seconds).
+        Where to look for destabilising members: among linear gains, or among all kinds known (seconds), as long as
+        a gap is left.
+    seconds : float or None
+        Time allowed; when it is over the best answer so far is returned, with ``stopped = "time"``.
+    progress : callable, optional
+        Called as ``progress(step, done)`` when a step begins, ``0 <= done <= 1``.
 
     Returns
     -------
@@ -63,6 +88,14 @@ def max_sector(
         The criterion does not apply to such a block or class.
     ContradictionError
         What is proved and what is refuted overlap: a bug.
+    KeyboardInterrupt
+        The user interrupted before anything was found; later, the best answer so far is returned, with ``stopped =
+        "interrupt"``.
+
+    Notes
+    -----
+    The criteria of one stage of the catalogue are asked only while what is proved and
+    what is refuted do not meet; the others are listed in ``answers`` as not needed.
 
     Examples
     --------
@@ -70,7 +103,7 @@ def max_sector(
     >>> print(found.verdict, round(found.largest.low, 6), round(found.theta, 6))
     PROVED 6.0 1.5
     """
-    _checked(criterion, search, time_varying=time_varying)
+    _checked(criterion, search, seconds, time_varying=time_varying)
     return _answer(
         Asked(
             block=_block(block),
@@ -80,17 +113,21 @@ def max_sector(
             odd=False,
             time_varying=time_varying,
             search=search,
-        )
+        ),
+        seconds,
+        progress,
     )
 
 
-def max_slope(
+def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
     block: object,
     *,
     odd: bool = False,
     criterion: str = BEST,
     lower: Exact = 0,
     search: Search = "full",
+    seconds: float | None = None,
+    progress: Tell | None = None,
 ) -> Largest:
     r"""The largest ``k`` such that the loop is stable for every time-invariant ``phi`` with slope in ``[lower, k]``.
 
@@ -110,7 +147,12 @@ def max_slope(
     lower : int, float, Fraction or Decimal
         Lower end of the slope.
     search : {"linear", "full"}
-        Where to look for destabilising members: among linear gains, or for periodic orbits too (seconds).
+        Where to look for destabilising members: among linear gains, or for periodic orbits too (seconds), as long as
+        a gap is left.
+    seconds : float or None
+        Time allowed; when it is over the best answer so far is returned, with ``stopped = "time"``.
+    progress : callable, optional
+        Called as ``progress(step, done)`` when a step begins, ``0 <= done <= 1``.
 
     Returns
     -------
@@ -125,14 +167,22 @@ def max_slope(
         The criterion does not apply to such a block or class.
     ContradictionError
         What is proved and what is refuted overlap: a bug.
+    KeyboardInterrupt
+        The user interrupted before anything was found; later, the best answer so far is returned, with ``stopped =
+        "interrupt"``.
+
+    Notes
+    -----
+    The criteria of one stage of the catalogue are asked only while what is proved and
+    what is refuted do not meet; the others are listed in ``answers`` as not needed.
 
     Examples
     --------
     >>> found = max_slope(([1], [1, 2, 2, 1]), search="linear")
     >>> print(found.verdict, found.criterion, round(found.largest.low, 6), found.refuted_at)
-    PROVED park 3.0 3.0
+    PROVED popov 3.0 3.0
     """
-    _checked(criterion, search, odd=odd)
+    _checked(criterion, search, seconds, odd=odd)
     return _answer(
         Asked(
             block=_block(block),
@@ -142,11 +192,13 @@ def max_slope(
             odd=odd,
             time_varying=False,
             search=search,
-        )
+        ),
+        seconds,
+        progress,
     )
 
 
-def _checked(criterion: object, search: object, **flags: object) -> None:
+def _checked(criterion: object, search: object, seconds: object, **flags: object) -> None:
     """The options, before anything is computed from them."""
     for name, value in flags.items():
         if not isinstance(value, bool):
@@ -155,50 +207,148 @@ def _checked(criterion: object, search: object, **flags: object) -> None:
         raise InputError(f"search is {search!r:.40}; give 'linear' or 'full'")
     if not isinstance(criterion, str):
         raise InputError(f"criterion is {criterion!r:.40}; give its name as text")
+    check_seconds(seconds)
+
+
+def check_seconds(seconds: object) -> None:
+    """Refuse what is no time allowed.
+
+    Parameters
+    ----------
+    seconds : object
+        A positive number, or None for no limit.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
+    if seconds is not None and not (number and 0 < cast("float", seconds) < math.inf):
+        raise InputError(f"seconds is {seconds!r:.40}; give a positive number of seconds, or None for no limit")
 
 
 def _block(block: object) -> Block:
-    return block if isinstance(block, UpwindScheme | RodBlock) else as_block(block)
+    if isinstance(block, UpwindScheme | RodBlock):
+        return block
+    found = as_block(block)
+    return (by_matrices(found) or found) if isinstance(found, RationalBlock) else found
 
 
-def _answer(asked: Asked) -> Largest:
+def _answer(asked: Asked, seconds: float | None, progress: Tell | None) -> Largest:
+    return largest_of(found_for([asked], seconds=seconds, progress=progress)[0])
+
+
+def found_for(asking: Sequence[Asked], *, seconds: float | None = None, progress: Tell | None = None) -> list[Findings]:
+    """What is found for questions about one block; numbers beyond the range of doubles are refused in a sentence.
+
+    Parameters
+    ----------
+    asking : sequence of Asked
+        The questions.
+    seconds : float or None
+        Time allowed.
+    progress : callable, optional
+        Told each step and the share done.
+
+    Raises
+    ------
+    InputError
+        A gain or a frequency exceeds that range.
+    """
     try:
-        limit = hurwitz(asked)
-        found = answers(asked)
-        against = witnesses(asked, limit)
+        return find(asking, seconds=seconds, tell=progress)
     except OverflowError:
         raise InputError(
-            f"a gain or frequency of {asked.block} exceeds the range of doubles, 1e-308 to 1e308; rescale the units"
+            f"a gain or frequency of {asking[0].block} exceeds the range of doubles, 1e-308 to 1e308; rescale the units"
         ) from None
-    best, witness = found[0], against[0] if against else None
-    refuted_at = None if witness is None else witness.k
+
+
+def largest_of(findings: Findings) -> Largest:
+    """The answer to a question from what was found.
+
+    Parameters
+    ----------
+    findings : Findings
+        What was found, complete or not.
+
+    Raises
+    ------
+    ContradictionError
+        What is proved and what is refuted overlap: a bug.
+    """
+    asked, limit, against = findings.asked, findings.hurwitz, findings.witnesses
+    found = findings.answers or [silent(asked.criterion, asked, "no criterion was asked")]
+    best, first = found[0], against[0] if against else None
+    if best.verdict is Verdict.PROVED:  # constant gains are laws of the class
+        limit = Bracket(max(limit.low, min(best.largest.low, limit.high)), limit.high)
+    refuted_at = None if first is None else first.k
     if best.verdict is Verdict.PROVED and refuted_at is not None and best.largest.low >= refuted_at:
         raise ContradictionError(
-            f"{best.criterion} proves [{asked.lower}, {best.largest.low!r}], and {witness} destabilises at "
+            f"{best.criterion} proves [{asked.lower}, {best.largest.low!r}], and {first} destabilises at "
             f"{refuted_at!r}; one of the two is wrong: please report the block {asked.block}"
         )
     ceiling = min(limit.high, math.inf if refuted_at is None else refuted_at)
-    if asked.criterion != BEST or isinstance(asked.block, StateSpaceBlock | FrequencyData):
+    if asked.criterion != BEST or isinstance(asked.block, FrequencyData):
         ceiling = min(ceiling, best.largest.high)
-    refuted = limit.high <= asked.lower and witness is not None and witness.refutation is not None
+    never = first is not None and (limit.high <= asked.lower or refutes_lower(first))
+    refuted = first if never and first is not None and first.refutation is not None else None
+    telling = next((one for one in against[1:] if one.refutation is not None), None) if refuted is not None else None
+    witness, trivial = (first, None) if telling is None else (telling, refuted)
+    shown = best.proof if refuted is None or witness is None else witness.refutation
+    reached = Bracket(best.largest.low, max(best.largest.low, ceiling))
+    conclusion = _concluded(asked, best, shown, trivial)
     return Largest(
         question=asked.question,
         odd=asked.odd,
         time_varying=asked.time_varying,
         lower=asked.lower,
-        critical=critical(asked),
-        proviso=proviso(asked, best.criterion),
+        critical=findings.critical,
+        proviso="" if best.proof is None else proviso(best.proof),
         criterion=best.criterion,
-        largest=Bracket(best.largest.low, max(best.largest.low, ceiling)),
+        largest=reached,
         hurwitz=limit,
-        verdict=Verdict.REFUTED if refuted else best.verdict,
-        evidence=witness.evidence if refuted and witness is not None else best.evidence,
+        verdict=conclusion.verdict,
+        evidence=best.evidence if refuted is None else refuted.evidence,
         theta=best.theta,
         multiplier=best.multiplier,
         parameters=best.parameters,
         refuted_at=refuted_at,
         witness=witness,
-        answers=tuple(found),
-        reason=best.reason,
-        subject=f"the scheme with {asked.block.cells} cells" if isinstance(asked.block, UpwindScheme) else "",
+        answers=tuple(findings.answers),
+        reason=_reason(findings, best),
+        conclusion=conclusion,
+        stopped=findings.stopped,
+        subject=_subject(asked.block),
+        trivial=trivial,
     )
+
+
+def _reason(findings: Findings, best: Answer) -> str:
+    """Why nothing more was shown: where nothing was, and the time is over, that."""
+    if findings.stopped is None or best.verdict is Verdict.PROVED:
+        return best.reason
+    return f"the time allowed is over ({OUT_OF_TIME.identifier})" if findings.stopped == "time" else "interrupted"
+
+
+def _subject(block: Block) -> str:
+    return f"the scheme with {block.cells} cells" if isinstance(block, UpwindScheme) else ""
+
+
+def _concluded(
+    asked: Asked, best: Answer, shown: Proved | Refuted | None, trivial: Witness | None = None
+) -> Conclusion:
+    """What follows for the largest class, the one that the answer says is proved."""
+    low, finite = best.largest.low, best.verdict is Verdict.PROVED and best.largest.low < math.inf
+    sector = Sector(asked.lower, low if finite and asked.lower < Fraction(low) else math.inf)
+    slope = SlopeBounds(sector.lower, sector.upper) if asked.question == "slope" else None
+    law_class = LawClass(sector=sector, slope=slope, odd=asked.odd, time_varying=asked.time_varying)
+    if shown is None:
+        laws = laws_of(law_class, unbounded=False)
+        return undecided(Inquiry(system={}, laws=laws), best.reason, evidence=best.evidence)
+    inquiry = inquiry_about(asked.block, law_class, finite=True)
+    beside = None if trivial is None else trivial.refutation
+    found = conclusion_of(replace(inquiry, subject=_subject(asked.block), assuming=True), shown, beside=beside)
+    if found.verdict is Verdict.INCONCLUSIVE:
+        raise MismatchError(f"{found} Please report the block {asked.block}")
+    return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from analysis.doubles import bound_below
 from analysis.evidence import Verdict
 from lure.showing import html_table, plain, xarray_or_refusal
 
@@ -27,7 +28,7 @@ def largest_html(found: Largest) -> str:
     found : Largest
         The answer.
     """
-    from analysis.answers.largest import proved_up_to, rounded_down
+    from analysis.answers.largest import proved_up_to
 
     proved = found.verdict is Verdict.PROVED
     theta = "" if found.theta is None else f", theta = {found.theta:.7g} s"
@@ -35,9 +36,9 @@ def largest_html(found: Largest) -> str:
         ("proved up to k =", proved_up_to(found) if proved else "nothing is proved"),
         ("proved by", f"{found.criterion}{theta}") if proved else ("why", found.reason or "-"),
         ("evidence", found.evidence),
-        ("refuted from k =", "-" if found.refuted_at is None else f"{found.refuted_at:.7g}"),
-        ("refuted by", "-" if found.witness is None else str(found.witness)),
-        ("linear gains", f"stable up to {rounded_down(found.hurwitz.low)}"),
+        ("refuted from k =", found.refuted_text or "-"),
+        ("refuted by", "; ".join(str(one) for one in (found.trivial, found.witness) if one is not None) or "-"),
+        ("linear gains", f"stable up to {bound_below(found.hurwitz.low)}"),
         ("in a sentence", str(found)),
     ]
     notes = [_BEYOND]
@@ -45,7 +46,7 @@ def largest_html(found: Largest) -> str:
     notes += [_CHECK.format("refutation")] if found.refutation is not None else []
     head = ("criterion", "verdict", "evidence", "largest k", "why")
     tried = [
-        (one.criterion, one.verdict, one.evidence, rounded_down(one.largest.low), one.reason)
+        (one.criterion, one.verdict, one.evidence, bound_below(one.largest.low), one.reason)
         if one.largest.low > found.lower
         else (one.criterion, one.verdict, "-", "-", one.reason)
         for one in found.answers
@@ -84,12 +85,13 @@ def analysis_html(found: LoopAnalysis) -> str:
     found : LoopAnalysis
         The analysis.
     """
-    from analysis.answers.text import HEAD, table_row
+    from analysis.answers.largest import UNFINISHED
+    from analysis.answers.text import HEAD, gains_words, table_row
 
-    gains = ", ".join(str(interval) for interval in found.gains) or "none"
     notes = [
         found.statement,
-        f"Evidence: {found.evidence}. Linear gains for which the loop is stable: {gains}.",
+        *([] if found.stopped is None else [UNFINISHED[found.stopped]]),
+        f"Evidence: {found.evidence}. Linear gains for which the loop is stable: {gains_words(found)}.",
         *(f"To decide more: {hint}." for hint in found.hints),
         *(f"Not shown: {note}." for note in found.not_shown),
         *([] if found.shown is None else [_CHECK.format("shown")]),

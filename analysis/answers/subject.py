@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from analysis.answers.state_space import by_matrices
+from analysis.membership import Membership, examined
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError
 from lure.inputs import as_block
@@ -11,6 +13,7 @@ from lure.law_class import LawClass
 from lure.loop import Loop
 from lure.nonlinearity import Nonlinearity
 from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
 from lure.systems_loop import LoopSystem
 
 
@@ -32,14 +35,17 @@ class Subject:
         A law, if one was given.
     law_class : LawClass or None
         The class to decide: the one given, or the tightest the law is known to belong to.
+    membership : Membership or None
+        What is known of the law as a member of the class, if there is a law.
     """
 
     name: str
     title: str = ""
     source: str = ""
-    block: RationalBlock | DelayBlock
+    block: RationalBlock | DelayBlock | StateSpaceBlock
     law: Nonlinearity | None = None
     law_class: LawClass | None = None
+    membership: Membership | None = None
 
 
 def subject(loop: object) -> Subject:
@@ -53,31 +59,39 @@ def subject(loop: object) -> Subject:
     Raises
     ------
     InputError
-        It is none of these.
+        It is none of these, or what is declared of the law is false.
     AssumptionError
         The block is of a kind that can be computed with but not certified: too large, or measured; or a sample breaks
-        what is declared of the law.
+        what is declared of a law known by its values alone.
     """
     if isinstance(loop, Subject):
         return loop
     if isinstance(loop, LoopSystem):
-        law, law_class = loop.nonlinearity, loop.law_class
+        block = certifiable(loop.block)
+        given = None if loop.nonlinearity is None else examined(loop.nonlinearity, loop.law_class)
         return Subject(
             name=loop.name,
             title=loop.title,
             source=loop.source,
-            block=certifiable(loop.block),
-            law=law,
-            law_class=law_class if law_class is not None else _class_of(law),
+            block=block,
+            law=None if given is None else given.nonlinearity,
+            law_class=loop.law_class if given is None else given.law_class,
+            membership=None if given is None else given.membership,
         )
     if isinstance(loop, Loop):
-        block = certifiable(as_block(loop.block))
-        return Subject(name="loop", block=block, law=loop.nonlinearity, law_class=_class_of(loop.nonlinearity))
+        block, given = certifiable(as_block(loop.block)), examined(loop.nonlinearity)
+        return Subject(
+            name="loop",
+            block=block,
+            law=given.nonlinearity,
+            law_class=given.law_class,
+            membership=given.membership,
+        )
     return Subject(name="loop", block=certifiable(as_block(loop)))
 
 
-def certifiable(block: object) -> RationalBlock | DelayBlock:
-    """The block, if there is exact data behind it.
+def certifiable(block: object) -> RationalBlock | DelayBlock | StateSpaceBlock:
+    """The block, if there is exact data behind it; by its matrices where these are doubles and polynomials too long.
 
     Parameters
     ----------
@@ -89,18 +103,11 @@ def certifiable(block: object) -> RationalBlock | DelayBlock:
     AssumptionError
         There is not.
     """
-    if isinstance(block, RationalBlock | DelayBlock):
+    if isinstance(block, RationalBlock):
+        return by_matrices(block) or block
+    if isinstance(block, DelayBlock | StateSpaceBlock):
         return block
     raise AssumptionError(
         f"a {type(block).__name__} gives computed numbers, and nothing certified can be said of it; give coefficients, "
-        "matrices of order up to 60, or a formula"
+        "matrices, or a formula"
     )
-
-
-def _class_of(law: Nonlinearity | None) -> LawClass | None:
-    if law is None:
-        return None
-    from lure.laws import check_declared, law_class
-
-    check_declared(law)  # a declaration that a sample breaks is refused; one that survives is still a declaration
-    return law_class(law)

@@ -8,23 +8,33 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from analysis.answers.catalogue import Question
-from analysis.answers.decision import asked_row, decided, hints
-from analysis.answers.largest import Largest
-from analysis.answers.questions import ContradictionError, max_sector, max_slope
+import numpy as np
+
+from analysis.answers.advice import hints
+from analysis.answers.catalogue import BEST, Question
+from analysis.answers.conclusion import Conclusion
+from analysis.answers.decision import asked_row, decided
+from analysis.answers.largest import Largest, Stopped
+from analysis.answers.models import Asked
+from analysis.answers.questions import ContradictionError, check_seconds, found_for, largest_of
 from analysis.answers.subject import Subject, subject
+from analysis.certificates.guard import Failure, guarded
 from analysis.criteria.hurwitz import GainInterval, gain_intervals
+from analysis.deadline import time_limit
 from analysis.evidence import Bracket, Evidence, Verdict
+from analysis.given import loop_given
 from analysis.plant import Case, Plant
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError
 from lure.exact import exact_number
 from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
 
 if TYPE_CHECKING:
     import xarray
 
     from analysis.certificates.checker import Proved, Refuted
+    from analysis.certificates.codes import Code
     from analysis.plots.responses import Axes
 
 Progress = Callable[[str, float], None]
@@ -40,20 +50,15 @@ class LoopAnalysis:
         The loop: its name, block, law and the class asked about.
     case : {"stable", "critical", "unstable"}
         Its poles: all stable, one simple one at 0 (``z = 1``) besides stable ones, or anything else.
-    gains : tuple of GainInterval
-        All linear gains for which the loop is stable.
+    gains : tuple of GainInterval or None
+        All linear gains for which the loop is stable; None where they were not computed.
     rows : tuple of Largest
         One for each class of laws, farthest reach first.
     asked : Largest or None
         The row of that class.
-    verdict : Verdict
-        On the class asked about; without one PROVED if any row proves anything.
-    evidence : Evidence
-        What the verdict rests on.
-    statement : str
-        The verdict in one sentence.
-    shown : Proved, Refuted or None
-        What the checker accepted of it, with its certificate; None for INCONCLUSIVE.
+    conclusion : Conclusion
+        What follows for the class asked about and the nonlinearity given; without a class for the row that reaches
+        farthest.
     hints : tuple of str
         What would decide more: a smaller sector, a property of ``phi``.
     not_shown : tuple of str
@@ -62,26 +67,54 @@ class LoopAnalysis:
 
     subject: Subject
     case: Case
-    gains: tuple[GainInterval, ...]
+    gains: tuple[GainInterval, ...] | None
     rows: tuple[Largest, ...]
     asked: Largest | None
-    verdict: Verdict
-    evidence: Evidence
-    statement: str
-    shown: Proved | Refuted | None
+    conclusion: Conclusion
     hints: tuple[str, ...]
     not_shown: tuple[str, ...]
 
-    def __post_init__(self) -> None:
-        if (self.shown is None) != (self.verdict is Verdict.INCONCLUSIVE):
-            raise TypeError(f"{self.verdict} and what the checker accepted do not fit together")
+    @property
+    def verdict(self) -> Verdict:
+        """On the class asked about; without one PROVED if any row proves anything."""
+        return self.conclusion.verdict
+
+    @property
+    def evidence(self) -> Evidence:
+        """What the verdict rests on."""
+        return self.conclusion.evidence
+
+    @property
+    def statement(self) -> str:
+        """The verdict in one sentence."""
+        return str(self.conclusion)
+
+    @property
+    def reason(self) -> str:
+        """Why nothing is decided; empty for PROVED and REFUTED."""
+        return self.conclusion.reason
+
+    @property
+    def code(self) -> Code | None:
+        """The code of the reason; ``lure explain`` says more.  None for PROVED and REFUTED."""
+        return self.conclusion.code
+
+    @property
+    def shown(self) -> Proved | Refuted | None:
+        """What the checker accepted of it, with its certificate; None for INCONCLUSIVE."""
+        return self.conclusion.shown
 
     @property
     def certificates(self) -> tuple[Proved | Refuted, ...]:
         """Everything the checker accepted: of the verdict first, then of every answer and counterexample, once each."""
         answers = [answer.proof for row in self.rows for answer in row.answers]
-        found = [self.shown, *answers, *(row.refutation for row in self.rows)]
+        found = [self.shown, *answers, *(one for row in self.rows for one in row.refutations)]
         return tuple({repr(shown.certificate): shown for shown in found if shown is not None}.values())
+
+    @property
+    def stopped(self) -> Stopped | None:
+        """What ended the search for a row before it was complete; None if nothing did."""
+        return next((row.stopped for row in self.rows if row.stopped is not None), None)
 
     def __bool__(self) -> bool:
         raise TypeError("an analysis has three answers; compare analysis.verdict")
@@ -128,6 +161,7 @@ class LoopAnalysis:
         return analysis_html(self)
 
 
+_GRACE = 1.0  # [s] to say what was found, when the time for the search is over
 _ROWS: tuple[tuple[Question, bool, bool], ...] = (
     ("sector", False, True),
     ("sector", False, False),
@@ -136,7 +170,9 @@ _ROWS: tuple[tuple[Question, bool, bool], ...] = (
 )
 
 
-def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
+def analyse(
+    loop: object, nonlinearity: object = None, *, seconds: float | None = None, progress: Progress | None = None
+) -> LoopAnalysis:
     """Every criterion for every kind of class, with the lower end of the class asked about.
 
     Parameters
@@ -144,8 +180,13 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
     loop : LoopSystem, Loop or block
         A system from a file, a block with a law, or a block alone, whatever :func:`lure.inputs.as_block` takes; without
         a law or a class the classes ``[0, k]`` are looked at.
+    nonlinearity : object
+        What closes the loop around a block: a law, a formula as text, ``control.saturation_nonlinearity``, or the class
+        asked about as a ``LawClass``, a ``Sector`` or ``SlopeBounds``.
+    seconds : float or None
+        Time allowed to the criteria and searches; when it is over the best rows so far are shown, with ``stopped``.
     progress : callable, optional
-        Called as ``progress(stage, done)``, ``0 <= done <= 1``.
+        Called as ``progress(step, done)`` when a step begins, ``0 <= done <= 1``.
 
     Returns
     -------
@@ -161,45 +202,61 @@ def analyse(loop: object, *, progress: Progress | None = None) -> LoopAnalysis:
 
     Examples
     --------
-    >>> from lure import Loop, Saturation, as_block
-    >>> found = analyse(Loop(as_block("1/(s+1)"), Saturation(gain=2)))
+    >>> from lure import Saturation
+    >>> found = analyse("1/(s+1)", Saturation(gain=2))
     >>> print(found.verdict)
     PROVED
     """
-    say = progress or (lambda _stage, _done: None)
-    about = subject(loop)
+    check_seconds(seconds)
+    about = subject(loop_given(loop, nonlinearity))
     block, law_class = about.block, about.law_class
-    case = _case(block)
     lower = {"sector": Fraction(0), "slope": Fraction(0)}
     if law_class is not None:
         lower["sector"] = _finite(law_class.sector.lower)
         lower["slope"] = lower["sector"] if law_class.slope is None else _finite(law_class.slope.lower)
-    rows: list[Largest] = []
-    for step, (question, odd, varying) in enumerate(_ROWS):
-        say(_title(question, odd=odd, varying=varying), step / len(_ROWS))
-        if question == "sector":
-            rows.append(max_sector(block, lower=lower["sector"], time_varying=varying, search="full"))
-        else:
-            rows.append(max_slope(block, lower=lower["slope"], odd=odd))
+    if isinstance(block, DelayBlock):  # its criteria begin at 0: a positive lower end is given up for a larger class
+        lower = {question: min(end, Fraction(0)) for question, end in lower.items()}
+    questions = [
+        Asked(
+            block=block,
+            question=question,
+            criterion=BEST,
+            lower=lower[question],
+            odd=odd,
+            time_varying=varying,
+            search="full",
+        )
+        for question, odd, varying in _ROWS
+    ]
+    rows = [largest_of(each) for each in found_for(questions, seconds=seconds, progress=progress)]
     rows = _spread(rows)
-    verdict, evidence, statement, shown = decided(about, rows)
-    gains = gain_intervals(block) if isinstance(block, RationalBlock) else ()
+    with time_limit(_GRACE if any(row.stopped == "time" for row in rows) else None):
+        gains = _gains(block)
+        conclusion = decided(about, rows)
     return LoopAnalysis(
         subject=about,
-        case=case,
+        case=_case(block, rows),
         gains=gains,
         rows=tuple(sorted(rows, key=lambda row: (row.verdict is not Verdict.PROVED, -row.largest.low))),
         asked=asked_row(rows, law_class),
-        verdict=verdict,
-        evidence=evidence,
-        statement=statement,
-        shown=shown,
-        hints=hints(rows, law_class, gains, verdict),
-        not_shown=_not_shown(block, rows),
+        conclusion=conclusion,
+        hints=hints(about, rows, gains or (), conclusion),
+        not_shown=_not_shown(block, rows, conclusion),
     )
 
 
-def _case(block: RationalBlock | DelayBlock) -> Case:
+def _gains(block: RationalBlock | DelayBlock | StateSpaceBlock) -> tuple[GainInterval, ...] | None:
+    """The intervals of stable linear gains; None where there is no way or no time to compute them."""
+    found = guarded("linear gains", lambda: gain_intervals(block)) if isinstance(block, RationalBlock) else None
+    return None if isinstance(found, Failure) else found
+
+
+def _case(block: RationalBlock | DelayBlock | StateSpaceBlock, rows: list[Largest]) -> Case:
+    if isinstance(block, StateSpaceBlock):
+        shown = any(row.verdict is Verdict.PROVED and row.lower == 0 for row in rows)
+        poles = np.linalg.eigvals(block.A)
+        inside = poles.real < 0 if block.dt is None else np.abs(poles) < 1
+        return "stable" if shown or inside.all() else "unstable"
     rational = block if isinstance(block, RationalBlock) else RationalBlock([1], block.denominator)
     return Plant.of(rational).case
 
@@ -210,12 +267,6 @@ def _finite(bound: float | Fraction) -> Fraction:
     return exact_number(bound, "lower")
 
 
-def _title(question: Question, *, odd: bool, varying: bool) -> str:
-    if question == "sector":
-        return f"sector, {'time-varying' if varying else 'time-invariant'} laws"
-    return f"slope, {'odd' if odd else 'monotone'} laws"
-
-
 def _spread(rows: list[Largest]) -> list[Largest]:
     """A counterexample to a class refutes the larger ones before it too, if they begin at the same gain."""
     found = list(rows)
@@ -223,7 +274,9 @@ def _spread(rows: list[Largest]) -> list[Largest]:
         larger, smaller = found[place], found[place + 1]
         if smaller.refuted_at is None or larger.lower != smaller.lower:
             continue
-        if larger.refuted_at is None or smaller.refuted_at < larger.refuted_at:
+        if smaller.trivial is not None and larger.trivial is None and larger.refuted_at == smaller.refuted_at:
+            found[place] = replace(larger, trivial=smaller.trivial, witness=smaller.witness)
+        elif larger.refuted_at is None or smaller.refuted_at < larger.refuted_at:
             low, high = larger.largest.low, smaller.refuted_at
             if larger.verdict is Verdict.PROVED and low >= high:
                 raise ContradictionError(f"{larger.criterion} proves up to {low!r}, and {smaller.witness} at {high!r}")
@@ -232,14 +285,17 @@ def _spread(rows: list[Largest]) -> list[Largest]:
     return found
 
 
-def _not_shown(block: RationalBlock | DelayBlock, rows: list[Largest]) -> tuple[str, ...]:
+def _not_shown(
+    block: RationalBlock | DelayBlock | StateSpaceBlock, rows: list[Largest], found: Conclusion
+) -> tuple[str, ...]:
     notes = ["a rate of decay, a bound on the size of the motion, anything about external inputs"]
-    if getattr(block, "dt", None) is None:
+    if found.shown is None or found.shown.certificate["laws"].get("regularity") is None:
         notes.insert(0, "anything about laws that are not locally Lipschitz")
     if any(row.critical for row in rows):
+        of = f" with another phi than {found.nonlinearity}" if found.attracts and found.nonlinearity else ""
         notes.insert(
             0,
-            "that 0 attracts every motion: the loop with the smallest gain of the class has a pole at 0, and the class "
-            "contains laws with more equilibria than 0",
+            f"that 0 attracts every motion{of}: the loop with the smallest gain of the class has a pole at 0, and the "
+            "class contains laws with more equilibria than 0",
         )
     return tuple(notes)

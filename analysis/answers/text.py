@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from analysis.answers.largest import Largest, proved_up_to
+from analysis.answers.largest import UNFINISHED, Largest, proved_up_to
 from analysis.evidence import Verdict
 
 if TYPE_CHECKING:
@@ -23,16 +23,43 @@ def table(found: LoopAnalysis) -> str:
     found : LoopAnalysis
         The analysis.
     """
-    gains = ", ".join(str(interval) for interval in found.gains) or "none"
     blocks = [
         f"{found.verdict}  {found.subject.name}: H = {found.subject.block}",
         textwrap.fill(found.statement, WIDTH),
+        *([textwrap.fill(f"Nothing is proved: {why}.", WIDTH)] if (why := unproved(found)) else []),
+        *([] if found.stopped is None else [UNFINISHED[found.stopped]]),
         columns([HEAD, *(table_row(row) for row in found.rows)]),
-        textwrap.fill(f"Linear gains for which the loop is stable: {gains}.", WIDTH),
+        textwrap.fill(f"Linear gains for which the loop is stable: {gains_words(found)}.", WIDTH),
         *(textwrap.fill(f"To decide more: {hint}.", WIDTH) for hint in found.hints),
         *(textwrap.fill(f"Not shown: {note}.", WIDTH) for note in found.not_shown),
     ]
     return "\n\n".join(blocks)
+
+
+def unproved(found: LoopAnalysis) -> str:
+    """Why nothing was proved of the class asked about, where the statement does not say it; empty elsewhere.
+
+    Parameters
+    ----------
+    found : LoopAnalysis
+        The analysis.
+    """
+    asked = found.asked
+    if asked is None or Verdict.PROVED in (found.verdict, asked.verdict):
+        return ""
+    why = asked.reason if found.subject.law is None else asked.reason.partition("; give ")[0]  # see the hints
+    return "" if why in found.statement else why
+
+
+def gains_words(found: LoopAnalysis) -> str:
+    """The intervals of stable linear gains in words.
+
+    Parameters
+    ----------
+    found : LoopAnalysis
+        The analysis.
+    """
+    return "not computed" if found.gains is None else ", ".join(map(str, found.gains)) or "none"
 
 
 def class_name(row: Largest) -> str:
@@ -75,7 +102,7 @@ def table_row(row: Largest) -> tuple[str, ...]:
         row.criterion if proved else "-",
         proved_up_to(row) if proved else "-",
         str(row.evidence) if proved else "-",
-        "-" if row.refuted_at is None else f"{row.refuted_at:.7g}",
-        "-" if row.witness is None else row.witness.kind,
-        "closed" if row.closed else "open",
+        row.refuted_text or "-",
+        ", ".join(witness.kind for witness in (row.trivial, row.witness) if witness is not None) or "-",
+        row.gap,
     )

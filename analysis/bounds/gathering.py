@@ -9,14 +9,14 @@ from analysis.bounds.jets import over_sigma
 from analysis.bounds.known import Known
 from analysis.bounds.pieces import Piece
 from analysis.bounds.rational import candidates
-from analysis.bounds.search import extremes
+from analysis.bounds.search import Effort, extremes
 from analysis.bounds.target import Target
 from analysis.bounds.zero import difference_vanishes
 from lure.expressions.derivative import derivative
 from lure.expressions.tree import ZERO
 
 
-def over_pieces(known: Known, *, chords: bool) -> tuple[list[Candidate], list[Cover]]:
+def over_pieces(known: Known, *, chords: bool, effort: Effort | None = None) -> tuple[list[Candidate], list[Cover]]:
     """What bounds the chords, or the slopes, on all pieces: those known exactly come first and spare work on others."""
     found, covers = list[Candidate](), list[Cover]()
     for piece in known.pieces:
@@ -25,7 +25,7 @@ def over_pieces(known: Known, *, chords: bool) -> tuple[list[Candidate], list[Co
             found += candidates(quotient, piece.low, piece.high)
     for piece in known.pieces:
         if piece.ratio is None:
-            more, rest = extremes(_chord_target(piece) if chords else _slope_target(piece), found)
+            more, rest = extremes(_chord_target(piece) if chords else _slope_target(piece), found, effort)
             found += more
             covers += rest
     return found, covers

@@ -10,7 +10,8 @@ from flint import arb, arb_series
 from analysis.bounds.series import inside_sech_square, sech_square_series, tanh_series
 from lure.expressions.balls import ball, enclosure, truth
 from lure.expressions.build import apply
-from lure.expressions.tree import COMPARISONS, Apply, Node, Number, Variable
+from lure.expressions.domain import has_value
+from lure.expressions.tree import Apply, Node, Number, Variable
 
 LENGTH = 3
 _MOST_OPEN = 6
@@ -25,13 +26,13 @@ def jet(node: Node, box: arb) -> tuple[arb, arb, arb]:
     enclosed.
     """
     found = _Walk(box, 3).value(node)
-    if found[1].is_finite():
+    if found[1].is_finite() and not found[0].is_nan():
         return found[0], found[1], found[2]
     found = _Walk(box, 2).value(node)  # one unknown coefficient may spoil the others
     if found[0].is_finite():
         return found[0], found[1], _NAN
     point = {"sigma": box}
-    return _NAN if _undefined(node, point) else enclosure(node, point), _NAN, _NAN
+    return enclosure(node, point) if has_value(node, point) else _NAN, _NAN, _NAN
 
 
 def values_by_branch(node: Node, box: arb) -> list[arb] | None:
@@ -147,7 +148,7 @@ class _Walk:
         if name == "**":
             exponent = parts[1]
             assert isinstance(exponent, Number), "the parser and the derivative make only constant exponents"
-            return _power(u, exponent.value)
+            return self._unknown() if u[0].is_nan() else _power(u, exponent.value)
         if name in ("abs", "sign"):
             return self._side(name, parts[0], u)
         if name in ("neg", "tanh") or name in _METHODS:
@@ -166,6 +167,8 @@ class _Walk:
                 return self._extreme(name, Apply("<", parts), u, v)
 
     def _extreme(self, name: str, key: Apply, u: arb_series, v: arb_series) -> arb_series:
+        if _nowhere(u, v):
+            return self._unknown()
         d = u[0] - v[0]
         if d >= 0 or d <= 0 or self.chosen is not None:
             larger = d >= 0 if d >= 0 or d <= 0 else self._choice(key) < 0
@@ -195,9 +198,9 @@ class _Walk:
 
     def _where(self, node: Apply) -> arb_series:
         condition, first, second = node.arguments
-        decided = truth(condition, {"sigma": self.box})
-        if decided is None and _undefined(condition, {"sigma": self.box}):
+        if not has_value(condition, {"sigma": self.box}):
             return self._unknown()
+        decided = truth(condition, {"sigma": self.box})
         if decided is None and self.chosen is not None:
             decided = self._choice(condition) > 0
         if decided is not None:
@@ -219,22 +222,8 @@ def value_at(node: Node, point: Fraction) -> arb:
     return jet(node, ball(point))[0]
 
 
-def _undefined(node: Node, point: Mapping[str, arb]) -> bool:
-    """Whether a sign or a comparison may have nothing to go by on the balls, and so hide that there is no value."""
-    if not isinstance(node, Apply):
-        return False
-    parts = node.arguments
-    if node.operation == "where":
-        decided = truth(parts[0], point)
-        if decided is not None:
-            return _undefined(parts[1 if decided else 2], point)
-    if node.operation == "sign" or node.operation in COMPARISONS:
-        return any(enclosure(part, point).is_nan() for part in parts)
-    return any(_undefined(part, point) for part in parts)
-
-
 def _nowhere(u: arb_series, v: arb_series) -> bool:
-    """Whether one may have no value: flint would make 0 of its product with 0."""
+    """Whether one may have no value: flint would make 0 of its product with 0, and 1 of its power 0."""
     return bool(u[0].is_nan() or v[0].is_nan())
 
 

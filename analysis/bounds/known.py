@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -13,7 +14,7 @@ from typing import Any
 from flint import fmpq_poly
 
 from analysis.bounds.extremes import BITS, End, bounds_of
-from analysis.bounds.pieces import Piece, branches, pieces
+from analysis.bounds.pieces import Piece, at_point, branches, pieces
 from analysis.bounds.rational import Ratio
 from analysis.bounds.zero import difference_vanishes
 from analysis.polynomial import to_fmpq
@@ -21,8 +22,10 @@ from analysis.precision import working_precision
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.expressions.balls import ball, enclosure
+from lure.expressions.domain import has_value
 from lure.expressions.tree import Apply, Node, Number, Variable, names
 from lure.laws import Cubic, ExpressionLaw, GraphLaw, ShiftedLaw, Tanh
+from lure.laws.accepting import control_saturation
 from lure.laws.graph import Graph
 from lure.laws.law import number_text
 from lure.nonlinearity import NormalCompliance
@@ -69,6 +72,7 @@ def known_law(law: object, low: End, high: End) -> Known | None:
     InputError
         A text is refused by the parser, or uses both ``sigma`` and ``x``.
     """
+    law = control_saturation(law) or law
     if callable(law) and not getattr(type(law).__call__, "__module__", "").startswith("lure."):
         return None  # a class of the user's, whose values need not be those of the law that it is derived from
     if isinstance(law, GraphLaw):
@@ -143,7 +147,7 @@ def _of_graph(graph: Graph, name: str, low: End, high: End) -> Known:
     found = []
     for a, b in pairwise(ends):
         middle = Piece(a, b, SIGMA, None).middle
-        slope = next((s for x, s in zip(graph.knots, graph.slopes, strict=False) if middle <= x), graph.slopes[-1])
+        slope = graph.slopes[bisect_left(graph.knots, middle)]
         line = fmpq_poly([to_fmpq(graph.exact(middle) - slope * middle), to_fmpq(slope)])
         found.append(Piece(a, b, SIGMA, Ratio(line, _ONE, _ONE)))
     return Known(name=name, pieces=tuple(found), value=graph.exact, continuous=True, whole=True)
@@ -155,8 +159,10 @@ def _value(tree: Node, x: Fraction, name: str) -> Value:
     try:
         return exact.value(tree, {"sigma": x})
     except InputError as error:
+        here = at_point(tree, x)
         with working_precision(BITS):
-            low, high = bounds_of(enclosure(tree, {"sigma": ball(x)}))
+            point = {"sigma": ball(x)}
+            low, high = bounds_of(enclosure(here, point)) if has_value(here, point) else (-math.inf, math.inf)
         if not isinstance(low, Fraction) or not isinstance(high, Fraction):
             why = "; it divides by zero there" if "divides by zero" in str(error) else ""
             raise InputError(

@@ -15,11 +15,13 @@ from analysis.bounds.known import Known, Value, domain, known_law
 from analysis.bounds.pieces import Piece
 from analysis.bounds.rational import roots_between
 from analysis.bounds.result import Extreme, LawBounds, short
+from analysis.bounds.search import Effort
 from analysis.bounds.slopes import slope_extremes
 from analysis.evidence import Evidence
 from analysis.precision import working_precision
 from lure.errors import InputError
 from lure.exact import exact_number
+from lure.expressions.regularity import nature
 from lure.laws import Quantiser
 
 _TIGHT = Fraction(1, 10**9)
@@ -75,13 +77,12 @@ def law_bounds(
     """
     interval = domain(on)
     low, high = (-math.inf, math.inf) if interval is None else interval
-    with working_precision(BITS):
-        if isinstance(law, Quantiser):
-            found = steps.quantiser_bounds(law, interval)
-        elif (known := known_law(law, low, high)) is not None:
-            found = _of_known(known, low, high)
-        else:
-            return _of_callable(law, interval, lipschitz, samples)
+    if isinstance(law, Quantiser):
+        found = steps.quantiser_bounds(law, interval)
+    elif (known := known_law(law, low, high)) is not None:
+        found = bounds_of_known(known, low, high)
+    else:
+        return _of_callable(law, interval, lipschitz, samples)
     if lipschitz is not None:
         raise InputError("lipschitz is for a law given as a function; this one is known, and nothing need be assumed")
     return found
@@ -105,15 +106,52 @@ def _of_callable(
     return blackbox.vouched(sample, name, on, constant)
 
 
-def _of_known(known: Known, low: End, high: End) -> LawBounds:
+def bounds_of_known(known: Known, low: End, high: End, effort: Effort | None = None) -> LawBounds:
+    """Sector and slope bounds of a law that is known exactly; see :func:`law_bounds`.
+
+    Parameters
+    ----------
+    known : Known
+        The law.
+    low, high : Fraction, or an infinity
+        Its domain.
+    effort : Effort, optional
+        What may be spent: bounds that were not reached in time are infinite, or wide.
+
+    Raises
+    ------
+    InputError
+        As for :func:`law_bounds`.
+    """
+    with working_precision(BITS):
+        return _of_known(known, low, high, effort)
+
+
+def has_values(known: Known, found: LawBounds) -> bool:
+    """Whether a law is known to have a value everywhere on its domain, now that it was bounded there.
+
+    Parameters
+    ----------
+    known : Known
+        The law.
+    found : LawBounds
+        Its bounds, without an error.  A search that bounds the chords from one side has looked at every place; one that
+        was given up, or that met growth without bound on both sides, has not.
+    """
+    if any(isinstance(end.outer, Fraction) for end in (found.sector_lower, found.sector_upper)):
+        return True
+    return all(piece.ratio is not None or nature(piece.tree) is not None for piece in known.pieces)
+
+
+def _of_known(known: Known, low: End, high: End, effort: Effort | None) -> LawBounds:
     if low <= 0 <= high:
         _demand_zero(known)
     for piece in known.pieces:
         _demand_values(piece, known.name)
-    chords, chord_covers = over_pieces(known, chords=True)
+    chords, chord_covers = over_pieces(known, chords=True, effort=effort)
     chords += [Candidate(value=_divided(known.value(x), x), place=x, inside=True) for x in cuts_of(known) if x != 0]
     sector = least(chords, chord_covers), largest(chords, chord_covers)
-    slope, notes = slope_extremes(known)
+    slope, notes = slope_extremes(known, effort)
     notes += _remarks("sector", *sector) + _remarks("slope", *slope)
     return LawBounds(
         law=known.name,

@@ -9,7 +9,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 from analysis.bounds.extremes import End
-from analysis.bounds.rational import Ratio, ratio, roots_between
+from analysis.bounds.rational import Ratio, TooLarge, ratio, roots_between
 from lure.errors import InputError
 from lure.expressions.build import apply
 from lure.expressions.tree import COMPARISONS, CONDITIONS, ZERO, Apply, Node, Number, is_total
@@ -65,7 +65,7 @@ def pieces(tree: Node, low: End, high: End) -> tuple[Piece, ...]:
 
     Raises
     ------
-    InputError
+    TooLarge
         There are more than 500 pieces, or the degree of a rational function passes 256.
     """
     waiting: list[tuple[End, End]] = [(Fraction(0), high), (low, Fraction(0))] if low < 0 < high else [(low, high)]
@@ -78,7 +78,7 @@ def pieces(tree: Node, low: End, high: End) -> tuple[Piece, ...]:
             ends = [a, *sorted(chosen.cuts), b]
             waiting += reversed(list(pairwise(ends)))
             if len(found) + len(waiting) > MAX_PIECES:
-                raise InputError(
+                raise TooLarge(
                     f"the law changes its branch more than {MAX_PIECES} times; bound it on a shorter interval"
                 )
             continue
@@ -94,27 +94,42 @@ def branches(tree: Node, low: End, high: End) -> Node:
     return _Chosen(low, high, kinks=False).tree(tree)
 
 
+def at_point(tree: Node, x: Fraction) -> Node:
+    """The tree at an exact point, with its branches chosen and every rational function in it a number."""
+    return _Chosen(x, x, numbers=True).tree(tree)
+
+
 @dataclass(slots=True)
 class _Chosen:
     """The branches taken on an open interval, or at a point, and the points inside where one changes.
 
-    Without ``kinks`` the branches of ``abs``, ``min`` and ``max`` are left alone, except in conditions.
+    Without ``kinks`` the branches of ``abs``, ``min`` and ``max`` are left alone, except in conditions.  With
+    ``numbers``, at a point, rational functions become their values there.
     """
 
     low: End
     high: End
     kinks: bool = True
+    numbers: bool = False
     cuts: set[Fraction] = field(default_factory=set)
     ratios: dict[Node, Ratio | None] = field(default_factory=dict)
 
     def ratio(self, node: Node) -> Ratio | None:
         """The rational function a tree without branches stands for."""
         if node not in self.ratios:
-            self.ratios[node] = ratio(node)
+            try:
+                self.ratios[node] = ratio(node)
+            except InputError:
+                if not self.numbers:
+                    raise
+                self.ratios[node] = None  # it may stand in a branch that is not taken
         return self.ratios[node]
 
     def tree(self, node: Node) -> Node:
         """The tree with its branches chosen, as far as they are known; points where one changes are collected."""
+        if self.numbers and (known := self.ratio(node)) is not None:
+            here = known.defined_at(Fraction(self.low))
+            return node if here is None else Number(here)
         if not isinstance(node, Apply):
             return node
         name, kinks = node.operation, self.kinks
@@ -174,15 +189,16 @@ class _Chosen:
         known = self.ratio(node)
         if known is None:
             return None
-        if known.top.degree() < 0:
-            return 0
         if self.low == self.high:
-            here = known.at(Fraction(self.low))
+            here = known.defined_at(Fraction(self.low))
             return None if here is None else (here > 0) - (here < 0)
-        roots = [*roots_between(known.top, self.low, self.high), *roots_between(known.bottom, self.low, self.high)]
+        # poles that cancel are points without a value too: a comparison there has nothing to compare
+        roots = [*roots_between(known.top, self.low, self.high), *roots_between(known.poles, self.low, self.high)]
         self.cuts.update(root for root in roots if isinstance(root, Fraction))
         if roots:
             return None
+        if known.top.degree() < 0:
+            return 0
         value = known.at(_middle(self.low, self.high))
         assert value is not None, "the denominator has no root inside"
         return 1 if value > 0 else -1
@@ -193,7 +209,7 @@ def _combined(name: str, parts: list[Node]) -> Node:
         return _FALSE if parts[0] == _TRUE else _TRUE if parts[0] == _FALSE else apply("not", parts[0])
     deciding, other = (_TRUE, _FALSE) if name == "or" else (_FALSE, _TRUE)
     if deciding in parts:
-        return deciding
+        parts = parts[: parts.index(deciding) + 1]  # what stands before it must have a value all the same
     rest = [part for part in parts if part != other]
     return other if not rest else rest[0] if len(rest) == 1 else apply(name, *rest)
 

@@ -19,6 +19,10 @@ MAX_DEGREE = 256
 _ONE = fmpq_poly([1])
 
 
+class TooLarge(InputError):
+    """A formula passes a limit of what is offered: that says nothing against it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Ratio:
     """``top / bottom`` in lowest terms; ``poles`` holds every denominator met on the way, as written."""
@@ -35,6 +39,10 @@ class Ratio:
         """The derivative."""
         top = self.top.derivative() * self.bottom - self.top * self.bottom.derivative()
         return _reduced(top, self.bottom * self.bottom, self.poles)
+
+    def defined_at(self, x: Fraction) -> Fraction | None:
+        """The value at a point, None where a denominator met on the way is 0, whether it cancels or not."""
+        return None if self.poles(to_fmpq(x)) == 0 else self.at(x)
 
     def at(self, x: Fraction) -> Fraction | None:
         """The value at a point, None at a pole."""
@@ -191,7 +199,7 @@ def _reduced(top: fmpq_poly, bottom: fmpq_poly, poles: fmpq_poly) -> Ratio:
 
 def _bounded(degree: int) -> None:
     if degree > MAX_DEGREE:
-        raise InputError(f"the law is a rational function of degree {degree}; at most {MAX_DEGREE} is offered")
+        raise TooLarge(f"the law is a rational function of degree {degree}; at most {MAX_DEGREE} is offered")
 
 
 def _inside(low: End, high: End) -> Fraction:

@@ -127,9 +127,10 @@ class LawBounds:
     def sector(self) -> Sector:
         """The smallest sector of doubles or exact numbers that contains the law; a sampled one holds the sample only.
 
-        A straight line has one chord slope, and a Sector two bounds: the upper is then the next double.
+        Of a straight line both bounds are its gain: :meth:`lure.sector.Sector.line`, which no theorem takes.
         """
-        return Sector(*self._outer(self.sector_lower, self.sector_upper))
+        lower, upper = self._outer(self.sector_lower, self.sector_upper)
+        return Sector.line(Fraction(lower)) if lower == upper else Sector(lower, upper)
 
     @property
     def slope(self) -> SlopeBounds:
@@ -143,7 +144,8 @@ class LawBounds:
         if self.slope_lower is None or self.slope_upper is None:
             why = f": {self.notes[0]}" if self.notes else ""
             raise AssumptionError(f"the law {self.law:.60} has no slope bounds that were shown{why}")
-        return SlopeBounds(*self._outer(self.slope_lower, self.slope_upper))
+        lower, upper = self._outer(self.slope_lower, self.slope_upper)
+        return SlopeBounds.line(Fraction(lower)) if lower == upper else SlopeBounds(lower, upper)
 
     def within(self, bounds: Sector | SlopeBounds) -> Verdict:
         """Whether the law lies within a sector or slope bounds on its domain.
@@ -236,9 +238,6 @@ class LawBounds:
         shown = self.evidence is Evidence.CERTIFIED
         lower = below(low.outer if shown else low.inner, exact=low.exact or not shown)
         upper = above(high.outer if shown else high.inner, exact=high.exact or not shown)
-        if lower == upper:
-            upper = Fraction(math.nextafter(float(upper), math.inf))
-            upper = upper if upper > lower else Fraction(math.nextafter(float(upper), math.inf))
         return lower, upper
 
 

@@ -18,16 +18,26 @@ from analysis.bounds.reach import reach
 from analysis.bounds.result import Bound
 from analysis.bounds.target import NotEnclosed, Region, Target, border, middle
 from lure.expressions.balls import ball
-from lure.expressions.tree import Variable
+from lure.expressions.tree import Variable, size
 
 MOST_BOXES = 4000
 _NARROW = Fraction(1, 2**60)
 _CLOSE = Fraction(1, 2**50)
 _DEEPEST = 256
 _FAR = Fraction(2**64)
+_EXPANDING = 20  # what an expansion costs beside an evaluation on a box, about
 
 
-def extremes(target: Target, others: Sequence[Candidate] = ()) -> tuple[list[Candidate], list[Cover]]:
+@dataclass(slots=True)
+class Effort:
+    """How much work may still be done, in operations of a formula evaluated on a box; shared by several searches."""
+
+    left: float = math.inf
+
+
+def extremes(
+    target: Target, others: Sequence[Candidate] = (), effort: Effort | None = None
+) -> tuple[list[Candidate], list[Cover]]:
     """Candidates and covers for the infimum and the supremum of a target.
 
     Parameters
@@ -36,6 +46,8 @@ def extremes(target: Target, others: Sequence[Candidate] = ()) -> tuple[list[Can
         The function and its interval.
     others : sequence of Candidate
         What was found elsewhere: nothing that lies between is looked at closely.
+    effort : Effort, optional
+        What may be spent; when nothing is left the covers are as wide as they then are.
 
     Returns
     -------
@@ -47,7 +59,7 @@ def extremes(target: Target, others: Sequence[Candidate] = ()) -> tuple[list[Can
     NotEnclosed
         Somewhere inside the formula has no value, or a pole.
     """
-    search = _Search(target)
+    search = _Search(target) if effort is None else _Search(target, effort)
     regions = list(search.start())
     candidates: list[Candidate] = []
     covers: list[Cover] = []
@@ -61,6 +73,7 @@ def extremes(target: Target, others: Sequence[Candidate] = ()) -> tuple[list[Can
 @dataclass(slots=True)
 class _Search:
     target: Target
+    effort: Effort = field(default_factory=Effort)
     ends: list[Bound] = field(default_factory=list)
     cache: dict[object, Region] = field(default_factory=dict)
     tick: Iterator[int] = field(default_factory=count)
@@ -94,7 +107,7 @@ class _Search:
         scale = max((abs(value) for value in limits if isinstance(value, Fraction)), default=Fraction(0))
         for _ in range(MOST_BOXES):
             top, _, region = heap[0]
-            if region.closed or (_near(best, -top, scale) and not region.unknown):
+            if region.closed or self.effort.left <= 0 or (_near(best, -top, scale) and not region.unknown):
                 break
             heapq.heappop(heap)
             parts = self._refined(region)
@@ -122,10 +135,10 @@ class _Search:
             return [self._end(end, side, stage + 2), self._box(a, b)]
         assert region.box is not None, "a region is an end or a box"
         a, b = region.box
-        size = max(abs(a), abs(b))
-        if b - a <= _NARROW * size:
+        largest = max(abs(a), abs(b))
+        if b - a <= _NARROW * largest:
             unknown = not isinstance(region.cover.low, Fraction) or not isinstance(region.cover.high, Fraction)
-            if unknown and 1 / _FAR < size < _FAR:
+            if unknown and 1 / _FAR < largest < _FAR:
                 raise NotEnclosed((a + b) / 2)
             return by_branch(self.target, a, b)
         centre = middle(a, b)
@@ -156,6 +169,8 @@ class _Search:
         last = stage
         for last in range(stage, _DEEPEST, 2):
             region = self._end(end, side, last)
+            if self.effort.left <= 0:
+                break
             if isinstance(region.cover.low, Fraction) or isinstance(region.cover.high, Fraction):
                 return last, region
         return last, region
@@ -163,6 +178,7 @@ class _Search:
     def _end(self, end: End, side: int, stage: int) -> Region:
         key = ("end", end, side, stage)
         if key not in self.cache:
+            self.effort.left -= _EXPANDING * size(self.target.base)
             stretch = Stretch(ball(Fraction(1, 2**stage)))
             try:
                 m = self._expansion(end, side, stretch)
@@ -186,6 +202,7 @@ class _Search:
     def _box(self, a: Fraction, b: Fraction) -> Region:
         key = (a, b)
         if key not in self.cache:
+            self.effort.left -= size(self.target.tree)
             self.cache[key] = evaluated(self.target, a, b)
         return self.cache[key]
 

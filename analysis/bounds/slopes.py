@@ -13,22 +13,24 @@ from analysis.bounds.known import Known, Value, jumps_possible
 from analysis.bounds.pieces import Piece
 from analysis.bounds.rational import limit
 from analysis.bounds.result import Bound, Extreme, short
-from analysis.bounds.search import end_limit
+from analysis.bounds.search import Effort, end_limit
 from analysis.bounds.target import NotEnclosed, Target
 from analysis.bounds.zero import difference_vanishes
 
 
-def slope_extremes(known: Known) -> tuple[tuple[Extreme | None, Extreme | None], list[str]]:
+def slope_extremes(
+    known: Known, effort: Effort | None = None
+) -> tuple[tuple[Extreme | None, Extreme | None], list[str]]:
     """Slope bounds from the derivative on the pieces and the jumps between them."""
     if not known.continuous and not known.whole:
         return (None, None), ["no slope bounds: a branch changes where continuity could not be decided"]
     try:
-        found, covers = over_pieces(known, chords=False)
+        found, covers = over_pieces(known, chords=False, effort=effort)
     except NotEnclosed as error:  # the law has its values there, or its chords would not have been enclosed
         where = short(error.place, digits=10)
         return (None, None), [f"no slope bounds: the slope could not be enclosed near sigma = {where}"]
     if not known.continuous:
-        jumps = _jumps(known)
+        jumps = jumps_of(known)
         if jumps is None:
             return (None, None), ["no slope bounds: continuity where a branch changes could not be decided"]
         found += jumps
@@ -36,7 +38,7 @@ def slope_extremes(known: Known) -> tuple[tuple[Extreme | None, Extreme | None],
     return (least(found, covers), largest(found, covers)), []
 
 
-def _jumps(known: Known) -> list[Candidate] | None:
+def jumps_of(known: Known) -> list[Candidate] | None:
     """Infinite slopes at the jumps; None if it is not known whether there is one."""
     assert known.branches is not None, "a law without branches is continuous"
     found: list[Candidate] = []

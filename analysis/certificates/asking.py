@@ -123,7 +123,7 @@ def _endless() -> Answer:
 
 def _reaching(answer: Answer, bounds: Sector | SlopeBounds) -> Answer:
     """The answer about the largest class, if the class asked about is inside it."""
-    if bounds.lower != answer.law_class.sector.lower:
+    if bounds.lower < answer.law_class.sector.lower:
         raise AssumptionError(
             f"for such a block the classes begin at {float(answer.law_class.sector.lower):g}; for a DelayBlock or a "
             "rod close a loop with the lower gain in the model first"

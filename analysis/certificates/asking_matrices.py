@@ -96,16 +96,17 @@ def _thetas(question: Question) -> Iterator[Fraction]:
         yield rod_theta(block.rod)
         yield energy_theta(block)
         return
-    if not isinstance(block, StateSpaceBlock):
+    lower = question.law_class.sector.lower
+    if not isinstance(block, StateSpaceBlock) or lower == -math.inf:
         return
-    from analysis.hamiltonian import popov_largest_computed
+    from analysis.criteria.state_space import state_space_largest
 
     try:
-        found = popov_largest_computed(block.A, block.B, block.C, block.D)
+        found = state_space_largest(block, "popov", lower=Fraction(lower))
     except AssumptionError:  # an eigenvalue at 0, perhaps: the matrix inequality has a critical case of its own
         yield from map(Fraction, _GUESSES)
         return
-    if found.theta is not None and math.isfinite(found.theta):
-        yield Fraction(found.theta).limit_denominator(10**6)
+    if found.theta:
+        yield Fraction(found.theta).limit_denominator(10**6) or Fraction(found.theta)
     else:
         yield from map(Fraction, _GUESSES)

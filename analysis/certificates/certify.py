@@ -8,52 +8,23 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
+from analysis.answers.conclusion import Inquiry, conclusion_of
 from analysis.certificates import codes
 from analysis.certificates.checker import ORIGINS, Proved, Refuted
 from analysis.certificates.codes import Code
-from analysis.certificates.guard import Failure, guarded, time_limit
+from analysis.certificates.guard import Failure, guarded
 from analysis.certificates.posing import Question, posed
 from analysis.certificates.proposals import Numbers
 from analysis.certificates.searching import searches
+from analysis.certificates.systems import system_of
+from analysis.deadline import time_limit
 from analysis.evidence import Verdict
+from analysis.given import class_given, loop_given
 from lure.errors import InputError
-from lure.law_class import LawClass
+from lure.frequency_data import FrequencyData
 
 Method = Literal["best", "polynomial", "matrix", "cover", "structure"]
 METHODS: tuple[str, ...] = get_args(Method)
-# Which failure names the outcome, first to last: what makes the rest doubtful, what may have hidden a proof, what is
-# known of the loop, and in the end that nothing was found or nothing applied.
-_WORST = (
-    codes.DISAGREEMENT,
-    codes.OUT_OF_TIME,
-    codes.OUT_OF_MEMORY,
-    codes.UNEXPECTED,
-    codes.EVERY_FINITE,
-    codes.SEVERAL_SOLUTIONS,
-    codes.ROUGH_LAW,
-    codes.FOREIGN_LAW,
-    codes.ILL_POSED,
-    codes.HIDDEN_MODE,
-    codes.DOUBLE_ZERO,
-    codes.RESIDUE,
-    codes.UNSTABLE,
-    codes.UNDAMPED,
-    codes.SAMPLED,
-    codes.NO_LOWER_END,
-    codes.DEAD_TIME,
-    codes.RANGE,
-    codes.PRECISION,
-    codes.UNPROVED_ORBIT,
-    codes.REJECTED,
-    codes.SOLVER_FAILED,
-    codes.NO_NUMBERS,
-    codes.CRITICAL,
-    codes.COMPUTED,
-    codes.NO_MULTIPLIER,
-    codes.NOT_APPLICABLE,
-)
-
-
 _ORDER = (
     *("format", "verdict", "convention", "numbers", "system", "laws", "law", "theorem", "multiplier"),
     *("conclusion", "hypotheses", "proof"),
@@ -146,7 +117,7 @@ class Certification:
 
 def certify(
     loop: object,
-    law_class: LawClass | None = None,
+    nonlinearity: object = None,
     *,
     ways: Ways | None = None,
     progress: Callable[[str], None] | None = None,
@@ -160,8 +131,10 @@ def certify(
     ----------
     loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.inputs.as_block` takes
         The loop.
-    law_class : LawClass, optional
-        The class of laws; by default that of the loop, or the smallest that its law is known to belong to.
+    nonlinearity : object
+        The class of laws, as a ``LawClass``, a ``Sector`` or ``SlopeBounds``; by default that of the loop, or the
+        smallest that its law is known to belong to.  Or, around a block, a law: an object, a formula as text,
+        ``control.saturation_nonlinearity``.
     ways : Ways, optional
         Which criterion, which kind of proof, how long.
     progress : callable, optional
@@ -184,11 +157,14 @@ def certify(
 
     Examples
     --------
-    >>> from lure import LawClass, Sector
-    >>> print(certify(([1], [1, 3, 2, 0]), LawClass(sector=Sector(0, 5))).verdict)
+    >>> from lure import Sector
+    >>> print(certify(([1], [1, 3, 2, 0]), Sector(0, 5)).verdict)
     PROVED
     """
     chosen = ways or Ways()
+    law_class = class_given(nonlinearity)
+    if law_class is None:
+        loop = loop_given(loop, nonlinearity)
     question = posed(loop, law_class, criterion=chosen.criterion, finite=chosen.finite, method=chosen.method)
     say = progress or (lambda _name: None)
 
@@ -222,6 +198,7 @@ def _value(value: object) -> str:
 
 def _searched(question: Question, ways: Ways, over: Callable[[], bool], say: Callable[[str], None]) -> Certification:
     failures: list[Failure] = list(question.refusals)
+    asked = _inquiry(question)
     pending: Iterator[tuple[str, Callable[[], Proved | Refuted | Failure | None]]] = searches(
         question, method=ways.method, numbers=ways.numbers
     )
@@ -232,8 +209,10 @@ def _searched(question: Question, ways: Ways, over: Callable[[], bool], say: Cal
         say(name)
         found = guarded(name, search)
         if isinstance(found, Proved | Refuted):
-            verdict = Verdict.PROVED if isinstance(found, Proved) else Verdict.REFUTED
-            return Certification(verdict=verdict, shown=found, detail=found.claim, failures=tuple(failures))
+            follows = conclusion_of(asked, found)
+            if follows.shown is not None:
+                return Certification(verdict=follows.verdict, shown=found, detail=found.claim, failures=tuple(failures))
+            found = Failure(search=name, code=follows.code or codes.REJECTED, detail=follows.reason)
         if isinstance(found, Failure):
             failures.append(found)
             if found.code is codes.OUT_OF_TIME:
@@ -241,12 +220,19 @@ def _searched(question: Question, ways: Ways, over: Callable[[], bool], say: Cal
     return _inconclusive(failures)
 
 
+def _inquiry(question: Question) -> Inquiry:
+    """The question, to compare with what is accepted."""
+    sampled = isinstance(question.block, FrequencyData)  # of which no certificate speaks
+    system = {} if sampled else system_of(question.block)
+    return Inquiry(system=system, laws=question.laws, nonlinearity=question.nonlinearity)
+
+
 def _inconclusive(failures: list[Failure]) -> Certification:
     if not failures:
         failures = [Failure(search="all", code=codes.NOT_APPLICABLE, detail="no criterion serves such a class")]
     some = any(failure.code is codes.NO_MULTIPLIER for failure in failures)
     told = [f for f in failures if not (some and f.code is codes.NOT_APPLICABLE)]
-    worst = min(reversed(told), key=lambda failure: _WORST.index(failure.code))
+    worst = min(reversed(told), key=lambda failure: codes.WORST.index(failure.code))
     return Certification(
         verdict=Verdict.INCONCLUSIVE,
         code=worst.code,

@@ -142,7 +142,7 @@ CODES = (
         means="What is computed in floating point carries an error that nobody bounded; it is a hint and no proof.",
         tries=(
             "Ask for a proof by matrices: lure certify plant.toml --method matrix",
-            "Give coefficients, or matrices of order up to 60.",
+            "Give a smaller class, or coefficients: for these there are more criteria.",
         ),
     ),
     Code(
@@ -248,7 +248,8 @@ CODES = (
         identifier="LURE-I021",
         title="the loop equation may have several solutions",
         happened="The block has a direct term D, and a law of the sector need not make sigma + D phi(sigma) "
-        "increasing: Popov's criterion is proved only for laws for which it is.",
+        "increasing: Popov's criterion is proved only for laws for which it is, and no criterion says anything where "
+        "the nonlinearity given is shown to let sigma + D phi(sigma) = y have several solutions.",
         means="For the laws with slope bounds that keep 1 + D phi' positive the sector is stable.",
         tries=("Give slope bounds: lure certify plant.toml --sector 0 1 --slope -0.5 2",),
     ),
@@ -256,7 +257,7 @@ CODES = (
         identifier="LURE-I022",
         title="dead time that is not covered",
         happened="With dead time the theorems here need a strictly proper and stable block, or a simple pole at 0 "
-        "besides, and a class that begins at 0.",
+        "besides, and a class whose lower end is not negative.",
         means=_NOTHING,
         tries=(
             "Close a loop with the lower gain in the model first, and let the class begin at 0.",

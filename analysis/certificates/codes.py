@@ -40,6 +40,38 @@ RANGE = REGISTRY["LURE-I025"]
 DISAGREEMENT = REGISTRY["LURE-I026"]
 UNEXPECTED = REGISTRY["LURE-I027"]
 
+# Which failure names the outcome, first to last: what makes the rest doubtful, what may have hidden a proof, what is
+# known of the loop, and in the end that nothing was found or nothing applied.
+WORST = (
+    DISAGREEMENT,
+    OUT_OF_TIME,
+    OUT_OF_MEMORY,
+    UNEXPECTED,
+    EVERY_FINITE,
+    SEVERAL_SOLUTIONS,
+    ROUGH_LAW,
+    FOREIGN_LAW,
+    ILL_POSED,
+    HIDDEN_MODE,
+    DOUBLE_ZERO,
+    RESIDUE,
+    UNSTABLE,
+    UNDAMPED,
+    SAMPLED,
+    NO_LOWER_END,
+    DEAD_TIME,
+    RANGE,
+    PRECISION,
+    UNPROVED_ORBIT,
+    REJECTED,
+    SOLVER_FAILED,
+    NO_NUMBERS,
+    CRITICAL,
+    COMPUTED,
+    NO_MULTIPLIER,
+    NOT_APPLICABLE,
+)
+
 # By the name of the type: numpy, flint and the solvers are not imported to ask about their exceptions.
 _TYPES: tuple[tuple[str, Code], ...] = (
     ("TimeoutError", OUT_OF_TIME),
@@ -111,16 +143,16 @@ def find(identifier: str) -> Code | None:
     return REGISTRY.get(f"LURE-I{int(read[1]):03d}") if read else None
 
 
-def nearest(identifier: str) -> Code:
-    """The code whose name is most like this text, the first one if none is.
+def nearest(identifier: str) -> Code | None:
+    """The code whose name is like this text, None if none is.
 
     Parameters
     ----------
     identifier : str
         What was asked for.
     """
-    near = difflib.get_close_matches(identifier.strip().upper()[:40], list(REGISTRY), n=1, cutoff=0.0)
-    return REGISTRY[near[0]] if near else CODES[0]
+    near = difflib.get_close_matches(identifier.strip().upper()[:40], list(REGISTRY), n=1, cutoff=0.5)
+    return REGISTRY[near[0]] if near else None
 
 
 def code_for(reason: BaseException | str) -> Code:

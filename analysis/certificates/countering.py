@@ -21,6 +21,7 @@ from analysis.witness import Witness
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError
 from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
@@ -45,9 +46,12 @@ def linear_refutation(question: Question, numbers: Numbers) -> Proved | Refuted 
         if block.rod.exact["damping"] >= 0:
             return None
         return sealed(question, _draft(block, {"method": "structure"}, question, numbers))
-    if not isinstance(block, RationalBlock | DelayBlock):
+    if isinstance(block, StateSpaceBlock):
+        witness = _growing(block, question)
+    elif isinstance(block, RationalBlock | DelayBlock):
+        witness = _with_dead_time(block, question) if isinstance(block, DelayBlock) else _gain(block, question)
+    else:
         return None
-    witness = _with_dead_time(block, question) if isinstance(block, DelayBlock) else _gain(block, question)
     if witness is None:
         return None
     return sealed(question, refutation_draft(block, witness, question.laws, numbers=numbers))
@@ -100,6 +104,17 @@ def _failure(code: codes.Code, detail: str) -> Failure:
     return Failure(search="counterexamples", code=code, detail=detail)
 
 
+def _growing(block: StateSpaceBlock, question: Question) -> Witness | None:
+    """The smallest gain of the class with which a motion of a block given by matrices grows."""
+    from analysis.answers.state_space import growing_gain
+
+    bounds = question.law_class.slope or question.law_class.sector
+    if bounds.lower == -math.inf:
+        return None
+    found = growing_gain(block, Fraction(bounds.lower))
+    return found if found is not None and found.k <= bounds.upper else None
+
+
 def _gain(block: RationalBlock, question: Question) -> Witness | None:
     """The smallest gain of the sector that is not stable; for a sector without a lower end some gain."""
     from analysis.criteria.hurwitz import unstable_gain
@@ -116,7 +131,7 @@ def _gain(block: RationalBlock, question: Question) -> Witness | None:
 
 
 def _with_dead_time(block: DelayBlock, question: Question) -> Witness | None:
-    from analysis.answers.models import Asked, hurwitz, witnesses
+    from analysis.answers.models import Asked, hurwitz, linear_witnesses
 
     sector = question.law_class.sector
     if sector.lower != 0:
@@ -130,7 +145,7 @@ def _with_dead_time(block: DelayBlock, question: Question) -> Witness | None:
         time_varying=False,
         search="linear",
     )
-    found = witnesses(asked, hurwitz(asked))
+    found = linear_witnesses(asked, hurwitz(asked))
     return found[0] if found and found[0].k <= sector.upper else None
 
 

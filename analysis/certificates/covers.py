@@ -14,6 +14,7 @@ from analysis.certificates.balls import box, tail
 from analysis.certificates.blocks import block
 from analysis.certificates.checker import inequality
 from analysis.certificates.states import classes
+from analysis.deadline import checkpoint
 from analysis.precision import ball, working_precision
 from lure.errors import AssumptionError
 
@@ -81,6 +82,7 @@ def cover(tests: CoverTests) -> list[list[str]]:
     found: list[list[str]] = []
     left = Fraction(0)
     while left < end:
+        checkpoint()
         length = min(tests.reach(left, 4 * unit), end - left)
         if length * SHORT < unit and left + length < end:
             length = _slow(tests, left, unit)

@@ -17,6 +17,9 @@ from analysis.certificates.checker import (
     unbounded,
 )
 from analysis.certificates.states import classes
+from analysis.deadline import time_left
+
+LONGEST = 600.0  # [s] for one check
 
 
 def settled(draft: Mapping[str, Any]) -> Proved | Refuted:
@@ -47,7 +50,7 @@ def settled(draft: Mapping[str, Any]) -> Proved | Refuted:
         laws, name, data = classes(certificate["laws"]), certificate["theorem"], certificate["multiplier"]
         F, _, critical, _ = inequality(name, data, block(certificate["system"]), laws)
         certificate["proof"] = polynomial_proof(F, critical=critical, bounded=not unbounded(name, data, laws))
-    return check(certificate, draft=True)
+    return check(certificate, draft=True, seconds=max(min(time_left(), LONGEST), 0.0))
 
 
 def completed(draft: Mapping[str, Any]) -> dict[str, Any]:

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
-from types import FrameType
 from typing import TypeVar
 
 from analysis.certificates.codes import Code, code_for
 
 T = TypeVar("T")
-_AGAIN = 0.5  # [s] until a search that swallowed the first TimeoutError gets another
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -64,38 +58,3 @@ def guarded(search: str, work: Callable[[], T], *, passing: tuple[type[Exception
         named = type(error).__name__ in ("AssumptionError", "InputError", "Rejected", "Malformed", "Uncovered")
         detail = sentence if named and sentence else f"{type(error).__name__}: {sentence}".rstrip(": ")
         return Failure(search=search, code=code_for(error), detail=detail[:400])
-
-
-@contextmanager
-def time_limit(seconds: float | None) -> Iterator[Callable[[], bool]]:
-    """Raise ``TimeoutError`` in the body when the time is over; yields a function that says whether it is.
-
-    Parameters
-    ----------
-    seconds : float or None
-        Time allowed; None for ever.
-
-    Notes
-    -----
-    By an alarm where the system has one and this is the main thread, repeated for a search that swallows it; it waits
-    for compiled code to return.  Elsewhere the body has to ask.
-    """
-    if seconds is None:
-        yield lambda: False
-        return
-    end = time.monotonic() + seconds
-    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
-        yield lambda: time.monotonic() >= end
-        return
-
-    def over(_signal: int, _frame: FrameType | None) -> None:
-        """The alarm."""
-        raise TimeoutError(f"the time allowed, {seconds:g} s, is over")
-
-    before = signal.signal(signal.SIGALRM, over)
-    signal.setitimer(signal.ITIMER_REAL, seconds, _AGAIN)
-    try:
-        yield lambda: time.monotonic() >= end
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)

@@ -9,10 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.answers.catalogue import entries
+from analysis.answers.conclusion import is_rough
+from analysis.answers.state_space import by_matrices
 from analysis.certificates import codes
 from analysis.certificates.concrete import law_of
 from analysis.certificates.guard import Failure, guarded
 from analysis.certificates.systems import laws_of
+from analysis.membership import Membership, examined
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError, InputError
 from lure.frequency_data import FrequencyData
@@ -46,27 +49,40 @@ class Question:
         The class as it stands in a certificate.
     law : Mapping or None
         The law as it stands in a certificate, where its membership can be checked.
+    nonlinearity : Nonlinearity or None
+        The law, if one is given and the question is not about linear gains alone.
     criterion : str
         The criterion asked for, or ``best``.
     finite : bool
         Whether an infinite upper end means every law with some finite bound.
     rough : bool
-        Whether there is a law that lacks the regularity the theorems assume, so that nothing is proved for it.
+        Whether there is a law that lacks the regularity every theorem here assumes, so that nothing is proved for it.
     refusals : tuple of Failure
         What is known to stand in the way before any search.
+    membership : Membership or None
+        What is known of the law as a member of the class, if there is a law.
     """
 
     block: AnyBlock
     law_class: LawClass
     laws: Mapping[str, Any]
     law: Mapping[str, Any] | None
+    nonlinearity: Nonlinearity | None
     criterion: str
     finite: bool
     rough: bool
     refusals: tuple[Failure, ...] = ()
+    membership: Membership | None = None
 
 
-def posed(loop: object, law_class: LawClass | None, *, criterion: str, finite: bool, method: str = "best") -> Question:
+def posed(
+    loop: object,
+    law_class: LawClass | None,
+    *,
+    criterion: str,
+    finite: bool,
+    method: str = "best",
+) -> Question:
     """The question about a loop.
 
     Parameters
@@ -89,26 +105,30 @@ def posed(loop: object, law_class: LawClass | None, *, criterion: str, finite: b
         The loop is none, there is no class, or no such criterion.
     """
     block, law, own = _parts(loop, scheme=criterion != "best" or method == "matrix")
-    refusals = []
+    if isinstance(block, RationalBlock) and criterion in ("best", "circle", "popov"):
+        block = by_matrices(block) or block
+    refusals, member, untested = list[Failure](), None, False
     if law_class is not None:
         law = None
-    elif own is not None:
-        law_class = own
     elif law is not None:
-        known = guarded("the law", lambda: _class_of(law))
+        known = guarded("the law", lambda: examined(law, own), passing=(InputError,))
         if isinstance(known, Failure):
-            refusals, law_class = [known], LawClass(sector=law.sector)
+            refusals, law_class, untested = [known], own or LawClass(sector=law.sector), True
         else:
-            law_class = known
+            law, law_class, member = known.nonlinearity, known.law_class, known.membership
+    else:
+        law_class = own
     if law_class is None:
         raise InputError("no class of laws is given; give one such as a sector [0, 5.9], or a law")
     with suppress(AssumptionError):  # what does not apply is a result; a name that does not exist is a mistake
         entries(block, "sector" if law_class.slope is None else "slope", criterion)
-    rough = _rough(block, law)
-    if rough:
-        detail = (
-            f"it is {getattr(law, 'regularity', 'of unknown regularity')}; in continuous time the theorems assume more"
-        )
+    rough = law is not None and not untested and is_rough(law, law_class)
+    hopeless = rough and not _next_state_is_defined(block)
+    if hopeless:
+        words = str(getattr(law, "regularity", "unknown"))
+        known_as = "not known to be locally Lipschitz" if words == "unknown" else words
+        detail = f"it is {known_as}; in continuous time, or with H(inf) != 0, the theorems assume that it is locally "
+        detail += "Lipschitz"
         refusals.append(Failure(search="the law", code=codes.ROUGH_LAW, detail=detail))
     if isinstance(block, FrequencyData):
         detail = f"H is known at {len(block.omega)} frequencies, and nothing is known between them"
@@ -116,12 +136,14 @@ def posed(loop: object, law_class: LawClass | None, *, criterion: str, finite: b
     return Question(
         block=block,
         law_class=law_class,
-        laws=laws_of(law_class, unbounded=not finite, linear=criterion == "hurwitz"),
+        laws=laws_of(law_class, unbounded=not finite, linear=criterion == "hurwitz", rough=rough),
         law=law_of(law),
+        nonlinearity=None if criterion == "hurwitz" else law,
         criterion=criterion,
         finite=finite,
-        rough=rough or any(refusal.code is codes.FOREIGN_LAW for refusal in refusals),
+        rough=hopeless or untested,
         refusals=tuple(refusals),
+        membership=member,
     )
 
 
@@ -138,13 +160,7 @@ def _parts(loop: object, *, scheme: bool) -> tuple[AnyBlock, Nonlinearity | None
     return as_block(loop), None, None
 
 
-def _class_of(law: Nonlinearity) -> LawClass:
-    from lure.laws import check_declared, law_class
-
-    check_declared(law)
-    return law_class(law)
-
-
-def _rough(block: AnyBlock, law: object) -> bool:
-    continuous = getattr(block, "dt", None) is None
-    return continuous and law is not None and not getattr(law, "locally_lipschitz", True)
+def _next_state_is_defined(block: AnyBlock) -> bool:
+    """Whether the loop has exactly one solution whatever the law is: in discrete time, without a direct term."""
+    direct = block.feedthrough if isinstance(block, RationalBlock) else getattr(block, "D", None)
+    return getattr(block, "dt", None) is not None and direct == 0

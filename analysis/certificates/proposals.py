@@ -17,6 +17,7 @@ from analysis.certificates.covers import Uncovered, cover_proof, has_delays
 from analysis.certificates.drafts import settled
 from analysis.certificates.multipliers import Block, Multiplier, Upper, multipliers, rod_circle_bound
 from analysis.certificates.systems import laws_of, system_of, text
+from analysis.deadline import checkpoint
 from lure.delay import DelayBlock
 from lure.errors import AssumptionError
 from lure.law_class import LawClass
@@ -109,6 +110,7 @@ def certified(block: Block, answer: Answer, upper: Upper | None = None, *, numbe
     first: Rejected | None = None
     for smaller in _uppers(block, answer, asked):
         for multiplier in multipliers(block, answer, smaller):
+            checkpoint()
             try:
                 proved = settled(_draft(block, answer, smaller, multiplier, numbers))
             except (Rejected, Uncovered) as refusal:

@@ -11,6 +11,7 @@ from analysis.certificates.balls import Ball, ball, exponential, product
 from analysis.certificates.blocks import realised
 from analysis.certificates.crossings import crossing_proof
 from analysis.certificates.flow_orbits import flow_orbit_proof
+from analysis.certificates.growth import growth_proof
 from analysis.certificates.states import gained
 from analysis.certificates.systems import system_of, text
 from analysis.criteria.hurwitz import is_stable_gain
@@ -97,8 +98,8 @@ def smallest_class(block: Block, witness: Witness) -> dict[str, Any]:
         low, high = min(slopes), max(slopes)
     elif witness.kind == "linear gain":
         low = _number(data.get("lower", "0"))
-        single = isinstance(data.get("gain"), str) and isinstance(block, RationalBlock)
-        high = _gain(cast("RationalBlock", block), data, None) if single else Fraction(witness.k)
+        single = isinstance(data.get("gain"), str)
+        high = _gain(block, data, None) if single and isinstance(block, RationalBlock) else Fraction(witness.k)
         high = high if high > low else low + 1
     else:
         low, high = _number(data["lower"]), _number(data.get("upper", data.get("k")))
@@ -133,8 +134,8 @@ def _proof(block: Block, witness: Witness, system: Mapping[str, Any], laws: Laws
         if at_zero is not None and low <= at_zero <= high:
             return {"method": "linear-gain", "gain": text(at_zero)}
         return crossing_proof(block, (low, high if top is None else min(high, top)))
-    if not isinstance(block, RationalBlock):
-        raise AssumptionError(f"a linear gain is refuted for a block with coefficients, not a {type(block).__name__}")
+    if isinstance(block, StateSpaceBlock):
+        return growth_proof(system, _number(data["gain"]))
     if "gain_low" in data:
         low, high = _number(data["gain_low"]), _number(data["gain_high"])
         return crossing_proof(block, (max(low, _number(data["lower"])), high if top is None else min(high, top)))
@@ -142,13 +143,17 @@ def _proof(block: Block, witness: Witness, system: Mapping[str, Any], laws: Laws
 
 
 def _gain(block: RationalBlock, data: Mapping[str, object], top: Fraction | None) -> Fraction:
-    """The unstable gain; at a lower bound with roots on the axis a larger one, if the loop is unstable there too."""
-    gain, lower = _number(data["gain"]), _number(data["lower"])
-    if gain != lower or Plant.of(block).shifted(lower).poles.right > 0:
+    """The unstable gain; at a lower bound with roots on the axis a larger one, if the loop is unstable there too.
+
+    One with a simple root at 0 besides stable ones is none: at an end of the class it refutes nothing.
+    """
+    gain, lower, plant = _number(data["gain"]), _number(data["lower"]), Plant.of(block)
+    if gain != lower or plant.shifted(lower).poles.right > 0:
         return gain
     width = Fraction(1) if top is None or top - lower > 1 else top - lower
     inner = (lower + width / 2**j for j in range(64))
-    return next((g for g in inner if g > lower and not is_stable_gain(block, g)), gain)
+    worse = (g for g in inner if g > lower and not is_stable_gain(block, g))
+    return next((g for g in worse if plant.shifted(g).case != "critical"), gain)
 
 
 def _static(block: DelayBlock) -> Fraction | None:

@@ -14,14 +14,19 @@ from flint import acb_mat, arb, arb_mat
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance, schur
 
+from analysis.certificates.lyapunov import Lyapunov, doubles
 from analysis.certificates.slack import slack
+from analysis.polynomial import exact_midpoint
 from analysis.precision import ball, working_precision
 from lure.errors import AssumptionError
 
 SMALLER = (1.0, 1.0 / 8, 1.0 / 64)
 LONGER = (0, 16, 48)
 MOST_IN_BALLS = 64
+MOST_EIGENVECTORS = 24  # beyond, minutes
 PRECISIONS = (128, 256, 512)
+REFINED_BITS = 192
+MOST_STEPS = 12
 SURE = 1e-9
 
 Triangle = list[list[int]]
@@ -116,8 +121,42 @@ class Scaled:
                 return None
             found = np.linalg.solve(vectors[:n, :n].T, vectors[n:, :n].T)
             P = np.asarray((found + found.T) / 2)
-            return P if self.margin(P) > 0 else None
+            return P if np.isfinite(P).all() else None
         return None
+
+    def refined(self, P: NDArray[np.float64], eps: float, delta: float) -> Rounded | None:
+        """The solution with the digits it takes to solve the inequality, by Newton steps from ``P``; None without.
+
+        With the residual ``R`` of the equation the matrix of the inequality is at least ``eps - |R|``, and ``delta`` in
+        its corner; ``P > 0`` as ``A`` is stable.
+        """
+        n, r = self.b.size, self.r - delta
+        if not np.max(np.linalg.eigvals(self.A).real) < 0:
+            return None
+        silent = suppress(ValueError, ArithmeticError, np.linalg.LinAlgError)
+        with working_precision(REFINED_BITS), np.errstate(all="ignore"), silent:
+            A, b, q, X = (arb_mat(part.tolist()) for part in (self.A, self.b[:, None], self.q[:, None], P))
+            newton = Lyapunov.of(self.A + np.outer(self.b, self.b @ P - self.q) / r, discrete=False)
+            extra = arb_mat((eps * np.eye(n)).tolist())
+            for _ in range(MOST_STEPS):
+                moved, edge = X * A, X * b - q
+                residual = doubles(moved + moved.transpose() + edge * edge.transpose() * (1 / arb(r)) + extra)
+                if float(np.linalg.norm(residual)) < eps / 8:
+                    places = self._places(n, 8.0 / min(eps, delta))
+                    lower = [[exact_midpoint(X[i, j]) for j in range(i + 1)] for i in range(n)]
+                    units = [Fraction(v) for v in self.units.tolist()]
+                    rows = [[v / (units[i] * units[j]) for j, v in enumerate(row)] for i, row in enumerate(lower)]
+                    return Rounded(rows=_integers(rows, places), exponent=places, sure=True)
+                step = newton.solution(residual)
+                if not np.isfinite(step).all():
+                    return None
+                X = (X + arb_mat(step.tolist())).mid()
+        return None
+
+    def _places(self, n: int, inverse: float) -> int:
+        """Binary places with which the matrix of the inequality moves by less than ``1/inverse``."""
+        size = 2.0 * float(np.linalg.norm(self.A)) + 2.0 * float(np.linalg.norm(self.b)) + 1.0
+        return max(0, math.ceil(math.log2(n * size * inverse) + 2.0 * math.log2(float(np.max(self.units)))) + 1)
 
     def margin(self, P: NDArray[np.float64]) -> float:
         """The least eigenvalue of ``P`` and of the matrix of the inequality, in floating point."""
@@ -125,13 +164,11 @@ class Scaled:
         matrix = np.block([[-(moved + moved.T), edge[:, None]], [edge[None, :], np.array([[self.r]])]])
         return float(min(np.linalg.eigvalsh(matrix)[0], np.linalg.eigvalsh(P)[0]))
 
-    def rounded(self, P: NDArray[np.float64], more: int) -> Rounded:
+    def rounded(self, P: NDArray[np.float64], margin: float, more: int) -> Rounded:
         """The solution in the units asked for, rounded so that little of its margin is lost, with ``more`` bits."""
-        n, margin = self.b.size, self.margin(P)
-        size = 2.0 * float(np.linalg.norm(self.A)) + 2.0 * float(np.linalg.norm(self.b)) + 1.0
-        places = math.log2(n * size / margin) + 2.0 * math.log2(float(np.max(self.units)))
-        exponent = max(0, math.ceil(places) + 1) + more
+        exponent = self._places(self.b.size, 1 / margin) + more
         lower = [row[: i + 1] for i, row in enumerate((P / np.outer(self.units, self.units)).tolist())]
+        size = 2.0 * float(np.linalg.norm(self.A)) + 2.0 * float(np.linalg.norm(self.b)) + 1.0
         sure = margin > self.doubt + SURE * (self.r + size * float(np.linalg.norm(P)))
         return Rounded(rows=_integers(lower, exponent), exponent=exponent, sure=sure)
 
@@ -147,7 +184,8 @@ def solutions(inequality: Inequality) -> Iterator[Rounded]:
     Yields
     ------
     Rounded
-        From doubles, with three lengths; then, up to order 64, from 128, 256 and 512 bits.
+        From doubles, with three lengths, and with Newton steps added that have more digits; then, up to order 24, from
+        128, 256 and 512 bits.
 
     Raises
     ------
@@ -169,12 +207,20 @@ def solutions(inequality: Inequality) -> Iterator[Rounded]:
         yield Rounded(rows=[], exponent=0)
         return
     eps, delta = _room(inequality)
+    scaled, near = inequality.scaled, list[Rounded]()
     for part in SMALLER:
-        P = inequality.scaled.solution(part * eps, part * delta)
-        if P is not None:
-            yield from (inequality.scaled.rounded(P, more) for more in LONGER)
+        P = scaled.solution(part * eps, part * delta)
+        if P is None:
+            continue
+        if not near and (margin := scaled.margin(P)) > 0:
+            near = [scaled.rounded(P, margin, more) for more in LONGER]
+            yield from (one for one in near if one.sure)
+        better = scaled.refined(P, part * eps, part * delta)
+        if better is not None:
+            yield better
             break
-    if inequality.order > MOST_IN_BALLS:
+    yield from near
+    if inequality.order > MOST_EIGENVECTORS:
         return
     for bits in PRECISIONS:
         for part in SMALLER:
@@ -233,10 +279,4 @@ def _in_balls(inequality: Inequality, eps: float, delta: float, bits: int) -> li
             return None
         if not all(value.is_finite() for row in P for value in row):
             return None
-        return [[(_fraction(P[i][j]) + _fraction(P[j][i])) / 2 for j in range(i + 1)] for i in range(n)]
-
-
-def _fraction(value: arb) -> Fraction:
-    """The midpoint."""
-    man, exp = value.mid().man_exp()
-    return Fraction(int(man)) * Fraction(2) ** int(exp)
+        return [[(exact_midpoint(P[i][j]) + exact_midpoint(P[j][i])) / 2 for j in range(i + 1)] for i in range(n)]

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from analysis.certificates.arithmetic import Rejected
 from analysis.certificates.checker import Proved, Refuted, check
 from analysis.certificates.drafts import completed
-from analysis.certificates.posing import Question
+
+if TYPE_CHECKING:
+    from analysis.certificates.posing import Question
 
 Draft = Mapping[str, Any]
 
@@ -59,14 +61,15 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
     larger, smaller : Mapping
         ``laws`` of a certificate.
     """
-    slope = larger["slope"] is None or (smaller["slope"] is not None and _inside(smaller["slope"], larger["slope"]))
-    sector = _inside(smaller["sector"], larger["sector"])
+    line = smaller["linear"]  # phi = g sigma is odd, does not jump, and has the slope that its sector bounds
+    slope = smaller["sector"] if line and smaller["slope"] is None else smaller["slope"]
     return (
-        sector
-        and slope
-        and (smaller["odd"] or not larger["odd"])
+        _inside(smaller["sector"], larger["sector"])
+        and (larger["slope"] is None or (slope is not None and _inside(slope, larger["slope"])))
+        and (smaller["odd"] or line or not larger["odd"])
         and (larger["time_varying"] or not smaller["time_varying"])
-        and (smaller["linear"] or not larger["linear"])
+        and (line or not larger["linear"])
+        and (line or larger.get("regularity") == "any" or smaller.get("regularity") is None)
     )
 
 

@@ -16,6 +16,7 @@ FAR = 24
 NEAR = 6
 MOST_POINTS = 1000
 LOWEST = 6
+SAME = 1e-9
 
 Vector = NDArray[np.float64]
 
@@ -83,4 +84,16 @@ def _frequencies(poles: NDArray[np.complex128]) -> Vector:
     close = (at[:, None] + width[:, None] * spread[None, :]).ravel()
     far = np.geomspace(1.5, 1e6, FAR)
     between = np.sqrt(size[1:] * size[:-1])
-    return np.unique(np.concatenate([[0.0], size[0] / far, size, between, size[-1] * far, close[close > 0]]))
+    return apart(np.concatenate([[0.0], size[0] / far, size, between, size[-1] * far, close[close > 0]]))
+
+
+def apart(points: Vector) -> Vector:
+    """Points in ascending order, one of those that differ by rounding alone: neighbours then enclose a minimum.
+
+    Parameters
+    ----------
+    points : ndarray
+        Numbers, not negative.
+    """
+    ordered = np.unique(points)
+    return np.asarray(ordered[np.append(True, np.diff(ordered) > SAME * ordered[1:])])

@@ -6,6 +6,7 @@ Standard library only.  Every function raises ``Rejected`` unless what it is ask
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from fractions import Fraction
 from itertools import compress, pairwise
 from typing import Any, NamedTuple
@@ -15,6 +16,7 @@ from .balls import Ball, ball, dot, exponential, identity, norm, plus, positive_
 
 FLOW_ORBIT = "method points left right pieces durations state half inverse radius bits"
 SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
+REGULAR = "locally Lipschitz"
 TERMS, DEEPEST = 12, 48  # of Taylor's formula; halvings of a stay
 
 
@@ -27,11 +29,17 @@ class Laws(NamedTuple):
     odd: bool
     varying: bool
     linear: bool
+    rough: bool = False  # of any regularity, else locally Lipschitz
 
 
 def classes(data: Any) -> Laws:
     """The class of laws of a certificate."""
-    sector, slope, odd, varying, linear = fields(data, "sector", "slope", "odd", "time_varying", "linear")
+    keys = [
+        *["sector", "slope", "odd", "time_varying", "linear"],
+        *["regularity"] * (isinstance(data, dict) and "regularity" in data),
+    ]
+    sector, slope, odd, varying, linear, *regular = fields(data, *keys)
+    form(regular in ([], ["any"]), "regularity is left out or any")
     form(all(type(x) is bool for x in (odd, varying, linear)), "odd, time_varying and linear are true or false")
     form(
         all(isinstance(x, list) and len(x) == 2 for x in (sector, slope or [0, 0])),
@@ -42,13 +50,30 @@ def classes(data: Any) -> Laws:
     form(
         max(bounds[0][0], bounds[1][0]) <= min(bounds[0][1], bounds[1][1]), "no law has both the sector and the slopes"
     )
-    return Laws(bounds[0], bounds[1], (sector[1] == "inf", slope is None or slope[1] == "inf"), odd, varying, linear)
+    return Laws(
+        bounds[0],
+        bounds[1],
+        (sector[1] == "inf", slope is None or slope[1] == "inf"),
+        odd,
+        varying,
+        linear,
+        regular != [],
+    )
+
+
+def regular(laws: Laws, without: bool) -> None:
+    """Whether the proof holds for laws that jump: then the next state is defined, and V falls, whatever phi is."""
+    need(
+        not laws.rough or without,
+        "locally Lipschitz laws are needed: this is no circle criterion in discrete time "
+        "with H(inf) = 0 and no root at z = 1",
+    )
 
 
 def described(laws: Laws) -> str:
     """The class of laws in words."""
     kind = "constant gains" if laws.linear else "time-varying laws" if laws.varying else "time-invariant laws"
-    words = [f"all {'odd ' * laws.odd}{kind} with phi(0) = 0, locally Lipschitz"]
+    words = [f"all {'odd ' * laws.odd}{kind} with phi(0) = 0, {'continuous or not' if laws.rough else REGULAR}"]
     for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), laws[:2], laws.endless):
         near = "" if abs(k) == INF or k.denominator < 10**6 else f" (about {float(k):.9g})"
         top = "without upper bound" if endless else "up to any finite bound" if k == INF else f"up to {k}{near}"
@@ -64,7 +89,7 @@ class Law(NamedTuple):
 
     def at(self, x: Fraction) -> Fraction:
         """``phi(x)``."""
-        i = sum(s < x for s, _ in self.knots)
+        i = bisect_left(self.knots, x, key=lambda knot: knot[0])
         s, w = self.knots[max(i - 1, 0)]
         return w + self.slopes[i] * (x - s)
 
@@ -138,6 +163,28 @@ def deflated(A: Any, b: Any, c: Any, zero: object) -> tuple[Any, Any, Any, Fract
     return small, [b[i] - x[i] / x[p] * b[p] for i in rest], [c[i] - gain * y[i] for i in rest], gain * dot(y, b)
 
 
+def symmetric(rows: Any, vectors: list[Any], order: int) -> tuple[list[list[int]], int, list[list[int]]]:
+    """The matrix of a lower triangle of integers, and a whole number ``a`` with the integers ``a v``."""
+    a = unit(vectors)
+    sizes = isinstance(rows, list) and [isinstance(row, list) and len(row) for row in rows]
+    form(sizes == list(range(1, order + 1)), f"P is no lower triangle of order {order}")
+    half = [[number(v) for v in row] for row in rows]
+    large = max((v.numerator.bit_length() for row in (*half, *vectors) for v in row), default=0) + a.bit_length()
+    whole = all(v.denominator == 1 for row in half for v in row)
+    need(whole and order * order * large < 10**9, "P: integers, not so long")
+    P = [[half[max(i, j)][min(i, j)].numerator for j in range(order)] for i in range(order)]
+    return P, a, [[v.numerator * (a // v.denominator) for v in vector] for vector in vectors]
+
+
+def falling(P: Any, At: Any, a: int, discrete: bool) -> tuple[list[list[int]], list[list[int]]]:
+    """``P A`` and the lower triangle of ``-(A'P + PA)``, in discrete time of ``P - A'PA``; ``At`` holds ``a A'``."""
+    PA = [[dot(compress(row, v), filter(None, v)) for v in At] for row in P]
+    if not discrete:
+        return PA, [[-PA[i][j] - PA[j][i] for j in range(i + 1)] for i in range(len(P))]
+    APA = [[dot(compress(w, v), filter(None, v)) for v in At[: i + 1]] for i, w in enumerate(zip(*PA))]
+    return PA, [[a * a * v - w for v, w in zip(*lines)] for lines in zip(P, APA)]
+
+
 def matrix_facts(A: Any, b: Any, c: Any, d: Any, width: Any, theta: Any, discrete: bool, proof: object) -> Any:
     """What ``P`` shows: ``A`` stable and ``1/width + Re[(1 + i omega theta) H] > 0``; ``width > 0``, None: no bound.
 
@@ -146,29 +193,38 @@ def matrix_facts(A: Any, b: Any, c: Any, d: Any, width: Any, theta: Any, discret
     _, rows, exponent, zero = fields(proof, "method", "P", "exponent", "zero")
     need(not discrete or (zero is None and theta == 0), "in discrete time theta is 0 and zero is null")
     A, b, c, rho = (A, b, c, Fraction(0)) if zero is None else deflated(A, b, c, zero)
-    n, e, a = len(A), integer(exponent, 0, 10**5), unit((*A, b, c))
-    sizes = isinstance(rows, list) and [isinstance(row, list) and len(row) for row in rows]
-    form(sizes == list(range(1, n + 1)), f"P is no lower triangle of order {n}")
-    half = [[number(v) for v in row] for row in rows]
-    large = max((v.numerator.bit_length() for row in (*half, *A, b, c) for v in row), default=0) + a.bit_length()
-    need(all(v.denominator == 1 for row in half for v in row) and n * n * large < 10**9, "P: integers, not so long")
-    P = [[half[max(i, j)][min(i, j)].numerator for j in range(n)] for i in range(n)]  # times 2^e; A, b, c times a:
-    *At, b, c = [[v.numerator * (a // v.denominator) for v in vector] for vector in (*zip(*A), b, c)]
+    n, e = len(A), integer(exponent, 0, 10**5)
+    P, a, (*At, b, c) = symmetric(rows, [*zip(*A), b, c], n)  # P times 2^e; A, b, c times a
     need(positive_definite([row[: i + 1] for i, row in enumerate(P)]), "P > 0 fails, or is undecided")
-    PA, Pb = [[dot(compress(row, v), filter(None, v)) for v in At] for row in P], [dot(row, b) for row in P]
+    (PA, M), Pb = falling(P, At, a, discrete), [dot(row, b) for row in P]
     end = (0 if width is None else 2 / width) + 2 * theta * (Fraction(dot(b, c), a * a) + rho) + 2 * d
     if discrete:
-        APA = [[dot(compress(w, v), filter(None, v)) for v in At[: i + 1]] for i, w in enumerate(zip(*PA))]
-        M = [[a * a * v - w for v, w in zip(*lines)] for lines in zip(P, APA)]
         edge, end = [(a * v << e) - dot(b, w) for v, w in zip(c, zip(*PA))], end * (a * a << e) - dot(b, Pb)
     else:
-        M = [[-PA[i][j] - PA[j][i] for j in range(i + 1)] for i in range(n)]
         edge, end = [(v << e) - w + theta * Fraction(dot(c, u) << e, a) for u, v, w in zip(At, c, Pb)], end * (a << e)
     s = math.lcm(*(v.denominator for v in (*edge, end)))  # multiplies the last row and column
     need(positive_definite([*M, [int(s * v) for v in (*edge, s * end)]]), "the inequality of P fails, or is undecided")
     stable = f"P > 0, {'P - A^T P A > 0' if discrete else 'A^T P + P A < 0'} (order {n})"
     facts = {"stable": stable, "inequality": f"the matrix of order {n + 1} is positive definite: F > 0"}
     return facts if zero is None else facts | {"residue": f"rho = {rho} > 0, and the zero eigenvalue is simple"}
+
+
+def matrix_gain(closed: Any, laws: Laws, proof: Any) -> dict[str, str]:
+    """A gain ``g`` with a motion that grows: ``V = x'Px`` falls along every motion, and is negative at the start.
+
+    ``V <= V(0) < 0`` keeps the motion away from 0, so that ``V``, a quadratic form, falls without end.
+    ``closed`` gives the matrices of the loop with the linear law.
+    """
+    _, gain, rows, start = fields(proof, "method", "gain", "P", "start")
+    g, v = number(gain), numbers(start)
+    need(all(low <= g <= high for low, high in (laws.sector, laws.slope)), "the gain is outside the class")
+    A, *_, discrete = closed(g)
+    P, a, At = symmetric(rows, [*zip(*A)], len(A))
+    form(len(v) == len(A), f"the start is no list of {len(A)} numbers")
+    need(dot(v, [dot(row, v) for row in P]) < 0, "V is not negative at the start")
+    need(positive_definite(falling(P, At, a, discrete)[1]), "that V falls fails, or is undecided")
+    falls = "V(x(t+1)) < V(x(t))" if discrete else "V' < 0"
+    return {"growth": f"V = x^T P x, {falls} for x != 0 (order {len(A)}, g = {g}), and V < 0 at the start: it grows"}
 
 
 def chords(law: Law) -> list[Fraction]:

@@ -70,7 +70,7 @@ def system_of(block: object) -> dict[str, Any]:
     )
 
 
-def laws_of(law_class: LawClass, *, unbounded: bool, linear: bool = False) -> dict[str, Any]:
+def laws_of(law_class: LawClass, *, unbounded: bool, linear: bool = False, rough: bool = False) -> dict[str, Any]:
     """The class of laws of a certificate.
 
     Parameters
@@ -82,6 +82,8 @@ def laws_of(law_class: LawClass, *, unbounded: bool, linear: bool = False) -> di
         bound (``"finite"``).  An infinite slope above a finite sector is no bound at all in either case.
     linear : bool
         Whether only constant gains are meant.
+    rough : bool
+        Whether laws are meant that need not be locally Lipschitz, nor continuous.
 
     Returns
     -------
@@ -106,6 +108,7 @@ def laws_of(law_class: LawClass, *, unbounded: bool, linear: bool = False) -> di
         "odd": law_class.odd,
         "time_varying": law_class.time_varying,
         "linear": linear,
+        **({"regularity": "any"} if rough else {}),
     }
 
 

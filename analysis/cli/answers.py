@@ -34,11 +34,13 @@ def lines(found: Largest, *, stable: Sequence[GainInterval] | None) -> list[str]
     said = [_claim(found)]
     if found.witness is not None and found.refuted_at is not None:
         if refuted:
-            said = [f"{said[0][:-1]}: {refutation(found.witness)}."]
+            said = [f"{said[0][:-1]}: {refutation(found.trivial or found.witness)}."]
+            if found.trivial is not None:
+                said.append(f"From k = {found.witness_text} on also {refutation(found.witness)}.")
         else:
-            said.append(f"Refuted from {_up(found.refuted_at)} on: {refutation(found.witness)}.")
+            said.append(f"Refuted from {found.refuted_text} on: {refutation(found.witness)}.")
         if proved and not found.closed:
-            said.append("Nothing is known in between.")
+            said.append("Nothing was shown in between.")
     if stable is not None and not stable:
         said.append("No linear gain makes the loop stable.")
     elif not refuted:
@@ -46,6 +48,8 @@ def lines(found: Largest, *, stable: Sequence[GainInterval] | None) -> list[str]
     if proved and found.multiplier and found.multiplier != "1":
         theta = "" if found.theta is None or "theta" not in found.multiplier else f", theta = {found.theta:.7g}"
         said.append(f"Multiplier: {found.multiplier}{theta}.")
+    if found.unfinished:
+        said.append(found.unfinished)
     if not proved and found.reason:
         said.append(f"Reason: {found.reason}.")
     if refuted and stable:
@@ -58,30 +62,19 @@ def lines(found: Largest, *, stable: Sequence[GainInterval] | None) -> list[str]
 
 
 def _claim(found: Largest) -> str:
-    from analysis.answers.largest import rounded_down
-    from analysis.doubles import text_above
+    from analysis.doubles import bound_above, bound_below
     from analysis.evidence import Verdict
 
-    low, lower = found.largest.low, text_above(found.lower)
-    span = f"[{lower}, {rounded_down(low)}{')' if low == math.inf else ']'}"
+    low, classes = found.largest.low, f"{found.about} [{bound_above(found.lower)}, k]"
     if found.verdict is Verdict.PROVED:
-        proviso = f" {found.proviso}" if found.proviso else ""
         tried = ", the largest k tried" if found.capped else ""
-        return (
-            f"{found.meaning} for every {_class(found, span)}{tried}{proviso}, by {found.criterion} ({found.evidence})."
-        )
+        return f"{found.conclusion.headline[:-1]}{tried}, by {found.criterion} ({found.evidence})."
     if found.verdict is Verdict.REFUTED:
-        return f"Not stable for every {_class(found, f'[{lower}, k]')}, whatever k."
+        return f"Not stable for every {classes}, whatever k."
     if low > found.lower:
-        reached = f"{found.criterion} reaches {rounded_down(low)}, {found.evidence} only"
-        return f"Nothing is proved for {_class(found, f'[{lower}, k]')}; {reached}."
-    return f"Nothing is proved for {_class(found, f'[{lower}, k]')}."
-
-
-def _class(found: Largest, span: str) -> str:
-    if found.question == "slope":
-        return f"{'odd ' if found.odd else ''}phi with slope in {span}"
-    return f"{'time-varying ' if found.time_varying else ''}phi in the sector {span}"
+        reached = f"{found.criterion} reaches {bound_below(low)}, {found.evidence} only"
+        return f"Nothing is proved for {classes}; {reached}."
+    return f"Nothing is proved for {classes}."
 
 
 def refutation(witness: Witness) -> str:
@@ -118,11 +111,3 @@ def linear(limit: Bracket, lower: Fraction) -> str:
     if limit.high == math.inf:
         return f"Linear gains are stable up to {limit.low:.7g} at least."
     return f"Linear gains are stable up to {limit.middle:.7g}."
-
-
-def _up(value: float) -> str:
-    """Seven digits, never less than the number."""
-    text = f"{value:.7g}"
-    if value and math.isfinite(value) and float(text) < value:
-        text = f"{value + 10.0 ** (math.floor(math.log10(abs(value))) - 6):.7g}"
-    return text

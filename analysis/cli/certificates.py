@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from analysis.cli import texts
-from analysis.cli.commands import Json, Quiet, Settings
+from analysis.cli.commands import Json, Quiet, Seconds, Settings, Verbose, check_seconds
 from analysis.cli.loops import Criterion, Den, Dt, Num, Transfer, block_of, number_of
 from analysis.cli.loops import app as app
 from analysis.cli.refused import refused
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from analysis.certificates.proposals import Numbers
     from lure.law_class import LawClass
 
-Seconds = Annotated[
-    float | None, typer.Option("--seconds", metavar="S", help="Time allowed; without it no limit.", show_default=False)
-]
 Pair = tuple[str, str]
 METHODS = ("best", "polynomial", "matrix", "cover", "structure")
 
@@ -42,7 +39,7 @@ def verify(
     as_json: Json = False,
 ) -> int:
     """Check certificates; 11 if one is rejected, else 2 if one is no certificate, else 0."""
-    _check_seconds(seconds)
+    check_seconds(seconds)
     from analysis.cli.verifying import NO_CERTIFICATE, verified
 
     found = [verified(file, second=second, seconds=seconds) for file in files]
@@ -89,6 +86,7 @@ def certify(
     seconds: Seconds = None,
     as_json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:
     """Find a proof or a refutation of one class, have it checked, and write it."""
     _check_options(method, seconds)
@@ -104,7 +102,7 @@ def certify(
 
     kind = cast("Method", method)  # one of them: _check_options
     ways = Ways(criterion=criterion, method=kind, finite=finite, seconds=seconds, numbers=_numbers(loop))
-    with progress(quiet=quiet) as tell:
+    with progress(quiet=quiet, verbose=verbose) as tell:
         found = run(loop, asked, ways=ways, progress=tell)
     if found.certificate is not None:
         text = text_of(found.certificate)
@@ -123,12 +121,7 @@ def _check_options(method: str, seconds: float | None) -> None:
         near = difflib.get_close_matches(method, METHODS, n=1, cutoff=0.5)
         hint = f"did you mean {near[0]!r}? " if near else ""
         raise refused(f"--method is {method!r:.40}; {hint}choose from {', '.join(METHODS)}")
-    _check_seconds(seconds)
-
-
-def _check_seconds(seconds: float | None) -> None:
-    if seconds is not None and not 0 < seconds < 1e9:
-        raise refused(f"--seconds is {seconds:g}; give a positive number of seconds, or leave it out")
+    check_seconds(seconds)
 
 
 def _asked(sector: Pair | None, slope: Pair | None, *, odd: bool, time_varying: bool) -> tuple[LawClass | None, bool]:
@@ -249,7 +242,9 @@ def explain(
         return
     found = find(code)
     if found is None:
-        raise refused(f"there is no code {code!r:.40}; did you mean {nearest(code)}? lure explain lists them")
+        near = nearest(code)
+        hint = "" if near is None else f"did you mean {near}? "
+        raise refused(f"there is no code {code!r:.40}; {hint}lure explain lists them")
     print(json.dumps(_plain(found), indent=2) if as_json else "\n".join(_explained(found)))
 
 

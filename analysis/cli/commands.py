@@ -6,7 +6,6 @@ import difflib
 import shlex
 import sys
 import textwrap
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,13 +15,10 @@ from analysis.cli import texts
 from analysis.cli.refused import refused
 
 if TYPE_CHECKING:
-    from analysis.report import StabilityReport
-    from analysis.report.loop import LoopReport
     from lure.systems import RodSystem
     from lure.systems_loop import LoopSystem
 
 app = typer.Typer(
-    add_completion=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 80},
 )
@@ -30,6 +26,10 @@ app = typer.Typer(
 Output = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Where to write.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else, on stdout.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no messages besides errors.")]
+Seconds = Annotated[
+    float | None, typer.Option("--seconds", metavar="S", help="Time allowed; without it no limit.", show_default=False)
+]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Show each step and its time on stderr.")]
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable.")
 ]
@@ -53,49 +53,55 @@ def root(
 @app.command(help=texts.REPORT)
 def report(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A built-in system or a TOML file.")] = "paper-rod",
-    output: Output = Path("lure-report"),
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Where to write; FILE.pdf writes the PDF alone.")
+    ] = Path("lure-report"),
     set_: Settings = None,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf too; needs the extra lure[pdf].")] = False,
+    seconds: Seconds = None,
     as_json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:
     """Analyse a system, write the report and return the status that its verdict stands for."""
     settings = set_ or []
-    from analysis.output import checked_target, replaced
+    check_seconds(seconds)
+    from analysis.cli.reporting import delivered, target_of
     from lure.system_file import find_system
+    from lure.systems import RodSystem
 
     chosen = find_system(system, settings)
-    checked_target(output)
+    if seconds is not None and isinstance(chosen, RodSystem):
+        raise refused("--seconds limits the searches for a loop, and a report on a rod has none; leave it out")
+    target = target_of(output, pdf=pdf)
 
     from analysis.cli.progress import progress
     from analysis.evidence import Verdict
 
-    build, write = _reporting(chosen)
     changes = [part for setting in settings for part in ("--set", setting)]
+    changes += [] if seconds is None else ["--seconds", f"{seconds:g}"]
     command = shlex.join(["lure", "report", system, *changes])
-    with progress(quiet=quiet) as tell:
-        found = build(chosen, progress=tell, command=command)
-        if tell:
-            tell("writing the report", 0.95)
-        with replaced(output) as directory:
-            write(found, directory)
-            text = (directory / "report.json").read_text(encoding="utf-8")
-    _deliver(text if as_json else str(found), f"The report is {output / 'report.html'}", as_json=as_json, quiet=quiet)
+    with progress(quiet=quiet, verbose=verbose) as tell:
+        found, text = delivered(chosen, target, command=command, seconds=seconds, tell=tell)
+    _deliver(text if as_json else str(found), f"The report is {target.page}", as_json=as_json, quiet=quiet)
     return {Verdict.PROVED: 0, Verdict.INCONCLUSIVE: 10, Verdict.REFUTED: 11}[found.verdict]
 
 
-def _reporting(
-    system: RodSystem | LoopSystem,
-) -> tuple[Callable[..., StabilityReport | LoopReport], Callable[..., Path]]:
-    """What builds and what writes the report on such a system."""
-    from lure.systems import RodSystem
+def check_seconds(seconds: float | None) -> None:
+    """Refuse what is no time allowed.
 
-    if isinstance(system, RodSystem):
-        from analysis.report import build_report, write_report
+    Parameters
+    ----------
+    seconds : float or None
+        The option.
 
-        return build_report, write_report
-    from analysis.report.loop import build_loop_report, write_loop_report
-
-    return build_loop_report, write_loop_report
+    Raises
+    ------
+    refused
+        An ``InputError``: it is not positive, or not finite.
+    """
+    if seconds is not None and not 0 < seconds < 1e9:
+        raise refused(f"--seconds is {seconds:g}; give a positive number of seconds, or leave it out")
 
 
 @app.command(help=texts.INIT)

@@ -9,11 +9,15 @@ from importlib.metadata import PackageNotFoundError, version
 
 from lure import __version__
 
-NEEDED = ("control", "jinja2", "matplotlib", "numpy", "pydantic", "python-flint", "rich", "scipy", "sympy", "typer")
+NEEDED = (
+    *("control", "jinja2", "matplotlib", "numpy", "pydantic", "python-flint", "rich", "scipy", "sympy"),
+    *("threadpoolctl", "typer"),
+)
 OPTIONAL = {  # the extras of pyproject.toml that a user chooses
     "fast": ("numba",),
     "netcdf": ("netCDF4", "xarray"),
     "cvode": ("scikit-sundae",),
+    "pdf": ("weasyprint",),
     "notebooks": ("ipykernel", "ipywidgets", "jsonschema", "jupytext", "nbmake"),
     "testing": ("hypothesis", "pytest"),
 }

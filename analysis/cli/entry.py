@@ -56,7 +56,9 @@ def _run(arguments: Sequence[str] | None) -> int:
         return INTERRUPTED
     except BrokenPipeError:
         raise
-    except SystemExit as error:  # what typer makes of a closed pipe
+    except SystemExit as error:  # typer's own: completion is done, or nobody reads the output
+        if error.code in (0, None):
+            return 0
         raise BrokenPipeError from error
     except USAGE_ERROR as error:
         wrong = cast("typer.BadParameter", error)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from analysis.cli import texts
-from analysis.cli.commands import Json, Quiet, Settings
+from analysis.cli.commands import Json, Quiet, Seconds, Settings, Verbose, check_seconds
 from analysis.cli.commands import app as app
 from analysis.cli.refused import refused
 
@@ -47,10 +47,13 @@ Lower = Annotated[str, typer.Option("--lower", metavar="K1", help="Lower end of 
 def analyse(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.")],
     set_: Settings = None,
+    seconds: Seconds = None,
     as_json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:
     """Run every criterion and every search for a counterexample on a loop."""
+    check_seconds(seconds)
     from lure.system_file import find_system
     from lure.systems_loop import LoopSystem
 
@@ -62,8 +65,8 @@ def analyse(
     from analysis.cli.progress import progress
     from analysis.report.loop.plain import plain
 
-    with progress(quiet=quiet) as tell:
-        found = run(chosen, progress=tell)
+    with progress(quiet=quiet, verbose=verbose) as tell:
+        found = run(chosen, seconds=seconds, progress=tell)
     print(_json(plain(analysis_dict(found))) if as_json else f"{found}")
     return _status(found.verdict)
 
@@ -79,19 +82,27 @@ def max_sector(
     lower: Lower = "0",
     time_varying: Annotated[bool, typer.Option("--time-varying", help="Let phi depend on time.")] = False,
     full: Annotated[bool, typer.Option("--full", help="Search for nonlinear counterexamples too.")] = False,
+    seconds: Seconds = None,
     as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:
     """Print the largest sector."""
+    check_seconds(seconds)
     block = block_of(num, den, transfer, dt, system)
     from analysis.answers import max_sector as run
+    from analysis.cli.progress import progress
 
-    found = run(
-        block,
-        criterion=criterion,
-        lower=number_of(lower),
-        time_varying=time_varying,
-        search="full" if full else "linear",
-    )
+    with progress(quiet=quiet, verbose=verbose) as tell:
+        found = run(
+            block,
+            criterion=criterion,
+            lower=number_of(lower),
+            time_varying=time_varying,
+            search="full" if full else "linear",
+            seconds=seconds,
+            progress=tell,
+        )
     return _print(found, block, as_json=as_json)
 
 
@@ -105,13 +116,19 @@ def max_slope(
     odd: Annotated[bool, typer.Option("--odd", help="Assume that phi is odd.")] = False,
     criterion: Criterion = "best",
     lower: Lower = "0",
+    seconds: Seconds = None,
     as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:
     """Print the largest slope."""
+    check_seconds(seconds)
     block = block_of(num, den, transfer, dt, system)
     from analysis.answers import max_slope as run
+    from analysis.cli.progress import progress
 
-    found = run(block, odd=odd, criterion=criterion, lower=number_of(lower))
+    with progress(quiet=quiet, verbose=verbose) as tell:
+        found = run(block, odd=odd, criterion=criterion, lower=number_of(lower), seconds=seconds, progress=tell)
     return _print(found, block, as_json=as_json)
 
 

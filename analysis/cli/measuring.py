@@ -25,6 +25,7 @@ class Reading:
 
     displacement: str | None
     force: str | None
+    units: str | None
     area: float | None
     origin: str
     confidence: float
@@ -48,7 +49,13 @@ def measured(file: Path, reading: Reading, claim: Sector | SlopeBounds | None, *
     from analysis.measured import read_measurements, report_of
 
     origin: float | str = "gap" if reading.origin == "gap" else _number(reading.origin)
-    data = read_measurements(file, displacement=reading.displacement, force=reading.force, area=reading.area)
+    data = read_measurements(
+        file,
+        displacement=reading.displacement,
+        force=reading.force,
+        units=None if reading.units is None else _units(reading.units),
+        area=reading.area,
+    )
     found = report_of(data, confidence=reading.confidence, origin=origin, fit=reading.fit)
     if as_json:
         document = found.to_dict()
@@ -94,8 +101,7 @@ def status(found: MeasuredReport, claim: Sector | SlopeBounds | None) -> int:
         The bounds asked for.
     """
     sector = found.sector
-    finite = math.isfinite(sector.lower.bound) and math.isfinite(sector.upper.bound)
-    sure = sector.memoryless and sector.resolved and finite
+    sure = sector.stated and sector.bounded
     return _SHOWN if sure and (claim is None or inside(found, claim)) else _OPEN
 
 
@@ -112,11 +118,21 @@ def drawing(found: MeasuredReport) -> tuple[Draw, tuple[float, float]]:
     return partial(plot_measured, found.sector, fit=found.fit), SIZE
 
 
+def _units(text: str) -> tuple[str, str]:
+    """The two units of ``mm,N``."""
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 2 or not all(parts):
+        from analysis.measured.units import EXAMPLES
+
+        raise refused(f"--units is {text!r:.40}; give the two units as in --units mm,N, each for example of {EXAMPLES}")
+    return parts[0], parts[1]
+
+
 def _number(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise refused(f"--origin is {text!r:.40}; give a displacement in metres, or gap")
+        raise refused(f"--origin is {text!r:.40}; give a displacement in the SI unit, or gap")
     return value

@@ -59,6 +59,10 @@ def sector(
         str | None,
         typer.Option("--force", metavar="NAME", help="Column of force or stress, likewise.", show_default=False),
     ] = None,
+    units: Annotated[
+        str | None,
+        typer.Option("--units", metavar="U,F", help="Units of the two, as mm,N or V,V.", show_default=False),
+    ] = None,
     area: Annotated[
         float | None,
         typer.Option("--area", metavar="M2", help="Area to divide the force by [m^2].", show_default=False),
@@ -83,7 +87,13 @@ def sector(
 
         asked = None if within is None else _claim(within, slope=slope)
         reading = measuring.Reading(
-            displacement=displacement, force=force, area=area, origin=origin, confidence=confidence, fit=fit
+            displacement=displacement,
+            force=force,
+            units=units,
+            area=area,
+            origin=origin,
+            confidence=confidence,
+            fit=fit,
         )
         data = measuring.measured(file, reading, asked, as_json=as_json)
         if plot is not None:
@@ -91,9 +101,9 @@ def sector(
             _write(plot, draw, size, replace=replace)
             _say_written(plot, as_json=as_json, quiet=quiet)
         return measuring.status(data, asked)
-    if fit or (displacement, force, area, origin, confidence) != (None, None, None, "0", 0.95):
+    if fit or (displacement, force, units, area, origin, confidence) != (None, None, None, None, "0", 0.95):
         raise refused(
-            "--displacement, --force, --area, --origin, --confidence and --fit go with a file of measured data"
+            "--displacement, --force, --units, --area, --origin, --confidence and --fit go with a file of measured data"
         )
     interval = None if on is None else tuple(_finite(text, "--on") for text in on)
     claim = None if within is None else _claim(within, slope=slope)

@@ -10,6 +10,7 @@ Examples:
   lure sector --expr "min(max(2*x,-1),1)" --json
   lure sector data.csv --displacement depth --force load --fit
   lure sector data.csv --area 25e-6 --origin gap --plot data.svg
+  lure sector amplifier.csv --units V,V
 
 \b
 Of a formula: the least and the largest phi(sigma)/sigma, or slope, over all
@@ -21,7 +22,7 @@ zero and infinity included.
 Of measured data: bounds on the chords and slopes of the mean law that hold
 with the confidence, under the assumptions printed; outliers are named, and
 loading and unloading compared.  This is observed and proves nothing.  Units
-stand in the headings: displacement [um], force (mN).
+stand in the headings, displacement [um], force (mN), or in --units mm,lbf.
 
 \b
 With --within, a point (or two, for slopes) is printed where the law leaves

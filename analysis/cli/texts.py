@@ -35,12 +35,18 @@ Examples:
   lure report paper-rod-figure-8 --set rod.damping=8e-4 --set rod.gap=0.01
   lure report rod.toml --set "force.g=2*sin(4*t)"
   lure report --json --quiet | python -m json.tool
+  lure report plant.toml -o plant.pdf
 
 \b
-The directory gets report.html, report.json and the figures as SVG and PNG.
+The directory gets report.html, report.json and the figures as SVG and PNG,
+with --pdf report.pdf too; a name that ends in .pdf is that PDF alone.
 It is replaced as a whole, once all is done, and only if it is empty or holds
 a report.  `lure systems` lists the built-in systems, `lure init` and
 `lure init --loop` write files that explain every key.
+
+\b
+--seconds limit the criteria and searches for a loop; simulations and drawings
+come on top.  Ctrl-C ends them too, and the report says what was found.
 
 \b
 Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
@@ -101,13 +107,19 @@ Examples:
   lure analyse plant.toml
   lure analyse kalman-fitts --json
   lure analyse plant.toml --set class.odd=true
+  lure analyse plant.toml --seconds 10 -v
 
 \b
 One table: for each class of laws how far it is proved stable, by which
 criterion, and the smallest class found with a member that destabilises.
 
 \b
-Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.
+When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
+said to be that; the exit status is that of the verdict reached.
+
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
+130 interrupted before anything was found.
 """
 
 MAX_SECTOR = """Print the largest sector for which a loop is stable.
@@ -124,7 +136,12 @@ H is the block from mu to sigma, and mu = -phi(sigma) with
 K1 sigma^2 <= sigma phi(sigma) <= k sigma^2.  Numbers are exact: 0.1 is 1/10.
 
 \b
-Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.
+When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
+said to be that; the exit status is that of the verdict reached.
+
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
+130 interrupted before anything was found.
 """
 
 MAX_SLOPE = """Print the largest slope for which a loop is stable.
@@ -141,7 +158,12 @@ every difference quotient of phi in [K1, k].  Without --odd nothing is assumed
 of the symmetry of phi, and a bound for odd laws need not hold.
 
 \b
-Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input.
+When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
+said to be that; the exit status is that of the verdict reached.
+
+\b
+Exit status: 0 proved, 10 inconclusive, 11 refuted, 2 bad input,
+130 interrupted before anything was found.
 """
 
 VERIFY = """Check certificates in exact arithmetic.

@@ -5,6 +5,8 @@ Nothing here imports numpy, a solver or the package ``lure``: the checker needs 
 
 from __future__ import annotations
 
+import json
+import shlex
 import stat
 import sys
 from dataclasses import dataclass
@@ -16,6 +18,7 @@ from analysis.certificates.checker import Proved, Refuted, check
 from analysis.cli.wrapping import wrapped
 
 ACCEPTED, REJECTED, NO_CERTIFICATE = "ACCEPTED", "REJECTED", "NO CERTIFICATE"
+LONGEST = 600.0  # [s] for the second checker, as for the first
 MOST_BYTES = 1 << 26  # more than any certificate has: the checker refuses what is cut off here by its size
 STATUS = {ACCEPTED: 0, NO_CERTIFICATE: 2, REJECTED: 11}
 _SECOND = "the second checker, on python-flint, agrees"
@@ -87,7 +90,7 @@ def verified(file: str, *, second: bool, seconds: float | None) -> Verified:
     second : bool
         Whether the second checker is asked too; a disagreement is a rejection.
     seconds : float or None
-        Time allowed to the checker.
+        Time allowed to each checker, ten minutes by default; a file that takes longer is rejected.
     """
     data = _read(file)
     if isinstance(data, str):
@@ -95,6 +98,8 @@ def verified(file: str, *, second: bool, seconds: float | None) -> Verified:
     try:
         shown = check(data) if seconds is None else check(data, seconds=seconds)
     except Malformed as refusal:
+        if (told := _report(file, data)) is not None:
+            return Verified(file=file, result=NO_CERTIFICATE, reason=told)
         return Verified(file=file, result=NO_CERTIFICATE, reason=f"{_label(file)} is no certificate: {refusal}")
     except Rejected as refusal:
         return Verified(file=file, result=REJECTED, reason=str(refusal))
@@ -105,18 +110,39 @@ def verified(file: str, *, second: bool, seconds: float | None) -> Verified:
         return Verified(file=file, result=REJECTED, reason=f"the checker stopped with {fault:.200}; please report it")
     if not second:
         return Verified(file=file, result=ACCEPTED, reason=shown.claim, shown=shown)
-    against = _against(shown)
+    against = _against(shown, LONGEST if seconds is None else seconds)
     if against:
-        return Verified(file=file, result=REJECTED, reason=f"the second checker disagrees: {against}", second=False)
+        return Verified(file=file, result=REJECTED, reason=against, second=False)
     return Verified(file=file, result=ACCEPTED, reason=shown.claim, shown=shown, second=True)
 
 
-def _against(shown: Proved | Refuted) -> str:
+def _against(shown: Proved | Refuted, seconds: float) -> str:
     """What the second checker says against a certificate that the first accepted; empty if it agrees."""
-    from analysis.certificates.second import recheck
+    from analysis.certificates.second import recheck_apart
+    from analysis.certificates.second.reading import OUT_OF_TIME
 
-    opinion = recheck(shown.certificate)
-    return "" if opinion.accepted else opinion.reason or "it gives no reason"
+    opinion = recheck_apart(shown.certificate, seconds=seconds)
+    if opinion.accepted:
+        return ""
+    if opinion.reason == OUT_OF_TIME:
+        return f"the second checker has not decided: {OUT_OF_TIME}"
+    return f"the second checker disagrees: {opinion.reason or 'it gives no reason'}"
+
+
+def _report(file: str, data: bytes) -> str | None:
+    """What a ``report.json`` is, and where the certificates beside it are; None for any other file."""
+    try:
+        found = json.loads(data)
+        if not str(found["schema"]).startswith("lure-report/"):
+            return None
+        names = [str(entry["file"]) for entry in found["certificates"]]
+    except (ValueError, TypeError, LookupError, RecursionError):
+        return None
+    if not names:
+        return f"{_label(file)} is a report and no certificate, and nothing in it was certified"
+    folder = Path("." if file == "-" else file).parent
+    where = " ".join(shlex.quote(str(folder / name)) for name in names)
+    return f"{_label(file)} is a report and no certificate; its certificates are beside it: lure verify {where}"
 
 
 def _read(file: str) -> bytes | str:

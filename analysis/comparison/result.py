@@ -14,6 +14,7 @@ from analysis.comparison.reference import Reference
 from analysis.comparison.settling_claim import SettlingRow
 from lure.rod import PARAMETERS, Rod
 from lure.scenario import Scenario
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import xarray
@@ -51,6 +52,7 @@ class Order:
     whole: float | None
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Row:
     """One approximation of the motion.
@@ -113,6 +115,7 @@ class Row:
         return f"scheme, N = {self.size}" if self.family == "scheme" else f"{self.family}, m = {self.size}"
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Comparison:
     """The exact motion of a rod and what approximations make of it; make one with :func:`analysis.comparison.compare`.

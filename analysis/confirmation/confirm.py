@@ -18,6 +18,7 @@ from lure.scenario import Scenario
 from lure.upwind import UpwindScheme
 
 _MOST_STEPS, _STEP = 600.0, 64.0
+_LARGEST_ECHO, _LARGEST_RATIO = 1e4, 1e12
 
 
 def confirmation(scheme: UpwindScheme, scenario: Scenario, until: float, simulated: Trajectory | str) -> Confirmation:
@@ -46,6 +47,7 @@ def confirmation(scheme: UpwindScheme, scenario: Scenario, until: float, simulat
     kind = confirmed_kind(rod, scenario)
     side, skipped = None, None
     try:
+        _demand_moderate(rod)
         side = rod_side(rod, _felt(scheme, scenario), until, kind)
     except (InputError, AssumptionError) as refusal:  # the verdicts do not rest on it
         skipped = str(refusal)
@@ -61,6 +63,28 @@ def confirmation(scheme: UpwindScheme, scenario: Scenario, until: float, simulat
         scheme_skipped=simulated if isinstance(simulated, str) else None,
         contradictions=found,
     )
+
+
+def _demand_moderate(rod: Rod) -> None:
+    """Refuse a dashpot with which doubles cannot follow the energy of the rod.
+
+    Raises
+    ------
+    AssumptionError
+        Waves come back from the dashpot more than 1e4 times as high, or ``|k|/Z`` is beyond 1e12 or, not zero, below
+        1e-12.
+    """
+    ratio, echo = abs(rod.damping) / rod.impedance, abs(rod.reflection)
+    if echo > _LARGEST_ECHO:
+        raise AssumptionError(
+            f"rod.damping is so near to minus the impedance {rod.impedance:.6g} N s/m that a wave comes back "
+            f"{echo:.2g} times as high from the dashpot, which doubles cannot follow; the exact motion was not computed"
+        )
+    if rod.damping and not 1 / _LARGEST_RATIO <= ratio <= _LARGEST_RATIO:
+        raise AssumptionError(
+            f"rod.damping is {ratio:.2g} times the impedance of the rod, beside which doubles lose one of the two; the "
+            "exact motion was not computed"
+        )
 
 
 def _felt(scheme: UpwindScheme, scenario: Scenario) -> Scenario:

@@ -89,8 +89,13 @@ def require_well_posed(block: RationalBlock, upper: Fraction | float, *, lower: 
     Raises
     ------
     InputError
-        ``1 + kappa H(inf)`` vanishes for some ``kappa`` in ``[lower, upper]``.
+        ``1 + kappa H(inf)`` vanishes for some ``kappa`` in ``[lower, upper]``, or the two ends coincide.
     """
+    if lower == upper:
+        raise InputError(
+            f"the sector [{float(lower):g}, {float(upper):g}] holds one straight line; a linear gain belongs into the "
+            "block"
+        )
     if not well_posed(block, upper, lower=lower):
         raise InputError(
             f"the loop is not well posed: 1 + k H(inf) = 0 at k = {float(-1 / block.feedthrough):.6g}, inside the "

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.criteria.describing_function import describing_function
+from analysis.criteria.describing_function import real_describing_function
 from analysis.evidence import Evidence
 from analysis.plant import Plant, closed_loop_poles
 from analysis.polynomial import exact_midpoint, real_roots, to_fmpq, to_fraction
@@ -190,7 +190,7 @@ def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:
     plant = Plant.of(exact)
     crossings = _real_crossings(plant)
     grid = amplitudes(law)
-    gains = describing_function(law, grid)
+    gains = real_describing_function(law, grid)
     balances: list[HarmonicBalance] = []
     for omega, value in crossings:
         needed = -1 / float(value)
@@ -239,7 +239,7 @@ def _solutions(law: Nonlinearity, grid: NDArray[np.float64], excess: NDArray[np.
 
     def difference(size: float) -> float:
         """What vanishes at a balance."""
-        return float(describing_function(law, size)) - needed
+        return float(real_describing_function(law, np.asarray(size))) - needed
 
     return [
         float(brentq(difference, grid[i], grid[i + 1], rtol=1e-13, xtol=1e-300))
@@ -250,7 +250,7 @@ def _solutions(law: Nonlinearity, grid: NDArray[np.float64], excess: NDArray[np.
 
 def _loeb(plant: Plant, law: Nonlinearity, size: float, gain: Fraction) -> bool | None:
     """Loeb's rule, with the poles of the linear loop counted exactly on both sides of the gain."""
-    inner, outer = describing_function(law, [size * (1 - 1e-6), size * (1 + 1e-6)])
+    inner, outer = real_describing_function(law, size * np.array([1 - 1e-6, 1 + 1e-6]))
     if inner == outer:
         return None
     step = abs(gain) / 10**9 * (1 if outer > inner else -1)

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
+from analysis.deadline import checkpoint
+
 Array = NDArray[np.float64]
 
 NORM = 1 - 1e-9
@@ -137,6 +139,7 @@ def best_taps(response: SampledResponse, length: int, *, odd: bool, start: Propo
     best = evaluated(response, shifts, taps)
     active = np.union1d(np.linspace(0, np.pi, COARSE), best.tight)
     for _ in range(ROUNDS):
+        checkpoint()
         found = _linear_program(response.at(active) + best.inverse, active, best, odd=odd)
         if found is None:
             break

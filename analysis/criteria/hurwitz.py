@@ -139,24 +139,27 @@ def hurwitz_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> A
     """The largest ``k`` for which every linear gain in ``[lower, k]`` is stable: a necessary condition for the class.
 
     The verdict is INCONCLUSIVE where that interval is not empty, for nothing is said about nonlinear laws, and REFUTED
-    by a linear gain where it is.
+    by a linear gain where it is, or where ``lower`` itself is a gain that leaves solutions away from all equilibria.
 
     Parameters
     ----------
     block : RationalBlock
         The block.
     lower : Fraction
-        Least gain; a marginal loop at ``lower`` is admitted, as in :func:`hurwitz_limit`.
+        Least gain; one simple pole at 0 (``z = 1``) with it is admitted.
     """
     lower = Fraction(lower)
-    end = _upper_end(block, lower)
+    unstable = Plant.of(block).shifted(lower).case == "unstable"
+    end = None if unstable else _upper_end(block, lower)
     if end is None:
-        gain = lower if not is_stable_gain(block, lower) and not _marginal(block, lower) else _gain_above(block, lower)
+        gain = lower if unstable else _gain_above(block, lower)
         return _answer(
             Sector(lower, math.inf),
             outward(ball(lower), ball(lower)),
             Verdict.REFUTED,
-            f"no gain just above {float(lower):g} is stable",
+            f"the gain {float(lower):g} is not stable"
+            if unstable
+            else f"no gain just above {float(lower):g} is stable",
             f"phi = {gain} sigma",
         )
     if end.high is None:
@@ -180,7 +183,7 @@ def hurwitz_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> A
 def hurwitz_criterion(block: RationalBlock, sector: Sector) -> Answer:
     """Whether every linear gain in a finite or infinite sector is stable; REFUTED with a linear gain where not.
 
-    The least gain may leave the loop marginal (then the gains of ``(lower, upper]`` are asked about).
+    The least gain may leave one simple pole at 0 (then the gains of ``(lower, upper]`` are asked about).
 
     Parameters
     ----------
@@ -200,8 +203,8 @@ def hurwitz_criterion(block: RationalBlock, sector: Sector) -> Answer:
 def unstable_gain(block: RationalBlock, sector: Sector) -> Fraction | GainEnd | None:
     """A gain of the sector for which the loop is not stable; None if there is none but perhaps ``sector.lower``.
 
-    A gain at which the loop is only marginal counts as not stable, save at ``sector.lower``; it is returned as its
-    :class:`GainEnd` where it may be irrational.
+    A gain at which the loop is only marginal counts as not stable, save ``sector.lower`` in the critical case, one
+    simple pole at 0; it is returned as its :class:`GainEnd` where it may be irrational.
 
     Parameters
     ----------
@@ -223,7 +226,9 @@ def unstable_gain(block: RationalBlock, sector: Sector) -> Fraction | GainEnd | 
         sample = _between(low, high)
         if not is_stable_gain(block, sample):
             return sample
-    marginal = next((end for end in inside if end.exact is None or end.exact != sector.lower), None)
+    lower = _finite(sector.lower)
+    spared = lower if lower is not None and Plant.of(block).shifted(lower).case == "critical" else None
+    marginal = next((end for end in inside if end.exact is None or end.exact != spared), None)
     return marginal if marginal is None or marginal.exact is None else marginal.exact
 
 
@@ -268,11 +273,6 @@ def _upper_end(block: RationalBlock, lower: Fraction) -> GainEnd | None:
     if not is_stable_gain(block, sample):
         return None
     return above[0] if above else GainEnd(value=INFINITE)
-
-
-def _marginal(block: RationalBlock, gain: Fraction) -> bool:
-    ends = gain_ends(block, (gain,))
-    return ends is not None and any(end.exact == gain for end in ends)
 
 
 def _gain_above(block: RationalBlock, lower: Fraction) -> Fraction:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.criteria.kernel_grid import Floats, around, increasing, peaks, short
 from analysis.criteria.kernels import Delay, Gamma, Kernel, Multiplier
+from analysis.deadline import checkpoint
 
 Family = Literal["none", "gamma", "delays", "both"]
 Column = tuple[int, Kernel]
@@ -159,6 +160,7 @@ class Search:
     ) -> tuple[float, Multiplier, tuple[Floats, NDArray[np.complex128], float]] | None:
         from scipy.optimize import linprog
 
+        checkpoint()
         H = self.response(rows)
         F = H + 1 / k
         scale = np.abs(F)

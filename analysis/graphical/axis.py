@@ -15,6 +15,7 @@ from lure.inputs import as_block
 from lure.rational import RationalBlock
 from lure.state_space import StateSpaceBlock
 from lure.upwind import UpwindScheme
+from lure.values import by_value
 from lure.waves import RodBlock
 
 POINTS = 1500
@@ -23,6 +24,7 @@ Formula = RationalBlock | DelayBlock | StateSpaceBlock
 Drawable = Formula | FrequencyData | UpwindScheme | RodBlock
 
 
+@by_value
 @dataclass(frozen=True, eq=False, slots=True)
 class OnAxis:
     """A block along its stability boundary: ``H(i omega)``, or ``H(e^(i omega))`` with ``omega`` in rad per sample."""

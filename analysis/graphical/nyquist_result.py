@@ -19,6 +19,7 @@ from analysis.graphical.behind import ROUNDING, behind, drawn_dataset, drawn_dic
 from analysis.graphical.page import block_text, span_text, with_figure
 from lure.showing import html_table
 from lure.upwind import UpwindScheme
+from lure.values import by_value
 from lure.waves import RodBlock
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 CRITERION = "the circle criterion"
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class NyquistResponse:
     r"""A curve ``H(i omega)``, the region that the circle criterion forbids to it, and what proves the sector, if any.

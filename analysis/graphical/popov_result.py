@@ -18,6 +18,7 @@ from analysis.graphical.axis import Drawable
 from analysis.graphical.behind import ROUNDING, behind, drawn_dataset, drawn_dict, least, proof_row
 from analysis.graphical.page import block_text, span_text, with_figure
 from lure.showing import html_table
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import control
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 CRITERION = "Popov's criterion"
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class PopovResponse:
     r"""A curve ``(Re H, omega Im H)``, the Popov line beside it, and what proves the sector of the line, if anything.

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from analysis.measured.compliance_fit import NAMES, ComplianceFit, Parameter
 from analysis.measured.hysteresis import hysteresis_of
+from analysis.measured.mean_law import mean_law, one_thread
 from analysis.measured.measured_sector import Outlier
 from analysis.measured.measurements import Direction, Measurements
 from analysis.measured.noise import Noise, noise_of
-from analysis.measured.profile import Problem, joint_limit, profile_interval, single_limit
+from analysis.measured.profile import Problem, at_an_end, joint_limit, profile_interval, single_limit
 from lure.errors import AssumptionError, InputError
 
 Array = NDArray[np.float64]
@@ -22,6 +23,7 @@ _ROUNDS = 4
 _LEAST = 8
 
 
+@one_thread
 def fit_compliance(
     measurements: Measurements, *, branch: Direction | None = None, confidence: float = 0.95
 ) -> ComplianceFit:
@@ -50,7 +52,8 @@ def fit_compliance(
     InputError
         There are too few rows, or an argument is not as described.
     AssumptionError
-        The load does not grow with the displacement.
+        The data are no displacement and force, the load does not grow with the displacement, or the best gap or
+        exponent is out of all proportion.
 
     Notes
     -----
@@ -70,6 +73,11 @@ def fit_compliance(
         raise InputError(f"fit_compliance: branch is {branch!r:.40}; give 'loading' or 'unloading'")
     if not (isinstance(confidence, float) and 0.5 <= confidence <= 0.9999):
         raise InputError(f"fit_compliance: confidence is {confidence!r:.40}; give a number between 0.5 and 0.9999")
+    units = measurements.displacement_unit, measurements.unit
+    if units[0] != "m" or units[1] not in ("N", "Pa"):
+        raise AssumptionError(
+            f"a contact law relates m to N or Pa, and the data {units[0]} to {units[1]}; leave the fit out"
+        )
     note = ""
     if branch is None and hysteresis_of(measurements) is not None:
         branch = "loading"
@@ -90,7 +98,7 @@ def fit_compliance(
         both = [profile_interval(problem, best, i, limit, float(errors[i])) for limit in (single, joint)]
         parameters[name] = Parameter(
             value=_in_units(problem, i, float(centre[i])),
-            error=float(errors[i]) * (math.exp(centre[0]), problem.units[0], 1.0)[i],
+            error=float(errors[i]) * (_in_units(problem, 0, float(centre[0])), problem.units[0], 1.0)[i],
             single=(_in_units(problem, i, both[0][0]), _in_units(problem, i, both[0][1])),
             joint=(_in_units(problem, i, both[1][0]), _in_units(problem, i, both[1][1])),
         )
@@ -139,6 +147,12 @@ def _fitted(used: Measurements) -> tuple[Problem, Array, Array, Noise]:
         noise = noise_of(residuals[problem.kept], mean[problem.kept], parameters=3)
         problem.weights = 1 / noise(mean)
     best = problem.minimum(best)
+    if at_an_end(best):
+        raise AssumptionError(
+            f"the data determine no gap and exponent: the best fit runs to m = {best[2]:.3g} with a gap at "
+            f"{_in_units(problem, 1, best[1]):.3g} m, so that the load grows exponentially, or jumps, rather than as a "
+            "power of the depth; leave the fit out, or cut the rows to those in contact"
+        )
     touching = int(np.count_nonzero(problem.kept & (problem.x > best[1])))
     if touching < _LEAST:
         raise InputError(
@@ -169,8 +183,6 @@ def _start(problem: Problem) -> Array:
 def _misfit(used: Measurements, problem: Problem, best: Array) -> float:
     """p-value of the compliance law against one that is affine between as many knots as the data ask for."""
     from scipy.stats import f as fisher
-
-    from analysis.measured.mean_law import mean_law
 
     gap = _in_units(problem, 1, float(best[1]))
     inside = problem.kept

@@ -16,6 +16,7 @@ from analysis.measured.measurements import Direction, Measurements
 from analysis.measured.noise import Noise
 from lure.errors import AssumptionError
 from lure.nonlinearity import NormalCompliance
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import xarray
@@ -49,6 +50,7 @@ class Parameter:
     joint: tuple[float, float]
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ComplianceFit:
     """``p = max(u - gap, 0)^m / eps`` fitted to measurements; see :func:`fit_compliance` for the assumptions.
@@ -118,15 +120,22 @@ class ComplianceFit:
         return self.law(np.asarray(displacement, dtype=float) - self.parameters["gap"].value)
 
     @property
+    def stated(self) -> bool:
+        """Whether the intervals have the confidence: the data show no loop and do not contradict the law."""
+        return not self.note and self.misfit >= _MISFIT
+
+    @property
     def conclusion(self) -> str:
         """The fit in a sentence, with what it rests on."""
         eps, gap, m = (self.parameters[name] for name in NAMES)
-        percent = f"{100 * self.confidence:g} %"
+        sure = f"all three within at once with at least {100 * self.confidence:g} % confidence, if the law and "
+        sure += "independent normal errors are assumed (observed, not proved)."
+        if not self.stated:
+            sure = "no confidence is stated, since the data contradict the law (observed, not proved)."
         return (
             f"Fitted p = max(u - gap, 0)^m / eps: eps = {eps.value:.4g} in {_span(eps.joint)} m^m/"
             f"{self.measurements.unit}, gap = {gap.value:.5g} in {_span(gap.joint)} m, m = {m.value:.4g} in "
-            f"{_span(m.joint)}; all three within at once with at least {percent} confidence, if the law and "
-            "independent normal errors are assumed (observed, not proved)."
+            f"{_span(m.joint)}; {sure}"
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:

@@ -31,7 +31,9 @@ def _rows(data: Measurements) -> tuple[dict[str, Column], dict[str, Column]]:
     for part in data.branches:
         branch[part.start : part.stop] = part.direction
     variables = {
-        "displacement": Column(of, data.displacement, "m", "displacement u, positive towards the obstacle"),
+        "displacement": Column(
+            of, data.displacement, data.displacement_unit, "displacement u, positive towards the obstacle"
+        ),
         "load": Column(of, data.load, data.unit, "load, positive in compression"),
         "line": Column(of, data.lines, "1", "line of the file, from 1"),
         "branch": Column(of, branch, "1", "loading or unloading; empty where the rows form no branches"),
@@ -60,7 +62,7 @@ def measurements_html(data: Measurements) -> str:
     rows = [
         ("rows", len(data)),
         ("columns", ", ".join(data.columns)),
-        ("displacement", f"{u.min():.4g} m to {u.max():.4g} m"),
+        ("displacement", f"{u.min():.4g} to {u.max():.4g} {data.displacement_unit}"),
         ("load", f"{p.min():.4g} {data.unit} to {p.max():.4g} {data.unit}"),
         ("branches", ", ".join(b.direction for b in branches[:_SHOWN]) or "one sweep, or in no order"),
     ]
@@ -79,7 +81,7 @@ def _mean(found: MeasuredSector) -> dict[str, Column]:
     outlier[[o.index for o in found.outliers]] = True
     of = ("row",)
     return {
-        "sigma": Column(of, data.displacement - found.origin, "m", "displacement less the origin"),
+        "sigma": Column(of, data.displacement - found.origin, data.displacement_unit, "displacement less the origin"),
         "mean": Column(of, values["mean"], data.unit, "fitted mean law, of the branch where there are two"),
         "error": Column(of, values["error"], data.unit, "standard error of the mean law, for one place alone"),
         "score": Column(of, values["score"], "1", "residual in standard deviations"),
@@ -102,7 +104,9 @@ def sector_dataset(found: MeasuredSector) -> xarray.Dataset:
     variables |= {
         "limit": Column(of, [side.bound for side in sides], unit, "bound on chords or slopes of the mean law"),
         "fitted": Column(of, [side.fitted for side in sides], unit, "extreme of the fitted law"),
-        "limit_at": Column(of, [side.at for side in sides], "m", "sigma that sets the bound"),
+        "limit_at": Column(
+            of, [side.at for side in sides], found.measurements.displacement_unit, "sigma that sets the bound"
+        ),
     }
     names = np.array(_SIDES, dtype=object)
     coordinates["bound"] = Column(of, names, "1", "of f(sigma)/sigma, or of the slope")
@@ -114,9 +118,9 @@ def _sector_attributes(found: MeasuredSector) -> dict[str, object]:
         "title": "Sector of a measured law",
         "evidence": str(found.evidence),
         "comment": found.conclusion,
-        "confidence": found.confidence if found.resolved else "none is stated",
+        "confidence": found.confidence if found.stated else "none is stated",
         "origin": found.origin,
-        "origin_units": "m",
+        "origin_units": found.measurements.displacement_unit,
         "assumptions": "; ".join(found.assumptions),
         "warnings": "; ".join(found.warnings),
         "memoryless": int(found.memoryless),
@@ -126,15 +130,20 @@ def _sector_attributes(found: MeasuredSector) -> dict[str, object]:
 
 def sector_html(found: MeasuredSector) -> str:
     """A table for notebooks: the four bounds, and on what they rest."""
-    from analysis.measured.measured_sector import MEMORY
+    from analysis.measured.measured_sector import MEMORY, TO_TRY
 
     unit = found.measurements.stiffness_unit
     rows = [
-        (name.replace("_", ", "), _rounded(name, side.bound), f"{side.fitted:.6g}", f"{side.at:.4g} m")
+        (
+            name.replace("_", ", "),
+            _rounded(name, side.bound),
+            f"{side.fitted:.6g}",
+            f"{side.at:.4g} {found.measurements.displacement_unit}",
+        )
         for name, side in ((name, getattr(found, name)) for name in _SIDES)
     ]
     head = ("bound", f"{found.how_sure} [{unit}]", f"of the fitted law [{unit}]", "set at sigma")
-    notes = [found.conclusion, *([MEMORY] if found.hysteresis else []), *found.warnings]
+    notes = [found.conclusion, *([MEMORY, TO_TRY] if found.hysteresis else []), *found.warnings]
     notes += [f"Outliers, left out: {_listed(found.outliers)}."] if found.outliers else []
     notes += [f"Assumed: {text}." for text in found.assumptions]
     return html_table(f"sector of {found.measurements.source}", rows, head=head, verdict="OBSERVED", notes=notes)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.measured.noise import Noise, noise_of
 from analysis.measured.outlying import outlying
+from lure.values import by_value
 
 Array = NDArray[np.float64]
 _TUKEY, _HUBER = 4.685, 1.345
 _HUBER_ROUNDS, _ROUNDS = 3, 12
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@by_value
+@dataclass(frozen=True, kw_only=True, eq=False)  # without slots, for the cached property
 class Hats:
     """Points and knots: the value of the function at a point is a mean of its values at two knots.
 
@@ -34,7 +37,7 @@ class Hats:
     knots: Array
     free: bool
 
-    @property
+    @cached_property
     def places(self) -> tuple[NDArray[np.intp], Array]:
         """The piece of each point, and how far along it the point lies."""
         return places(self.x, self.knots)
@@ -66,9 +69,11 @@ class Hats:
 
     def at(self, values: Array) -> Array:
         """The function at the points."""
-        return np.asarray(np.interp(self.x, self.knots, values))
+        index, share = self.places
+        return np.asarray(values[index] + share * np.diff(values)[index])
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class HatFit:
     """A fit: values at the knots, their covariance, the noise, which points were kept, and residuals in deviations."""

@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.measured.loops import has_loop
 from analysis.measured.mean_law import LEAST_ROWS, MeanLaw, mean_law
 from analysis.measured.measured_sector import Hysteresis
 from analysis.measured.measurements import Direction, Measurements
 
 Array = NDArray[np.float64]
 _DIRECTIONS: tuple[Direction, Direction] = ("loading", "unloading")
-_RARE = 0.001
 _PLACES = 65
 _CORRELATED = 2.6
 _ROUNDING = 1e-12
@@ -33,7 +33,10 @@ def branch_rows(measurements: Measurements) -> list[NDArray[np.intp]]:
 
 
 def hysteresis_of(measurements: Measurements) -> Hysteresis | None:
-    """How far loading and unloading lie apart; None where it is no more than noise, or there are no two branches.
+    """The loop between loading and unloading; None where there is none to be seen, or there are no two branches.
+
+    Whether there is one is decided by ``has_loop``; its size is that between the mean laws
+    of the two directions.
 
     Parameters
     ----------
@@ -41,37 +44,20 @@ def hysteresis_of(measurements: Measurements) -> Hysteresis | None:
         In the order of recording.
     """
     rows = branch_rows(measurements)
-    if not rows:
+    if not rows or not has_loop(measurements):
         return None
     origin = 0.5 * float(measurements.displacement.min() + measurements.displacement.max())
     laws = [mean_law(measurements.displacement[r] - origin, measurements.load[r], free=True) for r in rows]
-    return _apart((laws[0], laws[1]), origin, (rows[0].size, rows[1].size))
-
-
-def _apart(laws: tuple[MeanLaw, MeanLaw], origin: float, rows: tuple[int, int]) -> Hysteresis | None:
-    """The distance of the two where it is more than noise makes in one clean set of a thousand."""
-    from scipy.stats import t as student
-
-    low, high = max(law.knots[0] for law in laws), min(law.knots[-1] for law in laws)
-    if not low < high:
-        return None
-    places = np.linspace(low, high, _PLACES)
-    values = [law(places) for law in laws]
-    apart = values[0] - values[1]
-    errors = np.hypot(*(law.error(places) * widening(law) for law in laws))
-    tests = sum(law.knots.size for law in laws)
-    limit = float(student.isf(_RARE / (2 * tests), min(law.degrees for law in laws))) * errors
-    limit += laws[0].missed(places) + laws[1].missed(places)
-    size = float(max(np.abs(law.values).max() for law in laws))
-    if not (np.abs(apart) > limit + 1e-12 * size).any():
-        return None
+    places = np.linspace(max(law.knots[0] for law in laws), min(law.knots[-1] for law in laws), _PLACES)
+    apart = laws[0](places) - laws[1](places)
     i = int(np.argmax(np.abs(apart)))
     return Hysteresis(
         width=float(abs(apart[i])),
         at=float(places[i]) + origin,
-        share=float(abs(apart[i])) / size,
+        share=float(abs(apart[i])) / float(max(np.abs(law.values).max() for law in laws)),
         dissipated=float(np.trapezoid(apart, places)),
-        rows=rows,
+        rows=(rows[0].size, rows[1].size),
+        branches=len(measurements.branches),
     )
 
 

@@ -12,12 +12,14 @@ from analysis.evidence import Evidence, Verdict
 from analysis.measured.measured_sector import MEMORY, MeasuredSector
 from lure.errors import AssumptionError
 from lure.sector import Sector
+from lure.values import by_value
 
 if TYPE_CHECKING:
     from analysis.answers import Largest
     from lure.block import Block
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class MeasuredMargin:
     """A measured sector beside the largest sector for which a loop is proved stable.
@@ -76,13 +78,13 @@ class MeasuredMargin:
                 f"{proved}; that does not show that the loop is unstable."
             )
         word = " It is the user's word that the law never has the wrong sign." if self.vouched else ""
+        where = f"for sigma in [{low:.4g}, {high:.4g}] {self.measured.measurements.displacement_unit}"
         share = "any amount" if self.margin == math.inf else f"{100 * self.margin:.3g} %"
         return (
             f"The measured sector {_shown(self.sector)} lies inside the proved one {proved}: its upper bound could "
             f"grow by {share}. The loop is therefore stable in the sense of the theorem if the law stays in the "
-            f"measured sector: observed {self.measured.how_sure} for sigma in "
-            f"[{low:.4g}, {high:.4g}] m, under the assumptions of the measurement; outside that range it is "
-            f"assumed.{word}"
+            f"measured sector: observed {self.measured.how_sure} {where}, under the assumptions of the measurement; "
+            f"outside that range it is assumed.{word}"
         )
 
     @property
@@ -156,7 +158,7 @@ def margin_of(
     Raises
     ------
     AssumptionError
-        The measured sector has no lower bound, or the criterion does not apply.
+        The measured sector has no lower bound, be it for an offset or a loop, or the criterion does not apply.
     InputError
         The block or a number is no good.
 
@@ -176,6 +178,8 @@ def margin_of(
     low, high = measured.lower.bound, measured.upper.bound
     if vouched:
         low = max(low, 0.0)
+    if low == -math.inf and not measured.memoryless:
+        raise AssumptionError(f"nothing follows for the loop: {MEMORY[0].lower()}{MEMORY[1:]}")
     if low == -math.inf:
         raise AssumptionError(
             "the measured sector has no lower bound, since the load does not vanish at sigma = 0; correct the offset "

@@ -11,6 +11,7 @@ from analysis.evidence import Evidence
 from analysis.measured.mean_law import BENT, MeanLaw
 from analysis.measured.measurements import Measurements
 from lure.sector import Sector, SlopeBounds
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import xarray
@@ -24,7 +25,12 @@ _ASSUMED = (
 )
 MEMORY = (
     "Loading and unloading differ by more than noise: the element has memory, no memoryless law describes it, and no "
-    "criterion for memoryless laws (circle, Popov, Zames-Falb) applies; the bounds hold both mean branches."
+    "criterion for memoryless laws (circle, Popov, Zames-Falb) applies."
+)
+TO_TRY = (
+    "Sweep again at half the speed. If the loop becomes thinner, the element is viscous: measure the force against the "
+    "velocity, and put the damping into the linear part. If it stays, it is backlash, friction or plasticity, which "
+    "needs a model with memory; look for play in the mounting first."
 )
 
 
@@ -72,6 +78,8 @@ class Hysteresis:
         Area between loading and unloading [unit of the load times m], over the displacements of both.
     rows : tuple of int
         Rows on loading and on unloading.
+    branches : int
+        How many branches there are.
     """
 
     width: float
@@ -79,8 +87,10 @@ class Hysteresis:
     share: float
     dissipated: float
     rows: tuple[int, int]
+    branches: int
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class MeasuredSector:
     """Bounds on the chords and slopes of the mean law behind measurements; see :func:`sector_of` for the assumptions.
@@ -138,16 +148,28 @@ class MeasuredSector:
         return all(law.curved >= BENT for law in self.laws)
 
     @property
+    def stated(self) -> bool:
+        """Whether the bounds are stated with the confidence: no loop was seen, and the law is ``resolved``."""
+        return self.memoryless and self.resolved
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the chords have a finite bound on either side."""
+        return math.isfinite(self.lower.bound) and math.isfinite(self.upper.bound)
+
+    @property
     def how_sure(self) -> str:
         """The confidence in words, or that none is stated."""
-        return f"with {100 * self.confidence:g} % confidence" if self.resolved else "without a stated confidence"
+        return f"with {100 * self.confidence:g} % confidence" if self.stated else "without a stated confidence"
 
     @property
     def assumptions(self) -> tuple[str, ...]:
         """What the confidence rests on."""
-        law = (
-            "f is one law without memory," if self.memoryless else "loading has one mean law f, unloading another, each"
-        )
+        law = "f is one law without memory,"
+        if not self.memoryless:
+            law = "loading has one mean law f, unloading another, each"
+        elif not self.measurements.branches:
+            law = "f is one law without memory (a single sweep, or rows in no order, cannot show a loop),"
         return (*_ASSUMED[:2], _ASSUMED[2].format(law))
 
     @property
@@ -170,20 +192,43 @@ class MeasuredSector:
     def conclusion(self) -> str:
         """What holds, and on which conditions."""
         low, high = self.domain
+        where = f"for sigma in [{low:.4g}, {high:.4g}] {self.measurements.displacement_unit}"
+        if not self.memoryless:
+            return f"{self._loop} The element has memory: no sector is stated for it (observed, not proved)."
         unit = self.measurements.stiffness_unit
-        subject = "the mean law" if self.memoryless else "each of the two mean branches"
-        sector = f"the sector [{_down(self.lower.bound)}, {_up(self.upper.bound)}] {unit}"
         slopes = f"slopes in [{_down(self.slope_lower.bound)}, {_up(self.slope_upper.bound)}] {unit}"
         if not self.resolved:
             return (
-                f"For sigma in [{low:.4g}, {high:.4g}] m, {subject} is estimated to lie in {sector} and to have "
+                f"F{where[1:]}, the mean law is estimated to {self._chords('lie')} and to have "
                 f"{slopes}; no confidence is stated, since the law bends within its pieces, against what is assumed, "
                 "and nothing is known outside this range (observed, not proved)."
             )
         return (
-            f"With {100 * self.confidence:g} % confidence, for sigma in [{low:.4g}, {high:.4g}] m, {subject} lies in "
-            f"{sector} and has {slopes}, if the assumptions hold; nothing is known outside this range (observed, not "
-            "proved)."
+            f"With {100 * self.confidence:g} % confidence, {where}, the mean law {self._chords('lies')} and has "
+            f"{slopes}, if the assumptions hold; nothing is known outside this range (observed, not proved)."
+        )
+
+    def _chords(self, lies: str) -> str:
+        """Where the chords lie, as a predicate; what is infinite is no bound and is not written as one."""
+        low, high, unit = self.lower.bound, self.upper.bound, self.measurements.stiffness_unit
+        have = "have" if lies == "lie" else "has"
+        if self.bounded:
+            return f"{lies} in the sector [{_down(low)}, {_up(high)}] {unit}"
+        if math.isfinite(low):
+            return f"{have} chords of at least {_down(low)} {unit}, without a bound above,"
+        if math.isfinite(high):
+            return f"{have} chords of at most {_up(high)} {unit}, without a bound below,"
+        return f"{lies} in no sector that the data bound"
+
+    @property
+    def _loop(self) -> str:
+        """The loop, named."""
+        assert self.hysteresis is not None, "asked with a loop only"
+        h, data = self.hysteresis, self.measurements
+        return (
+            f"Loading and unloading follow different laws: on {h.branches} branches there is a loop of area "
+            f"{abs(h.dissipated):.3g} {data.area_unit}, {h.width:.3g} {data.unit} wide at u = {h.at:.3g} "
+            f"{data.displacement_unit}, which is {100 * h.share:.3g} % of the largest load."
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
@@ -203,7 +248,7 @@ class MeasuredSector:
         bounds = {name: getattr(self, name) for name in ("lower", "upper", "slope_lower", "slope_upper")}
         return {
             "measurements": self.measurements.to_dict(),
-            "confidence": self.confidence if self.resolved else None,
+            "confidence": self.confidence if self.stated else None,
             "resolved": self.resolved,
             "evidence": str(self.evidence),
             "origin": self.origin,
@@ -226,9 +271,9 @@ class MeasuredSector:
             "memoryless": self.memoryless,
             "hysteresis": None
             if self.hysteresis is None
-            else {name: getattr(self.hysteresis, name) for name in ("width", "at", "share", "dissipated")},
+            else {name: getattr(self.hysteresis, name) for name in ("width", "at", "share", "dissipated", "branches")},
             "assumptions": list(self.assumptions),
-            "warnings": [*([MEMORY] if self.hysteresis else []), *self.warnings],
+            "warnings": [*([MEMORY, TO_TRY] if self.hysteresis else []), *self.warnings],
             "conclusion": self.conclusion,
         }
 
@@ -253,9 +298,11 @@ class MeasuredSector:
         unit = self.measurements.unit
         lines = [self.conclusion]
         pieces = " and ".join(str(law.knots.size - 1) for law in self.laws)
+        both = "" if self.memoryless else "to both mean branches, as an estimate: "
+        chords = f"chords {self.lower.fitted:.4g} .. {self.upper.fitted:.4g}, " if self.bounded else ""
         lines.append(
-            f"  fitted: chords {self.lower.fitted:.4g} .. {self.upper.fitted:.4g}, slopes "
-            f"{self.slope_lower.fitted:.4g} .. {self.slope_upper.fitted:.4g} {unit}/m on {pieces} pieces"
+            f"  fitted: {both}{chords}slopes {self.slope_lower.fitted:.4g} .. {self.slope_upper.fitted:.4g} "
+            f"{self.measurements.stiffness_unit} on {pieces} pieces"
         )
         for law in self.laws:
             lines.append(
@@ -267,14 +314,11 @@ class MeasuredSector:
             more = ", ..." if len(self.outliers) > 8 else ""
             lines.append(f"  outliers, left out: {shown}{more} ({len(self.outliers)} in all; residual in deviations)")
         if self.hysteresis:
-            h = self.hysteresis
-            lines.append(
-                f"  hysteresis: {h.width:.3g} {unit} at u = {h.at:.3g} m, {100 * h.share:.2g} % of the largest load; "
-                f"area {h.dissipated:.3g} {'J' if unit == 'N' else 'J/m^2'}"
-            )
             lines.append(f"  warning: {MEMORY}")
+            lines.append(f"  to try: {TO_TRY}")
         lines += [f"  warning: {text}" for text in self.warnings]
-        return "\n".join([*lines, *(f"  assumed: {text}" for text in self.assumptions)])
+        rests = self.assumptions if self.memoryless else ()  # nothing is stated that would rest on them
+        return "\n".join([*lines, *(f"  assumed: {text}" for text in rests)])
 
 
 def _down(value: float, digits: int = 4) -> str:

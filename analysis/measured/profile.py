@@ -134,9 +134,15 @@ class Problem:
 
 
 def _inside(point: Array) -> tuple[float, float, float]:
-    """``(b, g, m)`` where the law is defined."""
+    """``(b, g, m)`` where the law is defined and its parameters mean something."""
     b, g, m = (float(value) for value in point)
-    return min(max(b, -200.0), 200.0), min(g, 1 - 1e-9), max(m, _LOWEST)
+    return min(max(b, -200.0), 200.0), min(max(g, _DEEPEST), 1 - 1e-9), min(max(m, _LOWEST), _HIGHEST)
+
+
+def at_an_end(point: Array) -> bool:
+    """Whether a minimum has run to an end of the gaps or exponents that are searched."""
+    _, g, m = _inside(point)
+    return g <= 0.98 * _DEEPEST or m >= 0.98 * _HIGHEST or m <= 1.02 * _LOWEST
 
 
 def joint_limit(confidence: float, degrees: int) -> float:

@@ -13,6 +13,7 @@ from analysis.measured.measurements import Measurements
 from analysis.measured.reading import read_measurements
 from analysis.measured.sector import sector_of
 from lure.errors import AssumptionError, InputError
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import xarray
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 SCHEMA = "lure-measured/1"
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class MeasuredReport:
     """The measurements, their sector, and the fit of normal compliance where it was asked for.
@@ -113,7 +115,7 @@ def report_of(
     """
     measurements = source if isinstance(source, Measurements) else read_measurements(source)
     if isinstance(origin, str) and origin != "gap":
-        raise InputError(f"report_of: origin is {origin!r:.40}; give a displacement in metres, or 'gap'")
+        raise InputError(f"report_of: origin is {origin!r:.40}; give a displacement in the SI unit, or 'gap'")
     try:
         fitted = fit_compliance(measurements, confidence=confidence) if fit or origin == "gap" else None
     except AssumptionError as error:

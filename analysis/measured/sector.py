@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.measured.hysteresis import branch_rows, correlation_of, hysteresis_of, widening
-from analysis.measured.mean_law import BENT, MeanLaw, mean_law
+from analysis.measured.mean_law import BENT, MeanLaw, mean_law, one_thread
 from analysis.measured.measured_sector import Bound, MeasuredSector, Outlier
 from analysis.measured.measurements import Measurements
 from lure.errors import InputError
 
 Array = NDArray[np.float64]
 _DRAWS = 8_000
+_FARTHEST = 1e100
 _SEED = 20_000
 _SURE = 0.999
 _POORLY = 3.0  # times what an end may miss, where pieces are too few for the law
@@ -24,6 +25,7 @@ _CORRELATED = (
 )
 
 
+@one_thread
 def sector_of(
     measurements: Measurements, *, confidence: float = 0.95, origin: float = 0.0, pieces: int | None = None
 ) -> MeasuredSector:
@@ -52,8 +54,8 @@ def sector_of(
     Returns
     -------
     MeasuredSector
-        Where loading and unloading differ by more than noise (``hysteresis``), the bounds hold both mean branches, and
-        no criterion for memoryless laws applies.
+        Where loading and unloading form a loop (``hysteresis``), no confidence is stated, the bounds are estimates for
+        both mean branches, and no criterion for memoryless laws applies.
 
     Raises
     ------
@@ -83,8 +85,8 @@ def sector_of(
     """
     if not (isinstance(confidence, float) and 0.5 <= confidence <= 0.9999):
         raise InputError(f"sector_of: confidence is {confidence!r:.40}; give a number between 0.5 and 0.9999")
-    if not (isinstance(origin, int | float) and math.isfinite(origin)):
-        raise InputError(f"sector_of: origin is {origin!r:.40}; give a displacement in metres")
+    if not (isinstance(origin, int | float) and abs(origin) < _FARTHEST):
+        raise InputError(f"sector_of: origin is {origin!r:.40}; give a displacement in the SI unit")
     sigma = measurements.displacement - origin
     apart = hysteresis_of(measurements)
     rows = [np.arange(sigma.size)] if apart is None else branch_rows(measurements)
@@ -101,9 +103,10 @@ def sector_of(
     )
     for offset in filter(None, offsets):
         lower, upper = _unbounded(offset, sigma, lower, upper)
-        warnings.append(_offset_text(offset, measurements.unit))
+        if apart is None:  # a loop is open at 0, and that is no offset
+            warnings.append(_offset_text(offset, measurements.unit))
     for law in laws:
-        if law.curved < BENT:
+        if law.curved < BENT and apart is None:
             warnings.append(
                 f"The law bends within its pieces (p = {law.curved:.1g}), against what is assumed: the bounds are "
                 "widened by the change of slope from piece to piece, and no confidence is stated; measure more points."

@@ -7,14 +7,20 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from analysis.measured.units import known_unit
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.measured.units import known_unit, stands_alone
 from lure.errors import InputError
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?")
 _WITH_COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?|[+-]?[0-9]+(?:[eE][+-]?[0-9]+)?")
 _BEGINS = re.compile(r"\s*[+-]?[.,]?[0-9]")  # as a number does, and no heading
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")
+_PLAIN = re.compile(r"[-+0-9.,eE \t\n]*")
+_WORDED = re.compile(r"[^\W\d]")
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "inf", "+inf", "-inf"}
+_BLOCK = 3
 _COMMENT = ("#", "%")
 _LABEL = re.compile(r"\s*(?:columns?|names?)\s*:\s*", re.IGNORECASE)
 _UNITS = re.compile(r"\s*units?\s*:\s*", re.IGNORECASE)
@@ -33,11 +39,57 @@ class Table:
         Line of the file, counted from 1, and its cells.
     decimal_comma : bool
         Whether ``1,5`` is a number.
+    repeated : tuple of int
+        Lines that repeat a heading, which are no rows.
+    numbers_above : tuple of int
+        Lines of numbers above the heading, which are none either.
     """
 
     headings: tuple[str, ...]
     rows: tuple[tuple[int, list[str]], ...]
     decimal_comma: bool
+    repeated: tuple[int, ...] = ()
+    numbers_above: tuple[int, ...] = ()
+
+    def footer(self, columns: Sequence[int]) -> int:
+        """How many of the last rows have a word instead of a number in one of the columns: a closing remark.
+
+        Parameters
+        ----------
+        columns : sequence of int
+            The columns, counted from 0.
+        """
+        count = 0
+        for _, cells in reversed(self.rows):
+            whole = max(columns) < len(cells)
+            chosen = [cells[i].strip() for i in columns] if whole else [cell.strip() for cell in cells]
+            if not any(_WORDED.match(cell) and cell.lower() not in _MISSING for cell in chosen):
+                break
+            count += 1
+        return count if count < len(self.rows) else 0
+
+    def column_numbers(self, column: int, rows: int) -> NDArray[np.float64] | None:
+        """A whole column at once; None where a cell or a row needs a closer look.
+
+        Parameters
+        ----------
+        column : int
+            Counted from 0.
+        rows : int
+            How many of the first rows.
+        """
+        width = len(self.headings)
+        cells = [cells[column] for _, cells in self.rows[:rows] if len(cells) == width]
+        text = "\n".join(cells)
+        if len(cells) < rows or not _PLAIN.fullmatch(text) or (self.decimal_comma and "." in text):
+            return None
+        try:
+            found = np.array(
+                [float(cell) for cell in (text.replace(",", ".") if self.decimal_comma else text).split("\n")]
+            )
+        except ValueError:
+            return None
+        return found if np.isfinite(found).all() else None
 
     def like_thousands(self, columns: Sequence[int]) -> str:
         """A number whose comma may mark thousands, if no number of the columns shows that it does not; else empty.
@@ -112,18 +164,52 @@ def table_of(text: str) -> Table:
         (i, line) for i, line in enumerate(re.split(r"\r\n|\n|\r", text.removeprefix("\ufeff")), 1) if line.strip()
     ]
     plain = [(i, line) for i, line in lines if not line.lstrip().startswith(_COMMENT)]
-    first = next(((i, line) for i, line in plain if _separator(line) is not None), None)
+    first = _first(plain)
     if first is None:
         raise InputError("no line has two numbers; give columns of numbers separated by commas, semicolons or tabs")
-    start, separator = first[0], _separator(first[1]) or ""
-    comma = separator != "," and any(_shows_comma(_cells(line, separator)) for i, line in plain[:200] if i >= start)
-    rows = [(i, _cells(line, separator)) for i, line in plain if i >= start]
-    width = len(rows[0][1])
-    above = [_cells(line, separator) for i, line in plain if i < start]
+    start, separator = plain[first][0], _separator(plain[first][1]) or ""
+    comma = separator != "," and any(_shows_comma(_cells(line, separator)) for _, line in plain[first : first + 200])
+    width = len(_cells(plain[first][1], separator))
+    above = [_cells(line, separator) for _, line in plain[:first]]
     if above and len(above[-1]) == width and all(map(_BEGINS.match, above[-1])):
-        raise InputError(f"line {plain[len(above) - 1][0]}: {above[-1][0]!r:.40} is not a number, nor a heading")
+        raise InputError(f"line {plain[first - 1][0]}: {above[-1][0]!r:.40} is not a number, nor a heading")
     comments = [line.lstrip().lstrip("#%") for i, line in lines if i < start and line.lstrip().startswith(_COMMENT)]
-    return Table(headings=_headings(above, comments, separator, width), rows=tuple(rows), decimal_comma=comma)
+    again = {line.strip() for _, line in plain[max(0, first - 2) : first]}  # names and units
+    return Table(
+        headings=_headings(above, comments, separator, width),
+        rows=tuple((i, _cells(line, separator)) for i, line in plain[first:] if line.strip() not in again),
+        decimal_comma=comma,
+        repeated=tuple(i for i, line in plain[first:] if line.strip() in again),
+        numbers_above=tuple(i for i, line in plain[:first] if _separator(line) is not None),
+    )
+
+
+def _first(plain: Sequence[tuple[int, str]]) -> int | None:
+    """Which line is the first row: the first of numbers, or of those below a heading if no three like rows precede it.
+
+    Lines of numbers above a heading describe the test, such as the size of the specimen, and are no rows.
+    """
+    first: int | None = None
+    heading, kind, count, seen = "", ("", 0), 0, set[str]()
+    for i, (_, line) in enumerate(plain):
+        separator = _separator(line)
+        if separator is None:
+            heading = "" if line in seen else line  # one that is repeated begins nothing new
+            seen.add(line)
+            continue
+        this = separator, len(_cells(line, separator))
+        if first is None or (heading and _heads(heading, *this)):
+            first, count = i, 0
+        heading, kind, count = "", this, count + 1 if this == kind else 1
+        if count == _BLOCK:
+            break
+    return first
+
+
+def _heads(line: str, separator: str, width: int) -> bool:
+    """Whether a line has as many cells as the rows, and no number."""
+    cells = _WORD.findall(line) if separator == " " else _cells(line, separator)
+    return len(cells) == width and not any(map(_numeric, cells))
 
 
 def _separator(line: str) -> str | None:
@@ -157,7 +243,10 @@ def _shows_comma(cells: Sequence[str]) -> bool:
 def _cells(line: str, separator: str) -> list[str]:
     if separator == " ":
         return line.split()
-    cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    if '"' in line:
+        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    else:
+        cells = line.split(separator)
     while len(cells) > 2 and not cells[-1].strip():
         cells.pop()  # a separator at the end of the line
     return cells
@@ -169,7 +258,7 @@ def _headings(above: Sequence[Sequence[str]], comments: Sequence[str], separator
     if not named and separator == " " and above:
         named = [cells for cells in (_WORD.findall(" ".join(above[-1])),) if len(cells) == width]
     units = None
-    if named and _are_units(named[-1]):
+    if named and _are_units(named[-1], below=len(named) > 1):
         units = named.pop()
     if not named:
         for comment in comments:
@@ -179,7 +268,7 @@ def _headings(above: Sequence[Sequence[str]], comments: Sequence[str], separator
             else:
                 found = _of_width(body, separator, width)
                 named = [found] if found else named
-        if named and _are_units(named[-1]):
+        if named and _are_units(named[-1], below=False):
             units, named = named[-1], []
     names = [cell.strip() for cell in named[-1]] if named else [""] * width
     if units:
@@ -195,7 +284,8 @@ def _of_width(body: str, separator: str, width: int) -> list[str] | None:
     return None
 
 
-def _are_units(cells: Sequence[str]) -> bool:
-    """Whether a line holds units, at least one of them of length, force or stress."""
+def _are_units(cells: Sequence[str], *, below: bool) -> bool:
+    """Whether a line holds units, at least one of them known; ``A`` and ``in`` count below a heading only."""
     bare = [cell.strip().strip("()[]") for cell in cells]
-    return any(map(known_unit, bare)) and all(not text or len(text) < 7 for text in bare)
+    known = known_unit if below else stands_alone
+    return any(map(known, bare)) and all(not text or len(text) < 7 or known_unit(text) for text in bare)

@@ -14,7 +14,7 @@ MARKERS = {"report.json": "lure-report/", "paper.json": "lure-paper/"}
 _MARKER_BYTES = 64 * 1024 * 1024
 _FIGURE = re.compile(r"[\w.-]+\.(svg|png)", re.ASCII)
 _CERTIFICATE = re.compile(r"\d+-[\w-]+\.json", re.ASCII)
-_PAGE = re.compile(r"(report|paper)\.(html|json)", re.ASCII)
+_PAGE = re.compile(r"(report|paper)\.(html|json)|report\.pdf", re.ASCII)
 _LITTER = {".DS_Store", "Thumbs.db", "desktop.ini"}  # left by file managers in any folder they show
 
 

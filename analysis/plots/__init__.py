@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from analysis.plots.nyquist import plot_nyquist as plot_nyquist
     from analysis.plots.orbits import plot_law as plot_law
     from analysis.plots.orbits import plot_orbit as plot_orbit
+    from analysis.plots.orbits import plot_orbit_signals as plot_orbit_signals
     from analysis.plots.paper import EndCurve as EndCurve
     from analysis.plots.paper import plot_end_curves as plot_end_curves
     from analysis.plots.paper import plot_end_envelope as plot_end_envelope
@@ -52,12 +53,15 @@ if TYPE_CHECKING:
     from analysis.plots.response import plot_response_spectrum as plot_response_spectrum
     from analysis.plots.responses import plot_nyquist_response as plot_nyquist_response
     from analysis.plots.responses import plot_popov_response as plot_popov_response
+    from analysis.plots.rod_frequency import plot_rod_nyquist as plot_rod_nyquist
+    from analysis.plots.rod_frequency import plot_rod_popov as plot_rod_popov
     from analysis.plots.run import plot_run_dashpot as plot_run_dashpot
     from analysis.plots.run import plot_run_end as plot_run_end
     from analysis.plots.run import plot_run_energy as plot_run_energy
     from analysis.plots.run import plot_run_stress as plot_run_stress
     from analysis.plots.sectors import plot_law_sector as plot_law_sector
     from analysis.plots.sectors import plot_law_slope as plot_law_slope
+    from analysis.plots.solutions import plot_solutions as plot_solutions
     from analysis.plots.space_time import plot_space_time as plot_space_time
     from analysis.plots.sweeps import plot_basin as plot_basin
     from analysis.plots.sweeps import plot_bifurcation as plot_bifurcation
@@ -92,6 +96,7 @@ _HOMES = {
     "plot_nyquist": "nyquist",
     "plot_law": "orbits",
     "plot_orbit": "orbits",
+    "plot_orbit_signals": "orbits",
     "EndCurve": "paper",
     "plot_end_curves": "paper",
     "plot_end_envelope": "paper",
@@ -105,12 +110,15 @@ _HOMES = {
     "plot_response_spectrum": "response",
     "plot_nyquist_response": "responses",
     "plot_popov_response": "responses",
+    "plot_rod_nyquist": "rod_frequency",
+    "plot_rod_popov": "rod_frequency",
     "plot_run_dashpot": "run",
     "plot_run_end": "run",
     "plot_run_energy": "run",
     "plot_run_stress": "run",
     "plot_law_sector": "sectors",
     "plot_law_slope": "sectors",
+    "plot_solutions": "solutions",
     "plot_space_time": "space_time",
     "plot_basin": "sweeps",
     "plot_bifurcation": "sweeps",

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.criteria.describing import DescribingHint, HarmonicBalance, amplitudes
-from analysis.criteria.describing_function import describing_function
+from analysis.criteria.describing_function import real_describing_function
 from analysis.graphical.axis import axis_values
 from analysis.plots.responses import axes_cross, curve_with_arrow, window
 from analysis.plots.style import LEGEND, PURPLE, VERMILLION, axes_or_new, finish_axes, note, number
@@ -46,7 +46,7 @@ def plot_hint(hint: DescribingHint, *, ax: Axes | None = None) -> Axes:
     if hint.block is None or hint.law is None:
         raise InputError("the hint has no block and no law to draw; take it from describing_hint(block, law)")
     values = axis_values(hint.block, None)[1]
-    gains = describing_function(hint.law, amplitudes(hint.law))
+    gains = real_describing_function(hint.law, amplitudes(hint.law))
     with np.errstate(divide="ignore"):
         locus = -1.0 / gains
     locus = locus[np.isfinite(locus)]

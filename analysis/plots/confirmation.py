@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILLION, axes_or_new, finish_axes, padded
+from analysis.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LEGEND,
+    PURPLE,
+    VERMILLION,
+    axes_or_new,
+    finish_axes,
+    padded,
+    scaled_unit,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,15 +47,17 @@ def plot_both_ends(confirmation: Confirmation, *, ax: Axes | None = None) -> Axe
     """
     axes = axes_or_new(ax)
     drawn = []
+    largest = max(float(np.abs(side.curves.z).max()) for side, *_ in _sides(confirmation))
+    factor, unit = scaled_unit(largest, "m")
     for side, name, colour, deflated in _sides(confirmation):
         curves = side.curves
         dashes = "-" if name == "rod" else (0, (5, 1.5))
-        axes.plot(curves.t, curves.z, color=colour, ls=dashes, lw=1.1, label=f"z, {name}")
-        drawn.append(curves.z)
+        axes.plot(curves.t, factor * curves.z, color=colour, ls=dashes, lw=1.1, label=f"z, {name}")
+        drawn.append(factor * curves.z)
         if curves.zeta is not None:
             style = "--" if name == "rod" else ":"
-            axes.plot(curves.t, curves.zeta, color=deflated, ls=style, lw=1.5, label=f"ζ, {name}")
-            drawn.append(curves.zeta)
+            axes.plot(curves.t, factor * curves.zeta, color=deflated, ls=style, lw=1.5, label=f"ζ, {name}")
+            drawn.append(factor * curves.zeta)
     low, high = min(float(values.min()) for values in drawn), max(float(values.max()) for values in drawn)
     if low < 0.0 < high:
         axes.axhline(0.0, color=GREY, lw=0.8)
@@ -55,7 +68,8 @@ def plot_both_ends(confirmation: Confirmation, *, ax: Axes | None = None) -> Axe
     axes.set_ylim(bottom, top)
     axes.set_xlim(0.0, _last(confirmation))
     axes.set_xlabel("t [s]")
-    axes.set_ylabel("z and ζ [m]")
+    axes.set_ylabel(f"z and ζ [{unit}]", labelpad=1)
+    axes.tick_params(axis="y", labelsize="small")
     finish_axes(axes)
     axes.legend(loc="lower center", ncols=2, **LEGEND)
     return axes

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import TYPE_CHECKING
 
 from analysis.answers.largest import Largest, proved_up_to
@@ -95,16 +94,10 @@ def _range(rows: Sequence[Largest]) -> tuple[float, float, bool]:
 def _reach_words(row: Largest) -> str:
     words = []
     if row.verdict is Verdict.PROVED:
-        end = proved_up_to(row) if row.capped else _short(row.largest.low, ROUND_FLOOR)
-        words.append("every finite k proved" if row.largest.low == math.inf else f"proved to {end}")
+        words.append("every finite k proved" if row.largest.low == math.inf else f"proved to {proved_up_to(row)}")
     if row.refuted_at is not None:
-        words.append(f"refuted at {_short(row.refuted_at, ROUND_CEILING)}")
+        words.append(f"refuted at {row.refuted_text}")
     return ", ".join(words) or "unknown"
-
-
-def _short(value: float, rounding: str) -> str:
-    """Five digits, rounded to the side on which the statement stays true."""
-    return f"{Context(prec=5, rounding=rounding).create_decimal_from_float(value):g}"
 
 
 def plot_loop_nyquist(block: RationalBlock | DelayBlock, k: float, *, ax: Axes | None = None) -> Axes:
@@ -160,6 +153,4 @@ def plot_loop_popov(block: RationalBlock | DelayBlock, k: float, theta: float, *
         largest_sector=None,
         reason="a drawing",
     )
-    axes = plot_popov(seen, result, omega=seen.frequencies(), ax=ax)
-    axes.legend(loc="best", **LEGEND)
-    return axes
+    return plot_popov(seen, result, omega=seen.frequencies(), ax=ax)

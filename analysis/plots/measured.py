@@ -35,6 +35,7 @@ _POINTS = 801
 _MANY = 20_000
 _SCORES = 6.5
 _BELOW = 0.38
+_LOADS = {"N": "force", "Pa": "stress", "N m": "torque"}
 
 
 def plot_measured(
@@ -61,7 +62,8 @@ def plot_measured(
     sigma = data.displacement - found.origin
     limits = padded(float(data.load.min()), float(data.load.max()), 0.08)
     x = np.linspace(min(low, 0.0), max(high, 0.0), _POINTS)
-    _wedge(above, x, found, limits)
+    if found.memoryless and (math.isfinite(found.lower.bound) or math.isfinite(found.upper.bound)):
+        _wedge(above, x, found, limits)
     rows = [np.arange(len(data))] if found.memoryless else [data.rows("loading"), data.rows("unloading")]
     names = ("mean law",) if found.memoryless else ("loading", "unloading")
     colours = (INK, PURPLE)
@@ -79,13 +81,13 @@ def plot_measured(
     places = {o.index: sigma[o.index] for o in found.outliers}
     _outliers(above, below, found.outliers, (np.array(list(places.values())), data.load[list(places)]))
     above.set_ylim(*limits)
-    _finish(above, below, (float(x[0]), float(x[-1])), "σ [m]", data)
-    confidence = f"{100 * found.confidence:g} %" if found.resolved else "no confidence stated"
+    _finish(above, below, (float(x[0]), float(x[-1])), f"σ [{data.displacement_unit}]", data)
+    confidence = f"{100 * found.confidence:g} %" if found.stated else "no confidence stated"
     if found.memoryless:
         said = f"{confidence}, if the assumptions hold" if found.resolved else f"{confidence}: the law bends too much"
         note(above, said, corner="lower right")
     else:
-        note(above, f"{confidence} for both mean branches;\nthe element has memory", corner="lower right")
+        note(above, f"a loop: the element has memory;\n{confidence}", corner="lower right")
     return above, below
 
 
@@ -110,8 +112,8 @@ def plot_measurements(data: Measurements, *, ax: Axes | None = None) -> Axes:
         axes.plot([], [], ".", color=colour, label=f"{name}, {rows.size} rows")
         _points(axes, data.displacement[rows], data.load[rows], colour)
     axes.axhline(0.0, color=GREY, lw=0.6, zorder=1)
-    axes.set_xlabel("u [m]")
-    axes.set_ylabel(f"{'force' if data.unit == 'N' else 'stress'} [{data.unit}]")
+    axes.set_xlabel(f"u [{data.displacement_unit}]")
+    axes.set_ylabel(f"{_LOADS.get(data.unit, 'load')} [{data.unit}]")
     axes.legend(loc="upper left", **LEGEND)
     finish_axes(axes)
     return axes
@@ -188,7 +190,7 @@ def _finish(above: Axes, below: Axes, ends: tuple[float, float], label: str, dat
     below.set_ylim(-_SCORES, _SCORES)
     below.set_yticks([-4, -2, 0, 2, 4])
     above.set_xlim(*padded(*ends, 0.03))
-    above.set_ylabel(f"{'force' if data.unit == 'N' else 'stress'} [{data.unit}]")
+    above.set_ylabel(f"{_LOADS.get(data.unit, 'load')} [{data.unit}]")
     below.set_ylabel("residual [std. dev.]")
     below.set_xlabel(label)
     above.tick_params(labelbottom=False)

@@ -18,6 +18,9 @@ from analysis.plots.style import (
     VERMILLION,
     axes_or_new,
     finish_axes,
+    number,
+    room_below,
+    scaled_unit,
 )
 from lure.errors import InputError
 
@@ -113,7 +116,8 @@ def plot_decay(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
 def plot_rest(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
     """Contact coordinate ``z`` and its deflated part ``zeta``, which never increases while no load acts.
 
-    The two meet where the rod comes to rest.
+    The two meet where the rod comes to rest.  Where the run is too short to show that, a small picture beside it shows
+    the drift with the slowest decay of the scheme's spectrum.
 
     Parameters
     ----------
@@ -128,18 +132,45 @@ def plot_rest(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
         The axes drawn on.
     """
     axes = axes_or_new(ax)
-    t = trajectory.t
-    axes.plot(*_envelope(t, trajectory.z), color=BLUE, lw=1.0, label="z = u(t, L) − gap")
+    t, rest = trajectory.t, trajectory.rest_position
+    factor, unit = scaled_unit(float(np.abs(trajectory.z).max()), "m")
+    axes.plot(*_envelope(t, factor * trajectory.z), color=BLUE, lw=1.0, label="z = u(t, L) − gap")
     if trajectory.zeta is not None:
-        axes.plot(*_envelope(t, trajectory.zeta), color=GREEN, lw=1.4, ls="--", label="ζ")
-    if trajectory.rest_position is not None:
-        axes.axhline(trajectory.rest_position, color=GREY, lw=0.8, ls=":", label="resting place")
+        axes.plot(*_envelope(t, factor * trajectory.zeta), color=GREEN, lw=1.4, ls="--", label="ζ")
+    if rest is not None:
+        axes.axhline(factor * rest, color=GREY, lw=0.8, ls=":", label="resting place")
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(room_below(bottom, top, 3), top)
     axes.set_xlim(float(t[0]), float(t[-1]))
     axes.set_xlabel("t [s]")
-    axes.set_ylabel("[m]")
+    axes.set_ylabel(f"z and ζ [{unit}]", labelpad=1)
+    axes.tick_params(axis="y", labelsize="small")
     finish_axes(axes)
-    axes.legend(loc="best", **LEGEND)
+    axes.legend(loc="lower left", **LEGEND)
+    if rest is not None and trajectory.rest_is_final:
+        _drift(axes, trajectory, rest, factor)
     return axes
+
+
+def _drift(axes: Axes, trajectory: Trajectory, rest: float, factor: float) -> None:
+    """Where ``z`` goes after the run, in a small picture; none if it is there already, or if it rings longer."""
+    from analysis.spectrum import rod_spectrum
+
+    last = trajectory.t > 0.9 * trajectory.t[-1]
+    end, span = float(np.mean(trajectory.z[last])), float(np.ptp(trajectory.z)) or 1.0
+    rate = rod_spectrum(trajectory.scheme).decay_scheme
+    rings = float(np.ptp(trajectory.z[last])) > 0.1 * abs(rest - end)
+    if abs(rest - end) < 0.1 * span or rings or not 0.0 < rate < np.inf:
+        return
+    later = np.linspace(0.0, 5.0 / rate, 200)
+    small = axes.inset_axes((0.62, 0.13, 0.36, 0.28))
+    small.plot(later, factor * (rest + (end - rest) * np.exp(-rate * later)), color=BLUE, lw=1.0)
+    small.axhline(factor * rest, color=GREY, lw=0.8, ls=":")
+    small.set_xlim(0.0, float(later[-1]))
+    small.set_title(f"afterwards, as exp(−{number(rate, 3)} t)", fontsize="x-small")
+    small.set_xlabel("t [s]", fontsize="x-small", labelpad=1)
+    small.tick_params(labelsize="x-small")
+    finish_axes(small)
 
 
 def plot_surface(trajectory: Trajectory, which: Surface, *, ax: Axes | None = None) -> Axes:
@@ -173,13 +204,15 @@ def plot_surface(trajectory: Trajectory, which: Surface, *, ax: Axes | None = No
         space: Any = axes  # an Axes3D, which matplotlib does not type
         space.plot_surface(*np.meshgrid(x, t), values, cmap="viridis", rcount=60, ccount=60, linewidth=0)
         space.set_zlabel("[m/s]")
+        axes.set_title(SURFACES[which], fontsize="medium")
     else:
         top = _colour_range(np.abs(values))
         mesh = axes.pcolormesh(x, t, values, cmap="RdBu_r", vmin=-top, vmax=top, shading="nearest", rasterized=True)
         clipped = "both" if top < float(np.abs(values).max()) else "neither"
         bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02, fraction=0.2, extend=clipped)
+        bar.set_label(f"{SURFACES[which]} [m/s]")
         finish_axes(bar.ax)
-    axes.set_title(f"{SURFACES[which]} [m/s]", fontsize="medium", loc="right", y=1.0, pad=4)
+        axes.set_xlim(float(x[0]), float(x[-1]))  # the cells at the ends are halves: the rod ends there
     axes.set_xlabel("x [m]")
     axes.set_ylabel("t [s]")
     finish_axes(axes)

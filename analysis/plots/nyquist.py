@@ -9,7 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.plots.curve import FAR, curve, margin_arrow, unit
-from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, note, number, padded
+from analysis.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LEGEND,
+    VERMILLION,
+    axes_or_new,
+    finish_axes,
+    note,
+    number,
+    padded,
+    room_below,
+)
 from lure.block import Block
 from lure.errors import InputError
 from lure.sector import Sector
@@ -82,7 +94,8 @@ def plot_nyquist(
     bottom = min(bottom, -0.1 * (high - low))  # a curve along the real axis
     axes.set_xlim(low, high)
     top = -bottom if sector.lower > 0 else max(float(np.nanmax(y)), 0.0)
-    axes.set_ylim(*padded(bottom, top, 0.08 if near else 0.15))
+    bottom, top = padded(bottom, top, 0.08 if near else 0.15)
+    axes.set_ylim(room_below(bottom, top, 3 if near else 0), top)
     if not near:
         note(axes, f"forbidden: Re H ≤ {number(boundary)}, far to the left")
     elif sector.lower > 0:
@@ -95,7 +108,7 @@ def plot_nyquist(
     axes.set_xlabel(f"Re H(iω) [{unit(block)}]")
     axes.set_ylabel(f"Im H(iω) [{unit(block)}]")
     finish_axes(axes)
-    axes.legend(loc="lower left" if near else "upper right", **LEGEND)
+    axes.legend(loc="best" if near else "upper right", **LEGEND)
     return axes
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from analysis.evidence import Evidence
+from analysis.plots.panels import panels
 from analysis.plots.style import BLUE, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, padded
-from analysis.refutation.tracing import orbit_of
+from analysis.refutation.tracing import law_of, orbit_of
 from lure.exact_block import exact_block
 
 if TYPE_CHECKING:
@@ -67,6 +68,47 @@ def plot_orbit(block: object, witness: Witness, *, ax: Axes | None = None) -> Ax
     finish_axes(axes)
     axes.legend(loc="upper right", ncols=2, **LEGEND)
     return axes
+
+
+def plot_orbit_signals(block: object, witness: Witness, *, ax: Axes | None = None) -> Axes:
+    """``sigma`` and, below it, ``mu = -phi(sigma)`` over one period of the orbit of a witness.
+
+    Parameters
+    ----------
+    block : object
+        The block that the witness was found for, whatever :func:`lure.as_block` takes.
+    witness : Witness
+        Of kind ``periodic orbit``.
+    ax : Axes, optional
+        Whose place the two take; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The upper axes; those of ``mu`` share its times.
+
+    Raises
+    ------
+    InputError
+        The witness is no periodic orbit, the block is not the one it was found for, or it has no exact coefficients.
+    """
+    linear = exact_block(block, "plot_orbit_signals")
+    t, sigma = orbit_of(linear, witness)
+    mu = -np.asarray(law_of(witness)(sigma), dtype=float)
+    above, below = panels(ax, 1.0)
+    discrete = linear.dt is not None
+    look: dict[str, Any] = {"marker": "o", "ms": 4, "lw": 0.8} if discrete else {"lw": 1.5}
+    for axes, values, colour, name in ((above, sigma, VERMILLION, "σ"), (below, mu, BLUE, "μ")):
+        axes.plot(t, values, color=colour, **look)
+        axes.axhline(0.0, color=GREY, lw=0.6, zorder=1)
+        axes.set_ylim(*padded(float(values.min()), float(values.max()), 0.1))
+        axes.set_ylabel(f"{name} [unit of {name}]")
+    above.set_xlim(t[0], t[-1])
+    above.tick_params(labelbottom=False)
+    below.set_xlabel("t [samples]" if discrete else "t [s]")
+    finish_axes(above)
+    finish_axes(below)
+    return above
 
 
 def plot_law(witness: Witness, *, ax: Axes | None = None) -> Axes:

@@ -9,8 +9,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.criteria.result import CriterionResult
-from analysis.plots.curve import FAR, curve, margin_arrow, unit
-from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, note, number, padded
+from analysis.plots.curve import FAR, boundary_name, curve, margin_arrow, unit, upper_end
+from analysis.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LEGEND,
+    VERMILLION,
+    axes_or_new,
+    finish_axes,
+    note,
+    number,
+    padded,
+    room_below,
+)
 from lure.block import Block
 from lure.errors import InputError
 from lure.waves import RodBlock
@@ -58,6 +70,7 @@ def plot_popov(
     near = -boundary <= FAR * reach
     low, high = padded(min(float(np.nanmin(x)), boundary if near else 0.0), max(float(np.nanmax(x)), 0.0), 0.12)
     bottom, top = padded(min(float(np.nanmin(y)), 0.0), max(float(np.nanmax(y)), 0.0), 0.12)
+    bottom = room_below(bottom, top, 3 if near else 0)
     axes.plot(x, y, color=BLUE, lw=1.2, marker=".", markevery=[0, -1], label="H(iω), ω > 0")
     axes.axhline(0.0, color=GREY, lw=0.6)
     axes.axvline(0.0, color=GREY, lw=0.6)
@@ -68,14 +81,14 @@ def plot_popov(
         axes.plot(line_x, line_y, color=VERMILLION, lw=1.2, label=f"Popov line, θ = {number(theta)} s")
         axes.fill_betweenx(line_y, np.minimum(low, line_x), line_x, color=VERMILLION, alpha=0.18, lw=0)
         axes.plot([boundary], [0.0], marker="D", ms=4, color=VERMILLION)
-        axes.annotate("−1/κ", (boundary, 0.0), xytext=(5, 4), textcoords="offset points", color=VERMILLION)
+        boundary_name(axes, boundary, upper_end(block), above=True)
         _popov_witness(axes, block, result, float(frequencies[0]))
     else:
         note(axes, f"Popov line through Re H = {number(boundary)}, far to the left")
     axes.set_xlabel(f"Re H(iω) [{unit(block)}]")
     axes.set_ylabel(f"ω Im H(iω) [{unit(block, per_second=True)}]")
     finish_axes(axes)
-    axes.legend(loc="lower left" if near else "upper right", **LEGEND)
+    axes.legend(loc="best" if near else "upper right", **LEGEND)
     return axes
 
 
@@ -132,7 +145,7 @@ def plot_popov_expression(
     if low < 0.0:
         axes.axhspan(low, 0.0, color=VERMILLION, alpha=0.18, lw=0, label="forbidden")
     axes.set_xlabel("ω [rad/s]")
-    axes.set_ylabel(f"1/κ + Re[(1 + iωθ)H] [{unit(block)}]")
+    axes.set_ylabel(f"1/{upper_end(block)} + Re[(1 + iωθ)H] [{unit(block)}]")
     finish_axes(axes)
     axes.legend(loc="best", **LEGEND)
     return axes

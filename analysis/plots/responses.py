@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.doubles import text_below
-from analysis.plots.curve import FAR, unit
+from analysis.plots.curve import FAR, boundary_name, unit
 from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, note, number, padded
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
@@ -58,7 +58,7 @@ def plot_popov_response(response: PopovResponse, *, ax: Axes | None = None) -> A
             axes.plot(line, ends, color=VERMILLION, lw=1.3, label=f"line of slope 1/θ, θ = {number(theta)} s")
             axes.fill_betweenx(ends, np.minimum(low, line), line, color=VERMILLION, alpha=0.14, lw=0)
             axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=VERMILLION, zorder=4)
-            _name(axes, boundary, above=theta >= 0)
+            boundary_name(axes, boundary, "k", above=theta >= 0)
             _least(axes, response.worst, (x, y), response.omega, response.margin_seen)
             if response.worst is not None:
                 height = float(y[response.worst])
@@ -117,7 +117,7 @@ def plot_nyquist_response(response: NyquistResponse, *, ax: Axes | None = None) 
         sign = "≤" if response.lower == 0 else "≥"
         axes.axvline(boundary, color=VERMILLION, lw=1.3, label=f"forbidden: Re H {sign} {number(boundary)}")
         axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=VERMILLION, zorder=4)
-        _name(axes, boundary, above=True)
+        boundary_name(axes, boundary, "k", above=True)
     elif k is not None:
         note(axes, f"forbidden region from Re H = {number(min(m for m in marks if m is not None))}, out of the picture")
     if near:
@@ -194,19 +194,11 @@ def curve_with_arrow(axes: Axes, x: Floats, y: Floats, label: str) -> None:
         axes.annotate("", (x[place + 1], y[place + 1]), xytext=(x[start], y[start]), arrowprops=arrow)
 
 
-def _name(axes: Axes, boundary: float, *, above: bool) -> None:
-    """The name of the point on the real axis, on the forbidden side of it unless that is too narrow."""
-    low, high = axes.get_xlim()
-    tight = boundary - low < 0.15 * (high - low)  # no room on the left
-    text, offset = "−1/k" if boundary else "0", (5 if tight else -5, 4 if above else -5)
-    axes.annotate(text, (boundary, 0.0), xytext=offset, textcoords="offset points", color=VERMILLION,
-                  ha="left" if tight else "right", va="bottom" if above else "top")  # fmt: skip
-
-
 def _arrow(axes: Axes, ends: tuple[float, float], height: float) -> None:
-    """From the line to the point that comes closest, unless that is too short to be seen."""
-    low, high = axes.get_xlim()
-    if abs(ends[1] - ends[0]) > 0.03 * (high - low):
+    """From the line to the point that comes closest, unless that is too short to be seen or out of the picture."""
+    (low, high), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    inside = low <= min(ends) and max(ends) <= high and bottom <= height <= top
+    if inside and abs(ends[1] - ends[0]) > 0.03 * (high - low):
         arrow = {"arrowstyle": "<->", "color": GREEN, "lw": 1.0, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", (ends[0], height), xytext=(ends[1], height), arrowprops=arrow)
 

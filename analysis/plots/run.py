@@ -172,7 +172,7 @@ def run_page(run: SampledRun, *, title: str, energies: SampledRun | None = None,
     return drawn
 
 
-def head(figure: Figure, title: str, run: SampledRun) -> None:
+def head(figure: Figure, title: str, run: SampledRun, part: str = "") -> None:
     """A heading: the system in at most two lines; what moved, and on which evidence.
 
     Parameters
@@ -183,6 +183,8 @@ def head(figure: Figure, title: str, run: SampledRun) -> None:
         The first line.
     run : SampledRun
         The motion.
+    part : str
+        Which part of it is drawn, in words; empty for all of it.
     """
     place, height = figure.text, figure.get_figheight()
     lines = textwrap.wrap(title, int(_LETTERS * figure.get_figwidth()))
@@ -190,7 +192,7 @@ def head(figure: Figure, title: str, run: SampledRun) -> None:
         lines = [*lines[: _LINES - 1], lines[_LINES - 1][:-1] + "…"]
     place(0.02, 1.0 - 0.08 / height, "\n".join(lines), fontsize=9.5, fontweight="bold", va="top", linespacing=1.25)
     below = 0.08 + 0.17 * len(lines) + 0.04
-    place(0.02, 1.0 - below / height, f"Motion of {run.about} ({run.evidence})", fontsize="small", va="top")
+    place(0.02, 1.0 - below / height, f"Motion of {run.about} ({run.evidence}){part}", fontsize="small", va="top")
 
 
 def shade_contacts(run: SampledRun, axes: Axes) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.plots.run import head
-from analysis.plots.style import VERMILLION, axes_or_new, finish_axes
+from analysis.plots.style import VERMILLION, axes_or_new, finish_axes, number, scaled_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,8 +40,16 @@ def plot_space_time(film: Film, which: Which, *, ax: Axes | None = None) -> Axes
     axes = axes_or_new(ax)
     values = film.along.v if which == "velocity" else film.run.rod.youngs_modulus * film.along.w
     top = colour_top(values)
+    factor, unit = scaled_unit(float(film.t[-1]), "s")
     mesh = axes.pcolormesh(
-        film.along.x, film.t, values, cmap=COLOURS[which], vmin=-top, vmax=top, shading="nearest", rasterized=True
+        film.along.x,
+        factor * film.t,
+        values,
+        cmap=COLOURS[which],
+        vmin=-top,
+        vmax=top,
+        shading="gouraud",  # a front that runs between the points of the grid leaves no steps
+        rasterized=True,
     )
     bar = axes.figure.colorbar(
         mesh, ax=axes, location="top", pad=0.03, fraction=0.06, aspect=30, extend=_cut_off(values, top)
@@ -51,12 +59,12 @@ def plot_space_time(film: Film, which: Which, *, ax: Axes | None = None) -> Axes
     L, first, last = film.run.rod.length, float(film.t[0]), float(film.t[-1])
     for impact in film.run.impacts:
         if impact.end >= first and impact.start <= last:
-            times = [max(impact.start, first), min(impact.end, last)]
+            times = [factor * max(impact.start, first), factor * min(impact.end, last)]
             axes.plot([1.02 * L, 1.02 * L], times, color=VERMILLION, lw=4, solid_capstyle="butt", clip_on=False)
     axes.set_xlim(0.0, L)
-    axes.set_ylim(first, last)
+    axes.set_ylim(factor * first, factor * last)
     axes.set_xlabel("x [m]")
-    axes.set_ylabel("t [s]")
+    axes.set_ylabel(f"t [{unit}]")
     finish_axes(axes)
     return axes
 
@@ -91,7 +99,10 @@ def space_time_page(film: Film, *, title: str, ax: Axes | None = None) -> list[A
     drawn[1].yaxis.get_offset_text().set_visible(False)
     if any(impact.end >= film.t[0] and impact.start <= film.t[-1] for impact in film.run.impacts):
         drawn[1].text(1.0, -0.075, "▌contact", color=VERMILLION, transform=drawn[1].transAxes, ha="right", fontsize=8)
-    head(figure, title, film.run)
+    first, last = float(film.t[0]), float(film.t[-1])
+    whole = last - first >= film.run.until * (1.0 - 1e-9)
+    part = "" if whole else f"; drawn: t = {number(first)} to {number(last)} s of {number(film.run.until)} s"
+    head(figure, title, film.run, part)
     return drawn
 
 

@@ -66,7 +66,7 @@ def finish_axes(ax: Axes) -> None:
 def _reference(low: float, high: float) -> float:
     """A round number to count from where an axis shows a small range far from zero; zero elsewhere."""
     span = abs(high - low)
-    if not 0.0 < span < 0.02 * max(abs(low), abs(high)):
+    if not 0.0 < span < 0.002 * max(abs(low), abs(high)):
         return 0.0
     digits = -math.ceil(math.log10(span))
     return round(0.5 * (low + high), digits)
@@ -74,6 +74,16 @@ def _reference(low: float, high: float) -> float:
 
 def _in_units(unit: float, reference: float, value: float, _: object) -> str:
     return f"{round((value - reference) / unit, 9) + 0.0:.4g}".replace("-", "−")  # + 0.0: no minus before a zero
+
+
+def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
+    """The factor and the name of the unit in which quantities up to this size are drawn: a thousandth below 0.1."""
+    return (1e3, f"m{unit}") if 0.0 < largest < 0.1 else (1.0, unit)
+
+
+def room_below(bottom: float, top: float, entries: int) -> float:
+    """A lower limit that leaves a strip for a legend with so many entries, where nothing is drawn."""
+    return bottom - (0.05 + 0.075 * entries) * (top - bottom)
 
 
 def padded(low: float, high: float, share: float = 0.06) -> tuple[float, float]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.plots.export import INK
 from analysis.plots.response import shortened
-from analysis.plots.style import BLUE, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, note, padded
+from analysis.plots.style import BLUE, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes, padded
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -79,14 +79,16 @@ def plot_basin(basin: Basin, *, ax: Axes | None = None) -> Axes:
     bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02, fraction=0.2)
     bar.set_label("resting place z [m]")
     finish_axes(bar.ax)
-    if min(x.size, y.size) > 1 and basin.impacts.max() > 0:
+    lines = min(x.size, y.size) > 1 and basin.impacts.max() > 0
+    if lines:
         _impact_lines(axes, basin)
     rows, columns = np.nonzero((basin.impacts >= 0) & ~basin.known)
     if rows.size:
         axes.plot(x[columns], y[rows], ".", ms=2.0, color=VERMILLION, label="upper bound only")
         axes.legend(loc="upper right", **LEGEND)
     said = f"the rod itself, {int(basin.known.sum())} of {basin.known.size} resting places known"
-    axes.set_title(said, fontsize="medium", loc="left")
+    said += "\nblack lines: the number of impacts changes" if lines else ""
+    axes.set_title(said, fontsize="small", loc="left")
     axes.set_xlabel("displacement added to u0 [m]")
     axes.set_ylabel("velocity added to u1 [m/s]")
     finish_axes(axes)
@@ -103,4 +105,3 @@ def _impact_lines(axes: Axes, basin: Basin) -> None:
     x = left + (right - left) * (np.arange(columns) + 0.5) / columns
     y = low + (high - low) * (np.arange(rows) + 0.5) / rows
     axes.contour(x, y, fine, np.arange(0.5, min(fine.max(), 9.0)), colors=INK, linewidths=0.9)
-    note(axes, "lines: the number of impacts changes", corner="lower left")

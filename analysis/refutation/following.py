@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from analysis.deadline import checkpoint
 from analysis.refutation.piecewise import PiecewiseLoop
 from analysis.refutation.realisation import doubles
 from analysis.refutation.validated import Itinerary
@@ -97,6 +98,7 @@ def settled(loop: PiecewiseLoop, guess: Orbit) -> Orbit | None:
     unknowns = np.concatenate([guess.state, guess.durations])
     with np.errstate(all="ignore"):
         for _ in range(NEWTON_STEPS):
+            checkpoint()
             misses, jacobian = shooting.equations(unknowns)
             if not (np.isfinite(jacobian).all() and np.isfinite(misses).all()):
                 return None

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.deadline import checkpoint
 from analysis.refutation.following import Orbit
 
 Reals = NDArray[np.float64]
@@ -67,6 +68,7 @@ class HarmonicBalance:
         unknowns = np.concatenate([first, draw.normal(size=(STARTS, size - 2)) / 2], axis=1)
         with np.errstate(all="ignore"):
             for _ in range(STEPS):
+                checkpoint()
                 unknowns, change = self._newton(unknowns)
                 inside = (unknowns[:, 0] > low - 1) & (unknowns[:, 0] < high + 1) & (np.abs(unknowns[:, 1]) < 8)
                 inside &= (np.abs(unknowns[:, 2:]) < 10).all(axis=1)

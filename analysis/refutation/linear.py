@@ -10,6 +10,7 @@ from typing import cast
 from analysis.criteria.gain_ends import GainEnd, gain_ends, simplest_between
 from analysis.criteria.hurwitz import is_stable_gain
 from analysis.evidence import Evidence
+from analysis.plant import Plant
 from analysis.refutation.rounding import rounded_up, short
 from analysis.witness import Witness
 from lure.rational import RationalBlock
@@ -23,7 +24,9 @@ def linear_witness(
     r"""The smallest gain of ``[lower, bound]`` for which the loop ``mu = -k sigma`` is not asymptotically stable.
 
     A linear law is odd, time-invariant and of slope in every ``[lower, k']``, ``k' >= k``: it refutes every class.
-    Where the loop is only marginal at ``lower`` but stable just above it, the class meant is that of ``(lower, k]``.
+    In the critical case at ``lower`` (one simple pole at 0 or ``z = 1``, the others stable) the class meant is that of
+    ``(lower, k]``.  A multiple pole at 0 or any other pole on the axis is no such case: there ``phi = lower sigma``, a
+    member of every class, has solutions that grow or swing for ever.
 
     Parameters
     ----------
@@ -48,10 +51,10 @@ def linear_witness(
     lower = Fraction(lower)
     ends = gain_ends(block, (lower,)) or ()
     above = [end for end in ends if end.low is not None and end.low > lower]
-    near = lower
-    if any(end.exact == lower for end in ends):
+    case, near = Plant.of(block).shifted(lower).case, lower
+    if case == "critical":
         near = (lower + above[0].low) / 2 if above and above[0].low is not None else lower + 1
-    if not is_stable_gain(block, near):
+    if case == "unstable" or not is_stable_gain(block, near):
         found = _gain(block, lower, lower)
     elif above:
         found = _at(block, lower, above[0])
@@ -62,7 +65,7 @@ def linear_witness(
 
 def refutes_lower(linear: Witness | None) -> bool:
     """Whether the gain of a :func:`linear_witness` is the lower bound itself: no larger class can be stable."""
-    return linear is not None and linear.data.get("gain") == linear.data["lower"]
+    return linear is not None and "gain" in linear.data and linear.data["gain"] == linear.data.get("lower")
 
 
 def _at(block: RationalBlock, lower: Fraction, end: GainEnd) -> Witness:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.deadline import checkpoint
+
 Floats = NDArray[np.float64]
 
 _TINY = 1e-11
@@ -66,6 +68,7 @@ def _solve(games: Floats) -> tuple[Floats, Floats]:
     value, mixture = np.full(count, np.nan), np.zeros((count, n))
     alive = np.arange(count)
     for _ in range(10 * n + 20):
+        checkpoint()
         column = tableau[:, n, :n].argmin(axis=1)
         ended = tableau[np.arange(len(alive)), n, column] > -_TINY
         if ended.any():

@@ -74,8 +74,10 @@ def _smallest(block: RationalBlock, lower: Fraction) -> Witness | None:
     if block.dt is not None or not 0 < block.order <= MAX_ORDER:
         return None
     plant = Plant.of(block)
+    if plant.shifted(lower).poles.right > 0:
+        return None
     start = circle_reach(plant, lower)[0]
-    if plant.shifted(lower).poles.right > 0 or start == math.inf:
+    if start == math.inf:
         return None
     system, d = companion(block), block.feedthrough
     limit = hurwitz_limit(block, lower).high

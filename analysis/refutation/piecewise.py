@@ -107,8 +107,10 @@ class Flow:
         self.powers: list[Vector] = []
         self.outputs: list[Vector] = []
         self.taylor: list[Vector] = []
+        self.quickest = 0.0
         for G in self.generators:
-            step = 0.25 / max(1e-12, float(np.abs(np.linalg.eigvals(G)).max()))
+            size = max(1e-12, float(np.abs(np.linalg.eigvals(G)).max()))
+            self.quickest, step = max(self.quickest, 4 * size), 0.25 / size
             powers = [np.eye(n + 1)]
             E = expm(G * step)
             for _ in range(BLOCK):
@@ -154,6 +156,32 @@ class Flow:
             found.append(self._advance(passage.piece, state, float(t) - begun * step)[:-1])
         return np.array(found).reshape(len(after), self.order)
 
+    def sampled(self, passages: Sequence[Passage], times: Vector) -> Vector:
+        """The states, one a row, at ascending times of a solution given by its stays; NaN after the last stay."""
+        found = np.full((len(times), self.order), np.nan)
+        begins = np.array([passage.start for passage in passages])
+        place = np.searchsorted(begins, times, side="right") - 1
+        for i in np.unique(place):
+            inside = np.flatnonzero(place == i)
+            passage = passages[i]
+            step, after = self.steps[passage.piece], times[inside] - passage.start
+            inside, after = (
+                inside[after <= passage.duration * (1 + 1e-12)],
+                after[after <= passage.duration * (1 + 1e-12)],
+            )
+            state, whole = np.append(passage.state, 1.0), (after / step).astype(int)
+            begun = 0
+            for jump in np.unique(whole // BLOCK):
+                for _ in range(int(jump) - begun):
+                    state = self.powers[passage.piece][BLOCK] @ state
+                begun = int(jump)
+                here = whole // BLOCK == jump
+                near = self.powers[passage.piece][whole[here] % BLOCK] @ state
+                terms = (after[here] - whole[here] * step)[:, None] ** np.arange(TAYLOR)
+                moved = np.einsum("ki,iab,kb->ka", terms, self.taylor[passage.piece], near)
+                found[inside[here]] = moved[:, :-1]
+        return found
+
     def _leave(
         self, piece: int, state: Vector, longest: float, start: float | None
     ) -> tuple[float, Vector, float | None]:
@@ -180,15 +208,18 @@ class Flow:
         p[0] = 0.0 if deflate else p[0] - level
         p = p[1:] if deflate else p
         low, high, sign = 0.0, self.steps[piece], float(np.sign(p[0]))
-        t = 0.5 * high
-        backwards, slope = p[::-1], (p[1:] * np.arange(1, len(p)))[::-1]
+        t, change = 0.5 * high, math.inf
+        backwards = p[::-1].tolist()
         for _ in range(60):
-            value = float(np.polyval(backwards, t))
+            value = derivative = 0.0
+            for coefficient in backwards:  # Horner's rule, for the derivative too
+                derivative = derivative * t + value
+                value = value * t + coefficient
             low, high = (t, high) if value * sign > 0 else (low, t)
-            derivative = float(np.polyval(slope, t))
             new = t - value / derivative if derivative != 0 else math.nan
             new = new if low < new < high else 0.5 * (low + high)
-            if abs(new - t) <= 1e-15 * self.steps[piece]:
+            change, before = abs(new - t) / self.steps[piece], change
+            if change <= 1e-15 or before <= change < 1e-9:  # to the last bit, or to what rounding leaves of it
                 break
             t = new
         return t

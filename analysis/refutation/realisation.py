@@ -1,9 +1,8 @@
-"""State equations of a block with exact coefficients, and what a gain in the loop makes of them."""
+"""Exact state equations from a block or from matrices, and their entries as doubles and as balls."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -14,59 +13,17 @@ from analysis.exact_matrix import exact_entry
 from analysis.precision import ball
 from lure.errors import InputError
 from lure.rational import RationalBlock
-
-Row = tuple[Fraction, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Realisation:
-    r"""``x' = A x + b mu``, ``sigma = c x + d mu`` (in discrete time ``x+``), every entry a Fraction.
-
-    Attributes
-    ----------
-    A : tuple of tuples
-        (n, n), row by row.
-    b, c : tuple
-        (n,).
-    d : Fraction
-        Feedthrough ``H(infinity)``.
-    """
-
-    A: tuple[Row, ...]
-    b: Row
-    c: Row
-    d: Fraction
-
-    @property
-    def order(self) -> int:
-        """Number of states."""
-        return len(self.b)
-
-    def closed(self, k: Fraction) -> tuple[Row, ...]:
-        """``A - b c k/(1 + k d)``: the loop with ``mu = -k sigma``; needs ``1 + k d != 0``."""
-        gain = k / (1 + k * self.d)
-        return tuple(
-            tuple(a - gain * bi * cj for a, cj in zip(row, self.c, strict=True))
-            for row, bi in zip(self.A, self.b, strict=True)
-        )
-
-
-def companion(block: RationalBlock) -> Realisation:
-    """The controllable companion form: ``x = (y, y', ..., y^(n-1))`` with ``d(p) y = mu``, ``sigma = n(p) y``.
-
-    Hidden modes are kept: they are unobservable in this form.
-    """
-    n, d = block.order, block.feedthrough
-    low = tuple(reversed(block.denominator))[:n]
-    top = (*reversed(block.numerator), *[Fraction(0)] * (n + 1 - len(block.numerator)))
-    rows = [tuple(Fraction(int(j == i + 1)) for j in range(n)) for i in range(n - 1)]
-    last = [tuple(-a for a in low)] if n else []
-    b = tuple(Fraction(int(i == n - 1)) for i in range(n))
-    return Realisation((*rows, *last), b, tuple(t - d * a for t, a in zip(top[:n], low, strict=True)), d)
+from lure.realisation import Realisation as Realisation
+from lure.realisation import Row as Row
+from lure.realisation import companion as companion
 
 
 def realisation(block: RationalBlock | tuple[ArrayLike, ArrayLike, ArrayLike]) -> Realisation:
     """The companion form of a block, or matrices ``(A, b, c)`` without feedthrough as they are.
+
+    States of witnesses and certificates are those of the companion form.  The states that the user of a block knows,
+    those of the matrices it was given by, are in :attr:`lure.rational.RationalBlock.realisation`; simulations that
+    are held against a proof use those.
 
     Raises
     ------

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.deadline import checkpoint
+
 Reals = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
@@ -55,6 +57,7 @@ class RelayOrbits:
         times, sign = np.exp(draw), -1.0 if half else 1.0
         with np.errstate(all="ignore"):
             for _ in range(NEWTON_STEPS):
+                checkpoint()
                 times, change = self._newton(times, sign)
                 if len(times) == 0:
                     return []

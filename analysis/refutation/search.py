@@ -34,7 +34,8 @@ def refute(
     Returns
     -------
     tuple of Witness
-        At most one of each kind; a nonlinear one only if its ``k`` is below that of the linear gain.
+        At most one of each kind; a nonlinear one only if its ``k`` is below that of the linear gain.  In continuous
+        time it is looked for too where the gain ``lower`` itself refutes every class, with poles on the axis.
 
     Examples
     --------
@@ -46,11 +47,11 @@ def refute(
     """
     lower = Fraction(lower)
     found = [linear_witness(block, lower=lower)]
-    if not refutes_lower(found[0]):
-        if block.dt is None:
+    if block.dt is None:
+        if 1 + lower * block.feedthrough != 0:
             found += _continuous(block, lower, odd=odd, time_varying=time_varying)
-        else:
-            found += _discrete(block, lower, slope=slope, odd=odd, time_varying=time_varying)
+    elif not refutes_lower(found[0]):
+        found += _discrete(block, lower, slope=slope, odd=odd, time_varying=time_varying)
     return tuple(sorted((witness for witness in found if witness is not None), key=lambda witness: witness.k))
 
 

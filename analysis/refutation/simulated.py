@@ -24,6 +24,8 @@ Block = RationalBlock | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 SAMPLES = 2000
 RTOL = 1e-10
+RESIDUAL = 1e-9
+"""Largest residual of ``sigma + D phi(sigma) = y`` relative to its terms; above it there is no solution."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -52,27 +54,6 @@ class Motion:
     note: str
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Confirmation:
-    """Whether simulated motions of a loop come to rest: OBSERVED evidence.
-
-    Attributes
-    ----------
-    ratio : float
-        Largest ``|sigma|`` of the last tenth of any run relative to the largest of that run; NaN counts as infinite.
-    motions : tuple of Motion
-        The runs.
-    """
-
-    ratio: float
-    motions: tuple[Motion, ...]
-
-    @property
-    def settled(self) -> bool:
-        """Whether every run fell below a thousandth of its largest ``|sigma|``."""
-        return self.ratio < 1e-3
-
-
 def simulate_loop(block: Block, law: Law, x0: ArrayLike, until: float, *, samples: int = SAMPLES) -> Motion:
     """The motion from ``x0``.
 
@@ -93,7 +74,7 @@ def simulate_loop(block: Block, law: Law, x0: ArrayLike, until: float, *, sample
     Raises
     ------
     InputError
-        The shapes do not fit, or ``until`` is not positive.
+        The shapes do not fit, ``until`` is not positive, or ``sigma + D phi(sigma)`` does not take a value it has to.
 
     Examples
     --------
@@ -115,39 +96,6 @@ def simulate_loop(block: Block, law: Law, x0: ArrayLike, until: float, *, sample
     if graph is not None and not graph.is_line:
         return followed(PiecewiseLoop.of(system, graph), start, instants)
     return _integrated(system, law, start, instants)
-
-
-def confirm(block: RationalBlock, law: Law, *, until: float, runs: int = 4, seed: int = 0) -> Confirmation:
-    """Motions from states of size 0.01, 1, 100, ... in random directions, and how far they come to rest.
-
-    Parameters
-    ----------
-    block : RationalBlock
-        The linear part.
-    law : Graph, law of the library or callable
-        ``phi``.
-    until : float
-        Length of the runs [s].
-    runs : int
-        Number of runs.
-    seed : int
-        Of the random directions.
-    """
-    draw = np.random.default_rng(seed)
-    motions = []
-    for i in range(runs):
-        direction = draw.standard_normal(block.order)
-        motions.append(
-            simulate_loop(block, law, direction / np.linalg.norm(direction) * 10.0 ** (2 * (i % 4) - 2), until)
-        )
-    return Confirmation(ratio=max((_rest(motion) for motion in motions), default=0.0), motions=tuple(motions))
-
-
-def _rest(motion: Motion) -> float:
-    size = np.abs(motion.sigma)
-    largest = float(size.max())
-    ratio = float(size[-max(1, len(size) // 10) :].max()) / largest if largest > 0 else 0.0
-    return ratio if math.isfinite(ratio) else math.inf
 
 
 def graph_of(law: Law) -> Graph | None:
@@ -230,15 +178,38 @@ def _phi(law: Law, d: float, y: float) -> tuple[float, float]:
     """``sigma`` and ``phi(sigma)`` with ``sigma + d phi(sigma) = y``."""
     if d == 0 or not math.isfinite(y) or y == 0:
         return y, float(law(y))
-    reach = abs(y)
-    while (reach + d * float(law(reach)) - y) * (-reach + d * float(law(-reach)) - y) > 0:
-        reach *= 2
-        if not math.isfinite(reach):
-            raise InputError("the loop is not well posed: sigma + d phi(sigma) does not take every value")
-    root = float(
-        brentq(lambda sigma: sigma + d * float(law(sigma)) - y, -reach, reach, xtol=1e-15 * abs(y), rtol=1e-14)
-    )
+    root = bracketed_root(law, d, y)
+    if math.isnan(root):
+        raise InputError(f"the loop is not well posed: sigma + {d:g} phi(sigma) = {y:.6g} has no solution")
     return root, float(law(root))
+
+
+def bracketed_root(law: Law, d: float, y: float) -> float:
+    """A root of ``sigma + d phi(sigma) = y``, its residual checked; NaN where none is found.
+
+    Parameters
+    ----------
+    law : Graph, law of the library or callable
+        ``phi``; where it jumps, the two sides of the equation may pass each other without meeting.
+    d : float
+        Feedthrough.
+    y : float
+        Right-hand side.
+    """
+
+    def excess(sigma: float) -> float:
+        """Left-hand side less the right-hand side."""
+        return sigma + d * float(law(sigma)) - y
+
+    reach = abs(y) or 1e-300
+    with np.errstate(over="ignore", invalid="ignore"):
+        while math.isfinite(reach) and excess(reach) * excess(-reach) > 0:
+            reach *= 2
+        if not (math.isfinite(reach) and excess(reach) * excess(-reach) <= 0):
+            return math.nan
+    root = float(brentq(excess, -reach, reach, xtol=max(1e-15 * abs(y), 5e-324), rtol=1e-14, maxiter=2000))
+    size = abs(root) + abs(d * float(law(root))) + abs(y)
+    return root if abs(excess(root)) <= RESIDUAL * size else math.nan
 
 
 def _sigma(law: Graph, d: float, y: Reals) -> Reals:

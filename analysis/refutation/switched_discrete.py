@@ -12,6 +12,7 @@ from flint import arb_mat
 from numpy.typing import NDArray
 
 from analysis.criteria.gain_ends import simplest_between
+from analysis.deadline import checkpoint
 from analysis.evidence import Evidence
 from analysis.precision import working_precision
 from analysis.refutation.linear import linear_witness, refutes_lower
@@ -108,6 +109,7 @@ def _necklaces(longest: int) -> list[tuple[int, ...]]:
     """Every pattern of zeros and ones, neither constant, up to shifts and repetition."""
     found = []
     for p in range(2, longest + 1):
+        checkpoint()
         for word in itertools.product((0, 1), repeat=p):
             if all(word < word[i:] + word[:i] for i in range(1, p)):
                 found.append(word)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.optimize import brentq, minimize
 
+from analysis.deadline import checkpoint
 from analysis.refutation.realisation import Realisation, doubles
 
 Matrix = NDArray[np.float64]
@@ -66,6 +67,7 @@ class SwitchingSearch:
     def growth(self, times: Matrix, k: float) -> float:
         """Logarithm of the spectral radius over the period, per unit of time; ``-inf`` once the work is used up."""
         self.spent[0] += len(times)
+        checkpoint()
         if self.spent[0] * max(1, self.system.order // 3) > MAX_EXPONENTIALS:
             return -math.inf
         radius = _radius(self.transition(times, k))

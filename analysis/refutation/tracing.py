@@ -8,6 +8,7 @@ from typing import cast
 
 import numpy as np
 
+from analysis.refutation.realisation import companion, doubles
 from analysis.refutation.simulated import Block, Reals, simulate_loop
 from analysis.witness import Witness
 from lure.errors import InputError
@@ -48,13 +49,43 @@ def orbit_of(block: Block, witness: Witness) -> tuple[Reals, Reals]:
         visited = [float(Fraction(value)) for value in cast("Sequence[str]", data["sigma"])]
         return np.arange(len(visited) + 1, dtype=float), np.array([*visited, visited[0]])
     state, period = cast("Sequence[float]", data["state"]), cast("float", data["period"])
-    motion = simulate_loop(block, _law(witness), state, period, samples=SAMPLES)
+    motion = simulate_loop(block, law_of(witness), state, period, samples=SAMPLES)
     miss = float(np.abs(motion.states[-1] - motion.states[0]).max() / np.abs(motion.states[0]).max())
     if not miss < 1e-3:  # far above what rounding does in one period, far below what another block does
         raise InputError("the motion does not close after the period of the witness; give the block it was found for")
     return motion.t, motion.sigma
 
 
-def _law(witness: Witness) -> Graph:
+def orbit_start(block: RationalBlock, witness: Witness) -> tuple[Reals, float]:
+    """(n,) a state on the orbit of a witness, in the companion form of the block, and the period [s].
+
+    Parameters
+    ----------
+    block : RationalBlock
+        The block that the witness was found for.
+    witness : Witness
+        Of kind ``periodic orbit``.
+    """
+    data = witness.data
+    if block.dt is None:
+        return np.array(cast("Sequence[float]", data["state"]), dtype=float), cast("float", data["period"])
+    system, law = companion(block), law_of(witness)
+    A, b = doubles(system.A), np.array([float(v) for v in system.b])
+    driven, period = np.zeros(block.order), np.eye(block.order)
+    visited = cast("Sequence[str]", data["sigma"])
+    for value in visited:
+        driven, period = A @ driven - b * float(law.exact(Fraction(value))), A @ period
+    state = np.asarray(np.linalg.lstsq(np.eye(block.order) - period, driven, rcond=None)[0])
+    return state, len(visited) * float(block.dt)
+
+
+def law_of(witness: Witness) -> Graph:
+    """The piecewise-linear law of a periodic orbit.
+
+    Parameters
+    ----------
+    witness : Witness
+        With ``points`` in its data, and the slopes beyond them where they are not 0.
+    """
     points = [(Fraction(x), Fraction(y)) for x, y in cast("Sequence[Sequence[str]]", witness.data["points"])]
-    return Graph.through(points, *(Fraction(str(witness.data[side])) for side in ("left_slope", "right_slope")))
+    return Graph.through(points, *(Fraction(str(witness.data.get(side, 0))) for side in ("left_slope", "right_slope")))

@@ -10,4 +10,5 @@ from analysis.report.loop import write_loop_report as write_loop_report
 from analysis.report.model import ContradictionError as ContradictionError
 from analysis.report.model import Simulation as Simulation
 from analysis.report.model import StabilityReport as StabilityReport
+from analysis.report.reporting import report_on as report_on
 from analysis.report.write import write_report as write_report

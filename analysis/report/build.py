@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import shlex
 from collections.abc import Callable
+from fractions import Fraction
 from importlib.metadata import version
 
 from analysis.conclusion import conclusion
@@ -16,6 +17,7 @@ from analysis.simulation import contradictions, simulate
 from analysis.spectrum import rod_spectrum
 from lure import __version__
 from lure.errors import InputError
+from lure.rod import Rod
 from lure.scenario import matching
 from lure.systems import RodSystem
 from lure.upwind import upwind
@@ -24,6 +26,7 @@ PACKAGES = ("numpy", "scipy", "control", "python-flint", "sympy", "matplotlib", 
 LARGEST_SIMULATED = 1000
 DEFAULT_SIMULATED = 200
 FRAMES = 160
+_LEAST = Fraction(1, 10**150)
 
 Progress = Callable[[str, float], None]
 
@@ -49,7 +52,10 @@ def build_report(system: RodSystem, *, progress: Progress | None = None, command
     ------
     ContradictionError
         A motion, of the rod or of its scheme, contradicts a verdict.
+    InputError
+        ``|k|/Z`` is below 1e-150 and not zero: nothing could be drawn.
     """
+    _demand_drawable(system.rod)
     say = progress or (lambda _stage, _done: None)
     say("spectrum", 0.0)
     scheme = upwind(system.rod, system.cells, form=system.form)
@@ -78,6 +84,15 @@ def build_report(system: RodSystem, *, progress: Progress | None = None, command
         versions={"lure": __version__, "python": platform.python_version()}
         | {name: version(name) for name in PACKAGES},
     )
+
+
+def _demand_drawable(rod: Rod) -> None:
+    ratio = Fraction(rod.damping) / Fraction(rod.impedance)
+    if 0 < abs(ratio) < _LEAST:
+        raise InputError(
+            f"rod.damping is {rod.damping:g}, beside an impedance of {rod.impedance:g} N s/m: a report in "
+            "doubles cannot hold both; give a damping of at least 1e-150 times the impedance, or 0"
+        )
 
 
 def _simulation(system: RodSystem) -> Simulation:

@@ -16,7 +16,6 @@ from analysis.plots import (
     plot_decay,
     plot_end_motion,
     plot_nyquist,
-    plot_popov,
     plot_popov_expression,
     plot_rest,
     plot_spectrum,
@@ -24,17 +23,19 @@ from analysis.plots import (
     render,
 )
 from analysis.plots.confirmation import plot_both_decays, plot_both_ends
+from analysis.plots.rod_frequency import plot_rod_nyquist, plot_rod_popov
 from analysis.report.model import StabilityReport
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
-Section = Literal["spectrum", "frequency", "confirmation", "simulation"]
+Section = Literal["frequency", "criteria", "spectrum", "confirmation", "simulation"]
 
-_NYQUIST = "For the circle criterion the curve has to stay out of the shaded half-plane."
+_NYQUIST = "For the circle criterion the curves have to stay out of the shaded half-plane."
 _POPOV = (
-    "The curve has to stay to the right of the Popov line, which has slope 1/θ; the horizontal distance is the value "
+    "The curves have to stay to the right of the Popov line, which has slope 1/θ; the horizontal distance is the value "
     "of the Popov expression."
 )
+_NO_POPOV = "Popov's criterion does not apply to this rod; the line drawn is the one that would have been needed."
 _EXPRESSION = (
     "The margin is the least value over all frequencies, marked where it is attained. Triangles mark the limits at "
     "both ends{}."
@@ -51,7 +52,7 @@ class FigureSpec:
     ----------
     name : str
         File name without its ending.
-    section : {"spectrum", "frequency", "confirmation", "simulation"}
+    section : {"frequency", "criteria", "spectrum", "confirmation", "simulation"}
         Where it stands in the report.
     title : str
         A few words above it.
@@ -84,8 +85,18 @@ def figures(report: StabilityReport) -> tuple[Figure, ...]:
     report : StabilityReport
         The report.
     """
-    specs = (*_spectrum(report), *_frequency(report), *_confirmation(report), *_simulation(report))
-    return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs)
+    return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs(report))
+
+
+def specs(report: StabilityReport) -> tuple[FigureSpec, ...]:
+    """Every figure of a report before it is drawn.
+
+    Parameters
+    ----------
+    report : StabilityReport
+        The report.
+    """
+    return (*_spectrum(report), *_frequency(report), *_confirmation(report), *_simulation(report))
 
 
 def _spectrum(report: StabilityReport) -> list[FigureSpec]:
@@ -108,27 +119,30 @@ def _spectrum(report: StabilityReport) -> list[FigureSpec]:
 
 
 def _frequency(report: StabilityReport) -> list[FigureSpec]:
-    """Scheme and rod side by side: Popov plots, Popov expressions, Nyquist plots, resonances."""
+    """Popov and Nyquist plot of rod and scheme together; Popov expressions and resonances of each."""
     found = {(result.name, result.model): result for result in report.criteria}
-    blocks: tuple[tuple[Model, UpwindScheme | RodBlock], ...] = (
-        ("scheme", report.scheme),
-        ("rod", RodBlock(report.scheme.rod)),
-    )
-    rows: list[list[FigureSpec | None]] = [
-        [_popov(model, block, found["popov", model]) for model, block in blocks],
-        [_expression(model, block, found["popov", model]) for model, block in blocks],
-        [_nyquist(model, block, found["circle", model]) for model, block in blocks],
-        [_resonances(model, block, found["circle", model]) for model, block in blocks],
+    scheme = report.scheme
+    blocks: tuple[tuple[Model, UpwindScheme | RodBlock], ...] = (("scheme", scheme), ("rod", RodBlock(scheme.rod)))
+    popov, circle = found["popov", "rod"], found["circle", "rod"]
+    both = [
+        FigureSpec(
+            name="popov",
+            section="frequency",
+            title="Popov plot, rod and scheme",
+            caption=_POPOV if popov.theta is not None else _NO_POPOV,
+            draw=partial(plot_rod_popov, scheme, popov),
+        ),
+        FigureSpec(
+            name="nyquist",
+            section="frequency",
+            title="Nyquist plot, rod and scheme",
+            caption=_NYQUIST,
+            draw=partial(plot_rod_nyquist, scheme, circle),
+        ),
     ]
-    return [spec for row in rows for spec in row if spec is not None]
-
-
-def _popov(model: Model, block: UpwindScheme | RodBlock, result: CriterionResult) -> FigureSpec | None:
-    if result.theta is None:
-        return None
-    draw = partial(plot_popov, block, result)
-    title = f"Popov plot, {model}"
-    return FigureSpec(name=f"popov-{model}", section="frequency", title=title, caption=_POPOV, draw=draw)
+    rows: list[FigureSpec | None] = [_expression(model, block, found["popov", model]) for model, block in blocks]
+    rows += [_resonances(model, block, found["circle", model]) for model, block in blocks]
+    return both + [spec for spec in rows if spec is not None]
 
 
 def _expression(model: Model, block: UpwindScheme | RodBlock, result: CriterionResult) -> FigureSpec | None:
@@ -136,17 +150,11 @@ def _expression(model: Model, block: UpwindScheme | RodBlock, result: CriterionR
         return None
     return FigureSpec(
         name=f"popov-expression-{model}",
-        section="frequency",
+        section="criteria",
         title=f"Popov expression against frequency, {model}",
         caption=_EXPRESSION.format(", upper and lower at infinity" if model == "rod" else ""),
         draw=partial(plot_popov_expression, block, result),
     )
-
-
-def _nyquist(model: Model, block: UpwindScheme | RodBlock, result: CriterionResult) -> FigureSpec:
-    draw = partial(plot_nyquist, block, result.sector, worst=result.worst_frequency)
-    title = f"Nyquist plot, {model}"
-    return FigureSpec(name=f"nyquist-{model}", section="frequency", title=title, caption=_NYQUIST, draw=draw)
 
 
 def _resonances(model: Model, block: UpwindScheme | RodBlock, result: CriterionResult) -> FigureSpec | None:
@@ -156,7 +164,7 @@ def _resonances(model: Model, block: UpwindScheme | RodBlock, result: CriterionR
     omega = omega[omega > 0.5 * math.pi / block.rod.travel_time]
     return FigureSpec(
         name=f"nyquist-{model}-resonances",
-        section="frequency",
+        section="criteria",
         title=f"Nyquist plot near the origin, {model}",
         caption=_RESONANCES.format(" The rod has infinitely many; 24 are drawn." if model == "rod" else ""),
         draw=partial(plot_nyquist, block, result.sector, omega=omega),

@@ -7,15 +7,18 @@ import math
 import re
 from functools import partial
 from importlib import resources
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 from markupsafe import Markup
 
 from analysis.plots.export import INK
-from analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION
+from analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, number
 from analysis.report.claims import LADDER, Claim, merged
+from analysis.report.diagram import block_diagram, law_graph
 from analysis.report.document import Json
-from analysis.report.figures import Figure
+from analysis.report.figures import Figure, Section
+from analysis.report.pdf import embedded, printed_diagram
+from lure.nonlinearity import NormalCompliance
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -44,6 +47,21 @@ _DERIVED = (
     ("b", "b = 1/(k + Z)", "input gain of the force", "m/(N s)"),
     ("d", "d = 1/√(ρE)", "end velocity per contact stress", "m/(Pa s)"),
 )
+_CONTENTS = (
+    ("shown", "What is shown, and what is not", ""),
+    ("frequency", "Popov and Nyquist", ""),
+    ("motion", "Motion", ""),
+    ("assumed", "Assumed", ""),
+    ("reproduce", "Reproduce", ""),
+    ("criteria", "Criteria in numbers", ""),
+    ("proofs", "Proofs", "proofs"),
+    ("checked", "Hypotheses checked", ""),
+    ("block", "Parameters and formulas", ""),
+    ("spectrum", "Spectrum", ""),
+    ("confirmation", "Motions in numbers", "confirmation"),
+    ("simulation", "Simulation", ""),
+    ("certificates", "Certificates", "certificates"),
+)
 _HEADLINES = {
     "PROVED": "Left to itself, every motion of this rod comes to rest, at the obstacle or short of it.",
     "REFUTED": "This loop is not stable.",
@@ -59,6 +77,7 @@ _COLOURS = {
     GREY: "var(--grey)",
 }
 _SIGNS = (
+    (r"\+-(?=[\d.])", "±"),
     ("<=", "≤"),
     (">=", "≥"),
     (r"\bsum y_i\b", "∑ yᵢ"),
@@ -79,7 +98,7 @@ _IDENTIFIER = re.compile(r'(id="|href="#|url\(#)(?!DejaVu)')
 _GLYPH = re.compile(r'<path id="(DejaVu[^"]*)"[^>]*/>\s*')
 
 
-def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...]) -> str:
+def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...], *, paper: bool = False) -> str:
     """The page for a document.
 
     Every number on it that the JSON has too is a ``<data>`` element with the key in the document and the full value;
@@ -93,25 +112,54 @@ def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...]) -> 
         Rows of the table of claims, in order.
     figures : tuple of Figure
         Figures, in order.
+    paper : bool
+        Whether the page is for :func:`analysis.report.pdf.pdf_of`: figures are images then.
     """
+    diagram = rod_diagram(data)
     return template("report.html.j2").render(
         d=data,
         n=partial(shown, data),
         headline=_HEADLINES[data["conclusion"]["verdict"]],
+        diagram=printed_diagram(diagram) if paper else diagram,
+        transit=number(2 * data["system"]["derived"]["travel_time"]),
+        contents=[(ident, title) for ident, title, part in _CONTENTS if _present(data, part)],
         claims=claims,
         listed=merged(claims),
         ladder=LADDER,
-        parameters=_PARAMETERS,
+        parameters=_parameters(data),
         derived=_DERIVED,
         figures={
-            section: [figure for figure in figures if figure.spec.section == section]
-            for section in ("spectrum", "frequency", "confirmation", "simulation")
+            section: [figure for figure in figures if figure.spec.section == section] for section in get_args(Section)
         },
-        inline=inline,
-        glyphs=glyphs(figures),
+        inline=embedded if paper else inline,
+        glyphs="" if paper else glyphs(figures),
         assumptions=_assumptions(data),
         reasons=_reasons(data),
     )
+
+
+def rod_diagram(data: Json) -> Markup:
+    """The block diagram of a rod: ``H`` without a grid, with ``e`` for one round trip, and the contact law.
+
+    Parameters
+    ----------
+    data : dict
+        From :func:`analysis.report.document.document`.
+    """
+    given, derived = data["system"]["parameters"], data["system"]["derived"]
+    size, signs = number(abs(derived["a"])), ("−", "+") if derived["a"] >= 0 else ("+", "−")
+    formula = f"{number(derived['d'])} (1 {signs[0]} {size} e) / (s (1 {signs[1]} {size} e))"
+    law = NormalCompliance(stiffness=1 / given["compliance"], exponent=given["exponent"])
+    power = "" if given["exponent"] == 1 else f" to the power {given['exponent']:g}"
+    text = f"p(z) = max(z, 0){power} / {number(given['compliance'])}"
+    return block_diagram(formula, text, law_graph(law), signals=("μ", "z"), load="g(t), f(t, x), u₀, u₁")
+
+
+def _present(data: Json, part: str) -> bool:
+    """Whether a part of the page that hangs on something found is there; one of no name always is."""
+    found = {"certificates": data["certificates"], "proofs": data["conclusion"]["proofs"]}
+    found["confirmation"] = data["confirmation"]["rod"] or data["confirmation"]["scheme"]
+    return part not in found or bool(found[part])
 
 
 def template(name: str) -> Template:
@@ -125,7 +173,7 @@ def template(name: str) -> Template:
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"prose": prose, "sentence": _sentence}
+    environment.filters |= {"prose": prose, "sentence": _sentence, "unbroken": _unbroken}
     files = resources.files("analysis.report")
     environment.globals["css"] = Markup(files.joinpath("style.css").read_text("utf-8"))
     return environment.from_string(files.joinpath(name).read_text("utf-8"))
@@ -147,6 +195,11 @@ def prose(text: str) -> str:
     for plain, sign in _SIGNS:
         text = re.sub(plain, sign, text)
     return text
+
+
+def _unbroken(text: str) -> str:
+    """With no line break inside an interval."""
+    return re.sub(r"(\[[^\s\]]+,) (?=[^\s\]]+[\])])", "\\1\N{NO-BREAK SPACE}", text)
 
 
 def _sentence(text: str) -> str:
@@ -188,18 +241,56 @@ def format_number(value: float, digits: int = 4, rounding: Rounding = "nearest")
     return Markup(f"{mantissa} × 10<sup>{raised}</sup>")
 
 
-def shown(data: Json, key: str, unit: str = "", digits: int = 4, rounding: Rounding = "nearest") -> Markup:
-    """The number at a dotted key of the document, rounded, with its unit; a dash where it is missing."""
+def quoted_number(text: str) -> Markup:
+    """A number that is already rounded, in the signs of print.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``0.25``, ``1.5e-07`` or ``inf``.
+
+    Examples
+    --------
+    >>> print(quoted_number("-0.25"), quoted_number("1.5e-07"))
+    −0.25 1.5 × 10<sup>−7</sup>
+    """
+    if text in ("inf", "-inf"):
+        return format_number(float(text))
+    mantissa, _, exponent = text.replace("-", "−").partition("e")
+    power = exponent.replace("+", "").replace("−0", "−").removeprefix("0")
+    return Markup("{} × 10<sup>{}</sup>" if exponent else "{}").format(mantissa, power)
+
+
+def shown(  # noqa: PLR0913  (a template's options)
+    data: Json, key: str, unit: str = "", digits: int = 4, rounding: Rounding = "nearest", quoted: str | None = None
+) -> Markup:
+    """The number at a dotted key of the document, rounded, with its unit; a dash where it is missing.
+
+    Parameters
+    ----------
+    data : dict
+        The document.
+    key : str
+        Where the number stands in it.
+    unit : str
+        Printed behind it.
+    digits : int
+        Significant digits.
+    rounding : {"nearest", "down", "up"}
+        Direction.
+    quoted : str, optional
+        The number as the document itself quotes it, instead of ``digits`` and ``rounding``.
+    """
     value: object = data
     for part in key.split("."):
         value = value[int(part)] if isinstance(value, list) else value[part]  # type: ignore[index]  # plain JSON data
     if value is None:
         return Markup('<span class="none">—</span>')
-    number = float(value)  # type: ignore[arg-type]  # a number, or "inf"
-    text = format_number(number, digits, rounding)
+    size = float(value)  # type: ignore[arg-type]  # a number, or "inf"
+    text = format_number(size, digits, rounding) if quoted is None else quoted_number(quoted)
     suffix = Markup(" {}").format(unit.replace(" ", "\N{NO-BREAK SPACE}")) if unit else Markup("")
     return Markup('<data value="{}" data-key="{}" title="{}">{}</data>{}').format(
-        repr(value) if not isinstance(value, str) else value, key, repr(number), text, suffix
+        repr(value) if not isinstance(value, str) else value, key, repr(size), text, suffix
     )
 
 
@@ -236,6 +327,12 @@ def _reasons(data: Json) -> dict[str, str]:
         reason: ", ".join(" and ".join(dict.fromkeys(result[key] for result in results)) for key in ("name", "model"))
         for reason, results in said.items()
     }
+
+
+def _parameters(data: Json) -> list[tuple[str, str, str, str]]:
+    """The parameters with their units; that of the compliance follows from the exponent."""
+    linear = data["system"]["parameters"]["exponent"] == 1
+    return [(*row[:3], "m/Pa" if linear and row[0] == "compliance" else row[3]) for row in _PARAMETERS]
 
 
 def _assumptions(data: Json) -> list[tuple[str, str]]:

@@ -12,9 +12,10 @@ from analysis.report.document import document, to_json
 from analysis.report.figures import Figure, figures
 from analysis.report.html import page
 from analysis.report.model import StabilityReport
+from analysis.report.pdf import pdf_of
 
 
-def write_report(report: StabilityReport, directory: str | os.PathLike[str]) -> Path:
+def write_report(report: StabilityReport, directory: str | os.PathLike[str], *, pdf: bool = False) -> Path:
     """Write ``report.html``, ``report.json``, ``certificates/`` and ``figures/`` into a directory, made if missing.
 
     Everything is computed and drawn before the first file is written.  For a directory that changes in one step, and
@@ -26,19 +27,33 @@ def write_report(report: StabilityReport, directory: str | os.PathLike[str]) -> 
         The report.
     directory : path
         Where to write; files of the same names are overwritten.
+    pdf : bool
+        Whether to write ``report.pdf`` too.
 
     Returns
     -------
     Path
         The page, ``report.html``.
+
+    Raises
+    ------
+    InputError
+        A PDF is asked for, and weasyprint is not installed.
     """
     data, drawn = document(report), figures(report)
     texts = {"report.json": to_json(data), "report.html": page(data, claims(report), drawn)}
     texts |= certificate_files(report.certificates)
-    return write_files(texts, drawn, directory)
+    printed = pdf_of(page(data, claims(report), drawn, paper=True)) if pdf else None
+    return write_files(texts, drawn, directory, printed=printed)
 
 
-def write_files(texts: Mapping[str, str], drawn: tuple[Figure, ...], directory: str | os.PathLike[str]) -> Path:
+def write_files(
+    texts: Mapping[str, str],
+    drawn: tuple[Figure, ...],
+    directory: str | os.PathLike[str],
+    *,
+    printed: bytes | None = None,
+) -> Path:
     """Write texts by name, and figures into ``figures/``; the page is ``report.html``.
 
     Parameters
@@ -49,6 +64,8 @@ def write_files(texts: Mapping[str, str], drawn: tuple[Figure, ...], directory: 
         The figures.
     directory : path
         Where to write.
+    printed : bytes, optional
+        ``report.pdf``.
     """
     target = Path(directory)
     (target / "figures").mkdir(parents=True, exist_ok=True)
@@ -58,4 +75,6 @@ def write_files(texts: Mapping[str, str], drawn: tuple[Figure, ...], directory: 
     for name, text in texts.items():
         (target / name).parent.mkdir(exist_ok=True)
         (target / name).write_text(text, encoding="utf-8")
+    if printed is not None:
+        (target / "report.pdf").write_bytes(printed)
     return target / "report.html"

@@ -50,8 +50,7 @@ def paper_page(table: PaperTable, drawn: list[tuple[PaperFigure, Picture]]) -> s
     from jinja2 import Environment, StrictUndefined
 
     here = resources.files("analysis")
-    report = here.joinpath("report", "report.html.j2").read_text("utf-8")
-    style = report[report.index("<style>") + len("<style>") : report.index("</style>")]
+    style = here.joinpath("report", "style.css").read_text("utf-8")
     template = here.joinpath("reproduce", "paper.html.j2").read_text("utf-8")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     peaks = [

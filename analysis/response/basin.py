@@ -18,6 +18,7 @@ from lure.errors import InputError
 from lure.expressions import Expression
 from lure.rod import Rod
 from lure.scenario import Scenario
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import xarray
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Basin:
     """Resting places against the initial data; make one with :func:`basin`.

@@ -16,6 +16,7 @@ from analysis.response.separation import Separation
 from analysis.response.statistics import Balance, Impulses, Spectrum
 from lure.rod import Rod
 from lure.scenario import Scenario
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import xarray
@@ -26,6 +27,7 @@ Array = NDArray[np.float64]
 _HARMONICS = 9
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Response:
     """What a rod does under a periodic load after a while; make one with :func:`response`.

@@ -13,6 +13,7 @@ from analysis.response.plan import Plan
 from analysis.response.recording import Array, Progress
 from lure.errors import InputError
 from lure.scenario import Scenario
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import xarray
@@ -63,6 +64,7 @@ class Sweep:
         return sweep_html(self)
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Point:
     """What was seen at one value.
@@ -92,6 +94,7 @@ class Point:
     problem: str = ""
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bifurcation:
     """Stroboscopic points against a parameter; make one with :func:`bifurcation`.

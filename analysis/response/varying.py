@@ -65,8 +65,8 @@ def cases(
     Raises
     ------
     InputError
-        The parameter is neither a field of the rod nor a symbol of the force, or both; a value is not possible; or a
-        force has no period.
+        The parameter is neither a field of the rod nor a symbol of the force, or both; a value is not possible; a
+        force has no period; or no load changes with time.
     """
     name, values = varied
     in_force = re.search(rf"\b{re.escape(name)}\b", force) is not None
@@ -97,6 +97,11 @@ def cases(
                 scenario=load,
                 period=load_period(load, period, 2.0 * member.travel_time)[0],
             )
+        )
+    if all(member.scenario.force.is_constant and member.scenario.body_force.is_constant for member in found):
+        raise InputError(
+            f"the force is {force}, which does not change with time: the rod only comes to rest, and there is no "
+            "response to follow; give a periodic force such as 0.3+F*sin(3000*t) (--force on the command line)"
         )
     return tuple(found)
 

@@ -85,7 +85,7 @@ def ring_of(scheme: UpwindScheme) -> Ring:
         cells=scheme.cells,
         rate=s,
         echo=-rod.reflection,
-        opening=2.0 * rod.damping / (rod.damping + rod.impedance),
+        opening=2.0 * rod.damping * rod.input_gain,
         force_gain=float(scheme.b2.max()) / s,
         body_gain=1.0 / (rod.density * rod.area * s),
         mobility=rod.mobility,

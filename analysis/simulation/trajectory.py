@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.upwind import Form, UpwindScheme
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import control
@@ -44,6 +45,7 @@ class Contact:
     open: bool
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Trajectory:
     r"""A simulated motion of the ``N``-cell scheme, with what holds along it.

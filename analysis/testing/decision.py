@@ -142,14 +142,16 @@ def _oddness(law: object, on: tuple[Fraction, Fraction] | None) -> Decision:
 
 def _has_values(law: object, on: tuple[Fraction, Fraction] | None) -> bool:
     """Whether a formula is known to have a value for every sigma, as a law of the library has."""
-    from analysis.bounds import law_bounds
+    from analysis.bounds.known import known_law
+    from analysis.bounds.law import bounds_of_known, has_values
 
     if not isinstance(law, ExpressionLaw | Expression):
         return True
     if is_total((law if isinstance(law, Expression) else law.expression).tree):
         return True
+    low, high = (-math.inf, math.inf) if on is None else on
     try:
-        law_bounds(law, on=on)
+        known = known_law(law, low, high)
+        return known is not None and has_values(known, bounds_of_known(known, low, high))
     except InputError:
         return False
-    return True

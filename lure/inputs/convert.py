@@ -6,8 +6,10 @@ import re
 import reprlib
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from types import ModuleType
+from typing import Literal, cast
 
 from lure.block import LinearBlock
 from lure.delay import DelayBlock
@@ -19,11 +21,13 @@ from lure.inputs.roots import polynomial_of_roots
 from lure.inputs.sampling import sampling_time
 from lure.inputs.transfer_text import parse_transfer
 from lure.rational import RationalBlock
+from lure.realisation import Names, names_of
 from lure.state_space import MAX_STATES, StateSpaceBlock
 
 AnyBlock = RationalBlock | StateSpaceBlock | DelayBlock | FrequencyData
 """Every kind of block that :func:`lure.as_block` returns."""
 
+Step = Fraction | Literal[True] | None
 _EXPONENTIAL = re.compile(r"\bexp\s*\(")
 _WANTED = (
     "give coefficients (num, den), matrices (A, B, C), a text such as '1/(s*(s+1))', a system of python-control or "
@@ -53,14 +57,14 @@ def as_block(source: object, *, dt: object = None) -> AnyBlock:
     Returns
     -------
     RationalBlock, StateSpaceBlock, DelayBlock or FrequencyData
-        Matrices of up to 60 states become an exact ``RationalBlock``, larger ones a ``StateSpaceBlock`` in floating
-        point.  ``FrequencyData`` can never carry a certificate.
+        Matrices of up to 60 states become an exact ``RationalBlock``, which keeps them and their names in ``matrices``,
+        larger ones a ``StateSpaceBlock`` in floating point.  ``FrequencyData`` can never carry a certificate.
 
     Raises
     ------
     InputError
-        One sentence: the system is improper, empty, too large, has several inputs or outputs, complex, infinite or nan
-        entries, matrices that do not fit, or a sampling time that contradicts ``dt``.
+        One sentence: the system is nonlinear, improper, empty, too large, has several inputs or outputs, complex,
+        infinite or nan entries, matrices that do not fit, or a sampling time that contradicts ``dt``.
 
     Notes
     -----
@@ -121,13 +125,18 @@ def _from_parts(parts: Sequence[object], dt: object) -> RationalBlock | StateSpa
     return _from_matrices(parts, sampling_time(dt))
 
 
-def _from_matrices(parts: Sequence[object], dt: Fraction | None) -> RationalBlock | StateSpaceBlock:
+def _from_matrices(parts: Sequence[object], dt: Step, names: Names | None = None) -> RationalBlock | StateSpaceBlock:
     A, B, C = parts[:3]
-    D = parts[3] if len(parts) == 4 else 0
+    D = parts[3] if len(parts) == 4 else None
     states = A.shape[0] if hasattr(A, "shape") and A.shape else len(A) if isinstance(A, Sequence) else 1
     if states > MAX_STATES:
         raise InputError(f"the system has {states} states; dense matrices stop at {MAX_STATES}")
-    return (rational_block if states <= MAX_EXACT_STATES else float_block)(A, B, C, D, dt=dt)
+    if states > MAX_EXACT_STATES:
+        return replace(float_block(A, B, C, D, dt=dt), dt=cast("Fraction | None", dt), names=names)
+    found = rational_block(A, B, C, D, dt=dt)
+    if names is None or found.matrices is None:
+        return found
+    return RationalBlock(found.numerator, found.denominator, dt, matrices=replace(found.matrices, names=names))
 
 
 def _from_control(
@@ -135,19 +144,22 @@ def _from_control(
 ) -> RationalBlock | StateSpaceBlock | FrequencyData | None:
     if not isinstance(source, control.InputOutputSystem):
         return None
+    if not isinstance(source, control.FrequencyResponseData | control.TransferFunction | control.StateSpace):
+        raise InputError(
+            f"{source.name} is a nonlinear system of python-control; linearise it where it is to run: "
+            "control.linearize(system, x, u) with a state x and an input u of equilibrium"
+        )
     if (source.ninputs, source.noutputs) != (1, 1):
         raise InputError(f"the system has {source.ninputs} inputs and {source.noutputs} outputs: {_PAIR}")
     if isinstance(source, control.FrequencyResponseData):
         step, order = sampling_time(dt, source.dt, name="the data"), source.omega.argsort()
-        return FrequencyData(source.omega[order], source.frdata[0, 0, order], step)
+        return FrequencyData(source.omega[order], source.frdata[0, 0, order], None if step is None else Fraction(step))
     if isinstance(source, control.TransferFunction):
         step = sampling_time(dt, source.dt, name="the system")
         top, bottom = source.num_list[0][0], source.den_list[0][0]
         return RationalBlock(coefficients(top, "numerator"), coefficients(bottom, "denominator"), step)
-    if isinstance(source, control.StateSpace):
-        step = sampling_time(dt, source.dt, name="the system")
-        return _from_matrices((source.A, source.B, source.C, source.D), step)
-    return None
+    step = sampling_time(dt, source.dt, name="the system")
+    return _from_matrices((source.A, source.B, source.C, source.D), step, names_of(source))
 
 
 def _from_scipy(signal: ModuleType, source: object, dt: object) -> RationalBlock | StateSpaceBlock | None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 
 from lure.errors import InputError
 from lure.inputs.coefficients import exact_coefficient
 from lure.rational import RationalBlock
+from lure.realisation import Realisation, Row
 from lure.state_space import StateSpaceBlock
 
 if TYPE_CHECKING:
@@ -19,17 +20,22 @@ if TYPE_CHECKING:
 
 MAX_EXACT_STATES = 60
 _ONE_PAIR = "a block has one input and one output; choose a pair, e.g. sys[0, 0]"
-Row = tuple[Fraction, ...]
 
 
 def rational_block(
-    A: object, B: object, C: object, D: object = 0, *, dt: int | float | Fraction | None = None
+    A: object,
+    B: object,
+    C: object,
+    D: object = None,
+    *,
+    dt: int | float | Fraction | None = None,
 ) -> RationalBlock:
     r"""The exact block of ``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x[k+1] = ...``), of any order up to 1000.
 
     .. math:: H(s) = D + \frac{\det(sI - A + BC) - \det(sI - A)}{\det(sI - A)}
 
-    Modes that ``B`` does not reach or ``C`` does not see stay as factors of numerator and denominator.
+    Modes that ``B`` does not reach or ``C`` does not see stay as factors of numerator and denominator.  The matrices
+    themselves stay with the block, exactly, as :attr:`lure.rational.RationalBlock.matrices`.
 
     Parameters
     ----------
@@ -38,14 +44,14 @@ def rational_block(
     B, C : array_like
         (n,), (n, 1) or (1, n).
     D : object
-        A number, perhaps inside brackets.
-    dt : int, float, Fraction or None
-        Sampling time [s]; None for continuous time.
+        A number, perhaps inside brackets; None is 0.
+    dt : int, float, Fraction, True or None
+        Sampling time [s]; True where its period is not stated; None for continuous time.
 
     Raises
     ------
     InputError
-        Shapes do not fit, an entry is not a finite real number, or there is neither a state nor a feedthrough.
+        Shapes do not fit, an entry is not a finite real number, or there is no state and no ``D`` is given.
 
     Notes
     -----
@@ -59,7 +65,7 @@ def rational_block(
     """
     state, input_, output, direct = checked_matrices(A, B, C, D)
     if not state:
-        if not direct:
+        if D is None or not _entries(D):
             raise InputError(
                 "the system is empty: it has no states and no feedthrough; give matrices of order 1 or more"
             )
@@ -70,7 +76,8 @@ def rational_block(
     changed = [[a - o for a, o in zip(*rows, strict=True)] for rows in zip(state, outer, strict=True)]
     open_, closed = (_monic(_integers(rows, scale), scale) for rows in (state, changed))
     top = [c - o + direct * o for c, o in zip(closed, open_, strict=True)]
-    return RationalBlock(top, open_, dt)
+    matrices = Realisation(tuple(state), input_, output, direct)
+    return RationalBlock(top, open_, dt, matrices=matrices)
 
 
 def checked_matrices(A: object, B: object, C: object, D: object) -> tuple[list[Row], Row, Row, Fraction]:
@@ -89,15 +96,22 @@ def checked_matrices(A: object, B: object, C: object, D: object) -> tuple[list[R
     return state, _vector(B, "B", n), _vector(C, "C", n), _direct(D)
 
 
-def float_block(A: object, B: object, C: object, D: object = 0, *, dt: Fraction | None = None) -> StateSpaceBlock:
+def float_block(
+    A: object,
+    B: object,
+    C: object,
+    D: object = None,
+    *,
+    dt: Fraction | Literal[True] | None = None,
+) -> StateSpaceBlock:
     """The block of the same matrices in floating point.
 
     Parameters
     ----------
     A, B, C, D : object
         As for :func:`rational_block`; entries that are no doubles are rounded.
-    dt : Fraction or None
-        Sampling time [s]; None for continuous time.
+    dt : Fraction, True or None
+        Sampling time [s]; True where its period is not stated; None for continuous time.
 
     Raises
     ------
@@ -113,11 +127,16 @@ def float_block(A: object, B: object, C: object, D: object = 0, *, dt: Fraction 
     else:
         exact, input_, output, direct = checked_matrices(dense, B, C, D)
         state = np.array(exact, dtype=float)
-    return StateSpaceBlock(state, np.array(input_, dtype=float), np.array(output, dtype=float), float(direct), dt)
+    step = cast("Fraction | None", dt)  # True is taken too, and kept as a Fraction
+    return StateSpaceBlock(state, np.array(input_, dtype=float), np.array(output, dtype=float), float(direct), step)
+
+
+def _entries(D: object) -> list[Fraction]:
+    return [] if D is None else [entry for row in _rows(D, "D") for entry in _row(row, "D")]
 
 
 def _direct(D: object) -> Fraction:
-    entries = [entry for row in _rows(D, "D") for entry in _row(row, "D")]
+    entries = _entries(D)
     if len(entries) > 1:
         raise InputError(f"D has {len(entries)} entries: {_ONE_PAIR}")
     return entries[0] if entries else Fraction(0)

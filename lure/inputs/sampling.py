@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Final
+from typing import Final, Literal
 
 from lure.errors import InputError
 from lure.exact import exact_number
@@ -39,7 +39,7 @@ def stated(dt: object, name: str = "dt") -> Stated:
     return value
 
 
-def sampling_time(given: object, own: object = None, *, name: str = "dt") -> Fraction | None:
+def sampling_time(given: object, own: object = None, *, name: str = "dt") -> Fraction | Literal[True] | None:
     """The sampling time that a caller's ``dt`` and the source's own one agree on.
 
     Parameters
@@ -53,8 +53,8 @@ def sampling_time(given: object, own: object = None, *, name: str = "dt") -> Fra
 
     Returns
     -------
-    Fraction or None
-        None for continuous time, also if neither says anything; 1 for discrete time of unspecified period.
+    Fraction, True or None
+        None for continuous time, also if neither says anything; True for discrete time of unspecified period.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def sampling_time(given: object, own: object = None, *, name: str = "dt") -> Fra
     Examples
     --------
     >>> sampling_time(None, 0), sampling_time(True), sampling_time(0.5, True)
-    (None, Fraction(1, 1), Fraction(1, 2))
+    (None, True, Fraction(1, 2))
     """
     caller, source = stated(given), stated(own, f"{name}.dt")
     if caller is None or caller == source:
@@ -78,9 +78,9 @@ def sampling_time(given: object, own: object = None, *, name: str = "dt") -> Fra
     raise InputError(f"dt is {_words(caller)} but {name} is in {_words(source)}; leave dt out or convert the system")
 
 
-def _period(value: Stated) -> Fraction | None:
+def _period(value: Stated) -> Fraction | Literal[True] | None:
     if value == ANY_PERIOD:
-        return Fraction(1)
+        return True
     return value if isinstance(value, Fraction) and value else None
 
 

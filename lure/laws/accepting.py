@@ -37,13 +37,39 @@ def as_law(source: object) -> Nonlinearity:
     """
     if hasattr(source, "sector") and callable(source):
         return cast("Nonlinearity", source)
-    control = sys.modules.get("control")  # an object of a package that is not loaded cannot exist
-    if control is not None and isinstance(source, control.DescribingFunctionNonlinearity):
-        if type(source) is control.saturation_nonlinearity:  # of a class derived from it the graph is unknown
-            return Saturation(limit=source.ub, lower_limit=source.lb)
-        if not source._isstatic():
+    if is_control_nonlinearity(source):
+        law = control_saturation(source)
+        if law is not None:
+            return law
+        if not source._isstatic():  # type: ignore[attr-defined]  # what that class offers
             raise InputError(
-                f"{type(source).__name__} has a memory: its force depends on the past, and a sector bounds laws "
-                "mu = -phi(sigma) without one; describe the loop by its describing function in python-control"
+                f"{type(source).__name__} has a memory: its output depends on the past of sigma, and a sector bounds "
+                "memoryless nonlinearities mu = -phi(sigma); analysis.describing_function(it, amplitude) is a hint"
             )
     raise InputError(f"{source!r:.60} has no sector; {_WANTED}")
+
+
+def is_control_nonlinearity(source: object) -> bool:
+    """Whether something is what python-control calls a ``DescribingFunctionNonlinearity``.
+
+    Parameters
+    ----------
+    source : object
+        Anything.
+    """
+    control = sys.modules.get("control")  # an object of a package that is not loaded cannot exist
+    return control is not None and isinstance(source, control.DescribingFunctionNonlinearity)
+
+
+def control_saturation(source: object) -> Saturation | None:
+    """``control.saturation_nonlinearity`` as a saturation of the library, None for everything else.
+
+    Parameters
+    ----------
+    source : object
+        Anything; of a class derived from that one the graph is unknown.
+    """
+    control = sys.modules.get("control")
+    if control is None or type(source) is not control.saturation_nonlinearity:
+        return None
+    return Saturation(limit=source.ub, lower_limit=source.lb)  # type: ignore[attr-defined]  # what that class offers

@@ -13,19 +13,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.expressions import Expression
-from lure.expressions.tree import Apply, Node, Number
+from lure.expressions.domain import has_value
+from lure.expressions.regularity import Nature, nature
 from lure.laws.affine import piecewise_linear_graph
 from lure.laws.graph import Graph
 from lure.laws.law import assign
 from lure.sector import Sector, SlopeBounds
 
 VARIABLE = "sigma"
-_LIPSCHITZ = frozenset(("+", "-", "*", "neg", "abs", "min", "max", "sin", "cos", "exp", "tanh", "atan", "pi"))
 
 
 @dataclass(frozen=True, slots=True)
 class ExpressionLaw:
-    r"""``phi(sigma)`` as text, read by the whitelist parser; the author vouches for its sector and slope.
+    r"""``phi(sigma)`` as text, read by the whitelist parser; the author may vouch for its sector and slope.
 
     What is declared stays declared: :func:`lure.laws.properties` calls it checked only for a formula that is piecewise
     linear, which is recognised exactly; :func:`lure.laws.check_declared` looks for a point that contradicts it.
@@ -34,15 +34,17 @@ class ExpressionLaw:
     ----------
     text : str
         The formula, e.g. ``"min(max(2*sigma, -1), 1)"``; see :class:`lure.expressions.Expression`.
-    sector : Sector
-        Declared sector.
+    sector : Sector or None
+        Declared sector; None declares nothing: of a piecewise linear formula the sector, slope bounds and oddness are
+        then those of its graph, of any other the sector is ``[-inf, inf]`` here, and :func:`analysis.analyse` takes
+        the one it certifies.
     slope_bounds : SlopeBounds or None
         Declared slope bounds, None for none.
     odd : bool
         Whether the law is declared odd.
     locally_lipschitz : bool
-        Whether it is declared locally Lipschitz; finite slope bounds make it so, and so does a formula made only of
-        sums, products, whole powers, ``abs min max sin cos exp tanh atan`` and division by numbers.
+        Whether it is declared locally Lipschitz.  Finite slope bounds make it so, and so does a formula that visibly
+        is: see ``lure.expressions.regularity.nature``.
 
     Raises
     ------
@@ -62,22 +64,24 @@ class ExpressionLaw:
     slope_bounds: SlopeBounds | None
     odd: bool
     locally_lipschitz: bool
+    sector_declared: bool = field(init=False, repr=False, compare=False)
     expression: Expression = field(init=False, repr=False, compare=False)
     derivative: Expression = field(init=False, repr=False, compare=False)
     graph: Graph | None = field(init=False, repr=False, compare=False)
+    nature: Nature | None = field(init=False, repr=False, compare=False)
 
     def __init__(
         self,
         text: str,
         *,
-        sector: Sector,
+        sector: Sector | None = None,
         slope_bounds: SlopeBounds | None = None,
         odd: bool = False,
         locally_lipschitz: bool = False,
     ) -> None:
         if not isinstance(text, str):
             raise InputError(f"ExpressionLaw.text is {text!r:.60}; give a formula in sigma as text")
-        if not isinstance(sector, Sector):
+        if sector is not None and not isinstance(sector, Sector):
             raise InputError(f"ExpressionLaw.sector is {sector!r:.60}; declare a Sector")
         if slope_bounds is not None and not isinstance(slope_bounds, SlopeBounds):
             raise InputError(f"ExpressionLaw.slope_bounds is {slope_bounds!r:.60}; declare SlopeBounds, or None")
@@ -86,26 +90,39 @@ class ExpressionLaw:
                 raise InputError(f"ExpressionLaw.{name} is {value!r:.60}; declare True or False")
         expression = Expression.parse(text, variables=(VARIABLE,), field="ExpressionLaw.text")
         _demand_zero(expression)
-        finite = slope_bounds is not None and max(-slope_bounds.lower, slope_bounds.upper) < math.inf
         graph = piecewise_linear_graph(expression, VARIABLE)
+        if sector is None and graph is not None and not graph.is_line:
+            slope_bounds = graph.slope_bounds if slope_bounds is None else slope_bounds
+            odd = odd or graph.odd
+        finite = slope_bounds is not None and max(-slope_bounds.lower, slope_bounds.upper) < math.inf
+        found = nature(expression.tree)
         assign(
             self,
             text=expression.source,
-            sector=sector,
+            sector=_undeclared(graph, slope_bounds) if sector is None else sector,
+            sector_declared=sector is not None,
             slope_bounds=slope_bounds,
             odd=odd,
-            locally_lipschitz=locally_lipschitz or finite or graph is not None or _smooth_enough(expression.tree),
+            locally_lipschitz=locally_lipschitz or finite or graph is not None or _visibly_lipschitz(found),
             expression=expression,
             derivative=expression.derivative(VARIABLE),
             graph=graph,
+            nature=found,
         )
 
     @property
     def regularity(self) -> str:
-        """Continuity in words: exact for piecewise linear formulas, else what is declared."""
+        """Continuity in words: what the form of the formula shows, else what is declared."""
         if self.graph is not None:
             return "piecewise linear, globally Lipschitz"
-        return "locally Lipschitz" if self.locally_lipschitz else "unknown"
+        if self.locally_lipschitz:
+            return "locally Lipschitz"
+        return "continuous" if self.nature is not None and self.nature.continuous else "unknown"
+
+    @property
+    def visibly_lipschitz(self) -> bool:
+        """Whether the formula is locally Lipschitz by its form, whatever is declared."""
+        return self.graph is not None or _visibly_lipschitz(self.nature)
 
     @property
     def breakpoints(self) -> tuple[Fraction, ...]:
@@ -160,6 +177,15 @@ class ExpressionLaw:
         return law_html(self)
 
 
+def _undeclared(graph: Graph | None, slope_bounds: SlopeBounds | None) -> Sector:
+    """The sector of a formula of which none is declared: its graph's, or that of the slope bounds."""
+    if graph is not None and not graph.is_line:
+        return graph.sector
+    if slope_bounds is not None:
+        return Sector(slope_bounds.lower, slope_bounds.upper)
+    return Sector(-math.inf, math.inf)
+
+
 def _demand_zero(expression: Expression) -> None:
     """Refuse a formula that does not vanish at 0, or that cannot be shown to."""
     try:
@@ -167,10 +193,11 @@ def _demand_zero(expression: Expression) -> None:
     except InputError:
         import flint
 
+        defined = has_value(expression.tree, {VARIABLE: flint.arb(0)})
         enclosure = expression.ball(sigma=flint.arb(0))
-        if enclosure == 0:
+        if defined and enclosure == 0:
             return
-        if enclosure != 0:
+        if defined and enclosure != 0:
             found = f"phi(0) = {float(enclosure.mid()):.6g}; a law must vanish at 0"
         else:
             found = "a phi(0) that cannot be shown to be 0; write the formula so that it visibly is"
@@ -182,14 +209,5 @@ def _demand_zero(expression: Expression) -> None:
         )
 
 
-def _smooth_enough(node: Node) -> bool:
-    """Whether a formula is visibly locally Lipschitz on the whole line."""
-    if not isinstance(node, Apply):
-        return True
-    if node.operation in ("/", "**"):
-        first, last = node.arguments
-        if not isinstance(last, Number):
-            return False
-        fits = last.value != 0 if node.operation == "/" else last.value >= 1 and last.value.denominator == 1
-        return fits and _smooth_enough(first)
-    return node.operation in _LIPSCHITZ and all(_smooth_enough(part) for part in node.arguments)
+def _visibly_lipschitz(found: Nature | None) -> bool:
+    return found is not None and found.lipschitz

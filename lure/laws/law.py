@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.exact import exact_number
+from lure.exact import Exact, exact_number
 from lure.sector import Sector, SlopeBounds
+
+Parameter: TypeAlias = Exact | str
+"""A number, or a text of one such as ``".1"`` or ``"1/3"``."""
 
 
 class Law(Protocol):
@@ -46,6 +49,21 @@ class Law(Protocol):
         """``int_0^sigma phi``, elementwise."""
 
 
+def exact_parameter(value: object, name: str) -> Fraction:
+    """The exact number that a parameter is; a text of one number, ``".1"`` or ``"1/3"``, is taken as blocks take it.
+
+    Raises
+    ------
+    InputError
+        It is not a finite number.
+    """
+    if not isinstance(value, str):
+        return exact_number(value, name)
+    from lure.inputs.coefficients import exact_coefficient
+
+    return exact_coefficient(value, name)
+
+
 def positive(value: object, name: str) -> Fraction:
     """The exact number, which must be positive.
 
@@ -54,7 +72,7 @@ def positive(value: object, name: str) -> Fraction:
     InputError
         It is not a positive finite number.
     """
-    exact = exact_number(value, name)
+    exact = exact_parameter(value, name)
     if exact <= 0:
         raise InputError(f"{name} is {float(exact):g}; give a positive number")
     return exact

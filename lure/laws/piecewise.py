@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.exact import Exact, exact_number
 from lure.laws.graph import Graph
-from lure.laws.law import assign, factor_text, number_text, positive
+from lure.laws.law import Parameter, assign, exact_parameter, factor_text, number_text, positive
 from lure.sector import Sector, SlopeBounds
 
 
@@ -87,11 +86,11 @@ class Saturation(GraphLaw):
 
     Parameters
     ----------
-    gain : int, float, Fraction or Decimal
+    gain : int, float, Fraction, Decimal or str
         Slope between the limits, positive [unit of phi / unit of sigma].
-    limit : int, float, Fraction or Decimal
+    limit : int, float, Fraction, Decimal or str
         Largest value of ``phi``, positive [unit of phi].
-    lower_limit : int, float, Fraction, Decimal or None
+    lower_limit : int, float, Fraction, Decimal, str or None
         Least value, at most 0; None for ``-limit``.  Any other value makes a law that is not odd.
 
     Raises
@@ -111,9 +110,9 @@ class Saturation(GraphLaw):
     lower_limit: Fraction
     graph: Graph = field(init=False, repr=False, compare=False)
 
-    def __init__(self, *, gain: Exact = 1, limit: Exact = 1, lower_limit: Exact | None = None) -> None:
+    def __init__(self, *, gain: Parameter = 1, limit: Parameter = 1, lower_limit: Parameter | None = None) -> None:
         g, top = positive(gain, "Saturation.gain"), positive(limit, "Saturation.limit")
-        bottom = -top if lower_limit is None else exact_number(lower_limit, "Saturation.lower_limit")
+        bottom = -top if lower_limit is None else exact_parameter(lower_limit, "Saturation.lower_limit")
         if bottom > 0:
             raise InputError(
                 f"Saturation.lower_limit is {float(bottom):g}; give a number of at most 0, since phi(0) = 0"
@@ -126,7 +125,7 @@ class Saturation(GraphLaw):
         return f"saturation min(max({factor_text(self.gain)}sigma, {low}), {high})"
 
 
-def relay_with_slope(*, gain: Exact, level: Exact) -> Saturation:
+def relay_with_slope(*, gain: Parameter, level: Parameter) -> Saturation:
     """A relay whose switch has the finite slope ``gain``, between the values ``-level`` and ``level``.
 
     The ideal relay, ``gain = inf``, is refused: it jumps at 0, so that the loop is a differential inclusion, for which
@@ -134,9 +133,9 @@ def relay_with_slope(*, gain: Exact, level: Exact) -> Saturation:
 
     Parameters
     ----------
-    gain : int, float, Fraction or Decimal
+    gain : int, float, Fraction, Decimal or str
         Slope at 0, positive and finite.
-    level : int, float, Fraction or Decimal
+    level : int, float, Fraction, Decimal or str
         Value of ``phi`` beyond ``level / gain``, positive.
 
     Raises
@@ -164,9 +163,9 @@ class DeadZone(GraphLaw):
 
     Parameters
     ----------
-    width : int, float, Fraction or Decimal
+    width : int, float, Fraction, Decimal or str
         Half the width of the zone, positive [unit of sigma].
-    gain : int, float, Fraction or Decimal
+    gain : int, float, Fraction, Decimal or str
         Slope outside, positive [unit of phi / unit of sigma].
 
     Raises
@@ -184,7 +183,7 @@ class DeadZone(GraphLaw):
     gain: Fraction
     graph: Graph = field(init=False, repr=False, compare=False)
 
-    def __init__(self, *, width: Exact = 1, gain: Exact = 1) -> None:
+    def __init__(self, *, width: Parameter = 1, gain: Parameter = 1) -> None:
         w, g = positive(width, "DeadZone.width"), positive(gain, "DeadZone.gain")
         assign(self, width=w, gain=g, graph=Graph.through([(-w, Fraction(0)), (w, Fraction(0))], g, g))
 
@@ -198,7 +197,7 @@ class ReLU(GraphLaw):
 
     Parameters
     ----------
-    gain : int, float, Fraction or Decimal
+    gain : int, float, Fraction, Decimal or str
         Slope for positive ``sigma``, positive.
 
     Raises
@@ -210,7 +209,7 @@ class ReLU(GraphLaw):
     gain: Fraction
     graph: Graph = field(init=False, repr=False, compare=False)
 
-    def __init__(self, *, gain: Exact = 1) -> None:
+    def __init__(self, *, gain: Parameter = 1) -> None:
         g = positive(gain, "ReLU.gain")
         assign(self, gain=g, graph=Graph.through([], Fraction(0), g))
 
@@ -224,7 +223,7 @@ class LeakyReLU(GraphLaw):
 
     Parameters
     ----------
-    negative_slope, positive_slope : int, float, Fraction or Decimal
+    negative_slope, positive_slope : int, float, Fraction, Decimal or str
         Slopes left and right of 0, different from each other.
 
     Raises
@@ -237,9 +236,9 @@ class LeakyReLU(GraphLaw):
     positive_slope: Fraction
     graph: Graph = field(init=False, repr=False, compare=False)
 
-    def __init__(self, *, negative_slope: Exact = Fraction(1, 100), positive_slope: Exact = 1) -> None:
-        left = exact_number(negative_slope, "LeakyReLU.negative_slope")
-        right = exact_number(positive_slope, "LeakyReLU.positive_slope")
+    def __init__(self, *, negative_slope: Parameter = Fraction(1, 100), positive_slope: Parameter = 1) -> None:
+        left = exact_parameter(negative_slope, "LeakyReLU.negative_slope")
+        right = exact_parameter(positive_slope, "LeakyReLU.positive_slope")
         assign(self, negative_slope=left, positive_slope=right, graph=bent(Graph.through([], left, right), "LeakyReLU"))
 
     def __str__(self) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
 from typing import Generic, TypeVar
@@ -91,7 +91,8 @@ def properties(law: Nonlinearity) -> Properties:
     """What is known of a law, each property with its standing.
 
     Laws of the library are known in closed form.  A formula is checked if it is piecewise linear, which is recognised
-    exactly.  Everything else is declared: a sample, however dense, checks nothing for every ``sigma``.
+    exactly; of others the regularity is, where the form of the formula shows it.  Everything else is declared: a
+    sample, however dense, checks nothing for every ``sigma``.
 
     Parameters
     ----------
@@ -124,6 +125,8 @@ def properties(law: Nonlinearity) -> Properties:
     if type(law) is ExpressionLaw and law.graph is not None:
         _compare(law, law.graph)
         return _all(law, Standing.CHECKED, "the formula is piecewise linear: " + _FROM_POINTS)
+    if type(law) is ExpressionLaw:
+        return _of_formula(law)
     proof = _PROOFS.get(type(law))
     return _all(law, Standing.DECLARED, _WORD) if proof is None else _all(law, Standing.CHECKED, proof)
 
@@ -174,6 +177,16 @@ def _all(law: Nonlinearity, standing: Standing, how: str) -> Properties:
         odd=known(bool(getattr(law, "odd", False)), missing=not hasattr(law, "odd")),
         regularity=known(regularity, missing=regularity == "unknown"),
     )
+
+
+def _of_formula(law: ExpressionLaw) -> Properties:
+    """What is declared of a formula, with the regularity that its form shows."""
+    declared = _all(law, Standing.DECLARED, _WORD)
+    visible = law.visibly_lipschitz or not law.locally_lipschitz
+    if not visible or law.regularity == "unknown":
+        return declared
+    how = "read off the formula: it is made of functions with this property, each inside its domain"
+    return replace(declared, regularity=Property(value=law.regularity, standing=Standing.CHECKED, how=how))
 
 
 def _compare(law: ExpressionLaw, graph: Graph) -> None:

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.exact import Exact
-from lure.laws.law import assign, number_text, positive
+from lure.laws.law import Parameter, assign, number_text, positive
 from lure.sector import Sector
 
 QuantiserKind = Literal["mid-tread"]
@@ -26,7 +25,7 @@ class Quantiser:
 
     Parameters
     ----------
-    step : int, float, Fraction or Decimal
+    step : int, float, Fraction, Decimal or str
         Positive [unit of sigma].
     kind : {"mid-tread"}
         A quantiser with 0 among its levels.  The mid-riser, which jumps at 0, lies in no sector with a finite bound.
@@ -46,7 +45,7 @@ class Quantiser:
     step: Fraction
     kind: QuantiserKind
 
-    def __init__(self, *, step: Exact = 1, kind: QuantiserKind = "mid-tread") -> None:
+    def __init__(self, *, step: Parameter = 1, kind: QuantiserKind = "mid-tread") -> None:
         if kind != "mid-tread":
             raise InputError(
                 f"Quantiser.kind is {kind!r:.60}; only 'mid-tread' is offered: a mid-riser jumps at sigma = 0 and lies "

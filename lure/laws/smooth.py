@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.exact import Exact, exact_number
-from lure.laws.law import assign, factor_text, number_text, positive
+from lure.exact import exact_number
+from lure.laws.law import Parameter, assign, exact_parameter, factor_text, number_text, positive
 from lure.sector import Sector, SlopeBounds
 
 
@@ -25,7 +25,7 @@ class Cubic:
 
     Parameters
     ----------
-    linear, cubic : int, float, Fraction or Decimal
+    linear, cubic : int, float, Fraction, Decimal or str
         Coefficients; ``cubic`` is not 0.
 
     Raises
@@ -43,8 +43,8 @@ class Cubic:
     linear: Fraction
     cubic: Fraction
 
-    def __init__(self, *, linear: Exact = 0, cubic: Exact = 1) -> None:
-        a, b = exact_number(linear, "Cubic.linear"), exact_number(cubic, "Cubic.cubic")
+    def __init__(self, *, linear: Parameter = 0, cubic: Parameter = 1) -> None:
+        a, b = exact_parameter(linear, "Cubic.linear"), exact_parameter(cubic, "Cubic.cubic")
         if b == 0:
             raise InputError("Cubic.cubic is 0; give another number, a linear gain belongs into the block")
         assign(self, linear=a, cubic=b)
@@ -123,9 +123,9 @@ class Tanh:
 
     Parameters
     ----------
-    scale : int, float, Fraction or Decimal
+    scale : int, float, Fraction, Decimal or str
         Positive [unit of sigma].
-    gain : int, float, Fraction or Decimal
+    gain : int, float, Fraction, Decimal or str
         Positive [unit of phi].
 
     Raises
@@ -143,7 +143,7 @@ class Tanh:
     scale: Fraction
     gain: Fraction
 
-    def __init__(self, *, scale: Exact = 1, gain: Exact = 1) -> None:
+    def __init__(self, *, scale: Parameter = 1, gain: Parameter = 1) -> None:
         d, g = positive(scale, "Tanh.scale"), positive(gain, "Tanh.gain")
         exact_number(g / d, "Tanh: the slope gain/scale")
         assign(self, scale=d, gain=g)

@@ -7,11 +7,12 @@ import math
 from collections.abc import Callable, Mapping
 from decimal import Decimal
 from fractions import Fraction
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
 from lure.errors import InputError
-from lure.exact import exact_number
 from lure.laws.formula import ExpressionLaw
+from lure.laws.law import exact_parameter
 from lure.laws.piecewise import IDEAL_RELAY, DeadZone, LeakyReLU, ReLU, Saturation, relay_with_slope
 from lure.laws.points import PiecewiseLinear
 from lure.laws.quantiser import Quantiser
@@ -23,34 +24,76 @@ Bounds = TypeVar("Bounds", Sector, SlopeBounds)
 
 
 class _Kind:
-    """How one kind of law is made, which keys it takes, and which of them it needs."""
+    """How one kind of law is made, which keys it takes, which of them it needs, and other names for them."""
 
-    def __init__(self, make: Callable[..., Nonlinearity], needs: str = "", takes: str = "") -> None:
+    def __init__(self, make: Callable[..., Nonlinearity], needs: str = "", takes: str = "", aliases: str = "") -> None:
         self.make = make
         self.needs = tuple(needs.split())
         self.keys = (*self.needs, *takes.split())
+        self.aliases = dict(pair.split("=") for pair in aliases.split())
 
 
-def _expression(**values: object) -> ExpressionLaw:
-    bounds: dict[str, object] = {"sector": _bounds(values.pop("sector"), "sector", Sector)}
-    if "slope_bounds" in values:
-        bounds["slope_bounds"] = _bounds(values.pop("slope_bounds"), "slope_bounds", SlopeBounds)
-    return ExpressionLaw(**values, **bounds)  # type: ignore[arg-type]  # it checks them
+def _expression(expression: object, **values: object) -> ExpressionLaw:
+    bounds: dict[str, object] = {}
+    if "sector" in values:
+        bounds["sector"] = _bounds(values.pop("sector"), "sector", Sector)
+    if "slope" in values:
+        bounds["slope_bounds"] = _bounds(values.pop("slope"), "slope", SlopeBounds)
+    return ExpressionLaw(expression, **values, **bounds)  # type: ignore[arg-type]  # it checks them
+
+
+def _piecewise_linear(**values: object) -> PiecewiseLinear:
+    given: dict[str, Any] = values
+    if "file" in given:
+        if "points" in given:
+            raise InputError("the law 'piecewise linear' has both points and a file; give one of them")
+        file = given.pop("file")
+        if not isinstance(file, str | Path):
+            raise InputError(f"the law's file is {file!r:.60}; give the path of a CSV file in quotes")
+        return PiecewiseLinear.from_csv(file, **given)
+    missing = [key for key in ("points", "left_slope", "right_slope") if key not in given]
+    if missing:
+        raise InputError(
+            f"the law 'piecewise linear' needs {' and '.join(missing)}, or a file; it takes points, left_slope, "
+            "right_slope, file"
+        )
+    return PiecewiseLinear(given.pop("points"), **given)
 
 
 _KINDS: dict[str, _Kind] = {
-    "saturation": _Kind(Saturation, needs="gain limit", takes="lower_limit"),
-    "relay with slope": _Kind(relay_with_slope, needs="gain level"),
-    "dead zone": _Kind(DeadZone, needs="width gain"),
+    "saturation": _Kind(Saturation, needs="gain limit", takes="lower_limit", aliases="slope=gain"),
+    "relay with slope": _Kind(relay_with_slope, needs="gain level", aliases="slope=gain"),
+    "dead zone": _Kind(DeadZone, needs="width gain", aliases="slope=gain"),
     "cubic": _Kind(Cubic, needs="cubic", takes="linear"),
-    "tanh": _Kind(Tanh, takes="scale gain"),
-    "relu": _Kind(ReLU, takes="gain"),
+    "tanh": _Kind(Tanh, takes="scale gain", aliases="slope=gain"),
+    "relu": _Kind(ReLU, takes="gain", aliases="slope=gain"),
     "leaky relu": _Kind(LeakyReLU, needs="negative_slope", takes="positive_slope"),
     "quantiser": _Kind(Quantiser, needs="step", takes="kind"),
-    "piecewise linear": _Kind(PiecewiseLinear, needs="points left_slope right_slope"),
+    "piecewise linear": _Kind(_piecewise_linear, takes="points left_slope right_slope file"),
     "normal compliance": _Kind(NormalCompliance, needs="stiffness", takes="exponent"),
-    "expression": _Kind(_expression, needs="text sector", takes="slope_bounds odd locally_lipschitz"),
+    "expression": _Kind(
+        _expression,
+        needs="expression",
+        takes="sector slope odd locally_lipschitz",
+        aliases="text=expression formula=expression law=expression slope_bounds=slope",
+    ),
 }
+_WITH_MEMORY = (
+    "backlash",
+    "hysteresis",
+    "relay hysteresis",
+    "relay with hysteresis",
+    "play",
+    "stop",
+    "preisach",
+    "prandtl ishlinskii",
+    "bouc wen",
+    "friction hysteresis",
+    "dahl",
+    "lugre",
+    "rate limiter",
+    "rate limit",
+)
 _SPELLINGS = {
     "quantizer": "quantiser",
     "deadzone": "dead zone",
@@ -61,7 +104,7 @@ _SPELLINGS = {
     "sat": "saturation",
     "contact": "normal compliance",
 }
-_KEYS = {"slope": "gain", "law": "text", "formula": "text"}
+_CLOSE = 0.7
 LAW_KINDS = tuple(_KINDS)
 """The kinds of law that a table of a system file may name."""
 
@@ -91,8 +134,10 @@ def law_from_table(kind: str, values: Mapping[str, object]) -> Nonlinearity:
     entry, given = _KINDS[name], dict(values)
     if name == "relay with slope" and "gain" not in given and "slope" not in given:
         raise InputError(IDEAL_RELAY)
-    for alias, key in _KEYS.items():
-        if alias in given and alias not in entry.keys and key in entry.keys and key not in given:
+    for alias, key in entry.aliases.items():
+        if alias in given:
+            if key in given:
+                raise InputError(f"the law {name!r} has both {alias} and {key}, which mean the same; give one of them")
             given[key] = given.pop(alias)
     for key in given:
         if key not in entry.keys:
@@ -114,13 +159,18 @@ def _kind(kind: str) -> str:
         return word
     if word == "ideal relay":
         raise InputError(IDEAL_RELAY)
-    close = difflib.get_close_matches(word[:40], [*_KINDS, *_SPELLINGS], n=1)
+    if word in _WITH_MEMORY or "hysteresis" in word or "backlash" in word:
+        raise InputError(
+            f"the kind {kind[:60]!r} has a memory, its output depends on the past of sigma, and the theory here is for "
+            "memoryless nonlinearities mu = -phi(sigma)"
+        )
+    close = difflib.get_close_matches(word[:40], [*_KINDS, *_SPELLINGS], n=1, cutoff=_CLOSE)
     meant = f"did you mean {_SPELLINGS.get(close[0], close[0])!r}? " if close else ""
     raise InputError(f"unknown kind of law {kind[:60]!r}; {meant}the kinds are {', '.join(_KINDS)}")
 
 
 def _unknown_key(name: str, key: str, keys: tuple[str, ...]) -> str:
-    close = difflib.get_close_matches(key[:40].lower(), keys, n=1)
+    close = difflib.get_close_matches(key[:40].lower(), keys, n=1, cutoff=_CLOSE)
     meant = f"did you mean {close[0]}? " if close else ""
     return f"the law {name!r} has no key {key[:60]!r}; {meant}it takes {', '.join(keys)}"
 
@@ -142,4 +192,4 @@ def _bound(value: object, name: str) -> float | Fraction:
         return -math.inf if value.strip().startswith("-") else math.inf
     if isinstance(value, float | Decimal) and abs(value) == math.inf:
         return math.inf if value > 0 else -math.inf
-    return exact_number(value, name)
+    return exact_parameter(value, name)

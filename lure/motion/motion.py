@@ -16,12 +16,14 @@ from lure.motion.impacts import Impact
 from lure.motion.record import Series
 from lure.rod import Rod
 from lure.scenario import Scenario
+from lure.values import by_value
 
 if TYPE_CHECKING:
     import control
     import xarray
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
     r"""A motion of the rod itself, without grid or time step; make one with :func:`exact_motion`.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from lure.delay import DelayBlock
@@ -11,6 +12,8 @@ from lure.errors import InputError
 from lure.frequency_data import FrequencyData
 from lure.inputs import as_block
 from lure.law_class import LawClass
+from lure.laws.points import outer_slopes
+from lure.laws.points_file import points_from_csv
 from lure.rational import RationalBlock
 from lure.sector import Sector, SlopeBounds
 from lure.state_space import StateSpaceBlock
@@ -45,7 +48,7 @@ def is_plant_file(tables: Mapping[str, Any]) -> bool:
     return any(match and match[0] in PLANT_TABLES for match in near)
 
 
-def built_loop(tables: PlantTables, *, title: str, source: str) -> LoopSystem:
+def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) -> LoopSystem:
     """The loop of a file.
 
     Parameters
@@ -56,6 +59,8 @@ def built_loop(tables: PlantTables, *, title: str, source: str) -> LoopSystem:
         Title, should the file have none.
     source : str
         Where the file comes from.
+    folder : Path
+        Where the files lie that it names.
 
     Raises
     ------
@@ -69,9 +74,21 @@ def built_loop(tables: PlantTables, *, title: str, source: str) -> LoopSystem:
     if tables.nonlinearity is None:
         return loop_system(identity, block, law_class=law_class)
     try:
-        return loop_system(identity, block, law_table=tables.nonlinearity.law_table(), law_class=law_class)
+        table = _with_points(tables.nonlinearity.law_table(), folder)
+        return loop_system(identity, block, law_table=table, law_class=law_class)
     except InputError as error:
         raise InputError(f"nonlinearity: {error}") from None
+
+
+def _with_points(table: dict[str, object], folder: Path) -> dict[str, object]:
+    """The table of a law with the points of its file in place of the file, so that it stands for itself."""
+    file = table.get("file")
+    if not isinstance(file, str) or "points" in table:
+        return table
+    points = points_from_csv(folder / file)
+    left, right = outer_slopes(points)
+    rest = {key: value for key, value in table.items() if key != "file"}
+    return {"left_slope": left, "right_slope": right, **rest, "points": [list(point) for point in points]}
 
 
 def _block(plant: PlantTable) -> RationalBlock | DelayBlock | StateSpaceBlock:

@@ -145,12 +145,7 @@ class NonlinearityTable(BaseModel):
             A parameter is neither a number, a truth value, a text nor a list of these.
         """
         extra = {} if self.model_extra is None else self.model_extra
-        values = {key: _parameter(value, f"nonlinearity.{key}") for key, value in extra.items()}
-        if self.kind.strip().lower() == "expression":
-            for word, key in (("expression", "text"), ("slope", "slope_bounds")):
-                if word in values and key not in values:
-                    values[key] = values.pop(word)
-        return {"kind": self.kind, **values}
+        return {"kind": self.kind, **{key: _parameter(value, f"nonlinearity.{key}") for key, value in extra.items()}}
 
 
 class ClassTable(BaseModel):
@@ -184,7 +179,7 @@ PLANT_FILE = Vocabulary(
     single=("name", "title"),
     letters={"numerator": "plant.num", "denominator": "plant.den", "H": "plant.transfer", "G": "plant.transfer"},
 )
-LAW_TEXTS = ("text", "expression", "formula", "law", "kind")
+LAW_TEXTS = ("text", "expression", "formula", "law", "kind", "file")
 PLANT_TEXTS = ("name", "title", "plant.transfer", *(f"nonlinearity.{key}" for key in LAW_TEXTS))
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
     from pydantic_core import ErrorDetails
 
+_CLOSE = 0.7
 _LETTERS = {
     "E": "rod.youngs_modulus",
     "rho": "rod.density",
@@ -119,7 +120,7 @@ def unknown_key(key: str, words: Vocabulary = ROD_FILE) -> str:
 
 
 def _closest(word: str, known: Iterable[str]) -> str | None:
-    found = difflib.get_close_matches(word[:40].lower(), known, n=1, cutoff=0.6)
+    found = difflib.get_close_matches(word[:40].lower(), known, n=1, cutoff=_CLOSE)
     return found[0] if found else None
 
 

@@ -90,10 +90,12 @@ def read_system(path: Path, settings: Sequence[str] = ()) -> RodSystem | LoopSys
         The file cannot be read, is not UTF-8 text of at most 64 KiB, does not parse, or holds unknown keys or wrong
         values.  One sentence: the field, the value and the fix, with the number of further problems.
     """
-    return parse_system(_text(path), name=path.stem, source=path.name, settings=settings)
+    return parse_system(_text(path), name=path.stem, source=path.name, settings=settings, folder=path.parent)
 
 
-def parse_system(text: str, *, name: str, source: str, settings: Sequence[str] = ()) -> RodSystem | LoopSystem:
+def parse_system(
+    text: str, *, name: str, source: str, settings: Sequence[str] = (), folder: Path = Path()
+) -> RodSystem | LoopSystem:
     """The system in the text of a TOML file: a loop if it has a table ``[plant]``, else a rod.
 
     Parameters
@@ -106,6 +108,8 @@ def parse_system(text: str, *, name: str, source: str, settings: Sequence[str] =
         Where the text comes from, for messages and for the ``source`` of the system.
     settings : sequence of str
         As for :func:`find_system`.
+    folder : Path
+        Where the files lie that the text names; the working directory by default.
 
     Raises
     ------
@@ -136,7 +140,7 @@ def parse_system(text: str, *, name: str, source: str, settings: Sequence[str] =
     tables.setdefault("name", shown(name)[1:-1] or ("loop" if plant else "rod"))
     changes = _changes(settings)
     title = f"the {'loop' if plant else 'rod'} of {label}{changes}"
-    return _checked(tables, title=title, source=f"{label}{changes}")
+    return _checked(tables, title=title, source=f"{label}{changes}", folder=folder)
 
 
 def _text(path: Path) -> str:
@@ -195,11 +199,11 @@ def _value(key: str, text: str, words: Vocabulary) -> object:
     return number_or_text(text)
 
 
-def _checked(tables: Tables, *, title: str, source: str) -> RodSystem | LoopSystem:
+def _checked(tables: Tables, *, title: str, source: str, folder: Path = Path()) -> RodSystem | LoopSystem:
     plant = is_plant_file(tables)
     try:
         if plant:
-            return built_loop(PlantTables.model_validate(tables), title=title, source=source)
+            return built_loop(PlantTables.model_validate(tables), title=title, source=source, folder=folder)
         checked = SystemTables.model_validate(tables)
     except ValidationError as error:
         raise refusal(error, PLANT_FILE if plant else ROD_FILE) from None

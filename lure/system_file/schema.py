@@ -16,6 +16,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationIn
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.expressions import Expression
+from lure.rod import impedance_multiple
 from lure.system_file.values import shown
 from lure.upwind import FORMS, Form, checked_cells
 
@@ -46,6 +47,14 @@ def number_of(value: object, name: str) -> Fraction:
 
 def _number(value: object, info: ValidationInfo) -> Fraction:
     return number_of(value, field_key(info))
+
+
+def _damping(value: object, info: ValidationInfo) -> Fraction | str:
+    """A number, or a multiple of the impedance as text, which the rod itself reads."""
+    name = field_key(info)
+    if isinstance(value, str) and impedance_multiple(value, name) is not None:
+        return value
+    return number_of(value, name)
 
 
 def _positive(value: object, info: ValidationInfo) -> Fraction:
@@ -102,7 +111,9 @@ class RodTable(BaseModel):
     density: Number = Field(description="rho [kg/m^3]")
     length: Number = Field(description="L [m]")
     area: Number = Field(description="A, cross-section [m^2]")
-    damping: Number = Field(description="k, dashpot at x = 0 [N s/m]")
+    damping: Annotated[Fraction | str, BeforeValidator(_damping)] = Field(
+        description='k, dashpot at x = 0 [N s/m], or a multiple of A sqrt(rho E) such as "2 Z"'
+    )
     compliance: Number = Field(description="eps, of the contact law p(r) = max(r, 0)^m / eps [m^m/Pa]")
     exponent: Number = Field(default=Fraction(1), description="m of the contact law [-]")
     gap: Number = Field(default=Fraction(0), description="free distance to the obstacle [m]")

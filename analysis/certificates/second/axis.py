@@ -13,6 +13,7 @@ from fractions import Fraction
 
 from flint import fmpq_poly
 
+from analysis.certificates.second.reading import tick
 from analysis.certificates.second.shifting import Shifted
 from analysis.polynomial import X, even_odd, to_fmpq
 
@@ -37,6 +38,10 @@ class Axis:
 
     def __mul__(self, other: Axis) -> Axis:
         return Axis(self.e * other.e - X * self.o * other.o, self.e * other.o + self.o * other.e)
+
+    def times(self, p: fmpq_poly) -> Axis:
+        """The product with a polynomial in ``x``, real on the axis."""
+        return Axis(self.e * p, self.o * p)
 
     def conjugate(self) -> Axis:
         """The complex conjugate."""
@@ -111,6 +116,7 @@ def curve(block: Shifted, multiplier: Multiplier, ease: Fraction) -> Curve:
     for delay, m in multiplier.terms.items():
         _add(sums, delay, m * eased)
     for delay, n in block.n:
+        tick()
         cross = Axis.of(n) * d.conjugate()
         for further, m in multiplier.terms.items():
             _add(sums, delay + further, m * cross)
@@ -141,25 +147,40 @@ def kernels(theta: Fraction, terms: Iterable[tuple[Fraction, Fraction | tuple[Fr
     terms : iterable
         ``c_j`` with a delay, ``h = exp(-s delay)``, or with ``(a, n, side)``, ``h = (a/(a + side s))^n``, side 1 or -1.
     """
-    listed = list(terms)
-    orders: dict[Fraction, int] = {}
-    for _, kernel in listed:
-        if isinstance(kernel, tuple):
-            orders[kernel[0]] = max(orders.get(kernel[0], 0), kernel[1])
-    below = ONE
-    for rate, order in orders.items():
-        below *= _square(rate) ** order
-    sums = {Fraction(0): Axis(below, ZERO)}
-    for c, kernel in listed:
+    sums, same = {Fraction(0): Axis(ONE, ZERO)}, dict[Fraction, list[tuple[Fraction, int, int]]]()
+    for c, kernel in terms:
         if isinstance(kernel, tuple):
             rate, order, side = kernel
-            # (a/(a + s))^n = a^n (a - s)^n / (a^2 + x)^n on the axis
-            top = Axis.of(fmpq_poly([to_fmpq(rate), -side]) ** order)
-            rest = below // _square(rate) ** order * to_fmpq(-c * rate**order)
-            sums[Fraction(0)] += Axis(rest * top.e, rest * top.o)
+            same.setdefault(rate, []).append((c, order, side))
         else:
-            sums[kernel] = sums.get(kernel, Axis(ZERO, ZERO)) + Axis(to_fmpq(-c) * below, ZERO)
-    return Multiplier(terms=sums, below=below, theta=theta, factors=tuple(_square(rate) for rate in orders))
+            sums[kernel] = sums.get(kernel, Axis(ZERO, ZERO)) + Axis(fmpq_poly([to_fmpq(-c)]), ZERO)
+    top, below = _total([_of_rate(rate, group) for rate, group in same.items()])
+    terms_over = {delay: m.times(below) for delay, m in sums.items()}
+    terms_over[Fraction(0)] += top
+    return Multiplier(terms=terms_over, below=below, theta=theta, factors=tuple(_square(rate) for rate in same))
+
+
+Part = tuple[Axis, fmpq_poly]  # a fraction: top, and below in x = omega^2
+
+
+def _of_rate(a: Fraction, group: list[tuple[Fraction, int, int]]) -> Part:
+    """``-sum c (a/(a + side s))^n`` for kernels of one rate: ``(a/(a + s))^n = a^n (a - s)^n / (a^2 + x)^n``."""
+    most = max(order for _, order, _ in group)
+    total = Axis(ZERO, ZERO)
+    for c, order, side in group:
+        tick()
+        rest = _square(a) ** (most - order) * to_fmpq(-c * a**order)
+        total += Axis.of(fmpq_poly([to_fmpq(a), -side]) ** order).times(rest)
+    return total, _square(a) ** most
+
+
+def _total(parts: list[Part]) -> Part:
+    """The sum of fractions by halves, so that large polynomials are multiplied a few times only."""
+    tick()
+    if len(parts) < 2:
+        return parts[0] if parts else (Axis(ZERO, ZERO), ONE)
+    (top, below), (other, beside) = _total(parts[: len(parts) // 2]), _total(parts[len(parts) // 2 :])
+    return top.times(beside) + other.times(below), below * beside
 
 
 def _square(rate: Fraction) -> fmpq_poly:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 from typing import Literal, cast
@@ -29,14 +29,13 @@ class Laws:
     odd: bool
     time_varying: bool
     linear: bool
+    rough: bool = False  # continuous or not; else locally Lipschitz
 
     def mirrored(self) -> Laws:
         """The class of ``-phi``, which the loop of ``-H`` has; ``[-k, -l]`` in place of ``[l, k]``."""
         slope = None if self.slope is None else _mirrored(*self.slope)
         lower, upper = _mirrored(self.lower, self.upper)
-        return Laws(
-            lower=lower, upper=upper, slope=slope, odd=self.odd, time_varying=self.time_varying, linear=self.linear
-        )
+        return replace(self, lower=lower, upper=upper, slope=slope)
 
     @property
     def ends(self) -> tuple[Fraction | None, Fraction | None]:
@@ -80,16 +79,22 @@ def at_least(bound: Lower, limit: Lower) -> bool:
 
 def read_laws(value: Mapping[str, object]) -> Laws:
     """The class of a certificate."""
-    found = record(value, "sector", "slope", "odd", "time_varying", "linear")
+    rough = "regularity" in value
+    found = record(value, "sector", "slope", "odd", "time_varying", "linear", *(["regularity"] if rough else []))
+    require(found.get("regularity", "any") == "any", "the regularity is unknown")
     lower, upper = _bounds(found["sector"])
-    return Laws(
+    laws = Laws(
         lower=lower,
         upper=upper,
         slope=None if found["slope"] is None else _bounds(found["slope"]),
         odd=flag(found["odd"]),
         time_varying=flag(found["time_varying"]),
         linear=flag(found["linear"]),
+        rough=rough,
     )
+    least, greatest = laws.ends
+    require(least is None or greatest is None or least <= greatest, "no law has both the sector and the slopes")
+    return laws
 
 
 def require_member(value: Mapping[str, object], laws: Laws) -> None:

@@ -10,6 +10,7 @@ from flint import arb_mat
 from analysis.certificates.second import claims, structure
 from analysis.certificates.second.classes import Laws
 from analysis.certificates.second.gains import Kind, critical_end, positive_root, require_crossing, unstable_kind
+from analysis.certificates.second.matrix import require_growth
 from analysis.certificates.second.orbits import orbit_kind, require_flow_orbit
 from analysis.certificates.second.reading import Document, NotShown, count, listed, number, numbers, record, require
 from analysis.certificates.second.systems import Rational, RodData, System
@@ -52,6 +53,9 @@ def refuted(document: Document, system: System, laws: Laws) -> str:
         return _sentence(unstable_kind(system, gain), system, laws)
     if not isinstance(system, Rational):
         raise NotShown("with dead time only gains are shown")
+    if method == "matrix-gain":
+        require_growth(system, laws, proof)
+        return claims.NO_REST
     if method == "switched-gain":
         _require_switched(proof, system, laws)
         return claims.NO_REST

@@ -10,7 +10,7 @@ from flint import arb, arb_series, fmpq_poly
 
 from analysis.certificates.second.axis import Curve
 from analysis.certificates.second.positivity import Need
-from analysis.certificates.second.reading import NotShown, count, listed, number, record, require
+from analysis.certificates.second.reading import NotShown, count, listed, number, record, require, tick
 from analysis.polynomial import X, positive_from_zero, to_fmpq, to_fraction
 from analysis.precision import SERIES_TERMS, ball, working_precision
 
@@ -110,6 +110,7 @@ def _positive(curve: Curve, boxes: list[tuple[Fraction, Fraction]]) -> bool:
     stack = list(boxes)
     narrowest = boxes[-1][1] / 2**NARROWEST
     for _ in range(MOST_BOXES):
+        tick()
         if not stack:
             return True
         low, high = stack.pop()

@@ -16,10 +16,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from flint import arb, arb_mat
+from flint import arb, arb_mat, fmpz
 
 from analysis.certificates.second.claims import Claim
-from analysis.certificates.second.reading import NotShown, count, listed, numbers, record, require, whole
+from analysis.certificates.second.classes import Laws
+from analysis.certificates.second.reading import NotShown, count, listed, number, numbers, record, require, tick, whole
 from analysis.certificates.second.shifting import Case
 from analysis.certificates.second.systems import Rational
 from analysis.precision import ball, working_precision
@@ -69,10 +70,7 @@ def require_matrix(system: Rational, claim: Claim, theta: Fraction, proof: objec
         require(all(state.rho > 0 for state in states), "the residue at the pole 0 is not positive")
         case = "critical"
     n = len(states[0].b)
-    rows = [[whole(entry) for entry in listed(row)] for row in listed(found["P"])]
-    require(
-        [len(row) for row in rows] == list(range(1, n + 1)), "P is not the lower triangle of a matrix of this order"
-    )
+    rows = _triangle(found["P"], n)
     exponent = count(found["exponent"], least=-LARGEST_EXPONENT)
     require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
     for bits in BITS:
@@ -85,6 +83,51 @@ def require_matrix(system: Rational, claim: Claim, theta: Fraction, proof: objec
             ):
                 return case
     raise NotShown("P or the matrix of the inequality is not shown to be positive definite")
+
+
+def require_growth(system: Rational, laws: Laws, proof: object) -> None:
+    """Check that a gain of the class makes a motion grow: ``V = x'P x`` falls everywhere and is negative somewhere.
+
+    Parameters
+    ----------
+    system : Rational
+        The block.
+    laws : Laws
+        The class, of which the gain is a member.
+    proof : object
+        The gain, ``P`` in integers, the lower triangle row by row, and a state with ``V < 0``.
+
+    Raises
+    ------
+    NotShown
+        One of these is not shown.
+    """
+    found = record(proof, "method", "gain", "P", "start")
+    gain, start, r = number(found["gain"]), numbers(found["start"]), system.realisation
+    require(laws.has_gain(gain), "the gain is not in the class")
+    require(1 + gain * r.d != 0, "with this gain the loop has no solution")
+    rows = _triangle(found["P"], r.order)
+    require(len(start) == r.order, "the start is no state of this order")
+    value = sum(
+        ((1 + (j < i)) * int(v) * start[i] * start[j] for i, row in enumerate(rows) for j, v in enumerate(row)),
+        Fraction(0),
+    )
+    require(value < 0, "the form is not negative at the start")
+    closed = r.closed(gain)
+    for bits in BITS:
+        with working_precision(bits):
+            A = balls(closed)
+            P = arb_mat([[arb(rows[max(i, j)][min(i, j)]) for j in range(r.order)] for i in range(r.order)])
+            moved = A.transpose() * P
+            if positive_definite(P - moved * A if system.discrete else -(moved + moved.transpose())):
+                return
+    raise NotShown("the form is not shown to fall along every motion")
+
+
+def _triangle(rows: object, order: int) -> list[list[fmpz]]:
+    found = [[whole(entry) for entry in listed(row)] for row in listed(rows)]
+    require([len(row) for row in found] == list(range(1, order + 1)), "P is not a lower triangle of this order")
+    return found
 
 
 def positive_definite(M: arb_mat) -> bool:
@@ -106,6 +149,7 @@ def positive_definite(M: arb_mat) -> bool:
 def _eliminated(rows: list[list[arb]]) -> bool:
     n = len(rows)
     for i in range(n):
+        tick()
         if not rows[i][i] > 0:
             return False
         for j in range(i + 1, n):
@@ -161,6 +205,7 @@ def _deflated(state: State, zero: object, *, discrete: bool) -> State:
     require(len(x0) == n and len(left) == n and p < n and x0[p] != 0, "the eigenvectors of 0 do not fit")
     eigenvalue = Fraction(int(discrete))
     for j in range(n):
+        tick()
         require(_dot(state.A[j], x0) == eigenvalue * x0[j], "the right eigenvector is none")
         require(_dot([row[j] for row in state.A], left) == eigenvalue * left[j], "the left eigenvector is none")
     overlap = _dot(left, x0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from analysis.certificates.second import counterexamples, structure, theorems
 from analysis.certificates.second.classes import read_laws, require_member
-from analysis.certificates.second.reading import NotShown, read, require
+from analysis.certificates.second.reading import LONGEST, NotShown, limited, read, require
 from analysis.certificates.second.systems import RodData, read_system
 
 
@@ -27,7 +27,7 @@ class SecondOpinion:
     reason: str
 
 
-def recheck(certificate: Mapping[str, object] | str | bytes) -> SecondOpinion:
+def recheck(certificate: Mapping[str, object] | str | bytes, *, seconds: float = LONGEST) -> SecondOpinion:
     """Decide a certificate of the format ``lure-certificate/1`` again, with methods other than the first checker's.
 
     Hypotheses are recomputed and not compared with the texts of the file; the conclusion must be the sentence that
@@ -37,6 +37,9 @@ def recheck(certificate: Mapping[str, object] | str | bytes) -> SecondOpinion:
     ----------
     certificate : Mapping, str or bytes
         The JSON text, or what was read from it.
+    seconds : float
+        Time allowed.  It is looked at in every loop, but not inside one operation on polynomials or matrices; see
+        :func:`analysis.certificates.second.apart.recheck_apart` for a limit that ends those too.
 
     Returns
     -------
@@ -44,7 +47,8 @@ def recheck(certificate: Mapping[str, object] | str | bytes) -> SecondOpinion:
         Not accepted: this says nothing about the loop.  Every error, and every comparison left undecided, ends there.
     """
     try:
-        return SecondOpinion(accepted=True, reason=_shown(certificate))
+        with limited(seconds):
+            return SecondOpinion(accepted=True, reason=_shown(certificate))
     except NotShown as refusal:
         return SecondOpinion(accepted=False, reason=str(refusal))
     except Exception as error:  # whatever goes wrong shows nothing

@@ -7,7 +7,7 @@ from typing import Literal
 
 from flint import fmpq_poly
 
-from analysis.certificates.second.reading import require
+from analysis.certificates.second.reading import require, tick
 from analysis.polynomial import X, positive_from_zero, positive_root_count
 from analysis.trigonometric import nonnegative_on_circle, positive_on_circle
 
@@ -65,6 +65,7 @@ def half_line(p: fmpq_poly) -> fmpq_poly:
     """``(1 + x)^deg p((1 - x)/(1 + x))``: ``c = cos w`` with ``x = tan^2(w/2)``."""
     degree, total = p.degree(), fmpq_poly([])
     for i, c in enumerate(p.coeffs()):
+        tick()
         total += c * fmpq_poly([1, -1]) ** i * fmpq_poly([1, 1]) ** (degree - i)
     return total
 

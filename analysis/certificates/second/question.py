@@ -71,6 +71,8 @@ def require_written(asked: Question, own: fmpq_poly, block: Shifted, factors: tu
     found = record(asked.document.proof, "method", "variable", "coefficients", "limits")
     require(found["method"] == "polynomial", "the method does not fit the theorem")
     variable = "omega" if asked.theorem == "off-axis-circle" else "omega^2"
+    if variable == "omega" and found["variable"] == "omega^2" and not any(own.coeffs()[1::2]):  # an even polynomial
+        variable, own = "omega^2", fmpq_poly(own.coeffs()[::2])
     require(found["variable"] == variable, f"the variable is not {variable}")
     for limit in listed(found["limits"]):
         text(limit)

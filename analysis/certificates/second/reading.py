@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
 import re
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from fractions import Fraction
 
 from flint import fmpz
 
+OUT_OF_TIME = "the time allowed for checking is over"
 LARGEST_FILE = 200_000_000
 LONGEST_NUMBER = 200_000
 LARGEST_COUNT = 10**9
@@ -25,6 +30,25 @@ FIELDS = [
 
 class NotShown(ValueError):
     """The certificate does not show what it claims, or is no certificate."""
+
+
+LONGEST = 600.0  # [s] for a certificate, as for the first checker
+_END: ContextVar[float] = ContextVar("_END", default=math.inf)
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """The time allowed; :func:`tick` ends the check when it is over."""
+    token = _END.set(time.monotonic() + seconds)
+    try:
+        yield
+    finally:
+        _END.reset(token)
+
+
+def tick() -> None:
+    """Called in every long loop."""
+    require(time.monotonic() < _END.get(), OUT_OF_TIME)
 
 
 def require(condition: object, reason: str) -> None:
@@ -128,6 +152,7 @@ def listed(value: object) -> Sequence[object]:
 
 def number(value: object) -> Fraction:
     """The rational number written ``p`` or ``p/q``."""
+    tick()
     if not isinstance(value, str) or len(value) > LONGEST_NUMBER or not NUMBER.fullmatch(value):
         raise NotShown("an exact number, text p or p/q, is missing")
     top, _, bottom = value.partition("/")

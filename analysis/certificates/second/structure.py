@@ -12,7 +12,7 @@ from fractions import Fraction
 
 from analysis.certificates.second import claims
 from analysis.certificates.second.classes import Laws, at_least, at_most
-from analysis.certificates.second.reading import Document, number, record, require
+from analysis.certificates.second.reading import Document, number, record, require, tick
 from analysis.certificates.second.systems import RodData
 
 LARGEST_SCHEME = 2_000_000
@@ -30,6 +30,7 @@ def proved(document: Document, rod: RodData, laws: Laws) -> str:
     require(rod.k > 0, "the dashpot must be positive")
     require(at_least(laws.lower, Fraction(0)), "the sector must start at 0")
     theorem = document.theorem
+    require(not laws.rough, "the rod is proved for locally Lipschitz laws")
     if theorem == "rod-energy":
         record(document.multiplier)
         require(not laws.time_varying, "the energy theorem needs laws fixed in time")
@@ -101,6 +102,7 @@ def _require_dissipation(cells: int) -> None:
     a, d, last, p = 10**3, 10**9, 2 * cells, 0
     twice: dict[tuple[int, int], int] = defaultdict(int)  # 2 (V' + D), as coefficients of products
     for i in range(1, last + 1):
+        tick()
         before = {last: -a} if i == 1 else {i - 1: 1, p: -2 * d} if i == cells + 1 else {i - 1: 1}
         jump = defaultdict(int, before)
         jump[i] -= 1

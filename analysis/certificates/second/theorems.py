@@ -37,6 +37,7 @@ def proved(document: Document, system: Rational | Delayed, laws: Laws) -> str:
         A hypothesis fails or is not decided.
     """
     theorem = document.theorem
+    require(theorem == "circle" or not laws.rough, "the theorem is for locally Lipschitz laws")
     if theorem == "hurwitz":
         record(document.multiplier)
         require(record(document.proof, "method")["method"] == "polynomial", "the method does not fit the theorem")
@@ -46,7 +47,7 @@ def proved(document: Document, system: Rational | Delayed, laws: Laws) -> str:
         return claims.GAINS
     if theorem == "circle" and document.multiplier:
         require(record(document.multiplier, "mirrored")["mirrored"] is True, "mirrored is not true")
-        system, laws = _mirrored(system), laws.mirrored()
+        system, laws = _mirrored(system), replace(laws, slope=None).mirrored()  # the sector is all that is used
     if theorem in SLOPES:  # the slope bounds the sector too
         if laws.slope is None:
             raise NotShown("the theorem needs slope bounds")
@@ -75,10 +76,13 @@ def _require_scope(asked: Question) -> None:
         require(asked.theorem in ROBUST, "the theorem is not used with dead time")
         require(not asked.claim.unbounded, "laws without bound are not covered with dead time")
     require(asked.theorem in ROBUST or not asked.claim.unbounded, "the theorem needs an upper bound")
+    if asked.claim.laws.rough:  # then every sequence of states is defined, and V falls along it, whatever phi is
+        require(discrete and asked.plain_direct == 0, "laws that jump: in discrete time and without direct term only")
 
 
 def _require_case(asked: Question, case: Case) -> None:
     if case == "critical":
+        require(not asked.claim.laws.rough, "with a pole at z = 1 convergence needs continuous laws")
         require(asked.theorem in ROBUST, "the theorem needs a stable block, and this one has a pole at 0")
         if isinstance(asked.system, Delayed):
             require(not asked.claim.laws.time_varying, "a pole at 0 and dead time need laws fixed in time")

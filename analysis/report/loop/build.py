@@ -20,7 +20,11 @@ Progress = Callable[[str, float], None]
 
 
 def build_loop_report(
-    system: LoopSystem, *, progress: Progress | None = None, command: str | None = None
+    system: LoopSystem,
+    *,
+    seconds: float | None = None,
+    progress: Progress | None = None,
+    command: str | None = None,
 ) -> LoopReport:
     """Everything the report says about a loop.
 
@@ -28,6 +32,8 @@ def build_loop_report(
     ----------
     system : LoopSystem
         The loop.
+    seconds : float or None
+        Time allowed to the criteria and searches; simulations and drawings are not counted.
     progress : callable, optional
         Called as ``progress(stage, done)`` when a stage begins, with the share ``0 <= done <= 1`` of work behind it.
     command : str, optional
@@ -41,11 +47,13 @@ def build_loop_report(
         A simulation contradicts what is proved.
     """
     say = progress or (lambda _stage, _done: None)
-    found = analyse(system, progress=lambda stage, done: say(stage, 0.8 * done))
+    found = analyse(system, seconds=seconds, progress=lambda stage, done: say(stage, 0.8 * done))
     say("simulation", 0.8)
+    seen = observed(found)
     return LoopReport(
         analysis=found,
-        observed=observed(found),
+        observed=seen.sentences,
+        trajectories=seen.trajectories,
         hints=balance_hints(found.subject),
         command=command or f"lure report {shlex.quote(system.name)}",
         versions={"lure": __version__, "python": platform.python_version()}

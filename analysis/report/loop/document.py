@@ -10,14 +10,17 @@ from typing import Any
 
 from analysis.answers.document import analysis_dict
 from analysis.answers.subject import Subject
+from analysis.membership import certified_properties
 from analysis.report.certificates import certificate_list
 from analysis.report.loop.model import LoopReport
 from analysis.report.loop.plain import plain
 from analysis.report.model import SCHEMA
-from lure.laws import Property, properties
+from lure.laws import Property
 from lure.nonlinearity import Nonlinearity
 from lure.rational import RationalBlock
 from lure.transform import sector_shift
+
+_KEYS = "verdict evidence statement headline meaning law_class membership attracts reason code hints not_shown stopped"
 
 
 def loop_document(report: LoopReport) -> dict[str, Any]:
@@ -35,7 +38,7 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "system": system,
-        "conclusion": {key: found[key] for key in ("verdict", "evidence", "statement", "hints", "not_shown")},
+        "conclusion": {key: found[key] for key in _KEYS.split()},
         "transformation": list(transformation(about)),
         "gains": found["gains"] if isinstance(about.block, RationalBlock) else None,
         "answers": found["answers"],
@@ -92,7 +95,7 @@ def law_text(law: Nonlinearity) -> str:
 def _law(law: Nonlinearity | None) -> dict[str, Any] | None:
     if law is None:
         return None
-    known = properties(law)
+    known = certified_properties(law)
     slope = known.slope_bounds
     return {
         "text": law_text(law),

@@ -3,34 +3,47 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from fractions import Fraction
 from functools import partial
+
+import numpy as np
 
 from analysis.answers import Largest
 from analysis.answers.text import class_name
+from analysis.criteria.state_space import shifted_states
 from analysis.evidence import Verdict
+from analysis.graphical.axis import axis_values, continuous
+from analysis.graphical.nyquist_result import NyquistResponse
+from analysis.graphical.popov_result import PopovResponse
+from analysis.graphical.theta import searched_theta
 from analysis.plots import render
-from analysis.plots.loops import plot_loop_nyquist, plot_loop_popov, plot_reach
-from analysis.plots.orbits import plot_law
+from analysis.plots.loops import plot_reach
+from analysis.plots.orbits import plot_law, plot_orbit_signals
+from analysis.plots.responses import plot_nyquist_response, plot_popov_response
+from analysis.plots.solutions import plot_solutions
 from analysis.report.figures import Figure, FigureSpec
 from analysis.report.loop.model import LoopReport
+from analysis.witness import Witness
+from lure.delay import DelayBlock
+from lure.rational import RationalBlock
+from lure.state_space import StateSpaceBlock
+from lure.transform import shifted_block
 
 _REACH = (
-    "Blue: proved for every law of the class. Hatched: unknown. Cross: the smallest class found with a law that "
+    "Blue: proved for every member of the class. Hatched: unknown. Cross: the smallest class found with a member that "
     "destabilises the loop; larger classes contain it too."
 )
-_NYQUIST = (
-    "The curve stays out of the shaded half-plane, which belongs to the largest sector the circle criterion proves."
-)
-_NYQUIST_ENDLESS = (
-    "The curve does not enter the left half-plane, so that the circle criterion reaches every finite sector."
-)
-_POPOV = (
-    "The curve stays to the right of the line of slope 1/θ through −1/κ, which belongs to the largest sector proved."
-)
-_POPOV_ENDLESS = (
-    "The curve does not cross the line of slope 1/θ through 0, so that the multiplier serves every finite sector."
-)
-_LAW = "A law for which the loop has a motion that repeats for ever.{}"
+_PROVED = "The largest sector that {} proves: the curve stays {}."
+_NEEDED = "{} proves nothing here. For the sector [{:g}, {}] the curve would have to stay {}, and it does not."
+_SHIFTED = " Drawn for H/(1 + {0:g} H) and φ(σ) − {0:g} σ, the same loop."
+_SEEN = "Simulated with {}: observed, no proof. Each curve is divided by its largest |σ|; the whole run is longer."
+_LAW = "The nonlinearity φ of the counterexample.{}"
+_ORBIT = "One period of the solution with that φ: it repeats for ever."
+
+Block = RationalBlock | DelayBlock | StateSpaceBlock
+Line = tuple[float, float, bool]
+"""Upper end of a sector, multiplier [s], and whether the criterion proves the sector."""
 
 
 def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
@@ -42,54 +55,119 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
         The report.
     """
     rows, block = report.analysis.rows, report.analysis.subject.block
-    names = [class_name(row) for row in rows]
-    specs = [
-        FigureSpec(
-            name="reach",
-            section="frequency",
-            title="How far each class is known",
-            caption=_REACH,
-            draw=partial(plot_reach, rows, names),
-        )
-    ]
-    circle, popov = _reach(rows, "circle"), _reach(rows, "popov")
-    if circle is not None:
-        draw = partial(plot_loop_nyquist, block, circle[0])
-        caption = _NYQUIST_ENDLESS if circle[0] == math.inf else _NYQUIST
-        specs.append(FigureSpec(name="nyquist", section="frequency", title="Nyquist plot", caption=caption, draw=draw))
-    if popov is not None:
-        draw_popov = partial(plot_loop_popov, block, popov[0], popov[1])
-        caption = _POPOV_ENDLESS if popov[0] == math.inf else _POPOV
-        specs.append(
-            FigureSpec(name="popov", section="frequency", title="Popov plot", caption=caption, draw=draw_popov)
-        )
+    reach = FigureSpec(
+        name="reach",
+        section="frequency",
+        title="How far each class is known",
+        caption=_REACH,
+        draw=partial(plot_reach, rows, [class_name(row) for row in rows]),
+    )
+    specs = [reach, _nyquist(report), *_popov(report), *_response(report), *_counterexamples(block, rows)]
+    return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs)
+
+
+def _nyquist(report: LoopReport) -> FigureSpec:
+    block = report.analysis.subject.block
+    lower, (k, _, proved) = _lower(report), _line(report, "circle")
+    omega, values = axis_values(block, None)
+    seen = NyquistResponse(
+        block=block, omega=omega, values=values, lower=lower, k=k, found=None, answer=None, reason="a drawing"
+    )
+    where = "out of the shaded half-plane" if lower == 0 else "inside the disc" if seen.inside else "out of the disc"
+    where += " and goes round it as often as H has unstable poles" if lower > 0 else ""
+    caption = _caption("the circle criterion", where, lower, k, proved=proved)
+    draw = partial(plot_nyquist_response, seen)
+    return FigureSpec(name="nyquist", section="frequency", title="Nyquist plot", caption=caption, draw=draw)
+
+
+def _popov(report: LoopReport) -> Iterator[FigureSpec]:
+    """In continuous time, with the lower end of the class moved into the block."""
+    block, lower = report.analysis.subject.block, _lower(report)
+    if not continuous(block):
+        return
+    k, theta, proved = _line(report, "popov")
+    drawn: Block = block
+    if lower and isinstance(block, RationalBlock):
+        drawn = shifted_block(block, Fraction(lower))
+    elif lower and isinstance(block, StateSpaceBlock):
+        drawn = shifted_states(block, Fraction(lower))
+    omega, values = axis_values(drawn, None)
+    x, y = values.real, omega * values.imag
+    if not proved:
+        seen = np.isfinite(x) & np.isfinite(y)
+        seen &= np.abs(x) <= 50 * float(np.median(np.abs(x[seen])))  # not where the curve runs off at a pole
+        theta = searched_theta(x[seen], y[seen], k - lower)
+    line = PopovResponse(
+        block=drawn, omega=omega, values=values, k=k - lower, theta=theta, found=None, answer=None, reason="a drawing"
+    )
+    where = "to the right of the line" if proved else "to the right of a line through −1/k such as this one"
+    caption = _caption("Popov's criterion", where, lower, k, proved=proved) + (_SHIFTED.format(lower) if lower else "")
+    draw = partial(plot_popov_response, line)
+    yield FigureSpec(name="popov", section="frequency", title="Popov plot", caption=caption, draw=draw)
+
+
+def _caption(criterion: str, where: str, lower: float, k: float, *, proved: bool) -> str:
+    if proved:
+        return _PROVED.format(criterion, where)
+    end = "∞" if math.isinf(k) else f"{k:g}"
+    return _NEEDED.format(criterion[0].upper() + criterion[1:], lower, end, where).replace("∞]", "∞)")
+
+
+def _lower(report: LoopReport) -> float:
+    return float(report.analysis.rows[0].lower)
+
+
+def _line(report: LoopReport, criterion: str) -> Line:
+    """The largest sector that a criterion proves, with its multiplier, or the one that was asked about."""
+    rows, asked, lower = report.analysis.rows, report.analysis.subject.law_class, _lower(report)
+    for row in rows:
+        for answer in row.answers:
+            if answer.verdict is Verdict.PROVED and answer.criterion == criterion and answer.largest.low > lower:
+                return answer.largest.low, answer.theta or 0.0, True
+    ends = [] if asked is None else [float(asked.sector.upper)]
+    ends += [row.refuted_at for row in rows if row.refuted_at is not None]
+    return next((end for end in ends if end > lower), lower + 1.0), 0.0, False
+
+
+def _response(report: LoopReport) -> Iterator[FigureSpec]:
+    """Simulated solutions with the given nonlinearity, or with one extreme member of the class that is proved."""
+    seen = [one for one in report.trajectories if one.law == report.trajectories[0].law and one.t[-1] > 0]
+    if seen:
+        law = report.analysis.subject.law
+        words = "the given φ" if law is not None else seen[0].law
+        draw = partial(plot_solutions, seen)
+        title = "Response σ(t) from a few starts"
+        yield FigureSpec(name="response", section="frequency", title=title, caption=_SEEN.format(words), draw=draw)
+
+
+def _counterexamples(block: Block, rows: tuple[Largest, ...]) -> Iterator[FigureSpec]:
+    """Of each periodic orbit its nonlinearity, and its signals over one period."""
     drawn: list[str] = []
-    for row, name in zip(rows, names, strict=True):
+    for row in rows:
         witness = row.witness
         if witness is None or witness.kind != "periodic orbit" or "points" not in witness.data:
             continue
         if witness.description in drawn:
             continue
         drawn.append(witness.description)
-        visits = " It visits the marked points." if "sigma" in witness.data else " It sweeps over the thick part."
-        specs.append(
-            FigureSpec(
-                name=f"law-{len(drawn)}",
-                section="frequency",
-                title=f"Counterexample, {name}: {witness.description.partition(': ')[2] or witness.kind}",
-                caption=_LAW.format(visits),
-                draw=partial(plot_law, witness),
-            )
-        )
-    return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs)
+        yield from _orbit(block, witness, len(drawn), class_name(row))
 
 
-def _reach(rows: tuple[Largest, ...], criterion: str) -> tuple[float, float] | None:
-    """The largest ``k`` from 0 that a criterion proves, and its multiplier."""
-    for row in rows:
-        for answer in row.answers:
-            proved = answer.verdict is Verdict.PROVED and answer.criterion == criterion and row.lower == 0
-            if proved and answer.largest.low > 0:
-                k = answer.largest.low if math.isfinite(answer.largest.low) else math.inf
-                return k, answer.theta or 0.0
-    return None
+def _orbit(block: Block, witness: Witness, number: int, name: str) -> Iterator[FigureSpec]:
+    visits = (
+        "The solution visits the marked points." if "sigma" in witness.data else "The solution sweeps the thick part."
+    )
+    yield FigureSpec(
+        name=f"orbit-{number}",
+        section="frequency",
+        title=f"Counterexample, {name}: {witness.description.partition(': ')[2] or witness.kind}",
+        caption=_ORBIT,
+        draw=partial(plot_orbit_signals, block, witness),
+    )
+    yield FigureSpec(
+        name=f"law-{number}",
+        section="frequency",
+        title="Its nonlinearity",
+        caption=_LAW.format(f" {visits}"),
+        draw=partial(plot_law, witness),
+    )

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import xarray
 
     from analysis.plots.responses import Axes
+    from analysis.refutation.trajectories import Trajectory
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -32,6 +33,8 @@ class LoopReport:
         The command that makes this report again.
     versions : Mapping[str, str]
         Versions of lure, Python and the packages the numbers come from.
+    trajectories : tuple of Trajectory
+        A few simulated solutions, ``sigma`` and ``mu`` over time: of the given law, or of members of the class proved.
     """
 
     analysis: LoopAnalysis
@@ -39,6 +42,7 @@ class LoopReport:
     hints: tuple[str, ...]
     command: str
     versions: Mapping[str, str]
+    trajectories: tuple[Trajectory, ...] = ()
 
     @property
     def verdict(self) -> Verdict:

@@ -1,30 +1,72 @@
-"""The given law simulated: what was observed, and the stop if it contradicts what is proved."""
+"""The loop simulated: what was observed of the given law, and the stop if a solution contradicts what is proved."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.answers import LoopAnalysis
-from analysis.answers.subject import Subject
+from analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES
+from analysis.criteria.hurwitz import is_stable_gain
 from analysis.evidence import Verdict
-from analysis.refutation.simulated import Motion, confirm
+from analysis.refutation.confirming import BUDGET, Conclusion, tried
+from analysis.refutation.simulated import Law
+from analysis.refutation.starts import scales
+from analysis.refutation.tracing import law_of, orbit_start
+from analysis.refutation.trajectories import Finding, Trajectory, natural_frequency
 from analysis.report.model import ContradictionError
+from analysis.witness import Witness
 from lure.errors import AssumptionError, InputError
+from lure.exact import exact_number
+from lure.law_class import LawClass
+from lure.laws.graph import Graph
 from lure.rational import RationalBlock
+from lure.sector import Sector, SlopeBounds
 
-LONGEST = 160.0
-"""Oscillations a simulation follows at most, of the fastest mode at a medium gain."""
-SAMPLES = 5000
-TIME_CONSTANTS = 30.0
-UNDIMINISHED = 0.98
-"""Share of the largest ``|sigma|`` of the third quarter of a run that swings called undiminished keep in the last."""
+Runs = tuple[Trajectory, ...]
+
+SHOWN = 6
+"""Trajectories kept for figures."""
+_CONCLUSIONS: dict[str, Conclusion] = {
+    ATTRACTS: "0 attracts",
+    CONVERGES: "converges to equilibria",
+    BOUNDED: "bounded",
+}
+_ORBITS = 2
+_SHARE = BUDGET // 4
+_WORDS = {
+    Finding.RESTS: "came to rest at equilibria other than 0",
+    Finding.OSCILLATES: "went on oscillating without decay",
+    Finding.GROWS: "grew to the end of the run",
+    Finding.UNSOLVABLE: "ended where sigma + H(inf) phi(sigma) = c x has no solution",
+    Finding.OPEN: "not decided by the run",
+}
 
 
-def observed(found: LoopAnalysis) -> tuple[str, ...]:
-    """One sentence on four simulated motions of the law that was given; empty without a law or with dead time.
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Observation:
+    """What simulations of a loop showed: OBSERVED evidence.
+
+    Attributes
+    ----------
+    sentences : tuple of str
+        On the given law; empty without a law or with dead time.
+    trajectories : tuple of Trajectory
+        Some of the solutions: of the given law, or of members of the class proved where no law is given.
+    """
+
+    sentences: tuple[str, ...] = ()
+    trajectories: Runs = ()
+
+
+def observed(found: LoopAnalysis) -> Observation:
+    """The given law simulated; without a law, members of the class that is proved.
 
     Parameters
     ----------
@@ -34,86 +76,187 @@ def observed(found: LoopAnalysis) -> tuple[str, ...]:
     Raises
     ------
     ContradictionError
-        The motions are proved to come to rest, and a simulated one swings on with a decay ten times slower than that of
-        any linear gain of the class.
+        A solution does, beyond the error of its computation, what is proved not to happen; or the class said to be
+        proved holds an unstable linear gain or a certified counterexample.
     """
     about = found.subject
     block, law = about.block, about.law
-    if law is None or not isinstance(block, RationalBlock) or block.order == 0:
-        return ()
+    if not isinstance(block, RationalBlock) or block.order == 0:
+        return Observation()
+    claimed, conclusion = _claim(found)
+    if claimed is not None:
+        _members(found, block, claimed, conclusion)
+    if law is None:
+        return Observation(trajectories=_examples(found, block, claimed, conclusion))
     if block.dt is None and not getattr(law, "locally_lipschitz", True):
-        return ("the law was not simulated: it is not locally Lipschitz, and its motions need not be unique",)
-    slow, fast = _rates(about)
-    step = None if block.dt is None else float(block.dt)
-    longest = SAMPLES * step if step else LONGEST * 2 * math.pi / fast
-    until = min(TIME_CONSTANTS / slow if slow > 0 else math.inf, longest)
-    try:
-        seen = confirm(block, law, until=until)
-    except (AssumptionError, InputError) as refused:
-        return (f"the law was not simulated: {refused}",)
-    rates = [_decay_of_swings(motion) for motion in seen.motions]
-    if found.verdict is Verdict.PROVED and until * slow >= 0.25 and min(rates) < 0.1 * slow:
-        raise ContradictionError(
-            f"the motions of {about.name} are proved to come to rest, and one simulated for {until:.4g} s swings on as "
-            "widely as before; one of the two is wrong: please report the loop"
+        return Observation(
+            sentences=("the law was not simulated: it is not locally Lipschitz, and its solutions need not be unique",)
         )
-    lasting = [rate for rate in rates if math.exp(-rate * until / 4) >= UNDIMINISHED]
-    runs = f"{len(seen.motions)} simulated motions over {until:.4g} s, started at sizes 0.01 to 10000"
-    lost = sum(not np.isfinite(motion.sigma).all() for motion in seen.motions)
-    if lost:
-        return (f"{runs}: {lost} could not be followed to the end, because they grew too large or moved too fast",)
-    if seen.settled:
-        return (f"{runs}: in all of them |sigma| ended below a thousandth of its largest value",)
-    if lasting:
-        return (f"{runs}: {_count(len(lasting))} swinging undiminished to the end",)
-    if all(_rests(motion) for motion in seen.motions):
-        return (f"{runs}: in all of them sigma came to rest, not always at 0",)
-    return (f"{runs}: not all settled within that time, and none kept its swings undiminished",)
+    of_law: Conclusion = "0 attracts" if found.verdict is Verdict.PROVED and found.conclusion.attracts else conclusion
+    try:
+        seen = tried(block, law, conclusion=of_law, orbits=_orbits(found, block, law))
+    except (AssumptionError, InputError) as refused:
+        return Observation(sentences=(f"the law was not simulated: {refused}",))
+    if seen.contradiction is not None:
+        raise ContradictionError(_against(found, seen.contradiction))
+    return Observation(sentences=(_sentence(seen.trajectories),), trajectories=_chosen(seen.trajectories))
 
 
-def _count(number: int) -> str:
-    return "one went on" if number == 1 else f"{number} went on"
+def _sentence(runs: Runs) -> str:
+    found = Counter(run.finding for run in runs)
+    longest = max(run.until for run in runs)
+    if longest == 0:
+        return "the law was not simulated: a solution takes more evaluations of it than are granted"
+    words = f"{len(runs)} simulated solutions over up to {longest:.4g} s, from small and large first states"
+    if found[Finding.CONVERGES] == len(runs):
+        return f"{words}: all converged to 0, |sigma| ended below a ten-thousandth of its largest value"
+    parts = [f"{found[Finding.CONVERGES]} converged to 0"] if found[Finding.CONVERGES] else []
+    parts += [f"{found[kind]} {text}" for kind, text in _WORDS.items() if found[kind]]
+    return f"{words}: {'; '.join(parts)}"
 
 
-def _rates(about: Subject) -> tuple[float, float]:
-    """Slowest decay over linear gains of the class [1/s], 0 if one does not decay; fastest mode at a medium gain."""
-    block, asked = about.block, about.law_class
-    assert isinstance(block, RationalBlock), "only rational blocks are simulated"
-    low = 0.0 if asked is None else float(asked.sector.lower)
-    high = 1.0 if asked is None else float(asked.sector.upper)
-    span = high - low if math.isfinite(high) else 1e3
-    gains = [low, *(low + np.geomspace(1e-3, 1.0, 25) * span)]
-    n, d = (np.array([float(c) for c in side]) for side in (block.numerator, block.denominator))
-    poles = [np.roots(np.polyadd(d, gain * n)).astype(complex) for gain in gains]
-    if block.dt is not None:
-        with np.errstate(divide="ignore"):
-            poles = [np.log(np.maximum(np.abs(each), 1e-300)) / float(block.dt) + 0j for each in poles]
-    resting = [_decay(each) for gain, each in zip(gains, poles, strict=True) if gain or not _at_zero(each)]
-    fastest = float(np.median([np.abs(each).max() for each in poles]))
-    return max(min(resting, default=0.0), 0.0), fastest or 1.0
+def _against(found: LoopAnalysis, run: Trajectory) -> str:
+    return (
+        f"what is said to be proved of {found.subject.name}, {found.statement!r:.200}, is contradicted by a simulated "
+        f"solution with {run.law}, which {run.finding} within {run.until:.4g} s ({run.start}); one of the two is "
+        "wrong, or what is declared of the law is false: please report the loop"
+    )
 
 
-def _decay(poles: NDArray[np.complex128]) -> float:
-    return float(-poles.real.max())
+def _claim(found: LoopAnalysis) -> tuple[LawClass | None, Conclusion]:
+    """The class said to be proved, and of what; no conclusion if nothing is."""
+    if found.verdict is not Verdict.PROVED or found.shown is None:
+        return None, ""
+    said = str(found.shown.certificate["conclusion"])
+    meanings = (short for text, short in _CONCLUSIONS.items() if said.startswith(text))
+    conclusion: Conclusion = next(meanings, "bounded")
+    if found.subject.law_class is not None:
+        return found.subject.law_class, conclusion
+    row = next((row for row in found.rows if row.proof is found.shown), found.rows[0])
+    low, high = row.lower, row.largest.low
+    upper = exact_number(high, "k") if math.isfinite(high) else math.inf
+    if not low < upper:
+        return None, ""
+    slope = SlopeBounds(low, upper) if row.question == "slope" else None
+    return LawClass(sector=Sector(low, upper), slope=slope, odd=row.odd, time_varying=row.time_varying), conclusion
 
 
-def _at_zero(poles: NDArray[np.complex128]) -> bool:
-    """Whether a pole lies at 0: with gain 0 such a loop rests at any of its equilibria."""
-    return bool(np.abs(poles).min() < 1e-12)
+def _members(found: LoopAnalysis, block: RationalBlock, claimed: LawClass, conclusion: Conclusion) -> None:
+    """Stop if the class said to be proved holds a linear gain that is not stable, or a certified counterexample.
 
-
-def _decay_of_swings(motion: Motion) -> float:
-    """Rate [1/s] at which the largest ``|sigma|`` falls from the third quarter of the run to the last.
-
-    Infinite where ``sigma`` does not change its sign in both: what does not swing is taken to settle.
+    Raises
+    ------
+    ContradictionError
+        It does.
     """
-    before, last = np.array_split(motion.sigma, 4)[2:]
-    if not all(len(part) > 1 and float(part.min()) < 0 < float(part.max()) for part in (before, last)):  # NaN too
-        return math.inf
-    return 4 * math.log(float(np.abs(before).max()) / float(np.abs(last).max())) / float(motion.t[-1])
+    gain = _unstable_gain(found, block, claimed.sector, critical=conclusion != "0 attracts")
+    if gain is None:
+        witness = next((one for low, one in _witnesses(found) if _belongs(low, one, claimed)), None)
+        against = None if witness is None else str(witness)
+    else:
+        against = f"phi = {gain} sigma, for which the loop is not stable"
+    if against is not None:
+        raise ContradictionError(
+            f"what is said to be proved of {found.subject.name}, {found.statement!r:.200}, is contradicted by a member "
+            f"of the class {claimed}: {against}; one of the two is wrong: please report the loop"
+        )
 
 
-def _rests(motion: Motion) -> bool:
-    """Whether ``sigma`` varies by less than a thousandth of its largest value in the last tenth of the run."""
-    end = motion.sigma[-max(1, len(motion.sigma) // 10) :]
-    return float(np.ptp(end)) <= 1e-3 * float(np.abs(motion.sigma).max())
+def _unstable_gain(found: LoopAnalysis, block: RationalBlock, sector: Sector, *, critical: bool) -> str | None:
+    """A gain of the sector that is not stable, in words; by exact counts of roots."""
+    low, high = sector.lower, sector.upper
+    for end in (high,) if critical else (low, high):
+        if math.isfinite(end) and not is_stable_gain(block, exact_number(end, "gain")):
+            return f"{float(end):.9g}"
+    if found.gains is None:  # there was no time for them
+        return None
+    for one in found.gains:
+        if one.lower.value.low <= low and high <= one.upper.value.high:
+            return None
+    return f"k, for some k in {sector}"
+
+
+def _witnesses(found: LoopAnalysis) -> Iterator[tuple[Fraction, Witness]]:
+    """The nonlinear counterexamples that the checker accepted, once each, with the lower end of their class."""
+    seen: set[str] = set()
+    for row in found.rows:
+        witness = row.witness
+        if witness is None or witness.refutation is None or witness.kind == "linear gain" or str(witness) in seen:
+            continue
+        seen.add(str(witness))
+        yield row.lower, witness
+
+
+def _belongs(lower: Fraction, witness: Witness, claimed: LawClass) -> bool:
+    """Whether the class has the law of a witness, found for classes from ``lower`` on, as a member."""
+    bounds = claimed.slope or claimed.sector
+    return (
+        (bounds.lower, bounds.upper) == (claimed.sector.lower, claimed.sector.upper)
+        and bounds.lower <= lower
+        and witness.k <= bounds.upper
+        and (witness.odd or not claimed.odd)
+        and (witness.slope_restricted or claimed.slope is None)
+        and (claimed.time_varying or not witness.time_varying)
+    )
+
+
+def _orbits(found: LoopAnalysis, block: RationalBlock, law: Law) -> list[tuple[NDArray[np.float64], float]]:
+    """States on the orbits of counterexamples, scaled from the kinks of their laws to the scales of this one."""
+    orbits = [
+        (*orbit_start(block, witness), scales(law_of(witness))[0])
+        for _, witness in _witnesses(found)
+        if witness.kind == "periodic orbit"
+    ]
+    return [(state * (knee / own), period) for state, period, own in orbits[:_ORBITS] for knee in scales(law)]
+
+
+def _examples(found: LoopAnalysis, block: RationalBlock, claimed: LawClass | None, conclusion: Conclusion) -> Runs:
+    """Solutions with extreme members of the class that is proved.
+
+    Raises
+    ------
+    ContradictionError
+        One contradicts what is proved.
+    """
+    shown: list[Trajectory] = []
+    for name, law in _extremes(block, claimed) if claimed is not None else ():
+        try:
+            seen = tried(block, law, conclusion=conclusion, orbits=_orbits(found, block, law), budget=_SHARE)
+        except (AssumptionError, InputError):
+            continue
+        if seen.contradiction is not None:
+            raise ContradictionError(_against(found, replace(seen.contradiction, law=name)))
+        shown += [replace(run, law=name) for run in _chosen(seen.trajectories)[:2]]
+    return tuple(shown[:SHOWN])
+
+
+def _extremes(block: RationalBlock, claimed: LawClass) -> Iterator[tuple[str, Graph]]:
+    """Piecewise-linear members of a class: gains of both its ends, inside and outside of ``|sigma| <= 1``."""
+    bounds = claimed.sector
+    if not math.isfinite(bounds.lower):
+        return
+    low, one = exact_number(bounds.lower, "lower"), Fraction(1)
+    high = exact_number(bounds.upper, "upper") if math.isfinite(bounds.upper) else low + _large_gain(block)
+    ends = f"{float(low):.6g} and {float(high):.6g}"
+    yield f"a saturation between the slopes {ends}", Graph.through([(-one, -high), (one, high)], low, low)
+    yield f"a dead zone between the slopes {ends}", Graph.through([(-one, -low), (one, low)], high, high)
+    if not claimed.odd:
+        yield f"a rectifier with the slopes {ends}", Graph.through([(-one, -low), (one, high)], low, high)
+    if claimed.slope is None:
+        far = Fraction(21, 20)
+        points = [(one, low), (far, high * far), (3 * one, 3 * high), (3 * far, low * 3 * far)]
+        mirrored = [(-x, -y) for x, y in reversed(points)]
+        yield f"a gain that changes with |sigma| between {ends}", Graph.through([*mirrored, *points], low, low)
+
+
+def _large_gain(block: RationalBlock) -> Fraction:
+    """Ten times the gain that balances the block near its own frequency."""
+    at = 1j * float(natural_frequency(block, Fraction(1))) if block.dt is None else np.exp(1j)
+    size = float(np.abs(block.transfer(at)))
+    return Fraction(10 / size) if math.isfinite(size) and size > 1e-300 else Fraction(10)
+
+
+def _chosen(runs: Runs) -> Runs:
+    """A few of them, those of other sizes and findings first."""
+    kinds = {(run.start, run.finding): run for run in reversed(runs)}
+    return tuple(sorted(kinds.values(), key=runs.index)[:SHOWN])

@@ -2,25 +2,41 @@
 
 from __future__ import annotations
 
-import re
 from fractions import Fraction
 from typing import Any
 
-from analysis.answers.largest import rounded_down
+from analysis.answers.models import NOT_NEEDED, REFUSED
+from analysis.doubles import bound_above, bound_below
 
 Data = dict[str, Any]
-_END = re.compile(r", by the criterion |: | \(|; |\. ")
 
 
-def headline(data: Data) -> str:
-    """The statement up to where it begins to explain itself.
+def own(data: Data) -> bool:
+    """Whether the verdict is on the nonlinearity that was given, without a condition: PROVED, and its class checked.
 
     Parameters
     ----------
     data : dict
         The document.
     """
-    return _END.split(data["conclusion"]["statement"], maxsplit=1)[0].removesuffix(".") + "."
+    conclusion = data["conclusion"]
+    return (
+        data["system"]["law"] is not None
+        and conclusion["verdict"] == "PROVED"
+        and conclusion["membership"] == "checked"
+    )
+
+
+def headline(data: Data) -> str:
+    """The verdict in one sentence, without how it was found; after the name of the nonlinearity what is proved of it.
+
+    Parameters
+    ----------
+    data : dict
+        The document.
+    """
+    conclusion = data["conclusion"]
+    return str(conclusion["meaning"] if own(data) else conclusion["headline"])
 
 
 def explanation(data: Data) -> str:
@@ -31,8 +47,10 @@ def explanation(data: Data) -> str:
     data : dict
         The document.
     """
-    statement = data["conclusion"]["statement"]
-    rest: str = statement[len(headline(data)) - 1 :].lstrip(",:;. ")
+    conclusion = data["conclusion"]
+    rest: str = conclusion["statement"][len(conclusion["headline"]) - 1 :].lstrip(",:;. ")
+    if rest.startswith("(certified)"):
+        return rest.replace("(certified)", "Certified", 1)
     return "by " + rest[1:].replace(")", "", 1) if rest.startswith("(") else rest
 
 
@@ -52,15 +70,14 @@ def open_questions(data: Data) -> list[str]:
     if data["system"]["class"] is not None:
         proved = conclusion["verdict"] == "PROVED"
         return ["nothing: the question asked is decided" if proved else "nothing that these criteria know of"]
-    gaps = [f"{class_words(row)}: nothing is known {_gap(row)}" for row in rows if not row["closed"]]
+    gaps = [f"{class_words(row)}: nothing is known {_gap(row)}" for row in rows if row["gap"] == "open"]
     return gaps or ["nothing: every gap is closed"]
 
 
 def _gap(row: Data) -> str:
     """Where between its two numbers a row of the table is silent."""
-    low, high = row["largest"][0] if row["verdict"] == "PROVED" else row["lower"], row["refuted_at"]
-    start = rounded_down(_size(low))
-    return f"above {start}" if high is None else f"between {start} and {high:.7g}"
+    start, end = row["proved_text"] or bound_below(_size(row["lower"])), row["refuted_text"]
+    return f"between {start} and {end}" if end else f"above {start}"
 
 
 def class_words(row: Data) -> str:
@@ -94,21 +111,49 @@ def asked_about(row: Data, law_class: Data | None) -> bool:
     return bool(row["question"] == "slope" and row["odd"] == law_class["odd"])
 
 
-def criteria(data: Data) -> list[Data]:
-    """Each criterion once for each kind of class it was asked about with different results, and its key.
+def reason(data: Data) -> str:
+    """Why nothing was proved of the class asked about, where the statement does not say it; empty elsewhere.
 
     Parameters
     ----------
     data : dict
         The document.
     """
-    seen: dict[tuple[str, str], Data] = {}
+    conclusion, rows = data["conclusion"], data["answers"]
+    if conclusion["verdict"] == "PROVED":
+        return ""
+    asked = [row for row in rows if asked_about(row, data["system"]["class"])] or rows
+    why: str = asked[0]["reason"]
+    if data["system"]["law"] is not None:  # what can be done for it stands among the hints
+        why = why.partition("; give ")[0]
+    return why if why and why not in conclusion["statement"] and asked[0]["verdict"] != "PROVED" else ""
+
+
+def criteria(data: Data) -> list[Data]:
+    """Each criterion once for each kind of class it was asked about with different results, and its key.
+
+    Criteria that proved nothing for one and the same reason are one entry.
+
+    Parameters
+    ----------
+    data : dict
+        The document.
+    """
+    seen: dict[str, Data] = {}
     for i, row in enumerate(data["answers"]):
         for j, answer in enumerate(row["answers"]):
             odd = row["odd"] and "odd" in answer["needs"]
             name = f"{answer['criterion']}{', odd laws' if odd else ''}"
-            same = (name, repr((answer["largest"], answer["multiplier"], answer["reason"])))
-            seen.setdefault(same, {"name": name, "key": f"answers.{i}.answers.{j}", **answer})
+            proved = answer["verdict"] == "PROVED"
+            same = repr(
+                (
+                    name if proved or answer["theorem"] not in (REFUSED, NOT_NEEDED) else "",
+                    answer["largest"],
+                    answer["reason"],
+                )
+            )
+            entry = seen.setdefault(same, {"names": [], "key": f"answers.{i}.answers.{j}", **answer})
+            entry["names"] += [] if name in entry["names"] else [name]
     return sorted(seen.values(), key=lambda answer: (answer["verdict"] != "PROVED", -_size(answer["largest"][0])))
 
 
@@ -122,11 +167,12 @@ def counterexamples(data: Data) -> list[Data]:
     """
     seen: dict[str, Data] = {}
     for row in data["answers"]:
-        witness = row["witness"]
-        if witness is not None:
+        both = [one for one in (row["trivial"], row["witness"]) if one is not None]
+        for witness in both:
+            quoted = row["refuted_text"] if witness is both[0] else bound_above(float(witness["k"]))
             entry = seen.setdefault(
                 repr((witness["kind"], witness["description"])),
-                {**witness, "classes": [], "details": _details(witness["data"])},
+                {**witness, "quoted": quoted, "classes": [], "details": _details(witness["data"])},
             )
             entry["classes"].append(class_words(row))
     return sorted(seen.values(), key=lambda witness: _size(witness["k"]))

@@ -7,12 +7,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
+from analysis.answers.largest import UNFINISHED
 from analysis.report.certificates import certificate_files
 from analysis.report.claims import LADDER
+from analysis.report.diagram import block_diagram, class_graph, fits, law_graph
 from analysis.report.document import to_json
 from analysis.report.figures import Figure
-from analysis.report.html import glyphs, inline, shown, template
-from analysis.report.loop.document import loop_document
+from analysis.report.html import glyphs, inline, prose, shown, template
+from analysis.report.loop.bars import Bar, bar
+from analysis.report.loop.document import law_text, loop_document
 from analysis.report.loop.figures import loop_figures
 from analysis.report.loop.model import LoopReport
 from analysis.report.loop.words import (
@@ -23,13 +28,18 @@ from analysis.report.loop.words import (
     explanation,
     headline,
     open_questions,
+    own,
+    reason,
 )
+from analysis.report.pdf import embedded, pdf_of, printed_diagram
 from analysis.report.write import write_files
+
+Data = dict[str, Any]
 
 _LAW_ROWS = (("sector", "sector"), ("slope", "slope"), ("odd", "odd"), ("regularity", "regularity"))
 
 
-def write_loop_report(report: LoopReport, directory: str | os.PathLike[str]) -> Path:
+def write_loop_report(report: LoopReport, directory: str | os.PathLike[str], *, pdf: bool = False) -> Path:
     """Write ``report.html``, ``report.json``, ``certificates/`` and ``figures/`` into a directory, made if missing.
 
     Parameters
@@ -38,19 +48,53 @@ def write_loop_report(report: LoopReport, directory: str | os.PathLike[str]) -> 
         The report.
     directory : path
         Where to write; files of the same names are overwritten.
+    pdf : bool
+        Whether to write ``report.pdf`` too.
 
     Returns
     -------
     Path
         The page, ``report.html``.
+
+    Raises
+    ------
+    InputError
+        A PDF is asked for, and weasyprint is not installed.
     """
-    data, drawn = loop_document(report), loop_figures(report)
-    texts = {"report.json": to_json(data), "report.html": loop_page(data, drawn)}
+    data, drawn, diagram = loop_document(report), loop_figures(report), loop_diagram(report)
+    texts = {"report.json": to_json(data), "report.html": loop_page(data, drawn, diagram)}
     texts |= certificate_files(report.analysis.certificates)
-    return write_files(texts, drawn, directory)
+    printed = pdf_of(loop_page(data, drawn, diagram, paper=True)) if pdf else None
+    return write_files(texts, drawn, directory, printed=printed)
 
 
-def loop_page(data: dict[str, Any], figures: tuple[Figure, ...]) -> str:
+def loop_diagram(report: LoopReport) -> Markup:
+    """The block diagram of a loop, with its nonlinearity or the class asked about.
+
+    Parameters
+    ----------
+    report : LoopReport
+        The report.
+    """
+    about = report.analysis.subject
+    graph = class_graph(about.law_class) if about.law is None else law_graph(about.law)
+    text = law_text(about.law) if about.law is not None else str(about.law_class or "phi")
+    return block_diagram(str(about.block), prose(text), graph)
+
+
+def _bars(data: Data) -> list[Bar]:
+    """The bar of the class asked about; without one a bar for each class, one for those of the same numbers."""
+    law_class, found = data["system"]["class"], dict[tuple[object, ...], Bar]()
+    for i, row in enumerate(data["answers"]):
+        if law_class is None or asked_about(row, law_class):
+            end = None if law_class is None else float(law_class[row["question"]][1])
+            same = found.get((row["proved_text"], row["refuted_text"]))
+            name = class_words(row) if same is None else f"{same.name}; {class_words(row)}"
+            found[row["proved_text"], row["refuted_text"]] = bar(name, f"answers.{i}", row, end)
+    return list(found.values())
+
+
+def loop_page(data: Data, figures: tuple[Figure, ...], diagram: Markup, *, paper: bool = False) -> str:
     """The page for a document.
 
     Parameters
@@ -59,19 +103,31 @@ def loop_page(data: dict[str, Any], figures: tuple[Figure, ...]) -> str:
         From :func:`analysis.report.loop.document.loop_document`.
     figures : tuple of Figure
         Figures, in order.
+    diagram : Markup
+        From :func:`loop_diagram`.
+    paper : bool
+        Whether the page is for :func:`analysis.report.pdf.pdf_of`: figures are images then.
     """
+    bars = _bars(data)
     return template("loop/loop.html.j2").render(
         d=data,
         n=partial(shown, data),
+        own=own(data),
         headline=headline(data),
         explanation=explanation(data),
+        reason=reason(data),
+        unfinished=UNFINISHED,
+        diagram=printed_diagram(diagram) if paper else diagram,
+        fits=fits(data["system"]["block"]["text"]),
+        bars=bars,
+        asked_end=f"{bars[0].row['question']}.1",
         open_questions=open_questions(data),
         endless=all(row["verdict"] == "PROVED" and row["largest"][0] == "inf" for row in data["answers"]),
         names=[class_words(row) for row in data["answers"]],
         asked=[asked_about(row, data["system"]["class"]) for row in data["answers"]],
         figures=figures,
-        inline=inline,
-        glyphs=glyphs(figures),
+        inline=embedded if paper else inline,
+        glyphs="" if paper else glyphs(figures),
         criteria=criteria(data),
         counterexamples=counterexamples(data),
         law_rows=_LAW_ROWS,

@@ -111,7 +111,11 @@ class Kinds(SphinxDirective):
             more = ", ".join(f"``{key}``" for key in entry.keys if key not in (*entry.needs, "kind"))
             role = "class" if isinstance(entry.make, type) else "func"
             made = f"{entry.make.__module__}.{entry.make.__qualname__}"
-            seen = ":class:`~lure.ExpressionLaw`" if "_expression" in made else f":{role}:`~{made}`"
+            stands_for = {
+                "_expression": ":class:`~lure.ExpressionLaw`",
+                "_piecewise_linear": ":class:`~lure.PiecewiseLinear`",
+            }
+            seen = stands_for.get(entry.make.__qualname__, f":{role}:`~{made}`")
             lines += _row(f'``"{name}"``', needed, more, seen)
         others = ", ".join(f'``"{word}"`` for ``"{name}"``' for word, name in sorted(_SPELLINGS.items()))
         lines += [

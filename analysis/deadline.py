@@ -1,0 +1,88 @@
+"""The time allowed to a question: an alarm where there is one, and a checkpoint inside every long loop everywhere."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from types import FrameType
+
+_AGAIN = 0.5  # [s] until a search that swallowed the first TimeoutError gets another
+_END: ContextVar[float] = ContextVar("_END", default=math.inf)
+
+
+def time_left() -> float:
+    """Seconds until the time allowed is over, negative afterwards; ``inf`` without a limit."""
+    return _END.get() - time.monotonic()
+
+
+def checkpoint() -> None:
+    """Return at once, if the time allowed is not over.
+
+    Long loops call it once a round: the limit then holds in every thread and where the system has no alarm.
+
+    Raises
+    ------
+    TimeoutError
+        The time allowed is over.
+    """
+    if time_left() <= 0:
+        raise TimeoutError("the time allowed is over")
+
+
+@contextmanager
+def time_limit(seconds: float | None) -> Iterator[Callable[[], bool]]:
+    """Raise ``TimeoutError`` in the body when the time is over; yields a function that says whether it is.
+
+    Parameters
+    ----------
+    seconds : float or None
+        Time allowed; None for no limit but one that is already in force, which is never prolonged.
+
+    Notes
+    -----
+    By :func:`checkpoint` in the long loops, in every thread and on every system.  By an alarm besides, where the system
+    has one and this is the main thread, repeated for a search that swallows it; it waits for compiled code to return.
+    """
+    if seconds is None:
+        yield lambda: time_left() <= 0
+        return
+    token = _END.set(min(_END.get(), time.monotonic() + seconds))
+    try:
+        if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+            yield lambda: time_left() <= 0
+            return
+        with _alarm(max(time_left(), 1e-6)):
+            yield lambda: time_left() <= 0
+    finally:
+        _END.reset(token)
+
+
+@contextmanager
+def _alarm(seconds: float) -> Iterator[None]:
+    """A ``TimeoutError`` in the main thread after so many seconds; an alarm that was set before is set again."""
+    armed = [True]
+
+    def over(_signal: int, _frame: FrameType | None) -> None:
+        """The alarm."""
+        if armed:
+            raise TimeoutError("the time allowed is over")
+
+    begun = time.monotonic()
+    before = signal.signal(signal.SIGALRM, over)
+    remaining, interval = signal.getitimer(signal.ITIMER_REAL)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, seconds, _AGAIN)
+        yield
+    finally:
+        for _ in range(2):  # an alarm on the way out is the last
+            with suppress(TimeoutError):
+                armed.clear()
+                signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+        if remaining > 0:
+            signal.setitimer(signal.ITIMER_REAL, max(remaining - (time.monotonic() - begun), 1e-6), interval)

@@ -1,0 +1,557 @@
+"""The verdict, the class and the sentence come from the certificate, after it was compared with what was asked."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from analysis import check
+from analysis.answers import advice, analyse, decision, max_sector, max_slope, table
+from analysis.answers.conclusion import MismatchError, conclusion_of, inquiry_about, law_class_of
+from analysis.answers.document import analysis_dict, class_dict
+from analysis.answers.subject import Subject
+from analysis.answers.text import table_row
+from analysis.certificates import codes
+from analysis.certificates.certify import certify
+from analysis.certificates.drafts import settled
+from analysis.certificates.second.opinion import recheck
+from analysis.certificates.systems import laws_of
+from analysis.evidence import Evidence, Verdict
+from lure import (
+    DeadZone,
+    ExpressionLaw,
+    FrequencyData,
+    InputError,
+    LawClass,
+    Loop,
+    PiecewiseLinear,
+    Quantiser,
+    RationalBlock,
+    Saturation,
+    Sector,
+    SlopeBounds,
+    StateSpaceBlock,
+    Tanh,
+    as_block,
+)
+from lure.loop_library import builtin_loop
+
+THIRD = RationalBlock([1], [1, 3, 2, 0])
+ODD = LawClass.slope_restricted(0, 1, odd=True)
+PD = as_block("4*(1 + s/10)/(s*(s + 1))")  # C = 4 (1 + s/10) on 1/(s (s + 1)): one pole at 0
+DT6 = builtin_loop("dt-6").block
+
+
+class InASector:
+    """A function that says its sector and nothing of its regularity."""
+
+    sector = Sector(0, 2)
+
+    def __call__(self, sigma):
+        """Twice tanh."""
+        return 2 * np.tanh(sigma)
+
+
+def sector(low, high, **more):
+    return LawClass(sector=Sector(low, high), **more)
+
+
+def about(block, law_class, law=None):
+    return analyse(Subject(name="x", block=block, law_class=law_class, law=law))
+
+
+# the class ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_filter_that_lets_everything_through_proves_nothing(monkeypatch):
+    # Carrasco's example 6: proved for odd laws up to 1.0869, refuted for a monotone one at 175/192 = .9115
+    monotone = LawClass.slope_restricted(0, 1)
+    for place in (advice, decision):
+        monkeypatch.setattr(place, "serves", lambda row, law_class: True)
+    found = about(DT6, monotone)
+    assert found.verdict is Verdict.REFUTED
+    assert "odd" not in found.statement
+    assert found.shown.certificate["laws"]["odd"] is False
+
+
+@pytest.fixture(scope="module")
+def proofs():
+    odd = max_slope(DT6, odd=True).proof
+    popov = max_sector(THIRD).proof
+    return {"odd": (DT6, odd), "popov": (THIRD, popov)}
+
+
+@pytest.mark.parametrize(
+    ("which", "asked", "verdict"),
+    [
+        ("odd", LawClass.slope_restricted(0, 1, odd=True), Verdict.PROVED),
+        ("odd", LawClass.slope_restricted(0, 1), Verdict.INCONCLUSIVE),
+        ("odd", LawClass.slope_restricted(0, Fraction(11, 10), odd=True), Verdict.INCONCLUSIVE),
+        ("odd", LawClass.slope_restricted(Fraction(-1, 10), 1, odd=True), Verdict.INCONCLUSIVE),
+        ("odd", sector(0, 1, odd=True), Verdict.INCONCLUSIVE),
+        (
+            "odd",
+            LawClass(sector=Sector(0, 1), slope=SlopeBounds(0, 1), odd=True, time_varying=True),
+            Verdict.INCONCLUSIVE,
+        ),
+        ("popov", sector(0, 5), Verdict.PROVED),
+        ("popov", sector(1, 5, odd=True), Verdict.PROVED),
+        ("popov", sector(0, 6), Verdict.INCONCLUSIVE),
+        ("popov", sector(0, 5, time_varying=True), Verdict.INCONCLUSIVE),
+        ("popov", sector(-1, 5), Verdict.INCONCLUSIVE),
+    ],
+)
+def test_a_proof_is_one_of_the_classes_inside_its_own(proofs, which, asked, verdict):
+    block, proof = proofs[which]
+    found = conclusion_of(inquiry_about(block, asked), proof)
+    assert found.verdict is verdict
+    assert (found.shown is proof) == (found.verdict is Verdict.PROVED)
+    if found.verdict is Verdict.PROVED:  # in words: the class and the numbers of the certificate
+        top = "1.086956" if which == "odd" else "5.999999999"
+        assert found.law_class.endswith(f"[0, {top}]")
+        assert found.law_class.startswith("odd phi with slope in" if which == "odd" else "phi, time-invariant,")
+        assert found.evidence is Evidence.CERTIFIED
+    else:
+        assert found.reason
+        assert found.code is codes.NO_MULTIPLIER
+
+
+def test_a_certificate_about_another_loop_is_a_bug_and_no_answer(proofs):
+    _, proof = proofs["popov"]
+    with pytest.raises(MismatchError, match="another system"):
+        conclusion_of(inquiry_about(RationalBlock([1], [1, 3, 2, 1]), sector(0, 5)), proof)
+    with pytest.raises(MismatchError, match="no proof and no refutation"):
+        conclusion_of(inquiry_about(THIRD, sector(0, 5)), type("Forged", (), {"certificate": proof.certificate})())
+    nothing = conclusion_of(inquiry_about(THIRD, sector(0, 5)), None)
+    assert nothing.verdict is Verdict.INCONCLUSIVE
+    with pytest.raises(TypeError, match="do not fit"):
+        replace(nothing, verdict=Verdict.PROVED)
+    with pytest.raises(TypeError, match="three values"):
+        bool(nothing)
+
+
+@pytest.mark.parametrize(
+    ("asked", "verdict"),
+    [
+        (sector(0, 7), Verdict.REFUTED),
+        (sector(0, 7, odd=True), Verdict.REFUTED),
+        (LawClass.slope_restricted(0, 7, odd=True), Verdict.REFUTED),
+        (LawClass(sector=Sector(0, 6), slope=SlopeBounds(-1, 8)), Verdict.REFUTED),
+        (sector(0, 7, time_varying=True), Verdict.REFUTED),
+        (sector(0, 5), Verdict.INCONCLUSIVE),
+        (sector(1, 7), Verdict.INCONCLUSIVE),
+        (LawClass(sector=Sector(0, 5), slope=SlopeBounds(-1, 8)), Verdict.INCONCLUSIVE),
+    ],
+)
+def test_a_refutation_is_one_of_the_classes_around_its_own(asked, verdict):
+    # phi = 6 sigma is odd, has slope 6, and lies in the sector [0, 6]
+    shown = max_sector(THIRD).refutation
+    assert shown.certificate["laws"]["sector"] == ["0", "6"]
+    found = conclusion_of(inquiry_about(THIRD, asked), shown)
+    assert found.verdict is verdict
+    if verdict is Verdict.REFUTED:
+        assert found.headline == "Some odd linear phi with slope in [0, 6] destabilises the loop: phi = 6 sigma."
+
+
+def test_other_equilibria_refute_nothing_where_an_end_of_the_class_is_critical():
+    # 1/s: phi = 0 leaves every state an equilibrium; the loop of [0, 1] converges to its equilibria
+    lag = RationalBlock([-1], [1, 1])  # phi = sigma: s + 1 - 1 = s
+    shown = check(
+        {
+            "format": "lure-certificate/1",
+            "verdict": "REFUTED",
+            "convention": "sigma = H mu, mu = -phi(sigma)",
+            "numbers": "rationals",
+            "system": {"kind": "transfer", "time": "continuous", "numerator": ["-1"], "denominator": ["1", "1"]},
+            "laws": laws_of(sector(0, 2), unbounded=False),
+            "law": None,
+            "theorem": "counterexample",
+            "multiplier": {},
+            "conclusion": "",
+            "hypotheses": {},
+            "proof": {"method": "linear-gain", "gain": "1"},
+        },
+        draft=True,
+    )
+    assert "equilibria other than 0" in shown.claim
+    assert conclusion_of(inquiry_about(lag, sector(0, 2)), shown).verdict is Verdict.REFUTED
+    assert conclusion_of(inquiry_about(lag, sector(0, 3)), shown).verdict is Verdict.REFUTED
+    shifted = conclusion_of(inquiry_about(lag, sector(-1, 2)), shown)
+    assert shifted.headline.startswith("Some phi, time-invariant, in the sector [0, 2] gives the loop other equilibria")
+
+
+def test_the_class_of_a_certificate_is_a_class_again():
+    for given in (ODD, sector(Fraction(-1, 3), 2, time_varying=True), sector(0, float("inf"))):
+        assert law_class_of(laws_of(given, unbounded=True)) == given
+        assert law_class_of(laws_of(given, unbounded=False)) == given
+
+
+def test_what_does_not_fit_does_not_end_the_search(proofs, monkeypatch):
+    # the circle criterion says less than Popov's of THIRD; the refutation of a larger class fits none of [0, 5]
+    _, popov = proofs["popov"]
+    short = max_sector(THIRD, lower=Fraction(1, 10), criterion="circle").proof
+    monkeypatch.setattr(decision, "_proofs", lambda *_: iter((short, popov)))
+    assert about(THIRD, sector(0, 5)).verdict is Verdict.PROVED
+    monkeypatch.setattr(decision, "_proofs", lambda *_: iter((short,)))
+    found = about(THIRD, sector(0, 5))
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.reason == "what is proved ends at 5.999999999, and the smallest class refuted ends at 6"
+
+
+@pytest.mark.parametrize(
+    ("asked", "row"),
+    [
+        (None, None),
+        (sector(0, 1), "sector"),
+        (sector(0, 1, odd=True), "sector"),
+        (sector(0, 1, time_varying=True), "varying"),
+        (LawClass.slope_restricted(0, 1), "slope"),
+        (ODD, "odd"),
+    ],
+)
+def test_the_row_of_a_class_is_that_of_its_kind(asked, row):
+    assert decision.asked_row(["varying", "sector", "slope", "odd"], asked) == row
+
+
+def test_any_row_may_decide_and_without_a_class_the_best_does():
+    third, short, never = max_sector(THIRD), max_slope(THIRD, criterion="circle"), max_sector("1/(s - 1)")
+    asked = Subject(name="x", block=THIRD, law_class=LawClass.slope_restricted(0, 5), law=None)
+    assert short.largest.low < 5  # the row of the class asked about says less than Popov's of the sector
+    assert decision.decided(asked, [never, third, short, short]).verdict is Verdict.PROVED
+    steep = replace(asked, law_class=LawClass(sector=Sector(0, 5), slope=SlopeBounds(0, 100)))
+    assert decision.decided(steep, [never, third, short, short]).verdict is Verdict.PROVED  # for any slope
+    bare = replace(asked, law_class=None)
+    lag, varying = max_sector("1/(s + 1)"), max_sector("1/(s + 1)", time_varying=True)  # both for every finite k
+    for rows, best in (((third, never), third), ((lag, varying), lag)):
+        assert decision.decided(bare, list(rows)) is best.conclusion
+        assert decision.decided(bare, list(rows[::-1])) is best.conclusion
+
+
+# one nonlinearity -----------------------------------------------------------------------------------------------------
+
+
+def test_a_quantiser_with_a_direct_term_is_not_proved():
+    # sigma + phi(sigma) = y has no solution for y in [.5, 1.5): most solutions of the loop do not exist
+    loop = Loop(as_block("(z + 1)/(z - 1/2)", dt=1), Quantiser(step=1))
+    found = analyse(loop)
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert (found.code, found.shown) == (codes.ROUGH_LAW, None)
+    assert "not known to be locally Lipschitz" in found.reason
+    assert not any("slope bounds" in hint for hint in found.hints)  # a quantiser can have none
+    other = certify(loop)
+    assert (other.verdict, other.code) == (Verdict.INCONCLUSIVE, codes.ROUGH_LAW)
+
+
+def test_without_a_direct_term_the_circle_criterion_holds_for_laws_that_jump():
+    # 0.2/(z - 1/2): 1/2 + Re H > 0, as Re H >= -.2/1.5; the next state is defined whatever phi is
+    loop = Loop(as_block("0.2/(z - 1/2)", dt=1), Quantiser(step=1))
+    for found in (analyse(loop).shown, certify(loop).shown):
+        assert found.certificate["laws"]["regularity"] == "any"
+        assert "continuous or not" in found.claim
+        assert recheck(found.certificate).accepted
+    said = analyse(loop)
+    assert said.conclusion.headline == "The point 0 attracts every motion with mid-tread quantiser of step 1."
+    assert "anything about laws that are not locally Lipschitz" not in said.not_shown
+
+
+def test_a_law_that_jumps_is_not_proved_where_continuity_is_used():
+    rough = Quantiser(step=1)
+    for block in (as_block("1/(s + 1)"), as_block("0.2/(z - 1)", dt=1), as_block("0.2*z/(z - 1/2)", dt=1)):
+        assert analyse(Loop(block, rough)).verdict is not Verdict.PROVED
+        assert certify(Loop(block, rough)).verdict is not Verdict.PROVED
+
+
+def test_with_a_direct_term_one_solution_is_shown_or_stated():
+    block = as_block("(s + 2)/(s + 1)")
+    stated = analyse(Loop(block, InASector())).conclusion  # known by its values alone
+    assert stated.verdict is Verdict.PROVED
+    assert ", if sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y" in stated.headline
+    shown = analyse(Loop(block, Tanh())).conclusion
+    assert shown.headline == "The point 0 attracts every motion with tanh(sigma / 1)."
+    bare = max_sector(block, criterion="circle")
+    assert "has exactly one solution sigma for every y (circle" in str(bare)
+
+
+@pytest.mark.parametrize(
+    ("law", "dt"),
+    [
+        (ExpressionLaw("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2)), None),  # 2 + sin^2 + sigma sin(2 sigma)
+        # 3 at sigma = 1, 2 at sigma = 2, and beyond it 1.1 sigma: three solutions for 2 < y < 3
+        (PiecewiseLinear([(0, 0), (1, 2), (2, 0)], left_slope=0, right_slope="0.1"), 1),
+    ],
+)
+def test_a_law_with_which_the_loop_has_several_solutions_is_not_proved_by_assuming_one(law, dt):
+    loop = Loop(as_block("(s + 2)/(s + 1)" if dt is None else "(z + 1)/(z - 0.5)", dt=dt), law)
+    found = analyse(loop).conclusion
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.code is codes.SEVERAL_SOLUTIONS
+    assert "some y have several" in found.sentence
+    assert certify(loop).code is codes.SEVERAL_SOLUTIONS
+
+
+def test_a_piece_on_which_the_loop_equation_has_one_value_is_several_solutions():
+    flat = PiecewiseLinear([(0, 0), (1, 2), (2, 1)], left_slope=0, right_slope=0)  # sigma + phi = 3 on all of [1, 2]
+    assert certify(Loop(as_block("(s + 2)/(s + 1)"), flat)).code is codes.SEVERAL_SOLUTIONS
+
+
+def test_a_saturation_vanishes_at_zero_only_so_that_it_attracts_all():
+    found = analyse(Loop(PD, Saturation()))
+    assert found.conclusion.headline == "Every motion converges to 0 with saturation min(max(sigma, -1), 1)."
+    assert found.conclusion.attracts
+    assert found.shown.certificate["conclusion"] == "every motion converges to the set of equilibria"
+    assert "converges to the set of equilibria for every odd phi with slope in [0, 1]" in found.statement
+    assert "with another phi than saturation" in found.not_shown[0]
+
+
+@pytest.mark.parametrize("law", [DeadZone(), None])
+def test_other_equilibria_are_not_talked_away(law):
+    found = about(PD, ODD, law)
+    assert found.verdict is Verdict.PROVED
+    assert not found.conclusion.attracts
+    assert found.conclusion.meaning == "Every motion converges to the set of equilibria"
+    assert found.not_shown[0].startswith("that 0 attracts every motion: ")
+
+
+def test_the_zeros_that_count_are_those_of_the_shifted_loop():
+    # -1/(s + 1) with phi >= sigma..: at the gain -1 the loop has a pole at 0, and phi(sigma) = -sigma at its equilibria
+    block = RationalBlock([1], [1, 1])
+    found = about(block, sector(-1, 1), ExpressionLaw("max(-sigma, min(sigma, 1))", sector=Sector(-1, 1)))
+    assert found.verdict is Verdict.PROVED
+    assert not found.conclusion.attracts  # phi = -sigma for all sigma < 0
+
+
+def test_what_is_only_declared_is_said_to_be_so():
+    law = ExpressionLaw("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2))
+    found = analyse(Loop(RationalBlock([1], [1, 1]), law)).conclusion
+    assert found.membership in ("declared", "checked")
+    assert ("if phi lies in the sector you declare" in found.headline) == (found.membership == "declared")
+    assert analyse(Loop(RationalBlock([1], [1, 1]), Tanh())).conclusion.membership == "checked"
+
+
+def test_a_law_outside_the_class_is_not_proved_by_it():
+    inquiry = inquiry_about(THIRD, sector(0, 5), nonlinearity=Saturation(gain=7))
+    found = conclusion_of(inquiry, max_sector(THIRD).proof)
+    assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.FOREIGN_LAW)
+    assert "is none of them" in found.reason
+
+
+# reasons and advice ---------------------------------------------------------------------------------------------------
+
+
+def test_a_pi_servo_with_a_saturation_gets_advice_that_can_be_followed():
+    # 0.8 (1 + 1/(0.5 s)) on 10/(s (0.1 s + 1)(0.02 s + 1)): two poles at 0, so that phi = 0, in [0, 1], is not stable
+    found = analyse(Loop(as_block("0.8*(1 + 1/(0.5*s))*10/(s*(0.1*s + 1)*(0.02*s + 1))"), Saturation()))
+    assert found.verdict is Verdict.REFUTED
+    assert found.conclusion.headline == "Some odd phi with slope in [0, 1] destabilises the loop: phi = 0."
+    assert "What the loop does with saturation" in found.statement
+    assert not any(hint.startswith("take classes whose lower end") for hint in found.hints)
+    assert any("anti-windup" in hint and "local question" in hint for hint in found.hints)
+
+
+def test_the_reason_and_its_code_come_first():
+    # a pole at z = -1 besides: no criterion here, and the class [0, 1/10] holds no unstable gain
+    found = about(as_block("1/((s + 1)*(s^2 + 1))"), sector(0, Fraction(1, 10)))
+    if found.verdict is Verdict.INCONCLUSIVE:
+        assert found.code is not None
+        assert found.reason
+        assert f"({found.code.identifier})" in found.statement
+    endless = about(RationalBlock([1, 0], [1, 1, 1]), sector(0, float("inf"), time_varying=True))
+    assert (endless.verdict, endless.code) == (Verdict.INCONCLUSIVE, codes.EVERY_FINITE)
+    capped = about(builtin_loop("ct-7").block, sector(0, 1000))
+    assert capped.code is codes.NO_MULTIPLIER or capped.verdict is not Verdict.INCONCLUSIVE
+    assert endless.to_dict()["code"] == "LURE-I020"
+
+
+def test_every_finite_bound_is_not_the_class_without_one():
+    row = max_sector("1/(s^2 + s + 1)").to_dict()
+    assert row["answers"][0]["class"].endswith("in the sector [0, inf)")
+    assert "in between nothing was shown" in str(max_sector(builtin_loop("triple-lag").block, criterion="circle"))
+
+
+def test_one_bound_reads_the_same_everywhere():
+    # Routh: 1/(s (s + 1)(s + 2)) has its gain limit at 6, and 57/10 below has its double above
+    found = max_sector(as_block("6/(5.7*s*(s + 1)*(s + 2))"))
+    assert found.refuted_text == "5.7"
+    assert found.proved_text == "5.699999999"
+    assert "5.7 " not in str(found).replace("5.699999999", "")
+    assert found.gap == "closed"
+    nearly = replace(found, refuted_at=5.7001)
+    assert nearly.gap == "closed to 2e-05"
+    assert replace(found, refuted_at=6.0).gap == "open"
+    assert replace(found, refuted_at=None).gap == "open"
+
+
+def test_without_a_class_the_row_that_reaches_farthest_is_said():
+    # 1/(s + 1)^3: the circle criterion reaches 4 for laws that vary, Popov's 8, Routh's limit, for those that do not
+    found = analyse(RationalBlock([1], [1, 3, 3, 1]))
+    assert found.conclusion.law_class.endswith("[0, 7.999999999]")
+    assert "time-varying" not in found.conclusion.law_class
+    assert found.statement.startswith("The point 0 attracts every motion for every ")
+
+
+def test_how_far_a_criterion_reaches_is_said_of_the_larger_class():
+    said = about(THIRD, sector(0, 5)).statement
+    assert said.endswith("by the criterion popov (certified), which reaches 5.999999999.")
+    assert "in the sector [0, 5], by" in said
+    one_sided = RationalBlock([Fraction("0.1"), 0], [1, Fraction("-1.8"), Fraction("0.81")], dt=1)
+    tsypkin = max_slope(one_sided, criterion="tsypkin", search="linear")  # slopes >= 0 without a bound, sector to 3.8
+    assert tsypkin.proof.certificate["laws"]["slope"][1] in ("finite", "inf")
+    assert tsypkin.proved_text.startswith("3.79999")
+    said = conclusion_of(inquiry_about(one_sided, LawClass.slope_restricted(0, 3)), tsypkin.proof, reach=tsypkin.proof)
+    assert f"which reaches {tsypkin.proved_text}." in said.sentence
+
+
+@pytest.mark.parametrize(
+    ("block", "varying", "theorem"), [("(s + 2)/(s + 1)", True, "circle"), ("1/(s + 1)", False, "popov")]
+)
+def test_a_class_without_an_upper_bound_is_proved_where_one_certificate_covers_it(block, varying, theorem):
+    found = about(as_block(block), sector(0, float("inf"), time_varying=varying))
+    assert found.verdict is Verdict.PROVED
+    assert found.shown.theorem == theorem
+    assert found.shown.certificate["laws"]["sector"] == ["0", "inf"]
+    assert "in the sector [0, inf]" in found.statement
+    assert found.reason == ""
+
+
+def test_advice_names_the_farthest_bound_that_would_be_proved():
+    # 1/(s + 1)^3: 4 for laws that vary, 8 for those that do not
+    found = about(RationalBlock([1], [1, 3, 3, 1]), sector(0, 9))
+    assert found.hints == ("an upper bound of 7.999999999 instead of 9 would be proved",)
+    assert about(RationalBlock([1], [1, 3, 3, 1]), sector(0, 7)).hints == ()
+
+
+def test_what_is_said_of_a_class_that_is_never_stable():
+    never, lag = max_sector("1/(s - 1)"), max_sector("1/(s + 1)")
+    assert str(never).startswith("Not stable for phi, time-invariant, in the sector [0, k], whatever k > 0; phi = 0: ")
+    assert (never.meaning, lag.meaning) == ("", "The point 0 attracts every motion")
+
+
+@pytest.mark.parametrize(("dt", "said"), [(None, None), (Fraction(1, 2), "1/2")])
+def test_the_document_of_a_block_has_its_step(dt, said):
+    half = StateSpaceBlock([[0.0, 0.5], [-0.25, 0.5]], [0.0, 1.0], [1.0, 0.0], dt=dt)
+    found = analysis_dict(about(half, None))
+    assert found["block"]["dt"] == said
+    assert found["block"]["denominator"] is None
+    lag = "1/(s + 1)" if dt is None else "0.2/(z - 1/2)"
+    assert analysis_dict(about(as_block(lag, dt=dt), None))["block"]["dt"] == said
+
+
+def test_a_class_as_data():
+    bounds = {"sector": [0.0, 1.0], "odd": True, "time_varying": False, "text": str(ODD)}
+    assert class_dict(ODD) == {**bounds, "slope": [0.0, 1.0]}
+    open_ended = sector(0, float("inf"), time_varying=True)
+    found = {"sector": [0.0, "inf"], "slope": None, "odd": False, "time_varying": True, "text": str(open_ended)}
+    assert class_dict(open_ended) == found
+
+
+def test_a_counterexample_to_a_class_counts_for_the_larger_one_where_it_is_nearer():
+    third = max_sector(THIRD)  # refuted at 6
+    far, shifted = replace(third, refuted_at=8.0), replace(third, lower=Fraction(1, 10))
+    assert [row.refuted_at for row in table._spread([far, third])] == [6.0, 6.0]
+    assert [row.refuted_at for row in table._spread([third, far])] == [6.0, 8.0]
+    assert [row.refuted_at for row in table._spread([far, shifted])] == [8.0, 6.0]
+    assert [row.refuted_at for row in table._spread([far, replace(far, refuted_at=None)])] == [8.0, None]
+
+
+# what people write ----------------------------------------------------------------------------------------------------
+
+
+def test_a_witness_is_true_and_none_is_not():
+    assert max_sector(THIRD).witness
+    assert not max_sector("1/(s + 1)").witness
+    with pytest.raises(TypeError, match="three values"):
+        bool(max_sector(THIRD))
+
+
+def test_measured_data_certify_nothing_not_even_that_nothing_is_known():
+    data = FrequencyData([0.1, 1.0, 2.0], [1.0, 0.5, 0.1 - 0.2j], 1.0)
+    for found in (max_sector(data), max_slope(data)):
+        assert found.verdict is Verdict.INCONCLUSIVE
+        assert {found.evidence, found.conclusion.evidence, *(each.evidence for each in found.answers)} == {
+            Evidence.OBSERVED
+        }
+
+
+def test_bounds_alone_are_a_class():
+    block = RationalBlock([1], [1, 3, 3, 1])  # 1/(s + 1)^3: the circle criterion reaches 4, Popov's 8
+    assert certify(block, Sector(0, 3)).certificate["laws"]["sector"] == ["0", "3"]
+    assert certify(block, SlopeBounds(0, 3)).certificate["laws"]["slope"] == ["0", "3"]
+    with pytest.raises(InputError):
+        certify(block, (0, 3))
+
+
+# the class of laws that jump, in both checkers ------------------------------------------------------------------------
+
+ROUGH = {"sector": ["0", "2"], "slope": None, "odd": True, "time_varying": False, "linear": False, "regularity": "any"}
+
+
+def rough(system, **changes):
+    return {
+        "format": "lure-certificate/1",
+        "verdict": "PROVED",
+        "convention": "sigma = H mu, mu = -phi(sigma)",
+        "numbers": "rationals",
+        "system": {"kind": "transfer", "time": "discrete", **system},
+        "laws": ROUGH,
+        "law": None,
+        "theorem": "circle",
+        "multiplier": {},
+        "proof": {"method": "polynomial"},
+        **changes,
+    }
+
+
+LAG = {"numerator": ["1/5"], "denominator": ["1", "-1/2"]}
+SLOPES = {**ROUGH, "slope": ["0", "2"]}
+
+
+@pytest.mark.parametrize(
+    ("draft", "accepted"),
+    [
+        (rough(LAG), True),
+        (rough(LAG, laws={**ROUGH, "time_varying": True, "odd": False}), True),
+        (rough({"numerator": ["1/5", "0"], "denominator": ["1", "-1/2"]}), False),  # H(inf) = 1/5
+        (rough({"numerator": ["1/5"], "denominator": ["1", "-1"]}), False),  # a pole at z = 1
+        (rough({**LAG, "denominator": ["1", "1"], "time": "continuous"}), False),
+        (rough(LAG, theorem="tsypkin", multiplier={"q": "1"}, laws=SLOPES), False),
+        (rough(LAG, theorem="zames-falb", multiplier={"taps": [[1, "1/2"]]}, laws=SLOPES), False),
+        (rough(LAG, theorem="hurwitz", laws={**ROUGH, "linear": True}), False),
+        (rough(LAG, laws={**ROUGH, "regularity": "none"}), False),
+    ],
+)
+def test_both_checkers_let_laws_jump_only_where_the_proof_never_uses_continuity(draft, accepted):
+    smooth = {**draft, "laws": {key: value for key, value in draft["laws"].items() if key != "regularity"}}
+    proof = settled(smooth)  # without the key each of them is a proof
+    assert recheck(proof.certificate).accepted
+    words = {"class": proof.facts["class"].replace("locally Lipschitz", "continuous or not")}
+    forged = {**proof.certificate, "laws": draft["laws"], "hypotheses": {**proof.facts, **words}}
+    assert recheck(forged).accepted is accepted
+    if accepted:
+        assert check(forged).facts == {**proof.facts, **words}
+    else:
+        with pytest.raises(ValueError, match=r"Lipschitz|continuous|constant gains|regularity"):
+            check(forged)
+
+
+# the table ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_row_says_what_is_proved_refuted_and_left_open():
+    third, endless, never = max_sector(THIRD), max_sector("1/(s + 1)"), max_sector("1/(s - 1)")
+    assert table_row(third)[1:] == ("popov", "5.999999999", "certified", "6", "linear gain", "closed")
+    assert table_row(endless)[1:] == ("circle", "inf", "certified", "-", "-", "closed")
+    assert table_row(never)[1:] == ("-", "-", "-", "0", "linear gain", "closed")
+    assert (endless.closed, never.closed, endless.gap) == (True, True, "closed")
+    assert str(endless).endswith("(circle, certified).")
+    assert str(third).endswith("; phi = 6 sigma: the loop is not asymptotically stable (certified).")
+    assert "in between" in str(max_sector(builtin_loop("triple-lag").block, criterion="circle"))
+    with pytest.raises(TypeError, match="is not what follows"):
+        replace(third, verdict=Verdict.REFUTED)
+
+
+def test_of_two_rows_of_one_reach_the_one_without_time_is_said():
+    # 1/(s + 1): every finite sector, by the circle criterion and whatever the laws
+    found = analyse(RationalBlock([1], [1, 1]))
+    assert found.conclusion.law_class.endswith("[0, inf)")
+    assert found.verdict is Verdict.PROVED

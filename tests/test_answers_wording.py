@@ -1,0 +1,244 @@
+"""What a certificate says in words: its class, its numbers rounded to the safe side, its law, what it assumes."""
+
+from fractions import Fraction
+from types import SimpleNamespace
+
+import pytest
+
+from analysis.answers import analyse, wording
+from analysis.answers.wording import class_words, counterexample, destroys, interval, keeps_sign, meaning, proviso
+from analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES, FINITE_ENERGY, MOVES, OTHERS, UNSOLVABLE
+from analysis.certificates.sealing import contains
+from analysis.doubles import bound_above, bound_below
+from analysis.evidence import Verdict
+
+PLAIN = {"sector": ["0", "2"], "slope": None, "odd": False, "time_varying": False, "linear": False}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, "phi, time-invariant, in the sector [0, 2]"),
+        ({"time_varying": True}, "phi, time-varying, in the sector [0, 2]"),
+        ({"odd": True}, "odd phi, time-invariant, in the sector [0, 2]"),
+        ({"linear": True}, "linear phi in the sector [0, 2]"),
+        ({"slope": ["0", "2"]}, "phi with slope in [0, 2]"),
+        ({"slope": ["-1", "3"]}, "phi with slope in [-1, 3], in the sector [0, 2]"),
+        ({"slope": ["0", "2"], "odd": True, "time_varying": True}, "time-varying odd phi with slope in [0, 2]"),
+        ({"slope": ["0", "2"], "odd": True, "linear": True}, "odd linear phi with slope in [0, 2]"),
+        ({"regularity": "any"}, "phi, continuous or not, time-invariant, in the sector [0, 2]"),
+        ({"sector": ["0", "finite"]}, "phi, time-invariant, in the sector [0, inf)"),
+        ({"sector": ["0", "inf"]}, "phi, time-invariant, in the sector [0, inf]"),
+        ({"sector": ["-inf", "1/2"]}, "phi, time-invariant, in the sector [-inf, 0.5]"),
+        ({"sector": ["1/3", "2/3"]}, "phi, time-invariant, in the sector [0.3333334, 0.6666666]"),
+    ],
+)
+def test_a_class_in_words(changes, words):
+    assert class_words({**PLAIN, **changes}) == words
+
+
+def test_bounds_are_rounded_into_a_class_that_is_proved_and_out_of_one_that_is_refuted():
+    thirds = {**PLAIN, "sector": ["1/3", "2/3"], "slope": ["-1/3", "7/3"]}
+    assert class_words(thirds) == "phi with slope in [-0.3333333, 2.333333], in the sector [0.3333334, 0.6666666]"
+    outwards = "phi with slope in [-0.3333334, 2.333334], in the sector [0.3333333, 0.6666667]"
+    assert class_words(thirds, inwards=False) == outwards
+    assert interval(["1/3", "1"], spelled={Fraction(1, 3): "1/3"}) == "[1/3, 1]"
+
+
+@pytest.mark.parametrize(
+    ("value", "below", "above"),
+    [
+        (2 / 3, "0.6666666", "0.6666667"),
+        (Fraction(57, 10), "5.7", "5.7"),
+        (5.7, "5.7", "5.700000001"),  # the double is above 57/10
+        (0.3, "0.2999999999", "0.3"),  # and this one below 3/10
+        (6 * (1 - 1e-12), "5.999999999", "6"),
+        (1e12, "1e12", "1e12"),
+        (1.5e9, "1.5e9", "1.5e9"),
+        (123456789.0, "123456700", "123456800"),
+        (-2 / 3, "-0.6666667", "-0.6666666"),
+        (1234.5678, "1234.567", "1234.568"),
+        (1.23 - 1e-9, "1.229999998", "1.229999999"),  # ten digits just below a number of up to three
+        (1.234 - 1e-9, "1.233999", "1.234"),
+        (Fraction(1, 10**6) / 3, "3.333333e-07", "3.333334e-07"),
+        (float("inf"), "inf", "inf"),
+        (0.0, "0", "0"),
+    ],
+)
+def test_a_bound_is_rounded_once_and_to_the_safe_side(value, below, above):
+    assert (bound_below(value), bound_above(value)) == (below, above)
+
+
+def shown(conclusion=ATTRACTS, theorem="circle", **more):
+    system = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "1"]}
+    certificate = {"conclusion": conclusion, "system": system, "laws": PLAIN, "proof": {"method": "polynomial"}, **more}
+    return SimpleNamespace(certificate=certificate, theorem=theorem)
+
+
+def test_what_is_proved_is_the_conclusion_of_the_certificate():
+    assert meaning(shown()) == "The point 0 attracts every motion"
+    assert meaning(shown(CONVERGES)) == "Every motion converges to the set of equilibria"
+    assert meaning(shown(BOUNDED), "the scheme") == "Every motion of the scheme is bounded"
+    assert meaning(shown(FINITE_ENERGY)).endswith("with inputs to the block and initial functions of finite energy")
+
+
+BENT = {"method": "orbit", "points": [["-1", "0"], ["0", "0"], ["1", "0"]], "left": "3/2", "right": "3/2"}
+FLAT = {"method": "flow-orbit", "points": [["-2", "-4"], ["0", "0"], ["2", "4"]], "left": "0", "right": "0"}
+FLAT |= {"durations": ["1", "1/2"], "half": True}  # twice 3/2 s
+SKEW = {"method": "orbit", "points": [["-1", "0"], ["0", "0"], ["2", "0"]], "left": "3/2", "right": "3/2"}
+
+
+@pytest.mark.parametrize(
+    ("conclusion", "proof", "does", "law"),
+    [
+        (MOVES, {"method": "linear-gain", "gain": "6"}, "destabilises the loop", "phi = 6 sigma"),
+        (MOVES, {"method": "matrix-gain", "gain": "0"}, "destabilises the loop", "phi = 0"),
+        (MOVES, {"method": "linear-gain", "gain": "1/3"}, "destabilises the loop", "phi = 0.33333 sigma"),
+        (OTHERS, {"method": "linear-gain", "gain": "1"}, "gives the loop other equilibria than 0", "phi = 1 sigma"),
+        (
+            UNSOLVABLE,
+            {"method": "linear-gain", "gain": "-1"},
+            "leaves the loop without exactly one solution",
+            "phi = -1 sigma",
+        ),
+        (
+            MOVES,
+            {"method": "crossing", "gains": ["2", "2.5"]},
+            "destabilises the loop",
+            "phi = k sigma with k about 2",
+        ),
+        (
+            MOVES,
+            {"method": "switched-gain", "gains": ["3", "1", "2"]},
+            "destabilises the loop",
+            "phi = k(t) sigma with k(t) between 1 and 3, over and over again",
+        ),
+        (MOVES, BENT, "makes the loop oscillate", "a dead zone of +-1 with slope 1.5"),
+        (OTHERS, BENT, "gives the loop other equilibria than 0", "a dead zone of +-1 with slope 1.5"),
+        (MOVES, FLAT, "makes the loop oscillate", "a saturation with slope 2 up to +-2, period 3 s"),
+        (MOVES, SKEW, "makes the loop oscillate", "a piecewise linear phi with 2 corners and slopes from 0 to 1.5"),
+        (
+            MOVES,
+            {**BENT, "right": "2"},
+            "makes the loop oscillate",
+            "a piecewise linear phi with 2 corners and slopes from 0 to 2",
+        ),
+        (
+            MOVES,
+            {**FLAT, "left": "1", "right": "1", "half": False},
+            "makes the loop oscillate",
+            "a piecewise linear phi with 2 corners and slopes from 1 to 2, period 1.5 s",
+        ),
+        (MOVES, {"method": "structure"}, "destabilises the loop", "a law of the class"),
+    ],
+)
+def test_a_counterexample_is_named(conclusion, proof, does, law):
+    found = shown(conclusion, "counterexample", proof=proof)
+    assert (destroys(found), counterexample(found)) == (does, law)
+
+
+def direct(d, **laws):
+    system = {"kind": "state-space", "d": d} if "/" in d else None
+    system = system or {"kind": "transfer", "numerator": [d, "1"], "denominator": ["1", "1"]}
+    return {"system": system, "laws": {**PLAIN, **laws}}
+
+
+@pytest.mark.parametrize(
+    ("theorem", "given", "words"),
+    [
+        ("circle", direct("0", slope=None), ""),
+        (
+            "circle",
+            direct("1"),
+            "for which sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y",
+        ),
+        (
+            "popov",
+            direct("1/2"),
+            "for which sigma + D phi(sigma), D = 1/2, is increasing with a locally Lipschitz inverse",
+        ),
+        ("circle", direct("1", linear=True), ""),
+        ("circle", direct("1", slope=["0", "2"]), ""),
+        ("circle", direct("1", slope=["-2", "2"]), "one"),  # 1 + D phi' changes its sign
+        ("circle", direct("1", slope=["-1", "2"]), "one"),
+        ("circle", direct("-2", sector=["1", "2"], slope=["1", "2"]), ""),  # negative throughout
+        ("circle", direct("-1", sector=["0", "2"], slope=["0", "2"]), "one"),
+        ("circle", direct("1", slope=["0", "inf"]), "one"),
+    ],
+)
+def test_one_solution_is_shown_by_slopes_or_stated(theorem, given, words):
+    found = proviso(shown(theorem=theorem, **given))
+    assert found == words if words != "one" else found.endswith("has exactly one solution sigma for every y")
+
+
+def test_a_sign_is_kept_from_the_lower_end_of_the_sector_on():
+    laws = {**PLAIN, "sector": ["-2", "2"]}
+    assert keeps_sign(Fraction(1), PLAIN, (0, 5))
+    assert not keeps_sign(Fraction(1), laws, (0, 5))  # 1 - 2 < 0 at the lower end
+    assert not keeps_sign(Fraction(1), PLAIN, (0, float("inf")))
+    assert not keeps_sign(Fraction(1), PLAIN, (-float("inf"), 0))
+    assert not keeps_sign(Fraction(1), {**PLAIN, "sector": ["-inf", "2"]}, (0, 1))
+    assert not keeps_sign(Fraction(1), PLAIN)
+
+
+def test_the_direct_term_of_a_system():
+    found = [
+        wording.direct_term(system)
+        for system in (
+            {"kind": "transfer", "numerator": ["4", "1"], "denominator": ["2", "1"]},
+            {"kind": "transfer", "numerator": ["1"], "denominator": ["2", "1"]},
+            {"kind": "state-space", "d": "3"},
+            {"kind": "delay", "terms": []},
+        )
+    ]
+    assert found == [2, 0, 3, 0]
+
+
+WIDE = {**PLAIN, "sector": ["-1", "3"]}
+
+
+@pytest.mark.parametrize(
+    ("larger", "smaller", "inside"),
+    [
+        ({}, {}, True),
+        (WIDE, {}, True),
+        ({}, WIDE, False),
+        ({}, {"sector": ["0", "3"]}, False),
+        ({}, {"sector": ["-1", "2"]}, False),
+        ({}, {"sector": ["-inf", "2"]}, False),
+        ({"sector": ["-inf", "2"]}, {"sector": ["-inf", "1"]}, True),
+        ({"sector": ["0", "finite"]}, {"sector": ["0", "9"]}, True),
+        ({"sector": ["0", "finite"]}, {"sector": ["0", "inf"]}, False),
+        ({"sector": ["0", "inf"]}, {"sector": ["0", "finite"]}, True),
+        ({"sector": ["0", "9"]}, {"sector": ["0", "finite"]}, False),
+        ({"sector": ["1", "inf"]}, {"sector": ["0", "finite"]}, False),
+        ({"odd": True}, {}, False),
+        ({}, {"odd": True}, True),
+        ({"odd": True}, {"linear": True}, True),
+        ({}, {"time_varying": True}, False),
+        ({"time_varying": True}, {}, True),
+        ({"linear": True}, {}, False),
+        ({}, {"linear": True}, True),
+        ({"slope": ["0", "2"]}, {}, False),
+        ({"slope": ["0", "2"]}, {"slope": ["0", "2"]}, True),
+        ({"slope": ["0", "2"]}, {"slope": ["-1", "2"]}, False),
+        ({"slope": ["0", "2"]}, {"slope": ["0", "inf"]}, False),
+        ({"slope": ["0", "2"]}, {"linear": True}, True),
+        ({"slope": ["1", "2"]}, {"linear": True}, False),
+        ({}, {"slope": ["0", "1"]}, True),
+        ({"regularity": "any"}, {}, True),
+        ({}, {"regularity": "any"}, False),
+        ({"regularity": "any"}, {"regularity": "any"}, True),
+        ({}, {"regularity": "any", "linear": True}, True),
+    ],
+)
+def test_one_class_inside_another(larger, smaller, inside):
+    assert contains({**PLAIN, **larger}, {**PLAIN, **smaller}) is inside
+
+
+def test_a_refuted_class_says_why_no_criterion_applies():
+    found = analyse("(0.8+1.6/s)*10/(s*(0.1*s+1)*(0.02*s+1))", "min(max(sigma,-1),1)")
+    assert found.verdict is Verdict.REFUTED
+    said = " ".join(str(found).split())
+    assert said.count("the pole at s = 0 has multiplicity 2; the critical case needs a simple one") == 1
+    assert "give a positive lower gain" not in said  # none contains a saturation

@@ -1,0 +1,214 @@
+"""The order of the work: cheap steps first, dear ones only in a gap, and what is found before the time is over."""
+
+import json
+import math
+import signal
+import threading
+from contextlib import suppress
+from fractions import Fraction
+
+import pytest
+
+from analysis.answers import analyse, findings, max_sector, max_slope
+from analysis.answers.largest import meet
+from analysis.deadline import checkpoint, time_left, time_limit
+from analysis.evidence import Verdict
+from analysis.refutation.oscillation import _smallest
+from lure import InputError, RationalBlock, as_block
+
+# d + k n = s^3 + (2 + 2k) s^2 + (2 - k) s + 1 is Hurwitz up to 2k^2 - 2k = 3, k = (1 + sqrt 7)/2; Popov ends at 1.49,
+# Park's criterion reaches it.
+PARK = RationalBlock([2, -1, 0], [1, 2, 2, 1])
+HURWITZ = (1 + math.sqrt(7)) / 2
+OPEN = as_block("-s^2/(s^4 + 0.2*s^3 + 6*s^2 + 0.1*s + 1)")  # ct-4: nothing closes it
+
+
+def said(found):
+    """Which criteria said something, and which were not needed."""
+    needless = {each.criterion for each in found.answers if each.theorem == "not needed"}
+    return {each.criterion for each in found.answers} - needless, needless
+
+
+@pytest.fixture
+def steps(monkeypatch):
+    """The criteria asked and the searches made, in order."""
+    made = []
+    ask, search = findings.answer_of, findings.nonlinear_witnesses
+    monkeypatch.setattr(findings, "answer_of", lambda entry, asked: made.append(entry.name) or ask(entry, asked))
+    monkeypatch.setattr(findings, "nonlinear_witnesses", lambda asked: made.append("search") or search(asked))
+    return made
+
+
+def test_dear_steps_are_not_made_once_both_sides_meet(steps):
+    found = max_slope(PARK)
+    assert steps == ["circle", "popov", "park"]
+    assert (found.verdict, found.criterion, found.closed) == (Verdict.PROVED, "park", True)
+    assert HURWITZ * (1 - 1e-9) < found.largest.low < HURWITZ < found.refuted_at * (1 + 1e-12)
+    assert said(found) == ({"circle", "popov", "park"}, {"off-axis-circle", "zames-falb"})
+    assert found.answers[-1].reason == "what is proved and what is refuted meet without it"
+
+
+def test_what_popov_closes_needs_no_criterion_of_slopes(steps):
+    assert max_slope(as_block("1/(s+1)^3"), odd=True).closed  # Hurwitz: 8
+    assert steps == ["circle", "popov"]
+
+
+def test_a_criterion_asked_for_by_name_is_asked(steps):
+    found = max_slope(PARK, criterion="zames-falb", search="linear")
+    assert steps == ["zames-falb"]
+    assert found.criterion == "zames-falb"
+
+
+def test_the_rows_of_an_analysis_share_their_work(steps):
+    found = analyse(PARK)
+    assert sorted(steps) == ["circle", "park", "popov", "search"]  # for time-varying laws
+    assert {row.criterion for row in found.rows} == {"circle", "popov", "park"}
+
+
+def test_no_orbit_is_looked_for_where_it_would_contradict_a_proof(monkeypatch):
+    # the sector is open above 1.49, but the orbits looked for belong to odd laws of restricted slope: Park's class
+    def refuse(*_arguments, **_options):
+        raise AssertionError("an orbit of a class that is proved")
+
+    _smallest.cache_clear()
+    monkeypatch.setattr("analysis.refutation.oscillation.OrbitSearch", refuse)
+    rows = {(row.question, row.odd, row.time_varying): row for row in analyse(PARK).rows}
+    assert not rows["sector", False, False].closed
+    assert rows["slope", True, False].closed
+
+
+def test_two_ends_meet_within_a_millionth_on_either_side_of_zero():
+    assert meet(1 - 0.9e-6, 1.0)
+    assert not meet(1 - 1.1e-6, 1.0)
+    assert meet(-1 - 0.9e-6, -1.0)
+    assert not meet(-1 - 1.1e-6, -1.0)
+    assert meet(math.inf, math.inf)
+    assert not meet(1e300, math.inf)
+
+
+# what is found before the end
+
+
+def ending(monkeypatch, name, error):
+    """The search ends when that criterion is asked."""
+    ask = findings.answer_of
+
+    def asked(entry, question):
+        if entry.name == name:
+            raise error
+        return ask(entry, question)
+
+    monkeypatch.setattr(findings, "answer_of", asked)
+
+
+@pytest.mark.parametrize(
+    ("error", "why", "words"),
+    [
+        (TimeoutError("over"), "time", "The time allowed ended the search (LURE-I007)"),
+        (KeyboardInterrupt(), "interrupt", "The search was interrupted"),
+    ],
+)
+def test_what_was_found_before_the_end_is_returned_and_said_to_be_that(monkeypatch, error, why, words):
+    ending(monkeypatch, "park", error)
+    found = max_slope(PARK)
+    assert (found.verdict, found.criterion, found.stopped) == (Verdict.PROVED, "popov", why)
+    assert found.proof is not None
+    assert found.refuted_at == pytest.approx(HURWITZ)
+    assert words in str(found)
+    assert json.loads(json.dumps(found.to_dict()))["stopped"] == why
+
+
+def test_an_analysis_keeps_its_finished_rows(monkeypatch):
+    ending(monkeypatch, "park", TimeoutError("over"))
+    found = analyse(PARK)
+    assert found.stopped == "time"
+    assert "LURE-I007" in str(found)
+    assert all(row.verdict is Verdict.PROVED for row in found.rows)  # circle and Popov in each
+    assert found.to_dict()["stopped"] == "time"
+
+
+def test_an_interrupt_before_anything_was_found_passes(monkeypatch):
+    def interrupted(_asked):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(findings, "hurwitz", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        max_sector(PARK)
+
+
+def test_no_time_at_all_shows_nothing_and_says_why():
+    found = max_sector(PARK, seconds=1e-9)
+    assert (found.verdict, found.stopped, found.answers) == (Verdict.INCONCLUSIVE, "time", ())
+    assert found.hurwitz.high == math.inf
+    assert "LURE-I007" in found.reason
+    rows = analyse(OPEN, seconds=1e-9)
+    assert (rows.verdict, rows.stopped) == (Verdict.INCONCLUSIVE, "time")
+    assert rows.gains  # there is a second to say what is known
+
+
+def test_the_steps_are_told_with_the_share_behind_them():
+    told = []
+    max_slope(PARK, progress=lambda step, done: told.append((step, done)))
+    assert [step for step, _ in told] == ["slope: linear gains", "slope: circle", "slope: popov", "slope: park"]
+    assert [done for _, done in told] == sorted(done for _, done in told)
+    assert told[0][1] == 0
+    assert told[-1][1] < 1
+
+
+@pytest.mark.parametrize("seconds", [0, -1, math.inf, math.nan, "3", True])
+def test_a_time_that_is_none_is_refused(seconds):
+    for question in (max_sector, max_slope, analyse):
+        with pytest.raises(InputError, match="seconds is"):
+            question(PARK, seconds=seconds)
+
+
+# the limit itself
+
+
+def test_in_another_thread_the_limit_holds_inside_the_searches():
+    ended = []
+
+    def work():
+        ended.append(max_slope(OPEN, seconds=0.2).stopped)  # takes seconds on any machine
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert ended == ["time"]
+    assert time_left() == math.inf
+
+
+def test_an_inner_limit_never_prolongs_the_outer_one_and_gives_its_alarm_back():
+    with time_limit(1000):
+        with time_limit(2000):
+            assert time_left() <= 1000
+        with time_limit(1) as over:
+            assert time_left() <= 1
+            assert not over()
+        assert 1 < time_left() <= 1000
+        assert 1 < signal.getitimer(signal.ITIMER_REAL)[0] <= 1000
+        with time_limit(None):
+            assert time_left() <= 1000
+    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
+
+
+def test_a_checkpoint_raises_once_the_time_is_over():
+    checkpoint()
+
+    def late():
+        with time_limit(1e-9):
+            while True:
+                checkpoint()
+
+    with pytest.raises(TimeoutError):
+        late()
+    for _ in range(50):  # the alarm may come at any place of the way in or out, and is off in the end
+        with suppress(TimeoutError):
+            late()
+    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
+
+
+def test_numbers_in_the_report_of_a_stopped_search_are_bounds():
+    found = max_sector(RationalBlock([1], [1, 3, 2, 0]), lower=Fraction(1, 3), seconds=1e-9)
+    assert found.largest.low <= Fraction(1, 3)
+    assert found.critical  # the weaker conclusion, until it is known
