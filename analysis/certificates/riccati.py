@@ -156,7 +156,7 @@ class Scaled:
     def _places(self, n: int, inverse: float) -> int:
         """Binary places with which the matrix of the inequality moves by less than ``1/inverse``."""
         size = 2.0 * float(np.linalg.norm(self.A)) + 2.0 * float(np.linalg.norm(self.b)) + 1.0
-        return max(0, math.ceil(math.log2(n * size * inverse) + 2.0 * math.log2(float(np.max(self.units)))) + 1)
+        return max(0, math.ceil(math.log2(n * size * inverse) + 2.0 * math.log2(float(np.max(np.abs(self.units))))) + 1)
 
     def margin(self, P: NDArray[np.float64]) -> float:
         """The least eigenvalue of ``P`` and of the matrix of the inequality, in floating point."""
