@@ -269,6 +269,13 @@ def test_with_a_direct_term_one_solution_is_shown_or_stated():
     assert ", if sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y" in stated.headline
     shown = analyse(Loop(block, Tanh())).conclusion
     assert shown.headline == "The point 0 attracts every motion with tanh(sigma / 1)."
+    declared = "phi lies in the sector you declare and is locally Lipschitz, of which nothing is declared"
+    solution = "sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y"
+    other = certify(Loop(block, InASector()))
+    assert other.to_dict()["assumed"] == [declared, solution]
+    assert all(f">{clause}</td>" in other._repr_html_() for clause in (declared, solution))
+    assert other.to_dict()["shown"]["assumed"] == [solution]  # of the class, which is all the file speaks of
+    assert certify(Loop(block, Tanh())).assumed == certify(block, sector(0, 1, time_varying=True)).assumed[1:] == ()
     bare = max_sector(block, criterion="circle")
     assert "has exactly one solution sigma for every y (circle" in str(bare)
 

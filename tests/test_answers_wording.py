@@ -6,9 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 from analysis.answers import analyse, wording
-from analysis.answers.wording import class_words, counterexample, destroys, interval, keeps_sign, meaning, proviso
+from analysis.answers.wording import class_words, counterexample, destroys, interval, meaning, proviso
 from analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES, FINITE_ENERGY, MOVES, OTHERS, UNSOLVABLE
 from analysis.certificates.sealing import contains
+from analysis.certificates.states import assumed, classes, keeps
 from analysis.doubles import bound_above, bound_below
 from analysis.evidence import Verdict
 
@@ -143,42 +144,41 @@ def direct(d, **laws):
     return {"system": system, "laws": {**PLAIN, **laws}}
 
 
+SOLUTION = "sigma + D phi(sigma) = y, D = {}, has exactly one solution sigma for every y"
+
+
 @pytest.mark.parametrize(
-    ("theorem", "given", "words"),
+    ("theorem", "direct", "changes", "words"),
     [
-        ("circle", direct("0", slope=None), ""),
-        (
-            "circle",
-            direct("1"),
-            "for which sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y",
-        ),
-        (
-            "popov",
-            direct("1/2"),
-            "for which sigma + D phi(sigma), D = 1/2, is increasing with a locally Lipschitz inverse",
-        ),
-        ("circle", direct("1", linear=True), ""),
-        ("circle", direct("1", slope=["0", "2"]), ""),
-        ("circle", direct("1", slope=["-2", "2"]), "one"),  # 1 + D phi' changes its sign
-        ("circle", direct("1", slope=["-1", "2"]), "one"),
-        ("circle", direct("-2", sector=["1", "2"], slope=["1", "2"]), ""),  # negative throughout
-        ("circle", direct("-1", sector=["0", "2"], slope=["0", "2"]), "one"),
-        ("circle", direct("1", slope=["0", "inf"]), "one"),
+        ("circle", "0", {}, ""),
+        ("circle", "1", {}, SOLUTION),
+        ("popov", "1/2", {}, "sigma + D phi(sigma), D = {}, is increasing with a locally Lipschitz inverse"),
+        ("circle", "1", {"linear": True}, ""),
+        ("circle", "1", {"slope": ["0", "2"]}, ""),
+        ("circle", "1", {"slope": ["-2", "2"]}, SOLUTION),  # 1 + D phi' changes its sign
+        ("circle", "1", {"slope": ["-1", "2"]}, SOLUTION),
+        ("circle", "-2", {"sector": ["1", "2"], "slope": ["1", "2"]}, ""),  # negative throughout
+        ("circle", "-1", {"slope": ["0", "2"]}, SOLUTION),
+        ("circle", "1", {"slope": ["0", "inf"]}, SOLUTION),
     ],
 )
-def test_one_solution_is_shown_by_slopes_or_stated(theorem, given, words):
-    found = proviso(shown(theorem=theorem, **given))
-    assert found == words if words != "one" else found.endswith("has exactly one solution sigma for every y")
+def test_one_solution_is_shown_by_slopes_or_assumed(theorem, direct, changes, words):
+    assert assumed(theorem, Fraction(direct), classes({**PLAIN, **changes})) == words.format(direct)
+
+
+def test_what_is_assumed_of_the_class_is_a_proviso():
+    assert proviso(SimpleNamespace(assumed="phi is so")) == "for which phi is so"
+    assert proviso(SimpleNamespace(assumed="")) == ""
 
 
 def test_a_sign_is_kept_from_the_lower_end_of_the_sector_on():
-    laws = {**PLAIN, "sector": ["-2", "2"]}
-    assert keeps_sign(Fraction(1), PLAIN, (0, 5))
-    assert not keeps_sign(Fraction(1), laws, (0, 5))  # 1 - 2 < 0 at the lower end
-    assert not keeps_sign(Fraction(1), PLAIN, (0, float("inf")))
-    assert not keeps_sign(Fraction(1), PLAIN, (-float("inf"), 0))
-    assert not keeps_sign(Fraction(1), {**PLAIN, "sector": ["-inf", "2"]}, (0, 1))
-    assert not keeps_sign(Fraction(1), PLAIN)
+    one, plain, below = Fraction(1), classes(PLAIN), classes({**PLAIN, "sector": ["-2", "2"]})
+    assert keeps(one, plain, (0, 5))
+    assert not keeps(one, below, (0, 5))  # 1 - 2 < 0 at the lower end
+    assert not keeps(one, plain, (0, float("inf")))
+    assert not keeps(one, plain, (-float("inf"), 0))
+    assert not keeps(one, classes({**PLAIN, "sector": ["-inf", "2"]}), (0, 1))
+    assert not keeps(one, plain, plain.slope)
 
 
 def test_the_direct_term_of_a_system():

@@ -250,6 +250,22 @@ def test_json_and_standard_output(lure, tmp_path):
     assert names(tmp_path) == ["certificate.json"]
 
 
+@pytest.mark.parametrize(
+    ("formula", "told"),
+    [
+        ("tanh(sigma)", []),
+        ("sigma*(1 + sin(5*sigma)**2)", ["phi lies in the sector you declare"]),  # oscillates for ever: not decided
+    ],
+)
+def test_what_is_only_declared_of_the_nonlinearity_is_said(lure, tmp_path, formula, told):
+    law = f'[nonlinearity]\nkind = "expression"\nexpression = "{formula}"\nsector = [0, 2]\n'
+    (tmp_path / "loop.toml").write_text("[plant]\nnum = [1]\nden = [1, 1]\n" + law)
+    status, out, _ = lure("certify", "loop.toml")
+    assert status == 0
+    assert [line for line in out.splitlines() if "assumed" in line] == [f"  assumed: {each}" for each in told]
+    assert json.loads(lure("certify", "loop.toml", "--force", "--json")[1])["assumed"] == told
+
+
 def test_the_time_allowed_ends_a_search(lure, tmp_path):
     # the full search for multipliers and orbits of Fitts' loop takes many seconds
     status, out, _ = lure("certify", "kalman-fitts", "--seconds", "0.2")

@@ -11,6 +11,7 @@ import pytest
 from commands import SECTOR, THIRD, written
 
 from analysis.certificates import arithmetic
+from analysis.certificates.checker import main
 
 ROOT = Path(__file__).parents[1]
 
@@ -141,6 +142,28 @@ def test_the_time_allowed_to_the_checker_ends_in_a_rejection(lure, monkeypatch, 
     assert status == 11
     assert "time allowed" in out
     assert lure("verify", "proof.json", "--seconds", "-1")[0] == 2
+
+
+DIRECT = ("--num", "1 2", "--den", "1 1")  # H(inf) = 1, and Re H > 0
+ASSUMED = "sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y"
+
+
+def test_what_is_assumed_of_the_equation_of_the_loop_is_said_wherever_it_is_not_shown(lure, tmp_path, capsys):
+    # a sector alone lets sigma + phi(sigma) take a value twice; with slopes >= 0 it increases
+    for arguments, told in ((SECTOR, [ASSUMED]), (("--slope", "0", "5"), [])):
+        (tmp_path / "cert.json").unlink(missing_ok=True)
+        status, out, _ = lure("certify", *DIRECT, *arguments, "-o", "cert.json", "--json")
+        assert (status, json.loads(out)["assumed"]) == (0, told)
+        (tmp_path / "cert.json").unlink()
+        said = [lure("certify", *DIRECT, *arguments, "-o", "cert.json")[1], lure("verify", "cert.json", "--second")[1]]
+        main([str(tmp_path / "cert.json")])
+        for text in (*said, capsys.readouterr().out):
+            words = " ".join(text.split())
+            assert words.count(ASSUMED) == 2 * len(told)  # in the claim, and by itself
+            assert (f" assumed: {ASSUMED}" in words) == bool(told)
+        (answer,) = json.loads(lure("verify", "cert.json", "--json")[1])
+        assert answer["assumed"] == told
+        assert (f", for which {ASSUMED}" in answer["claim"]) == bool(told)
 
 
 def test_the_checker_is_asked_without_numpy_or_a_solver(proof, tmp_path):

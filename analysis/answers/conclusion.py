@@ -17,12 +17,12 @@ from analysis.answers.wording import (
     counterexample,
     destroys,
     direct_term,
-    keeps_sign,
     meaning,
     proviso,
 )
 from analysis.certificates import codes
 from analysis.certificates.sealing import contains
+from analysis.certificates.states import classes, keeps
 from analysis.certificates.systems import laws_of, system_of
 from analysis.doubles import bound_below
 from analysis.evidence import Evidence, Verdict
@@ -109,6 +109,8 @@ class Conclusion:
         What the checker accepted; None for INCONCLUSIVE.
     attracts : bool
         Whether 0 is proved to attract every motion with the given nonlinearity, or without one for every law.
+    assumed : tuple of str
+        What is assumed and not shown, of the given nonlinearity or of every law of the class, in clauses.
     """
 
     verdict: Verdict
@@ -123,6 +125,7 @@ class Conclusion:
     code: Code | None = None
     shown: Proved | Refuted | None = None
     attracts: bool = False
+    assumed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if (self.shown is None) != (self.verdict is Verdict.INCONCLUSIVE):
@@ -274,6 +277,7 @@ def _proved(asked: Inquiry, shown: Proved, reach: Proved | None) -> Conclusion:
         sentence=f"{found}, by the criterion {shown.theorem} (certified){reaches}.",
         shown=shown,
         attracts=attracts,
+        assumed=tuple(filter(None, (words.removeprefix("if "), assumed.removeprefix("for which ")))),
     )
 
 
@@ -411,7 +415,8 @@ def _solvable_with(law: Nonlinearity, shown: Proved) -> bool:
     certificate, slope = shown.certificate, getattr(law, "slope_bounds", None)
     if slope is None:
         return False
-    return keeps_sign(direct_term(certificate["system"]), certificate["laws"], (slope.lower, slope.upper))
+    ends = [end if math.isinf(end) else Fraction(end) for end in (slope.lower, slope.upper)]
+    return keeps(direct_term(certificate["system"]), classes(certificate["laws"]), ends)
 
 
 def _takes_a_value_twice(law: Nonlinearity, shown: Proved) -> bool:

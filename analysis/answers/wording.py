@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
@@ -173,41 +172,14 @@ def proviso(shown: Proved) -> str:
     """What the certificate assumes of the laws beyond their class, where ``H(inf)`` is not 0; empty if nothing.
 
     With ``D = H(inf)``, ``y = sigma + D phi(sigma)`` must determine ``sigma``.  Finite slope bounds of the class show
-    it, where ``1 + D phi'`` keeps its sign; else it is an assumption, and part of what is said.
+    it, where ``1 + D phi'`` keeps its sign; else the checker says what is assumed, and that is part of what is said.
 
     Parameters
     ----------
     shown : Proved
         What the checker accepted.
     """
-    certificate = shown.certificate
-    direct, laws = direct_term(certificate["system"]), certificate["laws"]
-    if direct == 0 or laws["linear"] or keeps_sign(direct, laws):
-        return ""
-    if shown.theorem == "popov":
-        return f"for which sigma + D phi(sigma), D = {direct}, is increasing with a locally Lipschitz inverse"
-    return f"for which sigma + D phi(sigma) = y, D = {direct}, has exactly one solution sigma for every y"
-
-
-def keeps_sign(direct: Fraction, laws: Laws, slope: tuple[object, object] | None = None) -> bool:
-    """Whether ``1 + D phi'`` keeps the sign it has at the lower end of the sector, for every slope between bounds.
-
-    Parameters
-    ----------
-    direct : Fraction
-        ``D = H(inf)``.
-    laws : Mapping
-        ``laws`` of a certificate.
-    slope : tuple, optional
-        Other slope bounds than those of the class.
-    """
-    bounds = slope if slope is not None else laws["slope"]
-    if bounds is None or laws["sector"][0] == "-inf":
-        return False
-    if any(end in ("inf", "-inf", "finite", math.inf, -math.inf) for end in bounds):
-        return False
-    signs = [1 + direct * Fraction(end) for end in (laws["sector"][0], *bounds)]
-    return min(signs) > 0 or max(signs) < 0
+    return f"for which {shown.assumed}" if shown.assumed else ""
 
 
 def direct_term(system: Mapping[str, Any]) -> Fraction:

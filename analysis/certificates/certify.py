@@ -84,6 +84,9 @@ class Certification:
         One sentence: the claim, or what stood in the way.
     failures : tuple of Failure
         Every search that showed nothing, in the order they were made.
+    assumed : tuple of str
+        What the verdict assumes and nothing shows, in clauses: what is only declared of the given nonlinearity, and
+        with ``H(inf) != 0`` that the equation of the loop has one solution.
     """
 
     verdict: Verdict
@@ -91,6 +94,7 @@ class Certification:
     code: Code | None = None
     detail: str
     failures: tuple[Failure, ...] = field(default=())
+    assumed: tuple[str, ...] = ()
 
     @property
     def certificate(self) -> Mapping[str, Any] | None:
@@ -211,7 +215,13 @@ def _searched(question: Question, ways: Ways, over: Callable[[], bool], say: Cal
         if isinstance(found, Proved | Refuted):
             follows = conclusion_of(asked, found)
             if follows.shown is not None:
-                return Certification(verdict=follows.verdict, shown=found, detail=found.claim, failures=tuple(failures))
+                return Certification(
+                    verdict=follows.verdict,
+                    shown=found,
+                    detail=found.claim,
+                    failures=tuple(failures),
+                    assumed=follows.assumed,
+                )
             found = Failure(search=name, code=follows.code or codes.REJECTED, detail=follows.reason)
         if isinstance(found, Failure):
             failures.append(found)

@@ -47,12 +47,14 @@ _SEAL = object()
 
 
 class Checked:
-    """A claim that was checked; ``facts`` are the hypotheses found to hold, by name."""
+    """A claim that was checked: ``facts`` were found to hold, by name; ``assumed`` of each law is beyond its class."""
 
-    def __init__(self, seal: object, certificate: Mapping[str, Any], claim: str, facts: Mapping[str, str]) -> None:
+    def __init__(self, seal: object, certificate: Mapping[str, Any], facts: Mapping[str, str], assumed: str) -> None:
         if seal is not _SEAL:
             raise TypeError(f"only the checker makes a {type(self).__name__}: give the certificate to check()")
-        self.certificate, self.claim, self.facts = certificate, claim, facts
+        self.certificate, self.facts, self.assumed = certificate, facts, assumed
+        self.claim = f"{certificate['conclusion']}: {facts['class']}"
+        self.claim += f", for which {assumed}" if assumed and "solvable" not in facts else ""
         self.theorem = str(certificate["theorem"])
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -332,8 +334,8 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
     return MOVES, {"root": f"d + g n, g = {g}, has a root that is not strictly inside, by Routh's array"}
 
 
-def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[str, str]]:
-    """What a certificate shows: kind, conclusion, and every hypothesis with how it was found to hold."""
+def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[str, str], str]:
+    """What a certificate shows: kind, conclusion, how every hypothesis was found to hold, and what is assumed beside."""
     head = fields(certificate, *HEAD.split())
     version, verdict, convention, origin, system, given, law, name, data, _, _, proof = head
     form((version, convention) == (FORMAT, CONVENTION), f"format or convention is not that of {FORMAT}")
@@ -348,16 +350,16 @@ def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[s
     if verdict == "REFUTED":
         need((name, data, law) == ("counterexample", {}, None), "a refutation is a counterexample, of no given law")
         conclusion, found = counterexample(system, laws, proof)
-        return Refuted, conclusion, facts | found
+        return Refuted, conclusion, facts | found, ""
     if name.startswith("rod-"):
         fields(proof, "method")
         need(proof["method"] == "structure" and not laws.rough, "the rod is proved by structure, for continuous laws")
         conclusion, found = structure(name, data, system, laws)
-        return Proved, conclusion, facts | found
+        return Proved, conclusion, facts | found, ""
     need(proof["method"] in ("polynomial", "cover", "matrix"), f"there is no proof by {proof['method']!r:.40}")
     if name == "hurwitz":
         need(fields(data) == [] and proof == {"method": "polynomial"}, "constant gains are proved by polynomials")
-        return Proved, LINEAR, facts | linear(block(system), laws)
+        return Proved, LINEAR, facts | linear(block(system), laws), ""
     if proof["method"] == "matrix":
         critical, found = by_matrix(name, data, system, laws, proof)
         direct, discrete, delayed = *realised(system, ZERO)[3:], False
@@ -370,20 +372,19 @@ def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[s
     found |= states.solvable(direct, laws, slopes) if name == "popov" else {}
     if found.get("solvable") == states.SOLVABLE:
         facts["class"] += ", with sigma + H(inf) phi(sigma) increasing and its inverse locally Lipschitz"
-    if critical:
-        return Proved, BOUNDED if laws.varying else CONVERGES, facts | found
-    return Proved, FINITE_ENERGY if delayed else ATTRACTS, facts | found
+    conclusion = (BOUNDED if laws.varying else CONVERGES) if critical else FINITE_ENERGY if delayed else ATTRACTS
+    return Proved, conclusion, facts | found, states.assumed(name, direct, laws)
 
 
 def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600, draft: bool = False) -> Proved | Refuted:
     """What ``data`` proves within so many ``seconds``, else ``Rejected`` or ``Malformed``; a ``draft`` is filled in."""
     with exact.checking(seconds):
         certificate = exact.parsed(data if isinstance(data, str | bytes) else json.dumps(dict(data)))
-        kind, conclusion, facts = examine(certificate)
+        kind, conclusion, facts, assumed = examine(certificate)
         certificate |= {"conclusion": conclusion, "hypotheses": facts} if draft else {}
         need(certificate["conclusion"] == conclusion, f"the conclusion is another: {conclusion}")
         need(certificate["hypotheses"] == facts, "the hypotheses are not those found to hold")
-    return kind(_SEAL, certificate, f"{conclusion}: {facts['class']}", facts)
+    return kind(_SEAL, certificate, facts, assumed)
 
 
 def main(paths: list[str]) -> int:
@@ -397,6 +398,8 @@ def main(paths: list[str]) -> int:
             print(f"ACCEPTED: {found.claim} ({type(found).__name__}, {found.theorem})")
             for name, fact in found.facts.items():
                 print(f"  {name}: {fact}")
+            if found.assumed:
+                print(f"  assumed: {found.assumed}")
         except Rejected as reason:
             print(f"REJECTED: {reason}")
             worst = max(worst, 11)

@@ -33,6 +33,7 @@ def shown_dict(shown: Checked) -> dict[str, Any]:
         "theorem": shown.theorem,
         "claim": shown.claim,
         "facts": plain(shown.facts),
+        "assumed": [shown.assumed] if shown.assumed else [],
         "certificate": plain(shown.certificate),
     }
 
@@ -45,7 +46,13 @@ def shown_html(shown: Checked) -> str:
     shown : Proved or Refuted
         What the checker accepted.
     """
+    return _accepted(shown, (shown.assumed,) if shown.assumed else ())
+
+
+def _accepted(shown: Checked, assumed: tuple[str, ...]) -> str:
+    """What was accepted, and what is assumed beside it."""
     rows = [("theorem", shown.theorem), ("evidence", "certified"), *shown.facts.items()]
+    rows += [("assumed", clause) for clause in assumed]
     return html_table(shown.claim, rows, verdict=str(shown.certificate["verdict"]), notes=[_CLAIM, _AGAIN])
 
 
@@ -78,6 +85,7 @@ def certification_dict(found: Certification) -> dict[str, Any]:
         "code": None if found.code is None else found.code.identifier,
         "detail": found.detail,
         "shown": None if found.shown is None else shown_dict(found.shown),
+        "assumed": list(found.assumed),
         "failures": [failure_dict(failure) for failure in found.failures],
         "sentence": str(found),
     }
@@ -94,7 +102,7 @@ def certification_html(found: Certification) -> str:
     tried = [(one.search, f"{one.code.title} ({one.code.identifier})", one.detail) for one in found.failures]
     failed = html_table("Searches that showed nothing", tried, head=("search", "how it ended", "why")) if tried else ""
     if found.shown is not None:
-        return shown_html(found.shown) + failed
+        return _accepted(found.shown, found.assumed) + failed
     rows = [("why", found.detail)]
     if found.code is not None:
         rows.insert(0, ("code", f"{found.code.identifier}, {found.code.title}"))

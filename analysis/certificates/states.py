@@ -133,15 +133,25 @@ def solvable(direct: Fraction, laws: Laws, slopes: list[Fraction]) -> dict[str, 
     """
     if not direct:
         return {}
-
-    def keeps(bounds: Any) -> bool:
-        """Whether no slope between these bounds changes the sign."""
-        signs = [1 + s * direct for s in (laws.sector[0], *bounds)]
-        return bool(min(signs) > 0 or max(signs) < 0)
-
-    need(keeps(slopes), "1 + slope H(inf) changes its sign over the slopes of the law")
-    shown = INF not in map(abs, laws.slope) and keeps(laws.slope)
+    need(keeps(direct, laws, slopes), "1 + slope H(inf) changes its sign over the slopes of the law")
+    shown = keeps(direct, laws, laws.slope)
     return {"solvable": "1 + slope H(inf) keeps its sign over the class" if shown else SOLVABLE}
+
+
+def keeps(direct: Fraction, laws: Laws, slopes: Any) -> bool:
+    """Whether ``1 + s H(inf)`` keeps the sign it has at the lower bound of the sector for slopes between bounds."""
+    ends = (laws.sector[0], *slopes)
+    signs = [1 + s * direct for s in ends] if INF not in map(abs, ends) else [-1, 1]
+    return bool(min(signs) > 0 or max(signs) < 0)
+
+
+def assumed(name: str, direct: Fraction, laws: Laws) -> str:
+    """What the theorem ``name`` assumes of a law beyond its class, so that the loop has solutions; empty if nothing."""
+    if not direct or laws.linear or keeps(direct, laws, laws.slope):
+        return ""
+    if name == "popov":
+        return f"sigma + D phi(sigma), D = {direct}, is increasing with a locally Lipschitz inverse"
+    return f"sigma + D phi(sigma) = y, D = {direct}, has exactly one solution sigma for every y"
 
 
 def unit(rows: Any) -> int:

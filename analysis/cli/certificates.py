@@ -192,6 +192,7 @@ def _numbers(loop: object) -> Numbers:
 
 def _told(found: Certification, output: Path, *, as_json: bool, quiet: bool) -> None:
     """What was found: on stdout, or on stderr where that is for the certificate."""
+    from analysis.cli.verifying import accepted_lines
     from analysis.cli.wrapping import wrapped
 
     to_stdout = str(output) == "-"
@@ -200,9 +201,7 @@ def _told(found: Certification, output: Path, *, as_json: bool, quiet: bool) -> 
         return
     said = wrapped(f"{found.verdict}: {found.detail}", indent=2)
     if found.shown is not None:
-        said += wrapped(f"  theorem: {found.shown.theorem}", indent=4)
-        for name, fact in found.shown.facts.items():
-            said += wrapped(f"  {name}: {fact}", indent=4)
+        said += accepted_lines(found.shown, found.assumed)
         if not to_stdout and not quiet:
             said += ["", f"The certificate is {output}; check it: {shlex.join(['lure', 'verify', str(output)])}"]
     elif found.code is not None:
@@ -218,6 +217,7 @@ def _outcome(found: Certification, output: Path) -> dict[str, Any]:
         "claim": None if shown is None else shown.claim,
         "theorem": None if shown is None else shown.theorem,
         "facts": None if shown is None else dict(shown.facts),
+        "assumed": list(found.assumed),
         "file": None if shown is None else str(output),
         "code": None if found.code is None else found.code.identifier,
         "detail": found.detail,

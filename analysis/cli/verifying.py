@@ -9,6 +9,7 @@ import json
 import shlex
 import stat
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -65,6 +66,7 @@ class Verified:
             "claim": found.claim,
             "theorem": found.theorem,
             "facts": dict(found.facts),
+            "assumed": [found.assumed] if found.assumed else [],
             "second": self.second,
         }
 
@@ -72,12 +74,24 @@ class Verified:
         """The same in lines of 80 columns, exact numbers unbroken."""
         said = wrapped(f"{self.result}: {self.reason}", indent=2)
         if self.shown is not None:
-            said += wrapped(f"  theorem: {self.shown.theorem}", indent=4)
-            for name, fact in self.shown.facts.items():
-                said += wrapped(f"  {name}: {fact}", indent=4)
+            said += accepted_lines(self.shown, [self.shown.assumed] if self.shown.assumed else [])
         if self.second:
             said.append(f"  {_SECOND}")
         return said
+
+
+def accepted_lines(shown: Proved | Refuted, assumed: Sequence[str]) -> list[str]:
+    """The theorem, the hypotheses found to hold and what is assumed beside them, in lines of 80 columns.
+
+    Parameters
+    ----------
+    shown : Proved or Refuted
+        What the checker accepted.
+    assumed : sequence of str
+        What nothing shows, in clauses.
+    """
+    said = [("theorem", shown.theorem), *shown.facts.items(), *(("assumed", clause) for clause in assumed)]
+    return [line for name, text in said for line in wrapped(f"  {name}: {text}", indent=4)]
 
 
 def verified(file: str, *, second: bool, seconds: float | None) -> Verified:
