@@ -335,7 +335,7 @@ def counterexample(system: Any, laws: states.Laws, proof: Any) -> tuple[str, dic
 
 
 def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[str, str], str]:
-    """What a certificate shows: kind, conclusion, how every hypothesis was found to hold, and what is assumed beside."""
+    """What a certificate shows: kind, conclusion, how every hypothesis was found to hold, and what is assumed."""
     head = fields(certificate, *HEAD.split())
     version, verdict, convention, origin, system, given, law, name, data, _, _, proof = head
     form((version, convention) == (FORMAT, CONVENTION), f"format or convention is not that of {FORMAT}")
