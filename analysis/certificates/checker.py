@@ -53,9 +53,8 @@ class Checked:
         if seal is not _SEAL:
             raise TypeError(f"only the checker makes a {type(self).__name__}: give the certificate to check()")
         self.certificate, self.facts, self.assumed = certificate, facts, assumed
-        self.claim = f"{certificate['conclusion']}: {facts['class']}"
-        self.claim += f", for which {assumed}" if assumed and "solvable" not in facts else ""
-        self.theorem = str(certificate["theorem"])
+        more = f", for which {assumed}" if assumed and "solvable" not in facts else ""
+        self.claim, self.theorem = f"{certificate['conclusion']}: {facts['class']}{more}", str(certificate["theorem"])
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles carry the certificate alone; what arrives has been checked there."""
@@ -396,10 +395,8 @@ def main(paths: list[str]) -> int:
             with Path(path).open("rb") as file:
                 found = check(file.read(exact.LARGEST_FILE + 1))
             print(f"ACCEPTED: {found.claim} ({type(found).__name__}, {found.theorem})")
-            for name, fact in found.facts.items():
+            for name, fact in [*found.facts.items(), *[("assumed", found.assumed)] * bool(found.assumed)]:
                 print(f"  {name}: {fact}")
-            if found.assumed:
-                print(f"  assumed: {found.assumed}")
         except Rejected as reason:
             print(f"REJECTED: {reason}")
             worst = max(worst, 11)
