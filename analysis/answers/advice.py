@@ -27,11 +27,19 @@ _WITHOUT = "nothing is proved"
 
 def serves(row: Largest, law_class: LawClass) -> bool:
     """Whether the class of the row may contain the class asked about: what is worth trying, and no verdict."""
+    if not _low_enough(row, law_class):
+        return False
     if law_class.time_varying:
         return row.time_varying
     if row.question == "slope":
         return law_class.slope is not None and (law_class.odd or not row.odd)
     return True
+
+
+def _low_enough(row: Largest, law_class: LawClass) -> bool:
+    """Whether the classes of the row begin at or below the class asked about; those with dead time begin at 0."""
+    bounds = law_class.slope if row.question == "slope" else None
+    return row.lower <= (bounds or law_class.sector).lower
 
 
 def why(asked: Largest, rows: list[Largest], law_class: LawClass, missed: list[Conclusion]) -> tuple[Code, str]:
@@ -63,6 +71,8 @@ def why(asked: Largest, rows: list[Largest], law_class: LawClass, missed: list[C
     against = "" if asked.refuted_at is None else f", and the smallest class refuted ends at {asked.refuted_text}"
     if asked.stopped is not None:
         return codes.OUT_OF_TIME, f"the search was stopped: {_WITHOUT if reach is None else _ends(reach)}{against}"
+    if not _low_enough(asked, law_class):
+        return codes.DEAD_TIME, f"with dead time the theorems are about classes from 0 on{against}"
     if reach == math.inf:
         far = "every finite upper bound is proved, and a class without any holds laws beyond all of them"
         return codes.EVERY_FINITE, far + against
@@ -111,7 +121,8 @@ def hints(
         found.append(f"an upper bound of {bound_below(max(serving))} instead of {float(end):.7g} would be proved")
     names = ("time-varying", "time-invariance", "slope bounds", "slope bounds and oddness")
     for name, row in zip(names, rows, strict=True):
-        if serves(row, law_class) or row.verdict is not Verdict.PROVED or not end <= row.largest.low or end == math.inf:
+        enough = row.verdict is Verdict.PROVED and end <= row.largest.low and end != math.inf
+        if serves(row, law_class) or not enough or not _low_enough(row, law_class):
             continue
         if _possible(name, law):
             found.append(f"{name} of phi would be enough ({row.criterion} reaches {proved_up_to(row)})")

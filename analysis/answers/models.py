@@ -91,7 +91,7 @@ def answer_of(entry: Entry, asked: Asked) -> Answer | str:
 
     try:
         found = guarded(entry.name, lambda: _largest(entry, asked), passing=(*EXPECTED, TimeoutError))
-    except AssumptionError as refusal:
+    except (AssumptionError, InputError) as refusal:
         return str(refusal)
     return f"the search failed: {found}" if isinstance(found, Failure) else found
 

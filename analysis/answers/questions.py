@@ -18,6 +18,7 @@ from analysis.answers.state_space import by_matrices
 from analysis.answers.wording import proviso
 from analysis.certificates.codes import OUT_OF_TIME
 from analysis.certificates.systems import laws_of
+from analysis.criteria.checks import require_solution
 from analysis.evidence import Bracket, Verdict
 from analysis.refutation.linear import refutes_lower
 from analysis.witness import Witness
@@ -236,6 +237,8 @@ def _block(block: object) -> Block:
 
 
 def _answer(asked: Asked, seconds: float | None, progress: Tell | None) -> Largest:
+    if isinstance(asked.block, RationalBlock):
+        require_solution(asked.block, asked.lower)
     return largest_of(found_for([asked], seconds=seconds, progress=progress)[0])
 
 

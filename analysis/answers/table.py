@@ -214,8 +214,8 @@ def analyse(
     if law_class is not None:
         lower["sector"] = _finite(law_class.sector.lower)
         lower["slope"] = lower["sector"] if law_class.slope is None else _finite(law_class.slope.lower)
-    if isinstance(block, DelayBlock):  # its criteria begin at 0: a positive lower end is given up for a larger class
-        lower = {question: min(end, Fraction(0)) for question, end in lower.items()}
+    if isinstance(block, DelayBlock):  # its criteria begin at 0, whatever the class
+        lower = dict.fromkeys(lower, Fraction(0))
     questions = [
         Asked(
             block=block,

@@ -133,9 +133,6 @@ def _gain(block: RationalBlock, question: Question) -> Witness | None:
 def _with_dead_time(block: DelayBlock, question: Question) -> Witness | None:
     from analysis.answers.models import Asked, hurwitz, linear_witnesses
 
-    sector = question.law_class.sector
-    if sector.lower != 0:
-        return None
     asked = Asked(
         block=block,
         question="sector",
@@ -145,8 +142,8 @@ def _with_dead_time(block: DelayBlock, question: Question) -> Witness | None:
         time_varying=False,
         search="linear",
     )
-    found = linear_witnesses(asked, hurwitz(asked))
-    return found[0] if found and found[0].k <= sector.upper else None
+    sector, found = question.law_class.sector, linear_witnesses(asked, hurwitz(asked))
+    return found[0] if found and sector.lower <= found[0].k <= sector.upper else None
 
 
 def _draft(

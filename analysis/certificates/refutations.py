@@ -143,12 +143,12 @@ def _proof(block: Block, witness: Witness, system: Mapping[str, Any], laws: Laws
 
 
 def _gain(block: RationalBlock, data: Mapping[str, object], top: Fraction | None) -> Fraction:
-    """The unstable gain; at a lower bound with roots on the axis a larger one, if the loop is unstable there too.
+    """The unstable gain; a larger one where it is a lower bound with a simple root at 0 besides stable ones.
 
-    One with a simple root at 0 besides stable ones is none: at an end of the class it refutes nothing.
+    At an end of the class such a root refutes nothing.
     """
     gain, lower, plant = _number(data["gain"]), _number(data["lower"]), Plant.of(block)
-    if gain != lower or plant.shifted(lower).poles.right > 0:
+    if gain != lower or plant.shifted(lower).case != "critical":
         return gain
     width = Fraction(1) if top is None or top - lower > 1 else top - lower
     inner = (lower + width / 2**j for j in range(64))

@@ -48,10 +48,7 @@ def check_plant(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Plant
     """
     if not isinstance(block, RationalBlock):
         raise InputError(f"block is a {type(block).__name__}; give a RationalBlock")
-    if 1 + lower * block.feedthrough == 0:
-        raise InputError(
-            f"the loop is not well posed: 1 + k H(inf) = 0 at the lower gain k = {lower}; choose another lower gain"
-        )
+    require_solution(block, lower)
     plant = Plant.of(block).shifted(lower)
     _check_hidden(plant)
     if plant.case != "stable":
@@ -59,6 +56,20 @@ def check_plant(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Plant
     if plant.case == "unstable":
         raise AssumptionError(_unstable(plant, lower))
     return plant
+
+
+def require_solution(block: RationalBlock, lower: Fraction) -> None:
+    """Refuse a lower gain with which the loop has no solution.
+
+    Raises
+    ------
+    InputError
+        ``1 + lower H(inf) = 0``.
+    """
+    if 1 + lower * block.feedthrough == 0:
+        raise InputError(
+            f"the loop is not well posed: 1 + k H(inf) = 0 at the lower gain k = {lower}; choose another lower gain"
+        )
 
 
 def well_posed(block: RationalBlock, upper: Fraction | float, *, lower: Fraction = Fraction(0)) -> bool:

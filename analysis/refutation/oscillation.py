@@ -52,8 +52,8 @@ def oscillation_witness(
     -------
     Witness or None
         CERTIFIED where Krawczyk's test proves the orbit, else COMPUTED.  ``k`` is the smallest found, not proved to be
-        the smallest.  None: discrete time, order 0 or above 16, an unstable loop at ``lower``, or nothing found with
-        ``k`` below the first unstable linear gain (a linear gain is the better witness there).
+        the smallest.  None: discrete time, order 0 or above 16, a loop that is unstable at ``lower`` or just above, or
+        nothing found with ``k`` below the first unstable linear gain (a linear gain is the better witness there).
 
     Notes
     -----
@@ -76,11 +76,10 @@ def _smallest(block: RationalBlock, lower: Fraction) -> Witness | None:
     plant = Plant.of(block)
     if plant.shifted(lower).poles.right > 0:
         return None
-    start = circle_reach(plant, lower)[0]
-    if start == math.inf:
+    start, stable = circle_reach(plant, lower)[0], hurwitz_limit(block, lower)
+    if start == math.inf or stable.low <= lower:  # no gain above the lower one is stable
         return None
-    system, d = companion(block), block.feedthrough
-    limit = hurwitz_limit(block, lower).high
+    system, d, limit = companion(block), block.feedthrough, stable.high
     search = OrbitSearch(
         system=replace(system, d=Fraction(0)),
         lower=lower / (1 + d * lower),
