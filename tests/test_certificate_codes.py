@@ -192,15 +192,16 @@ def test_a_refusal_keeps_its_sentence_and_a_fault_its_type():
 
 
 def test_the_time_ends_a_search_that_swallows_exceptions():
+    alarms = []
+
     def stubborn():
         for _ in range(3):
             try:
                 time.sleep(10)
-            except Exception:
-                if time.monotonic() - start > 0.3:
+            except Exception as alarm:
+                alarms.append(alarm)
+                if len(alarms) == 2:
                     raise
-
-    start = time.monotonic()
 
     def limited():
         with time_limit(0.1) as over:
@@ -208,7 +209,7 @@ def test_the_time_ends_a_search_that_swallows_exceptions():
             stubborn()
 
     assert guarded("slow", limited).code is codes.OUT_OF_TIME
-    assert time.monotonic() - start < 2
+    assert len(alarms) == 2
     time.sleep(0.6)  # the alarm is off: nothing interrupts this
 
 

@@ -3,7 +3,6 @@
 import ast
 import builtins
 import pickle
-import time
 import warnings
 from contextlib import suppress
 from dataclasses import FrozenInstanceError
@@ -13,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from counting import counted
 from formulas import TX, arb, contains, of_t
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -141,10 +141,9 @@ HOSTILE = [
 
 @pytest.mark.parametrize(("text", "message"), HOSTILE, ids=lambda value: repr(value[:24]))
 def test_hostile_or_mistaken_text_is_refused_quickly_in_one_sentence(text, message):
-    start = time.perf_counter()
-    with pytest.raises(InputError, match=message) as refusal:
+    with counted() as work, pytest.raises(InputError, match=message) as refusal:
         of_t(text)
-    assert time.perf_counter() - start < 0.5
+    assert work.calls < 10**5
     sentence = str(refusal.value)
     assert sentence.startswith("force.g: ")
     assert sentence.isascii()
