@@ -1,13 +1,26 @@
-"""What follows for the real motion: the energy theorem, and the conclusion in words."""
+"""What follows for the real motion: the verdict by ``analysis.answers.conclusion``, and where it ends.
+
+The verdict, the class and the first sentence are those of the certificates; what is added says where a motion ends.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from typing import cast
 
+from analysis.answers.conclusion import Conclusion as Found
+from analysis.answers.conclusion import conclusion_of, inquiry_about, undecided
+from analysis.answers.wording import interval
+from analysis.certificates import codes
+from analysis.certificates.checker import Proved, Refuted
 from analysis.criteria.damping import destabilising_example
 from analysis.evidence import Evidence, Verdict
+from lure.law_class import LawClass
 from lure.scenario import Scenario
+from lure.sector import Sector
 from lure.upwind import UpwindScheme
+from lure.waves import RodBlock
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -19,9 +32,11 @@ class Proof:
     title : str
         Name of the argument.
     model : str
-        ``"rod"``, ``"scheme"`` or ``"rod and scheme"``.
+        ``"rod"`` or ``"scheme"``.
+    meaning : str
+        What is proved of the motions, by the certificate.
     sector : str
-        The class of laws it covers.
+        The sector of the certificate.
     evidence : Evidence
         What it rests on.
     argument : str
@@ -30,6 +45,7 @@ class Proof:
 
     title: str
     model: str
+    meaning: str
     sector: str
     evidence: Evidence
     argument: str
@@ -41,10 +57,10 @@ class Conclusion:
 
     Attributes
     ----------
-    verdict : Verdict
-        PROVED, REFUTED or INCONCLUSIVE.
+    found : analysis.answers.conclusion.Conclusion
+        What follows from the certificate for the rod; that for its scheme where nothing is decided of the scheme.
     statement : str
-        What converges to what.
+        The whole of it.
     stationary_set : str
         The equilibria, without load.
     resting_place : str
@@ -57,13 +73,23 @@ class Conclusion:
         The arguments, empty unless PROVED.
     """
 
-    verdict: Verdict
+    found: Found
     statement: str
     stationary_set: str
     resting_place: str
     assumptions: tuple[str, ...]
     not_shown: tuple[str, ...]
     proofs: tuple[Proof, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """PROVED, REFUTED or INCONCLUSIVE."""
+        return self.found.verdict
+
+    @property
+    def headline(self) -> str:
+        """The verdict in one sentence; what is proved for the rod's own law without naming that."""
+        return f"{_without_load(self.found.meaning)}." if self.verdict is Verdict.PROVED else self.found.headline
 
     def __bool__(self) -> bool:
         raise TypeError("a conclusion has three answers; compare conclusion.verdict")
@@ -77,40 +103,38 @@ _HALF_LINE = (
     "it; not "
     "a single point"
 )
-_ENERGY = Proof(
-    title="energy argument",
-    model="rod",
-    sector="[0, inf)",
-    evidence=Evidence.CERTIFIED,
-    argument=(
+_RESTING = (
+    "zeta = z + (position the waves would still move the end to) never increases, falls by (A/k) times the impulse of "
+    "the contact stress, and ends as the resting place; a motion that never touches rests at zeta(0)"
+)
+_ARGUMENTS = {
+    "rod": (
+        "energy argument",
         "The energy falls at the rate k v(t,0)^2, so the wave that reaches the dashpot is square integrable over "
         "all time; "
         "through the reflection |a| < 1 so are the waves at the contact, the contact stress and z'. The energy of the "
         "waves, an integral over the last transit, tends to zero. Integrated, the boundary relations give "
-        "z = constant - (A/k) int p + o(1), so z converges, and its limit is a zero of the law."
+        "z = constant - (A/k) int p + o(1), so z converges, and its limit is a zero of the law.",
     ),
-)
-_DISCRETE_ENERGY = Proof(
-    title="discrete energy argument",
-    model="scheme",
-    sector="[0, inf)",
-    evidence=Evidence.CERTIFIED,
-    argument=(
+    "scheme": (
+        "discrete energy argument",
         "(h/2c) sum y_i^2 + 2 d P(z) falls at half the sum of the squared jumps between neighbours plus (1 - a^2)/2 "
         "times "
         "the square of the wave at the dashpot, a positive definite form in the waves and the contact stress; the "
         "three steps "
-        "of the energy argument then carry over, for every number of cells."
+        "of the energy argument then carry over, for every number of cells.",
     ),
-)
+}
 
 
-def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
+def conclusion(
+    scheme: UpwindScheme, scenario: Scenario, rod: Proved | Refuted | str, discrete: Proved | Refuted | str
+) -> Conclusion:
     """Conclusion for the rod and for its scheme with the rod's own compliance law.
 
     For ``k > 0`` the energy theorem (``notebooks/notes/0005-energy-theorem.md``) holds for every continuous law with
-    ``z p(z) >= 0`` that is locally Lipschitz or nondecreasing; its hypotheses are exact statements about the
-    parameters.
+    ``z p(z) >= 0`` that is locally Lipschitz or nondecreasing.  Its certificate is about locally Lipschitz laws: with
+    ``m < 1`` nothing is concluded.
 
     Parameters
     ----------
@@ -118,94 +142,110 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
         The scheme, with its rod.
     scenario : Scenario
         The loads: with one, what is said is about the same loop without it.
+    rod, discrete : Proved, Refuted or str
+        What the checker accepted of the rod and of its scheme, or why it was nothing.
     """
-    rod = scheme.rod
-    damping = rod.exact["damping"]
-    set_of_rest, resting = (
-        _HALF_LINE,
-        (
-            "zeta = z + (position the waves would still move the end to) never increases, falls by (A/k) times the "
-            "impulse of "
-            "the contact stress, and ends as the resting place; a motion that never touches rests at zeta(0)"
-        ),
-    )
+    found, second = _found(RodBlock(scheme.rod), rod), _found(scheme, discrete)
+    if second.verdict is Verdict.INCONCLUSIVE:
+        found = second
+    proved = found.verdict is Verdict.PROVED
+    resting = _RESTING if proved else "none is claimed"
     if not scenario.free:
-        set_of_rest = f"without load, {set_of_rest}"
-        resting = f"none is claimed under the load of this run; without load, {resting}"
-    if damping == 0:
-        return Conclusion(
-            verdict=Verdict.INCONCLUSIVE,
-            statement=(
-                "With k = 0 nothing dissipates and the zero eigenvalue is double: the theorems used here do not "
-                "apply. Waves "
-                "persist in the rod, and a rod that leaves the obstacle at constant speed never comes back. Give k > 0."
-            ),
-            stationary_set=set_of_rest,
-            resting_place="none is claimed",
-            assumptions=("k > 0: fails, k = 0 exactly",),
-            not_shown=("whether any motion comes to rest",),
-            proofs=(),
-        )
-    if damping < 0:
-        example = destabilising_example(rod, None, rod.law.sector)
-        return Conclusion(
-            verdict=Verdict.REFUTED,
-            statement=(
-                "The loop is not absolutely stable: the dashpot feeds energy in "
-                f"(k = {rod.damping:g} N s/m), and {example}. In the rod itself the energy never falls, whatever the "
-                "law: without load no motion that starts with energy comes to rest."
-            ),
-            stationary_set=set_of_rest,
-            resting_place="none is claimed",
-            assumptions=("k > 0: fails, decided from the exact value of k",),
-            not_shown=("that every motion diverges",),
-            proofs=(),
-        )
+        resting = "none is claimed under the load of this run" + (f"; without load, {resting}" if proved else "")
     return Conclusion(
-        verdict=Verdict.PROVED,
-        statement=(
-            "Without load, every motion of finite energy comes to rest at some z <= 0, in the rod and in its "
-            f"{scheme.cells}-cell scheme, for the compliance law of this rod and for every other stiffness of it. "
-            f"Which z depends "
-            "on the start: the motion converges to a half-line of equilibria, to one of its points."
-            + _about_load(scenario)
-        ),
-        stationary_set=set_of_rest,
+        found=found,
+        statement=_statement(scheme, found, second) + _about_load(scenario),
+        stationary_set=_HALF_LINE if scenario.free else f"without load, {_HALF_LINE}",
         resting_place=resting,
-        assumptions=_assumptions(scheme),
-        not_shown=_not_shown(scenario),
-        proofs=(_ENERGY, _DISCRETE_ENERGY),
+        assumptions=_assumptions(scheme) if proved else (_failing(scheme),),
+        not_shown=_not_shown(scheme, scenario, found.verdict),
+        proofs=(_proof("rod", found), _proof("scheme", second)) if proved else (),
+    )
+
+
+def _found(block: RodBlock | UpwindScheme, shown: Proved | Refuted | str) -> Found:
+    """The verdict on a block: of every law without upper bound, and of the rod's own."""
+    subject = f"the scheme with {block.cells} cells" if isinstance(block, UpwindScheme) else ""
+    asked = inquiry_about(block, LawClass(sector=Sector(0, math.inf)), nonlinearity=block.rod.law)
+    if isinstance(shown, str):
+        code = codes.UNDAMPED if block.rod.exact["damping"] == 0 else codes.NO_MULTIPLIER
+        return undecided(asked, shown, code=code)
+    return conclusion_of(replace(asked, subject=subject), shown)
+
+
+def _statement(scheme: UpwindScheme, found: Found, second: Found) -> str:
+    said = _without_load(found.sentence)
+    if found.verdict is Verdict.PROVED:
+        return (
+            f"{said} {second.meaning}, too ({second.evidence}). Which z depends on the start: the motion converges to "
+            "a half-line of equilibria, to one of its points."
+        )
+    if found.verdict is Verdict.REFUTED:
+        example = destabilising_example(scheme.rod, None, scheme.rod.law.sector)
+        return (
+            f"{found.headline} The dashpot feeds energy in (k = {scheme.rod.damping:g} N s/m), and {example}. In the "
+            "rod itself the energy never falls, whatever the law: without load no motion that starts with energy comes "
+            "to rest."
+        )
+    return said
+
+
+def _without_load(sentence: str) -> str:
+    return f"Without load, {sentence[0].lower()}{sentence[1:]}"
+
+
+def _proof(model: str, found: Found) -> Proof:
+    """The argument behind a certificate, with what that says."""
+    shown = cast("Proved", found.shown)
+    title, argument = _ARGUMENTS[model]
+    return Proof(
+        title=title,
+        model=model,
+        meaning=found.meaning,
+        sector=interval(shown.certificate["laws"]["sector"]),
+        evidence=found.evidence,
+        argument=argument,
     )
 
 
 def _about_load(scenario: Scenario) -> str:
-    if scenario.free:
-        return ""
-    return " About the motion under the load of this run nothing is claimed."
+    return "" if scenario.free else " About the motion under the load of this run nothing is claimed."
 
 
 def _assumptions(scheme: UpwindScheme) -> tuple[str, ...]:
     rod = scheme.rod
-    regular = "locally Lipschitz (m >= 1)" if rod.law.locally_lipschitz else "continuous and nondecreasing (m < 1)"
     return (
         f"0 < k < inf: checked on the exact value, k = {rod.damping:g} N s/m (|a| < 1)",
-        f"p >= 0, p = 0 exactly for z <= 0, {regular}: checked, normal compliance with m = {rod.exponent:g}",
+        "p >= 0, p = 0 exactly for z <= 0, locally Lipschitz (m >= 1): checked, normal compliance with "
+        f"m = {rod.exponent:g}",
         "no load, g = 0 and f = 0: the theorem is about the free loop",
         "initial data of finite energy, u0 in H1 and u1 in L2: assumed",
         "the rod obeys the linear wave equation with a linear dashpot; the law does not change with time: assumed",
     )
 
 
-def _not_shown(scenario: Scenario) -> tuple[str, ...]:
-    rows = [
+def _failing(scheme: UpwindScheme) -> str:
+    """The hypothesis that stands in the way of a proof."""
+    damping = scheme.rod.exact["damping"]
+    if damping > 0:
+        return f"p locally Lipschitz (m >= 1): fails, m = {scheme.rod.exponent:g}"
+    return "k > 0: fails, k = 0 exactly" if damping == 0 else "k > 0: fails, decided from the exact value of k"
+
+
+def _not_shown(scheme: UpwindScheme, scenario: Scenario, verdict: Verdict) -> tuple[str, ...]:
+    if verdict is Verdict.REFUTED:
+        return ("that every motion diverges",)
+    if verdict is Verdict.INCONCLUSIVE:
+        paper = (
+            "; note 5 proves it of continuous nondecreasing laws too, its certificate is about locally Lipschitz ones"
+        )
+        return ("whether any motion comes to rest" + (paper if scheme.rod.exact["damping"] > 0 else ""),)
+    forced = (
+        "nothing about the forced motion: free flight contracts nothing, and a steady pull moves the rod away for good"
+    )
+    return (
+        *(() if scenario.free else (forced,)),
         "no single equilibrium attracts all motions: where a motion ends depends on its start",
         "no rate: how fast a motion with contact comes to rest is not bounded by the theorem",
         "what the scheme shows at a given number of cells is about the scheme; its damping is mostly numerical",
-    ]
-    if not scenario.free:
-        rows.insert(
-            0,
-            "nothing about the forced motion: free flight contracts nothing, and a steady pull moves the rod away "
-            "for good",
-        )
-    return tuple(rows)
+    )

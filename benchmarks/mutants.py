@@ -1,12 +1,17 @@
 """Mutants of what chooses, compares and words above the checker: one place of a function changed, the tests run.
 
-    python benchmarks/mutants.py --draw 160 --seed 2 --seconds 600
+    python benchmarks/mutants.py --draw 180 --seed 3 --seconds 3000
     python benchmarks/mutants.py --only analysis.answers.decision:decided --draw 1000
 
-Operators as in ``notebooks/notes/0009-mutants-of-the-checker.md``, and the branches of a conditional exchanged.  The
-tests run once, and it is noted how long each takes and which functions it enters.  Each mutant then gets its code in a
-forked process, where tests that enter its function run, the quickest first and for some seconds, until one fails.  The
-draw takes the modules in turn.  A mutant that would survive a longer test counts as alive.
+Operators as in ``notebooks/notes/0009-mutants-of-the-checker.md``, and the branches of a conditional exchanged.  Once,
+and again when a module or a test file has changed, it is noted which lines of these modules each test reaches, and how
+long it takes (``build/mutants``).  A mutant gets its code in a forked process that has computed nothing yet, where the
+tests that reach its line run, the quickest first, until one fails; the longest are left out where all together need
+more than ``--each`` seconds.  The draw takes the modules in turn.
+
+Two things are said of each mutant: whether it ``changes`` a verdict, a class or a number of one of the ``PROBES``,
+everything that is said of them compared word by word (the words of ``TOLD`` and numbers, no layout); and whether it is
+``killed``.  One that changes none of these and lives is for a reader to judge.
 """
 
 from __future__ import annotations
@@ -14,51 +19,65 @@ from __future__ import annotations
 import argparse
 import ast
 import copy
+import hashlib
 import importlib
 import inspect
 import itertools
+import json
 import os
+import pkgutil
 import random
+import re
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from types import CodeType, FrameType, FunctionType
+from types import CodeType, FrameType, FunctionType, ModuleType
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
+CACHE = ROOT / "build" / "mutants"
 TESTS = tuple(
     f"tests/test_{name}.py"
     for name in (
-        "answers_wording",
-        "answers_conclusion",
+        "analysis",
+        "answers",
         "answers_capped",
-        "report_opening",
+        "answers_conclusion",
+        "answers_wording",
         "conclusion",
+        "findings",
+        "loop_report",
+        "one_answer",
+        "python_door",
+        "report",
+        "report_confirmation",
+        "report_honesty",
+        "report_opening",
+        "results_html",
+        "results_xarray",
+        "showing",
     )
+    if (ROOT / f"tests/test_{name}.py").exists()
 )
-TARGETS = (
-    "analysis.answers.conclusion",
-    "analysis.answers.wording",
-    "analysis.answers.decision",
-    "analysis.answers.advice",
-    "analysis.answers.largest",
-    "analysis.answers.questions",
-    "analysis.answers.text",
-    "analysis.answers.certifying",
-    "analysis.answers.table",
-    "analysis.answers.document",
-    "analysis.conclusion",
-    "analysis.report.loop.words",
-    "analysis.report.loop.document",
-    "analysis.report.loop.bars",
-    "analysis.report.console",
-    "analysis.report.html",
-)
+ROOMS = ("analysis.answers", "analysis.conclusion", "analysis.report")
+DRAWN = ("diagram", "figures", "pdf", "reporting")  # pictures and files, no words
 SINGLE = {"analysis.certificates.sealing": ("contains", "_inside"), "analysis.doubles": ("_bound", "_directed")}
-SLOW = 4.0  # [s] beyond which a test is left out
+LAYOUT = {  # functions whose results hold no verdict, class or number, or hold them all whatever they do
+    "inline": "a picture put into the page",
+    "glyphs": "letters of pictures",
+    "template": "the page's frame",
+    "_unbroken": "no line break in an interval",
+    "_sentence": "capital letters and full stops",
+    "_table": "columns aligned",
+    "columns": "columns aligned",
+    "plot": "draws",
+}
+LAID_OUT = ("fill", "ljust")  # calls whose arguments are widths
 QUIET = ("-x", "-q", "-n", "0", "-p", "no:cacheprovider", "-m", "not slow")
 SWAPS: dict[type, tuple[type, ...]] = {
     ast.Lt: (ast.LtE, ast.Gt),
@@ -78,6 +97,42 @@ SWAPS: dict[type, tuple[type, ...]] = {
 }
 _TYPED = ("isinstance", "getattr", "hasattr")  # exchanged arguments of these fail wherever the line is reached
 NAMES = {"min": "max", "max": "min", "any": "all", "all": "any"}
+_LOOP = '[plant]\ntransfer = "{}"\n{}'
+PROBES = {
+    "lag": _LOOP.format("4/(s+1)^3", "[class]\nsector = [0, 1]\n"),
+    "refuted": _LOOP.format("4/(s+1)^3", '[nonlinearity]\nkind = "saturation"\ngain = 2.5\nlimit = 1\n'),
+    "servo": _LOOP.format("1/(s*(s+1)*(s+2))", '[nonlinearity]\nkind = "tanh"\ngain = 3\nscale = 0.5\n'),
+    "declared": _LOOP.format(
+        "(s+2)/(s+1)", '[nonlinearity]\nkind = "expression"\nexpression = "tanh(sigma)"\nsector = [0, 2]\n'
+    ),
+    "unstable": _LOOP.format("4/((s-1)*(s/3+1))", "[class]\nsector = [0.3, 0.9]\ntime_varying = true\n"),
+    "sampled": _LOOP.format("0.5/(z-0.5)", 'dt = 0.1\n[nonlinearity]\nkind = "quantiser"\nstep = 1\n'),
+    "odd": _LOOP.format("(2*z+0.92)/(z^2-0.5*z)", "dt = 1\n[class]\nsector = [0, 0.5]\nslope = [0, 0.5]\nodd = true\n"),
+    "late": _LOOP.format("exp(-s)/(s+1)", ""),
+    "twice": _LOOP.format("(s+1)/s^2", "[class]\nsector = [0, inf]\n"),
+}
+RODS = {"proved": {}, "pushed": {"damping": "-2e-4"}, "free": {"damping": "0"}, "bent": {"exponent": "3/2"}}
+TOLD = re.compile(
+    r"PROVED|REFUTED|INCONCLUSIVE|certified|computed|observed|checked|declared|fails|assumed|odd|slope|sector|linear|"
+    r"time-(?:in)?varia\w+|time-varying|every|some\b|no(?:ne|t|thing)?\b|true|false|null|circle|popov|energy|"
+    r"converge\w*|attract\w*|oscillat\w*|destabilis\w*|rest\b|scheme|rod\b|agrees|differs|closed|open|"
+    r"[-−]?\d[\d.]*(?:e[-+]?\d+)?|\binf\b|∞|[\[\]()]",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One place changed: its module, its number there, its function, what was done, and the lines of its statement."""
+
+    module: str
+    place: int
+    function: str
+    said: str
+    lines: range
+
+    def __str__(self) -> str:
+        return f"{self.module} {self.function} {self.said}"
 
 
 def changed(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
@@ -98,7 +153,7 @@ def changed(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
             yield f"operand {i} left out", rest[0] if len(rest) == 1 else ast.BoolOp(node.op, rest)
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.USub):
         yield f"{type(node.op).__name__} left out", node.operand
-    elif isinstance(node, ast.IfExp):
+    elif isinstance(node, ast.IfExp) and not _plural(node):
         yield "branches exchanged", ast.IfExp(node.test, node.orelse, node.body)
     elif isinstance(node, ast.Constant) and type(node.value) in (int, bool):
         for new in (not node.value,) if isinstance(node.value, bool) else (node.value + 1, node.value - 1):
@@ -112,22 +167,54 @@ def changed(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
         yield "always", ast.If(ast.Constant(value=True), node.body, [])
 
 
-def mutants(tree: ast.Module) -> Iterator[tuple[str, str, range]]:
+def _plural(node: ast.IfExp) -> bool:
+    """Whether a conditional chooses between one and several."""
+    return {getattr(node.body, "value", None), getattr(node.orelse, "value", None)} == {"", "s"}
+
+
+def mutants(tree: ast.Module, within: ast.AST | None = None, name: str = "") -> Iterator[tuple[str, str, range]]:
     """Every mutant of a module: function, what was done, its lines; until the next the tree is that mutant."""
-    for outer in ast.walk(tree):
-        if not isinstance(outer, ast.FunctionDef):
-            continue
-        lines = range(min((outer, *outer.decorator_list), key=lambda node: node.lineno).lineno, outer.end_lineno + 1)
-        for parent in ast.walk(outer):
-            for name, value in ast.iter_fields(parent):
-                if name in ("decorator_list", "annotation", "returns", "args"):
-                    continue
-                spots = list(enumerate(value)) if isinstance(value, list) else [(None, value)]
-                for i, old in spots:
-                    for said, new in changed(old) if isinstance(old, ast.AST) else ():
-                        _put(parent, name, i, new)
-                        yield outer.name, f"line {getattr(old, 'lineno', outer.lineno)}: {said}", lines
-                        _put(parent, name, i, old)
+    for node in ast.iter_child_nodes(within or tree):
+        if isinstance(node, ast.ClassDef):
+            yield from mutants(tree, node)
+        elif isinstance(node, ast.FunctionDef) and node.name not in LAYOUT:
+            for each in node.body:
+                yield from _inside(node, each, node.name)
+
+
+def _inside(parent: ast.AST, statement: ast.stmt, function: str) -> Iterator[tuple[str, str, range]]:
+    """The mutants of a statement of a function, those of the statements in it included."""
+    body = getattr(statement, "body", None)
+    end = body[0].lineno if isinstance(body, list) else (statement.end_lineno or 0) + 1
+    lines = range(statement.lineno, max(end, statement.lineno + 1))
+    for _, value in ast.iter_fields(parent):
+        if isinstance(value, list) and any(one is statement for one in value):
+            at = next(i for i, one in enumerate(value) if one is statement)
+            for said, new in changed(statement):
+                value[at] = new
+                yield function, f"line {statement.lineno}: {said}", lines
+                value[at] = statement
+    inner: list[tuple[ast.AST, ast.stmt]] = []
+    todo: list[ast.AST] = [statement]
+    while todo:
+        holder = todo.pop()
+        for name, value in ast.iter_fields(holder):
+            if name in ("decorator_list", "annotation", "returns", "args") and isinstance(holder, ast.FunctionDef):
+                continue
+            for i, old in enumerate(value) if isinstance(value, list) else [(None, value)]:
+                if isinstance(old, ast.stmt):
+                    inner.append((holder, old))
+                elif isinstance(old, ast.AST):
+                    for said, new in changed(old):
+                        _put(holder, name, i, new)
+                        yield function, f"line {getattr(old, 'lineno', statement.lineno)}: {said}", lines
+                        _put(holder, name, i, old)
+                    if not (isinstance(old, ast.Call) and getattr(old.func, "attr", "") in LAID_OUT):
+                        todo.append(old)
+                    elif old.args:
+                        todo.append(old.args[0])
+    for holder, each in inner:
+        yield from _inside(holder, each, function)
 
 
 def _put(parent: ast.AST, name: str, i: int | None, node: ast.AST) -> None:
@@ -146,70 +233,115 @@ def functions(code: CodeType) -> dict[str, CodeType]:
     return found
 
 
-def patched(module: object, tree: ast.Module) -> set[str]:
+def patched(module: ModuleType, tree: ast.Module) -> set[str]:
     """Give every function of the module the code of the tree; references elsewhere see it too.  The names of them."""
-    codes = functions(compile(tree, str(inspect.getsourcefile(module)), "exec"))  # type: ignore[arg-type]
-    holders = [module, *(v for v in vars(module).values() if inspect.isclass(v) and v.__module__ == module.__name__)]  # type: ignore[attr-defined]
+    codes = functions(compile(tree, str(inspect.getsourcefile(module)), "exec"))
+    holders = [module, *(v for v in vars(module).values() if inspect.isclass(v) and v.__module__ == module.__name__)]
     done = set()
     for holder in holders:
         for value in list(vars(holder).values()):
-            for one in (value, *(getattr(value, name, None) for name in ("fget", "__wrapped__", "__func__"))):
+            for one in (value, *(getattr(value, name, None) for name in ("fget", "func", "__wrapped__", "__func__"))):
                 if isinstance(one, FunctionType) and one.__qualname__ in codes:
                     new = codes[one.__qualname__]
                     if len(new.co_freevars) == len(one.__code__.co_freevars):
                         one.__code__ = new
-                        done |= {new.co_name, *(code.co_name for code in functions(new).values())}
+                        done.add(new.co_name)
     return done
 
 
-class Watch:
-    """A plugin that notes of each test how long it takes and which functions it enters.
+def apart(work: Callable[[], int], seconds: float) -> int | None:
+    """The status of some work in a process of its own, that prints nothing; None when its time was over."""
+    child = os.fork()
+    if not child:
+        status = 9
+        try:
+            os.setsid()
+            null = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null, 1)
+            os.dup2(null, 2)
+            signal.alarm(int(seconds) + 1)
+            status = work()
+        finally:
+            os._exit(status)
+    _, status = os.waitpid(child, 0)
+    return None if os.WIFSIGNALED(status) else os.WEXITSTATUS(status)
 
-    What the fixtures of a file enter counts for all tests of that file.
+
+# which test reaches which line ----------------------------------------------------------------------------------------
+
+
+class Watch:
+    """A plugin that notes of each test how long it takes, whether it passes, and which lines of the modules it reaches.
+
+    What the fixtures of a file reach counts for all tests of that file.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, files: dict[str, str]) -> None:
+        self.files = files
         self.seconds: dict[str, float] = {}
-        self.entered: dict[str, set[tuple[str, int]]] = {}
+        self.reached: dict[str, set[tuple[str, int]]] = {}
         self._now: set[tuple[str, int]] = set()
 
-    def _start(self, frame: FrameType, _event: str, _arg: object) -> None:
-        self._now.add((frame.f_code.co_filename, frame.f_code.co_firstlineno))
+    def _call(self, frame: FrameType, _event: str, _arg: object) -> object:
+        module = self.files.get(frame.f_code.co_filename)
+        if module is None:
+            return None
+
+        def line(frame: FrameType, event: str, _arg: object) -> object:
+            if event == "line":
+                self._now.add((module, frame.f_lineno))
+            return line
+
+        return line
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> Iterator[None]:
-        """Note what the fixtures enter."""
+        """Note what the fixtures reach."""
         begun = time.process_time()
-        yield from self._watched(str(item.path))
+        yield from self._watched(item.nodeid.partition("::")[0])
         self.seconds[item.nodeid] = time.process_time() - begun
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
-        """Note what the test enters, and how long it takes."""
+        """Note what the test reaches, and how long it takes."""
         begun = time.process_time()
         setup = self.seconds.pop(item.nodeid)
         yield from self._watched(item.nodeid)  # one that fails without a mutant is not asked about any
         self.seconds[item.nodeid] = setup + time.process_time() - begun
 
     def _watched(self, key: str) -> Iterator[None]:
-        self._now = self.entered.setdefault(key, set())
-        sys.settrace(self._start)
+        self._now = self.reached.setdefault(key, set())
+        sys.settrace(self._call)
         try:
             return (yield)
         finally:
             sys.settrace(None)
 
-    def concerned(self, file: str, lines: range, seconds: float) -> list[str]:
-        """The tests that enter a function between these lines, the quickest first, as many as fit in the time."""
-        found = []
-        for name in sorted(self.seconds, key=self.seconds.__getitem__):
-            seen = self.entered[name] | self.entered.get(str(ROOT / name.partition("::")[0]), set())
-            if self.seconds[name] < SLOW and any(path == file and line in lines for path, line in seen):
-                seconds -= self.seconds[name]
-                if seconds < 0:
-                    break
-                found.append(name)
-        return found
+
+def reach(names: tuple[str, ...]) -> dict[str, tuple[float, set[tuple[str, int]]]]:
+    """Of each test the seconds and the lines it reaches; measured once for a state of the modules and of its file."""
+    files = {str(inspect.getsourcefile(importlib.import_module(name))): name for name in names}
+    state = hashlib.sha256(b"".join(Path(file).read_bytes() for file in sorted(files))).hexdigest()[:12]
+    CACHE.mkdir(parents=True, exist_ok=True)
+    found: dict[str, tuple[float, set[tuple[str, int]]]] = {}
+    for test in TESTS:
+        digest = hashlib.sha256((ROOT / test).read_bytes()).hexdigest()[:12]
+        kept = CACHE / f"{Path(test).stem}-{state}-{digest}.json"
+        if not kept.exists():
+
+            def measure(test: str = test, kept: Path = kept) -> int:
+                watch = Watch(files)
+                pytest.main([*QUIET[1:], test], plugins=[watch])
+                data = {"seconds": watch.seconds, "reached": {k: sorted(v) for k, v in watch.reached.items()}}
+                kept.write_text(json.dumps(data))
+                return 0
+
+            print("measured", test, "status", apart(measure, 900), flush=True)
+        data = json.loads(kept.read_text())
+        both = {name: {(m, line) for m, line in lines} for name, lines in data["reached"].items()}
+        for name, seconds in data["seconds"].items():
+            found[name] = seconds, both[name] | both.get(name.partition("::")[0], set())
+    return found
 
 
 class Chosen:
@@ -223,81 +355,164 @@ class Chosen:
         items[:] = sorted((i for i in items if i.nodeid in self.place), key=lambda item: self.place[item.nodeid])
 
 
-def killed(module: object, tree: ast.Module, function: str, tests: list[str], seconds: int) -> str:
-    """How a mutant ended: killed, timed out (as good), alive, never entered by a test, or not put in its place."""
-    if not tests:
-        return "not entered"
-    child = os.fork()
-    if not child:
-        os.setsid()
-        null = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(null, 1)
-        os.dup2(null, 2)
-        status = 9
-        try:
-            if function in patched(module, tree):
-                signal.alarm(seconds)
-                files = sorted({name.partition("::")[0] for name in tests})
-                status = int(pytest.main([*QUIET, *files], plugins=[Chosen(tests)]))
-        finally:
-            os._exit(status)
-    _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status):
-        return "timed out"
-    return {0: "alive", 1: "killed"}.get(os.WEXITSTATUS(status), f"not put in place ({os.WEXITSTATUS(status)})")
+# what is said of the probes -------------------------------------------------------------------------------------------
+
+
+def rods() -> dict[str, object]:
+    """The reports on the rods; what the mutants change of them is made again by :func:`said`."""
+    from fractions import Fraction
+
+    from analysis.report import build_report
+    from lure import builtin_system
+    from lure.systems import rod_from_exact
+
+    paper = builtin_system("paper-rod")
+    found = {}
+    for name, changes in RODS.items():
+        exact = {**paper.rod.exact, **{key: Fraction(value) for key, value in changes.items()}}
+        found[name] = build_report(replace(paper, rod=rod_from_exact(exact), cells=10, until=3e-3))
+    return found
+
+
+def said(reports: dict[str, object]) -> list[str]:
+    """Every verdict, class and number that the probes are told, in order."""
+    from markupsafe import Markup
+
+    from analysis import analyse, max_slope
+    from analysis.conclusion import conclusion
+    from analysis.criteria.rod import rod_criteria
+    from analysis.report.certificates import certificate_files, checked_conclusion, checked_criteria
+    from analysis.report.claims import claims
+    from analysis.report.document import document
+    from analysis.report.html import page
+    from analysis.report.loop.document import loop_document
+    from analysis.report.loop.model import LoopReport
+    from analysis.report.loop.write import loop_page
+    from lure.system_file import parse_system
+
+    texts = []
+    for name, text in PROBES.items():
+        found = analyse(parse_system(text, name=name, source="a file"))
+        report = LoopReport(analysis=found, observed=(), hints=(), command="", versions={"lure": ""})
+        data = loop_document(report)
+        texts += [json.dumps(data), str(report), loop_page(data, (), Markup("")), found._repr_html_()]
+        texts += [str(found.to_xarray()), *certificate_files(found.certificates).values()]
+    one = max_slope(([1], [1, 2, 2, 1]), search="linear")
+    texts += [str(one), json.dumps(one.to_dict()), one._repr_html_(), str(one.to_xarray())]
+    for old in reports.values():
+        scheme = old.scheme
+        criteria = checked_criteria(scheme, rod_criteria(scheme))
+        concluded, shown = checked_conclusion(scheme, conclusion(scheme, old.system.scenario), criteria)
+        new = replace(old, criteria=criteria, conclusion=concluded, certificates=shown)
+        texts += [json.dumps(document(new)), str(new), page(document(new), claims(new), ()), new._repr_html_()]
+        texts += [str(new.to_xarray()), *certificate_files(shown).values()]
+    plain = (re.sub(r"<style.*?</style>|<svg.*?</svg>|style=\"[^\"]*\"", "", text, flags=re.DOTALL) for text in texts)
+    return [word for text in plain for word in (*TOLD.findall(text), "\n")]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+
+class Runner:
+    """Everything that does not change from mutant to mutant."""
+
+    def __init__(self, names: tuple[str, ...], each: float) -> None:
+        self.each, self.tests, self.rods = each, reach(names), rods()
+        base = CACHE / "said.json"
+        apart(lambda: base.write_text(json.dumps(said(self.rods))) and 0, 600)
+        self.base = json.loads(base.read_text())
+
+    def judged(self, mutant: Mutant) -> tuple[str, str]:
+        """Whether a mutant changes what the probes are told, and what the tests say of it."""
+        module, tree = importlib.import_module(mutant.module), _tree(mutant.module)
+        next(itertools.islice(mutants(tree), mutant.place, None))
+        ast.fix_missing_locations(tree)
+
+        def probe() -> int:
+            if mutant.function not in patched(module, tree):
+                return 8
+            return 0 if said(self.rods) == self.base else 1
+
+        status = apart(probe, 120)
+        changes = {0: "same", 8: "not put in place"}.get(-1 if status is None else status, "changes")
+        return changes, self._tested(module, tree, mutant)
+
+    def _tested(self, module: ModuleType, tree: ast.Module, mutant: Mutant) -> str:
+        lines = {(mutant.module, line) for line in mutant.lines}
+        found = sorted((seconds, name) for name, (seconds, seen) in self.tests.items() if lines & seen)
+        if not found:
+            return "not reached"
+        total = list(itertools.accumulate(seconds for seconds, _ in found))
+        quick = sum(time <= 2 for time in total)
+        fit = max(sum(time <= self.each for time in total), 1)
+        for part in ([name for _, name in found[:quick]], [name for _, name in found[quick:fit]]):
+
+            def run(names: list[str] = part) -> int:
+                patched(module, tree)
+                files = sorted({name.partition("::")[0] for name in names})
+                return int(pytest.main([*QUIET, *files], plugins=[Chosen(names)]))
+
+            status = apart(run, 60 + 5 * self.each) if part else 0
+            if status != 0:
+                return {None: "timed out", 1: "killed"}.get(status, f"status {status}")
+        return "alive" if fit == len(found) else f"alive ({len(found) - fit} of {len(found)} tests left out)"
 
 
 def _tree(name: str) -> ast.Module:
     return ast.parse(Path(str(inspect.getsourcefile(importlib.import_module(name)))).read_text("utf-8"))
 
 
-def _drawn(only: str, seed: int) -> tuple[list[tuple[str, int, str, str, range]], int]:
-    """All mutants, one of each module in turn, in random order; and their number."""
-    module, _, within = only.partition(":")
+def modules() -> tuple[str, ...]:
+    """The modules that are mutated."""
+    found = []
+    for name in ROOMS:
+        room = importlib.import_module(name)
+        inner = [one.name for one in pkgutil.walk_packages(getattr(room, "__path__", []), f"{name}.") if not one.ispkg]
+        found += [one for one in inner or [name] if one.rpartition(".")[2] not in DRAWN]
+    return (*found, *SINGLE)
+
+
+def drawn(names: tuple[str, ...], only: str, seed: int) -> list[Mutant]:
+    """All mutants, one of each module in turn, in random order."""
+    within, _, what = only.partition(":")
     groups = []
-    for name in (*TARGETS, *SINGLE):
-        functions = SINGLE.get(name)
+    for name in names:
+        every = [Mutant(name, i, *found) for i, found in enumerate(mutants(_tree(name)))]
         group = [
-            (name, i, function, said, lines)
-            for i, (function, said, lines) in enumerate(mutants(_tree(name)))
-            if module in name and within in ("", function, f"{function} {said}")
-            if functions is None or function in functions
+            one
+            for one in every
+            if within in name and what in ("", one.function, f"{one.function} {one.said}")
+            if name not in SINGLE or one.function in SINGLE[name]
         ]
         random.Random(f"{seed} {name}").shuffle(group)
         groups.append(group)
-    turns = [one for turn in itertools.zip_longest(*groups) for one in turn if one is not None]
-    return turns, len(turns)
+    return [one for turn in itertools.zip_longest(*groups) for one in turn if one is not None]
 
 
 def main() -> int:
-    """Draw mutants and print what became of them, survivors with their place."""
+    """Draw mutants and print what became of them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draw", type=int, default=160)
+    parser.add_argument("--skip", type=int, default=0, help="of the draw, looked at before")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--seconds", type=int, default=60, help="for all, the first run of the tests aside")
-    parser.add_argument("--each", type=int, default=4, help="of CPU for the tests of one mutant")
+    parser.add_argument("--seconds", type=int, default=3600, help="for all")
+    parser.add_argument("--each", type=float, default=30, help="of CPU for the tests of one mutant")
     parser.add_argument("--only", action="append", help="module, module:function, or module:what is printed")
     given = parser.parse_args()
+    end = time.monotonic() + given.seconds
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
-    watch = Watch()
-    pytest.main([*QUIET[1:], *TESTS], plugins=[watch])  # also fills the caches that the forked processes inherit
-    drawn, counts = [], dict.fromkeys(("killed", "timed out", "alive", "not entered"), 0)
-    total = 0
-    for only in given.only or [""]:
-        some, number = _drawn(only, given.seed)
-        drawn, total = drawn + some, total + number
-    end = time.monotonic() + given.seconds
-    for name, place, function, said, lines in drawn[: given.draw]:
+    names = modules()
+    found = [one for only in given.only or [""] for one in drawn(names, only, given.seed)]
+    runner = Runner(names, given.each)
+    counts: Counter[tuple[str, str]] = Counter()
+    for mutant in found[given.skip : given.draw]:
         if time.monotonic() > end:
             break
-        tree, module = _tree(name), importlib.import_module(name)
-        next(itertools.islice(mutants(tree), place, None))
-        tests = watch.concerned(str(inspect.getsourcefile(module)), lines, given.each)
-        how = killed(module, ast.fix_missing_locations(tree), function, tests, 10 * given.each)
-        counts[how] = counts.get(how, 0) + 1
-        print(f"{how}  {name} {function} {said}", flush=True)
-    print(f"{total} mutants, {sum(counts.values())} looked at: {counts}")
+        changes, how = runner.judged(mutant)
+        counts[changes, how.partition(" (")[0]] += 1
+        print(f"{changes}, {how}  {mutant}", flush=True)
+    print(f"{len(found)} mutants, {sum(counts.values())} looked at: {dict(counts)}")
     return 0
 
 

@@ -1,19 +1,30 @@
-"""The conclusion in words: verdict by the sign of the damping, and nothing said that was not shown."""
+"""The conclusion on the rod: verdict, class and first sentence from the certificates, and nothing said beyond them."""
 
 from fractions import Fraction
 
 import pytest
 
+from analysis.answers.conclusion import MismatchError
+from analysis.certificates import codes
+from analysis.certificates.drafts import settled
+from analysis.certificates.rods import energy_theorem_draft
 from analysis.conclusion import conclusion
-from analysis.evidence import Verdict
+from analysis.criteria.rod import rod_criteria
+from analysis.evidence import Evidence, Verdict
+from analysis.report.certificates import checked_conclusion, checked_criteria
 from lure import Scenario, builtin_system, upwind
 from lure.systems import rod_from_exact
+from lure.waves import RodBlock
+
+
+def scheme_of(**changes):
+    rod = builtin_system("paper-rod").rod
+    return upwind(rod_from_exact({**rod.exact, **{name: Fraction(value) for name, value in changes.items()}}), 10)
 
 
 def concluded(scenario=None, **changes):
-    rod = builtin_system("paper-rod").rod
-    rod = rod_from_exact({**rod.exact, **{name: Fraction(value) for name, value in changes.items()}})
-    return conclusion(upwind(rod, 10), scenario or Scenario())
+    scheme = scheme_of(**changes)
+    return checked_conclusion(scheme, scenario or Scenario(), checked_criteria(scheme, rod_criteria(scheme)))[0]
 
 
 @pytest.mark.parametrize(
@@ -33,13 +44,68 @@ def test_the_sign_of_the_damping_decides(damping, verdict):
     assert (result.proofs != ()) == (verdict is Verdict.PROVED)
 
 
-@pytest.mark.parametrize("exponent", ["1/2", "1", "3/2", "3"])
-def test_every_exponent_has_the_half_line_of_equilibria(exponent):
+def test_it_says_what_the_certificates_say_of_their_class():
+    result = concluded()
+    scheme = scheme_of()
+    rod, discrete = (settled(energy_theorem_draft(block)).certificate for block in (RodBlock(scheme.rod), scheme))
+    assert rod["conclusion"] == discrete["conclusion"]
+    assert result.headline == f"Without load, {rod['conclusion']}."
+    assert rod["laws"]["sector"] == ["0", "inf"]
+    assert result.found.law_class == "phi, time-invariant, in the sector [0, inf]"
+    assert [(proof.model, proof.sector, proof.evidence) for proof in result.proofs] == [
+        (model, "[0, inf]", Evidence.CERTIFIED) for model in ("rod", "scheme")
+    ]
+    assert result.proofs[0].meaning.lower() == rod["conclusion"]
+    assert all(said in result.statement for said in ("[0, inf]", "rod-energy (certified)", "the scheme with 10 cells"))
+    assert result.found.membership == "checked"
+
+
+def test_a_certificate_about_another_rod_is_no_answer():
+    scheme, other = scheme_of(), scheme_of(damping="1")
+    own, foreign = settled(energy_theorem_draft(scheme)), settled(energy_theorem_draft(RodBlock(other.rod)))
+    with pytest.raises(MismatchError):
+        conclusion(scheme, Scenario(), foreign, own)
+    with pytest.raises(MismatchError):
+        conclusion(scheme, Scenario(), own, own)  # the scheme is not the rod
+
+
+@pytest.mark.parametrize("missing", ["rod", "scheme"])
+def test_nothing_is_decided_unless_both_certificates_are_accepted(missing):
+    scheme = scheme_of()
+    shown = [settled(energy_theorem_draft(block)) for block in (RodBlock(scheme.rod), scheme)]
+    shown[missing == "scheme"] = "the checker refused it"
+    result = conclusion(scheme, Scenario(), *shown)
+    assert result.verdict is Verdict.INCONCLUSIVE
+    assert result.proofs == ()
+    assert "the checker refused it" in result.statement
+    assert result.headline.startswith("Nothing is decided for phi")
+    assert result.resting_place == "none is claimed"
+
+
+@pytest.mark.parametrize("exponent", ["1", "3/2", "3"])
+def test_locally_lipschitz_laws_have_the_half_line_of_equilibria(exponent):
     result = concluded(exponent=exponent)
     assert result.verdict is Verdict.PROVED
     assert "half-line" in result.stationary_set
-    regular = "nondecreasing" if exponent == "1/2" else "locally Lipschitz"
-    assert any(regular in row for row in result.assumptions)
+    assert any("locally Lipschitz" in row for row in result.assumptions)
+
+
+# p = sqrt(max(z, 0)) has an infinite slope at 0: it is none of the locally Lipschitz laws of the certificate, as
+# `lure certify` says too
+def test_a_law_outside_the_class_of_the_certificate_is_not_proved():
+    result = concluded(exponent="1/2")
+    assert result.verdict is Verdict.INCONCLUSIVE
+    assert result.found.code is codes.ROUGH_LAW
+    assert result.assumptions == ("p locally Lipschitz (m >= 1): fails, m = 0.5",)
+    assert "note 5" in result.not_shown[0]
+
+
+def test_without_damping_the_reason_is_that():
+    result = concluded(damping="0")
+    assert result.found.code is codes.UNDAMPED
+    assert "zero eigenvalue is double" in result.statement
+    assert result.assumptions == ("k > 0: fails, k = 0 exactly",)
+    assert "note 5" not in result.not_shown[0]
 
 
 @pytest.mark.parametrize("damping", ["2e-4", "0", "-1"])
@@ -47,6 +113,7 @@ def test_asymptotic_stability_is_never_claimed(damping):
     result = concluded(damping=damping)
     claimed = " ".join((result.statement, result.stationary_set, result.resting_place))
     assert "asymptotically stable" not in claimed
+    assert not result.found.attracts
 
 
 @pytest.mark.parametrize("load", [{"force": "sin(t)"}, {"body_force": "x"}])
@@ -55,6 +122,7 @@ def test_nothing_is_claimed_about_a_forced_motion(load):
     assert "nothing is claimed" in forced.statement
     assert "nothing is claimed" not in free.statement
     assert any("forced motion" in row for row in forced.not_shown)
+    assert not any("forced motion" in row for row in free.not_shown)
 
 
 # a steady push g > 0 holds the rod against the obstacle at p(z) = g/A > 0, and zeta' = g/k - (A/k) p: neither the
@@ -73,7 +141,10 @@ def test_equilibria_and_resting_place_are_those_without_load(load, damping):
 @pytest.mark.parametrize("exponent", ["1/2", "1", "2"])
 @pytest.mark.parametrize("damping", ["-2e-4", "-5"])
 def test_what_is_refuted_is_refuted_for_the_law_of_this_rod_too(damping, exponent):
-    assert "no motion that starts with energy comes to rest" in concluded(damping=damping, exponent=exponent).statement
+    result = concluded(damping=damping, exponent=exponent)
+    assert "no motion that starts with energy comes to rest" in result.statement
+    assert result.headline.startswith("Some phi, time-invariant, in the sector [0, ")
+    assert result.assumptions == ("k > 0: fails, decided from the exact value of k",)
 
 
 def test_a_conclusion_has_no_truth_value():

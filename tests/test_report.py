@@ -391,7 +391,7 @@ def test_hostile_names_are_text_and_nothing_else(reports):
 def test_the_page_goes_from_the_verdict_to_how_to_repeat_it(reports):
     found = page_of(reports["paper-rod"])
     assert found.headings == [
-        "Left to itself, every motion of this rod comes to rest, at the obstacle or short of it.",
+        "Without load, every motion of finite energy comes to rest, its end at a zero of the law.",
         "What is shown, and what is not",
         "Popov and Nyquist",
         "Motion: the rod and its scheme, side by side",

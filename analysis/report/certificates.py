@@ -11,11 +11,12 @@ from typing import Any
 from analysis.certificates.certify import text_of
 from analysis.certificates.checker import Checked, Proved, Refuted
 from analysis.certificates.drafts import settled
-from analysis.certificates.guard import Failure, guarded
+from analysis.certificates.guard import guarded
 from analysis.certificates.rods import energy_theorem_draft, inequality_draft, negative_damping_draft
-from analysis.conclusion import Conclusion
+from analysis.conclusion import Conclusion, conclusion
 from analysis.criteria.result import CriterionResult
 from analysis.evidence import Verdict
+from lure.scenario import Scenario
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
@@ -83,34 +84,30 @@ def _checked(scheme: UpwindScheme, result: CriterionResult) -> CriterionResult:
 
 
 def checked_conclusion(
-    scheme: UpwindScheme, found: Conclusion, criteria: Sequence[CriterionResult]
+    scheme: UpwindScheme, scenario: Scenario, criteria: Sequence[CriterionResult]
 ) -> tuple[Conclusion, tuple[Proved | Refuted, ...]]:
-    """The conclusion, INCONCLUSIVE unless the checker accepts it, and what it accepted, of the conclusion first.
+    """What follows from what the checker accepts, and everything that it accepted, of the conclusion first.
 
     Parameters
     ----------
     scheme : UpwindScheme
         The scheme.
-    found : Conclusion
-        What was concluded for the rod and its scheme.
+    scenario : Scenario
+        The loads.
     criteria : sequence of CriterionResult
         Results that went through :func:`checked_criteria`.
     """
-    accepted = tuple(result.shown for result in criteria if result.shown is not None)
-    if found.verdict is Verdict.INCONCLUSIVE:
-        return found, accepted
-    if found.verdict is Verdict.REFUTED:
-        return (found if accepted else _open(found, "no counterexample was accepted")), accepted
-    both = [_energy(RodBlock(scheme.rod)), _energy(scheme)]
-    proofs = tuple(one for one in both if isinstance(one, Proved))
-    if len(proofs) == len(both):
-        return found, (*proofs, *accepted)
-    return _open(found, "; ".join(str(one) for one in both if not isinstance(one, Proved))), (*proofs, *accepted)
+    accepted = [result.shown for result in criteria if result.shown is not None]
+    rod, discrete = (_offered(block, criteria) for block in (RodBlock(scheme.rod), scheme))
+    proofs = [one for one in (rod, discrete) if isinstance(one, Proved)]
+    return conclusion(scheme, scenario, rod, discrete), (*proofs, *accepted)
 
 
-def _open(found: Conclusion, why: str) -> Conclusion:
-    return replace(found, verdict=Verdict.INCONCLUSIVE, statement=f"Nothing is decided: {why}.", proofs=())
-
-
-def _energy(block: UpwindScheme | RodBlock) -> Proved | Refuted | Failure:
-    return guarded("energy", lambda: settled(energy_theorem_draft(block)))
+def _offered(block: UpwindScheme | RodBlock, criteria: Sequence[CriterionResult]) -> Proved | Refuted | str:
+    """What the checker accepts of the motions of a block, or why that is nothing."""
+    if block.rod.exact["damping"] > 0:
+        found = guarded("energy", lambda: settled(energy_theorem_draft(block)))
+        return found if isinstance(found, Proved | Refuted) else str(found)
+    model = "scheme" if isinstance(block, UpwindScheme) else "rod"
+    results = [result for result in criteria if result.model == model]
+    return next((result.shown for result in results if result.shown is not None), results[0].reason)

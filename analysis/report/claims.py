@@ -74,7 +74,8 @@ def _proofs(report: StabilityReport) -> list[Claim]:
         return [Claim(text=text, model="rod", answer=str(found.verdict), evidence=None)]
     return [
         Claim(
-            text=f"every free motion comes to rest, for laws in the sector {proof.sector} ({proof.title})",
+            text=f"without load, {proof.meaning[0].lower()}{proof.meaning[1:]}, for laws in the sector {proof.sector} "
+            f"({proof.title})",
             model=proof.model,
             answer=str(found.verdict),
             evidence=proof.evidence,

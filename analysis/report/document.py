@@ -171,7 +171,12 @@ def _conclusion(report: StabilityReport) -> Json:
     found = report.conclusion
     return {
         "verdict": str(found.verdict),
+        "headline": found.headline,
         "statement": found.statement,
+        "law_class": found.found.law_class,
+        "membership": found.found.membership,
+        "reason": found.found.reason,
+        "code": None if found.found.code is None else found.found.code.identifier,
         "stationary_set": found.stationary_set,
         "resting_place": found.resting_place,
         "assumptions": list(found.assumptions),
@@ -180,6 +185,7 @@ def _conclusion(report: StabilityReport) -> Json:
             {
                 "title": proof.title,
                 "model": proof.model,
+                "meaning": proof.meaning,
                 "sector": proof.sector,
                 "evidence": str(proof.evidence),
                 "argument": proof.argument,

@@ -62,11 +62,6 @@ _CONTENTS = (
     ("simulation", "Simulation", ""),
     ("certificates", "Certificates", "certificates"),
 )
-_HEADLINES = {
-    "PROVED": "Left to itself, every motion of this rod comes to rest, at the obstacle or short of it.",
-    "REFUTED": "This loop is not stable.",
-    "INCONCLUSIVE": "Nothing is decided about the motion of this rod.",
-}
 _COLOURS = {
     INK: "currentColor",
     "#ffffff": "var(--card)",
@@ -119,7 +114,6 @@ def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...], *, 
     return template("report.html.j2").render(
         d=data,
         n=partial(shown, data),
-        headline=_HEADLINES[data["conclusion"]["verdict"]],
         diagram=printed_diagram(diagram) if paper else diagram,
         transit=number(2 * data["system"]["derived"]["travel_time"]),
         contents=[(ident, title) for ident, title, part in _CONTENTS if _present(data, part)],
