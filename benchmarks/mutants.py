@@ -5,7 +5,7 @@
 
 Operators as in ``notebooks/notes/0009-mutants-of-the-checker.md``, and the branches of a conditional exchanged.  Once,
 and again when a module or a test file has changed, it is noted which lines of these modules each test reaches, and how
-long it takes (``build/mutants``).  A mutant gets its code in a forked process that has computed nothing yet, where the
+long it takes (``build/mutants``).  A mutant gets its code in a forked process in which no function remembers anything, where the
 tests that reach its line run, the quickest first, until one fails; the longest are left out where all together need
 more than ``--each`` seconds.  The draw takes the modules in turn.
 
@@ -249,6 +249,14 @@ def patched(module: ModuleType, tree: ast.Module) -> set[str]:
     return done
 
 
+def clear_caches() -> None:
+    """Forget what functions of the modules remember."""
+    for name in modules():
+        for value in vars(importlib.import_module(name)).values():
+            if hasattr(value, "cache_clear"):
+                value.cache_clear()
+
+
 def apart(work: Callable[[], int], seconds: float) -> int | None:
     """The status of some work in a process of its own, that prints nothing; None when its time was over."""
     child = os.fork()
@@ -418,9 +426,9 @@ class Runner:
 
     def __init__(self, names: tuple[str, ...], each: float) -> None:
         self.each, self.tests, self.rods = each, reach(names), rods()
-        base = CACHE / "said.json"
-        apart(lambda: base.write_text(json.dumps(said(self.rods))) and 0, 600)
-        self.base = json.loads(base.read_text())
+        self.base = said(self.rods)
+        pytest.main([*QUIET[1:], "--collect-only", "-q", *TESTS])  # imported once for all processes
+        clear_caches()
 
     def judged(self, mutant: Mutant) -> tuple[str, str]:
         """Whether a mutant changes what the probes are told, and what the tests say of it."""
