@@ -14,7 +14,11 @@ from analysis.answers.conclusion import conclusion_of, inquiry_about, undecided
 from analysis.answers.wording import interval
 from analysis.certificates import codes
 from analysis.certificates.checker import Proved, Refuted
-from analysis.criteria.damping import destabilising_example
+from analysis.certificates.drafts import settled
+from analysis.certificates.guard import guarded
+from analysis.certificates.rods import energy_theorem_draft, negative_damping_draft
+from analysis.criteria.damping import destabilising_example, without_damping
+from analysis.criteria.result import CriterionResult
 from analysis.evidence import Evidence, Verdict
 from lure.law_class import LawClass
 from lure.scenario import Scenario
@@ -57,8 +61,8 @@ class Conclusion:
 
     Attributes
     ----------
-    found : analysis.answers.conclusion.Conclusion
-        What follows from the certificate for the rod; that for its scheme where nothing is decided of the scheme.
+    rod, scheme : analysis.answers.conclusion.Conclusion
+        What follows from the certificate for the rod, and from that for its scheme.
     statement : str
         The whole of it.
     stationary_set : str
@@ -73,13 +77,24 @@ class Conclusion:
         The arguments, empty unless PROVED.
     """
 
-    found: Found
+    rod: Found
+    scheme: Found
     statement: str
     stationary_set: str
     resting_place: str
     assumptions: tuple[str, ...]
     not_shown: tuple[str, ...]
     proofs: tuple[Proof, ...]
+
+    @property
+    def found(self) -> Found:
+        """What follows for the rod; for its scheme where nothing is decided of that."""
+        return self.scheme if self.scheme.verdict is Verdict.INCONCLUSIVE else self.rod
+
+    @property
+    def certificates(self) -> tuple[Proved, ...]:
+        """The proofs that the checker accepted, of the rod first."""
+        return tuple(one.shown for one in (self.rod, self.scheme) if isinstance(one.shown, Proved))
 
     @property
     def verdict(self) -> Verdict:
@@ -127,10 +142,8 @@ _ARGUMENTS = {
 }
 
 
-def conclusion(
-    scheme: UpwindScheme, scenario: Scenario, rod: Proved | Refuted | str, discrete: Proved | Refuted | str
-) -> Conclusion:
-    """Conclusion for the rod and for its scheme with the rod's own compliance law.
+def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
+    """Conclusion for the rod and for its scheme with the rod's own compliance law, as far as the checker accepts it.
 
     For ``k > 0`` the energy theorem (``notebooks/notes/0005-energy-theorem.md``) holds for every continuous law with
     ``z p(z) >= 0`` that is locally Lipschitz or nondecreasing.  Its certificate is about locally Lipschitz laws: with
@@ -142,34 +155,55 @@ def conclusion(
         The scheme, with its rod.
     scenario : Scenario
         The loads: with one, what is said is about the same loop without it.
-    rod, discrete : Proved, Refuted or str
-        What the checker accepted of the rod and of its scheme, or why it was nothing.
     """
-    found, second = _found(RodBlock(scheme.rod), rod), _found(scheme, discrete)
-    if second.verdict is Verdict.INCONCLUSIVE:
-        found = second
+    rod, discrete = (concluded(block, offered(block)) for block in (RodBlock(scheme.rod), scheme))
+    found = discrete if discrete.verdict is Verdict.INCONCLUSIVE else rod
     proved = found.verdict is Verdict.PROVED
     resting = _RESTING if proved else "none is claimed"
     if not scenario.free:
         resting = "none is claimed under the load of this run" + (f"; without load, {resting}" if proved else "")
     return Conclusion(
-        found=found,
-        statement=_statement(scheme, found, second) + _about_load(scenario),
+        rod=rod,
+        scheme=discrete,
+        statement=_statement(scheme, found, discrete) + _about_load(scenario),
         stationary_set=_HALF_LINE if scenario.free else f"without load, {_HALF_LINE}",
         resting_place=resting,
         assumptions=_assumptions(scheme) if proved else (_failing(scheme),),
         not_shown=_not_shown(scheme, scenario, found.verdict),
-        proofs=(_proof("rod", found), _proof("scheme", second)) if proved else (),
+        proofs=(_proof("rod", rod), _proof("scheme", discrete)) if proved else (),
     )
 
 
-def _found(block: RodBlock | UpwindScheme, shown: Proved | Refuted | str) -> Found:
-    """The verdict on a block: of every law without upper bound, and of the rod's own."""
+def offered(block: RodBlock | UpwindScheme) -> Proved | Refuted | str:
+    """What the checker accepts of the motions of a block, or why that is nothing.
+
+    Parameters
+    ----------
+    block : RodBlock or UpwindScheme
+        The rod, or its scheme.
+    """
+    damping, sector = block.rod.exact["damping"], block.rod.law.sector
+    if damping == 0:
+        return cast("CriterionResult", without_damping("popov", block, sector)).reason
+    draft = energy_theorem_draft(block) if damping > 0 else negative_damping_draft(block, sector)
+    found = guarded("rod", lambda: settled(draft))
+    return found if isinstance(found, Proved | Refuted) else str(found)
+
+
+def concluded(block: RodBlock | UpwindScheme, shown: Proved | Refuted | str) -> Found:
+    """The verdict on a block: on every law without upper bound, and on the rod's own.
+
+    Parameters
+    ----------
+    block : RodBlock or UpwindScheme
+        The rod, or its scheme.
+    shown : Proved, Refuted or str
+        What the checker accepted of it, or why that is nothing.
+    """
     subject = f"the scheme with {block.cells} cells" if isinstance(block, UpwindScheme) else ""
     asked = inquiry_about(block, LawClass(sector=Sector(0, math.inf)), nonlinearity=block.rod.law)
     if isinstance(shown, str):
-        code = codes.UNDAMPED if block.rod.exact["damping"] == 0 else codes.NO_MULTIPLIER
-        return undecided(asked, shown, code=code)
+        return undecided(asked, shown, code=codes.NO_MULTIPLIER if block.rod.exact["damping"] else codes.UNDAMPED)
     return conclusion_of(replace(asked, subject=subject), shown)
 
 

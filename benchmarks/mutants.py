@@ -5,8 +5,8 @@
 
 Operators as in ``notebooks/notes/0009-mutants-of-the-checker.md``, and the branches of a conditional exchanged.  Once,
 and again when a module or a test file has changed, it is noted which lines of these modules each test reaches, and how
-long it takes (``build/mutants``).  A mutant gets its code in a forked process in which no function remembers anything, where the
-tests that reach its line run, the quickest first, until one fails; the longest are left out where all together need
+long it takes (``build/mutants``).  A mutant gets its code in a forked process in which no function remembers anything;
+the tests that reach its line run there, the quickest first, until one fails; the longest are left out where all need
 more than ``--each`` seconds.  The draw takes the modules in turn.
 
 Two things are said of each mutant: whether it ``changes`` a verdict, a class or a number of one of the ``PROBES``,
@@ -389,7 +389,7 @@ def said(reports: dict[str, object]) -> list[str]:
     from analysis import analyse, max_slope
     from analysis.conclusion import conclusion
     from analysis.criteria.rod import rod_criteria
-    from analysis.report.certificates import certificate_files, checked_conclusion, checked_criteria
+    from analysis.report.certificates import certificate_files, checked_criteria
     from analysis.report.claims import claims
     from analysis.report.document import document
     from analysis.report.html import page
@@ -410,7 +410,8 @@ def said(reports: dict[str, object]) -> list[str]:
     for old in reports.values():
         scheme = old.scheme
         criteria = checked_criteria(scheme, rod_criteria(scheme))
-        concluded, shown = checked_conclusion(scheme, conclusion(scheme, old.system.scenario), criteria)
+        concluded = conclusion(scheme, old.system.scenario)
+        shown = (*concluded.certificates, *(one.shown for one in criteria if one.shown is not None))
         new = replace(old, criteria=criteria, conclusion=concluded, certificates=shown)
         texts += [json.dumps(document(new)), str(new), page(document(new), claims(new), ()), new._repr_html_()]
         texts += [str(new.to_xarray()), *certificate_files(shown).values()]

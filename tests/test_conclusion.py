@@ -8,10 +8,9 @@ from analysis.answers.conclusion import MismatchError
 from analysis.certificates import codes
 from analysis.certificates.drafts import settled
 from analysis.certificates.rods import energy_theorem_draft
-from analysis.conclusion import conclusion
-from analysis.criteria.rod import rod_criteria
+from analysis.conclusion import concluded as concluded_of
+from analysis.conclusion import conclusion, offered
 from analysis.evidence import Evidence, Verdict
-from analysis.report.certificates import checked_conclusion, checked_criteria
 from lure import Scenario, builtin_system, upwind
 from lure.systems import rod_from_exact
 from lure.waves import RodBlock
@@ -23,8 +22,7 @@ def scheme_of(**changes):
 
 
 def concluded(scenario=None, **changes):
-    scheme = scheme_of(**changes)
-    return checked_conclusion(scheme, scenario or Scenario(), checked_criteria(scheme, rod_criteria(scheme)))[0]
+    return conclusion(scheme_of(**changes), scenario or Scenario())
 
 
 @pytest.mark.parametrize(
@@ -62,22 +60,27 @@ def test_it_says_what_the_certificates_say_of_their_class():
 
 def test_a_certificate_about_another_rod_is_no_answer():
     scheme, other = scheme_of(), scheme_of(damping="1")
-    own, foreign = settled(energy_theorem_draft(scheme)), settled(energy_theorem_draft(RodBlock(other.rod)))
     with pytest.raises(MismatchError):
-        conclusion(scheme, Scenario(), foreign, own)
+        concluded_of(RodBlock(scheme.rod), offered(RodBlock(other.rod)))
     with pytest.raises(MismatchError):
-        conclusion(scheme, Scenario(), own, own)  # the scheme is not the rod
+        concluded_of(RodBlock(scheme.rod), offered(scheme))  # the scheme is not the rod
 
 
-@pytest.mark.parametrize("missing", ["rod", "scheme"])
-def test_nothing_is_decided_unless_both_certificates_are_accepted(missing):
-    scheme = scheme_of()
-    shown = [settled(energy_theorem_draft(block)) for block in (RodBlock(scheme.rod), scheme)]
-    shown[missing == "scheme"] = "the checker refused it"
-    result = conclusion(scheme, Scenario(), *shown)
+@pytest.mark.parametrize("missing", ["rod", "rod-scheme"])
+def test_nothing_is_decided_unless_both_certificates_are_accepted(missing, monkeypatch):
+    def refusing(draft):
+        if draft["system"]["kind"] == missing:
+            raise ArithmeticError("too large")
+        return settled(draft)
+
+    monkeypatch.setattr("analysis.conclusion.settled", refusing)
+    result = concluded()
     assert result.verdict is Verdict.INCONCLUSIVE
     assert result.proofs == ()
-    assert "the checker refused it" in result.statement
+    assert [one.certificate["system"]["kind"] for one in result.certificates] == [
+        kind for kind in ("rod", "rod-scheme") if kind != missing
+    ]
+    assert "too large" in result.statement
     assert result.headline.startswith("Nothing is decided for phi")
     assert result.resting_place == "none is claimed"
 

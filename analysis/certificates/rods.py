@@ -50,18 +50,17 @@ def inequality_draft(block: UpwindScheme | RodBlock, result: CriterionResult) ->
     return _draft(block, f"rod-{result.name}", multiplier, result.sector, varying=result.name == "circle")
 
 
-def negative_damping_draft(block: UpwindScheme | RodBlock, result: CriterionResult) -> dict[str, Any]:
-    """The refutation of a rod with ``k < 0`` in the sector of a result.
+def negative_damping_draft(block: UpwindScheme | RodBlock, sector: Sector) -> dict[str, Any]:
+    """The refutation of a rod with ``k < 0`` in a sector.
 
     Parameters
     ----------
     block : UpwindScheme or RodBlock
         The scheme, or the rod itself.
-    result : CriterionResult
-        A result for ``k < 0``.
+    sector : Sector
+        The sector.
     """
-    draft = _draft(block, "counterexample", {}, result.sector, varying=False)
-    return {**draft, "verdict": "REFUTED"}
+    return {**_draft(block, "counterexample", {}, sector, varying=False), "verdict": "REFUTED"}
 
 
 def popov_theta(rod: Rod) -> Fraction:

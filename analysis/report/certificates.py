@@ -12,11 +12,9 @@ from analysis.certificates.certify import text_of
 from analysis.certificates.checker import Checked, Proved, Refuted
 from analysis.certificates.drafts import settled
 from analysis.certificates.guard import guarded
-from analysis.certificates.rods import energy_theorem_draft, inequality_draft, negative_damping_draft
-from analysis.conclusion import Conclusion, conclusion
+from analysis.certificates.rods import inequality_draft, negative_damping_draft
 from analysis.criteria.result import CriterionResult
 from analysis.evidence import Verdict
-from lure.scenario import Scenario
 from lure.upwind import UpwindScheme
 from lure.waves import RodBlock
 
@@ -76,38 +74,9 @@ def _checked(scheme: UpwindScheme, result: CriterionResult) -> CriterionResult:
     if result.verdict is Verdict.INCONCLUSIVE:
         return result
     block = scheme if result.model == "scheme" else RodBlock(scheme.rod)
-    draft = inequality_draft if result.verdict is Verdict.PROVED else negative_damping_draft
-    found = guarded(result.name, lambda: settled(draft(block, result)))
+    proved = result.verdict is Verdict.PROVED
+    draft = inequality_draft(block, result) if proved else negative_damping_draft(block, result.sector)
+    found = guarded(result.name, lambda: settled(draft))
     if isinstance(found, Proved | Refuted):
         return replace(result, shown=found)
     return replace(result, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")
-
-
-def checked_conclusion(
-    scheme: UpwindScheme, scenario: Scenario, criteria: Sequence[CriterionResult]
-) -> tuple[Conclusion, tuple[Proved | Refuted, ...]]:
-    """What follows from what the checker accepts, and everything that it accepted, of the conclusion first.
-
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme.
-    scenario : Scenario
-        The loads.
-    criteria : sequence of CriterionResult
-        Results that went through :func:`checked_criteria`.
-    """
-    accepted = [result.shown for result in criteria if result.shown is not None]
-    rod, discrete = (_offered(block, criteria) for block in (RodBlock(scheme.rod), scheme))
-    proofs = [one for one in (rod, discrete) if isinstance(one, Proved)]
-    return conclusion(scheme, scenario, rod, discrete), (*proofs, *accepted)
-
-
-def _offered(block: UpwindScheme | RodBlock, criteria: Sequence[CriterionResult]) -> Proved | Refuted | str:
-    """What the checker accepts of the motions of a block, or why that is nothing."""
-    if block.rod.exact["damping"] > 0:
-        found = guarded("energy", lambda: settled(energy_theorem_draft(block)))
-        return found if isinstance(found, Proved | Refuted) else str(found)
-    model = "scheme" if isinstance(block, UpwindScheme) else "rod"
-    results = [result for result in criteria if result.model == model]
-    return next((result.shown for result in results if result.shown is not None), results[0].reason)
