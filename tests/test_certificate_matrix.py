@@ -283,6 +283,25 @@ def test_more_digits_serve_where_doubles_find_nothing(monkeypatch, name):
     assert isinstance(proved(matrix_draft(block, k, theta=Fraction(answer.parameters["theta"]))), Proved)
 
 
+@pytest.mark.parametrize("units", [(-2.0, -2.0), (-8.0, 2.0)])
+def test_units_of_either_sign_take_the_same_places(units):
+    # x_i = u_i z_i: P_ij = Q_ij/(u_i u_j), so that -8, 2 in place of 8, 2 turns the sign of P_12 and nothing else
+    found = []
+    for each in (units, tuple(map(abs, units))):
+        scaled = riccati.Scaled(
+            A=np.diag([-1.0, -2.0]), b=np.ones(2), q=np.full(2, 0.5), r=2.0, units=np.array(each), doubt=0.0
+        )
+        Q = scaled.solution(0.25, 0.25)
+        found.append((scaled.rounded(Q, scaled.margin(Q), 0), scaled.refined(Q, 0.25, 0.25)))
+        for one in found[-1]:
+            P = [[v / 2**one.exponent for v in row] for row in one.rows]
+            exact = Q / np.outer(each, each)
+            assert np.allclose([*P[0], *P[1]], [exact[0, 0], exact[1, 0], exact[1, 1]], rtol=0, atol=2**-one.exponent)
+    for turned, plain in zip(*found, strict=True):
+        assert (turned.exponent, turned.rows[0], turned.rows[1][1]) == (plain.exponent, plain.rows[0], plain.rows[1][1])
+        assert turned.rows[1][0] == math.copysign(plain.rows[1][0], math.prod(units))
+
+
 # x' = -x + xi, xi' = mu, sigma = r xi - c x: H = (r (s + 1) - c)/(s (s + 1)), residue r - c.
 @pytest.mark.parametrize(("r", "c"), [(2, 1), (1, 2), (1, 1)])
 def test_indirect_control_is_proved_for_a_positive_residue_alone(r, c):
