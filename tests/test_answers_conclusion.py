@@ -1,5 +1,7 @@
 """The verdict, the class and the sentence come from the certificate, after it was compared with what was asked."""
 
+import copy
+import pickle
 from dataclasses import replace
 from fractions import Fraction
 
@@ -17,7 +19,7 @@ from analysis.certificates.certify import certify
 from analysis.certificates.drafts import settled
 from analysis.certificates.second.opinion import recheck
 from analysis.certificates.systems import laws_of
-from analysis.evidence import Evidence, Verdict
+from analysis.evidence import Bracket, Evidence, Verdict
 from lure import (
     DeadZone,
     ExpressionLaw,
@@ -383,10 +385,31 @@ def test_one_bound_reads_the_same_everywhere():
     assert found.proved_text == "5.699999999"
     assert "5.7 " not in str(found).replace("5.699999999", "")
     assert found.gap == "closed"
-    nearly = replace(found, refuted_at=5.7001)
-    assert nearly.gap == "closed to 2e-05"
-    assert replace(found, refuted_at=6.0).gap == "open"
-    assert replace(found, refuted_at=None).gap == "open"
+    for end, gap in ((5.7001, "closed to 2e-05"), (6.0, "open")):
+        assert replace(found, refuted_at=end, witness=replace(found.witness, k=end)).gap == gap
+    assert replace(found, refuted_at=None, witness=None).gap == "open"
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"largest": Bracket(5.9, 6.0)}, "is more than its certificate proves"),
+        ({"lower": Fraction(-1, 10)}, "is more than its certificate proves"),
+        ({"refuted_at": 5.8}, "is not the end of the class that is refuted"),
+        ({"refuted_at": 5.6, "k": 5.6, "largest": Bracket(0.0, 5.6)}, "is less than its certificate refutes"),
+    ],
+)
+@pytest.mark.parametrize("again", [lambda it: pickle.loads(pickle.dumps(it)), copy.copy, copy.deepcopy])
+def test_an_answer_that_was_changed_is_compared_with_its_certificates_when_it_arrives(changes, reason, again):
+    # Popov's criterion proves [0, k] for k < 5.7, and the gain 5.7 is not stable
+    found = again(max_sector(as_block("6/(5.7*s*(s + 1)*(s + 2))")))
+    for name, value in changes.items():
+        if name == "k":
+            object.__setattr__(found, "witness", replace(found.witness, k=value))
+        else:
+            object.__setattr__(found, name, value)
+    with pytest.raises(MismatchError, match=reason):
+        again(found)
 
 
 def test_without_a_class_the_row_that_reaches_farthest_is_said():
@@ -454,11 +477,12 @@ def test_a_class_as_data():
 
 def test_a_counterexample_to_a_class_counts_for_the_larger_one_where_it_is_nearer():
     third = max_sector(THIRD)  # refuted at 6
-    far, shifted = replace(third, refuted_at=8.0), replace(third, lower=Fraction(1, 10))
+    far = replace(third, refuted_at=8.0, witness=replace(third.witness, k=8.0))
+    none, shifted = replace(third, refuted_at=None, witness=None), replace(third, lower=Fraction(1, 10))
     assert [row.refuted_at for row in table._spread([far, third])] == [6.0, 6.0]
     assert [row.refuted_at for row in table._spread([third, far])] == [6.0, 8.0]
     assert [row.refuted_at for row in table._spread([far, shifted])] == [8.0, 6.0]
-    assert [row.refuted_at for row in table._spread([far, replace(far, refuted_at=None)])] == [8.0, None]
+    assert [row.refuted_at for row in table._spread([far, none])] == [8.0, None]
 
 
 # what people write ----------------------------------------------------------------------------------------------------

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from analysis.answer import Answer
 from analysis.answers.catalogue import Question
-from analysis.answers.conclusion import Conclusion
+from analysis.answers.conclusion import Conclusion, MismatchError
 from analysis.answers.wording import class_words, kind_words
+from analysis.certificates.arithmetic import extended
 from analysis.doubles import bound_above, bound_below, double_above, double_below, json_number
 from analysis.evidence import Bracket, Evidence, Verdict
 from analysis.witness import Witness
@@ -195,6 +196,20 @@ class Largest:
     def __post_init__(self) -> None:
         if self.verdict is not self.conclusion.verdict:
             raise TypeError(f"{self.verdict} is not what follows: {self.conclusion}")
+        shown = self.proof if self.verdict is Verdict.PROVED else None
+        if shown is not None and not all(low <= self.lower <= self.largest.low <= high for low, high in _ends(shown)):
+            raise MismatchError(f"[{self.lower}, {self.largest.low!r}] is more than its certificate proves")
+        first = self.trivial or self.witness
+        if self.refuted_at != (None if first is None else first.k):
+            raise MismatchError(f"{self.refuted_at!r} is not the end of the class that is refuted")
+        for one in (self.witness, self.trivial):
+            never = one is not None and one.k <= self.lower and self.verdict is Verdict.REFUTED
+            if one is not None and one.refutation is not None and not never and one.k < _needed(one.refutation):
+                raise MismatchError(f"[{self.lower}, {one.k!r}] is less than its certificate refutes")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies and pickles are made as the answer was: what arrives has been compared with its certificates."""
+        return _made, ({part.name: getattr(self, part.name) for part in fields(self)},)
 
     @property
     def proof(self) -> Proved | None:
@@ -268,6 +283,22 @@ class Largest:
         from analysis.answers.showing import largest_html
 
         return largest_html(self)
+
+
+def _made(parts: Mapping[str, Any]) -> Largest:
+    return Largest(**parts)
+
+
+def _ends(shown: Proved | Refuted) -> list[tuple[Fraction | float, Fraction | float]]:
+    """The bounds of the class of a certificate: of the sector, and of the slopes where there are such."""
+    laws = shown.certificate["laws"]
+    return [(extended(low), extended(high)) for low, high in filter(None, (laws["sector"], laws["slope"]))]
+
+
+def _needed(shown: Refuted) -> Fraction | float:
+    """The upper end of the least class with the law of a certificate: that of its own, or a constant gain."""
+    gain = shown.certificate["proof"].get("gain")
+    return max(high for _, high in _ends(shown)) if gain is None else Fraction(gain)
 
 
 def meet(proved: float, refuted: float) -> bool:
