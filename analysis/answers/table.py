@@ -281,8 +281,8 @@ def _spread(rows: list[Largest]) -> list[Largest]:
             if larger.verdict is Verdict.PROVED and low >= high:
                 raise ContradictionError(f"{larger.criterion} proves up to {low!r}, and {smaller.witness} at {high!r}")
             largest = Bracket(low, max(low, min(larger.largest.high, high)))
-            against = {"witness": smaller.witness, "trivial": smaller.trivial}
-            found[place] = replace(larger, refuted_at=high, largest=largest, **against)
+            witness, trivial = smaller.witness, smaller.trivial
+            found[place] = replace(larger, refuted_at=high, witness=witness, trivial=trivial, largest=largest)
     return found
 
 
