@@ -9,7 +9,7 @@ long it takes (``build/mutants``).  A mutant gets its code in a forked process i
 the tests that reach its line run there, the quickest first, until one fails; the longest are left out where all need
 more than ``--each`` seconds.  The draw takes the modules in turn.
 
-Two things are said of each mutant: whether it ``changes`` a verdict, a class or a number of one of the ``PROBES``,
+Two things are said of each mutant: whether it ``changes`` a verdict, a class or a number of one of the probes,
 everything that is said of them compared word by word (the words of ``TOLD`` and numbers, no layout); and whether it is
 ``killed``.  One that changes none of these and lives is for a reader to judge.
 """
@@ -98,16 +98,14 @@ SWAPS: dict[type, tuple[type, ...]] = {
 _TYPED = ("isinstance", "getattr", "hasattr")  # exchanged arguments of these fail wherever the line is reached
 NAMES = {"min": "max", "max": "min", "any": "all", "all": "any"}
 _LOOP = '[plant]\ntransfer = "{}"\n{}'
-PROBES = {
-    "lag": _LOOP.format("4/(s+1)^3", "[class]\nsector = [0, 1]\n"),
-    "refuted": _LOOP.format("4/(s+1)^3", '[nonlinearity]\nkind = "saturation"\ngain = 2.5\nlimit = 1\n'),
-    "servo": _LOOP.format("1/(s*(s+1)*(s+2))", '[nonlinearity]\nkind = "tanh"\ngain = 3\nscale = 0.5\n'),
+BUILT_IN = ("biproper", "contact", "dead-zone", "double-zero", "integrator-resonance", "triple-lag", "unstable-lag")
+PROBES = {  # built-in loops of a tenth of a second, and these
     "declared": _LOOP.format(
         "(s+2)/(s+1)", '[nonlinearity]\nkind = "expression"\nexpression = "tanh(sigma)"\nsector = [0, 2]\n'
     ),
-    "unstable": _LOOP.format("4/((s-1)*(s/3+1))", "[class]\nsector = [0.3, 0.9]\ntime_varying = true\n"),
     "sampled": _LOOP.format("0.5/(z-0.5)", 'dt = 0.1\n[nonlinearity]\nkind = "quantiser"\nstep = 1\n'),
-    "odd": _LOOP.format("(2*z+0.92)/(z^2-0.5*z)", "dt = 1\n[class]\nsector = [0, 0.5]\nslope = [0, 0.5]\nodd = true\n"),
+    "asked": _LOOP.format("1/(s+1)^3", "[class]\nsector = [0.5, 3]\nslope = [0.5, 3]\nodd = true\n"),
+    "beyond": _LOOP.format("1/(s*(s+1)*(s+2))", "[class]\nsector = [0, 7]\n"),
     "late": _LOOP.format("exp(-s)/(s+1)", ""),
     "twice": _LOOP.format("(s+1)/s^2", "[class]\nsector = [0, inf]\n"),
 }
@@ -327,29 +325,37 @@ class Watch:
 
 
 def reach(names: tuple[str, ...]) -> dict[str, tuple[float, set[tuple[str, int]]]]:
-    """Of each test the seconds and the lines it reaches; measured once for a state of the modules and of its file."""
+    """Of each test the seconds and the lines it reaches; measured anew when its file or a module it reaches changed."""
     files = {str(inspect.getsourcefile(importlib.import_module(name))): name for name in names}
-    state = hashlib.sha256(b"".join(Path(file).read_bytes() for file in sorted(files))).hexdigest()[:12]
+    state = {name: _digest(Path(file)) for file, name in files.items()}
     CACHE.mkdir(parents=True, exist_ok=True)
     found: dict[str, tuple[float, set[tuple[str, int]]]] = {}
     for test in TESTS:
-        digest = hashlib.sha256((ROOT / test).read_bytes()).hexdigest()[:12]
-        kept = CACHE / f"{Path(test).stem}-{state}-{digest}.json"
-        if not kept.exists():
+        kept = CACHE / f"{Path(test).stem}.json"
+        data = json.loads(kept.read_text()) if kept.exists() else None
+        if data is None or any(({test: _digest(ROOT / test)} | state).get(name) != was for name, was in data["of"]):
 
             def measure(test: str = test, kept: Path = kept) -> int:
                 watch = Watch(files)
                 pytest.main([*QUIET[1:], test], plugins=[watch])
-                data = {"seconds": watch.seconds, "reached": {k: sorted(v) for k, v in watch.reached.items()}}
-                kept.write_text(json.dumps(data))
+                of = [
+                    (test, _digest(ROOT / test)),
+                    *((m, state[m]) for m in {m for v in watch.reached.values() for m, _ in v}),
+                ]
+                reached = {key: sorted(lines) for key, lines in watch.reached.items()}
+                kept.write_text(json.dumps({"of": of, "seconds": watch.seconds, "reached": reached}))
                 return 0
 
             print("measured", test, "status", apart(measure, 900), flush=True)
-        data = json.loads(kept.read_text())
+            data = json.loads(kept.read_text())
         both = {name: {(m, line) for m, line in lines} for name, lines in data["reached"].items()}
         for name, seconds in data["seconds"].items():
             found[name] = seconds, both[name] | both.get(name.partition("::")[0], set())
     return found
+
+
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()[:16]
 
 
 class Chosen:
@@ -396,11 +402,13 @@ def said(reports: dict[str, object]) -> list[str]:
     from analysis.report.loop.document import loop_document
     from analysis.report.loop.model import LoopReport
     from analysis.report.loop.write import loop_page
+    from lure.loop_library import builtin_loop
     from lure.system_file import parse_system
 
     texts = []
-    for name, text in PROBES.items():
-        found = analyse(parse_system(text, name=name, source="a file"))
+    loops = [parse_system(text, name=name, source="a file") for name, text in PROBES.items()]
+    for loop in (*map(builtin_loop, BUILT_IN), *loops):
+        found = analyse(loop)
         report = LoopReport(analysis=found, observed=(), hints=(), command="", versions={"lure": ""})
         data = loop_document(report)
         texts += [json.dumps(data), str(report), loop_page(data, (), Markup("")), found._repr_html_()]
@@ -505,7 +513,7 @@ def main() -> int:
     parser.add_argument("--skip", type=int, default=0, help="of the draw, looked at before")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seconds", type=int, default=3600, help="for all")
-    parser.add_argument("--each", type=float, default=30, help="of CPU for the tests of one mutant")
+    parser.add_argument("--each", type=float, default=20, help="of CPU for the tests of one mutant")
     parser.add_argument("--only", action="append", help="module, module:function, or module:what is printed")
     given = parser.parse_args()
     end = time.monotonic() + given.seconds

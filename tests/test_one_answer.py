@@ -1,0 +1,372 @@
+"""One answer everywhere: verdict, class and number in JSON, text, page, table, dataset and certificates agree.
+
+The class and the numbers are read off the certificates by this file, not by the functions that word them.
+"""
+
+import math
+import re
+from fractions import Fraction
+from functools import cache
+from html import unescape
+
+import pytest
+from markupsafe import Markup
+
+from analysis import analyse, max_sector, max_slope
+from analysis.report import build_report, claims
+from analysis.report.document import document
+from analysis.report.html import page
+from analysis.report.loop.document import loop_document
+from analysis.report.loop.model import LoopReport
+from analysis.report.loop.write import loop_page
+from lure import builtin_system
+from lure.loop_library import builtin_loop, loop_names
+from lure.system_file import parse_system
+from lure.systems import rod_from_exact
+
+SEARCHED = {"ct-3", "ct-4", "ct-5", "ct-6", "ct-7", "dt-1", "dt-2", "dt-3", "dt-5", "dt-6", "integrator-lead"}
+SEARCHED |= {"kalman-fitts", "leonov-bragin-kuznetsov"}  # seconds each
+LAW = '[nonlinearity]\nkind = "{}"\n{}\n'
+FILES = {
+    "checked": '[plant]\ntransfer = "1/(s+1)^3"\n' + LAW.format("tanh", "gain = 3\nscale = 0.5"),
+    "declared": '[plant]\ntransfer = "(s+2)/(s+1)"\n'
+    + LAW.format("expression", 'expression = "tanh(sigma)"\nsector = [0, 2]'),
+    "rough": '[plant]\ntransfer = "1/(s+1)^3"\n' + LAW.format("quantiser", "step = 1"),
+    "rough and sampled": '[plant]\ntransfer = "0.5/(z-0.5)"\ndt = 0.1\n' + LAW.format("quantiser", "step = 1"),
+    "zero only": '[plant]\ntransfer = "1/(s*(s+1)*(s+2))"\n' + LAW.format("saturation", "gain = 3\nlimit = 1"),
+    "odd": '[plant]\ntransfer = "1/(s+1)^3"\n[class]\nsector = [0, 3]\nslope = [0, 3]\nodd = true\n',
+    "slope": '[plant]\ntransfer = "1/(s+1)^3"\n[class]\nsector = [0.5, 3]\nslope = [0.5, 3]\n',
+    "third": '[plant]\ntransfer = "4/((s-1)*(s/3+1))"\n[class]\nsector = ["1/3", 0.9]\ntime_varying = true\n',
+    "beyond": '[plant]\ntransfer = "1/(s*(s+1)*(s+2))"\n[class]\nsector = [0, 7]\n',
+    "between": '[plant]\ntransfer = "1/(s+1)^3"\n[class]\nsector = [0, 5]\ntime_varying = true\n',
+    "late": '[plant]\ntransfer = "exp(-s)/(s+1)"\n[class]\nsector = [0, 1]\n',
+    "matrices": "[plant]\nA = [[-1, 1], [0, -2]]\nB = [0, 1]\nC = [1, 0]\n[class]\nsector = [0, 1]\n",
+    "endless": '[plant]\ntransfer = "(s+1)/(s*(s+2))"\n[class]\nsector = [0, inf]\n',
+}
+LOOPS = [pytest.param(name, marks=[pytest.mark.slow] * (name in SEARCHED)) for name in (*FILES, *loop_names())]
+RODS = {"proved": {}, "pushed": {"damping": "-2e-4"}, "free": {"damping": "0"}, "bent": {"exponent": "3/2"}}
+RODS |= {"rough": {"exponent": "1/2"}, "matched": {"damping": "1.2"}}
+
+
+class Told:
+    """A loop as it is told: the object, the JSON, the text, the page, its numbers by key."""
+
+    def __init__(self, name):
+        loop = parse_system(FILES[name], name=name, source="a file") if name in FILES else builtin_loop(name)
+        self.found = analyse(loop)
+        report = LoopReport(analysis=self.found, observed=(), hints=(), command="", versions={"lure": ""})
+        self.data, self.text = loop_document(report), " ".join(str(report).split())
+        self.lines = str(report).splitlines()
+        self.page = loop_page(self.data, (), Markup(""))
+        self.words = plain(self.page)
+        self.numbers = {key: (value, plain(text)) for value, key, text in NUMBER.findall(self.page)}
+
+
+NUMBER = re.compile(r'<data value="([^"]*)" data-key="([^"]*)"[^>]*>(.*?)</data>', re.DOTALL)
+told = cache(Told)
+
+
+def plain(text):
+    """The words of a page in the signs of the JSON."""
+    text = re.sub(r"<(style|svg)\b.*?</\1>", "", text, flags=re.DOTALL)
+    text = re.sub(r" × 10<sup>(.*?)</sup>", r"e\1", text)
+    text = unescape(re.sub(r"<[^>]+>", " ", text))
+    for sign, letters in {"φ": "phi", "∞": "inf", "−": "-", "\N{NO-BREAK SPACE}": " ", "σ": "sigma"}.items():
+        text = text.replace(sign, letters)
+    return " ".join(text.split())
+
+
+def exact(end):
+    return {"inf": math.inf, "finite": math.inf, "-inf": -math.inf}.get(end) or Fraction(end)
+
+
+def intervals(text):
+    """Every interval of a text, its ends as numbers, and how it closes."""
+    found = re.findall(r"\[([^\s,\[\]]+), ([^\s,\[\]()]+)([\])])", text)
+    return [(exact(low), exact(high), closing) for low, high, closing in found]
+
+
+def near(value, other):
+    """Equal to the digits that are printed."""
+    return value == other or (math.isfinite(value) and abs(value - other) <= 2e-6 * max(abs(value), abs(other)))
+
+
+def is_class(text, laws, *, inside):
+    """Whether a text names the class of a certificate, its bounds rounded into it or out of it."""
+    assert ("odd " in text) == laws["odd"]
+    assert ("time-varying" in text) == laws["time_varying"]
+    assert ("slope in" in text) == (laws["slope"] is not None)
+    assert ("continuous or not" in text) == (laws.get("regularity") == "any")
+    assert ("linear" in text) == laws["linear"]
+    (low, high, closing), ends = intervals(text)[0], laws["slope"] or laws["sector"]
+    assert (closing == ")") == (ends[1] == "finite")
+    true_low, true_high = map(exact, ends)
+    assert near(low, true_low)
+    assert near(high, true_high)
+    assert (low >= true_low and high <= true_high) if inside else (low <= true_low and high >= true_high)
+
+
+# loops ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_the_verdict_and_the_class_are_those_of_the_certificate_everywhere(name):
+    loop = told(name)
+    conclusion, shown = loop.data["conclusion"], loop.found.shown
+    verdict = conclusion["verdict"]
+    assert loop.text.split()[0] == verdict == str(loop.found.verdict)
+    assert f'class="badge {verdict}"' in loop.page
+    assert loop.found.to_xarray().attrs["verdict"] == verdict
+    assert conclusion["statement"].startswith(conclusion["headline"][:-1])
+    assert conclusion["statement"] in loop.text
+    assert conclusion["statement"] in unescape(loop.found._repr_html_())
+    head = conclusion["meaning"] if conclusion["membership"] == "checked" else conclusion["headline"]
+    assert plain(re.search(r"<h1.*?</h1>", loop.page, re.DOTALL)[0]).rstrip(".") == plain(head).rstrip(".")
+    assert loop.data["system"]["class"] is None or near_class(
+        loop.data["system"]["class"], loop.found.subject.law_class
+    )
+    if shown is None:
+        assert verdict == "INCONCLUSIVE"
+        assert conclusion["reason"] in conclusion["statement"]
+        assert conclusion["code"] in conclusion["statement"]
+        assert conclusion["law_class"] == conclusion["meaning"] == ""
+        return
+    certificate = shown.certificate
+    assert certificate["verdict"] == verdict == loop.data["certificates"][0]["verdict"]
+    assert conclusion["code"] is None
+    is_class(conclusion["law_class"], certificate["laws"], inside=verdict == "PROVED")
+    assert conclusion["law_class"].partition(" for which")[0] in conclusion["statement"]
+    if verdict == "PROVED":
+        said = certificate["conclusion"]
+        stated = conclusion["meaning"].lower().removeprefix("the point ")
+        zero_only = (
+            said == "every motion converges to the set of equilibria" and stated == "every motion converges to 0"
+        )
+        assert stated == said or zero_only
+        assert conclusion["attracts"] == (said.startswith("0 attracts") or zero_only)
+
+
+def near_class(data, law_class):
+    """Whether the class in the JSON is the one asked about."""
+    pairs = [(data["sector"], law_class.sector), (data["slope"], law_class.slope)]
+    ends = all(
+        (one is None) == (other is None)
+        and (one is None or list(map(float, one)) == [float(other.lower), float(other.upper)])
+        for one, other in pairs
+    )
+    return ends and (data["odd"], data["time_varying"]) == (law_class.odd, law_class.time_varying)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_every_row_says_what_its_certificates_say_everywhere(name):
+    loop = told(name)
+    table = loop.found.to_xarray()
+    head = next(i for i, line in enumerate(loop.lines) if line.startswith("class "))
+    cells = [re.split(r"\s{2,}", line) for line in loop.lines[head + 1 : head + 5]]
+    assert len(loop.found.rows) == len(loop.data["answers"]) == len(cells) == 4
+    kinds = {("sector", False, True), ("sector", False, False), ("slope", False, False), ("slope", True, False)}
+    assert {(row["question"], row["odd"], row["time_varying"]) for row in loop.data["answers"]} == kinds
+    for i, (row, data, cell) in enumerate(zip(loop.found.rows, loop.data["answers"], cells, strict=True)):
+        proved = data["verdict"] == "PROVED"
+        assert cell[0] == data["question"] + ", odd" * data["odd"] + ", time-varying" * data["time_varying"]
+        assert table["law_class"].values[i] == cell[0]
+        assert table["verdict"].values[i] == data["verdict"]
+        key, low = f"answers.{i}.largest.0", float(data["largest"][0])
+        if proved:
+            laws = row.proof.certificate["laws"]
+            at_least_that_class(laws, data, row.lower)
+            top, said = exact(laws["sector"][1]), exact(data["proved_text"])
+            assert Fraction(low) <= top if math.isfinite(low) else top == math.inf
+            assert said <= top
+            assert near(said, low)
+            assert near(low, top)
+            assert cell[2].partition(",")[0] == data["proved_text"]
+            assert cell[3] == data["evidence"] == "certified"
+            assert table["proved_up_to"].values[i] == low
+            assert key not in loop.numbers or loop.numbers[key] == (repr(low), data["proved_text"])
+            assert (key in loop.numbers) == math.isfinite(low)
+        else:
+            assert cell[1:4] == ["-"] * 3
+            assert math.isnan(table["proved_up_to"].values[i])
+            assert data["proved_text"] == ""
+            assert key not in loop.numbers
+        refuted, key = data["refuted_at"], f"answers.{i}.refuted_at"
+        assert cell[4] == (data["refuted_text"] or "-")
+        assert cell[6] == data["gap"]
+        assert table["closed"].values[i] == data["closed"] == (data["gap"] == "closed")
+        assert data["closed"] == (
+            low == math.inf or data["verdict"] == "REFUTED" or (refuted is not None and low >= refuted * (1 - 1e-6))
+        )
+        if refuted is None:
+            assert (row.refutations, data["refuted_text"], data["witness"]) == ((), "", None)
+            continue
+        assert refuted == table["refuted_at"].values[i]
+        assert loop.numbers[key] == (repr(refuted), data["refuted_text"])
+        assert not proved or low < refuted
+        one = min(row.refutations, key=lambda shown: exact(shown.certificate["laws"]["sector"][1]))
+        smallest = exact(one.certificate["laws"]["sector"][1])
+        assert refuted >= data["lower"]
+        if data["verdict"] != "REFUTED":
+            assert near(refuted, smallest)
+            assert smallest <= exact(data["refuted_text"])
+            assert near(exact(data["refuted_text"]), smallest)
+        for shown in row.refutations:
+            laws = shown.certificate["laws"]
+            assert not laws["time_varying"] or data["time_varying"]
+            assert laws["odd"] or not data["odd"]
+            assert laws["slope"] is not None or data["question"] == "sector"
+            assert Fraction(laws["sector"][0]) >= row.lower
+
+
+def at_least_that_class(laws, data, lower):
+    """Whether what is proved about these laws covers the classes of a row."""
+    assert laws["time_varying"] or not data["time_varying"]
+    assert data["odd"] or not laws["odd"]
+    assert data["question"] == "slope" or laws["slope"] is None
+    assert exact(laws["sector"][0]) <= lower
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_the_certificates_are_listed_once_each_with_what_they_claim(name):
+    loop = told(name)
+    listed = loop.data["certificates"]
+    assert [one["claim"] for one in listed] == [shown.claim for shown in loop.found.certificates]
+    accepted = [row.answers for row in loop.found.rows]
+    proofs = {repr(one.proof.certificate) for answers in accepted for one in answers if one.proof is not None}
+    refuted = {repr(one.certificate) for row in loop.found.rows for one in row.refutations}
+    own = {repr(loop.found.shown.certificate)} if loop.found.shown is not None else set()
+    assert {repr(one.certificate) for one in loop.found.certificates} == proofs | refuted | own
+    assert len(listed) == len(proofs | refuted | own)
+    for answers in accepted:
+        for one in answers:
+            assert (one.proof is not None) == (str(one.verdict) == "PROVED")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "names"),
+    [
+        (
+            "PROVED",
+            {"checked", "declared", "rough and sampled", "zero only", "odd", "slope", "third", "late", "matrices"},
+        ),
+        ("REFUTED", {"beyond"}),
+        ("INCONCLUSIVE", {"rough", "between"}),
+    ],
+)
+def test_the_verdicts_are_these(verdict, names):
+    assert {name for name in FILES if str(told(name).found.verdict) == verdict} >= names
+
+
+# one question -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("lower", [0, Fraction(1, 3)])
+@pytest.mark.parametrize("varying", [False, True])
+def test_the_largest_sector_is_told_as_its_certificate_has_it(varying, lower):
+    # 1/(s+1)^3: gains from 0 up to 8; the circle and Popov reach 4 and 8
+    one_question(max_sector("1/(s+1)^3", time_varying=varying, lower=lower))
+
+
+@pytest.mark.parametrize("odd", [False, True])
+def test_the_largest_slope_is_told_as_its_certificate_has_it(odd):
+    one_question(max_slope("1/(s+1)^3", odd=odd))
+
+
+@pytest.mark.parametrize("plant", ["4/((s-1)*(s/3+1))", "(s+1)/s^2"])
+def test_what_is_never_stable_is_told_so(plant):
+    found = max_sector(plant)
+    assert str(found.verdict) == found.to_dict()["verdict"] == "REFUTED"
+    assert str(found).startswith("Not stable for phi, time-invariant, in the sector [0, k], whatever k > 0")
+    assert found.refutation.certificate["proof"]["gain"] == "0"
+
+
+def one_question(found):
+    data, laws, table = found.to_dict(), found.proof.certificate["laws"], found.to_xarray()
+    assert data["verdict"] == table.attrs["verdict"] == str(found.verdict) == "PROVED"
+    is_class(str(found), laws, inside=True)
+    top = exact(laws["sector"][1])
+    assert found.largest.low <= top <= found.largest.high
+    assert near(found.largest.low, top)
+    assert exact(found.proved_text) <= top
+    assert data["largest"] == [found.largest.low, found.largest.high]
+    assert table["low"].values[0] == found.largest.low
+    shown = plain(found._repr_html_())
+    assert all(text in shown for text in (found.proved_text, found.refuted_text, plain(str(found))))
+
+
+# rods -----------------------------------------------------------------------------------------------------------------
+
+
+@cache
+def rod(name):
+    paper = builtin_system("paper-rod")
+    exact_values = {**paper.rod.exact, **{key: Fraction(value) for key, value in RODS[name].items()}}
+    return build_report(
+        type(paper)(
+            **{
+                **{key: getattr(paper, key) for key in paper.__dataclass_fields__},
+                "rod": rod_from_exact(exact_values),
+                "cells": 10,
+                "until": 3e-3,
+            }
+        )
+    )
+
+
+@pytest.mark.parametrize("name", RODS)
+def test_a_rod_is_told_as_its_certificates_have_it(name):
+    report = rod(name)
+    data, shown = document(report), plain(page(document(report), claims(report), ()))
+    conclusion, text = data["conclusion"], " ".join(str(report).split())
+    verdict = {"pushed": "REFUTED", "free": "INCONCLUSIVE", "rough": "INCONCLUSIVE"}.get(name, "PROVED")
+    assert conclusion["verdict"] == verdict == text.split()[0] == str(report.verdict)
+    assert f"{verdict} · paper-rod · stability report" in shown
+    assert conclusion["statement"] in text
+    assert plain(conclusion["headline"]) in shown
+    if verdict != "INCONCLUSIVE":
+        kinds = [one.certificate["system"]["kind"] for one in report.certificates]
+        assert {"rod", "rod-scheme"} <= set(kinds)
+        first = report.certificates[0].certificate
+        assert first["verdict"] == verdict
+        is_class(conclusion["law_class"], first["laws"], inside=verdict == "PROVED")
+        assert conclusion["law_class"] in conclusion["statement"]
+    energy = [one for one in report.certificates if one.theorem == "rod-energy"]
+    assert len(energy) == (2 if verdict == "PROVED" else 0)
+    rows = claims(report)
+    stated = {
+        row.answer for row in rows if "motion" in row.text and row.evidence is not None and "compared" not in row.text
+    }
+    assert stated == ({"PROVED"} if verdict == "PROVED" else set())
+
+
+@pytest.mark.parametrize("name", RODS)
+def test_the_numbers_of_a_rods_criteria_are_safe_to_quote_and_the_same_everywhere(name):
+    report = rod(name)
+    data, lines = document(report), str(report).splitlines()
+    head = next(i for i, line in enumerate(lines) if line.startswith("criterion "))
+    cells = [line.split() for line in lines[head + 1 : head + 5]]
+    numbers = {key: (value, plain(text)) for value, key, text in NUMBER.findall(page(data, claims(report), ()))}
+    for i, (result, row, cell) in enumerate(zip(report.criteria, data["criteria"], cells, strict=True)):
+        assert (
+            cell[:3] == [row["name"], row["model"], row["verdict"]] == [result.name, result.model, str(result.verdict)]
+        )
+        assert (result.shown is None) == (row["verdict"] == "INCONCLUSIVE")
+        if result.shown is not None:
+            assert result.shown.certificate["verdict"] == row["verdict"]
+            assert result.shown.certificate["laws"]["time_varying"] == (
+                row["name"] == "circle" and row["verdict"] == "PROVED"
+            )
+            kind = "rod" if row["model"] == "rod" else "rod-scheme"
+            assert result.shown.certificate["system"]["kind"] == kind
+        if row["margin"] is None:
+            continue
+        low, high = row["margin_bracket"]
+        assert (row["margin"], row["smallest_theta"]) == (low, (row["smallest_theta_bracket"] or [0, None])[1])
+        said = [f"{float(value):.4g}" for value in (row["theta"], low, row["largest_sector"][0])]
+        assert cell[4:] == said
+        if row["verdict"] == "PROVED":
+            assert numbers[f"criteria.{i}.margin"][0] == repr(low)
+            printed = Fraction(numbers[f"criteria.{i}.margin"][1])
+            assert printed <= Fraction(low)
+            assert printed >= Fraction(low) * Fraction(999, 1000)
+            assert low <= high
