@@ -2,7 +2,7 @@
 
 pytest loads this module at the start of every run in an environment that has lure.  It therefore imports nothing but
 pytest, stands outside the packages (a project of the user's may well have a package named ``analysis``), and does
-nothing for a test that does not use :mod:`analysis.testing`.
+nothing for a test that does not use :mod:`lure.analysis.testing`.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from analysis.testing.result import History, Violation
+    from lure.analysis.testing.result import History, Violation
 
-_HOME = "analysis.testing.result"
+_HOME = "lure.analysis.testing.result"
 _PROPERTY = "lure"
 _LONGEST_NAME = 120
 

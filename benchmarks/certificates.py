@@ -18,15 +18,15 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from analysis.certificates.checker import Proved, check
-from analysis.certificates.drafts import completed
-from analysis.certificates.matrix import MatrixBlock, matrix_draft
-from analysis.certificates.multipliers import Upper
-from analysis.certificates.scheme_energy import energy_theta
-from analysis.hamiltonian import popov_largest_computed
 from lure import builtin_system, upwind
+from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.matrix import MatrixBlock, matrix_draft
+from lure.analysis.certificates.multipliers import Upper
+from lure.analysis.certificates.sealing import completed
+from lure.analysis.inequality.hamiltonian import popov_largest_computed
+from lure.analysis.rod.certificates import energy_theta
 from lure.errors import AssumptionError
-from lure.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpaceBlock
 
 MODES, CELLS, SHARE, OVER, RATIO, SECONDS, MEGABYTES = 20, 200, Fraction(9, 10), Fraction(11, 10), 20, 120.0, 500.0
 

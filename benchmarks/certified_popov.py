@@ -16,8 +16,8 @@ import time
 import control
 import numpy as np
 
-from analysis.criteria.popov import popov_criterion
 from lure import Sector, builtin_system, upwind
+from lure.analysis.theorems.popov import popov_criterion
 
 CELLS, FREQUENCIES, BATCH = 200, 1000, 100
 EVERY_STIFFNESS = Sector(0, math.inf)

@@ -17,7 +17,7 @@ import control
 import numpy as np
 
 from lure import builtin_system, upwind
-from lure.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpaceBlock
 
 STATES, FREQUENCIES, BATCH = 401, 2000, 100
 TOLERANCE, SPEED = 1e-9, 10

@@ -175,7 +175,7 @@ def plant_lines(formula: str, form: str, dt: str | None) -> str:
 
 def run(*arguments: str) -> tuple[int, str, str]:
     """Exit status, standard output and standard error of a command."""
-    from analysis.cli import main
+    from lure.analysis.cli import main
 
     with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
         status = main(arguments)
@@ -217,10 +217,10 @@ def faults(loop: Everyday, folder: Path) -> tuple[list[str], str]:
 
 def objects_disagree(loop: Everyday, verdict: str) -> list[str]:
     """What the same loop says when its plant is brought as a Python object; nothing where no object can say it."""
-    from analysis import analyse
+    from lure.analysis import analyse
+    from lure.files import parse_system
     from lure.loop import Loop
-    from lure.rational import RationalBlock
-    from lure.system_file import parse_system
+    from lure.plants.rational import RationalBlock
 
     system = parse_system(loop.text, name=loop.name, source="loop.toml", settings=())
     if (

@@ -26,8 +26,8 @@ from peers.lines import Answer, Lines, banded_lsoda, cvode, lsoda
 from peers.shifted import shifted_waves
 
 from lure import Scenario, builtin_system, upwind
-from lure.motion import Motion, Numerics, exact_motion
-from lure.structured import structured_motion
+from lure.rod.motion import Motion, Numerics, exact_motion
+from lure.rod.structured import structured_motion
 
 CELLS, UNTIL, SAMPLES, TOLERANCE = 200, 2.0, 2001, 1e-6
 RATIO, LONG, LONGEST, GROWTH = 2_000, 10.0, 0.1, 10.0

@@ -23,7 +23,7 @@ def main() -> int:
     """Write the report in a child process and look at it; 1 if the claim does not hold."""
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "report"
-        command = [sys.executable, "-m", "analysis.cli", "report", "paper-rod", "--quiet", "-o", str(target)]
+        command = [sys.executable, "-m", "lure.analysis.cli", "report", "paper-rod", "--quiet", "-o", str(target)]
         for change in CHANGES:
             command += ["--set", change]
         start = time.perf_counter()

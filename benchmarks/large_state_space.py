@@ -14,10 +14,10 @@ import time
 
 import numpy as np
 
-from analysis import max_sector
-from analysis.certificates.second import recheck
-from analysis.evidence import Evidence
 from lure import StateSpaceBlock
+from lure.analysis import max_sector
+from lure.analysis.certificates.second import recheck
+from lure.analysis.verdict import Evidence
 
 SECONDS = {20: 1.0, 40: 2.0, 60: 5.0, 100: 30.0}
 LARGEST_PEER = 40

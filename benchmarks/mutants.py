@@ -1,7 +1,7 @@
 """Mutants of what chooses, compares and words above the checker: one place of a function changed, the tests run.
 
     python benchmarks/mutants.py --draw 180 --seed 3 --seconds 3000
-    python benchmarks/mutants.py --only analysis.answers.decision:decided --draw 1000
+    python benchmarks/mutants.py --only lure.analysis.questions.findings:decided --draw 1000
 
 Operators as in ``notebooks/notes/0009-mutants-of-the-checker.md``, and the branches of a conditional exchanged.  Once,
 and again when a module or a test file has changed, it is noted which lines of these modules each test reaches, and how
@@ -64,9 +64,12 @@ TESTS = tuple(
     )
     if (ROOT / f"tests/test_{name}.py").exists()
 )
-ROOMS = ("analysis.answers", "analysis.conclusion", "analysis.report")
+ROOMS = ("lure.analysis.questions", "lure.analysis.rod.conclusion", "lure.analysis.report")
 DRAWN = ("diagram", "figures", "pdf", "reporting")  # pictures and files, no words
-SINGLE = {"analysis.certificates.sealing": ("contains", "_inside"), "analysis.doubles": ("_bound", "_directed")}
+SINGLE = {
+    "lure.analysis.certificates.sealing": ("contains", "_inside"),
+    "lure.analysis.numerics.doubles": ("_bound", "_directed"),
+}
 LAYOUT = {  # functions whose results hold no verdict, class or number, or hold them all whatever they do
     "inline": "a picture put into the page",
     "glyphs": "letters of pictures",
@@ -376,9 +379,9 @@ def rods() -> dict[str, object]:
     """The reports on the rods; what the mutants change of them is made again by :func:`said`."""
     from fractions import Fraction
 
-    from analysis.report import build_report
     from lure import builtin_system
-    from lure.systems import rod_from_exact
+    from lure.analysis.report import build_report
+    from lure.rod.systems import rod_from_exact
 
     paper = builtin_system("paper-rod")
     found = {}
@@ -392,18 +395,18 @@ def said(reports: dict[str, object]) -> list[str]:
     """Every verdict, class and number that the probes are told, in order."""
     from markupsafe import Markup
 
-    from analysis import analyse, max_slope
-    from analysis.conclusion import conclusion
-    from analysis.criteria.rod import rod_criteria
-    from analysis.report.certificates import certificate_files, checked_criteria
-    from analysis.report.claims import claims
-    from analysis.report.document import document
-    from analysis.report.html import page
-    from analysis.report.loop.document import loop_document
-    from analysis.report.loop.model import LoopReport
-    from analysis.report.loop.write import loop_page
-    from lure.loop_library import builtin_loop
-    from lure.system_file import parse_system
+    from lure.analysis import analyse, max_slope
+    from lure.analysis.report.certificates import certificate_files, checked_criteria
+    from lure.analysis.report.claims import claims
+    from lure.analysis.report.document import document
+    from lure.analysis.report.html import page
+    from lure.analysis.report.loop.document import loop_document
+    from lure.analysis.report.loop.model import LoopReport
+    from lure.analysis.report.loop.write import loop_page
+    from lure.analysis.rod.conclusion import conclusion
+    from lure.analysis.rod.criteria import rod_criteria
+    from lure.files import parse_system
+    from lure.files.builtin import builtin_loop
 
     texts = []
     loops = [parse_system(text, name=name, source="a file") for name, text in PROBES.items()]

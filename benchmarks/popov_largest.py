@@ -14,10 +14,10 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from analysis.criteria.popov import popov_largest
-from analysis.evidence import Evidence, Verdict
-from analysis.hamiltonian import popov_largest_computed
-from lure.rational import RationalBlock
+from lure.analysis.inequality.hamiltonian import popov_largest_computed
+from lure.analysis.theorems.popov import popov_largest
+from lure.analysis.verdict import Evidence, Verdict
+from lure.plants.rational import RationalBlock
 
 MODES, TOLERANCE, AGREEMENT, RATIO, SECONDS = 20, 1e-6, 1e-3, 100, 60.0
 

@@ -12,8 +12,8 @@ import time
 from collections.abc import Callable
 from fractions import Fraction
 
-from analysis.answers import analyse, max_sector, max_slope
 from lure import RationalBlock
+from lure.analysis.questions import analyse, max_sector, max_slope
 
 RATIO, LIMIT = 5.0, 0.5
 

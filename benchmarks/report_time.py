@@ -36,7 +36,7 @@ def main() -> int:
         if Path(sys.prefix) == ROOT / ".venv":
             what, report = "make report", ["make", "report", f"ARGS=-o {target}"]
         else:
-            what, report = "lure report", [sys.executable, "-m", "analysis.cli", "report", "-o", str(target)]
+            what, report = "lure report", [sys.executable, "-m", "lure.analysis.cli", "report", "-o", str(target)]
         pairs = [(seconds(report), seconds([sys.executable, "-c", IMPORTS])) for _ in range(1 + ROUNDS)][1:]
         verdict = json.loads((target / "report.json").read_text(encoding="utf-8"))["conclusion"]["verdict"]
     ours, imports = (statistics.median(times) for times in zip(*pairs, strict=True))

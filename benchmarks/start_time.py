@@ -15,7 +15,7 @@ COMMANDS = {
     "import numpy": ("-c", "import numpy"),
     "import lure": ("-c", "import lure"),
     "import control": ("-c", "import control"),
-    "lure --help": ("-m", "analysis.cli", "--help"),
+    "lure --help": ("-m", "lure.analysis.cli", "--help"),
 }
 CLAIMS = [("import lure", "import numpy", 0.3), ("lure --help", "python -c pass", 0.5)]
 

@@ -1,17 +1,28 @@
-"""The loop: a block in negative feedback with a nonlinearity."""
+"""Loop transformations on exact blocks: a gain moved from the law into the block, and back."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from fractions import Fraction
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, cast
 
-from lure.block import Block
-from lure.nonlinearity import Nonlinearity
-from lure.showing import html_table, plain
-from lure.values import by_value
+from lure.classes import LawClass
+from lure.errors import InputError
+from lure.exact import Exact, exact_number
+from lure.nonlinearities.base import number_text
+from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.shifted import shifted_class
+from lure.plants.block import Block
+from lure.plants.conversion import exact_block
+from lure.plants.rational import RationalBlock
+from lure.record import by_value, html_table, plain
 
 if TYPE_CHECKING:
     import control
+
+# The loop: a block in negative feedback with a nonlinearity.
 
 
 @by_value
@@ -46,11 +57,11 @@ class Loop:
 
     def __post_init__(self) -> None:
         if not hasattr(self.block, "transfer"):
-            from lure.inputs import as_block
+            from lure.plants import as_block
 
             object.__setattr__(self, "block", as_block(self.block))
         if not hasattr(self.nonlinearity, "sector"):
-            from lure.laws.accepting import as_law
+            from lure.nonlinearities.reading import as_law
 
             object.__setattr__(self, "nonlinearity", as_law(self.nonlinearity))
 
@@ -80,12 +91,12 @@ class Loop:
         Examples
         --------
         >>> import control
-        >>> from lure.laws import Saturation
+        >>> from lure.nonlinearities import Saturation
         >>> closed = Loop(control.tf([1], [1, 0]), Saturation()).to_control()
         >>> closed.nstates, closed.input_labels, closed.output_labels
         (1, ['r'], ['sigma'])
         """
-        from lure.closed_loop import closed_loop
+        from lure.rod.closed_loop import closed_loop
 
         return closed_loop(self, pade=pade)
 
@@ -105,10 +116,220 @@ def loop_rows(block: object, law: object) -> list[tuple[str, str]]:
     block, law : object
         The parts; the law may be missing.
     """
-    from lure.laws.showing import law_text
+    from lure.nonlinearities.properties import law_text
 
     rows = [("H", str(block) if type(block).__str__ is not object.__str__ else type(block).__name__)]
     if law is None:
         return rows
     known = cast("Nonlinearity", law)
     return [*rows, ("phi", law_text(known)), ("sector of phi", str(known.sector))]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Transformed:
+    r"""A loop with part of the law's gain moved into the block; stable exactly if the original is.
+
+    With ``psi(sigma) = phi(sigma) - gain sigma``, the loops ``sigma = H mu, mu = -phi(sigma)`` and
+    ``sigma = H' nu, nu = -psi(sigma)``, ``H' = H/(1 + gain H)``, have the same solutions.
+
+    Attributes
+    ----------
+    block : RationalBlock
+        ``H'``, hidden modes of ``H`` kept.
+    law_class : LawClass
+        The class of ``psi``.
+    gain : Fraction
+        What was moved from the law into the block, in total.
+    steps : tuple of str
+        What was replaced by what, one line each.
+    """
+
+    block: RationalBlock
+    law_class: LawClass
+    gain: Fraction
+    steps: tuple[str, ...]
+
+    def undo(self, k: Exact) -> Fraction | float:
+        """A gain ``k`` (of ``psi``) as one of the original law: ``k + gain``, exactly; an infinite ``k`` stays.
+
+        Raises
+        ------
+        InputError
+            ``k`` is not a number.
+        """
+        if isinstance(k, float) and math.isinf(k):
+            return k
+        return exact_number(k, "Transformed.undo: k") + self.gain
+
+    def undo_bracket(self, low: float, high: float) -> tuple[float, float]:
+        """Bounds on a gain of ``psi`` as bounds on one of the original law, in doubles rounded outwards.
+
+        The lower bound never rises: a class ``[lower, k]`` proved for the shifted loop up to ``low`` is proved for the
+        original up to the first of the two.
+
+        Raises
+        ------
+        InputError
+            A bound is not a number.
+        """
+        return _rounded(self.undo(low), -math.inf), _rounded(self.undo(high), math.inf)
+
+    def then(self, gain: Exact) -> Transformed:
+        """The loop after one more pole shift; see :func:`pole_shift`.
+
+        Raises
+        ------
+        InputError
+            As for :func:`pole_shift`.
+        """
+        further = pole_shift(self.block, self.law_class, gain)
+        return Transformed(
+            block=further.block,
+            law_class=further.law_class,
+            gain=self.gain + further.gain,
+            steps=(*self.steps, *further.steps),
+        )
+
+    def to_control(self) -> control.TransferFunction:
+        """The shifted block ``H'`` as a ``control.TransferFunction``."""
+        return self.block.to_control()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: block, class, gain and the steps in words."""
+        return {
+            "kind": "transformed loop",
+            "block": plain(self.block),
+            "class": plain(self.law_class),
+            "gain": str(self.gain),
+            "steps": list(self.steps),
+        }
+
+    def _repr_html_(self) -> str:
+        rows = [("H'", self.block), ("psi", str(self.law_class).replace("phi", "psi")), ("gain moved", self.gain)]
+        return html_table("The same loop, with a gain moved from the law into the block", rows, notes=self.steps)
+
+    def __str__(self) -> str:
+        return "\n".join(self.steps)
+
+
+def sector_shift(block: object, law_class: LawClass) -> Transformed:
+    """The same loop with the sector ``[k1, k2]`` brought to ``[0, k2 - k1]``.
+
+    Parameters
+    ----------
+    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
+        The block ``H``: whatever :func:`lure.as_block` makes a ``RationalBlock`` of.
+    law_class : LawClass
+        Its sector has a finite lower bound ``k1``; slope bounds move along, parity and time dependence stay.
+
+    Returns
+    -------
+    Transformed
+        The block ``H/(1 + k1 H)`` with the class of ``phi - k1 sigma``.
+
+    Raises
+    ------
+    InputError
+        ``k1`` is ``-inf``, or the loop is not well posed: ``1 + k1 H(inf) = 0``.
+
+    Examples
+    --------
+    >>> from lure.classes import Sector
+    >>> shifted = sector_shift(RationalBlock([1], [1, 1, -1]), LawClass(sector=Sector(2, 5)))
+    >>> print(shifted)
+    phi in the sector [2, 5] is replaced by psi(sigma) = phi(sigma) - 2 sigma: psi in the sector [0, 3]
+    H = 1 / (s^2 + s - 1) is replaced by H/(1 + 2 H) = 1 / (s^2 + s + 1)
+    a gain k of psi is the gain k + 2 of phi
+    >>> shifted.undo(3)
+    Fraction(5, 1)
+    """
+    lower = law_class.sector.lower
+    if lower == -math.inf:
+        raise InputError(
+            f"sector_shift needs a finite lower bound, and the sector is {law_class.sector}; state the mirrored loop "
+            "instead: k2 sigma - phi(sigma) lies in [0, inf], with the block -H/(1 + k2 H)"
+        )
+    return pole_shift(block, law_class, lower)
+
+
+def pole_shift(block: object, law_class: LawClass, gain: Exact) -> Transformed:
+    """The same loop with ``gain`` moved from the law into the block, which moves the block's poles.
+
+    An unstable or critical block is made stable by a gain for which the linear loop is; ``-gain`` undoes it.
+
+    Parameters
+    ----------
+    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
+        The block ``H``: whatever :func:`lure.as_block` makes a ``RationalBlock`` of.
+    law_class : LawClass
+        The class of ``phi``.
+    gain : int, float, Fraction or Decimal
+        Finite.
+
+    Returns
+    -------
+    Transformed
+        The block ``H/(1 + gain H) = n/(d + gain n)`` with the class of ``phi - gain sigma``.
+
+    Raises
+    ------
+    InputError
+        ``gain`` is not a finite number, or the loop is not well posed: ``1 + gain H(inf) = 0``.
+
+    Examples
+    --------
+    >>> from lure import Sector
+    >>> shifted = pole_shift(RationalBlock([1], [1, -1]), LawClass(sector=Sector(2, 4)), gain=2)
+    >>> print(shifted.block, "|", shifted.law_class)
+    1 / (s + 1) | phi in the sector [0, 2]
+    """
+    g, exact = exact_number(gain, "pole_shift: gain"), exact_block(block, "a loop shift")
+    if g == 0:
+        return Transformed(block=exact, law_class=law_class, gain=g, steps=("nothing is shifted: the gain is 0",))
+    moved, shifted = shifted_block(exact, g), shifted_class(law_class, g)
+    size = number_text(abs(g))
+    sign, back = ("-", "+") if g > 0 else ("+", "-")
+    steps = (
+        f"{law_class} is replaced by psi(sigma) = phi(sigma) {sign} {size} sigma: {str(shifted).replace('phi', 'psi')}",
+        f"H = {exact} is replaced by H/(1 {back} {size} H) = {moved}",
+        f"a gain k of psi is the gain k {back} {size} of phi",
+    )
+    return Transformed(block=moved, law_class=shifted, gain=g, steps=steps)
+
+
+def shifted_block(block: RationalBlock, gain: Fraction) -> RationalBlock:
+    """``H/(1 + gain H) = n/(d + gain n)``, hidden modes kept.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        The block ``H = n/d``.
+    gain : Fraction
+        The feedback around it.
+
+    Raises
+    ------
+    InputError
+        ``1 + gain H(inf) = 0``: the feedback has no proper closed loop.
+    """
+    if 1 + gain * block.feedthrough == 0:
+        raise InputError(
+            f"the loop is not well posed: 1 + gain D = 0 with gain = {number_text(gain)} and D = H(inf) = "
+            f"{number_text(block.feedthrough)}; choose another gain"
+        )
+    pairs = zip_longest(reversed(block.denominator), reversed(block.numerator), fillvalue=Fraction(0))
+    closed = [d + gain * n for d, n in pairs]
+    return RationalBlock(block.numerator, closed[::-1], block.dt)
+
+
+def _rounded(value: Fraction | float, towards: float) -> float:
+    """The double nearest to an exact number on the side named."""
+    if isinstance(value, float):
+        return value
+    try:
+        nearest = float(value)
+    except OverflowError:
+        nearest = math.copysign(math.inf, value)
+        return nearest if nearest == towards else math.nextafter(nearest, 0.0)
+    wrong = nearest > value if towards < 0 else nearest < value
+    return math.nextafter(nearest, towards) if wrong else nearest

@@ -28,9 +28,9 @@ import textwrap
 import matplotlib.pyplot as plt
 import numpy as np
 
-from analysis.reproduce import paper_figures, paper_runs, paper_table
-from analysis.reproduce.model import TITLES
 from lure import builtin_system
+from lure.analysis.rod.paper import paper_figures, paper_runs, paper_table
+from lure.analysis.rod.paper.model import TITLES
 
 system = builtin_system("paper-rod")
 rod = system.rod
@@ -176,11 +176,11 @@ for claim in table.claims:
 # %% [markdown]
 # ## The misprints
 #
-# Every formula of the paper that its own premises contradict, from the symbolic derivation in `lure.derivation`:
+# Every formula of the paper that its own premises contradict, from the symbolic derivation in `lure.rod.derivation`:
 # what is printed, what follows, and why. The difference is never zero; the tests see to that.
 
 # %%
-from lure.derivation.errata import misprints
+from lure.rod.derivation.errata import misprints
 
 rows = misprints()
 for row in rows:

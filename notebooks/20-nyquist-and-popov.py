@@ -27,9 +27,9 @@ import control
 import matplotlib.pyplot as plt
 import numpy as np
 
-from analysis import max_sector, nyquist_response, popov_response
-from analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, finish_axes
 from lure import as_block
+from lure.analysis import max_sector, nyquist_response, popov_response
+from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, finish_axes
 
 
 def say(result):

@@ -29,11 +29,11 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from analysis import Proved, Verdict, check
-from analysis.answers.text import class_name
-from analysis.plots import plot_both_decays, plot_both_ends, plot_damping, plot_popov, plot_reach
-from analysis.report import build_loop_report, build_report, claims, write_loop_report, write_report
 from lure import LawClass, LoopSystem, RodBlock, Saturation, Sector, as_block, builtin_system
+from lure.analysis import Proved, Verdict, check
+from lure.analysis.plots import plot_both_decays, plot_both_ends, plot_damping, plot_popov, plot_reach
+from lure.analysis.questions.table import class_name
+from lure.analysis.report import build_loop_report, build_report, claims, write_loop_report, write_report
 
 
 def say(*texts):
@@ -191,7 +191,7 @@ for entry in data["certificates"]:
 # infinity; there is no NaN.
 
 # %%
-schema = json.loads(files("analysis.report").joinpath("schema.json").read_text())
+schema = json.loads(files("lure.analysis.report").joinpath("schema.json").read_text())
 try:
     import jsonschema
 except ImportError:

@@ -38,12 +38,12 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from analysis.certificates import checker  # what is checked: called to compare, never to compute
-from analysis.certificates.certify import text_of
-from analysis.certificates.drafts import settled
-from analysis.plots.loops import plot_loop_popov
-from analysis.plots.style import BLUE, GREEN, GREY, VERMILLION, finish_axes
 from lure import as_block
+from lure.analysis.certificates import checker  # what is checked: called to compare, never to compute
+from lure.analysis.certificates.certify import text_of
+from lure.analysis.certificates.sealing import settled
+from lure.analysis.plots.loops import plot_loop_popov
+from lure.analysis.plots.style import BLUE, GREEN, GREY, VERMILLION, finish_axes
 
 
 def times(p, q):

@@ -21,7 +21,7 @@
 #
 # $$z' = W - d\,p(z), \qquad V = W - 2d\,p(z),$$
 #
-# and `lure.motion` solves it round trip by round trip: no grid, no time step. [Note 10](notes/0010-exact-motion.md)
+# and `lure.rod.motion` solves it round trip by round trip: no grid, no time step. [Note 10](notes/0010-exact-motion.md)
 # says how. Here we use it: to see what a grid adds to the paper's rod, and then for contact, where grids do worst.
 
 # %% tags=["hide-input"]
@@ -31,13 +31,13 @@ from itertools import pairwise
 import matplotlib.pyplot as plt
 import numpy as np
 
-from analysis.comparison import compare, integrate
-from analysis.plots.comparison import plot_comparison
-from analysis.plots.response import plot_history, plot_poincare
-from analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, finish_axes
-from analysis.response import Plan, response
 from lure import Rod, Scenario, builtin_system, upwind
-from lure.motion import Boundary, Numerics, exact_motion
+from lure.analysis.plots.rod_comparison import plot_comparison
+from lure.analysis.plots.rod_response import plot_history, plot_poincare
+from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, finish_axes
+from lure.analysis.rod.comparison import compare, integrate
+from lure.analysis.rod.response import Plan, response
+from lure.rod.motion import Boundary, Numerics, exact_motion
 
 system = builtin_system("paper-rod")
 rod = system.rod
@@ -389,7 +389,7 @@ plt.show()
 print(f"{len(deepest)} round trips, kept from {streamed.since:.6f} s on; contact from {rest.start:.9f} s on")
 
 # %% [markdown]
-# For the steady response of a rod that is pressed and shaken there is `analysis.response`: it waits until the rod has
+# For the steady response of a rod that is pressed and shaken there is `lure.analysis.rod.response`: it waits until the rod has
 # forgotten its start, then watches. This bar, in units in which $E = \rho = A = L = 1$, under $0.3 + 0.7\sin(t/2)$,
 # repeats only after two periods of the force.
 

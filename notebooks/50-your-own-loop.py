@@ -42,16 +42,16 @@ LAW = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
 
 # %% [markdown]
 # `PLANT` may be a transfer function or a state space model of python-control or scipy.signal, `(num, den)`, or a
-# formula such as `"exp(-s)/(s+1)"`; `LAW` a formula in `sigma`, a law of `lure.laws`, or a function of your own.
+# formula such as `"exp(-s)/(s+1)"`; `LAW` a formula in `sigma`, a law of `lure.nonlinearities`, or a function of your own.
 # Coefficients are taken exactly, so write whole numbers where you can: the double `0.1` is not $1/10$. If your plant
 # is unstable, no sector that contains 0 will do: then change the 0 in `lower=0` below to a gain that stabilises it.
 
 # %%
 import matplotlib.pyplot as plt
 
-from analysis import certify, law_bounds, max_sector, max_slope
-from analysis.plots import plot_law_sector, plot_reach
 from lure import LawClass, as_block
+from lure.analysis import certify, law_bounds, max_sector, max_slope
+from lure.analysis.plots import plot_law_sector, plot_reach
 
 block = as_block(PLANT)
 print(f"H = {block}")
@@ -138,7 +138,7 @@ plt.show()
 # limit; the ringing shaft, at 96 rad/s, stops the line at $-1/23.1$ already.
 
 # %%
-from analysis import nyquist_response, popov_response
+from lure.analysis import nyquist_response, popov_response
 
 drawn = popov_response(block) if getattr(block, "dt", None) is None else nyquist_response(block)
 _, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
@@ -164,8 +164,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from analysis.certificates import checker
-from analysis.certificates.certify import text_of
+from lure.analysis.certificates import checker
+from lure.analysis.certificates.certify import text_of
 
 answer = certify(block, LawClass(sector=bounds.sector))
 print(answer)
@@ -198,8 +198,8 @@ both = [accepted(each) for each in shown]
 # The proof holds as long as the law stays in the sector. People change amplifiers. This line fails when they do:
 
 # %%
-from analysis.testing import assert_in_sector
 from lure import Sector
+from lure.analysis.testing import assert_in_sector
 
 
 def guard(sector):
@@ -231,7 +231,7 @@ from importlib.util import find_spec
 
 TEST = """
 from math import inf
-from analysis.testing import assert_in_sector
+from lure.analysis.testing import assert_in_sector
 from lure import Sector
 
 def test_the_law_stays_in_its_sector():

@@ -33,8 +33,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from analysis.conclusion import conclusion
-from analysis.measured import (
+from lure import Rod, Scenario, exact_motion, upwind
+from lure.analysis.measured import (
     EXAMPLE,
     Measurements,
     example_measurements,
@@ -44,8 +44,8 @@ from analysis.measured import (
     report_of,
     sector_of,
 )
-from analysis.plots.style import BLUE, GREEN, GREY, VERMILLION
-from lure import Rod, Scenario, exact_motion, upwind
+from lure.analysis.plots.style import BLUE, GREEN, GREY, VERMILLION
+from lure.analysis.rod.conclusion import conclusion
 
 
 def say(text):

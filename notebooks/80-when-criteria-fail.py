@@ -31,11 +31,11 @@ from scipy import signal
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from analysis import Refuted, check, describing_hint, max_sector, max_slope
-from analysis.plots import plot_law, plot_reach
-from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILLION, finish_axes
 from lure import PiecewiseLinear, as_block
-from lure.loop_library import builtin_loop
+from lure.analysis import Refuted, check, describing_hint, max_sector, max_slope
+from lure.analysis.plots import plot_law, plot_reach
+from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILLION, finish_axes
+from lure.files.builtin import builtin_loop
 
 
 def say(*answers):

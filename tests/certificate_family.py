@@ -10,15 +10,15 @@ from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.drafts import completed, settled
-from analysis.certificates.flow_orbits import flow_orbit_proof
-from analysis.certificates.matrix import matrix_draft
-from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns
-from analysis.refutation.realisation import companion
-from lure.laws.graph import Graph
-from lure.rational import RationalBlock
-from lure.state_space import StateSpaceBlock
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.matrix import matrix_draft
+from lure.analysis.certificates.refutations import flow_orbit_proof
+from lure.analysis.certificates.sealing import completed, settled
+from lure.analysis.counterexamples.linear import companion
+from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
+from lure.nonlinearities.piecewise_linear import Graph
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
 
 POLYNOMIAL, STRUCTURE = {"method": "polynomial"}, {"method": "structure"}
 

@@ -9,8 +9,8 @@ import os
 import pytest
 from hypothesis import settings
 
-from analysis.cli import main
-from lure.motion import choice, solve
+from lure.analysis.cli import main
+from lure.rod.motion import choice, solve
 
 os.environ["MPLBACKEND"] = "agg"  # figures are files, also where a display is at hand
 

@@ -5,9 +5,9 @@ from fractions import Fraction as F
 
 import pytest
 
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.checker import check
-from analysis.certificates.drafts import completed
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.sealing import completed
 
 BIT = F(1, 2**200)
 

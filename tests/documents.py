@@ -151,7 +151,7 @@ class Page:
 def called(words):
     """Status and output of a command: `lure` in this process, `python` and `pytest` in one of their own."""
     if words[0] == "lure":
-        from analysis.cli import main
+        from lure.analysis.cli import main
 
         out = io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):

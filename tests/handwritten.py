@@ -5,7 +5,7 @@ from fractions import Fraction as F
 from functools import reduce
 from math import gcd, lcm
 
-from analysis.certificates.second import recheck
+from lure.analysis.certificates.second import recheck
 
 ATTRACTS = "0 attracts every motion"
 EQUILIBRIA = "every motion converges to the set of equilibria"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.measured import Measurements
+from lure.analysis.measured import Measurements
 
 EPS, GAP, DEEPEST = 2e-9, 1.2e-4, 1e-3
 

@@ -1,4 +1,4 @@
-"""What the tests of lure.motion share: simple rods, and the energy balance recomputed from the fields."""
+"""What the tests of lure.rod.motion share: simple rods, and the energy balance recomputed from the fields."""
 
 import math
 from importlib.util import find_spec

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from lure.rational import RationalBlock
+from lure.plants.rational import RationalBlock
 
 
 def samples(system, extra=()):

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
-from lure.rational import RationalBlock
+from lure.plants.rational import RationalBlock
 
 
 def block(numerator, denominator, dt=None):

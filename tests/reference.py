@@ -6,7 +6,7 @@ from flint import acb, arb, ctx, fmpq
 from hypothesis import strategies as st
 
 from lure import Rod
-from lure.systems import rod_from_exact
+from lure.rod.systems import rod_from_exact
 
 BITS = 300
 

@@ -5,21 +5,21 @@ from functools import cache, partial
 import numpy as np
 from motions import unit_rod
 
-from analysis.bounds import law_bounds, violation
-from analysis.comparison import compare
-from analysis.confirmation import confirmation
-from analysis.measured import example_measurements, fit_compliance, margin_of, report_of, sector_of
-from analysis.response import Plan, Sweep, basin, bifurcation, response
-from analysis.runs import Request, perform
-from analysis.simulation import simulate
-from analysis.testing import LawViolation, assert_in_sector
 from lure import Scenario, Sector, exact_motion, upwind
-from lure.cellular import CellularNetwork, Template
-from lure.derivation import misprints
+from lure.analysis.measured import example_measurements, fit_compliance, margin_of, report_of, sector_of
+from lure.analysis.nonlinearity import law_bounds, violation
+from lure.analysis.rod.comparison import compare
+from lure.analysis.rod.confirmation import confirmation
+from lure.analysis.rod.response import Plan, Sweep, basin, bifurcation, response
+from lure.analysis.rod.runs import Request, perform
+from lure.analysis.rod.simulation import simulate
+from lure.analysis.testing import LawViolation, assert_in_sector
 from lure.expressions import Expression
-from lure.galerkin import convergence, formula_state, galerkin
-from lure.structured import structured_motion
-from lure.system_file import find_system
+from lure.files import find_system
+from lure.rod.cellular import CellularNetwork, Template
+from lure.rod.derivation import misprints
+from lure.rod.galerkin import convergence, formula_state, galerkin
+from lure.rod.structured import structured_motion
 
 # struck once, at 0.156 ms in the scheme of 10 cells
 STRUCK = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9", "force.g=0.01*sin(4000*t)"])

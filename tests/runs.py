@@ -4,7 +4,7 @@ import numpy as np
 from motions import unit_rod
 
 from lure import Scenario
-from lure.motion import Boundary, exact_motion
+from lure.rod.motion import Boundary, exact_motion
 
 
 def thrown():

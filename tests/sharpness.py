@@ -7,11 +7,11 @@ from fractions import Fraction
 
 import pytest
 
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.checker import Proved, check
-from analysis.certificates.drafts import completed
-from analysis.certificates.proposals import certified
-from analysis.evidence import Verdict
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.proposals import certified
+from lure.analysis.certificates.sealing import completed
+from lure.analysis.verdict import Verdict
 
 CLOSE, ZAMES_FALB = Fraction(1, 10**6), Fraction(1, 10**3)
 

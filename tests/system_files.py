@@ -4,7 +4,7 @@ import re
 
 from refusals import refusal
 
-from lure.system_file import parse_system
+from lure.files import parse_system
 
 ROD = """
 [rod]

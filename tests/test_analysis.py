@@ -5,12 +5,12 @@ import sys
 
 import pytest
 
-import analysis
-from analysis.answers import max_sector
+import lure.analysis
+from lure.analysis.questions import max_sector
 
 
 def test_the_main_names_are_those_of_their_modules():
-    assert analysis.max_sector is max_sector
+    assert lure.analysis.max_sector is max_sector
     assert {"analyse", "max_sector", "max_slope", "Verdict"} <= set(dir(analysis))
     with pytest.raises(AttributeError, match="max_gain"):
         _ = analysis.max_gain

@@ -7,20 +7,28 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from lure.rod.parameters.motion import Boundary, exact_motion
 from matplotlib.figure import Figure
 from PIL import Image
 from refusals import refusal
 from runs import thrown, thrown_end
 
-from analysis.plots.animation import animate, exaggeration, frame
-from analysis.plots.run import envelope, plot_run_dashpot, plot_run_end, plot_run_energy, plot_run_stress, run_page
-from analysis.plots.space_time import plot_space_time, space_time_page
-from analysis.runs import Along, Performed, Request, perform, sampled_motion
-from analysis.runs.drawing import drawn_instants
-from analysis.runs.film import Film, film, usual_span
 from lure import Scenario
-from lure.motion import Boundary, exact_motion
-from lure.system_file import find_system
+from lure.analysis.plots.rod_animation import animate, exaggeration, frame
+from lure.analysis.plots.rod_run import (
+    envelope,
+    plot_run_dashpot,
+    plot_run_end,
+    plot_run_energy,
+    plot_run_stress,
+    plot_space_time,
+    run_page,
+    space_time_page,
+)
+from lure.analysis.rod.runs import Along, Performed, Request, perform, sampled_motion
+from lure.analysis.rod.runs.drawing import drawn_instants
+from lure.analysis.rod.runs.film import Film, film, usual_span
+from lure.files import find_system
 
 STRUCK = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9"])
 T = STRUCK.rod.travel_time
@@ -125,7 +133,7 @@ def test_mp4(tmp_path):
 
 
 def test_a_command_writes_an_animation_and_nothing_else(lure, here):
-    import analysis.cli.simulating  # noqa: F401  (registers the command)
+    import lure.analysis.cli.rods
 
     arguments = ("--until", "1e-4", "--animation", "frames", "--samples", "9", "--method", "scheme")
     status, out, err = lure("simulate", "paper-rod", *arguments)

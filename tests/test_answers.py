@@ -8,9 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.answers import analyse, findings, max_sector, max_slope, questions
-from analysis.answers.subject import Subject
-from analysis.evidence import Bracket, Evidence, Verdict
 from lure import (
     AssumptionError,
     ExpressionLaw,
@@ -24,8 +21,11 @@ from lure import (
     builtin_system,
     upwind,
 )
-from lure.delay import DelayBlock
-from lure.loop_library import builtin_loop
+from lure.analysis.questions import analyse, findings, max_sector, max_slope, questions
+from lure.analysis.questions.problem import Subject
+from lure.analysis.verdict import Bracket, Evidence, Verdict
+from lure.files.builtin import builtin_loop
+from lure.plants.delay import DelayBlock
 
 THIRD = RationalBlock([1], [1, 3, 2, 0])
 CARRASCO_6 = RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)

@@ -2,11 +2,10 @@
 
 import pytest
 
-from analysis import Verdict, analyse, certify, max_sector, max_slope
 from lure import Sector
-from lure.law_class import LawClass
-from lure.laws import Cubic, LeakyReLU
-from lure.sector import SlopeBounds
+from lure.analysis import Verdict, analyse, certify, max_sector, max_slope
+from lure.classes import LawClass, SlopeBounds
+from lure.nonlinearities import Cubic, LeakyReLU
 
 PROVED, REFUTED, OPEN = Verdict.PROVED, Verdict.REFUTED, Verdict.INCONCLUSIVE
 

@@ -5,15 +5,15 @@ import math
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from analysis import max_sector, max_slope
-from analysis.answers.largest import proved_up_to
-from analysis.answers.text import table
-from analysis.doubles import bound_below
-from analysis.plots import plot_reach
-from analysis.report.loop import build_loop_report
-from analysis.report.loop.document import loop_document
-from analysis.report.loop.write import loop_page
-from lure.loop_library import builtin_loop
+from lure.analysis import max_sector, max_slope
+from lure.analysis.numerics.doubles import bound_below
+from lure.analysis.plots import plot_reach
+from lure.analysis.questions.largest import proved_up_to
+from lure.analysis.questions.table import table
+from lure.analysis.report.loop import build_loop_report
+from lure.analysis.report.loop.document import loop_document
+from lure.analysis.report.loop.write import loop_page
+from lure.files.builtin import builtin_loop
 
 # Park's inequality holds for ct-7 in the limit k -> inf, with no one multiplier for all k: a certificate is written for
 # the first of the k tried that the checker accepts, 1e12

@@ -8,18 +8,6 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from analysis import check
-from analysis.answers import advice, analyse, decision, max_sector, max_slope, table
-from analysis.answers.conclusion import MismatchError, conclusion_of, inquiry_about, law_class_of
-from analysis.answers.document import analysis_dict, class_dict
-from analysis.answers.subject import Subject
-from analysis.answers.text import table_row
-from analysis.certificates import codes
-from analysis.certificates.certify import certify
-from analysis.certificates.drafts import settled
-from analysis.certificates.second.opinion import recheck
-from analysis.certificates.systems import laws_of
-from analysis.evidence import Bracket, Evidence, Verdict
 from lure import (
     DeadZone,
     ExpressionLaw,
@@ -37,7 +25,19 @@ from lure import (
     Tanh,
     as_block,
 )
-from lure.loop_library import builtin_loop
+from lure.analysis import check
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.certify import certify
+from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.systems import laws_of
+from lure.analysis.questions import advice, analyse, max_sector, max_slope, table
+from lure.analysis.questions import findings as decision
+from lure.analysis.questions.conclusion import MismatchError, conclusion_of, inquiry_about, law_class_of
+from lure.analysis.questions.problem import Subject
+from lure.analysis.questions.table import analysis_dict, class_dict, table_row
+from lure.analysis.verdict import Bracket, Evidence, Verdict
+from lure.files.builtin import builtin_loop
 
 THIRD = RationalBlock([1], [1, 3, 2, 0])
 ODD = LawClass.slope_restricted(0, 1, odd=True)

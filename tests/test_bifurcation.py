@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from motions import other_rod, unit_rod
 
-from analysis.evidence import Evidence
-from analysis.response import Plan, Sweep, basin, bifurcation, response, resting_place
 from lure import Scenario
+from lure.analysis.rod.response import Plan, Sweep, basin, bifurcation, response, resting_place
+from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
-from lure.motion import Boundary, exact_motion
+from lure.rod.motion import Boundary, exact_motion
 
 SHAKEN = unit_rod(damping=0.2, compliance=0.01, gap=0)
 MATCHED = unit_rod(damping=1.0, gap=0)
@@ -120,7 +120,9 @@ def test_processes_that_share_the_values_find_the_same():
 
 
 def test_a_value_that_cannot_be_followed_is_kept_with_the_reason(monkeypatch):
-    module = importlib.import_module("analysis.response.bifurcation")  # the package has a function of that name
+    module = importlib.import_module(
+        "lure.analysis.rod.response.bifurcation"
+    )  # the package has a function of that name
 
     def refusing(rod, scenario, watches, progress=None):
         if rod.gap > 0.5:

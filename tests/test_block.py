@@ -1,4 +1,4 @@
-"""lure.block: shapes, copies, and the transfer function of a general finite block."""
+"""lure.plants.block: shapes, copies, and the transfer function of a general finite block."""
 
 import math
 from fractions import Fraction

@@ -8,11 +8,21 @@ from bound_laws import INF, laws
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.bounds import law_bounds, violation
-from analysis.evidence import Evidence, Verdict
-from lure.laws import Cubic, DeadZone, LeakyReLU, PiecewiseLinear, Quantiser, ReLU, Saturation, Tanh, shifted_law
-from lure.nonlinearity import NormalCompliance
-from lure.sector import Sector, SlopeBounds
+from lure.analysis.nonlinearity import law_bounds, violation
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import Sector, SlopeBounds
+from lure.nonlinearities import (
+    Cubic,
+    DeadZone,
+    LeakyReLU,
+    PiecewiseLinear,
+    Quantiser,
+    ReLU,
+    Saturation,
+    Tanh,
+    shifted_law,
+)
+from lure.nonlinearities.protocol import NormalCompliance
 
 
 def check(extreme, truth, side, made, *, scale):

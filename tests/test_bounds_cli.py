@@ -8,11 +8,11 @@ import pytest
 import typer
 from matplotlib.figure import Figure
 
-from analysis.bounds import law_bounds
-from analysis.cli import main, sectors
-from analysis.cli.sectors_texts import SECTOR
-from analysis.plots.sectors import plot_law_sector, plot_law_slope
-from lure.laws import Quantiser, Saturation
+from lure.analysis.cli import main, sectors
+from lure.analysis.cli.texts import SECTOR
+from lure.analysis.nonlinearity import law_bounds
+from lure.analysis.plots.sectors import plot_law_sector, plot_law_slope
+from lure.nonlinearities import Quantiser, Saturation
 
 
 @pytest.fixture

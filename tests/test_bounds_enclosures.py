@@ -7,16 +7,13 @@ from fractions import Fraction
 import pytest
 from flint import arb
 
-from analysis.bounds.ends import expanded
-from analysis.bounds.expansion import Stretch, Unsettled, arb_of
-from analysis.bounds.jets import jet, over_sigma, values_by_branch
-from analysis.bounds.reach import reach
-from analysis.bounds.span import Span
-from analysis.bounds.zero import difference_vanishes
-from analysis.precision import working_precision
+from lure.analysis.nonlinearity.expansion import Stretch, Unsettled, arb_of, expanded, reach
+from lure.analysis.nonlinearity.jets import Span, jet, over_sigma, values_by_branch
+from lure.analysis.nonlinearity.pieces import difference_vanishes
+from lure.analysis.numerics.precision import working_precision
 from lure.expressions import Expression
-from lure.expressions.balls import ball, enclosure
-from lure.expressions.derivative import derivative
+from lure.expressions.calculus import derivative
+from lure.expressions.rigorous import ball, enclosure
 
 BITS = 160
 FORMULAS = [

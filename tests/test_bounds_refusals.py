@@ -5,10 +5,10 @@ from fractions import Fraction
 
 import pytest
 
-from analysis.bounds import law_bounds, violation
+from lure.analysis.nonlinearity import law_bounds, violation
+from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.expressions import Expression
-from lure.sector import Sector
 
 HOSTILE = [
     ("1/x", r"at sigma = 0; it divides by zero there"),
@@ -125,7 +125,7 @@ def test_intervals_that_are_none(on):
 
 
 def test_arguments_that_are_no_laws():
-    with pytest.raises(InputError, match=r"give a formula in sigma, a law of lure.laws, or a function"):
+    with pytest.raises(InputError, match=r"give a formula in sigma, a law of lure.nonlinearities, or a function"):
         law_bounds(3)
     with pytest.raises(InputError, match="has the variables"):
         law_bounds(Expression.parse("t + x", variables=("t", "x")))

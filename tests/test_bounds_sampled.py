@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.bounds import law_bounds
-from analysis.evidence import Evidence, Verdict
+from lure.analysis.nonlinearity import law_bounds
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError
-from lure.sector import Sector, SlopeBounds
 
 INF = math.inf
 

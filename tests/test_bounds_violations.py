@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from bound_laws import INF, laws
 
-from analysis.bounds import law_bounds, violation
-from analysis.evidence import Evidence
+from lure.analysis.nonlinearity import law_bounds, violation
+from lure.analysis.verdict import Evidence
+from lure.classes import Sector, SlopeBounds
 from lure.expressions import Expression
-from lure.laws import Quantiser, Saturation
-from lure.sector import Sector, SlopeBounds
+from lure.nonlinearities import Quantiser, Saturation
 
 CASES = [
     ("tanh(x)", Sector(0, 0.5), math.tanh),

@@ -5,9 +5,9 @@ from fractions import Fraction
 
 import pytest
 
-from analysis.bounds import law_bounds
-from analysis.testing import assert_in_sector
 from lure import Sector
+from lure.analysis.nonlinearity import law_bounds
+from lure.analysis.testing import assert_in_sector
 
 
 def printed(text):

@@ -1,13 +1,13 @@
-"""lure.cellular: the dynamics (40)-(41), the rod through it (42)-(49), and two classical networks."""
+"""lure.rod.cellular: the dynamics (40)-(41), the rod through it (42)-(49), and two classical networks."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.simulation import simulate
 from lure import AssumptionError, InputError, Rod, Scenario, builtin_system, initial_state, upwind
-from lure.cellular import (
+from lure.analysis.rod.simulation import simulate
+from lure.rod.cellular import (
     CellularNetwork,
     Template,
     chua_yang,
@@ -18,8 +18,8 @@ from lure.cellular import (
     rod_ring,
     saturation,
 )
-from lure.cnn import assemble_ring, rod_templates
-from lure.systems import paper_rod
+from lure.rod.systems import paper_rod
+from lure.rod.upwind import assemble_ring, rod_templates
 
 BOUNDARIES = ("fixed", "zero-flux", "periodic")
 seeds = st.integers(0, 10**6)

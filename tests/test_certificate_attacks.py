@@ -9,12 +9,12 @@ from certificate_family import accepted, draft, laws, refutation
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.certificates.checker import Proved, Refuted
-from analysis.certificates.matrix import matrix_draft
-from analysis.certificates.second import recheck
-from analysis.criteria.hurwitz import hurwitz_largest
+from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.certificates.matrix import matrix_draft
+from lure.analysis.certificates.second import recheck
+from lure.analysis.inequality.gains import hurwitz_largest
 from lure.errors import AssumptionError
-from lure.rational import RationalBlock
+from lure.plants.rational import RationalBlock
 
 F = Fraction
 ratios = st.builds(F, st.integers(1, 40), st.integers(1, 20))

@@ -5,10 +5,10 @@ from fractions import Fraction as F
 
 import pytest
 
-from analysis.certificates import balls
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.blocks import block, coefficients, realised, scheme
-from analysis.certificates.states import chords, classes, deflated, inside, piecewise
+from lure.analysis.certificates import balls
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.blocks import block, coefficients, realised, scheme
+from lure.analysis.certificates.states import chords, classes, deflated, inside, piecewise
 
 
 def at(form, omega):

@@ -5,8 +5,8 @@ Each case was once accepted, or could be told wrongly.
 
 import pytest
 
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.drafts import settled
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.sealing import settled
 
 # H = -1/2 + 1/(s (s + 1/100)), a direct term; the law has chords in [1/10, 9/10] and one piece of slope 5/2: there
 # sigma + H(inf) phi(sigma) falls, the loop jumps between two solutions, and each jump feeds energy in.

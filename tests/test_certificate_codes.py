@@ -11,16 +11,16 @@ import time
 import numpy as np
 import pytest
 
-from analysis.certificates import codes
-from analysis.certificates.codes import CODES, REGISTRY, code_for, find, nearest
-from analysis.certificates.guard import Failure, guarded
-from analysis.criteria.circle import circle_criterion
-from analysis.criteria.park import park_criterion
-from analysis.criteria.popov import popov_criterion
-from analysis.criteria.tsypkin import tsypkin_criterion
-from analysis.criteria.zames_falb import zames_falb_criterion
-from analysis.deadline import time_limit
 from lure import DelayBlock, ExpressionLaw, FrequencyData, RationalBlock, Sector, SlopeBounds
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.codes import CODES, REGISTRY, code_for, find, nearest
+from lure.analysis.certificates.sealing import Failure, guarded
+from lure.analysis.deadline import time_limit
+from lure.analysis.theorems.circle import circle_criterion
+from lure.analysis.theorems.differences import tsypkin_criterion
+from lure.analysis.theorems.park import park_criterion
+from lure.analysis.theorems.popov import popov_criterion
+from lure.analysis.theorems.zames_falb import zames_falb_criterion
 from lure.errors import AssumptionError, InputError
 
 COMMANDS = ("certify", "verify", "explain", "analyse", "report", "systems", "max-sector", "max-slope", "init")
@@ -139,19 +139,19 @@ def test_every_refusal_has_its_code(refusal, code):
 
 
 def delayed(text):
-    from analysis.dead_time.criteria import LARGEST
+    from lure.analysis.theorems.dead_time import LARGEST
 
     LARGEST["popov"](DelayBlock.parse(text))
 
 
 def declared():
-    from lure.laws import check_declared
+    from lure.nonlinearities import check_declared
 
     check_declared(ExpressionLaw(text="sigma**3", sector=Sector(0, 2)))
 
 
 def sampled():
-    from analysis.answers.subject import certifiable
+    from lure.analysis.questions.problem import certifiable
 
     certifiable(FrequencyData([1.0, 2.0], [1.0, 0.5], None))
 
@@ -231,6 +231,6 @@ def test_outside_the_main_thread_the_search_is_asked_to_stop():
 
 
 def test_the_codes_need_no_numerical_package():
-    script = "import sys, analysis.certificates.codes; print(*sys.modules)"
+    script = "import sys, lure.analysis.certificates.codes; print(*sys.modules)"
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, env=os.environ)
     assert not {"numpy", "flint", "scipy", "control", "lure"} & set(run.stdout.split())

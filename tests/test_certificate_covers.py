@@ -9,20 +9,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sharpness import CLOSE, assert_sharp
 
-from analysis.answers.rods import rod_largest
-from analysis.certificates.arithmetic import Form, Rejected
-from analysis.certificates.balls import box
-from analysis.certificates.checker import Proved, check
-from analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
-from analysis.certificates.drafts import completed
-from analysis.certificates.multipliers import rod_circle_bound, rod_theta
-from analysis.certificates.proposals import answer_draft, certified, energy_draft
-from analysis.dead_time import criteria as dead_time
-from lure.delay import DelayBlock
+from lure.analysis.certificates.arithmetic import Form, Rejected
+from lure.analysis.certificates.balls import box
+from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
+from lure.analysis.certificates.multipliers import rod_circle_bound, rod_theta
+from lure.analysis.certificates.proposals import answer_draft, certified, energy_draft
+from lure.analysis.certificates.sealing import completed
+from lure.analysis.rod.questions import rod_largest
+from lure.analysis.theorems import dead_time as dead_time
 from lure.errors import AssumptionError
-from lure.systems import builtin_system
-from lure.upwind import upwind
-from lure.waves import RodBlock
+from lure.plants.delay import DelayBlock
+from lure.rod.systems import builtin_system
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import upwind
 
 
 # exp(-s T)/(s + 1): the circle criterion reaches -1/inf Re H.

@@ -22,10 +22,10 @@ from certificate_family import (
     transfer,
 )
 
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.checker import check
-from analysis.certificates.drafts import settled
-from analysis.certificates.second import recheck
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.second import recheck
 
 ACCEPTED = [
     ("popov, dead time", {"multiplier.theta": "0", "laws.sector": ["0", "3/4"]}),

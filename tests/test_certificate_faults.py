@@ -11,18 +11,18 @@ import scipy.linalg
 import scipy.optimize
 from scipy.optimize import OptimizeResult
 
-from analysis import max_sector, max_slope, precision
-from analysis.certificates.certify import Ways, certify
-from analysis.certificates.checker import Proved, Refuted, check
-from analysis.certificates.second import recheck
-from analysis.evidence import Verdict
 from lure import LawClass, RationalBlock, Sector, StateSpaceBlock
+from lure.analysis import max_sector, max_slope
+from lure.analysis.certificates.certify import Ways, certify
+from lure.analysis.certificates.checker import Proved, Refuted, check
+from lure.analysis.certificates.second import recheck
+from lure.analysis.numerics import precision
+from lure.analysis.verdict import Verdict
 from lure.errors import AssumptionError, InputError
 
 # loaded here, so that their names can be replaced below
-from analysis.certificates import asking_matrices, countering, riccati, slack  # noqa: F401  # isort: skip
-from analysis.criteria import fir_search, kernel_search, phase_limit  # noqa: F401  # isort: skip
-from analysis.refutation import following, periodic_discrete, piecewise, search, switching_search  # noqa: F401  # isort: skip
+from lure.analysis.certificates import asking as asking_matrices, countering, riccati, multipliers as slack  # noqa: F401  # isort: skip
+from lure.analysis.inequality import phase_limit  # noqa: F401  # isort: skip
 
 THIRD = RationalBlock([1], [1, 3, 2, 0])
 MASS = RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], 1)

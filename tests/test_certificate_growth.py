@@ -9,12 +9,12 @@ from certificate_family import COUPLED, laws, refutation, transfer
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.checker import Refuted, check
-from analysis.certificates.drafts import completed, settled
-from analysis.certificates.growth import growth_proof
-from analysis.certificates.lyapunov import Lyapunov
-from analysis.certificates.second import recheck
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import Refuted, check
+from lure.analysis.certificates.growth import growth_proof
+from lure.analysis.certificates.riccati import Lyapunov
+from lure.analysis.certificates.sealing import completed, settled
+from lure.analysis.certificates.second import recheck
 from lure.errors import AssumptionError
 
 FORM = {"method": "matrix-gain", "gain": "5/2", "P": [["0"], ["-1", "0"]], "start": ["1", "1"]}

@@ -29,10 +29,10 @@ from counting import counted
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from analysis.certificates import arithmetic
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.checker import check
-from analysis.certificates.second import recheck
+from lure.analysis.certificates import arithmetic
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.second import recheck
 
 CHECKER = Path(__file__).parents[1] / "analysis" / "certificates" / "checker.py"
 HANGS, BYTES = 300, 500 * 2**20

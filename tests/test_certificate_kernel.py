@@ -7,10 +7,10 @@ from random import Random
 import pytest
 from flint import arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
 
-from analysis.certificates import arithmetic as exact
-from analysis.certificates import balls
-from analysis.certificates.arithmetic import Form, Rejected, real
-from analysis.certificates.balls import Ball
+from lure.analysis.certificates import arithmetic as exact
+from lure.analysis.certificates import balls
+from lure.analysis.certificates.arithmetic import Form, Rejected, real
+from lure.analysis.certificates.balls import Ball
 
 CHANCE = Random(20)
 

@@ -10,15 +10,14 @@ from hypothesis import strategies as st
 from plants import DISCRETE
 from plants import block as exact
 
-from analysis.answers.models import _dead_time_gain
-from analysis.certificates.checker import Refuted
-from analysis.certificates.crossings import crossing_proof
-from analysis.certificates.refutations import refutation_draft, smallest_class
-from analysis.dead_time.criteria import hurwitz_limit
-from analysis.refutation.linear import linear_witness
-from lure.delay import DelayBlock
+from lure.analysis.certificates.checker import Refuted
+from lure.analysis.certificates.refutations import crossing_proof, refutation_draft, smallest_class
+from lure.analysis.counterexamples.linear import linear_witness
+from lure.analysis.questions.models import _dead_time_gain
+from lure.analysis.theorems.dead_time import hurwitz_limit
 from lure.errors import AssumptionError
-from lure.rational import RationalBlock
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
 
 
 @pytest.mark.parametrize(

@@ -10,19 +10,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.certificates import balls, riccati
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.balls import positive_definite
-from analysis.certificates.checker import Proved, check
-from analysis.certificates.drafts import completed
-from analysis.certificates.matrix import matrix_draft
-from analysis.certificates.scheme_energy import energy_matrix, energy_theta
-from analysis.criteria.circle import circle_largest
-from analysis.criteria.popov import popov_largest
-from analysis.hamiltonian import popov_largest_computed
 from lure import RationalBlock, StateSpaceBlock, builtin_system, upwind
+from lure.analysis.certificates import balls, riccati
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.balls import positive_definite
+from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.matrix import matrix_draft
+from lure.analysis.certificates.sealing import completed
+from lure.analysis.inequality.hamiltonian import popov_largest_computed
+from lure.analysis.rod.certificates import energy_matrix, energy_theta
+from lure.analysis.theorems.circle import circle_largest
+from lure.analysis.theorems.popov import popov_largest
 from lure.errors import AssumptionError
-from lure.rod import Rod
+from lure.rod.parameters import Rod
 
 ROD = builtin_system("paper-rod").rod
 LAG, CHAIN = RationalBlock([1], [1, 3, 3, 1]), RationalBlock([1], [1, 3, 2, 0])

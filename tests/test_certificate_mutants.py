@@ -7,19 +7,19 @@ from fractions import Fraction as F
 import pytest
 from certificate_family import ROD, SCHEME, certificate, changed, delayed, refutation, transfer
 
-from analysis.certificates import arithmetic as exact
-from analysis.certificates import balls, checker, states
-from analysis.certificates.arithmetic import INF, Form, Malformed, Rejected, real
-from analysis.certificates.balls import Ball
-from analysis.certificates.blocks import block, realised, rod
-from analysis.certificates.checker import check
-from analysis.certificates.drafts import settled
-from analysis.certificates.flow_orbits import flow_orbit_proof
-from analysis.certificates.states import Laws, inside, known, piecewise, solvable
-from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns
-from analysis.refutation.realisation import companion
-from lure.laws.graph import Graph
-from lure.rational import RationalBlock
+from lure.analysis.certificates import arithmetic as exact
+from lure.analysis.certificates import balls, checker, states
+from lure.analysis.certificates.arithmetic import INF, Form, Malformed, Rejected, real
+from lure.analysis.certificates.balls import Ball
+from lure.analysis.certificates.blocks import block, realised, rod
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.refutations import flow_orbit_proof
+from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.states import Laws, inside, known, piecewise, solvable
+from lure.analysis.counterexamples.linear import companion
+from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
+from lure.nonlinearities.piecewise_linear import Graph
+from lure.plants.rational import RationalBlock
 
 SWING = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]]
 DRIFT = [[F(0), F(1), F(0)], [F(0), F(0), F(0)], [F(0), F(0), F(0)]]

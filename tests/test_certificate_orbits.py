@@ -11,25 +11,23 @@ from hypothesis import strategies as st
 from plants import DISCRETE
 from plants import block as exact
 
-from analysis.certificates.arithmetic import Malformed
-from analysis.certificates.balls import exponential
-from analysis.certificates.checker import Refuted, check
-from analysis.certificates.drafts import completed
-from analysis.certificates.refutations import refutation_draft
-from analysis.evidence import Evidence
-from analysis.precision import ball, working_precision
-from analysis.refutation.acceptance import accept_orbit_continuous
-from analysis.refutation.orbit import accept_orbit
-from analysis.refutation.oscillation import oscillation_witness
-from analysis.refutation.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
-from analysis.refutation.realisation import balls
-from analysis.refutation.switched import switched_witness
-from analysis.refutation.switched_discrete import switched_witness_discrete
-from analysis.witness import Witness
+from lure.analysis.certificates.arithmetic import Malformed
+from lure.analysis.certificates.balls import exponential
+from lure.analysis.certificates.checker import Refuted, check
+from lure.analysis.certificates.refutations import refutation_draft
+from lure.analysis.certificates.sealing import completed
+from lure.analysis.counterexamples.acceptance import accept_orbit_continuous
+from lure.analysis.counterexamples.linear import balls
+from lure.analysis.counterexamples.orbit import accept_orbit
+from lure.analysis.counterexamples.oscillation import oscillation_witness
+from lure.analysis.counterexamples.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
+from lure.analysis.counterexamples.switched import switched_witness, switched_witness_discrete
+from lure.analysis.numerics.precision import ball, working_precision
+from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError
-from lure.laws import Saturation
-from lure.rational import RationalBlock
-from lure.state_space import StateSpaceBlock
+from lure.nonlinearities import Saturation
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
 
 FITTS = RationalBlock(
     [1, 0, 0], np.polymul([1, F(3, 50), F(9, 10000) + F("0.81")], [1, F(3, 50), F(9, 10000) + F("1.21")])

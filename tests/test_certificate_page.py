@@ -7,8 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from analysis.certificates.checker import Proved, check
-from analysis.cli import main
+from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.cli import main
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")

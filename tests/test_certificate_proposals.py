@@ -11,30 +11,28 @@ from plants import CONTINUOUS, DISCRETE
 from plants import block as exact
 from sharpness import CLOSE, ZAMES_FALB, assert_sharp, raised
 
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.checker import Proved, check
-from analysis.certificates.drafts import completed
-from analysis.certificates.proposals import answer_draft, certified
-from analysis.certificates.systems import laws_of, system_of
-from analysis.criteria.circle import circle_criterion, circle_largest
-from analysis.criteria.hurwitz import hurwitz_largest
-from analysis.criteria.jury_lee import jury_lee_criterion, jury_lee_largest
-from analysis.criteria.off_axis import off_axis_criterion, off_axis_largest
-from analysis.criteria.park import park_criterion, park_largest
-from analysis.criteria.popov import popov_criterion, popov_largest
-from analysis.criteria.tsypkin import tsypkin_criterion, tsypkin_largest
-from analysis.criteria.zames_falb import zames_falb_largest
-from analysis.criteria.zames_falb_discrete import zames_falb_discrete_largest
-from analysis.evidence import Verdict
-from lure.delay import DelayBlock
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.proposals import answer_draft, certified
+from lure.analysis.certificates.sealing import completed
+from lure.analysis.certificates.systems import laws_of, system_of
+from lure.analysis.inequality.gains import hurwitz_largest
+from lure.analysis.theorems.circle import circle_criterion, circle_largest
+from lure.analysis.theorems.differences import jury_lee_criterion, jury_lee_largest, tsypkin_criterion, tsypkin_largest
+from lure.analysis.theorems.off_axis import off_axis_criterion, off_axis_largest
+from lure.analysis.theorems.park import park_criterion, park_largest
+from lure.analysis.theorems.popov import popov_criterion, popov_largest
+from lure.analysis.theorems.zames_falb import zames_falb_largest
+from lure.analysis.theorems.zames_falb_discrete import zames_falb_discrete_largest
+from lure.analysis.verdict import Verdict
+from lure.classes import LawClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.law_class import LawClass
-from lure.loop_library import builtin_loops
-from lure.rational import RationalBlock
-from lure.sector import Sector, SlopeBounds
-from lure.state_space import StateSpaceBlock
-from lure.systems import builtin_system
-from lure.upwind import upwind
+from lure.files.builtin import builtin_loops
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.rod.systems import builtin_system
+from lure.rod.upwind import upwind
 
 
 # G. Zames-Falb tables: J. Carrasco et al. 2019; see DISCRETE.  The circle criterion for example 1, say, reaches 0.7934.

@@ -7,9 +7,9 @@ from fractions import Fraction as F
 import pytest
 from certificate_family import certificate
 
-from analysis.certificates import arithmetic as exact
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.checker import main
+from lure.analysis.certificates import arithmetic as exact
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import main
 
 
 @pytest.mark.parametrize("text", ["0", "-0", "1", "-12/5", "007", "1/" + "9" * 4000, "9" * 4000, "-" + "9" * 4000])

@@ -18,8 +18,8 @@ from certificate_family import (
     transfer,
 )
 
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.drafts import settled
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.sealing import settled
 
 LATE, LOPSIDED = delayed([("1", "1")], "1 0"), [["-1", "-2"], ["0", "0"], ["1", "1"]]
 

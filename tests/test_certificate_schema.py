@@ -8,10 +8,10 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from analysis.certificates.certify import Ways, certify
 from lure import LawClass, RationalBlock, Sector
+from lure.analysis.certificates.certify import Ways, certify
 
-SCHEMA = json.loads(resources.files("analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
 NOTE = (Path(__file__).parents[1] / "notebooks" / "notes" / "0008-certificates.md").read_text("utf-8")
 

@@ -7,14 +7,15 @@ from certificate_family import DISCRETE, LAG_1, OSCILLATOR, THIRD, draft, laws, 
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.blocks import block
-from analysis.certificates.checker import check, inequality, polynomial_proof, unbounded
-from analysis.certificates.drafts import completed
-from analysis.certificates.second import apart, recheck, recheck_apart
-from analysis.certificates.second.claims import ATTRACTS, BOUNDED, EQUILIBRIA
-from analysis.certificates.second.reading import OUT_OF_TIME
-from analysis.certificates.states import SOLVABLE, classes
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.blocks import block
+from lure.analysis.certificates.checker import check, inequality, polynomial_proof, unbounded
+from lure.analysis.certificates.sealing import completed
+from lure.analysis.certificates.second import opinion as apart
+from lure.analysis.certificates.second import recheck, recheck_apart
+from lure.analysis.certificates.second.classes import ATTRACTS, BOUNDED, EQUILIBRIA
+from lure.analysis.certificates.second.reading import OUT_OF_TIME
+from lure.analysis.certificates.states import SOLVABLE, classes
 
 ANY_BOX = {"method": "cover", "boxes": [["0", "1"]], "order": 7}  # the second checker decides polynomials by itself
 PLANTS = (THIRD, OSCILLATOR, LAG_1, transfer("1 2", "1 1"), transfer("-1", "1 1"), transfer("2 -1 0", "1 2 2 1"))

@@ -17,7 +17,7 @@ from handwritten import (
     transfer,
 )
 
-from analysis.certificates.second import recheck
+from lure.analysis.certificates.second import recheck
 
 OSCILLATOR = transfer([1], [1, 1, 1])
 GOOD = circle_of_oscillator(F(2))

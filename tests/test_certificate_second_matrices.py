@@ -3,7 +3,7 @@
 import pytest
 from handwritten import AT_REST, BOUNDED, EQUILIBRIA, accepted, laws, proved, refuted, rod, state_space, transfer
 
-from analysis.certificates.second import recheck
+from lure.analysis.certificates.second import recheck
 
 
 def matrix(rows, zero=None, exponent=0):

@@ -5,10 +5,10 @@ from fractions import Fraction as F
 import pytest
 from handwritten import NO_REST, OTHERS, THIRD, accepted, laws, refuted, state_space, transfer
 
-from analysis.certificates.second.classes import graph
-from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns
-from analysis.refutation.realisation import companion
-from lure.rational import RationalBlock
+from lure.analysis.certificates.second.classes import graph
+from lure.analysis.counterexamples.linear import companion
+from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
+from lure.plants.rational import RationalBlock
 
 
 # (s + 1)^3 + g has the roots +- i sqrt(3) at g = 8.

@@ -11,8 +11,8 @@ from handwritten import ATTRACTS, DELAYED, EQUILIBRIA, THIRD, accepted, laws, po
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.certificates.second import axis
-from analysis.certificates.second.shifting import Shifted
+from lure.analysis.certificates.second import axis
+from lure.analysis.certificates.second.systems import Shifted
 
 
 # 1/(s+1)^3: (1 + w^2)^3/k + 1 - 3 w^2 - alpha w (w^2 - 3); at k = 8, w^2 = 3 it vanishes for every alpha.

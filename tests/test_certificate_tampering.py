@@ -11,10 +11,10 @@ from flint import fmpq, fmpq_poly
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.checker import Proved, Refuted, check
-from analysis.certificates.drafts import completed, settled
-from analysis.certificates.second import recheck
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import Proved, Refuted, check
+from lure.analysis.certificates.sealing import completed, settled
+from lure.analysis.certificates.second import recheck
 
 F = Fraction
 WORDS = (

@@ -9,16 +9,6 @@ from asking import THIRD, asked, sector
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.certificates import codes, sealing
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.certify import METHODS, Ways, certify, text_of
-from analysis.certificates.checker import Proved, Refuted, check
-from analysis.certificates.concrete import law_of
-from analysis.certificates.posing import posed
-from analysis.certificates.sealing import contains
-from analysis.certificates.systems import laws_of
-from analysis.criteria.hurwitz import hurwitz_limit
-from analysis.evidence import Verdict
 from lure import (
     Cubic,
     DeadZone,
@@ -35,6 +25,15 @@ from lure import (
     StateSpaceBlock,
     Tanh,
 )
+from lure.analysis.certificates import codes, sealing
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.certify import METHODS, Ways, certify, text_of
+from lure.analysis.certificates.checker import Proved, Refuted, check
+from lure.analysis.certificates.problem import posed
+from lure.analysis.certificates.sealing import contains
+from lure.analysis.certificates.systems import law_of, laws_of
+from lure.analysis.inequality.gains import hurwitz_limit
+from lure.analysis.verdict import Verdict
 from lure.errors import InputError
 
 # verdicts -------------------------------------------------------------------------------------------------------------
@@ -247,6 +246,6 @@ def test_a_smaller_class_never_stands_in():
 
 
 def test_the_options_of_the_command_are_those_of_the_question():
-    from analysis.cli import certificates
+    from lure.analysis.cli import certificates
 
     assert certificates.METHODS == METHODS

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from asking import THIRD, asked, sector
 
-from analysis.certificates import asking_matrices, codes, countering
-from analysis.criteria import circle, park, popov, zames_falb_discrete
-from analysis.evidence import Bracket, Evidence, Verdict
-from analysis.witness import Witness
 from lure import LawClass, RationalBlock, Sector, SlopeBounds
+from lure.analysis.certificates import asking as asking_matrices
+from lure.analysis.certificates import codes, countering
+from lure.analysis.theorems import circle, park, popov, zames_falb_discrete
+from lure.analysis.verdict import Bracket, Evidence, Verdict, Witness
 
 # s^2/(s^3 + 2 s^2 + 2 s + 1): stable for every linear gain, Popov reaches 8.89898 and the circle 8.12086
 SEVENTH = RationalBlock([1, 0, 0], [1, 2, 2, 1])
@@ -146,7 +146,7 @@ def test_a_gain_that_is_stable_or_outside_the_class_refutes_nothing(monkeypatch,
         description="phi = k sigma: said to destabilise",
         data={"gain": gain, "lower": "0"},
     )
-    monkeypatch.setattr("analysis.refutation.linear.linear_witness", lambda *_a, **_o: lie)
+    monkeypatch.setattr("lure.analysis.counterexamples.linear.linear_witness", lambda *_a, **_o: lie)
     found = asked(THIRD, sector(0, 2, time_varying=True), "circle")
     assert found.verdict is Verdict.INCONCLUSIVE
 
@@ -202,7 +202,7 @@ def test_an_orbit_that_is_not_proved_refutes_nothing(monkeypatch, evidence):
         odd=True,
         description="phi piecewise linear: seems to oscillate",
     )
-    monkeypatch.setattr("analysis.refutation.search.refute", lambda *_a, **_o: (seen,))
+    monkeypatch.setattr("lure.analysis.counterexamples.search.refute", lambda *_a, **_o: (seen,))
     found = asked(THIRD, sector(0, 4, time_varying=True))
     assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.UNPROVED_ORBIT)
     assert "seems to oscillate" in found.detail

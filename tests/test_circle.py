@@ -10,15 +10,15 @@ from flint import arb, fmpq_poly
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from analysis.criteria.circle import circle_criterion, circle_largest
-from analysis.criteria.encirclement import encirclements, region
-from analysis.criteria.hurwitz import hurwitz_limit, is_stable_gain
-from analysis.evidence import Evidence, Verdict
-from analysis.extremum import infimum, largest_below, nonnegative_from_zero
-from analysis.plant import Plant
+from lure.analysis.inequality.checks import encirclements, region
+from lure.analysis.inequality.gains import hurwitz_limit, is_stable_gain
+from lure.analysis.inequality.plant import Plant
+from lure.analysis.numerics.minimum import infimum, largest_below, nonnegative_from_zero
+from lure.analysis.theorems.circle import circle_criterion, circle_largest
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
-from lure.rational import RationalBlock
-from lure.sector import Sector
+from lure.plants.rational import RationalBlock
 
 F = Fraction
 OMEGA = np.concatenate([[0.0], np.geomspace(1e-4, 1e4, 4001)])

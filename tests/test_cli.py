@@ -14,13 +14,13 @@ from types import ModuleType
 import pytest
 from commands import names
 
-from analysis.cli.doctor import NEEDED, OPTIONAL
-from analysis.evidence import Verdict
 from lure import __version__
+from lure.analysis.cli.doctor import NEEDED, OPTIONAL
+from lure.analysis.verdict import Verdict
 from lure.errors import InputError
-from lure.loop_library import loop_names
-from lure.system_file import read_system, system_to_toml, template
-from lure.systems import builtin_system, builtin_systems
+from lure.files import read_system, system_to_toml, template
+from lure.files.builtin import loop_names
+from lure.rod.systems import builtin_system, builtin_systems
 
 ROOT = Path(__file__).parents[1]
 
@@ -30,7 +30,7 @@ import json
 
 class Report:
     def __init__(self, system, command):
-        from analysis.evidence import Verdict
+        from lure.analysis.verdict import Verdict
         self.system, self.command = system, command
         self.verdict = Verdict.REFUTED if system.rod.damping < 0 else Verdict.PROVED
         if system.rod.damping == 0:
@@ -61,9 +61,9 @@ def reproduce_paper(directory, *, progress=None):
     (directory / "paper.json").write_text(json.dumps({"schema": "lure-paper/1"}, indent=1) + "\\n")
     return Table()
 """
-RUN = "import sys, types; from analysis.cli import main\n{stub}\n{patch}\nsys.exit(main())"
+RUN = "import sys, types; from lure.analysis.cli import main\n{stub}\n{patch}\nsys.exit(main())"
 INSTALL = """
-for name in ("analysis.report", "analysis.reproduce"):
+for name in ("lure.analysis.report", "lure.analysis.rod.paper"):
     module = types.ModuleType(name)
     module.__dict__.update(build_report=build_report, write_report=write_report, reproduce_paper=reproduce_paper)
     sys.modules[name] = module
@@ -75,8 +75,8 @@ def stub(monkeypatch):
     """The stub in place of the analysis, its functions open to further patches."""
     module = ModuleType("stub")
     module.__dict__.update(_namespace(STUB))
-    monkeypatch.setitem(sys.modules, "analysis.report", module)
-    monkeypatch.setitem(sys.modules, "analysis.reproduce", module)
+    monkeypatch.setitem(sys.modules, "lure.analysis.report", module)
+    monkeypatch.setitem(sys.modules, "lure.analysis.rod.paper", module)
     return module
 
 
@@ -242,7 +242,7 @@ def slow(report, directory):
     write_report(report, directory)
     print("written", file=sys.stderr, flush=True)
     time.sleep(60)
-sys.modules["analysis.report"].write_report = slow
+sys.modules["lure.analysis.report"].write_report = slow
 """
 
 
@@ -308,13 +308,13 @@ def watched(*arguments, patch="", **environment):
 
 PAUSE = """
 import time
-import analysis.cli.progress
-analysis.cli.progress.PATIENCE = 0.1
+import lure.analysis.cli.progress
+lure.analysis.cli.progress.PATIENCE = 0.1
 def paused(system, *, progress=None, command=None):
     progress("a stage [red]", 0.25)
     time.sleep(0.4)
     return build_report(system, command=command)
-sys.modules["analysis.report"].build_report = paused
+sys.modules["lure.analysis.report"].build_report = paused
 """
 
 
@@ -399,7 +399,7 @@ def test_doctor_looks_for_what_the_extras_install():
 
 
 def test_doctor_says_what_is_missing(lure, monkeypatch):
-    monkeypatch.setattr("analysis.cli.doctor.NEEDED", ("numpy", "no-such-package"))
+    monkeypatch.setattr("lure.analysis.cli.doctor.NEEDED", ("numpy", "no-such-package"))
     status, out, _ = lure("doctor")
     assert status == 2
     assert "  no-such-package" in out

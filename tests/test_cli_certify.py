@@ -7,10 +7,10 @@ import jsonschema
 import pytest
 from commands import SECTOR, THIRD, names, written
 
-from analysis.certificates import codes
+from lure.analysis.certificates import codes
 
 SCHEMA = jsonschema.Draft202012Validator(
-    json.loads(resources.files("analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+    json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 )
 
 

@@ -64,7 +64,7 @@ def test_the_root_help_reads_as_written(lure):
 
 
 def test_help_loads_nothing_heavy():
-    script = "import sys; from analysis.cli import main; main(['--help']); print('LOADED', *sys.modules)"
+    script = "import sys; from lure.analysis.cli import main; main(['--help']); print('LOADED', *sys.modules)"
     run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
     loaded = {name.split(".")[0] for name in run.stdout.partition("LOADED ")[2].split()}
     assert not loaded & {"numpy", "scipy", "sympy", "control", "matplotlib", "flint", "pydantic", "jinja2"}
@@ -80,12 +80,12 @@ def test_help_costs_less_than_half_a_second_more_than_python_itself():
             times.append(sum(after[2:4]) - sum(before[2:4]))
         return min(times)
 
-    assert seconds("-m", "analysis.cli", "--help") < seconds("-c", "pass") + 0.5
+    assert seconds("-m", "lure.analysis.cli", "--help") < seconds("-c", "pass") + 0.5
 
 
 def test_a_shell_completes_the_names_of_commands():
     asked = {"_LURE_COMPLETE": "complete_bash", "COMP_WORDS": "lure max-s", "COMP_CWORD": "1"}
-    script = "import sys; sys.argv = ['lure']; from analysis.cli import main; sys.exit(main())"
+    script = "import sys; sys.argv = ['lure']; from lure.analysis.cli import main; sys.exit(main())"
     run = subprocess.run(
         [sys.executable, "-c", script], cwd=ROOT, env=os.environ | asked, capture_output=True, text=True, check=True
     )

@@ -8,12 +8,12 @@ from fractions import Fraction
 import pytest
 from commands import THIRD, names
 
-from analysis.answers import findings, max_sector, max_slope
-from analysis.cli.answers import linear, lines
-from analysis.evidence import Bracket
 from lure import RationalBlock
-from lure.loop_library import builtin_loop, loop_names
-from lure.system_file import parse_system, plant_template, read_system
+from lure.analysis.cli.loops import linear, lines
+from lure.analysis.questions import findings, max_sector, max_slope
+from lure.analysis.verdict import Bracket
+from lure.files import parse_system, plant_template, read_system
+from lure.files.builtin import builtin_loop, loop_names
 
 KEYS = {"criterion", "largest", "theta", "multiplier", "verdict", "evidence", "hurwitz", "refuted_at", "witness"}
 EXAMPLE_6 = ("--num", "2 0.92", "--den", "1 -0.5 0", "--dt", "1")

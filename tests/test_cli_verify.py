@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from commands import SECTOR, THIRD, written
 
-from analysis.certificates import arithmetic
-from analysis.certificates.checker import main
+from lure.analysis.certificates import arithmetic
+from lure.analysis.certificates.checker import main
 
 ROOT = Path(__file__).parents[1]
 
@@ -98,7 +98,7 @@ def test_several_files_are_each_judged_and_a_rejection_counts_most(lure, tmp_pat
 
 def test_standard_input_is_read(tmp_path, proof):
     run = subprocess.run(
-        [sys.executable, "-m", "analysis.cli", "verify", "-"],
+        [sys.executable, "-m", "lure.analysis.cli", "verify", "-"],
         cwd=ROOT,
         input=json.dumps(proof),
         capture_output=True,
@@ -110,7 +110,7 @@ def test_standard_input_is_read(tmp_path, proof):
 
 
 def test_a_disagreement_of_the_second_checker_is_a_rejection(lure, monkeypatch, proof):
-    from analysis.certificates import second
+    from lure.analysis.certificates import second
 
     class No:
         accepted, reason = False, "the residue is not positive"
@@ -125,7 +125,7 @@ def test_a_disagreement_of_the_second_checker_is_a_rejection(lure, monkeypatch, 
 
 @pytest.mark.parametrize("error", [MemoryError, RecursionError, TypeError("unhashable"), AssertionError])
 def test_a_checker_that_breaks_down_accepts_nothing(lure, monkeypatch, proof, error):
-    from analysis.cli import verifying
+    from lure.analysis.cli import certificates as verifying
 
     def broken(_data, **_options):
         raise error
@@ -168,7 +168,7 @@ def test_what_is_assumed_of_the_equation_of_the_loop_is_said_wherever_it_is_not_
 
 def test_the_checker_is_asked_without_numpy_or_a_solver(proof, tmp_path):
     script = (
-        "import sys; from analysis.cli import main; status = main(['verify', sys.argv[1]]); "
+        "import sys; from lure.analysis.cli import main; status = main(['verify', sys.argv[1]]); "
         "print('LOADED', status, *sys.modules)"
     )
     run = subprocess.run(

@@ -1,4 +1,4 @@
-"""lure.cnn: the cloning templates (44)-(47), the ring they assemble to, and the three orderings (39), (42), (48)."""
+"""lure.rod.upwind: the cloning templates (44)-(47), the ring they assemble to, and the three orderings (39), (42), (48)."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import InputError, upwind
-from lure.cnn import ORDERINGS, CloningTemplate, assemble_ring, ordering_permutation, rod_templates
-from lure.systems import paper_rod
+from lure.rod.systems import paper_rod
+from lure.rod.upwind import ORDERINGS, CloningTemplate, assemble_ring, ordering_permutation, rod_templates
 
 cells = st.integers(1, 40)
 integers = st.integers(-9, 9)

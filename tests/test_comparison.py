@@ -7,14 +7,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from analysis.comparison import compare
-from analysis.comparison.modes import galerkin_modes, wave_decay
-from analysis.comparison.reference import first_event
-from analysis.comparison.settling_claim import verdict
 from lure import AssumptionError, InputError, Rod, Scenario, builtin_system
-from lure.galerkin import galerkin
-from lure.motion import exact_motion
-from lure.systems import paper_rod, rod_from_exact
+from lure.analysis.rod.comparison import compare
+from lure.analysis.rod.comparison.modes import galerkin_modes, wave_decay
+from lure.analysis.rod.comparison.reference import first_event
+from lure.analysis.rod.comparison.settling_claim import verdict
+from lure.rod.galerkin import galerkin
+from lure.rod.motion import exact_motion
+from lure.rod.systems import paper_rod, rod_from_exact
 
 PAPER = builtin_system("paper-rod")
 T = PAPER.rod.travel_time

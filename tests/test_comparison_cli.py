@@ -6,8 +6,9 @@ import re
 import pytest
 import typer
 
-from analysis.cli import comparing, main
-from analysis.cli.comparing_texts import COMPARE
+from lure.analysis.cli import main
+from lure.analysis.cli import rods as comparing
+from lure.analysis.cli.texts import COMPARE
 
 
 @pytest.fixture

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.comparison import SCHEME_METHODS, integrate
-from analysis.comparison.equations import BAND, SchemeEquations
-from analysis.simulation import simulate
 from lure import InputError, Rod, Scenario, builtin_system, upwind
-from lure.systems import paper_rod, rod_from_exact
+from lure.analysis.rod.comparison import SCHEME_METHODS, integrate
+from lure.analysis.rod.comparison.equations import BAND, SchemeEquations
+from lure.analysis.rod.simulation import simulate
+from lure.rod.systems import paper_rod, rod_from_exact
 
 RELEASE = builtin_system("paper-rod").scenario
 T = paper_rod().travel_time

@@ -7,10 +7,15 @@ import pytest
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
-from analysis.comparison import compare
-from analysis.plots.comparison import comparison_file, plot_comparison, plot_comparison_end, plot_comparison_error
 from lure import Rod, Scenario, builtin_system
-from lure.systems import rod_from_exact
+from lure.analysis.plots.rod_comparison import (
+    comparison_file,
+    plot_comparison,
+    plot_comparison_end,
+    plot_comparison_error,
+)
+from lure.analysis.rod.comparison import compare
+from lure.rod.systems import rod_from_exact
 
 PAPER = builtin_system("paper-rod")
 NEAR = rod_from_exact(

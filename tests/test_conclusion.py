@@ -4,16 +4,16 @@ from fractions import Fraction
 
 import pytest
 
-from analysis.answers.conclusion import MismatchError
-from analysis.certificates import codes
-from analysis.certificates.drafts import settled
-from analysis.certificates.rods import energy_theorem_draft
-from analysis.conclusion import concluded as concluded_of
-from analysis.conclusion import conclusion, offered
-from analysis.evidence import Evidence, Verdict
 from lure import Scenario, builtin_system, upwind
-from lure.systems import rod_from_exact
-from lure.waves import RodBlock
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.sealing import settled
+from lure.analysis.questions.conclusion import MismatchError
+from lure.analysis.rod.certificates import energy_theorem_draft
+from lure.analysis.rod.conclusion import concluded as concluded_of
+from lure.analysis.rod.conclusion import conclusion, offered
+from lure.analysis.verdict import Evidence, Verdict
+from lure.rod.systems import rod_from_exact
+from lure.rod.transfer import RodBlock
 
 
 def scheme_of(**changes):
@@ -73,7 +73,7 @@ def test_nothing_is_decided_unless_both_certificates_are_accepted(missing, monke
             raise ArithmeticError("too large")
         return settled(draft)
 
-    monkeypatch.setattr("analysis.conclusion.settled", refusing)
+    monkeypatch.setattr("lure.analysis.rod.conclusion.settled", refusing)
     result = concluded()
     assert result.verdict is Verdict.INCONCLUSIVE
     assert result.proofs == ()

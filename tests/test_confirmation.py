@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motions import NODES, WEIGHTS, other_rod, unit_rod
 
-from analysis.confirmation import Track, lyapunov_theta, rod_energy, rod_lyapunov, rod_zeta
-from analysis.confirmation.functionals import lyapunov_weights, track_z, zeta_gain
-from analysis.energy import deflated_coordinate
 from lure import Scenario, upwind
+from lure.analysis.rod.confirmation import Track, lyapunov_theta, rod_energy, rod_lyapunov, rod_zeta
+from lure.analysis.rod.confirmation.functionals import lyapunov_weights, track_z, zeta_gain
+from lure.analysis.rod.energy import deflated_coordinate
 from lure.errors import AssumptionError
-from lure.motion import exact_motion, motion_windows
-from lure.scenario import initial_state
+from lure.rod.motion import exact_motion, motion_windows
+from lure.rod.scenario import initial_state
 
 DATA = Scenario.parse(displacement="0.05*x - 0.03*x**2", velocity="0.3*sin(3*x) + 0.2")
 

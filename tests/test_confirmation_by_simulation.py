@@ -8,15 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis import analyse, max_sector
-from analysis.criteria.hurwitz import gain_intervals
-from analysis.evidence import Verdict
-from analysis.refutation.confirming import tried
-from analysis.refutation.simulated import bracketed_root, simulate_loop
-from analysis.refutation.starts import scales
-from analysis.refutation.trajectories import Finding
-from analysis.report.loop.observed import observed
-from analysis.report.model import ContradictionError
 from lure import (
     DeadZone,
     ExpressionLaw,
@@ -30,9 +21,17 @@ from lure import (
     Tanh,
     as_block,
 )
+from lure.analysis import analyse, max_sector
+from lure.analysis.counterexamples.confirming import scales, tried
+from lure.analysis.counterexamples.simulated import bracketed_root, simulate_loop
+from lure.analysis.counterexamples.trajectories import Finding
+from lure.analysis.inequality.gains import gain_intervals
+from lure.analysis.report.loop.observed import observed
+from lure.analysis.report.model import ContradictionError
+from lure.analysis.verdict import Verdict
 from lure.errors import InputError
-from lure.loop_library import builtin_loop
-from lure.system_file import parse_system
+from lure.files import parse_system
+from lure.files.builtin import builtin_loop
 
 ATTRACTS = "0 attracts"
 LAG3 = [1, 3, 3, 1]

@@ -7,9 +7,6 @@ import control
 import numpy as np
 import pytest
 
-from analysis import Verdict, certify, describing_hint, max_sector, passivity_indices
-from analysis.answers.subject import subject
-from analysis.simulation import simulate
 from lure import (
     DeadZone,
     DelayBlock,
@@ -29,11 +26,14 @@ from lure import (
     sector_shift,
     upwind,
 )
+from lure.analysis import Verdict, certify, describing_hint, max_sector, passivity_indices
+from lure.analysis.questions.problem import subject
+from lure.analysis.rod.simulation import simulate
 from lure.errors import InputError
-from lure.laws.accepting import as_law
-from lure.loop_library import builtin_loop
-from lure.scenario import Scenario, initial_state
-from lure.systems import paper_rod, rod_from_exact
+from lure.files.builtin import builtin_loop
+from lure.nonlinearities.reading import as_law
+from lure.rod.scenario import Scenario, initial_state
+from lure.rod.systems import paper_rod, rod_from_exact
 
 POINTS = 1j * np.geomspace(0.01, 100, 40)
 
@@ -217,7 +217,10 @@ def test_a_law_of_python_control_is_the_law_it_is():
     [
         (control.relay_hysteresis_nonlinearity(1, 0.5), "relay_hysteresis_nonlinearity has a memory"),
         (control.friction_backlash_nonlinearity(0.5), "friction_backlash_nonlinearity has a memory"),
-        (np.tanh, r"has no sector; a law says in which sector it lies: give one of lure.laws, or ExpressionLaw\("),
+        (
+            np.tanh,
+            r"has no sector; a law says in which sector it lies: give one of lure.nonlinearities, or ExpressionLaw\(",
+        ),
         (None, "None has no sector"),
     ],
 )

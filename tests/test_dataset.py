@@ -11,17 +11,17 @@ from refusals import refusal
 from runs import thrown, thrown_dashpot, thrown_end, thrown_energy, thrown_stress, thrown_velocity
 
 import lure
-from analysis.evidence import Evidence
-from analysis.runs import Request, motion_dataset, perform, run_dataset, sampled_motion, write_dataset
-from analysis.runs.galerkin import sampled_galerkin
-from analysis.runs.integrated import sampled_integration
-from analysis.runs.scheme import sampled_scheme
-from analysis.runs.summary import summary_dict, summary_lines
-from analysis.runs.writing import check_targets, written
 from lure import Scenario, builtin_system, upwind
-from lure.galerkin import galerkin
-from lure.motion import Boundary, Numerics, exact_motion
-from lure.system_file import find_system
+from lure.analysis.rod.runs import Request, motion_dataset, perform, run_dataset, sampled_motion, write_dataset
+from lure.analysis.rod.runs.galerkin import sampled_galerkin
+from lure.analysis.rod.runs.integrated import sampled_integration
+from lure.analysis.rod.runs.scheme import sampled_scheme
+from lure.analysis.rod.runs.summary import summary_dict, summary_lines
+from lure.analysis.rod.runs.writing import check_targets, written
+from lure.analysis.verdict import Evidence
+from lure.files import find_system
+from lure.rod.galerkin import galerkin
+from lure.rod.motion import Boundary, Numerics, exact_motion
 
 JUMPS = (0.5, 1.0, 1.5, 2.0)
 STRUCK = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9"])
@@ -170,7 +170,7 @@ def test_the_file_and_the_summary_say_which_object_moved(request_, subject, evid
 
 
 def test_the_samples_of_the_scheme_are_those_of_its_simulation():
-    from analysis.simulation import simulate
+    from lure.analysis.rod.simulation import simulate
 
     scheme = upwind(STRUCK.rod, 20)
     run = sampled_scheme(scheme, STRUCK.scenario, 2e-3, samples=41, places=21)
@@ -202,7 +202,7 @@ def test_the_displacement_along_the_scheme_has_the_velocity_as_its_rate():
 def test_the_two_ways_to_follow_the_scheme_agree():
     scheme = upwind(STRUCK.rod, 40)
     short = sampled_scheme(scheme, STRUCK.scenario, 1e-3, samples=21)
-    from analysis.runs import scheme as module
+    from lure.analysis.rod.runs import scheme as module
 
     long = module._structured(scheme, STRUCK.scenario, 1e-3, samples=21)
     assert long.z == pytest.approx(short.z, abs=1e-14)

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.dead_time.criteria import circle_largest, hurwitz_limit, popov_largest
-from analysis.evidence import Evidence, Verdict
 from lure import AssumptionError, InputError
-from lure.delay import DelayBlock
+from lure.analysis.theorems.dead_time import circle_largest, hurwitz_limit, popov_largest
+from lure.analysis.verdict import Evidence, Verdict
+from lure.plants.delay import DelayBlock
 
 DELAYS = st.fractions(min_value=Fraction(1, 100), max_value=5, max_denominator=100)
 RATES = st.fractions(min_value=Fraction(1, 10), max_value=10, max_denominator=20)

@@ -15,7 +15,8 @@ from scipy.linalg import expm
 from sympy.calculus.euler import euler_equations
 
 from lure import Rod
-from lure.derivation import (
+from lure.errors import InputError
+from lure.rod.derivation import (
     Misprint,
     Step,
     boundary_relations,
@@ -39,11 +40,29 @@ from lure.derivation import (
     upwind_matrices,
     weak_form,
 )
-from lure.derivation.popov import modulus, phase
-from lure.derivation.variation import f, u
-from lure.derivation.vocabulary import E, L, T, a, area, b, d, g, k, laplace, omega, p, residual, rho, s, t, theta, x
-from lure.errors import InputError
-from lure.upwind import upwind
+from lure.rod.derivation.rod import f, u
+from lure.rod.derivation.scheme import modulus, phase
+from lure.rod.derivation.vocabulary import (
+    E,
+    L,
+    T,
+    a,
+    area,
+    b,
+    d,
+    g,
+    k,
+    laplace,
+    omega,
+    p,
+    residual,
+    rho,
+    s,
+    t,
+    theta,
+    x,
+)
+from lure.rod.upwind import upwind
 
 Z = area * sp.sqrt(rho * E)
 PAPER = {E: 288_000_000, rho: 8, area: sp.Rational(1, 40_000), k: sp.Rational(2, 10_000)}
@@ -411,5 +430,5 @@ def test_an_unknown_form_is_refused(function):
 
 
 def test_importing_lure_does_not_import_the_derivation():
-    script = "import sys, lure; sys.exit(any(name.startswith('lure.derivation') for name in sys.modules))"
+    script = "import sys, lure; sys.exit(any(name.startswith('lure.rod.derivation') for name in sys.modules))"
     assert subprocess.run([sys.executable, "-c", script], cwd=Path(__file__).parents[1], check=False).returncode == 0

@@ -1,4 +1,4 @@
-"""analysis.criteria.describing: the describing function as a hint, checked against integrals and python-control."""
+"""lure.analysis.describing: the describing function as a hint, checked against integrals and python-control."""
 
 import math
 from fractions import Fraction
@@ -10,11 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
-from analysis.criteria.describing import DescribingHint, describing_hint
-from analysis.criteria.describing_function import describing_function
-from analysis.evidence import Evidence
 from lure import AssumptionError, InputError, Sector
-from lure.laws import (
+from lure.analysis.describing import DescribingHint, describing_function, describing_hint
+from lure.analysis.verdict import Evidence
+from lure.nonlinearities import (
     Cubic,
     DeadZone,
     ExpressionLaw,
@@ -26,7 +25,7 @@ from lure.laws import (
     relay_with_slope,
     shifted_law,
 )
-from lure.rational import RationalBlock
+from lure.plants.rational import RationalBlock
 
 THIRD_ORDER = RationalBlock([10], [1, 3, 2, 0])
 sizes = st.fractions(Fraction(1, 20), 20, max_denominator=20)

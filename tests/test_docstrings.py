@@ -20,7 +20,6 @@ import docutils.nodes
 import docutils.parsers.rst.roles
 import pytest
 
-import analysis
 import lure
 
 ROOT = Path(__file__).parents[1]
@@ -242,5 +241,5 @@ def test_attributes_are_those_of_the_class():
 def test_exit_statuses_are_those_of_the_command():
     page = (ROOT / "docs" / "reference" / "command-line.rst").read_text(encoding="utf-8")
     table = set(re.findall(r"^   \* - (\d+)$", page, re.MULTILINE))
-    said = sections(found("analysis.cli.main"))["Returns"]
+    said = sections(found("lure.analysis.cli.main"))["Returns"]
     assert table == set(re.findall(r"\b(\d+) [a-z]", said))

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference import decades, rods
 
-from analysis.energy import (
+from lure import AssumptionError, Rod, Scenario, initial_state, upwind
+from lure.analysis.rod.energy import (
     deflated_coordinate,
     discrete_energy,
     energy_balance,
@@ -15,8 +16,7 @@ from analysis.energy import (
     split_state,
     zeta_weights,
 )
-from lure import AssumptionError, Rod, Scenario, initial_state, upwind
-from lure.cnn import ORDERINGS
+from lure.rod.upwind import ORDERINGS
 
 # c = 2, s = 2 N/3, Z = 1, d = 1/2
 UNITS = {"youngs_modulus": 4, "density": 1, "length": 3, "area": 0.5, "compliance": 0.25, "exponent": 1.5, "gap": 0.1}

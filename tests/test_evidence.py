@@ -1,4 +1,4 @@
-"""analysis.evidence: verdicts without a truth value, evidence in order, brackets that hold their number."""
+"""lure.analysis.verdict: verdicts without a truth value, evidence in order, brackets that hold their number."""
 
 import math
 from itertools import pairwise
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.evidence import INFINITE, Bracket, Evidence, Verdict
+from lure.analysis.verdict import INFINITE, Bracket, Evidence, Verdict
 
 numbers = st.floats(allow_nan=False)
 

@@ -9,12 +9,12 @@ from fractions import Fraction
 
 import pytest
 
-from analysis.answers import analyse, findings, max_sector, max_slope
-from analysis.answers.largest import meet
-from analysis.deadline import checkpoint, time_left, time_limit
-from analysis.evidence import Verdict
-from analysis.refutation.oscillation import _smallest
 from lure import InputError, RationalBlock, as_block
+from lure.analysis.counterexamples.oscillation import _smallest
+from lure.analysis.deadline import checkpoint, time_left, time_limit
+from lure.analysis.questions import analyse, findings, max_sector, max_slope
+from lure.analysis.questions.largest import meet
+from lure.analysis.verdict import Verdict
 
 # d + k n = s^3 + (2 + 2k) s^2 + (2 - k) s + 1 is Hurwitz up to 2k^2 - 2k = 3, k = (1 + sqrt 7)/2; Popov ends at 1.49,
 # Park's criterion reaches it.
@@ -71,7 +71,7 @@ def test_no_orbit_is_looked_for_where_it_would_contradict_a_proof(monkeypatch):
         raise AssertionError("an orbit of a class that is proved")
 
     _smallest.cache_clear()
-    monkeypatch.setattr("analysis.refutation.oscillation.OrbitSearch", refuse)
+    monkeypatch.setattr("lure.analysis.counterexamples.oscillation.OrbitSearch", refuse)
     rows = {(row.question, row.odd, row.time_varying): row for row in analyse(PARK).rows}
     assert not rows["sector", False, False].closed
     assert rows["slope", True, False].closed

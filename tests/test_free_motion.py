@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import AssumptionError, InputError, Rod, Scenario, builtin_system
-from lure.free_motion import free_motion
+from lure.rod.free_motion import free_motion
 
 PAPER = builtin_system("paper-rod")
 # c = 2, Z = 1, T = 1.5

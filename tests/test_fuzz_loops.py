@@ -13,16 +13,16 @@ from hypothesis import strategies as st
 from motions import unit_rod
 from scipy.integrate import solve_ivp
 
-from analysis import Verdict, max_sector, max_slope
-from analysis.testing.strategies import (
+from lure import RationalBlock, Scenario
+from lure.analysis import Verdict, max_sector, max_slope
+from lure.analysis.testing.strategies import (
     lurie_blocks,
     monotone_graphs,
     monotone_members,
     sector_graphs,
     sector_members,
 )
-from lure import RationalBlock, Scenario
-from lure.motion import Boundary, exact_motion
+from lure.rod.motion import Boundary, exact_motion
 
 LARGEST = 20
 GROWTH = 1e-6

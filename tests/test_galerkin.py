@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import AssumptionError, Expression, InputError, Rod, Scenario
-from lure.derivation import variation, vocabulary
-from lure.galerkin import GalerkinModel, NonuniformRod, Touch, galerkin
-from lure.galerkin.equations import Equations
+from lure.rod.derivation import rod as variation
+from lure.rod.derivation import vocabulary
+from lure.rod.galerkin import GalerkinModel, NonuniformRod, Touch, galerkin
+from lure.rod.galerkin.model import Equations
 
 SPACES = [("P1", 7), ("P2", 7), ("cosine", 6)]
 # c = 2, Z = 1, T = 3/2

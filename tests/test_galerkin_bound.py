@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from reference import decades
 
 from lure import AssumptionError, InputError, Rod, Scenario
-from lure.galerkin import NonuniformRod, galerkin
+from lure.rod.galerkin import NonuniformRod, galerkin
 
 UNIT = {"youngs_modulus": 1, "density": 1, "length": 1, "area": 1, "compliance": 1}
 SPACES = st.sampled_from([("P1", 5), ("P2", 5), ("cosine", 4)])

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from analysis.simulation import simulate
 from lure import Expression, InputError, Rod, Scenario, builtin_system, upwind
-from lure.free_motion import free_motion
-from lure.galerkin import KnownState, NonuniformRod, convergence, formula_state, free_state, galerkin, state_error
+from lure.analysis.rod.simulation import simulate
+from lure.rod.free_motion import free_motion
+from lure.rod.galerkin import KnownState, NonuniformRod, convergence, formula_state, free_state, galerkin, state_error
 
 # c = 2, Z = 1, T = 3/2
 ROD = Rod(youngs_modulus=4, density=1, length=3, area=0.5, damping=0.3, compliance=0.25, gap=5)

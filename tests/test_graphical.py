@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis import Evidence, Verdict, nyquist_response, popov_response
-from analysis.graphical.theta import searched_theta
 from lure import Loop, RodBlock, Saturation, as_block, upwind
+from lure.analysis import Evidence, Verdict, nyquist_response, popov_response
+from lure.analysis.graphical.supporting_proof import searched_theta
 from lure.errors import AssumptionError, InputError
-from lure.loop_library import builtin_loops
-from lure.systems import paper_rod
+from lure.files.builtin import builtin_loops
+from lure.rod.systems import paper_rod
 
 matplotlib = pytest.importorskip("matplotlib")
 matplotlib.use("Agg")

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from plants import CONTINUOUS, block
 
-from analysis.criteria.popov import popov_largest
-from analysis.evidence import Evidence, Verdict
-from analysis.hamiltonian import HamiltonianFamily, popov_largest_computed
+from lure.analysis.inequality.hamiltonian import HamiltonianFamily, popov_largest_computed
+from lure.analysis.theorems.popov import popov_largest
+from lure.analysis.verdict import Evidence, Verdict
 from lure.errors import AssumptionError, InputError
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpc, mpf
 
-from analysis.hamiltonian import popov_largest_computed
-from analysis.refined import Refined, exact_dot
+from lure.analysis.inequality.hamiltonian import popov_largest_computed
+from lure.analysis.numerics.refined import Refined, exact_dot
 from lure.errors import AssumptionError
 
 FLANKS = (-2, -1, -0.5, 0, 0.5, 1, 2)

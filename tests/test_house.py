@@ -11,7 +11,6 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-import analysis
 import lure
 
 ROOT = Path(__file__).parents[1]

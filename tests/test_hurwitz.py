@@ -7,21 +7,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.answers import max_sector
-from analysis.criteria.checks import check_plant, require_well_posed, well_posed
-from analysis.criteria.gain_ends import gain_ends, simplest_between
-from analysis.criteria.hurwitz import (
+from lure.analysis.inequality.checks import check_plant, require_well_posed, well_posed
+from lure.analysis.inequality.gains import (
+    gain_ends,
     gain_intervals,
     hurwitz_criterion,
     hurwitz_largest,
     hurwitz_limit,
     is_stable_gain,
+    simplest_between,
     unstable_gain,
 )
-from analysis.evidence import Evidence, Verdict
+from lure.analysis.questions import max_sector
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
-from lure.rational import RationalBlock
-from lure.sector import Sector
+from lure.plants.rational import RationalBlock
 
 F = Fraction
 _COEFFICIENTS = st.fractions(min_value=-4, max_value=4, max_denominator=8)

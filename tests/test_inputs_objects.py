@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from refusals import refusal
 
 from lure import LinearBlock, builtin_loop, builtin_system, upwind
-from lure.delay import DelayBlock
 from lure.errors import InputError
-from lure.frequency_data import FrequencyData
-from lure.inputs import as_block, sampling_time
-from lure.inputs.roots import polynomial_of_roots
-from lure.rational import RationalBlock
+from lure.plants import as_block, sampling_time
+from lure.plants.delay import DelayBlock
+from lure.plants.frequency_data import FrequencyData
+from lure.plants.rational import RationalBlock
+from lure.plants.text import polynomial_of_roots
 
 
 # python-control and scipy.signal

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from plants import value
 from refusals import refusal
 
-from lure.delay import DelayBlock
 from lure.errors import InputError
 from lure.expressions import Expression
-from lure.inputs import as_block, coefficients, parse_transfer
-from lure.rational import RationalBlock
+from lure.plants import as_block, coefficients, parse_transfer
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
 
 
 @pytest.mark.parametrize(

@@ -7,20 +7,20 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from analysis import analyse, max_sector, max_slope, report_on
-from analysis.answers.state_space import by_matrices
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.checker import check
-from analysis.certificates.second import recheck
-from analysis.criteria.circle import circle_largest
-from analysis.criteria.hurwitz import hurwitz_limit
-from analysis.criteria.popov import popov_largest
-from analysis.criteria.state_space import state_space_largest
-from analysis.evidence import Evidence, Verdict
-from analysis.refutation.state_space import growing_gains
 from lure import Saturation, Sector, StateSpaceBlock, as_block
+from lure.analysis import analyse, max_sector, max_slope, report_on
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.second import recheck
+from lure.analysis.counterexamples.linear import growing_gains
+from lure.analysis.inequality.gains import hurwitz_limit
+from lure.analysis.inequality.state_space import state_space_largest
+from lure.analysis.questions.state_space import by_matrices
+from lure.analysis.theorems.circle import circle_largest
+from lure.analysis.theorems.popov import popov_largest
+from lure.analysis.verdict import Evidence, Verdict
 from lure.errors import AssumptionError
-from lure.inputs.matrices import rational_block
+from lure.plants.matrices import rational_block
 
 
 def dense(n, *, seed=0, dt=None):
@@ -143,8 +143,8 @@ def test_a_block_that_is_not_stable_is_refuted_and_one_on_the_axis_is_not_decide
 
 # what doubles say is proposed and never believed: here they are wrong by a tenth, on either side
 def test_a_search_that_is_wrong_costs_an_answer_and_never_makes_one(monkeypatch):
-    from analysis.certificates import by_matrices as ladder
-    from analysis.refutation import state_space as growing
+    from lure.analysis.certificates import by_matrices as ladder
+    from lure.analysis.counterexamples import linear as growing
 
     block = dense(16, seed=9)
     limit = hurwitz_limit(exact(block)).middle
@@ -230,7 +230,7 @@ def test_a_report_on_many_states_draws_its_plots(plant, tmp_path):
 
 # without a matrix the numbers stay, as what they are
 def test_where_no_matrix_is_accepted_the_answer_is_computed_and_says_why(monkeypatch):
-    from analysis.certificates import by_matrices as ladder
+    from lure.analysis.certificates import by_matrices as ladder
 
     monkeypatch.setattr(ladder, "STEPS_DOWN", (-0.01,))
     found = max_sector(dense(14, seed=11), criterion="circle")

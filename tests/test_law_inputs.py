@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from analysis import describing_function, law_bounds
-from analysis.bounds import violation
-from analysis.criteria.popov import popov_criterion
-from analysis.evidence import Evidence
 from lure import LawClass, Sector, as_law
+from lure.analysis import describing_function, law_bounds
+from lure.analysis.nonlinearity import violation
+from lure.analysis.theorems.popov import popov_criterion
+from lure.analysis.verdict import Evidence
+from lure.classes import SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.laws import (
+from lure.files import loop_to_toml, parse_system, read_system
+from lure.nonlinearities import (
     Cubic,
     DeadZone,
     LeakyReLU,
@@ -24,10 +26,8 @@ from lure.laws import (
     Tanh,
     law_from_table,
 )
-from lure.nonlinearity import NormalCompliance
-from lure.rational import RationalBlock
-from lure.sector import SlopeBounds
-from lure.system_file import loop_to_toml, parse_system, read_system
+from lure.nonlinearities.protocol import NormalCompliance
+from lure.plants.rational import RationalBlock
 
 F = Fraction
 PLANT = "[plant]\nnum = [1]\nden = [1, 3, 2, 0]\n"

@@ -1,4 +1,4 @@
-"""lure.laws: values, slopes and primitives of each law, and the tightest sector, slope bounds and parity."""
+"""lure.nonlinearities: values, slopes and primitives of each law, and the tightest sector, slope bounds and parity."""
 
 import math
 from fractions import Fraction
@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from lure import InputError, NormalCompliance, Sector, SlopeBounds
-from lure.laws import (
+from lure.nonlinearities import (
     Cubic,
     DeadZone,
     LeakyReLU,

@@ -1,4 +1,4 @@
-"""lure.laws: laws given as formulas, and which of them are piecewise linear."""
+"""lure.nonlinearities: laws given as formulas, and which of them are piecewise linear."""
 
 import math
 from fractions import Fraction
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lure import InputError, Sector
-from lure.laws import DeadZone, ExpressionLaw, LeakyReLU, ReLU, Saturation
+from lure.nonlinearities import DeadZone, ExpressionLaw, LeakyReLU, ReLU, Saturation
 
 
 @pytest.mark.parametrize(

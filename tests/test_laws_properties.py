@@ -1,4 +1,4 @@
-"""lure.laws: what is known of a law, what is only declared, and laws from tables."""
+"""lure.nonlinearities: what is known of a law, what is only declared, and laws from tables."""
 
 import math
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import AssumptionError, InputError, NormalCompliance, Sector, SlopeBounds
-from lure.law_class import LawClass
-from lure.laws import (
+from lure.classes import LawClass
+from lure.nonlinearities import (
     LAW_KINDS,
     Cubic,
     DeadZone,

@@ -57,7 +57,7 @@ def parsed(module):
     "text",
     [
         "import analysis",
-        "import analysis.plots as p",
+        "import lure.analysis.plots as p",
         "from analysis import x",
         "from analysis.x import y",
         "def f():\n    import os, analysis",

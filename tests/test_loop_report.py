@@ -12,15 +12,15 @@ import jsonschema
 import numpy as np
 import pytest
 
-from analysis.evidence import Verdict
-from analysis.plots.loops import OnAxis, plot_loop_nyquist, plot_loop_popov, plot_reach
-from analysis.plots.solutions import plot_solutions
-from analysis.report.loop import LoopReport, build_loop_report, write_loop_report
-from analysis.report.loop.balance import balance_hints
-from analysis.report.loop.document import inputs_sha256, law_text, loop_document
-from analysis.report.loop.figures import loop_figures
-from analysis.report.loop.plain import plain
-from analysis.report.loop.words import (
+from lure import DelayBlock, InputError, RationalBlock
+from lure.analysis.plots.loops import OnAxis, plot_loop_nyquist, plot_loop_popov, plot_reach
+from lure.analysis.plots.orbits import plot_solutions
+from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
+from lure.analysis.report.loop.balance import balance_hints
+from lure.analysis.report.loop.document import inputs_sha256, law_text, loop_document
+from lure.analysis.report.loop.figures import loop_figures
+from lure.analysis.report.loop.plain import plain
+from lure.analysis.report.loop.words import (
     asked_about,
     class_words,
     counterexamples,
@@ -29,11 +29,11 @@ from analysis.report.loop.words import (
     open_questions,
     own,
 )
-from lure import DelayBlock, InputError, RationalBlock
-from lure.loop_library import builtin_loop
-from lure.system_file import parse_system
+from lure.analysis.verdict import Verdict
+from lure.files import parse_system
+from lure.files.builtin import builtin_loop
 
-SCHEMA = json.loads(resources.files("analysis.report").joinpath("schema.json").read_text("utf-8"))
+SCHEMA = json.loads(resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8"))
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
 HOSTILE = "<script>alert('x')</script> & \"q\" {{ 7 * 7 }} ]]>"
 FILES = {

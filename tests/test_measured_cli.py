@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from analysis.cli import main
-from analysis.cli import sectors as sectors  # puts the command on the app
-from analysis.measured import EXAMPLE, Measurements, fit_compliance, report_of, sector_of
-from analysis.plots import render
-from analysis.plots.measured import plot_compliance, plot_measured
+from lure.analysis.cli import main
+from lure.analysis.cli import sectors as sectors  # puts the command on the app
+from lure.analysis.measured import EXAMPLE, Measurements, fit_compliance, report_of, sector_of
+from lure.analysis.plots import render
+from lure.analysis.plots.measured import plot_compliance, plot_measured
 
 REPORT = report_of(EXAMPLE, fit=True)
 

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from analysis.measured import Measurements, margin_of, sector_of
-from analysis.plots.measured import plot_measured
+from lure.analysis.measured import Measurements, margin_of, sector_of
+from lure.analysis.plots.measured import plot_measured
 
 R = 1e-3
 EVEN = {rows: np.linspace(-R, R, rows) for rows in (60, 200)}
@@ -83,7 +83,7 @@ def test_no_confidence_is_stated_for_a_law_that_bends_within_its_pieces():
 
 
 def test_the_command_does_not_call_such_bounds_shown(tmp_path, capsys):
-    from analysis.cli import main
+    from lure.analysis.cli import main
 
     data = bounded("stretched", 0, 0.001).measurements
     rows = [f"{u!r},{p!r}" for u, p in zip(data.displacement.tolist(), data.load.tolist(), strict=True)]

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from analysis.cli import main
-from analysis.measured import Measurements, read_measurements, sector_of
-from analysis.measured.units import known_unit
 from lure import AssumptionError, InputError
+from lure.analysis.cli import main
+from lure.analysis.measured import Measurements, read_measurements, sector_of
+from lure.analysis.measured.table import known_unit
 
 ROWS = [(0.0, 0.0), (0.5, 10.0), (1.0, 20.0), (1.5, 30.0)]  # mm and N, in every file below
 
@@ -204,7 +204,7 @@ SIZES = st.sampled_from([1e-300, 1e-15, 1e-9, 1.0, 1e9, 1e200])
     sizes=st.tuples(SIZES, SIZES),
 )
 def test_any_numbers_have_a_sector_or_a_sentence(values, sizes):
-    from analysis.measured import report_of
+    from lure.analysis.measured import report_of
 
     u, p = (np.array(column) * size for column, size in zip(zip(*values, strict=True), sizes, strict=True))
     for fit in (False, True):

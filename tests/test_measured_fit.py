@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from measuring import compliance_data, covers
 
-from analysis.evidence import Evidence
-from analysis.measured import Measurements, example_measurements, fit_compliance, sector_of
-from analysis.measured.example import PATH
-from analysis.measured.make_example import EPS as PAD_EPS
-from analysis.measured.make_example import EXPONENT, GAP, KNOCKS, example_text
 from lure import AssumptionError, InputError
+from lure.analysis.measured import Measurements, example_measurements, fit_compliance, sector_of
+from lure.analysis.measured.example import EPS as PAD_EPS
+from lure.analysis.measured.example import EXPONENT, GAP, KNOCKS, PATH, example_text
+from lure.analysis.verdict import Evidence
 
 # The box around a region of confidence 95 % for three parameters: independent ones lie in it with probability
 # (2 Phi(sqrt(7.81)) - 1)^3 = 0.985, correlated ones more often.  95 of 100 then fails once in about 100 sets of seeds.

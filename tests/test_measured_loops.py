@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from elements import LAWS, LOOPS, errors, path, viscous
 
-from analysis.measured import Measurements, hysteresis_of, margin_of, report_of, sector_of
-from analysis.measured.loops import has_loop, pairs_of
 from lure import AssumptionError
+from lure.analysis.measured import Measurements, hysteresis_of, margin_of, report_of, sector_of
+from lure.analysis.measured.loops import has_loop, pairs_of
 
 WIDTH, COMMON = 3.0, 40  # deviations of the noise; readings on both of two branches
 
@@ -141,7 +141,7 @@ def damper():
 
 
 def test_a_fat_loop_of_16_branches_is_named_and_nothing_follows(tmp_path, capsys):
-    from analysis.cli import main
+    from lure.analysis.cli import main
 
     data = damper()
     found = sector_of(data)

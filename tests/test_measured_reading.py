@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.measured import read_measurements
-from analysis.measured.units import known_unit, split_heading
 from lure import InputError
+from lure.analysis.measured import read_measurements
+from lure.analysis.measured.table import known_unit, split_heading
 
 U, F = [1e-6, 2.5e-6, 4e-6], [1e-3, 2e-3, 4.5e-3]  # in metres and newtons, in every file below
 SAME = {

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from analysis.evidence import Evidence
-from analysis.measured import (
+from lure import AssumptionError, InputError, Sector, SlopeBounds
+from lure.analysis.measured import (
     EXAMPLE,
     Measurements,
     example_measurements,
@@ -17,8 +17,8 @@ from analysis.measured import (
     report_of,
     sector_of,
 )
-from analysis.measured.mean_law import mean_law, one_thread
-from lure import AssumptionError, InputError, Sector, SlopeBounds
+from lure.analysis.measured.mean_law import mean_law, one_thread
+from lure.analysis.verdict import Evidence
 
 X = np.linspace(-1e-3, 1e-3, 200)
 # law, its chords and its slopes on [-1 mm, 1 mm], by hand; affine between a few knots, as is assumed

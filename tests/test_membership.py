@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis import analyse, certify
-from analysis.certificates import codes
-from analysis.evidence import Verdict
-from analysis.membership import Status, examined, membership
 from lure import as_block
+from lure.analysis import analyse, certify
+from lure.analysis.certificates import codes
+from lure.analysis.nonlinearity.membership import Status, examined, membership
+from lure.analysis.verdict import Verdict
+from lure.classes import LawClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.law_class import LawClass
-from lure.laws import (
+from lure.nonlinearities import (
     Cubic,
     DeadZone,
     ExpressionLaw,
@@ -30,8 +30,7 @@ from lure.laws import (
     law_class,
     shifted_law,
 )
-from lure.nonlinearity import NormalCompliance
-from lure.sector import Sector, SlopeBounds
+from lure.nonlinearities.protocol import NormalCompliance
 
 LIBRARY = [
     Saturation(gain=2, limit=1),

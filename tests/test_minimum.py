@@ -7,8 +7,8 @@ from flint import arb, ctx
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.minimum import _taylor_bound, minimum
-from analysis.precision import ball, outward, working_precision
+from lure.analysis.numerics.minimum import _taylor_bound, minimum
+from lure.analysis.numerics.precision import ball, outward, working_precision
 
 
 def close(best):

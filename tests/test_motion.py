@@ -1,4 +1,4 @@
-"""lure.motion without contact: waves against closed forms, boundary conditions, loads, streaming, refusals."""
+"""lure.rod.motion without contact: waves against closed forms, boundary conditions, loads, streaming, refusals."""
 
 import math
 
@@ -7,8 +7,8 @@ import pytest
 from motions import EITHER_WAY, imbalance, other_rod, unit_rod
 
 from lure import InputError, RodBlock, Scenario, builtin_system
-from lure.free_motion import free_motion
-from lure.motion import Boundary, Numerics, exact_motion, motion_windows
+from lure.rod.free_motion import free_motion
+from lure.rod.motion import Boundary, Numerics, exact_motion, motion_windows
 
 RNG = np.random.default_rng(5)
 

@@ -1,4 +1,4 @@
-"""lure.motion on absurd but legal inputs: right, checked against something, or refused in one sentence."""
+"""lure.rod.motion on absurd but legal inputs: right, checked against something, or refused in one sentence."""
 
 import math
 import re
@@ -9,7 +9,7 @@ import pytest
 from motions import imbalance, other_rod, unit_rod
 
 from lure import AssumptionError, InputError, Scenario
-from lure.motion import Boundary, Numerics, exact_motion
+from lure.rod.motion import Boundary, Numerics, exact_motion
 
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")
 RIGID = Boundary(rigid=True)

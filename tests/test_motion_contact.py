@@ -1,4 +1,4 @@
-"""lure.motion in contact: impacts worked out by hand, stiff and rigid obstacles, energy, the scheme and the shift."""
+"""lure.rod.motion in contact: impacts worked out by hand, stiff and rigid obstacles, energy, the scheme and the shift."""
 
 import math
 from fractions import Fraction
@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from motions import EITHER_WAY, imbalance, other_rod, unit_rod
 
-from analysis.reproduce.shift import rod_run
-from analysis.simulation import simulate
 from lure import AssumptionError, PiecewiseLinear, Scenario, builtin_system, upwind
-from lure.motion import Boundary, Numerics, exact_motion
-from lure.systems import rod_from_exact
+from lure.analysis.rod.paper.shift import rod_run
+from lure.analysis.rod.simulation import simulate
+from lure.rod.motion import Boundary, Numerics, exact_motion
+from lure.rod.systems import rod_from_exact
 
 THROWN = Scenario.parse(velocity="1")
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")

@@ -1,13 +1,13 @@
-"""lure.motion where rounding decides: contact at one instant, grazing from rest, laws far from zero, energies, ends."""
+"""lure.rod.motion where rounding decides: contact at one instant, grazing from rest, laws far from zero, energies, ends."""
 
 import numpy as np
 import pytest
 from motions import EITHER_WAY, other_rod, unit_rod
 
 from lure import InputError, PiecewiseLinear, Scenario
-from lure.motion import Boundary, Numerics, exact_motion
-from lure.motion.pieces import Pieces
-from lure.motion.sources import Sources
+from lure.rod.motion import Boundary, Numerics, exact_motion
+from lure.rod.motion.pieces import Pieces
+from lure.rod.motion.sources import Sources
 
 
 def ringing_wave(seed):

@@ -1,4 +1,4 @@
-"""lure.motion, the compiled engine: the numbers of the plain path, whatever is kept and however it is cut in chunks."""
+"""lure.rod.motion, the compiled engine: the numbers of the plain path, whatever is kept and however it is cut in chunks."""
 
 import os
 import subprocess
@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from motions import WITH_NUMBA, other_rod, unit_rod
 
 from lure import InputError, PiecewiseLinear, Scenario, builtin_system
-from lure.motion import Boundary, Numerics, choice, exact_motion, motion_windows
-from lure.motion.panels import Panels
-from lure.motion.record import Windows, record_of
-from lure.motion.solve import _problem
+from lure.rod.motion import Boundary, Numerics, choice, exact_motion, motion_windows
+from lure.rod.motion.panels import Panels
+from lure.rod.motion.record import Windows, record_of
+from lure.rod.motion.solve import _problem
 
 PLAIN, COMPILED = Numerics(compiled=False), Numerics(compiled=True)
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")
@@ -82,7 +82,7 @@ SAME_CODE = """
 import numpy as np
 from lure import Scenario
 from motions import other_rod
-from lure.motion import Numerics, exact_motion
+from lure.rod.motion import Numerics, exact_motion
 scenario = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")
 motion = exact_motion(other_rod(compliance=1e-3), scenario, 12.0, numerics=Numerics(compiled=True))
 print(motion.z(np.linspace(0, 12, 50)).tobytes().hex(), len(motion.impacts), motion.energy_residual)
@@ -104,7 +104,7 @@ def test_the_engine_is_the_same_code_without_compilation():
 @WITH_NUMBA
 @pytest.mark.parametrize(("windows", "pieces", "panels"), [(1, 600, 1), (7, 700, 40), (500, 5000, 300)])
 def test_chunks_do_not_matter(monkeypatch, windows, pieces, panels):
-    from lure.motion import engine
+    from lure.rod.motion import engine
 
     rod = other_rod(compliance=1e-3)
     whole = exact_motion(rod, LOADED, 150.0, numerics=COMPILED)
@@ -121,7 +121,7 @@ def test_chunks_do_not_matter(monkeypatch, windows, pieces, panels):
 
 @WITH_NUMBA
 def test_room_grows_for_a_round_trip_of_very_many_pieces(monkeypatch):
-    from lure.motion import engine
+    from lure.rod.motion import engine
 
     scenario = Scenario.parse(force="0.3*sin(700*t)", velocity="0.4")
     whole = exact_motion(unit_rod(gap=0.1), scenario, 9.0, numerics=COMPILED)
@@ -230,7 +230,7 @@ def test_panels_hold_the_load(force):
 def test_compilation_is_chosen_where_it_pays(monkeypatch):
     problem = SimpleNamespace(transits=100.0, law=SimpleNamespace(segments=[SimpleNamespace(power=1.0)]))
     monkeypatch.setattr(choice, "find_spec", lambda _: object())
-    monkeypatch.setitem(sys.modules, "lure.motion.kernel_window", None)
+    monkeypatch.setitem(sys.modules, "lure.rod.motion.kernel_window", None)
     for transits, kept, pays in ((2000, True, False), (6000, True, True), (6000, False, False), (90_000, False, True)):
         problem.transits = transits
         monkeypatch.setattr(choice, "_kept", lambda kept=kept: kept)

@@ -1,4 +1,4 @@
-"""lure.motion in its limits: rigid obstacle, grazing, dashpots that keep everything or take everything."""
+"""lure.rod.motion in its limits: rigid obstacle, grazing, dashpots that keep everything or take everything."""
 
 import itertools
 import math
@@ -10,8 +10,8 @@ from motions import imbalance, other_rod, unit_rod
 from scipy.optimize import brentq
 
 from lure import Scenario, builtin_system
-from lure.motion import Boundary, Numerics, exact_motion
-from lure.systems import rod_from_exact
+from lure.rod.motion import Boundary, Numerics, exact_motion
+from lure.rod.systems import rod_from_exact
 
 THROWN = Scenario.parse(velocity="1")
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")

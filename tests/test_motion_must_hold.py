@@ -1,4 +1,4 @@
-"""lure.motion: energy in every regime, self-convergence, honest errors, other solvers, random motions of any size."""
+"""lure.rod.motion: energy in every regime, self-convergence, honest errors, other solvers, random motions of any size."""
 
 import math
 from fractions import Fraction
@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motions import imbalance, other_rod, unit_rod
 
-from analysis.simulation import simulate
 from lure import AssumptionError, InputError, PiecewiseLinear, Scenario, builtin_system, upwind
-from lure.galerkin import galerkin
-from lure.motion import Boundary, Numerics, exact_motion
-from lure.systems import rod_from_exact
+from lure.analysis.rod.simulation import simulate
+from lure.rod.galerkin import galerkin
+from lure.rod.motion import Boundary, Numerics, exact_motion
+from lure.rod.systems import rod_from_exact
 
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")
 REGIMES = ("1e6", "1", "1e-3", "1e-6", "1e-9", "1e-12", "rigid")

@@ -1,4 +1,4 @@
-"""lure.motion on random rods, laws, loads and data: energy is never created and no event is missed."""
+"""lure.rod.motion on random rods, laws, loads and data: energy is never created and no event is missed."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from motions import imbalance, unit_rod
 
 from lure import AssumptionError, Scenario
-from lure.motion import Boundary, Numerics, exact_motion
+from lure.rod.motion import Boundary, Numerics, exact_motion
 
 AMOUNT = st.floats(-1, 1).map(lambda x: round(x, 3))
 

@@ -1,4 +1,4 @@
-"""lure.motion against references to 30 digits and more that share no code with it: the error it reports is true."""
+"""lure.rod.motion against references to 30 digits and more that share no code with it: the error it reports is true."""
 
 import math
 from fractions import Fraction
@@ -11,7 +11,7 @@ from mpmath import mpf
 from reference_motion import derivative, reference, sine, term, total
 
 from lure import Scenario, builtin_system
-from lure.motion import Boundary, Numerics, exact_motion
+from lure.rod.motion import Boundary, Numerics, exact_motion
 
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")
 ROUNDING = 1e-15

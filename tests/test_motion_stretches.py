@@ -1,4 +1,4 @@
-"""lure.motion, round trips in which nothing happens: the numbers of compiled code that goes through each of them."""
+"""lure.rod.motion, round trips in which nothing happens: the numbers of compiled code that goes through each of them."""
 
 from fractions import Fraction
 
@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from motions import WITH_NUMBA, unit_rod
 
 from lure import InputError, PiecewiseLinear, Scenario, builtin_system
-from lure.motion import Boundary, Numerics, exact_motion
-from lure.motion.quiet_load import QuietLoads
-from lure.motion.solve import _problem
-from lure.motion.stretch import Stretch
+from lure.rod.motion import Boundary, Numerics, exact_motion
+from lure.rod.motion.quiet_load import QuietLoads
+from lure.rod.motion.solve import _problem
+from lure.rod.motion.stretch import Stretch
 
 pytestmark = WITH_NUMBA
 ON, OFF = Numerics(compiled=True), Numerics(compiled=True, stretches=False)

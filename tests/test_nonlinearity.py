@@ -1,4 +1,4 @@
-"""lure.nonlinearity: the normal compliance law, its sector, its slope and its primitive."""
+"""lure.nonlinearities.protocol: the normal compliance law, its sector, its slope and its primitive."""
 
 import math
 from fractions import Fraction
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from lure import InputError, NormalCompliance, Sector
-from lure.sector import SlopeBounds
+from lure.classes import SlopeBounds
 
 stiffnesses, exponents = st.floats(1e-6, 1e6), st.floats(0.25, 5)
 penetrations = st.floats(-1e3, 1e3)

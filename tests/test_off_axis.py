@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from plants import CONTINUOUS, block, stable_plants
 
-from analysis.criteria.hurwitz import is_stable_gain
-from analysis.criteria.off_axis import off_axis_criterion, off_axis_largest
-from analysis.criteria.popov import popov_criterion
-from analysis.evidence import Evidence, Verdict
 from lure import Sector
+from lure.analysis.inequality.gains import is_stable_gain
+from lure.analysis.theorems.off_axis import off_axis_criterion, off_axis_largest
+from lure.analysis.theorems.popov import popov_criterion
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.sector import SlopeBounds
 
 
 # 1/(s+1)^3 meets the negative real axis at -1/8 for omega = sqrt 3; the tangent there has the line's direction, and

@@ -12,17 +12,17 @@ from html import unescape
 import pytest
 from markupsafe import Markup
 
-from analysis import analyse, max_sector, max_slope
-from analysis.report import build_report, claims
-from analysis.report.document import document
-from analysis.report.html import page
-from analysis.report.loop.document import loop_document
-from analysis.report.loop.model import LoopReport
-from analysis.report.loop.write import loop_page
 from lure import builtin_system
-from lure.loop_library import builtin_loop, loop_names
-from lure.system_file import parse_system
-from lure.systems import rod_from_exact
+from lure.analysis import analyse, max_sector, max_slope
+from lure.analysis.report import build_report, claims
+from lure.analysis.report.document import document
+from lure.analysis.report.html import page
+from lure.analysis.report.loop.document import loop_document
+from lure.analysis.report.loop.model import LoopReport
+from lure.analysis.report.loop.write import loop_page
+from lure.files import parse_system
+from lure.files.builtin import builtin_loop, loop_names
+from lure.rod.systems import rod_from_exact
 
 SEARCHED = {"ct-3", "ct-4", "ct-5", "ct-6", "ct-7", "dt-1", "dt-2", "dt-3", "dt-5", "dt-6", "integrator-lead"}
 SEARCHED |= {"kalman-fitts", "leonov-bragin-kuznetsov"}  # seconds each

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from analysis.output import checked_target, placing, replaced, write_new
-from analysis.output.system import exchange, lock
+from lure.analysis import output as placing
+from lure.analysis.output import checked_target, exchange, lock, replaced, write_new
 from lure.errors import InputError
 
 ROOT = Path(__file__).parents[1]
@@ -255,7 +255,7 @@ import sys, time
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from test_output import write
-from analysis.output import placing, replaced
+from lure.analysis.output import placing, replaced
 if {two_steps}:
     placing.exchange = lambda first, second: False
     rename = Path.rename

@@ -10,14 +10,13 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from plants import CONTINUOUS, block, stable_plants
 
-from analysis.criteria.hurwitz import is_stable_gain
-from analysis.criteria.park import park_criterion, park_largest
-from analysis.criteria.park_search import Support, jointly_infeasible
-from analysis.criteria.popov import popov_largest
-from analysis.evidence import Evidence, Verdict
-from analysis.multiplier_search import Cut
+from lure.analysis.inequality.gains import is_stable_gain
+from lure.analysis.inequality.multiplier_search import Cut
+from lure.analysis.theorems.park import Support, jointly_infeasible, park_criterion, park_largest
+from lure.analysis.theorems.popov import popov_largest
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.sector import SlopeBounds
 
 
 # Park's LMI gives 3.772, .788, .708, .0018333, .0018325 and 28.90; the whole class of multipliers reaches further in

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from analysis.criteria.passivity import passivity_indices
-from analysis.evidence import Verdict
-from lure.rational import RationalBlock
+from lure.analysis.theorems.passivity import passivity_indices
+from lure.analysis.verdict import Verdict
+from lure.plants.rational import RationalBlock
 
 F = Fraction
 P, R = Verdict.PROVED, Verdict.REFUTED

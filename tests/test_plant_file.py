@@ -9,18 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refusal
 
-from analysis.plant import Plant, closed_loop_poles
-from lure.delay import DelayBlock
+from lure.analysis.inequality.plant import Plant, closed_loop_poles
+from lure.classes import LawClass, Sector
 from lure.errors import InputError
-from lure.inputs import as_block
-from lure.law_class import LawClass
-from lure.loop_library import builtin_loop, builtin_loops, loop_names
-from lure.rational import RationalBlock
-from lure.sector import Sector
-from lure.state_space import StateSpaceBlock
-from lure.system_file import find_system, loop_to_toml, parse_system, plant_template, read_system, template
-from lure.systems import RodSystem
-from lure.systems_loop import LoopSystem, loop_system
+from lure.files import find_system, loop_to_toml, parse_system, plant_template, read_system, template
+from lure.files.builtin import builtin_loop, builtin_loops, loop_names
+from lure.files.system import LoopSystem, loop_system
+from lure.plants import as_block
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.rod.systems import RodSystem
 
 F = Fraction
 PLANT = "[plant]\nnum = [1]\nden = [1, 3, 2, 0]\n"

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
-from analysis.criteria.popov import popov_criterion
-from analysis.plots import (
+from lure import InputError, LinearBlock, Rod, RodBlock, Scenario, Sector, upwind
+from lure.analysis.plots import (
     drawing_frequencies,
     plot_damping,
     plot_decay,
@@ -26,10 +26,10 @@ from analysis.plots import (
     plot_surface,
     render,
 )
-from analysis.plots.style import finish_axes, number
-from analysis.simulation import simulate
-from lure import InputError, LinearBlock, Rod, RodBlock, Scenario, Sector, upwind
-from lure.systems import paper_rod, rod_from_exact
+from lure.analysis.plots.style import finish_axes, number
+from lure.analysis.rod.simulation import simulate
+from lure.analysis.theorems.popov import popov_criterion
+from lure.rod.systems import paper_rod, rod_from_exact
 
 ROD = paper_rod()
 SCHEME = upwind(ROD, 10)

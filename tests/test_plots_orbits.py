@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from analysis.criteria.describing import DescribingHint, describing_hint
-from analysis.plots import plot_hint, plot_law, plot_orbit, plot_orbit_signals
-from analysis.refutation.acceptance import accept_orbit_continuous
-from analysis.refutation.linear import linear_witness
-from analysis.refutation.orbit import accept_orbit
-from analysis.refutation.tracing import orbit_of
 from lure import InputError, PiecewiseLinear, RationalBlock, Saturation
+from lure.analysis.counterexamples.acceptance import accept_orbit_continuous
+from lure.analysis.counterexamples.linear import linear_witness
+from lure.analysis.counterexamples.orbit import accept_orbit
+from lure.analysis.counterexamples.simulated import orbit_of
+from lure.analysis.describing import DescribingHint, describing_hint
+from lure.analysis.plots import plot_hint, plot_law, plot_orbit, plot_orbit_signals
 
 # Fitts' plant with damping 3/100, which swings with a steep saturation, from the state of the literature
 DAMPING = Fraction(3, 100)
@@ -126,7 +126,7 @@ def test_a_hint_marks_each_balance_where_the_curve_meets_the_locus(ax):
 
 
 def describing_values():
-    from analysis.criteria.describing_function import describing_function
+    from lure.analysis.describing import describing_function
 
     return describing_function(STOP, np.linspace(1.01, 20, 2000))
 

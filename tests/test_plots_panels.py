@@ -5,11 +5,11 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from analysis.comparison import compare
-from analysis.measured import example_measurements, fit_compliance, sector_of
-from analysis.plots import plot_comparison, plot_compliance, plot_measured
 from lure import Scenario
-from lure.systems import paper_rod
+from lure.analysis.measured import example_measurements, fit_compliance, sector_of
+from lure.analysis.plots import plot_comparison, plot_compliance, plot_measured
+from lure.analysis.rod.comparison import compare
+from lure.rod.systems import paper_rod
 
 DATA = example_measurements()
 BESIDE = compare(

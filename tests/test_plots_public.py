@@ -1,4 +1,4 @@
-"""Every figure is handed out by `analysis.plots`, and none of it waits for matplotlib."""
+"""Every figure is handed out by `lure.analysis.plots`, and none of it waits for matplotlib."""
 
 import ast
 import subprocess
@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-import analysis.plots
+import lure.analysis.plots
 
-FOLDER = Path(analysis.plots.__file__).parent
+FOLDER = Path(lure.analysis.plots.__file__).parent
 DRAWN = sorted(
     (path.stem, node.name)
     for path in FOLDER.glob("*.py")
@@ -24,18 +24,18 @@ def test_there_are_figures():
 
 @pytest.mark.parametrize(("home", "name"), DRAWN)
 def test_every_figure_is_handed_out(home, name):
-    found = getattr(analysis.plots, name)
-    assert found.__module__ == f"analysis.plots.{home}"
-    assert name in dir(analysis.plots)
+    found = getattr(lure.analysis.plots, name)
+    assert found.__module__ == f"lure.analysis.plots.{home}"
+    assert name in dir(lure.analysis.plots)
 
 
 def test_what_is_not_there_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'plot_nothing'"):
-        analysis.plots.plot_nothing  # noqa: B018
+        lure.analysis.plots.plot_nothing  # noqa: B018
 
 
 def test_every_figure_can_be_imported_first_and_without_matplotlib():
     names = ", ".join(name for _, name in DRAWN)
-    code = f"import sys; from analysis.plots import {names}; print('matplotlib' in sys.modules)"
+    code = f"import sys; from lure.analysis.plots import {names}; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("False\n", "")

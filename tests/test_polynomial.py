@@ -7,7 +7,7 @@ from flint import fmpq_poly
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.polynomial import (
+from lure.analysis.numerics.polynomial import (
     RootCounts,
     from_descending,
     is_hurwitz,

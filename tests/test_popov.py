@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from analysis.criteria.popov import circle_criterion, popov_criterion
-from analysis.criteria.rod import response_check, rod_criteria
-from analysis.evidence import INFINITE, Evidence, Verdict
 from lure import AssumptionError, InputError, Rod, RodBlock, Sector, builtin_system, upwind
-from lure.systems import rod_from_exact
+from lure.analysis.rod.criteria import response_check, rod_criteria
+from lure.analysis.theorems.popov import circle_criterion, popov_criterion
+from lure.analysis.verdict import INFINITE, Evidence, Verdict
+from lure.rod.systems import rod_from_exact
 
 # E = rho = A = L = 1: c = Z = T = d = 1, so that k is the ratio k/Z and a = (k - 1)/(k + 1)
 UNIT = {"youngs_modulus": 1, "density": 1, "length": 1, "area": 1, "compliance": 1}
@@ -246,7 +246,7 @@ def test_an_exhausted_budget_widens_the_brackets_and_proves_nothing(monkeypatch,
     block = block_of(2, None)
     sharp, smallest = circle_criterion(block, Sector(0, 2)), popov_criterion(block, Sector(0, math.inf)).smallest_theta
     assert sharp.verdict is Verdict.PROVED
-    monkeypatch.setattr("analysis.minimum.MAX_BOXES", boxes)
+    monkeypatch.setattr("lure.analysis.numerics.minimum.MAX_BOXES", boxes)
     blunt, wide = circle_criterion(block, Sector(0, 2)), popov_criterion(block, Sector(0, math.inf)).smallest_theta
     assert blunt.verdict is Verdict.INCONCLUSIVE
     assert blunt.margin.low < 0 < blunt.margin.high

@@ -12,18 +12,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from plants import CONTINUOUS, block, stable_plants
 
-from analysis.criteria.hurwitz import hurwitz_limit, is_stable_gain
-from analysis.criteria.popov import popov_criterion, popov_largest
-from analysis.criteria.popov_inequality import PopovInequality
-from analysis.doubles import double_above, double_below
-from analysis.evidence import Evidence, Verdict
-from analysis.least_value import least_value
-from analysis.plant import Plant
-from analysis.polynomial_family import is_nonnegative
-from analysis.precision import working_precision
 from lure import Sector
+from lure.analysis.inequality.gains import hurwitz_limit, is_stable_gain
+from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.polynomial import PopovInequality, is_nonnegative, least_value
+from lure.analysis.numerics.doubles import double_above, double_below
+from lure.analysis.numerics.precision import working_precision
+from lure.analysis.theorems.popov import popov_criterion, popov_largest
+from lure.analysis.verdict import Evidence, Verdict
 from lure.errors import AssumptionError, InputError
-from lure.rational import RationalBlock
+from lure.plants.rational import RationalBlock
 
 
 # The plants of Chen and Wen, Park, Turner and others; each number is certified from both sides, the upper one by two

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import InputError, RationalBlock
-from lure.rational import polynomial_text
+from lure.plants.rational import polynomial_text
 
 
 @given(st.integers(-300, 300), st.lists(st.integers(1, 9), min_size=1, max_size=8))

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from documents import run_page
 
-from analysis import popov_response
-from analysis.cli import main
-from analysis.plots import render
+from lure.analysis import popov_response
+from lure.analysis.cli import main
+from lure.analysis.plots import render
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

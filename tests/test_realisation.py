@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from analysis.refutation.confirming import tried
 from lure import LinearBlock, Loop, RationalBlock, Saturation, Tanh, as_block
+from lure.analysis.counterexamples.confirming import tried
 from lure.errors import InputError
-from lure.realisation import Names, Realisation, companion
-from lure.state_space import StateSpaceBlock
-from lure.system_file import parse_system
+from lure.files import parse_system
+from lure.plants.realisation import Names, Realisation, companion
+from lure.plants.state_space import StateSpaceBlock
 
 A, B, C, D = [[-1.0, 3.0], [0.0, -2.0]], [[1.0], [2.0]], [[1.0, 1.0]], [[0.0]]
 NAMED = control.ss(A, B, C, D, states=["slow", "fast"], inputs=["force"], outputs=["tip"], name="arm")

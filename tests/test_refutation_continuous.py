@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from analysis.evidence import Evidence
-from analysis.refutation.acceptance import accept_escape, accept_orbit_continuous
-from analysis.refutation.oscillation import oscillation_witness
-from analysis.refutation.piecewise import Flow, PiecewiseLoop, returns, saturation
-from analysis.refutation.realisation import companion, realisation
-from analysis.refutation.simulated import simulate_loop
-from analysis.refutation.validated import Itinerary, proved, refined
+from lure.analysis.counterexamples.acceptance import accept_escape, accept_orbit_continuous
+from lure.analysis.counterexamples.linear import companion, realisation
+from lure.analysis.counterexamples.oscillation import oscillation_witness
+from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns, saturation
+from lure.analysis.counterexamples.simulated import simulate_loop
+from lure.analysis.counterexamples.validated import Itinerary, proved, refined
+from lure.analysis.verdict import Evidence
 from lure.errors import InputError
-from lure.laws import PiecewiseLinear, Saturation, Tanh
-from lure.laws.graph import Graph
-from lure.rational import RationalBlock
+from lure.nonlinearities import PiecewiseLinear, Saturation, Tanh
+from lure.nonlinearities.piecewise_linear import Graph
+from lure.plants.rational import RationalBlock
 
 DAMPING = F("0.03")
 FITTS = RationalBlock(

@@ -11,17 +11,28 @@ from hypothesis import strategies as st
 from plants import CIRCLE, DISCRETE, discrete
 from scipy.optimize import linprog
 
-from analysis.criteria.hurwitz import is_stable_gain
-from analysis.evidence import Evidence
-from analysis.refutation.interpolation import PiecewiseLinear
-from analysis.refutation.matrix_game import solve_games
-from analysis.refutation.orbit import accept_orbit, shifted_block, steady_state, verify_periodic_discrete
-from analysis.refutation.patterns import all_patterns, basis, neighbours, pattern_count, sinusoids
-from analysis.refutation.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
-from analysis.refutation.rounding import rounded_up
-from analysis.refutation.switched_discrete import switched_witness_discrete
+from lure.analysis.counterexamples.matrix_game import (
+    all_patterns,
+    basis,
+    neighbours,
+    pattern_count,
+    sinusoids,
+    solve_games,
+)
+from lure.analysis.counterexamples.orbit import (
+    PiecewiseLinear,
+    accept_orbit,
+    shifted_block,
+    steady_state,
+    verify_periodic_discrete,
+)
+from lure.analysis.counterexamples.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
+from lure.analysis.counterexamples.switched import switched_witness_discrete
+from lure.analysis.inequality.gains import is_stable_gain
+from lure.analysis.numerics.doubles import rounded_up
+from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
-from lure.rational import RationalBlock
+from lure.plants.rational import RationalBlock
 
 POINTS = [("-74498/72625", "-192/415"), ("-36864/72625", "-192/415"), ("192/175", "1")]
 ORBIT = ("192/415", "192/415", "-1")

@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plants import CIRCLE, DISCRETE
 
-from analysis.criteria.hurwitz import is_stable_gain
-from analysis.criteria.zames_falb_discrete import zames_falb_discrete_largest
-from analysis.evidence import Evidence
-from analysis.refutation.linear import linear_witness, refutes_lower
-from analysis.refutation.orbit import verify_periodic_discrete
-from analysis.refutation.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
-from analysis.refutation.search import refute
-from analysis.refutation.switched_discrete import _runs, switched_witness_discrete, verify_switched_discrete
+from lure.analysis.counterexamples.linear import linear_witness, refutes_lower
+from lure.analysis.counterexamples.orbit import verify_periodic_discrete
+from lure.analysis.counterexamples.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
+from lure.analysis.counterexamples.search import refute
+from lure.analysis.counterexamples.switched import _runs, switched_witness_discrete, verify_switched_discrete
+from lure.analysis.inequality.gains import is_stable_gain
+from lure.analysis.theorems.zames_falb_discrete import zames_falb_discrete_largest
+from lure.analysis.verdict import Evidence
 from lure.errors import InputError
-from lure.rational import RationalBlock
+from lure.plants.rational import RationalBlock
 
 
 @pytest.mark.parametrize("plant", [1, 2, 3, 5, 6])

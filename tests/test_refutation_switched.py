@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from analysis.evidence import Evidence
-from analysis.refutation.realisation import companion, doubles
-from analysis.refutation.switched import growing, switched_witness
-from lure.rational import RationalBlock
+from lure.analysis.counterexamples.linear import companion, doubles
+from lure.analysis.counterexamples.switched import growing, switched_witness
+from lure.analysis.verdict import Evidence
+from lure.plants.rational import RationalBlock
 
 
 def circle_reach(block, lower=0.0):

@@ -14,16 +14,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from analysis.evidence import Verdict
-from analysis.report import ContradictionError, build, build_report, document, write_report
-from analysis.report.claims import claims
-from analysis.report.document import exact_text, to_json
-from analysis.report.figures import specs as figure_specs
-from analysis.report.html import format_number, page, prose
 from lure import Scenario, builtin_system, builtin_systems
-from lure.systems import rod_from_exact
+from lure.analysis.report import ContradictionError, build, build_report, document, write_report
+from lure.analysis.report.claims import claims
+from lure.analysis.report.document import exact_text, to_json
+from lure.analysis.report.figures import specs as figure_specs
+from lure.analysis.report.html import format_number, page, prose
+from lure.analysis.verdict import Verdict
+from lure.rod.systems import rod_from_exact
 
-SCHEMA = json.loads(resources.files("analysis.report").joinpath("schema.json").read_text("utf-8"))
+SCHEMA = json.loads(resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8"))
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
 PAPER = builtin_system("paper-rod")
 HOSTILE = "<script>alert('x')</script> & \"q\" $\\frac{1}{0}$ {{ 7 * 7 }} ]]> [red]"

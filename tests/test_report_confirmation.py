@@ -8,21 +8,21 @@ from importlib import resources
 
 import jsonschema
 import pytest
+from lure.rod.parameters.systems import rod_from_exact
 
-from analysis.confirmation import confirm
-from analysis.confirmation.result import Quantity
-from analysis.confirmation.rod_side import contradictions_of_rest, contradictions_of_rod
-from analysis.evidence import Evidence
-from analysis.report import ContradictionError, build, build_report, document
-from analysis.report.claims import claims
-from analysis.report.confirmed import confirmation_data, confirmation_sentence
-from analysis.report.document import to_json
-from analysis.report.html import page
 from lure import Scenario, builtin_system
+from lure.analysis.report import ContradictionError, build, build_report, document
+from lure.analysis.report.claims import claims
+from lure.analysis.report.confirmed import confirmation_data, confirmation_sentence
+from lure.analysis.report.document import to_json
+from lure.analysis.report.html import page
+from lure.analysis.rod.confirmation import confirm
+from lure.analysis.rod.confirmation.result import Quantity
+from lure.analysis.rod.confirmation.rod_side import contradictions_of_rest, contradictions_of_rod
+from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
-from lure.systems import rod_from_exact
 
-SCHEMA = json.loads(resources.files("analysis.report").joinpath("schema.json").read_text("utf-8"))
+SCHEMA = json.loads(resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8"))
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
 PAPER = builtin_system("paper-rod")
 LEAF = Fraction(1, 10**5)
@@ -65,13 +65,15 @@ def test_agreement_is_what_the_json_says_and_a_contradiction_is_none(reports):
 
 
 def test_the_package_hands_out_claims_and_the_report_on_a_loop():
-    import analysis.report
-    import analysis.report.loop
+    import lure.analysis.report
+    import lure.analysis.report.loop
 
     for name in ("build_loop_report", "write_loop_report", "LoopReport"):
-        assert getattr(analysis.report, name) is getattr(analysis.report.loop, name)
-    assert analysis.report.claims is claims
-    assert analysis.report.Claim(text="", model="rod", answer="agrees", evidence=Evidence.OBSERVED).criterion is None
+        assert getattr(lure.analysis.report, name) is getattr(lure.analysis.report.loop, name)
+    assert lure.analysis.report.claims is claims
+    assert (
+        lure.analysis.report.Claim(text="", model="rod", answer="agrees", evidence=Evidence.OBSERVED).criterion is None
+    )
 
 
 # u0(0) = 1e-4, no momentum: z rests at 1e-4 - 0.02 in both; the energy of the rod after 24 round trips is |a|^48 of the

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from analysis.cli import main
+from lure.analysis.cli import main
 
 
 @pytest.mark.parametrize(

@@ -6,15 +6,15 @@ import sys
 
 import pytest
 
-from analysis.cli import main
-from analysis.report.diagram import block_diagram, class_graph
-from analysis.report.loop import build_loop_report
-from analysis.report.loop.document import loop_document
-from analysis.report.loop.figures import loop_figures
-from analysis.report.loop.write import loop_diagram, loop_page
-from analysis.report.pdf import MARK, pdf_of, printed_diagram
+from lure.analysis.cli import main
+from lure.analysis.report.diagram import block_diagram, class_graph
+from lure.analysis.report.loop import build_loop_report
+from lure.analysis.report.loop.document import loop_document
+from lure.analysis.report.loop.figures import loop_figures
+from lure.analysis.report.loop.write import loop_diagram, loop_page
+from lure.analysis.report.pdf import MARK, pdf_of, printed_diagram
 from lure.errors import InputError
-from lure.loop_library import builtin_loop
+from lure.files.builtin import builtin_loop
 
 try:
     import weasyprint

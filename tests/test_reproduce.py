@@ -10,17 +10,17 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from analysis.evidence import Evidence
-from analysis.reproduce import paper_figures, paper_runs, paper_table
-from analysis.reproduce.modal import HarmonicForce, ModalBasis, modal_run
-from analysis.reproduce.runs import AMPLITUDES, OMEGA
-from analysis.reproduce.settling import rod_settling, scheme_settling
-from analysis.reproduce.shift import rod_run
-from analysis.reproduce.write import write_paper
-from analysis.simulation import simulate
 from lure import AssumptionError, Rod, Scenario, builtin_system, initial_state, upwind
-from lure.free_motion import free_motion
-from lure.systems import paper_rod
+from lure.analysis.rod.paper import paper_figures, paper_runs, paper_table
+from lure.analysis.rod.paper.modal import HarmonicForce, ModalBasis, modal_run
+from lure.analysis.rod.paper.runs import AMPLITUDES, OMEGA
+from lure.analysis.rod.paper.settling import rod_settling, scheme_settling
+from lure.analysis.rod.paper.shift import rod_run
+from lure.analysis.rod.paper.write import write_paper
+from lure.analysis.rod.simulation import simulate
+from lure.analysis.verdict import Evidence
+from lure.rod.free_motion import free_motion
+from lure.rod.systems import paper_rod
 
 NOTEBOOK = Path(__file__).parents[1] / "notebooks/10-the-paper.py"
 PAPER = builtin_system("paper-rod")

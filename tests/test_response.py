@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from motions import NODES, WEIGHTS, unit_rod
 from scipy.optimize import brentq
 
-from analysis.evidence import Evidence
-from analysis.response import Plan, response
 from lure import Scenario
+from lure.analysis.rod.response import Plan, response
+from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
-from lure.motion import Boundary, exact_motion
+from lure.rod.motion import Boundary, exact_motion
 
 FAR = 1e3
 # mean 0.3 N presses the bar against a stiff stop; its period doubles between F = 0.65 N and 0.7 N
@@ -204,8 +204,8 @@ def test_a_motion_on_its_way_to_its_regime_says_so():
 
 # k/M = 1 1/s, and the slower root of M s^2 + k s + A/eps: (1 - sqrt(1/2))/2 of k/M for the paper's numbers
 def test_the_time_to_wait_follows_from_the_slowest_time_constant_of_the_paper_rod():
-    from analysis.response.plan import settling
-    from lure.systems import paper_rod
+    from lure.analysis.rod.response.plan import settling
+    from lure.rod.systems import paper_rod
 
     found = settling(paper_rod(), Plan(), 1.0)
     assert found.wave_time == pytest.approx(1.0, rel=1e-6)
@@ -221,7 +221,7 @@ def test_the_time_to_wait_follows_from_the_slowest_time_constant_of_the_paper_ro
 
 @given(damping=st.floats(0.01, 50), end=st.sampled_from([0.0, 0.3, 2.0]))
 def test_the_rate_of_the_waves_is_that_of_the_echoes(damping, end):
-    from analysis.response.plan import wave_rate
+    from lure.analysis.rod.response.plan import wave_rate
 
     rod = unit_rod(damping=damping)
     echo = abs(rod.reflection * (1 - end) / (1 + end))

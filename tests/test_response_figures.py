@@ -6,21 +6,22 @@ from functools import partial
 
 import numpy as np
 import pytest
+from lure.rod.parameters.motion import Boundary
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 from motions import unit_rod
 
-from analysis.plots import render
-from analysis.plots.response import (
+from lure.analysis.plots import render
+from lure.analysis.plots.rod_response import (
+    plot_basin,
+    plot_bifurcation,
     plot_history,
     plot_impulses,
     plot_poincare,
     plot_response,
     plot_response_spectrum,
 )
-from analysis.plots.sweeps import plot_basin, plot_bifurcation
-from analysis.response import Plan, Sweep, basin, bifurcation, response
-from lure.motion import Boundary
+from lure.analysis.rod.response import Plan, Sweep, basin, bifurcation, response
 
 MATCHED = unit_rod(damping=1.0, gap=0)
 RIGID = Plan(settle=20, run=8, samples=16, boundary=Boundary(rigid=True))
@@ -162,9 +163,9 @@ def test_an_interrupted_sweep_is_printed_and_drawn_as_far_as_it_went(lure, here,
     options = ("bifurcation", rod, *SWEEP, "--settle", "20", "--periods", "8")
     whole = lure(*options, "--json")
     assert whole[0] == 0
-    import analysis.response
+    import lure.analysis.rod.response
 
-    run = analysis.response.bifurcation
+    run = lure.analysis.rod.response.bifurcation
 
     def cut(*arguments, sweep):
         def progress(text, share):
@@ -173,7 +174,7 @@ def test_an_interrupted_sweep_is_printed_and_drawn_as_far_as_it_went(lure, here,
 
         return run(*arguments, sweep=Sweep(plan=sweep.plan, start=sweep.start, progress=progress))
 
-    monkeypatch.setattr(analysis.response, "bifurcation", cut)
+    monkeypatch.setattr(lure.analysis.rod.response, "bifurcation", cut)
     status, out, err = lure(*options, "--json", "--plot", "part.svg", "-q")
     assert (status, err) == (130, "lure: interrupted\n")
     part = json.loads(out)

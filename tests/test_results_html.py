@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from results import RESULTS
 
-from analysis.measured import Measurements, sector_of
-from analysis.testing import assert_in_sector
 from lure import Sector
+from lure.analysis.measured import Measurements, sector_of
+from lure.analysis.testing import assert_in_sector
 
 VOID = {"br", "hr", "img"}
 # the word for what moved, and for the evidence
@@ -143,8 +143,8 @@ def test_a_law_with_a_hostile_name_is_shown_as_text():
 
 
 def test_the_table_of_the_paper_has_a_row_for_each_claim():
-    from analysis.evidence import Evidence
-    from analysis.reproduce import PaperClaim, PaperTable, Peak
+    from lure.analysis.rod.paper import PaperClaim, PaperTable, Peak
+    from lure.analysis.verdict import Evidence
 
     claim = PaperClaim(
         key="a",

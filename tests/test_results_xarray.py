@@ -12,14 +12,14 @@ from matplotlib.axes import Axes
 from refusals import refusal
 from results import FREE, RESULTS, STRUCK, cells, scheme
 
-from analysis.measured import Measurements, report_of, sector_of
-from analysis.plots.motions import plot_convergence, plot_motion
-from analysis.runs import motion_dataset, run_dataset, sampled_motion
 from lure import Numerics, Scenario, exact_motion, initial_state
-from lure.galerkin import NonuniformRod, galerkin
-from lure.motion import Boundary
-from lure.showing import plain
-from lure.structured import structured_motion
+from lure.analysis.measured import Measurements, report_of, sector_of
+from lure.analysis.plots.rod_motion import plot_convergence, plot_motion
+from lure.analysis.rod.runs import motion_dataset, run_dataset, sampled_motion
+from lure.record import plain
+from lure.rod.galerkin import NonuniformRod, galerkin
+from lure.rod.motion import Boundary
+from lure.rod.structured import structured_motion
 
 PLAIN = [name for name, make in RESULTS.items() if name != "sweep"]
 TABLES = [

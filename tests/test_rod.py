@@ -1,4 +1,4 @@
-"""lure.rod: derived constants, exactness, the reflection near k = Z and k = -Z, and refusals."""
+"""lure.rod.parameters: derived constants, exactness, the reflection near k = Z and k = -Z, and refusals."""
 
 import copy
 import dataclasses
@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from reference import Exact, at_high_precision, decades, ratios, real, relative_error, rods, with_damping
 
 from lure import InputError, Rod
-from lure.rod import PARAMETERS
-from lure.systems import paper_rod, rod_from_exact
+from lure.rod.parameters import PARAMETERS
+from lure.rod.systems import paper_rod, rod_from_exact
 
 PAPER = {
     "youngs_modulus": 288e6,

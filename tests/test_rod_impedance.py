@@ -5,9 +5,9 @@ from fractions import Fraction
 
 import pytest
 
-from analysis.confirmation import confirmation
 from lure import InputError, Rod, builtin_system, upwind
-from lure.system_file import parse_system, system_to_toml
+from lure.analysis.rod.confirmation import confirmation
+from lure.files import parse_system, system_to_toml
 
 # Z = A sqrt(rho E) = 2.5e-5 sqrt(8 * 288e6) = 1.2 N s/m
 PAPER = {"youngs_modulus": "288e6", "density": 8, "length": 1, "area": "0.25e-4", "compliance": 1}

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from analysis import analyse, max_sector, max_slope
 from lure import RationalBlock, as_block
-from lure.loop_library import builtin_loop, loop_names
-from lure.realisation import companion
-from lure.system_file import parse_system
+from lure.analysis import analyse, max_sector, max_slope
+from lure.files import parse_system
+from lure.files.builtin import builtin_loop, loop_names
+from lure.plants.realisation import companion
 
 
 def listed(values):

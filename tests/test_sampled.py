@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from analysis.evidence import Evidence, Verdict
-from analysis.sampled import largest_sampled
 from lure import AssumptionError
-from lure.frequency_data import FrequencyData
+from lure.analysis.inequality.samples import largest_sampled
+from lure.analysis.verdict import Evidence, Verdict
+from lure.plants.frequency_data import FrequencyData
 
 OMEGA = np.geomspace(1e-2, 1e2, 4001)
 

@@ -1,4 +1,4 @@
-"""lure.scenario: loads, initial data, whether they match at the ends, and the initial state of the scheme."""
+"""lure.rod.scenario: loads, initial data, whether they match at the ends, and the initial state of the scheme."""
 
 import math
 from fractions import Fraction
@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import InputError, Scenario, initial_state, matching, upwind
-from lure.systems import builtin_system, paper_rod, rod_from_exact
+from lure.rod.systems import builtin_system, paper_rod, rod_from_exact
 
 RELEASE = Scenario.parse(displacement="0.0001 - 0.0002*x")
 

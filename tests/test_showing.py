@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lure
-from analysis import (
+from lure.analysis import (
     analyse,
     certify,
     check,
@@ -24,16 +24,16 @@ from analysis import (
     passivity_indices,
     popov_response,
 )
-from analysis.certificates.showing import failure_dict, shown_dict, shown_html
-from analysis.criteria.hurwitz import gain_intervals
-from analysis.evidence import Bracket
-from analysis.report import build_report
-from analysis.report.loop import LoopReport
+from lure.analysis.certificates.showing import failure_dict, shown_dict, shown_html
+from lure.analysis.inequality.gains import gain_intervals
+from lure.analysis.report import build_report
+from lure.analysis.report.loop import LoopReport
+from lure.analysis.verdict import Bracket
 from lure.errors import InputError
-from lure.loop_library import builtin_loops
-from lure.showing import html_table, plain, xarray_or_refusal
-from lure.systems import builtin_systems
-from lure.systems_loop import LoopSystem
+from lure.files.builtin import builtin_loops
+from lure.files.system import LoopSystem
+from lure.record import html_table, plain, xarray_or_refusal
+from lure.rod.systems import builtin_systems
 
 HOSTILE = "<script>alert('\"&')</script>"
 THIRD = lure.RationalBlock([1], [1, 3, 2, 0])
@@ -186,8 +186,14 @@ def results():
 
 # what each page must say: the verdict, the evidence, what it is about, and what it does not say
 SAYS = {
-    "largest": ("PROVED", "certified", "in the sector [0, k]", "Not shown", "analysis.check(result.proof.certificate)"),
-    "largest refuted": ("REFUTED", "certified", "Not shown", "analysis.check(result.refutation.certificate)"),
+    "largest": (
+        "PROVED",
+        "certified",
+        "in the sector [0, k]",
+        "Not shown",
+        "lure.analysis.check(result.proof.certificate)",
+    ),
+    "largest refuted": ("REFUTED", "certified", "Not shown", "lure.analysis.check(result.refutation.certificate)"),
     "largest observed": ("INCONCLUSIVE", "nothing is proved", "observed"),
     "largest slope": ("PROVED", "certified", "odd phi with slope in"),
     "answer": ("PROVED", "certified", "popov criterion", "hypothesis", "Not shown"),
@@ -197,7 +203,7 @@ SAYS = {
     "gains without end": ("inf", "nothing follows for nonlinear phi"),
     "passivity": ("REFUTED", "certified", "hidden modes"),
     "hint": ("OBSERVED", "not a verdict", "perhaps attracting"),
-    "certification": ("PROVED", "certified", "popov", "Not shown", "analysis.check(certificate)"),
+    "certification": ("PROVED", "certified", "popov", "Not shown", "lure.analysis.check(certificate)"),
     "certification refuted": ("REFUTED", "certified", "root"),
     "certification undecided": ("INCONCLUSIVE", "nothing about the loop"),
     "rod report": ("PROVED", "paper-rod", "scheme", "rod", "Not shown"),
@@ -284,7 +290,7 @@ def test_what_the_checker_accepted_is_shown_without_the_checker_knowing_of_pages
 def test_the_calls_that_a_page_names_work(results):
     assert type(check(results["largest"].proof.certificate)).__name__ == "Proved"
     assert type(check(results["largest refuted"].refutation.certificate)).__name__ == "Refuted"
-    assert "analysis.check(result.shown.certificate)" in read(results["analysis"]._repr_html_())[1]
+    assert "lure.analysis.check(result.shown.certificate)" in read(results["analysis"]._repr_html_())[1]
     assert type(check(results["analysis"].shown.certificate)).__name__ == "Proved"
     assert type(check(results["certification"].certificate)).__name__ == "Proved"
 

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 import xarray
 from commands import names
+from lure.rod.parameters.motion import exact_motion
 
-import analysis.cli.simulating  # noqa: F401  (registers the command)
-from lure.motion import exact_motion
-from lure.system_file import find_system
+from lure.files import find_system
 
 STRIKE = ("--set", "rod.gap=5e-5", "--set", "rod.compliance=1e-9")
 SHORT = ("--until", "5e-4", "--samples", "21")
@@ -220,7 +219,7 @@ def test_an_interrupted_run_leaves_nothing(lure, here, monkeypatch):
 
 
 def test_the_help_names_every_method(lure):
-    from analysis.runs.request import METHODS
+    from lure.analysis.rod.runs.request import METHODS
 
     status, out, _ = lure("simulate", "--help")
     assert status == 0

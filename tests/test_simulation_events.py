@@ -9,15 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from simulated import FLYING, reference, rod
 
-from analysis.simulation import contradictions, simulate
-from analysis.simulation.certify import first_root, mesh_of, peak, rounding, scan
-from analysis.simulation.contact import radau_points
-from analysis.simulation.flow import _added, flow
-from analysis.simulation.loads import loads_of
-from analysis.simulation.plan import plan_steps
-from analysis.simulation.poisson import chebyshev_sequences, chebyshev_values, poisson_columns, poisson_rows
-from analysis.simulation.ring import ring_of
 from lure import Scenario, upwind
+from lure.analysis.rod.simulation import contradictions, simulate
+from lure.analysis.rod.simulation.certify import first_root, mesh_of, peak, rounding, scan
+from lure.analysis.rod.simulation.contact import radau_points
+from lure.analysis.rod.simulation.flow import _added, flow
+from lure.analysis.rod.simulation.loads import loads_of
+from lure.analysis.rod.simulation.plan import plan_steps
+from lure.analysis.rod.simulation.poisson import chebyshev_sequences, chebyshev_values, poisson_columns, poisson_rows
+from lure.analysis.rod.simulation.ring import ring_of
 
 
 @pytest.mark.parametrize("cells", [1, 3, 40])

@@ -6,14 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated import FLYING, rod
 
-from analysis.simulation import contradictions, simulate
-from analysis.simulation.flow import flow
-from analysis.simulation.loads import loads_of
-from analysis.simulation.plan import plan_steps
-from analysis.simulation.rest import highest_ever
-from analysis.simulation.ring import Inputs, ring_of, shifted
 from lure import Rod, Scenario, builtin_system, initial_state, upwind
-from lure.cnn import ORDERINGS
+from lure.analysis.rod.simulation import contradictions, simulate
+from lure.analysis.rod.simulation.flow import flow
+from lure.analysis.rod.simulation.loads import loads_of
+from lure.analysis.rod.simulation.plan import plan_steps
+from lure.analysis.rod.simulation.rest import highest_ever
+from lure.analysis.rod.simulation.ring import Inputs, ring_of, shifted
+from lure.rod.upwind import ORDERINGS
 
 
 @st.composite

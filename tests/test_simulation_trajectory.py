@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from simulated import FLYING, rod
 
-from analysis.energy import deflated_coordinate
-from analysis.simulation import contradictions, simulate
 from lure import InputError, Scenario, initial_state, upwind
+from lure.analysis.rod.energy import deflated_coordinate
+from lure.analysis.rod.simulation import contradictions, simulate
 
 
 def test_frames_carry_both_waves_and_the_boundary_conditions():

@@ -1,4 +1,4 @@
-"""analysis.spectrum: every regime of the dashpot, the numbers of the paper, and the scheme against the rod."""
+"""lure.analysis.rod.spectrum: every regime of the dashpot, the numbers of the paper, and the scheme against the rod."""
 
 import math
 from fractions import Fraction
@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference import decades, ratios, rods, with_damping
 
-from analysis.spectrum import LISTED_MODES, rod_spectrum, wave_mode
 from lure import AssumptionError, RodBlock, upwind
-from lure.systems import paper_rod, rod_from_exact
+from lure.analysis.rod.spectrum import LISTED_MODES, rod_spectrum, wave_mode
+from lure.rod.systems import paper_rod, rod_from_exact
 
 CELLS = [1, 2, 3, 10, 1000]
 cells = st.integers(1, 1000)

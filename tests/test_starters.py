@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.starters import law_test, notebook_json, notebook_script
+from lure.analysis.starters import law_test, notebook_json, notebook_script
 
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("[0-9]*.py"))

@@ -11,10 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure.errors import InputError
-from lure.frequency_data import FrequencyData
-from lure.inputs import rational_block
-from lure.resolvent import ControllerForm
-from lure.state_space import StateSpaceBlock
+from lure.plants import rational_block
+from lure.plants.frequency_data import FrequencyData
+from lure.plants.state_space import ControllerForm, StateSpaceBlock
 
 OSCILLATOR = StateSpaceBlock([[0, 1], [-1, -0.1]], [0, 1], [1, 0])
 

@@ -1,4 +1,4 @@
-"""lure.structured: time jumps of the f-circulant ring by two ways, and the first contact of a free flight."""
+"""lure.rod.structured: time jumps of the f-circulant ring by two ways, and the first contact of a free flight."""
 
 import math
 
@@ -9,14 +9,14 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from analysis.energy import deflated_coordinate, discrete_energy
-from analysis.precision import working_precision
-from analysis.simulation import simulate
 from lure import InputError, Rod, Scenario, builtin_system, initial_state, upwind
+from lure.analysis.numerics.precision import working_precision
+from lure.analysis.rod.energy import deflated_coordinate, discrete_energy
+from lure.analysis.rod.simulation import simulate
 from lure.expressions import Expression
-from lure.structured import first_contact, free_flight
-from lure.structured.poisson import Mean, mean_of, poisson_weights
-from lure.systems import paper_rod
+from lure.rod.structured import first_contact, free_flight
+from lure.rod.structured.ring import Mean, mean_of, poisson_weights
+from lure.rod.systems import paper_rod
 
 PAPER = builtin_system("paper-rod")
 Z = 1.2  # N s/m, impedance of the paper's rod

@@ -1,4 +1,4 @@
-"""lure.structured with a force: the forced scheme against matrix exponentials, the other simulation and its energy."""
+"""lure.rod.structured with a force: the forced scheme against matrix exponentials, the other simulation and its energy."""
 
 import math
 from fractions import Fraction
@@ -10,15 +10,14 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from analysis.energy import discrete_energy
-from analysis.reproduce.modal import HarmonicForce, ModalBasis, modal_run
-from analysis.simulation import simulate
 from lure import InputError, Rod, Scenario, builtin_system, initial_state, upwind
+from lure.analysis.rod.energy import discrete_energy
+from lure.analysis.rod.paper.modal import HarmonicForce, ModalBasis, modal_run
+from lure.analysis.rod.simulation import simulate
 from lure.expressions import Expression
-from lure.structured import structured_motion
-from lure.structured.exponentials import exponentials
-from lure.structured.force import force_of
-from lure.structured.poisson import mean_of, poisson_weights
+from lure.rod.structured import structured_motion
+from lure.rod.structured.flight import exponentials, force_of
+from lure.rod.structured.ring import mean_of, poisson_weights
 
 RELEASE = "0.0001 - 0.0002*x"
 FIGURE_8 = builtin_system("paper-rod-figure-8").rod
@@ -82,7 +81,7 @@ def test_the_average_of_the_sequence_is_the_force(tau, start, force):
     assert average == pytest.approx(values[-1], abs=1e-12 * max(np.abs(values).max(), 1e-5))
 
 
-# y' = A y + b2 g with g' = [[0, w], [-w, 0]] g, the matrices as lure.upwind assembles them; the end stays clear of the
+# y' = A y + b2 g with g' = [[0, w], [-w, 0]] g, the matrices as lure.rod.upwind assembles them; the end stays clear of the
 # obstacle, or (pressed) in contact all along
 @given(
     k=st.one_of(st.sampled_from((0.0, 1.2)), st.floats(0, 5)),

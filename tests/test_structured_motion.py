@@ -1,4 +1,4 @@
-"""lure.structured.structured_motion: the scheme against its obstacle, event to event."""
+"""lure.rod.structured.structured_motion: the scheme against its obstacle, event to event."""
 
 import math
 
@@ -8,16 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from analysis.energy import discrete_energy
-from analysis.simulation import simulate
 from lure import InputError, Rod, Scenario, builtin_system, initial_state, upwind
+from lure.analysis.rod.energy import discrete_energy
+from lure.analysis.rod.simulation import simulate
 from lure.expressions import Expression
-from lure.structured import contact, structured_motion
-from lure.structured import run as runs
-from lure.structured.contact import halved
-from lure.structured.poisson import parted
-from lure.structured.ring import Ring
-from lure.structured.stretch import Stretch
+from lure.rod.structured import contact, structured_motion
+from lure.rod.structured import motion as runs
+from lure.rod.structured.contact import Stretch, halved
+from lure.rod.structured.ring import Ring, parted
 
 DATA = builtin_system("paper-rod").scenario
 
@@ -27,7 +25,7 @@ def rod_with(k, gap, compliance=3e-10, exponent=1):
     return Rod(**constants, damping=k, compliance=compliance, exponent=exponent, gap=gap)
 
 
-# in contact the scheme is linear: y' = (A - c_n b1 c) y, with b1 and c as lure.upwind assembles them
+# in contact the scheme is linear: y' = (A - c_n b1 c) y, with b1 and c as lure.rod.upwind assembles them
 @given(k=st.floats(0, 5), N=st.integers(1, 20), share=st.floats(0, 1), seed=st.integers(0, 999))
 def test_a_stretch_of_contact_is_the_matrix_exponential(k, N, share, seed):
     rod = rod_with(k, 0.0, compliance=2e-8 / N)  # kappa = 0.17

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from system_files import ROD, parsed, refused
 
 from lure.errors import InputError
-from lure.system_file import system_to_toml
-from lure.system_file.schema import dotted_keys
-from lure.systems import builtin_system
+from lure.files import system_to_toml
+from lure.rod.file import dotted_keys
+from lure.rod.systems import builtin_system
 
 
 def outcome(text, *settings):

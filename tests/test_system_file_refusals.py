@@ -5,8 +5,8 @@ import re
 import pytest
 from system_files import ROD, refused, with_line
 
-from lure.rod import PARAMETERS
-from lure.system_file.problems import nearest_key
+from lure.files.problems import nearest_key
+from lure.rod.parameters import PARAMETERS
 
 # unknown and missing keys
 

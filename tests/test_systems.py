@@ -1,4 +1,4 @@
-"""lure.systems and lure.loop: the named systems, their numbers, and what a wrong name is answered."""
+"""lure.rod.systems and lure.loop: the named systems, their numbers, and what a wrong name is answered."""
 
 import dataclasses
 from fractions import Fraction
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lure import InputError, Loop, builtin_system, builtin_systems, initial_state, upwind
-from lure.systems import paper_rod, rod_from_exact
+from lure.rod.systems import paper_rod, rod_from_exact
 
 NAMES = ["paper-rod", "paper-rod-figure-8", "paper-rod-figure-9", "paper-rod-figure-10", "steel-rod"]
 

@@ -18,7 +18,7 @@ INSTALLED = any(found.value == "pytest_lure" for found in entry_points(group="py
 GUARDS = """
     import numpy as np
     import pytest
-    from analysis.testing import assert_in_sector, assert_monotone
+    from lure.analysis.testing import assert_in_sector, assert_monotone
     from lure import Saturation, Sector
 
     def test_black_box():
@@ -53,8 +53,8 @@ def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytest
     text = result.stdout.str()
     assert "rest on" not in text
     # the last frame is the user's: nothing of ours is shown but the message
-    assert not re.search(r"analysis.testing.\w+\.py:\d+", text)
-    assert "E       analysis.testing.LawViolation: <lambda>" not in text
+    assert not re.search(r"lure.analysis.testing.\w+\.py:\d+", text)
+    assert "E       lure.analysis.testing.LawViolation: <lambda>" not in text
     result.stdout.fnmatch_lines(
         [
             "E *LawViolation: phi leaves the sector [[]0, 1[]]: phi(sigma)/sigma = * at sigma = *",
@@ -74,7 +74,7 @@ def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytest
 def test_a_plot_that_cannot_be_written_does_not_hide_the_failure(pytester, run):
     pytester.makepyfile(
         """
-        from analysis.testing import assert_odd
+        from lure.analysis.testing import assert_odd
 
         def test_even():
             assert_odd(lambda sigma: sigma**2)
@@ -105,7 +105,7 @@ def test_a_test_is_credited_with_its_own_assertions_only(pytester, run):
         test_lazy="""
         import numpy as np
         from lure import Sector, SlopeBounds
-        import analysis.testing as guard  # loads nothing yet
+        import lure.analysis.testing as guard  # loads nothing yet
 
         def test_first():
             guard.assert_in_sector(np.tanh, Sector(0, 1))
@@ -132,8 +132,8 @@ def test_hypothesis_shows_the_simplest_failing_law(pytester, run):
     pytester.makepyfile(
         test_fuzz="""
         from hypothesis import given, settings
-        from analysis.testing import assert_in_sector
-        from analysis.testing.strategies import monotone_members
+        from lure.analysis.testing import assert_in_sector
+        from lure.analysis.testing.strategies import monotone_members
         from lure import Sector
 
         @given(monotone_members(2))
@@ -185,16 +185,16 @@ def test_the_assertions_need_neither_pytest_nor_hypothesis():
 import sys
 sys.modules["pytest"] = sys.modules["_pytest"] = sys.modules["hypothesis"] = None  # as if not installed
 import numpy as np
-from analysis.testing import assert_in_sector
+from lure.analysis.testing import assert_in_sector
 from lure import Sector
 print(assert_in_sector(np.tanh, Sector(0, 1)).evidence)
 try:
-    import analysis.testing.strategies
+    import lure.analysis.testing.strategies
 except ValueError as error:
     print(error)
 """
     done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.split("\n")[:2] == [
         "observed",
-        "analysis.testing.strategies needs Hypothesis: pip install hypothesis",
+        "lure.analysis.testing.strategies needs Hypothesis: pip install hypothesis",
     ]

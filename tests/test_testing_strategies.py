@@ -9,8 +9,9 @@ from flint import fmpq, fmpq_poly
 from hypothesis import find, given, settings
 from hypothesis import strategies as st
 
-from analysis.polynomial import is_hurwitz
-from analysis.testing.strategies import (
+from lure import ExpressionLaw, Sector
+from lure.analysis.numerics.polynomial import is_hurwitz
+from lure.analysis.testing.strategies import (
     known_blocks,
     lurie_blocks,
     monotone_graphs,
@@ -18,9 +19,8 @@ from analysis.testing.strategies import (
     sector_graphs,
     sector_members,
 )
-from lure import ExpressionLaw, Sector
 from lure.errors import InputError
-from lure.laws import GraphLaw, Standing, check_declared, properties
+from lure.nonlinearities import GraphLaw, Standing, check_declared, properties
 
 BOUNDS = st.tuples(st.fractions(-3, 3, max_denominator=7), st.fractions(F(1, 7), 4, max_denominator=7)).map(
     lambda pair: (pair[0], pair[0] + pair[1])

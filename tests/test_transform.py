@@ -1,4 +1,4 @@
-"""lure.transform: gains moved between law and block, exactly, and moved back."""
+"""lure.loop: gains moved between law and block, exactly, and moved back."""
 
 import math
 from fractions import Fraction
@@ -8,12 +8,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from lure.classes import LawClass, Sector, SlopeBounds
 from lure.errors import InputError
-from lure.law_class import LawClass
-from lure.laws import DeadZone, PiecewiseLinear, Saturation, Tanh, law_class, shifted_law
-from lure.rational import RationalBlock
-from lure.sector import Sector, SlopeBounds
-from lure.transform import pole_shift, sector_shift, shifted_block
+from lure.loop import pole_shift, sector_shift, shifted_block
+from lure.nonlinearities import DeadZone, PiecewiseLinear, Saturation, Tanh, law_class, shifted_law
+from lure.plants.rational import RationalBlock
 
 small = st.fractions(-5, 5, max_denominator=20)
 

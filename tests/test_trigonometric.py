@@ -9,7 +9,13 @@ from flint import fmpq, fmpq_poly
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.trigonometric import Laurent, at_cosine, least_on_circle, nonnegative_on_circle, positive_on_circle
+from lure.analysis.numerics.trigonometric import (
+    Laurent,
+    at_cosine,
+    least_on_circle,
+    nonnegative_on_circle,
+    positive_on_circle,
+)
 
 coefficients = st.lists(st.integers(-9, 9), min_size=1, max_size=9)
 

@@ -7,15 +7,21 @@ import numpy as np
 import pytest
 from plants import CIRCLE, DISCRETE, discrete
 
-from analysis.criteria.difference_multiplier import DifferenceMultiplier
-from analysis.criteria.discrete_block import DiscreteBlock
-from analysis.criteria.hurwitz import hurwitz_limit
-from analysis.criteria.jury_lee import JURY_LEE, jury_lee_criterion, jury_lee_largest
-from analysis.criteria.tsypkin import TSYPKIN, tsypkin_criterion, tsypkin_largest
-from analysis.evidence import Evidence, Verdict
+from lure.analysis.inequality.gains import hurwitz_limit
+from lure.analysis.inequality.unit_circle import DiscreteBlock
+from lure.analysis.theorems.differences import (
+    JURY_LEE,
+    TSYPKIN,
+    DifferenceMultiplier,
+    jury_lee_criterion,
+    jury_lee_largest,
+    tsypkin_criterion,
+    tsypkin_largest,
+)
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.rational import RationalBlock
-from lure.sector import SlopeBounds
+from lure.plants.rational import RationalBlock
 
 OMEGA = np.linspace(0, math.pi, 100_001)
 Z = np.exp(1j * OMEGA)

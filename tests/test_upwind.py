@@ -1,4 +1,4 @@
-"""lure.upwind: the matrices of the scheme, its closed-form transfer function and its spectrum, each computed again."""
+"""lure.rod.upwind: the matrices of the scheme, its closed-form transfer function and its spectrum, each computed again."""
 
 import math
 from fractions import Fraction
@@ -23,8 +23,8 @@ from reference import (
 )
 
 from lure import InputError, RodBlock, UpwindScheme, upwind
-from lure.cnn import assemble_ring, rod_templates
-from lure.systems import paper_rod, rod_from_exact
+from lure.rod.systems import paper_rod, rod_from_exact
+from lure.rod.upwind import assemble_ring, rod_templates
 
 EPS = 2.0**-52
 angles = st.floats(-math.pi, math.pi)

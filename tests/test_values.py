@@ -10,14 +10,14 @@ import control
 import numpy as np
 import pytest
 
-import analysis
 import lure
-from analysis import analyse, certify, law_bounds, max_sector, max_slope
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.checker import Proved
-from analysis.graphical import nyquist_response, popov_response
+import lure.analysis
 from lure import LawClass, Loop, Saturation, Sector, SlopeBounds, as_block, builtin_loop, builtin_system
-from lure.values import same
+from lure.analysis import analyse, certify, law_bounds, max_sector, max_slope
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import Proved
+from lure.analysis.graphical import nyquist_response, popov_response
+from lure.record import same
 
 THIRD, LAG = ([1], [1, 3, 2, 0]), ([1], [1, 1])
 POINTS = {"points": [(0, 0), (1, 1)], "left_slope": 1, "right_slope": 0}
@@ -33,7 +33,7 @@ SYSTEMS = {
     "StateSpaceBlock": lambda: lure.StateSpaceBlock([[-1.0]], [1], [1]),
     "FrequencyData": lambda: lure.FrequencyData([1.0, 2.0], [1, 2j], error=[0, np.nan]),
     "LinearBlock": lambda: lure.LinearBlock(-np.eye(2), np.ones(2), np.ones(2), np.ones(2)),
-    "UpwindScheme": lambda: lure.upwind(rod().rod, 5),  # sparse matrices
+    "UpwindScheme": lambda: lure.rod.upwind(rod().rod, 5),  # sparse matrices
     "RodBlock": lambda: lure.RodBlock(rod().rod),
     "Rod": lambda: rod().rod,
     "RodSystem": rod,
@@ -72,15 +72,15 @@ RESULTS = {
     "Proved": lambda: certify(Loop(LAG, Saturation())).shown,
     "Refuted": lambda: certify("1/(s-1)", LawClass(sector=Sector(0, 0.5))).shown,
     "law_bounds": lambda: law_bounds("tanh(sigma)"),
-    "passivity_indices": lambda: analysis.passivity_indices("1/(s+1)"),
-    "describing_hint": lambda: analysis.describing_hint("12/(s*(s+1)*(s+2))", Saturation()),
+    "passivity_indices": lambda: lure.analysis.passivity_indices("1/(s+1)"),
+    "describing_hint": lambda: lure.analysis.describing_hint("12/(s*(s+1)*(s+2))", Saturation()),
     "nyquist_response": lambda: nyquist_response(THIRD),
     "popov_response": lambda: popov_response(THIRD),
-    "Measurements": analysis.example_measurements,
-    "sector_of": lambda: analysis.sector_of(analysis.example_measurements()),
-    "fit_compliance": lambda: analysis.fit_compliance(analysis.example_measurements()),
-    "margin_of": lambda: analysis.margin_of(analysis.sector_of(analysis.example_measurements()), LAG),
-    "Bracket": lambda: analysis.Bracket(0, 1),
+    "Measurements": lure.analysis.example_measurements,
+    "sector_of": lambda: lure.analysis.sector_of(lure.analysis.example_measurements()),
+    "fit_compliance": lambda: lure.analysis.fit_compliance(lure.analysis.example_measurements()),
+    "margin_of": lambda: lure.analysis.margin_of(lure.analysis.sector_of(lure.analysis.example_measurements()), LAG),
+    "Bracket": lambda: lure.analysis.Bracket(0, 1),
 }
 MADE = SYSTEMS | RESULTS
 
@@ -142,7 +142,7 @@ def test_equal_by_value_means_every_entry():
     assert Loop(LAG, Saturation()) == Loop(LAG, Saturation())
     assert Loop(LAG, Saturation()) != Loop(LAG, Saturation(limit=2))
     assert builtin_loop("contact") != builtin_loop("dead-zone")
-    assert lure.upwind(rod().rod, 5) != lure.upwind(rod().rod, 6)
+    assert lure.rod.upwind(rod().rod, 5) != lure.rod.upwind(rod().rod, 6)
     assert same((1, [np.nan]), (1, [np.nan]))
     assert not same((1, [0.0]), (1, [0.0, 0.0]))
     assert not same({"a": 1}, {"b": 1})

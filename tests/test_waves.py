@@ -1,4 +1,4 @@
-"""lure.waves: the transfer function of the rod itself, its poles, and the accuracy of both."""
+"""lure.rod.transfer: the transfer function of the rod itself, its poles, and the accuracy of both."""
 
 import math
 from fractions import Fraction
@@ -22,7 +22,7 @@ from reference import (
 )
 
 from lure import InputError, RodBlock
-from lure.systems import paper_rod, rod_from_exact
+from lure.rod.systems import paper_rod, rod_from_exact
 
 EPS = 2.0**-52
 angles = st.floats(-math.pi, math.pi)

@@ -4,15 +4,14 @@ from fractions import Fraction
 
 import pytest
 
-from analysis.certificates import checker
-from analysis.criteria.kernel_certificate import check
-from analysis.criteria.kernels import Multiplier
-from analysis.criteria.park import park_criterion, park_largest
-from analysis.criteria.zames_falb import recheck, zames_falb_largest
-from analysis.plant import Plant
+from lure.analysis.certificates import checker
+from lure.analysis.inequality.plant import Plant
+from lure.analysis.theorems.kernels import Multiplier, check
+from lure.analysis.theorems.park import park_criterion, park_largest
+from lure.analysis.theorems.zames_falb import recheck, zames_falb_largest
+from lure.classes import SlopeBounds
 from lure.errors import InputError
-from lure.rational import RationalBlock
-from lure.sector import SlopeBounds
+from lure.plants.rational import RationalBlock
 
 # H = -2 s/(s + 1), k = 1, theta = 10: Re[H + 1 + 10 i w H] = 1 + 18 w^2/(1 + w^2) >= 1, times 1 + x: 1 + 19 x.
 # But H(inf) = -2: for phi = sigma/2, sigma = c x + sigma has no solution unless c x = 0.

@@ -12,17 +12,16 @@ from multipliers import left_hand_side, samples, stable_blocks
 from plants import CONTINUOUS as PLANTS
 from plants import block
 
-from analysis.criteria.hurwitz import hurwitz_limit
-from analysis.criteria.kernel_certificate import check, check_every
-from analysis.criteria.kernels import Delay, Gamma, Multiplier, multiplier_of
-from analysis.criteria.park import park_largest
-from analysis.criteria.popov import popov_largest
-from analysis.criteria.zames_falb import recheck, zames_falb_criterion, zames_falb_largest
-from analysis.evidence import Evidence, Verdict
-from analysis.plant import Plant
+from lure.analysis.inequality.gains import hurwitz_limit
+from lure.analysis.inequality.plant import Plant
+from lure.analysis.theorems.kernels import Delay, Gamma, Multiplier, check, check_every, multiplier_of
+from lure.analysis.theorems.park import park_largest
+from lure.analysis.theorems.popov import popov_largest
+from lure.analysis.theorems.zames_falb import recheck, zames_falb_criterion, zames_falb_largest
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.rational import RationalBlock
-from lure.sector import SlopeBounds
+from lure.plants.rational import RationalBlock
 
 # Fitts: s^2/(((s + b)^2 + 0.81)((s + b)^2 + 1.21)), b = 0.03; phi = tanh(sigma/0.01) oscillates with period 11.917
 FITTS = block("1 0 0", "1 0.12 2.0254 0.121308 0.98191881")

@@ -12,13 +12,20 @@ from multipliers import left_hand_side, samples, stable_blocks
 from plants import CONTINUOUS as PLANTS
 from plants import block
 
-from analysis.criteria.kernel_boxes import Inequality, TaylorBound
-from analysis.criteria.kernel_certificate import check, value_at
-from analysis.criteria.kernel_seeds import first_order
-from analysis.criteria.kernels import Delay, Gamma, Multiplier, multiplier_of
-from analysis.plant import Plant
-from analysis.precision import ball
-from lure.rational import RationalBlock
+from lure.analysis.inequality.plant import Plant
+from lure.analysis.numerics.precision import ball
+from lure.analysis.theorems.kernel_search import first_order
+from lure.analysis.theorems.kernels import (
+    Delay,
+    Gamma,
+    Inequality,
+    Multiplier,
+    TaylorBound,
+    check,
+    multiplier_of,
+    value_at,
+)
+from lure.plants.rational import RationalBlock
 
 
 def test_multiplier_text_and_parameters():

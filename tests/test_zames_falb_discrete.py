@@ -11,16 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plants import DISCRETE, discrete
 
-from analysis.criteria.discrete_block import DiscreteBlock
-from analysis.criteria.fir_multiplier import Multiplier, certifies
-from analysis.criteria.hurwitz import hurwitz_limit
-from analysis.criteria.phase_limit import lowest_phase_limit, phase_limit
-from analysis.criteria.tsypkin import tsypkin_largest
-from analysis.criteria.zames_falb_discrete import zames_falb_discrete_criterion, zames_falb_discrete_largest
-from analysis.evidence import Evidence, Verdict
+from lure.analysis.inequality.gains import hurwitz_limit
+from lure.analysis.inequality.phase_limit import lowest_phase_limit, phase_limit
+from lure.analysis.inequality.unit_circle import DiscreteBlock
+from lure.analysis.theorems.differences import tsypkin_largest
+from lure.analysis.theorems.fir import Multiplier, certifies
+from lure.analysis.theorems.zames_falb_discrete import zames_falb_discrete_criterion, zames_falb_discrete_largest
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.rational import RationalBlock
-from lure.sector import SlopeBounds
+from lure.plants.rational import RationalBlock
 
 
 @cache

@@ -1,4 +1,4 @@
-"""analysis.zero_eigenvalue and analysis.exact_matrix: the classical critical cases, the rod's scheme, and exactness."""
+"""lure.analysis.numerics.exact_matrix and lure.analysis.numerics.exact_matrix: the classical critical cases, the rod's scheme, and exactness."""
 
 import math
 from fractions import Fraction
@@ -9,11 +9,10 @@ from flint import fmpq, fmpq_mat, fmpz_mat
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.evidence import Evidence
-from analysis.exact_matrix import null_space, zero_multiplicity
-from analysis.zero_eigenvalue import exact_zero_eigenvalue, zero_eigenvalue
 from lure import AssumptionError, InputError, LinearBlock, upwind
-from lure.systems import paper_rod
+from lure.analysis.numerics.exact_matrix import exact_zero_eigenvalue, null_space, zero_eigenvalue, zero_multiplicity
+from lure.analysis.verdict import Evidence
+from lure.rod.systems import paper_rod
 
 PRIME = 2**61 - 1  # the first that is tried
 

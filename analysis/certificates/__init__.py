@@ -1,1 +1,1 @@
-"""Certificates: proposed by searches, decided by :mod:`analysis.certificates.checker`."""
+"""Certificates: proposed by searches, decided by :mod:`lure.analysis.certificates.checker`."""

@@ -10,20 +10,18 @@ from types import MappingProxyType
 
 import numpy as np
 
-from analysis.answer import Answer
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.checker import Proved
-from analysis.certificates.drafts import settled
-from analysis.certificates.matrix import matrix_draft
-from analysis.certificates.multipliers import Upper
-from analysis.certificates.proposals import LARGE
-from analysis.deadline import checkpoint
-from analysis.doubles import double_below
-from analysis.evidence import Bracket, Evidence, Verdict
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import Proved
+from lure.analysis.certificates.matrix import matrix_draft
+from lure.analysis.certificates.multipliers import Upper
+from lure.analysis.certificates.proposals import LARGE
+from lure.analysis.certificates.sealing import settled
+from lure.analysis.deadline import checkpoint
+from lure.analysis.numerics.doubles import double_below
+from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
-from lure.law_class import LawClass
-from lure.sector import Sector
-from lure.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpaceBlock
 
 STEPS_DOWN = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.5, 0.9, 0.99, 0.999, 0.9999, 0.999999)
 
@@ -39,7 +37,7 @@ def certified_by_matrix(block: StateSpaceBlock, answer: Answer) -> Answer:
     block : StateSpaceBlock
         The block.
     answer : Answer
-        Of :func:`analysis.criteria.state_space.state_space_largest`, or a refusal, which stays as it is.
+        Of :func:`lure.analysis.inequality.state_space.state_space_largest`, or a refusal, which stays as it is.
 
     Returns
     -------

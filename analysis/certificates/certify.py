@@ -8,20 +8,20 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
-from analysis.answers.conclusion import Inquiry, conclusion_of
-from analysis.certificates import codes
-from analysis.certificates.checker import ORIGINS, Proved, Refuted
-from analysis.certificates.codes import Code
-from analysis.certificates.guard import Failure, guarded
-from analysis.certificates.posing import Question, posed
-from analysis.certificates.proposals import Numbers
-from analysis.certificates.searching import searches
-from analysis.certificates.systems import system_of
-from analysis.deadline import time_limit
-from analysis.evidence import Verdict
-from analysis.given import class_given, loop_given
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.checker import ORIGINS, Proved, Refuted
+from lure.analysis.certificates.codes import Code
+from lure.analysis.certificates.problem import Question, posed
+from lure.analysis.certificates.proposals import Numbers
+from lure.analysis.certificates.sealing import Failure, guarded
+from lure.analysis.certificates.searching import searches
+from lure.analysis.certificates.systems import system_of
+from lure.analysis.deadline import time_limit
+from lure.analysis.questions.conclusion import Inquiry, conclusion_of
+from lure.analysis.questions.problem import class_given, loop_given
+from lure.analysis.verdict import Verdict
 from lure.errors import InputError
-from lure.frequency_data import FrequencyData
+from lure.plants.frequency_data import FrequencyData
 
 Method = Literal["best", "polynomial", "matrix", "cover", "structure"]
 METHODS: tuple[str, ...] = get_args(Method)
@@ -109,12 +109,12 @@ class Certification:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data, the certificate with it."""
-        from analysis.certificates.showing import certification_dict
+        from lure.analysis.certificates.showing import certification_dict
 
         return certification_dict(self)
 
     def _repr_html_(self) -> str:
-        from analysis.certificates.showing import certification_html
+        from lure.analysis.certificates.showing import certification_html
 
         return certification_html(self)
 
@@ -133,7 +133,7 @@ def certify(
 
     Parameters
     ----------
-    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.inputs.as_block` takes
+    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.plants.as_block` takes
         The loop.
     nonlinearity : object
         The class of laws, as a ``LawClass``, a ``Sector`` or ``SlopeBounds``; by default that of the loop, or the

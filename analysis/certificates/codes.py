@@ -5,10 +5,316 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
-from analysis.certificates.code_texts import CODES as CODES
-from analysis.certificates.code_texts import Code as Code
+# Every way in which a question ends INCONCLUSIVE: what happened, what it means, what to try.
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Code:
+    """One way in which a question ends without an answer.
+
+    Attributes
+    ----------
+    identifier : str
+        ``LURE-I`` and three digits; it keeps its meaning for ever.
+    title : str
+        What happened, in a few words.
+    happened : str
+        What happened, in full sentences.
+    means : str
+        What it does and what it does not mean for the loop.
+    tries : tuple of str
+        What to try, each a sentence that ends in a command or names a change of the input.
+    """
+
+    identifier: str
+    title: str
+    happened: str
+    means: str
+    tries: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.identifier}: {self.title}"
+
+
+_NOTHING = "It means nothing for the loop, which may be stable or not for every law of the class."
+_OURS = "It says something about the search and nothing about the loop."
+
+CODES = (
+    Code(
+        identifier="LURE-I001",
+        title="no multiplier found",
+        happened="Every criterion that applies to the class was tried, and none reaches its upper end; the search "
+        "for a destabilising law of the class found none that could be proved.",
+        means="The criteria are sufficient and not necessary: failing them is no sign of instability. The searches "
+        "for multipliers and for counterexamples end after a while: another multiplier, or a counterexample, may "
+        "exist.",
+        tries=(
+            "See how far each criterion reaches: lure analyse plant.toml",
+            "Ask for a smaller upper bound: lure certify plant.toml --sector 0 1",
+            "If the law has slope bounds, or is odd, say so: lure certify plant.toml --slope 0 1 --odd",
+        ),
+    ),
+    Code(
+        identifier="LURE-I002",
+        title="no criterion applies",
+        happened="The criterion asked for, or every one, needs something that the class, the time or the kind of "
+        "block does not give: slope bounds, laws that do not depend on time, continuous or discrete time, a finite "
+        "bound.",
+        means=_NOTHING + " Nothing was computed.",
+        tries=(
+            "Let all criteria try: lure certify plant.toml --criterion best",
+            "Give what the criterion needs, such as slope bounds: lure certify plant.toml --slope 0 1",
+        ),
+    ),
+    Code(
+        identifier="LURE-I003",
+        title="the checker rejected the proposal",
+        happened="A search proposed a proof, or a counterexample, and the checker, which recomputes everything in "
+        "exact arithmetic, did not accept it: rounding spoiled it, or the search was wrong.",
+        means=_OURS + " That a proposal is rejected is the checker at work; nothing wrong was reported.",
+        tries=(
+            "Leave room between the class and the limit: lure certify plant.toml --sector 0 0.99",
+            "Take another way to prove it: lure certify plant.toml --method matrix",
+        ),
+    ),
+    Code(
+        identifier="LURE-I004",
+        title="a solver failed",
+        happened="A numerical solver, a factorisation or an optimiser, stopped with an error: a singular matrix, no "
+        "convergence, an infeasible or badly scaled problem.",
+        means=_OURS + " An infeasible problem at a solver's tolerance proves nothing either.",
+        tries=(
+            "Rescale time or gain so that the coefficients are near 1, for instance milliseconds for seconds.",
+            "Take the way without a solver: lure certify plant.toml --method polynomial",
+        ),
+    ),
+    Code(
+        identifier="LURE-I005",
+        title="a solver returned no usable numbers",
+        happened="A numerical search returned NaN, infinities or numbers of the wrong shape, whatever status it gave.",
+        means=_OURS + " A number that is none proves nothing, and neither does the word optimal beside it.",
+        tries=(
+            "Rescale time or gain so that the coefficients are near 1.",
+            "Take the way without a solver: lure certify plant.toml --method polynomial",
+        ),
+    ),
+    Code(
+        identifier="LURE-I006",
+        title="too few digits",
+        happened="The sign of a quantity could not be told at the highest precision the search goes to: the class "
+        "ends so close to the criterion's limit that rounding decides.",
+        means="At the limit itself a strict inequality fails; this close to it, nothing is known on either side.",
+        tries=(
+            "Leave room between the class and the limit: lure certify plant.toml --sector 0 0.99",
+            "Take the exact way: lure certify plant.toml --method polynomial",
+        ),
+    ),
+    Code(
+        identifier="LURE-I007",
+        title="out of time",
+        happened="The time allowed ended before the search did.",
+        means=_NOTHING,
+        tries=(
+            "Allow more, in seconds: lure certify plant.toml --seconds 600",
+            "Ask one criterion only: lure certify plant.toml --criterion circle",
+        ),
+    ),
+    Code(
+        identifier="LURE-I008",
+        title="out of memory",
+        happened="The search needed more memory than there is, or nested more deeply than Python allows.",
+        means=_NOTHING,
+        tries=(
+            "Give a block of lower order, or a rod of fewer cells: lure certify paper-rod --set "
+            "discretisation.cells=10",
+        ),
+    ),
+    Code(
+        identifier="LURE-I009",
+        title="the block is only sampled",
+        happened="The block is a measured frequency response: it is known at some frequencies and nowhere between "
+        "them.",
+        means="A criterion asks about every frequency, and about the poles; samples, however many, settle neither.",
+        tries=("Fit a model and give its coefficients: lure certify --num '1' --den '1 3 2 0' --sector 0 5.9",),
+    ),
+    Code(
+        identifier="LURE-I010",
+        title="the block is only computed",
+        happened="The block is given by matrices of doubles that are too large for exact polynomials, and the search "
+        "in floating point found no matrices that prove the class.",
+        means="What is computed in floating point carries an error that nobody bounded; it is a hint and no proof.",
+        tries=(
+            "Ask for a proof by matrices: lure certify plant.toml --method matrix",
+            "Give a smaller class, or coefficients: for these there are more criteria.",
+        ),
+    ),
+    Code(
+        identifier="LURE-I011",
+        title="the class has no finite lower end",
+        happened="The class allows every negative gain: neither its sector nor its slope has a lower bound that a "
+        "theorem could start from.",
+        means=_NOTHING + " Such a class holds every gain below some number, of which one often destabilises.",
+        tries=("Give a lower end: lure certify plant.toml --sector -1 2",),
+    ),
+    Code(
+        identifier="LURE-I012",
+        title="critical case, and the theorem needs a stable block",
+        happened="The loop with the smallest gain of the class has a pole at 0 (z = 1), and the criteria for slope "
+        "bounds that remain need every pole strictly stable.",
+        means=_NOTHING + " Popov's and the circle criterion have a critical case; they were tried and fall short.",
+        tries=(
+            "Ask for laws that are at least a little steep: lure certify plant.toml --slope 0.01 1",
+            "Ask Popov's criterion: lure certify plant.toml --criterion popov",
+        ),
+    ),
+    Code(
+        identifier="LURE-I013",
+        title="a double pole at zero",
+        happened="The loop with the smallest gain of the class has a multiple pole at 0 (z = 1), and the critical "
+        "case of the theorems is that of a simple one.",
+        means="Not a formality: for (s + 1)/s^2 every positive linear gain is stable, and phi = sigma exp(-|sigma|) "
+        "lets motions escape to infinity. For a given law the loop may still be stable.",
+        tries=("Give the class a positive lower end: lure certify plant.toml --sector 0.1 2",),
+    ),
+    Code(
+        identifier="LURE-I014",
+        title="the residue at zero is not positive",
+        happened="The block has a simple pole at 0 whose residue is negative or zero, and the theorems for the "
+        "critical case need a positive one.",
+        means="With a negative residue small positive gains destabilise, so that the class is not stable for every "
+        "law; a zero residue means that the pole is hidden. Often the sign of the feedback is turned round.",
+        tries=(
+            "Here sigma = H mu, mu = -phi(sigma). Give the other sign: lure certify --num '1' --den '1 0' --sector 0 1",
+        ),
+    ),
+    Code(
+        identifier="LURE-I015",
+        title="the loop is not well posed",
+        happened="For a gain kappa of the class 1 + kappa H(inf) = 0: sigma = H mu, mu = -phi(sigma) has no "
+        "solution, or more than one, at that gain.",
+        means="It is a property of the model, in which the direct term acts without delay, and no verdict on "
+        "stability.",
+        tries=(
+            "Choose a class without that gain: lure certify plant.toml --sector 0 0.5",
+            "Give the block a fast pole, so that H(inf) = 0.",
+        ),
+    ),
+    Code(
+        identifier="LURE-I016",
+        title="the law is not locally Lipschitz",
+        happened="The law jumps, or has a vertical tangent, and the theorems for continuous time assume locally "
+        "Lipschitz laws: for others solutions may not exist, or not be unique.",
+        means="The class may be proved for all laws that are locally Lipschitz, and this one is not among them.",
+        tries=(
+            "Replace the jump by a steep slope, as with the law 'relay with slope'.",
+            "Ask about the class without the law: lure certify plant.toml --sector 0 1",
+        ),
+    ),
+    Code(
+        identifier="LURE-I017",
+        title="the law is not in the class",
+        happened="The law breaks a bound that the class, or its own declaration, promises.",
+        means="A proof for the class would say nothing about this law.",
+        tries=("Give a class that contains the law, or leave the class out: lure certify plant.toml",),
+    ),
+    Code(
+        identifier="LURE-I018",
+        title="the loop is not stable at the lower end of the class",
+        happened="With the smallest gain of the class the linear loop has poles that are not stable, and every "
+        "theorem here starts from a stable loop at that gain.",
+        means="Where the smallest gain belongs to the class, the class is not stable for every law. A class that "
+        "begins at another gain may be.",
+        tries=(
+            "See which gains are stable: lure analyse plant.toml",
+            "Begin the class at such a gain: lure certify --transfer '4/((s-1)*(s/3+1))' --sector 0.3 0.5",
+        ),
+    ),
+    Code(
+        identifier="LURE-I019",
+        title="a hidden mode is not stable",
+        happened="A mode that is not strictly stable cancels in H: the input does not reach it, or the output does "
+        "not see it.",
+        means="No feedback moves it, so that the whole system does not come to rest at 0 whatever the law; H alone "
+        "does not show that.",
+        tries=("If the system does not have the mode, cancel the common factor of num and den.",),
+    ),
+    Code(
+        identifier="LURE-I020",
+        title="every finite bound is proved, and the class has none",
+        happened="The class has no upper bound. For every finite upper bound the criterion holds, in the limit it "
+        "does not.",
+        means="sigma^3 lies in [0, inf] and in no [0, k]: laws without a bound on their gain are not covered. Each "
+        "law with a finite bound, however large, is.",
+        tries=("Give the bound that the law has: lure certify plant.toml --sector 0 1000000",),
+    ),
+    Code(
+        identifier="LURE-I021",
+        title="the loop equation may have several solutions",
+        happened="The block has a direct term D, and a law of the sector need not make sigma + D phi(sigma) "
+        "increasing: Popov's criterion is proved only for laws for which it is, and no criterion says anything where "
+        "the nonlinearity given is shown to let sigma + D phi(sigma) = y have several solutions.",
+        means="For the laws with slope bounds that keep 1 + D phi' positive the sector is stable.",
+        tries=("Give slope bounds: lure certify plant.toml --sector 0 1 --slope -0.5 2",),
+    ),
+    Code(
+        identifier="LURE-I022",
+        title="dead time that is not covered",
+        happened="With dead time the theorems here need a strictly proper and stable block, or a simple pole at 0 "
+        "besides, and a class whose lower end is not negative.",
+        means=_NOTHING,
+        tries=(
+            "Close a loop with the lower gain in the model first, and let the class begin at 0.",
+            "Add a fast pole, so that the block is strictly proper: lure certify --transfer 'exp(-s)/(s+1)' --sector "
+            "0 1",
+        ),
+    ),
+    Code(
+        identifier="LURE-I023",
+        title="a counterexample that is not proved",
+        happened="A law of the class was found with which the loop seems to oscillate or grow; its orbit could be "
+        "followed in floating point, and not proved to exist.",
+        means="The class is probably not stable for every law. A simulation shows no orbit, and refutes nothing.",
+        tries=(
+            "Look at it: lure report plant.toml",
+            "Ask for a larger class, in which counterexamples are easier to prove: lure certify plant.toml --slope 0 2",
+        ),
+    ),
+    Code(
+        identifier="LURE-I024",
+        title="a rod without damping",
+        happened="The rod's dashpot has k = 0: nothing dissipates, and the zero eigenvalue is double.",
+        means="The rod keeps its energy, in waves or as a drift; nothing is proved or refuted about how it ends.",
+        tries=("Give it some damping: lure certify paper-rod --set rod.damping=2e-4",),
+    ),
+    Code(
+        identifier="LURE-I025",
+        title="numbers beyond the range of doubles",
+        happened="A gain, a frequency or a coefficient left the range 1e-308 to 1e308 on the way.",
+        means=_OURS,
+        tries=("Rescale the units: milliseconds for seconds, or millimetres for metres.",),
+    ),
+    Code(
+        identifier="LURE-I026",
+        title="the two checkers disagree",
+        happened="The checker accepted a certificate that the second one, independent of it, did not.",
+        means="One of the two is wrong. Until it is known which, nothing counts as shown.",
+        tries=("Please report it, with the certificate: lure verify cert.json --second",),
+    ),
+    Code(
+        identifier="LURE-I027",
+        title="an unexpected error inside a search",
+        happened="A search stopped with an error that is none of those above.",
+        means=_OURS + " It is a bug in lure; nothing wrong was reported.",
+        tries=(
+            "Ask one criterion at a time: lure certify plant.toml --criterion circle",
+            "Please report it with the command and what it prints.",
+        ),
+    ),
+)
+
 
 REGISTRY: Mapping[str, Code] = MappingProxyType({code.identifier: code for code in CODES})
 

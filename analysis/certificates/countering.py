@@ -7,23 +7,21 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from analysis.certificates import codes
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.checker import Proved, Refuted
-from analysis.certificates.guard import Failure
-from analysis.certificates.posing import Question
-from analysis.certificates.proposals import Numbers
-from analysis.certificates.refutations import refutation_draft
-from analysis.certificates.sealing import sealed
-from analysis.certificates.systems import system_of
-from analysis.evidence import Evidence
-from analysis.witness import Witness
-from lure.delay import DelayBlock
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.certificates.problem import Question
+from lure.analysis.certificates.proposals import Numbers
+from lure.analysis.certificates.refutations import refutation_draft
+from lure.analysis.certificates.sealing import Failure, sealed
+from lure.analysis.certificates.systems import system_of
+from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError
-from lure.rational import RationalBlock
-from lure.state_space import StateSpaceBlock
-from lure.upwind import UpwindScheme
-from lure.waves import RodBlock
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
 
 
 def linear_refutation(question: Question, numbers: Numbers) -> Proved | Refuted | None:
@@ -72,7 +70,7 @@ def counterexample(question: Question, numbers: Numbers) -> Proved | Refuted | F
     Refuted, Failure or None
         A failure where one was found that could not be proved; None where none was found.
     """
-    from analysis.refutation.search import refute
+    from lure.analysis.counterexamples.search import refute
 
     block, asked = question.block, question.law_class
     bounds = asked.slope or asked.sector
@@ -106,7 +104,7 @@ def _failure(code: codes.Code, detail: str) -> Failure:
 
 def _growing(block: StateSpaceBlock, question: Question) -> Witness | None:
     """The smallest gain of the class with which a motion of a block given by matrices grows."""
-    from analysis.answers.state_space import growing_gain
+    from lure.analysis.questions.state_space import growing_gain
 
     bounds = question.law_class.slope or question.law_class.sector
     if bounds.lower == -math.inf:
@@ -117,8 +115,8 @@ def _growing(block: StateSpaceBlock, question: Question) -> Witness | None:
 
 def _gain(block: RationalBlock, question: Question) -> Witness | None:
     """The smallest gain of the sector that is not stable; for a sector without a lower end some gain."""
-    from analysis.criteria.hurwitz import unstable_gain
-    from analysis.refutation.linear import linear_witness
+    from lure.analysis.counterexamples.linear import linear_witness
+    from lure.analysis.inequality.gains import unstable_gain
 
     sector = question.law_class.sector
     if sector.lower != -math.inf:
@@ -131,7 +129,7 @@ def _gain(block: RationalBlock, question: Question) -> Witness | None:
 
 
 def _with_dead_time(block: DelayBlock, question: Question) -> Witness | None:
-    from analysis.answers.models import Asked, hurwitz, linear_witnesses
+    from lure.analysis.questions.models import Asked, hurwitz, linear_witnesses
 
     asked = Asked(
         block=block,

@@ -9,13 +9,13 @@ from typing import Any
 
 from flint import acb, acb_poly, arb
 
-from analysis.certificates.arithmetic import Form
-from analysis.certificates.balls import box, tail
-from analysis.certificates.blocks import block
-from analysis.certificates.checker import inequality
-from analysis.certificates.states import classes
-from analysis.deadline import checkpoint
-from analysis.precision import ball, working_precision
+from lure.analysis.certificates.arithmetic import Form
+from lure.analysis.certificates.balls import box, tail
+from lure.analysis.certificates.blocks import block
+from lure.analysis.certificates.checker import inequality
+from lure.analysis.certificates.states import classes
+from lure.analysis.deadline import checkpoint
+from lure.analysis.numerics.precision import ball, working_precision
 from lure.errors import AssumptionError
 
 BITS = 256
@@ -141,7 +141,7 @@ def quick_reach(F: Form, a: Fraction, most: Fraction, *, critical: bool) -> Frac
     r"""A length on which the polynomial below ``Re F(a + t)`` has no need of Sturm's theorem.
 
     That is ``b_0 + sum_i min(b_i, 0) h^i > 0`` for the coefficients ``b_i`` of the polynomial of
-    :func:`analysis.certificates.balls.box`.
+    :func:`lure.analysis.certificates.balls.box`.
 
     Parameters
     ----------

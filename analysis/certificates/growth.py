@@ -12,11 +12,11 @@ from flint import arb_mat
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
-from analysis.certificates.blocks import realised
-from analysis.certificates.lyapunov import Lyapunov, doubles
-from analysis.certificates.systems import text
-from analysis.polynomial import exact_midpoint
-from analysis.precision import ball, working_precision
+from lure.analysis.certificates.blocks import realised
+from lure.analysis.certificates.riccati import Lyapunov, doubles
+from lure.analysis.certificates.systems import text
+from lure.analysis.numerics.polynomial import exact_midpoint
+from lure.analysis.numerics.precision import ball, working_precision
 from lure.errors import AssumptionError
 
 BITS = 256

@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from analysis.certificates.arithmetic import Malformed, Rejected
-from analysis.certificates.blocks import realised
-from analysis.certificates.multipliers import Upper
-from analysis.certificates.riccati import MOST_IN_BALLS, Inequality, Rounded, solutions
-from analysis.certificates.scheme_energy import energy_matrix
-from analysis.certificates.states import deflated, matrix_facts
-from analysis.certificates.systems import system_of, text
-from analysis.exact_matrix import column_of, integer_multiple, null_space
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.blocks import realised
+from lure.analysis.certificates.multipliers import Upper
+from lure.analysis.certificates.riccati import MOST_IN_BALLS, Inequality, Rounded, solutions
+from lure.analysis.certificates.states import deflated, matrix_facts
+from lure.analysis.certificates.systems import system_of, text
+from lure.analysis.numerics.exact_matrix import column_of, integer_multiple, null_space
+from lure.analysis.rod.certificates import energy_matrix
 from lure.errors import AssumptionError
-from lure.rational import RationalBlock
-from lure.state_space import StateSpaceBlock
-from lure.upwind import UpwindScheme
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.rod.upwind import UpwindScheme
 
 Vector = list[Fraction]
 Matrix = list[Vector]
@@ -71,12 +71,12 @@ def matrix_draft(
         Its lower end.
     theta : Fraction, optional
         Popov's multiplier [s], of either sign; None for the circle criterion.  For the scheme of the rod with no upper
-        end :func:`analysis.certificates.scheme_energy.energy_theta` always serves.
+        end :func:`lure.analysis.rod.certificates.energy_theta` always serves.
 
     Returns
     -------
     dict
-        For :func:`analysis.certificates.drafts.completed`.  ``P`` passed the checker's test or, beyond order 64 and
+        For :func:`lure.analysis.certificates.sealing.completed`.  ``P`` passed the checker's test or, beyond order 64 and
         where it leaves no doubt, one in floating point; the checker has yet to accept the whole certificate.
 
     Raises

@@ -3,20 +3,114 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any, Literal
 
-from analysis.answer import Answer
-from analysis.criteria.popov import popov_criterion
-from analysis.evidence import Verdict
-from lure.delay import DelayBlock
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import schur
+from scipy.linalg.lapack import ztrtrs
+from scipy.optimize import minimize_scalar
+
+from lure.analysis.theorems.popov import popov_criterion
+from lure.analysis.verdict import Answer, Verdict
+from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError
-from lure.rational import RationalBlock
-from lure.rod import Rod
-from lure.sector import Sector, SlopeBounds
-from lure.upwind import UpwindScheme
-from lure.waves import RodBlock
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.rod.parameters import Rod
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
+
+# How much room a frequency inequality leaves, in floating point: at the frequencies of the poles, and in the dips.
+
+FAR = 24
+NEAR = 6
+MOST_POINTS = 1000
+LOWEST = 6
+SAME = 1e-9
+
+Vector = NDArray[np.float64]
+
+
+def slack(A: Vector, b: Vector, q: Vector, r: float) -> tuple[float, float]:
+    r"""``(eps, delta)``, about largest, with ``r - delta + 2 Re q x >= eps |x|^2`` for ``x = (i omega - A)^{-1} b``.
+
+    Parameters
+    ----------
+    A, b, q, r : ndarray, ndarray, ndarray, float
+        Shapes ``(n, n)``, ``(n,)``, ``(n,)``; ``n >= 1``.
+
+    Returns
+    -------
+    tuple of float
+        Half of the least value, and half of what that leaves.  Looked at are the frequencies of the poles, points
+        about them, and local minima: estimates.
+
+    Raises
+    ------
+    AssumptionError
+        ``r + 2 Re q x`` is not positive at one of them, or all eigenvalues of ``A`` are zero.
+    """
+    triangle, basis = schur(A, output="complex")
+    inward, outward = basis.conj().T @ b, q @ basis
+    points = _frequencies(np.diag(triangle))
+
+    def at(omega: float) -> tuple[float, float]:
+        """``r + 2 Re q x`` and ``|x|^2`` at one frequency."""
+        shifted = -triangle
+        shifted.flat[:: b.size + 1] += 1j * omega
+        x, _ = ztrtrs(shifted, inward)
+        return r + 2.0 * float((outward @ x).real), float(np.vdot(x, x).real)
+
+    seen = [at(omega) for omega in points.tolist()]
+    values = np.array([value for value, _ in seen])
+    lowest = [float(points[int(np.argmin(values))]), *_dips(lambda omega: at(omega)[0], points, values)]
+    deep = [at(omega) for omega in lowest]
+    least, where = min((value, omega) for (value, _), omega in zip(deep, lowest, strict=True))
+    if not min(least, r) > 0:
+        raise AssumptionError(f"the frequency inequality fails near {where:.6g} rad/s; no matrix P can prove it")
+    delta = min(least, r) / 2
+    room = [(value - delta) / size for value, size in seen + deep if size > 0]
+    return (min(room) / 2 if room else 1.0), delta
+
+
+def _dips(function: Callable[[float], float], points: Vector, values: Vector) -> list[float]:
+    """Where the lowest local minima are, between the neighbours of the points that show them."""
+    inner = 1 + np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]))
+    found = []
+    for i in sorted(inner.tolist(), key=lambda i: float(values[i]))[:LOWEST]:
+        within = (float(points[i - 1]), float(points[i + 1]))
+        found.append(minimize_scalar(function, bounds=within, method="bounded", options={"xatol": 1e-9 * within[1]}).x)
+    return [float(x) for x in found]
+
+
+def _frequencies(poles: NDArray[np.complex128]) -> Vector:
+    """Zero, the frequencies of the poles and points about them, as close as their damping, and some far away."""
+    size, width, at = np.abs(poles), np.abs(poles.real), np.abs(poles.imag)
+    size = np.unique(size[size > 0])
+    if not size.size:
+        raise AssumptionError("all eigenvalues of A are zero; no matrix P can prove anything of it")
+    reach = np.geomspace(1 / 16, 64, min(max(MOST_POINTS // size.size, 2), NEAR))
+    spread = np.concatenate([-reach, [0.0], reach])
+    close = (at[:, None] + width[:, None] * spread[None, :]).ravel()
+    far = np.geomspace(1.5, 1e6, FAR)
+    between = np.sqrt(size[1:] * size[:-1])
+    return apart(np.concatenate([[0.0], size[0] / far, size, between, size[-1] * far, close[close > 0]]))
+
+
+def apart(points: Vector) -> Vector:
+    """Points in ascending order, one of those that differ by rounding alone: neighbours then enclose a minimum.
+
+    Parameters
+    ----------
+    points : ndarray
+        Numbers, not negative.
+    """
+    ordered = np.unique(points)
+    return np.asarray(ordered[np.append(True, np.diff(ordered) > SAME * ordered[1:])])
+
 
 Upper = Fraction | Literal["finite", "inf"]
 Block = RationalBlock | DelayBlock | UpwindScheme | RodBlock
@@ -160,15 +254,15 @@ def _asked_again(block: RationalBlock, answer: Answer, upper: Fraction) -> Answe
     if answer.criterion == "popov":
         return popov_criterion(block, Sector(lower, upper))
     if answer.criterion == "park":
-        from analysis.criteria.park import park_criterion
+        from lure.analysis.theorems.park import park_criterion
 
         return park_criterion(block, bounds)
     if answer.criterion == "off-axis-circle":
-        from analysis.criteria.off_axis import off_axis_criterion
+        from lure.analysis.theorems.off_axis import off_axis_criterion
 
         return off_axis_criterion(block, bounds)
     if answer.criterion == "zames-falb" and block.dt is None:
-        from analysis.criteria.zames_falb import zames_falb_criterion
+        from lure.analysis.theorems.zames_falb import zames_falb_criterion
 
         return zames_falb_criterion(block, bounds, odd=answer.law_class.odd)
     return None

@@ -10,21 +10,20 @@ from typing import Any, Literal
 
 import numpy as np
 
-from analysis.answer import Answer
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.checker import CONVENTION, FORMAT, Proved
-from analysis.certificates.covers import Uncovered, cover_proof, has_delays
-from analysis.certificates.drafts import settled
-from analysis.certificates.multipliers import Block, Multiplier, Upper, multipliers, rod_circle_bound
-from analysis.certificates.systems import laws_of, system_of, text
-from analysis.deadline import checkpoint
-from lure.delay import DelayBlock
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import CONVENTION, FORMAT, Proved
+from lure.analysis.certificates.covers import Uncovered, cover_proof, has_delays
+from lure.analysis.certificates.multipliers import Block, Multiplier, Upper, multipliers, rod_circle_bound
+from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.systems import laws_of, system_of, text
+from lure.analysis.deadline import checkpoint
+from lure.analysis.verdict import Answer
+from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
-from lure.law_class import LawClass
-from lure.rational import RationalBlock
-from lure.sector import Sector
-from lure.upwind import UpwindScheme
-from lure.waves import RodBlock
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
 
 Numbers = Literal["rationals", "decimals as written", "doubles, exactly"]
 
@@ -52,7 +51,7 @@ class Certified:
 
 
 def answer_draft(block: Block, answer: Answer, upper: Upper, *, numbers: Numbers = "rationals") -> dict[str, Any]:
-    """The likeliest certificate for an answer, without what :func:`analysis.certificates.drafts.settled` fills in.
+    """The likeliest certificate for an answer, without what :func:`lure.analysis.certificates.sealing.settled` fills in.
 
     Parameters
     ----------

@@ -2,31 +2,275 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any, Literal, cast
 
-from analysis.certificates.balls import Ball, ball, exponential, product
-from analysis.certificates.blocks import realised
-from analysis.certificates.crossings import crossing_proof
-from analysis.certificates.flow_orbits import flow_orbit_proof
-from analysis.certificates.growth import growth_proof
-from analysis.certificates.states import gained
-from analysis.certificates.systems import system_of, text
-from analysis.criteria.hurwitz import is_stable_gain
-from analysis.evidence import Evidence
-from analysis.plant import Plant
-from analysis.witness import Witness
-from lure.delay import DelayBlock
+import numpy as np
+from flint import arb, arb_mat, fmpq_poly
+
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.balls import Ball, exponential, product
+from lure.analysis.certificates.balls import ball as ball_refutations
+from lure.analysis.certificates.blocks import realised
+from lure.analysis.certificates.growth import growth_proof
+from lure.analysis.certificates.states import classes, flow_orbit, gained
+from lure.analysis.certificates.systems import system_of, text, texts
+from lure.analysis.counterexamples.linear import Realisation, balls
+from lure.analysis.counterexamples.piecewise import PiecewiseLoop
+from lure.analysis.counterexamples.validated import Itinerary, refined
+from lure.analysis.inequality.gains import is_stable_gain
+from lure.analysis.inequality.plant import Plant
+from lure.analysis.numerics.polynomial import exact_midpoint, real_roots
+from lure.analysis.numerics.precision import ball, working_precision
+from lure.analysis.theorems.dead_time import DelayPlant
+from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError
-from lure.rational import RationalBlock
-from lure.state_space import StateSpaceBlock
+from lure.nonlinearities.piecewise_linear import Graph
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+
+# Proofs for certificates that a linear gain between two others puts a root on the imaginary axis.
+
+BITS = 384
+WIDTH = 96
+SAMPLES = 20_001
+
+
+@dataclass(frozen=True, slots=True)
+class _Curve:
+    """``H`` on the axis: ``(Re H, -w Im H)`` at an exact ``w``, and guesses of where it is real."""
+
+    parts: Callable[[Fraction], tuple[arb, arb]]
+    guesses: tuple[tuple[Fraction, Fraction], ...]
+
+
+def crossing_proof(block: RationalBlock | DelayBlock, gains: tuple[Fraction, Fraction]) -> dict[str, Any]:
+    r"""The proof by ``crossing``: ``Im H`` changes sign between two frequencies, there ``-1/Re H`` is between gains.
+
+    ``1 + g H(i omega) = 0`` at the frequency where ``Im H = 0``, for ``g = -1/Re H`` there.  In discrete time
+    ``z = (1 + i omega)/(1 - i omega)``.
+
+    Parameters
+    ----------
+    block : RationalBlock or DelayBlock
+        The block.
+    gains : tuple of Fraction
+        Two gains with such a one strictly between them.
+
+    Returns
+    -------
+    dict
+        ``proof`` of the certificate, the frequencies so close to each other that the gain stays between the two.
+
+    Raises
+    ------
+    AssumptionError
+        No such frequency was found.
+
+    Notes
+    -----
+    Where the curve ``H`` only touches the real axis, ``Im H`` has a double root between the frequencies and changes
+    no sign; a polynomial is then decided by Sturm's theorem.
+    """
+    with working_precision(BITS):
+        curve = _delayed(block) if isinstance(block, DelayBlock) else _rational(block)
+        for a, b in curve.guesses:
+            for low, high in _narrowed(curve, a, b):
+                ends = [-1 / curve.parts(omega)[0] for omega in (low, high)]
+                if all(ball(gains[0]) < end < ball(gains[1]) for end in ends):
+                    return {"method": "crossing", "gains": texts(gains), "frequencies": texts((low, high))}
+    raise AssumptionError(f"no root on the axis was found for gains between {float(gains[0])} and {float(gains[1])}")
+
+
+def _narrowed(curve: _Curve, a: Fraction, b: Fraction) -> Iterator[tuple[Fraction, Fraction]]:
+    """The interval after bisection, if ``Im H`` changes sign on it; else as it is."""
+    sign = curve.parts(a)[1] > 0
+    if not curve.parts(a)[1] * curve.parts(b)[1] < 0:
+        yield a, b
+        return
+    while (b - a) * 2**WIDTH > b:
+        middle = (a + b) / 2
+        slope = curve.parts(middle)[1]
+        if not (slope > 0 or slope < 0):
+            break
+        a, b = (middle, b) if (slope > 0) == sign else (a, middle)
+    yield a, b
+
+
+def _rational(block: RationalBlock) -> _Curve:
+    plant = Plant.of(block)
+    response = plant.response()
+
+    def at(p: fmpq_poly, x: arb) -> arb:
+        """``p(x)``."""
+        value = arb(0)
+        for c in reversed(p.coeffs()):
+            value = value * x + arb(c)
+        return value
+
+    def parts(omega: Fraction) -> tuple[arb, arb]:
+        """``Re H`` and ``-omega Im H``."""
+        x = ball(omega * omega)
+        return at(response.U, x) / at(response.D, x), at(response.W, x) / at(response.D, x)
+
+    roots = [exact_midpoint(x.sqrt()) for x in real_roots(response.W) if x > 0] if response.W.degree() > 0 else []
+    return _Curve(parts, tuple((_short(w * (1 - e)), _short(w * (1 + e))) for w in roots for e in _MARGINS))
+
+
+_MARGINS = (Fraction(1, 2**WIDTH), Fraction(1, 2**40), Fraction(1, 2**20))
+
+
+def _delayed(block: DelayBlock) -> _Curve:
+    plant = DelayPlant.of(block)
+    start = plant.start
+    omega = np.union1d(
+        np.geomspace(start * 1e-6, 64 * start, 4 * SAMPLES), np.linspace(start / SAMPLES, start, SAMPLES)
+    )
+    values = block.transfer(1j * omega)
+    turns = np.flatnonzero(np.diff(np.sign(values.imag)) != 0)
+    ordered = sorted((i for i in turns.tolist() if values.real[i] < 0), key=lambda i: float(values.real[i]))
+    guesses = tuple((Fraction(float(omega[i])), Fraction(float(omega[i + 1]))) for i in ordered[:8])
+    return _Curve(lambda w: plant.response.parts(ball(w)), guesses)
+
+
+def _short(value: Fraction) -> Fraction:
+    """A rational near a positive one, of little more than ``WIDTH`` binary digits."""
+    shift = WIDTH + 24 - math.frexp(float(value))[1]
+    return Fraction(round(value * Fraction(2) ** shift)) / Fraction(2) ** shift
+
+
+# Proofs for certificates that a loop with a piecewise-linear law oscillates, from the record of an orbit.
+
+LADDER = (256, 512, 1024, 2048, 4096)
+SHARES = (Fraction(5, 8), Fraction(1, 2), Fraction(3, 8))
+POLISHING = 12
+INVERSE_BITS = 48
+
+
+def flow_orbit_proof(
+    system: Mapping[str, Any], laws: Mapping[str, Any], record: Mapping[str, object]
+) -> dict[str, Any]:
+    r"""The proof by ``flow-orbit`` for the record of a periodic orbit in continuous time.
+
+    The record holds doubles.  Newton's method refines first state and durations to as many bits as the checker's balls
+    have; the approximate inverse of the Jacobian is rounded; the radius is a power of two well above what the refined
+    orbit misses by and far below where the Jacobian has changed.  More bits and other radii are tried until the
+    checker's own test passes.
+
+    Parameters
+    ----------
+    system, laws : Mapping
+        As in the certificate.
+    record : Mapping
+        ``Witness.data`` of an orbit in continuous time: ``points``, ``left_slope``, ``right_slope``, ``pieces``,
+        ``durations`` [s], ``state`` (in the coordinates of the checker's realisation) and ``half``.
+
+    Returns
+    -------
+    dict
+        ``proof`` of the certificate.
+
+    Raises
+    ------
+    Rejected
+        The checker's test passes at no number of bits; its last reason.
+    AssumptionError
+        Newton's method does not converge from the record.
+    """
+    A, b, c, d, _ = realised(system, Fraction(0))
+    points = [(Fraction(x), Fraction(w)) for x, w in cast("list[list[str]]", record["points"])]
+    left, right = (Fraction(cast("str", record[side])) for side in ("left_slope", "right_slope"))
+    graph = Graph.through(points, left, right)
+    linear = Realisation(tuple(tuple(row) for row in A), tuple(b), tuple(c), d)
+    loop = PiecewiseLoop.of(linear, graph)
+    orbit = refined(loop, _itinerary(record))
+    if orbit is None:
+        raise AssumptionError("Newton's method does not lead from the record to a periodic orbit; search for it anew")
+    law = {
+        "method": "flow-orbit",
+        "points": [texts(point) for point in zip(graph.knots, graph.values, strict=True)],
+        "left": text(left),
+        "right": text(right),
+        "pieces": list(orbit.pieces),
+    }
+    last = Rejected("no number of bits was tried")
+    for bits in LADDER:
+        numbers = _numbers(loop, orbit, bits)
+        for share in SHARES:
+            proof = {**law, **numbers, "radius": text(Fraction(1, 2 ** int(bits * share))), "bits": bits}
+            try:
+                flow_orbit((A, b, c, d), classes(laws), proof)
+            except Rejected as refusal:
+                last = refusal
+            else:
+                return proof
+    raise last
+
+
+def _itinerary(record: Mapping[str, object]) -> Itinerary:
+    durations, state = (tuple(map(Fraction, cast("list[float]", record[name]))) for name in ("durations", "state"))
+    pieces = tuple(cast("list[int]", record["pieces"]))
+    return Itinerary(pieces=pieces, durations=durations, state=state, half=bool(record["half"]))
+
+
+def _numbers(loop: PiecewiseLoop, orbit: Itinerary, bits: int) -> dict[str, Any]:
+    """State and durations to so many bits after the point, and the inverse of the Jacobian there."""
+    n = loop.system.order
+    with working_precision(2 * bits):
+        unknowns = [ball(v) for v in (*orbit.state, *orbit.durations)]
+        for _ in range(POLISHING):
+            shot = _shot(loop, orbit, unknowns)
+            m = len(unknowns)
+            misses, jacobian = (
+                arb_mat([[shot[i, j] for j in columns] for i in range(m)]).mid() for columns in ([0], range(1, m + 1))
+            )
+            inverse = jacobian.inv().mid()
+            step = inverse * misses
+            unknowns = [(u - step[i, 0]).mid() for i, u in enumerate(unknowns)]
+            if max(abs(step[i, 0]) for i in range(m)) < arb(2) ** -(bits + 8):
+                break
+        size = max(sum((abs(jacobian[i, j]) for j in range(m)), arb(0)) for i in range(m))
+        digits = max(0, INVERSE_BITS + round(float(size)).bit_length())
+        exact = [_rounded(exact_midpoint(u), bits) for u in unknowns]
+        rows = [[text(_rounded(exact_midpoint(inverse[i, j]), digits)) for j in range(m)] for i in range(m)]
+    return {"durations": texts(exact[n:]), "state": texts(exact[:n]), "half": orbit.half, "inverse": rows}
+
+
+def _rounded(value: Fraction, bits: int) -> Fraction:
+    """The nearest multiple of ``2^-bits``."""
+    return Fraction(round(value * 2**bits), 2**bits)
+
+
+def _shot(loop: PiecewiseLoop, orbit: Itinerary, unknowns: list[arb]) -> arb_mat:
+    """``[F, F']`` at first state and durations: what closure and levels miss, and the derivative."""
+    n, sign = loop.system.order, -1 if orbit.half else 1
+    path = [*orbit.pieces, loop.mirrored(orbit.pieces[0]) if orbit.half else orbit.pieces[0]]
+    exits = [loop.levels[min(p, q)] for p, q in pairwise(path)]
+    m = len(unknowns)
+    start = [*unknowns[:n], arb(1)]
+    first = arb_mat([[x, *(arb(int(i == j < n)) for j in range(m))] for i, x in enumerate(start)])
+    Z, rows = first, []
+    for i, (piece, level) in enumerate(zip(orbit.pieces, [sign * exits[-1], *exits], strict=False)):
+        G, t = balls(loop.generators[piece]), unknowns[n + i]
+        row = balls([[*loop.system.c, -level]]) * Z
+        rows.append([row[0, j] for j in range(m + 1)])
+        Z = (G * t).exp() * Z
+        push = G * Z
+        for j in range(n):
+            Z[j, n + 1 + i] += push[j, 0]
+    closing = [[Z[i, j] - sign * first[i, j] for j in range(m + 1)] for i in range(n)]
+    return arb_mat(closing + rows)
+
 
 Block = RationalBlock | DelayBlock | StateSpaceBlock
 Laws = Mapping[str, Any]
 
-LADDER = (192, 320, 640, 1280, 2560, 4096)
+REFUTATIONS_LADDER = (192, 320, 640, 1280, 2560, 4096)
 SQUARINGS = 64
 
 
@@ -37,7 +281,7 @@ def refutation_draft(
     *,
     numbers: Literal["rationals", "decimals as written", "doubles, exactly"] = "rationals",
 ) -> dict[str, Any]:
-    r"""The certificate for a witness, without what :func:`analysis.certificates.drafts.completed` fills in.
+    r"""The certificate for a witness, without what :func:`lure.analysis.certificates.sealing.completed` fills in.
 
     Parameters
     ----------
@@ -168,17 +412,17 @@ def _switched(system: Mapping[str, Any], data: Mapping[str, object]) -> dict[str
     gains, times = (cast("list[str]", data.get(name, [])) for name in ("gains", "times"))
     if any(1 + Fraction(g) * d == 0 for g in gains):
         raise AssumptionError("1 + g H(inf) = 0 for one of the gains: the loop has no solution there")
-    for bits in LADDER:
+    for bits in REFUTATIONS_LADDER:
         M: Ball | None = None
         for i, gain in enumerate(map(Fraction, gains)):
             G = gained(A, b, [gain * v / (1 + gain * d) for v in c])
-            step = ball(G, bits) if discrete else exponential(G, Fraction(times[i]), bits)
+            step = ball_refutations(G, bits) if discrete else exponential(G, Fraction(times[i]), bits)
             M = step if M is None else product(step, M)
         m = None if M is None else _squarings(M)
         if m is not None:
             pattern = {"gains": list(gains)} if discrete else {"gains": list(gains), "times": list(times)}
             return {"method": "switched-gain", **pattern, "squarings": m, "bits": bits}
-    raise AssumptionError(f"the growth over one period of the gains is not shown with {LADDER[-1]} bits")
+    raise AssumptionError(f"the growth over one period of the gains is not shown with {REFUTATIONS_LADDER[-1]} bits")
 
 
 def _squarings(M: Ball) -> int | None:

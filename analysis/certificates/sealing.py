@@ -3,16 +3,135 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from analysis.certificates.arithmetic import Rejected
-from analysis.certificates.checker import Proved, Refuted, check
-from analysis.certificates.drafts import completed
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.blocks import block
+from lure.analysis.certificates.checker import (
+    CONVENTION,
+    FORMAT,
+    Proved,
+    Refuted,
+    check,
+    inequality,
+    polynomial_proof,
+    unbounded,
+)
+from lure.analysis.certificates.codes import Code, code_for
+from lure.analysis.certificates.states import classes
+from lure.analysis.deadline import time_left
 
 if TYPE_CHECKING:
-    from analysis.certificates.posing import Question
+    from lure.analysis.certificates.problem import Question
+
+# Searches that may fail in any way, kept from taking the answer with them: an exception becomes a code.
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Failure:
+    """A search that showed nothing.
+
+    Attributes
+    ----------
+    search : str
+        Which one.
+    code : Code
+        How it ended.
+    detail : str
+        The sentence or the exception behind the code.
+    """
+
+    search: str
+    code: Code
+    detail: str
+
+    def __str__(self) -> str:
+        return f"{self.search}: {self.code.title} ({self.code.identifier}): {self.detail}"
+
+
+def guarded(search: str, work: Callable[[], T], *, passing: tuple[type[Exception], ...] = ()) -> T | Failure:
+    """What the work returns, or its failure; the user's interrupt passes.
+
+    Parameters
+    ----------
+    search : str
+        A name for the work.
+    work : callable
+        Called without arguments.
+    passing : tuple of type
+        Exceptions that are the caller's to answer.
+
+    Notes
+    -----
+    ``KeyboardInterrupt``, ``SystemExit`` and ``GeneratorExit`` are no results of a search, and pass.
+    """
+    try:
+        return work()
+    except BaseException as error:  # a panic of a compiled solver is no Exception
+        if isinstance(error, (KeyboardInterrupt, SystemExit, GeneratorExit, *passing)):
+            raise
+        sentence = " ".join(str(error).split())
+        named = type(error).__name__ in ("AssumptionError", "InputError", "Rejected", "Malformed", "Uncovered")
+        detail = sentence if named and sentence else f"{type(error).__name__}: {sentence}".rstrip(": ")
+        return Failure(search=search, code=code_for(error), detail=detail[:400])
+
+
+# Certificates in the making: the parts of a certificate that the checker arrives at by itself, filled in.
+
+LONGEST = 600.0  # [s] for one check
+
+
+def settled(draft: Mapping[str, Any]) -> Proved | Refuted:
+    """What the checker makes of a draft: its ``certificate`` is complete, with polynomial, conclusion and hypotheses.
+
+    Parameters
+    ----------
+    draft : Mapping
+        ``verdict``, ``system``, ``laws``, ``theorem`` and ``proof``, in the format of
+        ``notebooks/notes/0008-certificates.md``; ``multiplier``, ``law`` and ``numbers`` where they are not empty.
+
+    Raises
+    ------
+    ValueError
+        ``Rejected`` or ``Malformed``: the draft proves nothing.
+    """
+    certificate: dict[str, Any] = {
+        "format": FORMAT,
+        "convention": CONVENTION,
+        "numbers": "rationals",
+        "law": None,
+        "multiplier": {},
+        **draft,
+        "conclusion": "",
+        "hypotheses": {},
+    }
+    if certificate["proof"].get("method") == "polynomial" and certificate["theorem"] != "hurwitz":
+        laws, name, data = classes(certificate["laws"]), certificate["theorem"], certificate["multiplier"]
+        F, _, critical, _ = inequality(name, data, block(certificate["system"]), laws)
+        certificate["proof"] = polynomial_proof(F, critical=critical, bounded=not unbounded(name, data, laws))
+    return check(certificate, draft=True, seconds=max(min(time_left(), LONGEST), 0.0))
+
+
+def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
+    """The certificate of a draft; see :func:`settled`.
+
+    Parameters
+    ----------
+    draft : Mapping
+        The draft.
+
+    Raises
+    ------
+    ValueError
+        ``Rejected`` or ``Malformed``: the draft proves nothing.
+    """
+    return dict(settled(draft).certificate)
+
 
 Draft = Mapping[str, Any]
 

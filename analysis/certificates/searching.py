@@ -8,25 +8,23 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from analysis.answer import Answer
-from analysis.certificates import codes
-from analysis.certificates.asking import LONG, questions
-from analysis.certificates.checker import Proved, Refuted
-from analysis.certificates.countering import counterexample, linear_refutation
-from analysis.certificates.covers import cover_proof
-from analysis.certificates.guard import Failure, guarded
-from analysis.certificates.multipliers import Upper
-from analysis.certificates.posing import Question
-from analysis.certificates.proposals import Numbers, certified, energy_draft
-from analysis.certificates.sealing import sealed
-from analysis.evidence import Verdict
-from lure.delay import DelayBlock
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.asking import LONG, questions
+from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.certificates.countering import counterexample, linear_refutation
+from lure.analysis.certificates.covers import cover_proof
+from lure.analysis.certificates.multipliers import Upper
+from lure.analysis.certificates.problem import Question
+from lure.analysis.certificates.proposals import Numbers, certified, energy_draft
+from lure.analysis.certificates.sealing import Failure, guarded, sealed
+from lure.analysis.verdict import Answer, Verdict
 from lure.errors import AssumptionError
-from lure.frequency_data import FrequencyData
-from lure.rational import RationalBlock
-from lure.state_space import StateSpaceBlock
-from lure.upwind import UpwindScheme
-from lure.waves import RodBlock
+from lure.plants.delay import DelayBlock
+from lure.plants.frequency_data import FrequencyData
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
 
 Search = Callable[[], Proved | Refuted | Failure | None]
 Draft = dict[str, Any]
@@ -98,7 +96,7 @@ def _proof(question: Question, asked: Asked, method: str, numbers: Numbers) -> P
         detail = "popov proves the class for the laws with which sigma + H(inf) phi(sigma) is increasing only"
         return Failure(search=name, code=codes.SEVERAL_SOLUTIONS, detail=detail)
     if method == "matrix":
-        from analysis.certificates.asking_matrices import draft_by_matrix
+        from lure.analysis.certificates.asking import draft_by_matrix
 
         return sealed(question, draft_by_matrix(question, answer, numbers))
     block = question.block
@@ -142,7 +140,7 @@ def _all_gains(answer: Answer, upper: Upper) -> bool:
 
 
 def _by_matrices(question: Question, numbers: Numbers) -> Iterator[tuple[str, Search]]:
-    from analysis.certificates.asking_matrices import matrix_drafts
+    from lure.analysis.certificates.asking import matrix_drafts
 
     for name, draft in matrix_drafts(question, numbers):
         yield name, partial(_computed, question, name, draft)

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from lure.showing import html_table, plain
+from lure.record import html_table, plain
 
 if TYPE_CHECKING:
-    from analysis.certificates.certify import Certification
-    from analysis.certificates.checker import Checked
-    from analysis.certificates.guard import Failure
+    from lure.analysis.certificates.certify import Certification
+    from lure.analysis.certificates.checker import Checked
+    from lure.analysis.certificates.sealing import Failure
 
 _CLAIM = "Not shown is anything beyond the claim: a rate of decay, a bound on a motion, external inputs."
-_AGAIN = "Check it again with analysis.check(certificate), or with checker.py and nothing but Python."
+_AGAIN = "Check it again with lure.analysis.check(certificate), or with checker.py and nothing but Python."
 _NOTHING = "That nothing was shown says nothing about the loop: it may be stable or not."
 
 

@@ -7,13 +7,48 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
 
-from lure.delay import DelayBlock
+from lure.classes import LawClass
 from lure.errors import InputError
-from lure.law_class import LawClass
-from lure.rational import RationalBlock
-from lure.state_space import StateSpaceBlock
-from lure.upwind import UpwindScheme
-from lure.waves import RodBlock
+from lure.nonlinearities import ExpressionLaw, GraphLaw, Tanh
+from lure.nonlinearities.protocol import NormalCompliance
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
+
+# Laws whose membership in a class the checker can decide: piecewise linear ones and the hyperbolic tangent.
+
+
+def law_of(law: object) -> dict[str, Any] | None:
+    """``LAW`` of a certificate, all numbers exact; None for a law that can only be declared to be in its class.
+
+    Parameters
+    ----------
+    law : object
+        A law of the library, or None.
+
+    Examples
+    --------
+    >>> from lure import Tanh
+    >>> law_of(Tanh(scale=2, gain=3))
+    {'kind': 'tanh', 'height': '3', 'rate': '1/2'}
+    """
+    if isinstance(law, Tanh):
+        return {"kind": "tanh", "height": str(law.gain), "rate": str(1 / law.scale)}
+    if isinstance(law, NormalCompliance) and law.exact_exponent == 1:
+        return {"kind": "piecewise-linear", "points": [["0", "0"]], "left": "0", "right": str(law.exact_stiffness)}
+    graph = law.graph if isinstance(law, GraphLaw | ExpressionLaw) else None
+    if graph is None:
+        return None
+    points = [[str(x), str(y)] for x, y in zip(graph.knots, graph.values, strict=True)]
+    return {
+        "kind": "piecewise-linear",
+        "points": points,
+        "left": str(graph.slopes[0]),
+        "right": str(graph.slopes[-1]),
+    }
+
 
 _ROD = {"E": "youngs_modulus", "rho": "density", "L": "length", "A": "area", "k": "damping"}
 
@@ -25,7 +60,7 @@ def system_of(block: object) -> dict[str, Any]:
     ----------
     block : RationalBlock, DelayBlock, StateSpaceBlock, UpwindScheme or RodBlock
         The block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices mean the
-        doubles they are; the rod's parameters are those of :attr:`lure.rod.Rod.exact`.
+        doubles they are; the rod's parameters are those of :attr:`lure.rod.parameters.Rod.exact`.
 
     Returns
     -------

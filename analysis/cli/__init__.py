@@ -1,3 +1,5 @@
 """The `lure` command: thin, no mathematics.  Nothing heavy is imported before a command needs it."""
 
-from analysis.cli.entry import main as main
+from lure.lazy import lazy_exports
+
+__getattr__, __dir__, __all__ = lazy_exports(__name__, __file__)

@@ -1,8 +1,8 @@
-"""``python -m analysis.cli`` is ``lure``."""
+"""``python -m lure.analysis.cli`` is ``lure``."""
 
 import sys
 
-from analysis.cli.entry import main
+from lure.analysis.cli.entry import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -7,25 +7,200 @@ import json
 import math
 import os
 import shlex
+import stat
 import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from analysis.cli import texts
-from analysis.cli.commands import Json, Quiet, Seconds, Settings, Verbose, check_seconds
-from analysis.cli.loops import Criterion, Den, Dt, Num, Transfer, block_of, number_of
-from analysis.cli.loops import app as app
-from analysis.cli.refused import refused
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import Proved, Refuted, check
+from lure.analysis.cli import texts
+from lure.analysis.cli.commands import Json, Quiet, Seconds, Settings, Verbose, check_seconds
+from lure.analysis.cli.loops import Criterion, Den, Dt, Num, Transfer, block_of, number_of
+from lure.analysis.cli.loops import app as app
+from lure.analysis.cli.progress import refused
+from lure.analysis.cli.texts import wrapped
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from analysis.certificates.certify import Certification, Method
-    from analysis.certificates.codes import Code
-    from analysis.certificates.proposals import Numbers
-    from lure.law_class import LawClass
+    from lure.analysis.certificates.certify import Certification, Method
+    from lure.analysis.certificates.codes import Code
+    from lure.analysis.certificates.proposals import Numbers
+    from lure.classes import LawClass
+
+# What ``lure verify`` does with one file: read it, have it checked, say what came of it.
+#
+# Nothing here imports numpy, a solver or the package ``lure``: the checker needs Python's standard library only.
+
+ACCEPTED, REJECTED, NO_CERTIFICATE = "ACCEPTED", "REJECTED", "NO CERTIFICATE"
+LONGEST = 600.0  # [s] for the second checker, as for the first
+MOST_BYTES = 1 << 26  # more than any certificate has: the checker refuses what is cut off here by its size
+STATUS = {ACCEPTED: 0, NO_CERTIFICATE: 2, REJECTED: 11}
+_SECOND = "the second checker, on python-flint, agrees"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Verified:
+    """What came of one file.
+
+    Attributes
+    ----------
+    file : str
+        Its name as given; ``-`` is standard input.
+    result : str
+        ``ACCEPTED``, ``REJECTED`` or ``NO CERTIFICATE``.
+    reason : str
+        The claim that was accepted, or why it was not.
+    shown : Proved, Refuted or None
+        What the checker made of an accepted certificate.
+    second : bool or None
+        Whether the second checker agreed; None if it was not asked.
+    """
+
+    file: str
+    result: str
+    reason: str
+    shown: Proved | Refuted | None = None
+    second: bool | None = None
+
+    @property
+    def status(self) -> int:
+        """Exit status for this file alone."""
+        return STATUS[self.result]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same as plain data."""
+        data: dict[str, Any] = {"file": self.file, "result": self.result}
+        if self.shown is None:
+            return {**data, "reason": self.reason, "second": self.second}
+        found = self.shown
+        return {
+            **data,
+            "verdict": "PROVED" if isinstance(found, Proved) else "REFUTED",
+            "claim": found.claim,
+            "theorem": found.theorem,
+            "facts": dict(found.facts),
+            "assumed": [found.assumed] if found.assumed else [],
+            "second": self.second,
+        }
+
+    def lines(self) -> list[str]:
+        """The same in lines of 80 columns, exact numbers unbroken."""
+        said = wrapped(f"{self.result}: {self.reason}", indent=2)
+        if self.shown is not None:
+            said += accepted_lines(self.shown, [self.shown.assumed] if self.shown.assumed else [])
+        if self.second:
+            said.append(f"  {_SECOND}")
+        return said
+
+
+def accepted_lines(shown: Proved | Refuted, assumed: Sequence[str]) -> list[str]:
+    """The theorem, the hypotheses found to hold and what is assumed beside them, in lines of 80 columns.
+
+    Parameters
+    ----------
+    shown : Proved or Refuted
+        What the checker accepted.
+    assumed : sequence of str
+        What nothing shows, in clauses.
+    """
+    said = [("theorem", shown.theorem), *shown.facts.items(), *(("assumed", clause) for clause in assumed)]
+    return [line for name, text in said for line in wrapped(f"  {name}: {text}", indent=4)]
+
+
+def verified(file: str, *, second: bool, seconds: float | None) -> Verified:
+    """Read and check one file; every outcome is a value and no exception.
+
+    Parameters
+    ----------
+    file : str
+        A path, or ``-`` for standard input.
+    second : bool
+        Whether the second checker is asked too; a disagreement is a rejection.
+    seconds : float or None
+        Time allowed to each checker, ten minutes by default; a file that takes longer is rejected.
+    """
+    data = _read(file)
+    if isinstance(data, str):
+        return Verified(file=file, result=NO_CERTIFICATE, reason=data)
+    try:
+        shown = check(data) if seconds is None else check(data, seconds=seconds)
+    except Malformed as refusal:
+        if (told := _report(file, data)) is not None:
+            return Verified(file=file, result=NO_CERTIFICATE, reason=told)
+        return Verified(file=file, result=NO_CERTIFICATE, reason=f"{_label(file)} is no certificate: {refusal}")
+    except Rejected as refusal:
+        return Verified(file=file, result=REJECTED, reason=str(refusal))
+    except (MemoryError, RecursionError):
+        return Verified(file=file, result=REJECTED, reason="checking it needs more memory than there is")
+    except Exception as error:  # a fault of the checker accepts nothing
+        fault = f"{type(error).__name__}: {error}"
+        return Verified(file=file, result=REJECTED, reason=f"the checker stopped with {fault:.200}; please report it")
+    if not second:
+        return Verified(file=file, result=ACCEPTED, reason=shown.claim, shown=shown)
+    against = _against(shown, LONGEST if seconds is None else seconds)
+    if against:
+        return Verified(file=file, result=REJECTED, reason=against, second=False)
+    return Verified(file=file, result=ACCEPTED, reason=shown.claim, shown=shown, second=True)
+
+
+def _against(shown: Proved | Refuted, seconds: float) -> str:
+    """What the second checker says against a certificate that the first accepted; empty if it agrees."""
+    from lure.analysis.certificates.second import recheck_apart
+    from lure.analysis.certificates.second.reading import OUT_OF_TIME
+
+    opinion = recheck_apart(shown.certificate, seconds=seconds)
+    if opinion.accepted:
+        return ""
+    if opinion.reason == OUT_OF_TIME:
+        return f"the second checker has not decided: {OUT_OF_TIME}"
+    return f"the second checker disagrees: {opinion.reason or 'it gives no reason'}"
+
+
+def _report(file: str, data: bytes) -> str | None:
+    """What a ``report.json`` is, and where the certificates beside it are; None for any other file."""
+    try:
+        found = json.loads(data)
+        if not str(found["schema"]).startswith("lure-report/"):
+            return None
+        names = [str(entry["file"]) for entry in found["certificates"]]
+    except (ValueError, TypeError, LookupError, RecursionError):
+        return None
+    if not names:
+        return f"{_label(file)} is a report and no certificate, and nothing in it was certified"
+    folder = Path("." if file == "-" else file).parent
+    where = " ".join(shlex.quote(str(folder / name)) for name in names)
+    return f"{_label(file)} is a report and no certificate; its certificates are beside it: lure verify {where}"
+
+
+def _read(file: str) -> bytes | str:
+    """The content, cut off far beyond the size of any certificate, or a sentence on why there is none."""
+    label = _label(file)
+    if file == "-":
+        return sys.stdin.buffer.read(MOST_BYTES)
+    try:
+        kind = Path(file).stat().st_mode
+        if stat.S_ISDIR(kind):
+            return f"{label} is a directory; give a certificate file, such as cert.json"
+        if not stat.S_ISREG(kind):
+            return f"{label} is not an ordinary file; give a certificate file, or - for standard input"
+        with Path(file).open("rb") as content:
+            return content.read(MOST_BYTES)
+    except FileNotFoundError:
+        return f"{label} does not exist; write a certificate with: lure certify plant.toml -o cert.json"
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        return f"{label} cannot be read ({reason}); give a readable file"
+
+
+def _label(file: str) -> str:
+    return "standard input" if file == "-" else repr(file)
+
 
 Pair = tuple[str, str]
 METHODS = ("best", "polynomial", "matrix", "cover", "structure")
@@ -40,7 +215,6 @@ def verify(
 ) -> int:
     """Check certificates; 11 if one is rejected, else 2 if one is no certificate, else 0."""
     check_seconds(seconds)
-    from analysis.cli.verifying import NO_CERTIFICATE, verified
 
     found = [verified(file, second=second, seconds=seconds) for file in files]
     if as_json:
@@ -96,9 +270,9 @@ def certify(
         raise refused("no class of laws is given; give one, such as --sector 0 5.9 or --slope 0 1")
     if str(output) != "-":
         _check_target(output, force=force)
-    from analysis.certificates.certify import Ways, text_of
-    from analysis.certificates.certify import certify as run
-    from analysis.cli.progress import progress
+    from lure.analysis.certificates.certify import Ways, text_of
+    from lure.analysis.certificates.certify import certify as run
+    from lure.analysis.cli.progress import progress
 
     kind = cast("Method", method)  # one of them: _check_options
     ways = Ways(criterion=criterion, method=kind, finite=finite, seconds=seconds, numbers=_numbers(loop))
@@ -109,7 +283,7 @@ def certify(
         if str(output) == "-":
             print(text, end="")
         else:
-            from analysis.output import write_new
+            from lure.analysis.output import write_new
 
             write_new(output, text, force=force)
     _told(found, output, as_json=as_json, quiet=quiet)
@@ -126,8 +300,7 @@ def _check_options(method: str, seconds: float | None) -> None:
 
 def _asked(sector: Pair | None, slope: Pair | None, *, odd: bool, time_varying: bool) -> tuple[LawClass | None, bool]:
     """The class of the options, None without any; and whether an upper bound is just finite."""
-    from lure.law_class import LawClass
-    from lure.sector import Sector, SlopeBounds
+    from lure.classes import LawClass, Sector, SlopeBounds
 
     if sector is None and slope is None:
         if odd or time_varying:
@@ -158,14 +331,14 @@ def _loop(system: str | None, parts: tuple[str | None, ...], settings: list[str]
         return block_of(num, den, transfer, dt, None, alternative="a TOML file or a built-in system")
     if any(part is not None for part in parts):
         raise refused(f"give the block once: by the system {system} or by --num and --den, --transfer and --dt")
-    from lure.system_file import find_system
+    from lure.files import find_system
 
     return find_system(system, settings)
 
 
 def _has_class(loop: object) -> bool:
-    from lure.systems import RodSystem
-    from lure.systems_loop import LoopSystem
+    from lure.files.system import LoopSystem
+    from lure.rod.systems import RodSystem
 
     if isinstance(loop, LoopSystem):
         return loop.law_class is not None or loop.nonlinearity is not None
@@ -184,7 +357,7 @@ def _check_target(path: Path, *, force: bool) -> None:
 
 
 def _numbers(loop: object) -> Numbers:
-    from lure.state_space import StateSpaceBlock
+    from lure.plants.state_space import StateSpaceBlock
 
     block = getattr(loop, "block", loop)
     return "doubles, exactly" if isinstance(block, StateSpaceBlock) else "decimals as written"
@@ -192,8 +365,7 @@ def _numbers(loop: object) -> Numbers:
 
 def _told(found: Certification, output: Path, *, as_json: bool, quiet: bool) -> None:
     """What was found: on stdout, or on stderr where that is for the certificate."""
-    from analysis.cli.verifying import accepted_lines
-    from analysis.cli.wrapping import wrapped
+    from lure.analysis.cli.texts import wrapped
 
     to_stdout = str(output) == "-"
     if as_json and not to_stdout:
@@ -235,7 +407,7 @@ def explain(
     as_json: Json = False,
 ) -> None:
     """Explain a code, or list them all."""
-    from analysis.certificates.codes import CODES, find, nearest
+    from lure.analysis.certificates.codes import CODES, find, nearest
 
     if code is None:
         print(json.dumps(list(map(_plain, CODES)), indent=2) if as_json else "\n".join(map(str, CODES)))
@@ -259,7 +431,7 @@ def _plain(code: Code) -> dict[str, Any]:
 
 
 def _explained(code: Code) -> list[str]:
-    from analysis.cli.wrapping import wrapped
+    from lure.analysis.cli.texts import wrapped
 
     said = [str(code)]
     for title, text in (("What happened", code.happened), ("What it means", code.means)):

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli import texts
-from analysis.cli.refused import refused
+from lure.analysis.cli import texts
+from lure.analysis.cli.progress import refused
 
 if TYPE_CHECKING:
-    from lure.systems import RodSystem
-    from lure.systems_loop import LoopSystem
+    from lure.files.system import LoopSystem
+    from lure.rod.systems import RodSystem
 
 app = typer.Typer(
     rich_markup_mode=None,
@@ -66,17 +66,17 @@ def report(
     """Analyse a system, write the report and return the status that its verdict stands for."""
     settings = set_ or []
     check_seconds(seconds)
-    from analysis.cli.reporting import delivered, target_of
-    from lure.system_file import find_system
-    from lure.systems import RodSystem
+    from lure.analysis.cli.reporting import delivered, target_of
+    from lure.files import find_system
+    from lure.rod.systems import RodSystem
 
     chosen = find_system(system, settings)
     if seconds is not None and isinstance(chosen, RodSystem):
         raise refused("--seconds limits the searches for a loop, and a report on a rod has none; leave it out")
     target = target_of(output, pdf=pdf)
 
-    from analysis.cli.progress import progress
-    from analysis.evidence import Verdict
+    from lure.analysis.cli.progress import progress
+    from lure.analysis.verdict import Verdict
 
     changes = [part for setting in settings for part in ("--set", setting)]
     changes += [] if seconds is None else ["--seconds", f"{seconds:g}"]
@@ -126,8 +126,8 @@ def init(
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
 ) -> None:
     """Write the template."""
-    from analysis.cli.starting import starting
-    from analysis.output import write_new
+    from lure.analysis.cli.starting import starting
+    from lure.analysis.output import write_new
 
     target, text, then = starting(path, loop=loop, notebook=notebook, test=test)
     write_new(target, text, force=force)
@@ -143,9 +143,9 @@ def systems(
     toml: Annotated[bool, typer.Option("--toml", help="Print it as a TOML file.")] = False,
 ) -> None:
     """List the built-in systems, or show one."""
-    from lure.loop_library import builtin_loop, loop_names
-    from lure.system_file import loop_to_toml, system_to_toml
-    from lure.systems import RodSystem, builtin_system, builtin_systems
+    from lure.files import loop_to_toml, system_to_toml
+    from lure.files.builtin import builtin_loop, loop_names
+    from lure.rod.systems import RodSystem, builtin_system, builtin_systems
 
     rods, loops = tuple(builtin_systems()), loop_names()
     if name is None:
@@ -183,12 +183,12 @@ def reproduce(
     """Reproduce the paper."""
     if what != "paper":
         raise refused(f"there is nothing to reproduce under the name {what!r}; give paper")
-    from analysis.output import checked_target, replaced
+    from lure.analysis.output import checked_target, replaced
 
     checked_target(output)
 
-    from analysis.cli.progress import progress
-    from analysis.reproduce import reproduce_paper
+    from lure.analysis.cli.progress import progress
+    from lure.analysis.rod.paper import reproduce_paper
 
     with progress(quiet=quiet) as tell, replaced(output) as directory:
         table = reproduce_paper(directory, progress=tell)
@@ -199,7 +199,7 @@ def reproduce(
 @app.command(help=texts.DOCTOR)
 def doctor() -> int:
     """Print what is installed; status 2 if something lure needs is missing."""
-    from analysis.cli.doctor import findings
+    from lure.analysis.cli.doctor import findings
 
     lines, healthy = findings()
     print("\n".join(lines))

@@ -11,7 +11,10 @@ from typing import cast
 
 import typer
 
-from analysis.cli import certificates, comparing, responding, sectors, simulating
+from lure.analysis.cli import certificates, sectors
+from lure.analysis.cli import rods as comparing
+from lure.analysis.cli import rods as responding
+from lure.analysis.cli import rods as simulating
 
 COMMANDS = (certificates, simulating, comparing, responding, sectors)  # importing them has put theirs on the one app
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141

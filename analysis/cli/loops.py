@@ -3,20 +3,124 @@
 from __future__ import annotations
 
 import json
+import math
+import re
+import textwrap
+from collections.abc import Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from analysis.cli import texts
-from analysis.cli.commands import Json, Quiet, Seconds, Settings, Verbose, check_seconds
-from analysis.cli.commands import app as app
-from analysis.cli.refused import refused
+from lure.analysis.cli import texts
+from lure.analysis.cli.commands import Json, Quiet, Seconds, Settings, Verbose, check_seconds
+from lure.analysis.cli.commands import app as app
+from lure.analysis.cli.progress import refused
 
 if TYPE_CHECKING:
-    from fractions import Fraction
+    from lure.analysis.inequality.gains import GainInterval
+    from lure.analysis.questions import Largest
+    from lure.analysis.verdict import Bracket, Verdict, Witness
 
-    from analysis.answers import Largest
-    from analysis.evidence import Verdict
+# The answers of ``lure max-sector`` and ``lure max-slope`` in a few lines to quote.
+
+WIDTH = 80
+
+
+def lines(found: Largest, *, stable: Sequence[GainInterval] | None) -> list[str]:
+    """What is proved, what is refuted, the linear limit, the multiplier and, where nothing is proved, why.
+
+    Parameters
+    ----------
+    found : Largest
+        The answer.
+    stable : sequence of GainInterval or None
+        The intervals of stable linear gains, None if they were not computed.
+    """
+    from lure.analysis.verdict import Verdict
+
+    proved, refuted = found.verdict is Verdict.PROVED, found.verdict is Verdict.REFUTED
+    said = [_claim(found)]
+    if found.witness is not None and found.refuted_at is not None:
+        if refuted:
+            said = [f"{said[0][:-1]}: {refutation(found.trivial or found.witness)}."]
+            if found.trivial is not None:
+                said.append(f"From k = {found.witness_text} on also {refutation(found.witness)}.")
+        else:
+            said.append(f"Refuted from {found.refuted_text} on: {refutation(found.witness)}.")
+        if proved and not found.closed:
+            said.append("Nothing was shown in between.")
+    if stable is not None and not stable:
+        said.append("No linear gain makes the loop stable.")
+    elif not refuted:
+        said.append(linear(found.hurwitz, found.lower))
+    if proved and found.multiplier and found.multiplier != "1":
+        theta = "" if found.theta is None or "theta" not in found.multiplier else f", theta = {found.theta:.7g}"
+        said.append(f"Multiplier: {found.multiplier}{theta}.")
+    if found.unfinished:
+        said.append(found.unfinished)
+    if not proved and found.reason:
+        said.append(f"Reason: {found.reason}.")
+    if refuted and stable:
+        where = " and ".join(map(str, stable))
+        said.append(f"Linear gains in {where} are stable; begin the class there, as with --lower={stable[0].sample}.")
+    joined = [text.replace("phi = ", "phi\xa0=\xa0").replace("k = ", "k\xa0=\xa0") for text in said]
+    joined = [re.sub(r"(\[[^,\]\s]+), ", "\\1,\xa0", text) for text in joined]
+    wrapped = [line for text in joined for line in textwrap.wrap(text, WIDTH, break_on_hyphens=False)]
+    return [line.replace("\xa0", " ") for line in wrapped]
+
+
+def _claim(found: Largest) -> str:
+    from lure.analysis.numerics.doubles import bound_above, bound_below
+    from lure.analysis.verdict import Verdict
+
+    low, classes = found.largest.low, f"{found.about} [{bound_above(found.lower)}, k]"
+    if found.verdict is Verdict.PROVED:
+        tried = ", the largest k tried" if found.capped else ""
+        return f"{found.conclusion.headline[:-1]}{tried}, by {found.criterion} ({found.evidence})."
+    if found.verdict is Verdict.REFUTED:
+        return f"Not stable for every {classes}, whatever k."
+    if low > found.lower:
+        reached = f"{found.criterion} reaches {bound_below(low)}, {found.evidence} only"
+        return f"Nothing is proved for {classes}; {reached}."
+    return f"Nothing is proved for {classes}."
+
+
+def refutation(witness: Witness) -> str:
+    """What a destabilising law is and does, linear ones in short.
+
+    Parameters
+    ----------
+    witness : Witness
+        The law.
+    """
+    law, colon, rest = witness.description.partition(": ")
+    gain = witness.data.get("gain")
+    if witness.kind == "linear gain" and isinstance(gain, str) and colon:
+        factor = {"1": "", "-1": "-"}.get(gain, f"{gain} ")
+        law = "without feedback (phi = 0)" if Fraction(gain) == 0 else f"with phi = {factor}sigma"
+        return f"{law} {rest} ({witness.evidence})"
+    return f"{witness.description} ({witness.evidence})"
+
+
+def linear(limit: Bracket, lower: Fraction) -> str:
+    """For which linear gains above ``lower`` the loop is stable.
+
+    Parameters
+    ----------
+    limit : Bracket
+        Of the largest.
+    lower : Fraction
+        Where the classes begin.
+    """
+    if limit.high <= lower:
+        return "Linear gains at the lower end of the class are not stable."
+    if limit.low == math.inf:
+        return "Every larger linear gain is stable." if lower else "Every positive linear gain is stable."
+    if limit.high == math.inf:
+        return f"Linear gains are stable up to {limit.low:.7g} at least."
+    return f"Linear gains are stable up to {limit.middle:.7g}."
+
 
 Num = Annotated[
     str | None, typer.Option("--num", metavar="COEFFS", help="Numerator of H, highest power first.", show_default=False)
@@ -54,16 +158,16 @@ def analyse(
 ) -> int:
     """Run every criterion and every search for a counterexample on a loop."""
     check_seconds(seconds)
-    from lure.system_file import find_system
-    from lure.systems_loop import LoopSystem
+    from lure.files import find_system
+    from lure.files.system import LoopSystem
 
     chosen = find_system(system, set_ or [])
     if not isinstance(chosen, LoopSystem):
         raise refused(f"{system} is a rod; run: lure report {system}")
-    from analysis.answers import analyse as run
-    from analysis.answers.document import analysis_dict
-    from analysis.cli.progress import progress
-    from analysis.report.loop.plain import plain
+    from lure.analysis.cli.progress import progress
+    from lure.analysis.questions import analyse as run
+    from lure.analysis.questions.table import analysis_dict
+    from lure.analysis.report.loop.plain import plain
 
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = run(chosen, seconds=seconds, progress=tell)
@@ -90,8 +194,8 @@ def max_sector(
     """Print the largest sector."""
     check_seconds(seconds)
     block = block_of(num, den, transfer, dt, system)
-    from analysis.answers import max_sector as run
-    from analysis.cli.progress import progress
+    from lure.analysis.cli.progress import progress
+    from lure.analysis.questions import max_sector as run
 
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = run(
@@ -124,8 +228,8 @@ def max_slope(
     """Print the largest slope."""
     check_seconds(seconds)
     block = block_of(num, den, transfer, dt, system)
-    from analysis.answers import max_slope as run
-    from analysis.cli.progress import progress
+    from lure.analysis.cli.progress import progress
+    from lure.analysis.questions import max_slope as run
 
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = run(block, odd=odd, criterion=criterion, lower=number_of(lower), seconds=seconds, progress=tell)
@@ -155,9 +259,9 @@ def block_of(
     refused
         An ``InputError``: the block is given more than once or not at all, or an option is no good.
     """
-    from lure.inputs import as_block
-    from lure.system_file import find_system
-    from lure.systems_loop import LoopSystem
+    from lure.files import find_system
+    from lure.files.system import LoopSystem
+    from lure.plants import as_block
 
     given = [
         name
@@ -200,7 +304,7 @@ def number_of(text: str, name: str = "--lower") -> Fraction:
         An ``InputError``: it is not one number.
     """
     from lure.errors import InputError
-    from lure.inputs import coefficients
+    from lure.plants import coefficients
 
     try:
         values = coefficients(text)
@@ -220,13 +324,12 @@ def _step(text: str) -> Fraction:
 
 def _print(found: Largest, block: object, *, as_json: bool) -> int:
     if as_json:
-        from analysis.report.loop.plain import plain
+        from lure.analysis.report.loop.plain import plain
 
         print(_json(plain(found.to_dict())))
         return _status(found.verdict)
-    from analysis.cli.answers import lines
-    from analysis.criteria.hurwitz import gain_intervals
-    from lure.rational import RationalBlock
+    from lure.analysis.inequality.gains import gain_intervals
+    from lure.plants.rational import RationalBlock
 
     stable = gain_intervals(block) if isinstance(block, RationalBlock) else None
     print("\n".join(lines(found, stable=stable)))

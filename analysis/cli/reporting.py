@@ -9,10 +9,10 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from analysis.report import StabilityReport
-    from analysis.report.loop import LoopReport
-    from lure.systems import RodSystem
-    from lure.systems_loop import LoopSystem
+    from lure.analysis.report import StabilityReport
+    from lure.analysis.report.loop import LoopReport
+    from lure.files.system import LoopSystem
+    from lure.rod.systems import RodSystem
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -54,11 +54,11 @@ def target_of(output: Path, *, pdf: bool) -> Target:
     InputError
         Nothing can be written there, or no PDF can be made.
     """
-    from analysis.output import checked_target
+    from lure.analysis.output import checked_target
 
     alone = output.suffix.lower() == ".pdf" and not output.is_dir()
     if alone or pdf:
-        from analysis.report.pdf import checked_pdf_target, pdf_maker
+        from lure.analysis.report.pdf import checked_pdf_target, pdf_maker
 
         pdf_maker()  # refused before anything is computed
         if alone:
@@ -91,7 +91,7 @@ def delivered(
     tell : callable, optional
         Told the stage and the share of work done.
     """
-    from analysis.output import replaced
+    from lure.analysis.output import replaced
 
     build, write = _reporting(system)
     limit = {} if seconds is None else {"seconds": seconds}
@@ -102,7 +102,7 @@ def delivered(
         with replaced(target.path) as directory:
             write(found, directory, **({"pdf": True} if target.pdf else {}))
             return found, (directory / "report.json").read_text(encoding="utf-8")
-    from analysis.report.pdf import write_pdf
+    from lure.analysis.report.pdf import write_pdf
 
     with TemporaryDirectory(prefix="lure-") as scratch:
         write(found, Path(scratch), pdf=True)
@@ -114,12 +114,12 @@ def _reporting(
     system: RodSystem | LoopSystem,
 ) -> tuple[Callable[..., StabilityReport | LoopReport], Callable[..., Path]]:
     """What builds and what writes the report on such a system."""
-    from lure.systems import RodSystem
+    from lure.rod.systems import RodSystem
 
     if isinstance(system, RodSystem):
-        from analysis.report import build_report, write_report
+        from lure.analysis.report import build_report, write_report
 
         return build_report, write_report
-    from analysis.report.loop import build_loop_report, write_loop_report
+    from lure.analysis.report.loop import build_loop_report, write_loop_report
 
     return build_loop_report, write_loop_report

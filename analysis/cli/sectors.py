@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -12,19 +13,144 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.commands import Json, Quiet
-from analysis.cli.commands import app as app
-from analysis.cli.refused import refused
-from analysis.cli.sectors_texts import SECTOR
+from lure.analysis.cli.commands import Json, Quiet
+from lure.analysis.cli.commands import app as app
+from lure.analysis.cli.progress import refused
+from lure.analysis.cli.texts import SECTOR
 
 if TYPE_CHECKING:
-    from analysis.bounds import LawBounds, Violation
-    from analysis.bounds.result import Bound, Quantity
-    from analysis.evidence import Verdict
-    from analysis.plots import Draw
-    from lure.sector import Sector, SlopeBounds
+    from lure.analysis.measured import MeasuredReport
+    from lure.analysis.nonlinearity import LawBounds, Violation
+    from lure.analysis.nonlinearity.result import Bound, Quantity
+    from lure.analysis.plots import Draw
+    from lure.analysis.verdict import Verdict
+    from lure.classes import Sector, SlopeBounds
 
-_SHOWN, _OPEN, _VIOLATED = 0, 10, 11
+# ``lure sector`` with a file of measured data.
+
+_SHOWN, _OPEN = 0, 10
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Reading:
+    """What of the file is read, and how: the options of the command."""
+
+    displacement: str | None
+    force: str | None
+    units: str | None
+    area: float | None
+    origin: str
+    confidence: float
+    fit: bool
+
+
+def measured(file: Path, reading: Reading, claim: Sector | SlopeBounds | None, *, as_json: bool) -> MeasuredReport:
+    """Read the file, and print what its data show.
+
+    Parameters
+    ----------
+    file : Path
+        Columns of displacement and force.
+    reading : Reading
+        The options.
+    claim : Sector or SlopeBounds, optional
+        Bounds the data are compared with.
+    as_json : bool
+        Whether JSON is printed.
+    """
+    from lure.analysis.measured import read_measurements, report_of
+
+    origin: float | str = "gap" if reading.origin == "gap" else _number(reading.origin)
+    data = read_measurements(
+        file,
+        displacement=reading.displacement,
+        force=reading.force,
+        units=None if reading.units is None else _units(reading.units),
+        area=reading.area,
+    )
+    found = report_of(data, confidence=reading.confidence, origin=origin, fit=reading.fit)
+    if as_json:
+        document = found.to_dict()
+        if claim is not None:
+            document["within"] = {"lower": str(claim.lower), "upper": str(claim.upper), "inside": inside(found, claim)}
+        print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
+        return found
+    from lure.analysis.cli.texts import wrapped
+
+    lines = str(found).split("\n")
+    if claim is not None:
+        yes = "within" if inside(found, claim) else "not within"
+        lines.append(f"The measured bounds are {yes} {claim} (observed: neither proves nor refutes anything).")
+    print("\n".join(part for line in lines for part in wrapped(line, indent=4 if line.startswith(" ") else 2)))
+    return found
+
+
+def inside(found: MeasuredReport, claim: Sector | SlopeBounds) -> bool:
+    """Whether the measured bounds lie within others, and the element showed no memory.
+
+    Parameters
+    ----------
+    found : MeasuredReport
+        The data.
+    claim : Sector or SlopeBounds
+        The others.
+    """
+    from lure.classes import Sector
+
+    sector = found.sector
+    pair = (sector.lower, sector.upper) if isinstance(claim, Sector) else (sector.slope_lower, sector.slope_upper)
+    return sector.memoryless and claim.lower <= pair[0].bound and pair[1].bound <= claim.upper
+
+
+def status(found: MeasuredReport, claim: Sector | SlopeBounds | None) -> int:
+    """0 where the data have finite bounds with a confidence, within those asked for; 10 otherwise, and with memory.
+
+    Parameters
+    ----------
+    found : MeasuredReport
+        The data.
+    claim : Sector or SlopeBounds, optional
+        The bounds asked for.
+    """
+    sector = found.sector
+    sure = sector.stated and sector.bounded
+    return _SHOWN if sure and (claim is None or inside(found, claim)) else _OPEN
+
+
+def drawing(found: MeasuredReport) -> tuple[Draw, tuple[float, float]]:
+    """What draws the report, and how large [inch].
+
+    Parameters
+    ----------
+    found : MeasuredReport
+        The data.
+    """
+    from lure.analysis.plots.measured import SIZE, plot_measured
+
+    return partial(plot_measured, found.sector, fit=found.fit), SIZE
+
+
+def _units(text: str) -> tuple[str, str]:
+    """The two units of ``mm,N``."""
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 2 or not all(parts):
+        from lure.analysis.measured.table import EXAMPLES
+
+        raise refused(f"--units is {text!r:.40}; give the two units as in --units mm,N, each for example of {EXAMPLES}")
+    return parts[0], parts[1]
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise refused(f"--origin is {text!r:.40}; give a displacement in the SI unit, or gap")
+    return value
+
+
+_SECTORS_SHOWN, _SECTORS_OPEN, _VIOLATED = 0, 10, 11
 _SIZE = (5.4, 3.9)
 Pair = tuple[str, str]
 
@@ -83,10 +209,9 @@ def sector(
         assert file is not None, "one of the two is given"
         if on is not None:
             raise refused("--on goes with --expr; measured data say nothing outside their own range")
-        from analysis.cli import measuring
 
         asked = None if within is None else _claim(within, slope=slope)
-        reading = measuring.Reading(
+        reading = Reading(
             displacement=displacement,
             force=force,
             units=units,
@@ -95,19 +220,19 @@ def sector(
             confidence=confidence,
             fit=fit,
         )
-        data = measuring.measured(file, reading, asked, as_json=as_json)
+        data = measured(file, reading, asked, as_json=as_json)
         if plot is not None:
-            draw, size = measuring.drawing(data)
+            draw, size = drawing(data)
             _write(plot, draw, size, replace=replace)
             _say_written(plot, as_json=as_json, quiet=quiet)
-        return measuring.status(data, asked)
+        return status(data, asked)
     if fit or (displacement, force, units, area, origin, confidence) != (None, None, None, None, "0", 0.95):
         raise refused(
             "--displacement, --force, --units, --area, --origin, --confidence and --fit go with a file of measured data"
         )
     interval = None if on is None else tuple(_finite(text, "--on") for text in on)
     claim = None if within is None else _claim(within, slope=slope)
-    from analysis.bounds import law_bounds, violation
+    from lure.analysis.nonlinearity import law_bounds, violation
 
     found = law_bounds(expr, on=interval)
     verdict = None if claim is None else found.within(claim)
@@ -124,15 +249,15 @@ def sector(
 
 
 def _status(found: LawBounds, quantity: Quantity, verdict: Verdict | None, shown: Violation | None) -> int:
-    from analysis.evidence import Verdict
+    from lure.analysis.verdict import Verdict
 
     if verdict is not None:
         if verdict is Verdict.PROVED:
-            return _SHOWN
-        return _VIOLATED if shown is not None else _OPEN
+            return _SECTORS_SHOWN
+        return _VIOLATED if shown is not None else _SECTORS_OPEN
     pair = found.extremes(quantity)
     known = all(part is not None and math.isfinite(part.gap) for part in pair)
-    return _SHOWN if known else _OPEN
+    return _SECTORS_SHOWN if known else _SECTORS_OPEN
 
 
 def _text(
@@ -142,8 +267,8 @@ def _text(
     verdict: Verdict | None,
     shown: Violation | None,
 ) -> str:
-    from analysis.cli.wrapping import wrapped
-    from analysis.evidence import Verdict
+    from lure.analysis.cli.texts import wrapped
+    from lure.analysis.verdict import Verdict
 
     lines = found.lines(quantity)
     if claim is not None:
@@ -180,7 +305,7 @@ def _document(
 
 
 def _claim(pair: Pair, *, slope: bool) -> Sector | SlopeBounds:
-    from lure.sector import Sector, SlopeBounds
+    from lure.classes import Sector, SlopeBounds
 
     lower, upper = (_bound(text, "--within") for text in pair)
     return SlopeBounds(lower, upper) if slope else Sector(lower, upper)
@@ -208,21 +333,21 @@ def _check_figure(plot: Path | None, *, replace: bool) -> None:
         return
     if plot.suffix.lower() not in (".svg", ".png"):
         raise refused(f"--plot is {str(plot)!r}; give a name that ends in .svg or .png")
-    from analysis.runs.writing import check_targets
+    from lure.analysis.rod.runs.writing import check_targets
 
     check_targets([plot], replace=replace)
 
 
 def _draw(plot: Path, law: str, found: LawBounds, *, quantity: Quantity, replace: bool) -> None:
-    from analysis.plots.sectors import plot_law_sector, plot_law_slope
+    from lure.analysis.plots.sectors import plot_law_sector, plot_law_slope
 
     draw = plot_law_slope if quantity == "slope" else plot_law_sector
     _write(plot, partial(draw, law, found), _SIZE, replace=replace)
 
 
 def _write(plot: Path, draw: Draw, size: tuple[float, float], *, replace: bool) -> None:
-    from analysis.plots import render
-    from analysis.runs.writing import written
+    from lure.analysis.plots import render
+    from lure.analysis.rod.runs.writing import written
 
     picture = render(draw, name=plot.stem, size=size)
     with written([plot], replace=replace) as places:

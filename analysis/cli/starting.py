@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-from analysis.cli.refused import refused
+from lure.analysis.cli.progress import refused
 
 
 def starting(path: Path | None, *, loop: bool, notebook: Path | None, test: Path | None) -> tuple[Path, str, str]:
@@ -35,14 +35,14 @@ def starting(path: Path | None, *, loop: bool, notebook: Path | None, test: Path
         return _notebook(notebook)
     if test is not None:
         return _test(test)
-    from lure.system_file import plant_template, template
+    from lure.files import plant_template, template
 
     target = path or Path("plant.toml" if loop else "rod.toml")
     return target, plant_template() if loop else template(), f"edit it, then run: {_command('lure report', target)}"
 
 
 def _notebook(path: Path) -> tuple[Path, str, str]:
-    from analysis.starters import notebook_json, notebook_script
+    from lure.analysis.starters import notebook_json, notebook_script
 
     _demand(path, "--notebook", "my-loop.ipynb", ".ipynb", ".py")
     if path.suffix == ".py":
@@ -52,7 +52,7 @@ def _notebook(path: Path) -> tuple[Path, str, str]:
 
 
 def _test(path: Path) -> tuple[Path, str, str]:
-    from analysis.starters import law_test
+    from lure.analysis.starters import law_test
 
     _demand(path, "--test", "test_law.py", ".py")
     return path, law_test(), f"edit the law and its bounds, then run: {_command('pytest', path)}"

@@ -1,4 +1,36 @@
-"""The help texts: what a command is for, then examples, each within 80 columns."""
+"""The help text of ``lure sector``, within 80 columns."""
+
+from __future__ import annotations
+
+import textwrap
+
+# Paragraphs in lines of 80 columns.
+
+WIDTH = 80
+
+
+def wrapped(text: str, *, indent: int) -> list[str]:
+    """A paragraph in lines of 80 columns, the later ones indented; words longer than that stay whole.
+
+    Parameters
+    ----------
+    text : str
+        The paragraph; blanks before it indent the first line.
+    indent : int
+        Blanks before the second and later lines.
+    """
+    printable = "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in text)
+    return textwrap.wrap(
+        printable.strip(),
+        WIDTH,
+        initial_indent=" " * (len(printable) - len(printable.lstrip())),
+        subsequent_indent=" " * indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+# The help texts: what a command is for, then examples, each within 80 columns.
 
 ROOT = """For which laws is a Lur'e loop stable, and how do we know?
 
@@ -217,4 +249,138 @@ Examples:
 \b
 What happened, what it means and does not mean, and what to try.  Without a
 code: the list of all.
+"""
+
+
+# The help text of ``lure compare``, within 80 columns.
+
+COMPARE = """Hold the scheme and Galerkin models against the exact motion.
+
+\b
+Examples:
+  lure compare paper-rod
+  lure compare paper-rod --until 0.01 --plot compare.svg
+  lure compare rod.toml --cells 10,20,40,80 --galerkin P1:26,P1:51
+  lure compare paper-rod --cells 200 --method CVODE --galerkin none --json
+  lure compare paper-rod --set rod.gap=5e-5 --set rod.compliance=1e-9
+
+\b
+One table: error of u(t, L), energy, decay of the elastic modes, observed
+order, cost; for the release of the paper also its settling time.  The exact
+row is about the rod, every other row about a discrete model.
+
+\b
+Methods for the scheme: exact (no time step), RK45, DOP853, Radau, BDF, LSODA
+(scipy), CVODE, CVODE-Adams (needs lure[cvode]).
+
+\b
+Exit status: 0 done, 2 bad input, 1 a bug in lure, 130 interrupted.
+"""
+
+
+# The help texts of ``lure response``, ``lure bifurcation`` and ``lure basin``, within 80 columns.
+
+RESPONSE = """Say what a rod does under a periodic force after a while.
+
+\b
+Examples:
+  lure response paper-rod --set rod.gap=0 --set rod.damping=0.24 \\
+      --set rod.compliance=3.5e-11 --force "0.3+0.7*sin(3000*t)" --settle 0.5
+  lure response paper-rod --set rod.gap=0 --set rod.damping=0.24 \\
+      --set rod.compliance=3.5e-11 --force "0.3+where(sin(3000*t)>0,1,-1)" \\
+      --separation --plot response.svg
+  lure response rod.toml --rigid --json > response.json
+
+\b
+The motion of the rod itself, exactly: regime, time in contact, impacts,
+momentum, spectrum.  The period must follow from the formula (sines and
+cosines with commensurable frequencies), or be given with --period.  A force
+of mean 0 has no periodic response with contact: the rod walks away.
+A motion that was not seen to repeat is not thereby proved chaotic.
+A run costs round trips 2L/c: a light dashpot or a soft obstacle takes many.
+
+\b
+Exit status: 0 done, 2 bad input, 1 a bug in lure, 130 interrupted (nothing is
+written).
+"""
+BIFURCATION = """Follow the response through the values of a parameter.
+
+\b
+Examples:
+  lure bifurcation paper-rod --set rod.gap=0 --set rod.damping=0.24 \\
+      --set rod.compliance=3.5e-11 --force "0.3+F*sin(3000*t)" \\
+      --parameter F --from 0.5 --to 1.1 --count 31 --plot doubling.png
+  lure bifurcation rod.toml --set rod.damping=0.24 --rigid \\
+      --force "0.3+F*sin(3000*t)" --parameter F --from 0.5 --to 1.1 \\
+      --count 31 --settle 0.1 --sweep down --json > down.json
+  lure bifurcation rod.toml --force "0.3+0.7*sin(3000*t)" --rigid \\
+      --parameter damping --from 0.1 --to 0.5 --count 20 --workers 2
+
+\b
+The parameter is a symbol of the force or a field of the rod: damping, gap,
+compliance, youngs_modulus, density, length, area, exponent.  Each value
+starts from the same data; with --sweep up or down it starts from the end of
+the one before (symbols of the force only), which shows hysteresis.
+
+\b
+Ctrl-C keeps what is done: it is printed, written and drawn, and says that it
+is not all.
+Exit status: 0 done, 2 bad input, 1 a bug in lure, 130 interrupted.
+"""
+BASIN = """Say where a rod without a force comes to rest.
+
+\b
+Examples:
+  lure basin paper-rod --set rod.gap=0 --set rod.damping=0.24 \\
+      --set rod.compliance=3.5e-11 --offset -1e-4 1e-4 9 \\
+      --velocity -0.5 1 13 --plot basin.png
+  lure basin rod.toml --set rod.damping=0.05 --set rod.compliance=1e-11 \\
+      --velocity 0 100 6 --json
+
+\b
+Uniform displacements [m] and velocities [m/s] are added to the initial data.
+Each motion is followed until it is known where it ends, or bounds are given.
+Ctrl-C keeps what is done.
+
+\b
+Exit status: 0 done, 10 a resting place is not known, 2 bad input, 1 a bug in
+lure, 130 interrupted.
+"""
+AS_PRINTED = (
+    "Note: the scheme as printed answers the force divided by c N/L; the rod here answers the force as it stands."
+)
+
+
+SECTOR = """Bound a law: its sector or its slopes, from both sides.
+
+\b
+Examples:
+  lure sector --expr "max(x,0)**1.5" --on -1 1
+  lure sector --expr "tanh(sigma) + sigma/3" --slope
+  lure sector --expr "sin(x)" --within -0.25 1 --plot sector.svg
+  lure sector --expr "min(max(2*x,-1),1)" --json
+  lure sector data.csv --displacement depth --force load --fit
+  lure sector data.csv --area 25e-6 --origin gap --plot data.svg
+  lure sector amplifier.csv --units V,V
+
+\b
+Of a formula: the least and the largest phi(sigma)/sigma, or slope, over all
+of R or the interval, certified: exact for piecewise linear laws, by isolated
+roots for polynomials and rational functions, else in ball arithmetic with
+zero and infinity included.
+
+\b
+Of measured data: bounds on the chords and slopes of the mean law that hold
+with the confidence, under the assumptions printed; outliers are named, and
+loading and unloading compared.  This is observed and proves nothing.  Units
+stand in the headings, displacement [um], force (mN), or in --units mm,lbf.
+
+\b
+With --within, a point (or two, for slopes) is printed where the law leaves
+the bounds.
+
+\b
+Exit status: 0 shown, or within the bounds; 11 the bounds are violated at a
+point; 10 not decided, or measured data with hysteresis or without a stated
+confidence; 2 bad input.
 """

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.delay import DelayBlock
 from lure.errors import InputError
-from lure.frequency_data import FrequencyData
-from lure.inputs import as_block
-from lure.rational import RationalBlock
-from lure.state_space import StateSpaceBlock
-from lure.upwind import UpwindScheme
-from lure.values import by_value
-from lure.waves import RodBlock
+from lure.plants import as_block
+from lure.plants.delay import DelayBlock
+from lure.plants.frequency_data import FrequencyData
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.record import by_value
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
 
 POINTS = 1500
 _DENSE = 150  # states beyond which a point costs so much that fewer are drawn
@@ -80,8 +80,8 @@ def drawable(system: object) -> Drawable:
     InputError
         It is no linear block.
     """
+    from lure.files.system import LoopSystem
     from lure.loop import Loop
-    from lure.systems_loop import LoopSystem
 
     if isinstance(system, Loop | LoopSystem):
         system = system.block
@@ -129,7 +129,7 @@ def axis_values(block: Drawable, omega: ArrayLike | None) -> tuple[NDArray[np.fl
     if omega is not None:
         at = _frequencies(omega, math.inf if continuous(block) else math.pi / step)
     elif isinstance(block, UpwindScheme | RodBlock):
-        from analysis.plots.frequencies import drawing_frequencies
+        from lure.analysis.plots.frequencies import drawing_frequencies
 
         at = drawing_frequencies(block)
     else:

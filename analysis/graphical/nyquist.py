@@ -3,33 +3,214 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.answer import Answer
-from analysis.answers import Largest, max_sector
-from analysis.criteria.circle import circle_criterion
-from analysis.criteria.popov import circle_criterion as rod_circle_criterion
-from analysis.criteria.result import CriterionResult
-from analysis.doubles import double_above, double_below
-from analysis.evidence import Verdict
-from analysis.graphical.axis import Drawable, axis_values, drawable
-from analysis.graphical.page import ROD, upper_end
+from lure.analysis.graphical.axis import Drawable, axis_values, drawable
+from lure.analysis.graphical.supporting_proof import (
+    ROD,
+    ROUNDING,
+    behind,
+    block_text,
+    drawn_dataset,
+    drawn_dict,
+    least,
+    proof_row,
+    span_text,
+    upper_end,
+    with_figure,
+)
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
+from lure.analysis.questions import Largest, max_sector
+from lure.analysis.theorems.circle import circle_criterion
+from lure.analysis.theorems.popov import circle_criterion as rod_circle_criterion
+from lure.analysis.verdict import Answer, Evidence, Verdict
+from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
-from lure.frequency_data import FrequencyData
-from lure.rational import RationalBlock
-from lure.sector import Sector
-from lure.state_space import StateSpaceBlock
-from lure.upwind import UpwindScheme
-from lure.waves import RodBlock
+from lure.plants.frequency_data import FrequencyData
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.record import by_value, html_table
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
+
+if TYPE_CHECKING:
+    import control
+    import xarray
+
+    from lure.analysis.plots.responses import Axes
+
+# What a Nyquist plot shows, and what stands behind it.
+
+CRITERION = "the circle criterion"
+
+
+@by_value
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class NyquistResponse:
+    r"""A curve ``H(i omega)``, the region that the circle criterion forbids to it, and what proves the sector, if any.
+
+    For ``mu = -phi(t, sigma)``, ``sigma = H mu`` and the sector ``[lower, k]`` the criterion asks
+    ``Re[(1 + k H)(1 + lower H)^*] > 0``: the curve stays right of ``-1/k`` (``lower = 0``), outside the disc on
+    ``[-1/lower, -1/k]`` (both of one sign; then it must also encircle it as often as ``H`` has unstable poles, which no
+    distance shows), or inside that disc (``lower < 0 < k``).  The curve here is finitely many points: OBSERVED.
+
+    Attributes
+    ----------
+    block : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+        The block, in continuous or discrete time.
+    omega : ndarray
+        (m,) frequencies [rad/s].
+    values : ndarray
+        (m,) ``H(i omega)``, in discrete time ``H(e^(i omega dt))``; nan where a pole is met.
+    lower : float
+        Lower end of the sector.
+    k : float or None
+        Upper end of it, possibly ``inf``; None where there is no region to draw.
+    found : Largest or None
+        What :func:`lure.analysis.max_sector` says, where ``k`` was taken from it.
+    answer : Answer, CriterionResult or None
+        What the circle criterion says of exactly this sector, where ``k`` was given.
+    reason : str
+        Why nothing stands behind the region, or there is none; empty where something does.
+    """
+
+    block: Drawable
+    omega: NDArray[np.float64]
+    values: NDArray[np.complex128]
+    lower: float
+    k: float | None
+    found: Largest | None
+    answer: Answer | CriterionResult | None
+    reason: str
+
+    @property
+    def disc(self) -> tuple[float, float] | None:
+        """The ends of the disc on the real axis, ascending; None where the region is a half-plane, or there is none."""
+        if self.k is None or self.lower == 0 or self.k == 0:
+            return None
+        return min(-1.0 / self.lower, -1.0 / self.k), max(-1.0 / self.lower, -1.0 / self.k)
+
+    @property
+    def inside(self) -> bool:
+        """Whether the curve belongs inside the disc: ``lower < 0 < k``."""
+        return self.k is not None and self.lower < 0 < self.k
+
+    @property
+    def distance(self) -> NDArray[np.float64]:
+        """(m,) distance of each point from the forbidden region, negative inside it; nan where there is none."""
+        if self.k is None:
+            return np.full(self.omega.size, np.nan)
+        ends = self.disc
+        if ends is None:
+            return 1.0 / self.k + self.values.real if self.lower == 0 else -1.0 / self.lower - self.values.real
+        radius = 0.5 * (ends[1] - ends[0])
+        outwards = np.abs(self.values - 0.5 * (ends[0] + ends[1])) - radius
+        return -outwards if self.inside else outwards
+
+    @property
+    def margin_seen(self) -> float | None:
+        """Least of them over the points drawn, negative where the curve enters the region: OBSERVED."""
+        return None if self.worst is None else float(self.distance[self.worst])
+
+    @property
+    def worst(self) -> int | None:
+        """Where in ``omega`` that is; None without a region."""
+        return least(self.distance)
+
+    @property
+    def evidence(self) -> Evidence:
+        """OBSERVED: what a drawing is.  See ``answer`` and ``found`` for what is proved."""
+        return Evidence.OBSERVED
+
+    @property
+    def behind(self) -> str:
+        """What proves the sector, or that nothing here does, and why."""
+        return behind(self, CRITERION)
+
+    @property
+    def sector_text(self) -> str:
+        """The sector, for people, never larger than it is."""
+        if self.k is None:
+            return "none"
+        bracket = ")" if self.k == math.inf and self.answer is None else "]"
+        return f"[{text_above(self.lower)}, {text_below(self.k)}{bracket}"
+
+    def __bool__(self) -> bool:
+        raise TypeError("a drawing proves nothing; look at response.answer or response.found")
+
+    def __str__(self) -> str:
+        head = f"Nyquist plot of {block_text(self.block)}, {span_text(self.omega)}"
+        if self.k is None or self.margin_seen is None:
+            return f"{head}, without a region. A drawing proves nothing; {self.behind}."
+        seen = self._seen(self.margin_seen)
+        return f"{head}: {seen} (observed). The drawing proves nothing; {self.behind}."
+
+    def _seen(self, margin: float) -> str:
+        size = float(np.max(np.abs(self.values[np.isfinite(self.values)])))
+        region = f"the region forbidden for the sector {self.sector_text}"
+        if abs(margin) <= ROUNDING * size:
+            return f"the curve touches {region}, to rounding"
+        if margin > 0:
+            return f"the curve keeps at least {margin:.4g} away from {region}"
+        return f"the curve goes {-margin:.4g} deep into {region}"
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The curve, the forbidden region, the sector and the least distance seen.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from lure.analysis.plots.responses import plot_nyquist_response
+
+        return plot_nyquist_response(self, ax=ax)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data, the curve with it; infinite numbers are the text ``inf``."""
+        return drawn_dict(self, "nyquist response", {"lower": self.lower, "k": self.k})
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The curve and its distance from the region over ``omega``, as real variables that netCDF can hold.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        variables = {
+            "real": (self.values.real, "Re H"),
+            "imag": (self.values.imag, "Im H"),
+            "distance": (self.distance, "distance from the forbidden region"),
+        }
+        return drawn_dataset(self, variables, {"lower": self.lower, "k": self.k})
+
+    def to_control(self) -> control.FrequencyResponseData:
+        """The values drawn as a ``control.FrequencyResponseData``."""
+        import control
+
+        block = self.block
+        dt = 0.0 if isinstance(block, UpwindScheme | RodBlock) else float(getattr(block, "dt", None) or 0)
+        return control.FrequencyResponseData(self.values, self.omega, dt=dt)
+
+    def _repr_html_(self) -> str:
+        rows = [("block", block_text(self.block)), ("drawn", span_text(self.omega)), ("sector", self.sector_text)]
+        rows += [] if self.margin_seen is None else [("least distance seen", f"{self.margin_seen:.6g}")]
+        rows.append(proof_row(self, CRITERION))
+        note = "A drawing proves nothing between and beyond its points, and a region that is entered refutes nothing."
+        table = html_table("Nyquist plot", rows, verdict=str(self.evidence).upper(), notes=[note])
+        return with_figure(lambda *, ax: self.plot(ax), table, alt=f"Nyquist plot: {self}")
+
 
 if TYPE_CHECKING:
     pass
-from analysis.graphical.nyquist_result import NyquistResponse
 
 Region = tuple["float | Fraction | None", "Largest | None", "Answer | CriterionResult | None", str]
 

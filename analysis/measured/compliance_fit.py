@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.doubles import json_number
-from analysis.evidence import Evidence
-from analysis.measured.measured_sector import Outlier
-from analysis.measured.measurements import Direction, Measurements
-from analysis.measured.noise import Noise
+from lure.analysis.measured.mean_law import Noise
+from lure.analysis.measured.measured_sector import Outlier
+from lure.analysis.measured.measurements import Direction, Measurements
+from lure.analysis.numerics.doubles import json_number
+from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError
-from lure.nonlinearity import NormalCompliance
-from lure.values import by_value
+from lure.nonlinearities.protocol import NormalCompliance
+from lure.record import by_value
 
 if TYPE_CHECKING:
     import xarray
 
-    from analysis.plots.measured import Axes
+    from lure.analysis.plots.measured import Axes
 
 NAMES = ("eps", "gap", "m")
 _MISFIT = 0.01
@@ -139,14 +139,14 @@ class ComplianceFit:
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """The data, the fitted law and the residuals; see :func:`analysis.plots.plot_compliance`.
+        """The data, the fitted law and the residuals; see :func:`lure.analysis.plots.plot_compliance`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from analysis.plots.measured import plot_compliance
+        from lure.analysis.plots.measured import plot_compliance
 
         return plot_compliance(self, ax=ax)
 
@@ -158,12 +158,12 @@ class ComplianceFit:
         InputError
             xarray is not installed.
         """
-        from analysis.measured.export import fit_dataset
+        from lure.analysis.measured.export import fit_dataset
 
         return fit_dataset(self)
 
     def _repr_html_(self) -> str:
-        from analysis.measured.export import fit_html
+        from lure.analysis.measured.export import fit_html
 
         return fit_html(self)
 

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.doubles import text_above, text_below
-from lure.datasets import Column, dataset
-from lure.showing import html_table
+from lure.analysis.numerics.doubles import text_above, text_below
+from lure.record import html_table
+from lure.rod.datasets import Column, dataset
 
 if TYPE_CHECKING:
     import xarray
 
-    from analysis.measured.compliance_fit import ComplianceFit
-    from analysis.measured.margin import MeasuredMargin
-    from analysis.measured.measured_sector import MeasuredSector, Outlier
-    from analysis.measured.measurements import Measurements
-    from analysis.measured.report import MeasuredReport
+    from lure.analysis.measured.compliance_fit import ComplianceFit
+    from lure.analysis.measured.margin import MeasuredMargin
+    from lure.analysis.measured.measured_sector import MeasuredSector, Outlier
+    from lure.analysis.measured.measurements import Measurements
+    from lure.analysis.measured.report import MeasuredReport
 
 _SIDES = ("lower", "upper", "slope_lower", "slope_upper")
 _SHOWN = 8
@@ -46,7 +46,7 @@ def _source(data: Measurements) -> dict[str, object]:
 
 
 def measurements_dataset(data: Measurements) -> xarray.Dataset:
-    """The Dataset of :meth:`analysis.measured.Measurements.to_xarray`.
+    """The Dataset of :meth:`lure.analysis.measured.Measurements.to_xarray`.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def _mean(found: MeasuredSector) -> dict[str, Column]:
 
 
 def sector_dataset(found: MeasuredSector) -> xarray.Dataset:
-    """The Dataset of :meth:`analysis.measured.MeasuredSector.to_xarray`.
+    """The Dataset of :meth:`lure.analysis.measured.MeasuredSector.to_xarray`.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def _sector_attributes(found: MeasuredSector) -> dict[str, object]:
 
 def sector_html(found: MeasuredSector) -> str:
     """A table for notebooks: the four bounds, and on what they rest."""
-    from analysis.measured.measured_sector import MEMORY, TO_TRY
+    from lure.analysis.measured.measured_sector import MEMORY, TO_TRY
 
     unit = found.measurements.stiffness_unit
     rows = [
@@ -184,7 +184,7 @@ def _fit_columns(found: ComplianceFit) -> tuple[dict[str, Column], dict[str, Col
 
 
 def fit_dataset(found: ComplianceFit) -> xarray.Dataset:
-    """The Dataset of :meth:`analysis.measured.ComplianceFit.to_xarray`.
+    """The Dataset of :meth:`lure.analysis.measured.ComplianceFit.to_xarray`.
 
     Raises
     ------
@@ -244,7 +244,7 @@ def _inwards(found: MeasuredMargin) -> str:
 
 
 def report_dataset(found: MeasuredReport) -> xarray.Dataset:
-    """The Dataset of :meth:`analysis.measured.MeasuredReport.to_xarray`: the sector's, with the fit where there is one.
+    """The Dataset of :meth:`lure.analysis.measured.MeasuredReport.to_xarray`: the sector's, with the fit where there is one.
 
     Raises
     ------

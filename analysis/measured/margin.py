@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from analysis.doubles import json_number, text_below
-from analysis.evidence import Evidence, Verdict
-from analysis.measured.measured_sector import MEMORY, MeasuredSector
+from lure.analysis.measured.measured_sector import MEMORY, MeasuredSector
+from lure.analysis.numerics.doubles import json_number, text_below
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import Sector
 from lure.errors import AssumptionError
-from lure.sector import Sector
-from lure.values import by_value
+from lure.record import by_value
 
 if TYPE_CHECKING:
-    from analysis.answers import Largest
-    from lure.block import Block
+    from lure.analysis.questions import Largest
+    from lure.plants.block import Block
 
 
 @by_value
@@ -31,7 +31,7 @@ class MeasuredMargin:
     sector : Sector
         What is compared: the measured bounds times ``gain``, with the lower one raised to 0 if ``vouched``.
     proved : Largest
-        The answer of :func:`analysis.max_sector`: from the lower end of ``sector``, or 0 if that is above it.
+        The answer of :func:`lure.analysis.max_sector`: from the lower end of ``sector``, or 0 if that is above it.
     gain : float
         Unit of ``phi`` in the loop per unit of the load.
     vouched : bool
@@ -115,7 +115,7 @@ class MeasuredMargin:
         }
 
     def _repr_html_(self) -> str:
-        from analysis.measured.export import margin_html
+        from lure.analysis.measured.export import margin_html
 
         return margin_html(self)
 
@@ -141,14 +141,14 @@ def margin_of(
     measured : MeasuredSector
         From :func:`sector_of`.
     block : object
-        The linear block, as :func:`analysis.max_sector` takes it.
+        The linear block, as :func:`lure.analysis.max_sector` takes it.
     gain : float
         Unit of ``phi`` in the loop per unit of the load, positive.
     vouched : bool
         Take the user's word for ``sigma phi(sigma) >= 0``.  Noise alone puts the measured lower bound of a contact law
         a little below 0, and loops with a pole at 0 tolerate no negative chord.
     criterion : str
-        As for :func:`analysis.max_sector`.
+        As for :func:`lure.analysis.max_sector`.
 
     Returns
     -------
@@ -164,12 +164,12 @@ def margin_of(
 
     Examples
     --------
-    >>> from analysis.measured import example_measurements, sector_of
+    >>> from lure.analysis.measured import example_measurements, sector_of
     >>> found = margin_of(sector_of(example_measurements()), ([1e4], [1, 300, 2e4, 0]), gain=0.005, vouched=True)
     >>> found.inside
     True
     """
-    from analysis.answers import max_sector
+    from lure.analysis.questions import max_sector
     from lure.exact import exact_number
 
     exact = exact_number(gain, "gain")

@@ -8,19 +8,333 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import wraps
+from functools import cached_property, wraps
 from typing import ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.measured.hats import HatFit, Hats, hat_fit, misfit, places
-from analysis.measured.knots import spread_knots
-from analysis.measured.noise import Noise
 from lure.errors import InputError
-from lure.values import by_value
+from lure.record import by_value
+
+# How much one reading scatters: a constant part and a part in proportion to the load.
 
 Array = NDArray[np.float64]
+_TO_DEVIATION = 1.4826022185056018  # of a median absolute value, for normal errors
+_SCALE = 1.2533141373155001  # of a mean absolute value, likewise: sqrt(pi/2)
+_FLOOR = 0.05
+_ROUNDS = 4
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Noise:
+    """Standard deviation ``constant + proportional |f|`` of a reading about the mean law ``f``.
+
+    Attributes
+    ----------
+    constant : float
+        [unit of the load].
+    proportional : float
+        [-].
+    """
+
+    constant: float
+    proportional: float
+
+    def __call__(self, mean: Array) -> Array:
+        """Standard deviation [unit of the load] where the law has the value ``mean``, elementwise."""
+        return np.asarray(self.constant + self.proportional * np.abs(mean))
+
+
+def noise_of(residuals: Array, mean: Array, *, parameters: int) -> Noise:
+    """The noise behind residuals, little moved by outliers.
+
+    The two parts are fitted to the absolute residuals, of which those beyond three deviations are cut down to three.
+    The constant part is at least 5 % of the whole, so that no reading counts as exact.
+
+    Parameters
+    ----------
+    residuals, mean : ndarray
+        (n,) residuals and the law they are about [unit of the load].
+    parameters : int
+        How many were fitted: residuals are smaller than errors by the square root of ``1 - parameters/n``.
+    """
+    lost = np.sqrt(residuals.size / max(residuals.size - parameters, 1))
+    size = np.abs(residuals) * lost
+    typical = max(
+        _TO_DEVIATION * float(np.median(size)), 1e-14 * float(np.abs(mean).max()), 1e-14 * float(size.max()), 1e-150
+    )
+    level = np.abs(mean)
+    deviation = np.full_like(size, typical)
+    constant, proportional = typical, 0.0
+    for _ in range(_ROUNDS):
+        cut = np.minimum(_SCALE * size, 3 * deviation) / deviation
+        constant, proportional = _positive(1 / deviation, level / deviation, cut)
+        floor = _FLOOR * (constant + proportional * float(np.mean(level)))
+        constant = max(constant, floor, 1e-3 * typical)
+        deviation = constant + proportional * level
+    return Noise(constant=float(constant), proportional=float(proportional))
+
+
+def _positive(first: Array, second: Array, sizes: Array) -> tuple[float, float]:
+    """The nonnegative combination of two nonnegative columns that is closest to nonnegative sizes, by least squares.
+
+    Where the free minimum has a negative part, the least is at the edge of the quadrant, on the other column alone.
+    """
+    scale = max(float(np.sqrt(first @ first)), 1e-300), max(float(np.sqrt(second @ second)), 1e-300)
+    a, b = float(first @ sizes) / scale[0], float(second @ sizes) / scale[1]
+    both = float(first @ second) / (scale[0] * scale[1])
+    one, other = a - both * b, b - both * a
+    if one <= 0 or other <= 0 or both >= 1:
+        return (a / scale[0], 0.0) if a >= b else (0.0, b / scale[1])
+    return one / (1 - both**2) / scale[0], other / (1 - both**2) / scale[1]
+
+
+# Readings that stand out from the law and from their neighbours.
+
+_FLAGGED = 0.01
+_NEIGHBOURS = 3
+_SHARED = 1 / 3
+_FEW, _SOME = 3, 0.05
+
+
+def outlying(x: Array, scores: Array, *, parameters: int) -> NDArray[np.bool_]:
+    """Whether each reading is so far off that one clean set in a hundred has such a one.
+
+    A run of readings that are off together shows that the law has another shape there, as at a sudden onset or drop of
+    the load, and none of them is an outlier: the three neighbours on either side must not be off as well, and none of
+    the readings next to it, in displacement or in time, may share a third of its distance.
+    Where more than one reading in twenty stands out, the errors have another distribution, and none is an outlier.
+
+    Parameters
+    ----------
+    x : ndarray
+        (n,) displacements, in the order of recording.
+    scores : ndarray
+        (n,) residuals in standard deviations.
+    parameters : int
+        How many were fitted.
+    """
+    from scipy.stats import t as student
+
+    limit = float(student.isf(_FLAGGED / (2 * x.size), max(x.size - parameters, 3)))
+    order = np.argsort(x, kind="stable")
+    ranks = np.empty_like(order)
+    ranks[order] = np.arange(order.size)
+    found = np.zeros(scores.size, dtype=np.bool_)
+    for i in np.flatnonzero(np.abs(scores) > limit):
+        start = int(np.clip(ranks[i] - _NEIGHBOURS, 0, max(order.size - 2 * _NEIGHBOURS - 1, 0)))
+        around = [j for j in order[start : start + 2 * _NEIGHBOURS + 1] if j != i]
+        beside = [order[r] for r in (ranks[i] - 1, ranks[i] + 1) if 0 <= r < order.size]
+        beside += [j for j in (i - 1, i + 1) if 0 <= j < order.size]
+        alone = all(scores[j] / scores[i] < _SHARED for j in beside)
+        found[i] = alone and abs(scores[i] - np.median(scores[around])) > limit
+    return found if found.sum() <= max(_FEW, _SOME * x.size) else np.zeros_like(found)
+
+
+# Where the pieces of a fitted law end: at 0, and at quantiles of the displacements.
+
+
+def spread_knots(x: Array, pieces: int) -> Array:
+    """Knots with about as many points on each piece: 0, and quantiles on either side of it.
+
+    Parameters
+    ----------
+    x : ndarray
+        (n,) displacements.
+    pieces : int
+        About how many.
+    """
+    knots = [np.zeros(1)]
+    for side in (x[x < 0], x[x > 0]):
+        distinct = np.unique(side).size
+        if not distinct:
+            continue
+        count = max(1, min(round(pieces * side.size / x.size), distinct // 2, side.size // 3))
+        quantiles = np.quantile(side, np.arange(count + 1) / count)
+        knots.append(quantiles[1:] if side[0] > 0 else quantiles[:-1])
+    return _merged(np.unique(np.concatenate(knots)), np.unique(x))
+
+
+def _merged(knots: Array, values: Array) -> Array:
+    """Knots without those that leave a piece with fewer than two different points."""
+    kept, i = list(knots), 0
+    while i < len(kept) - 1:
+        inside = np.count_nonzero((values >= kept[i]) & (values <= kept[i + 1]))
+        if inside >= 2 or len(kept) == 2:
+            i += 1
+        elif kept[i + 1] != 0 and i + 1 < len(kept) - 1:
+            del kept[i + 1]
+        elif kept[i] != 0 and i > 0:
+            del kept[i]
+            i -= 1
+        else:
+            i += 1
+    return np.array(kept)
+
+
+# Continuous functions that are affine between knots, fitted by reweighted least squares without outliers.
+
+_TUKEY, _HUBER = 4.685, 1.345
+_HUBER_ROUNDS, _HATS_ROUNDS = 3, 12
+
+
+@by_value
+@dataclass(frozen=True, kw_only=True, eq=False)  # without slots, for the cached property
+class Hats:
+    """Points and knots: the value of the function at a point is a mean of its values at two knots.
+
+    Attributes
+    ----------
+    x, y : ndarray
+        (n,) points, of order one.
+    knots : ndarray
+        (K + 1,) ascending, 0 among them.
+    free : bool
+        Whether the value at the knot 0 is fitted, instead of being 0.
+    """
+
+    x: Array
+    y: Array
+    knots: Array
+    free: bool
+
+    @cached_property
+    def places(self) -> tuple[NDArray[np.intp], Array]:
+        """The piece of each point, and how far along it the point lies."""
+        return places(self.x, self.knots)
+
+    @property
+    def parameters(self) -> int:
+        """How many values are fitted."""
+        return int(self.knots.size - (not self.free))
+
+    def solved(self, weights: Array) -> tuple[Array, Array]:
+        """Values at the knots by weighted least squares, and the inverse of the normal matrix."""
+        (index, share), size = self.places, self.knots.size
+        a, b = 1 - share, share
+        diagonal = np.bincount(index, weights * a**2, size) + np.bincount(index + 1, weights * b**2, size)
+        beside = np.bincount(index, weights * a * b, size)[:-1]
+        normal = np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1)
+        right = np.bincount(index, weights * a * self.y, size) + np.bincount(index + 1, weights * b * self.y, size)
+        fitted = np.arange(size) if self.free else np.flatnonzero(self.knots)
+        inverse = np.zeros((size, size))
+        inverse[np.ix_(fitted, fitted)] = np.linalg.pinv(normal[np.ix_(fitted, fitted)], rcond=1e-13, hermitian=True)
+        return inverse @ right, inverse
+
+    def leverages(self, inverse: Array, weights: Array) -> Array:
+        """How much of its own value each point determines."""
+        index, share = self.places
+        a, b = 1 - share, share
+        quadratic = a**2 * inverse[index, index] + 2 * a * b * inverse[index, index + 1]
+        return np.asarray(np.clip(weights * (quadratic + b**2 * inverse[index + 1, index + 1]), 0, 0.9))
+
+    def at(self, values: Array) -> Array:
+        """The function at the points."""
+        index, share = self.places
+        return np.asarray(values[index] + share * np.diff(values)[index])
+
+
+@by_value
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class HatFit:
+    """A fit: values at the knots, their covariance, the noise, which points were kept, and residuals in deviations."""
+
+    hats: Hats
+    values: Array
+    covariance: Array
+    noise: Noise
+    kept: NDArray[np.bool_]
+    scores: Array
+
+    @property
+    def weights(self) -> Array:
+        """One over the variance of each point, 0 for outliers."""
+        return np.asarray(self.kept / self.noise(self.hats.at(self.values)) ** 2)
+
+
+def hat_fit(hats: Hats) -> HatFit:
+    """Least squares with weights from the residuals: large ones are turned down, and outliers at last left out.
+
+    Parameters
+    ----------
+    hats : Hats
+        Points and knots.
+    """
+    weights, robust = np.ones_like(hats.x), np.ones_like(hats.x)
+    values, noise, scores = np.zeros_like(hats.knots), Noise(constant=1.0, proportional=0.0), robust
+    for turn in range(_HATS_ROUNDS):
+        previous = values
+        values, inverse = hats.solved(weights * robust)
+        mean = hats.at(values)
+        noise = noise_of(hats.y - mean, mean, parameters=hats.parameters)
+        weights = 1 / noise(mean) ** 2
+        scores = (hats.y - mean) * np.sqrt(weights / (1 - hats.leverages(inverse, weights * robust)))
+        size = np.abs(scores)
+        if turn < _HUBER_ROUNDS:
+            robust = np.minimum(1.0, _HUBER / np.maximum(size, 1e-300))
+        else:
+            robust = np.maximum(1 - (size / _TUKEY) ** 2, 0.0) ** 2
+        if turn > _HUBER_ROUNDS and np.abs(values - previous).max() < 1e-6:
+            break
+    return _final(hats, values, noise, scores)
+
+
+def _final(hats: Hats, values: Array, noise: Noise, scores: Array) -> HatFit:
+    """Plain weighted least squares through the points that are no outliers."""
+    covariance, kept = np.zeros((values.size, values.size)), np.ones(hats.x.size, dtype=np.bool_)
+    for _ in range(3):
+        kept = ~outlying(hats.x, scores, parameters=hats.parameters)
+        weights = 1 / noise(hats.at(values)) ** 2
+        values, inverse = hats.solved(weights * kept)
+        residuals = (hats.y - hats.at(values)) * np.sqrt(weights)
+        degrees = max(1, int(kept.sum()) - hats.parameters)
+        scale = max(float(np.sqrt(np.sum(kept * residuals**2) / degrees)), 1e-150)
+        noise = Noise(constant=noise.constant * scale, proportional=noise.proportional * scale)
+        covariance = inverse * scale**2
+        leverages = hats.leverages(inverse, weights * kept)
+        scores = residuals / (scale * np.sqrt(np.where(kept, 1 - leverages, 1 + leverages)))
+    return HatFit(hats=hats, values=values, covariance=covariance, noise=noise, kept=kept, scores=scores)
+
+
+def misfit(coarse: Hats, fine: HatFit) -> float:
+    """p-value: how likely noise alone makes the finer function fit as much better than the coarser as it does.
+
+    Parameters
+    ----------
+    coarse : Hats
+        Fewer knots.
+    fine : HatFit
+        The fit with more, whose noise and outliers are taken for both.
+    """
+    from scipy.stats import f as fisher
+
+    extra = fine.hats.parameters - coarse.parameters
+    weights = fine.weights
+    degrees = int(fine.kept.sum()) - fine.hats.parameters
+    if extra <= 0 or degrees <= 0:
+        return 1.0
+    before, after = (
+        float(np.sum(weights * (hats.y - hats.at(hats.solved(weights)[0])) ** 2)) for hats in (coarse, fine.hats)
+    )
+    rounding = 1e-24 * float(np.sum(weights * coarse.y**2))
+    if after <= rounding:
+        return 1.0 if before <= rounding else 0.0
+    return float(fisher.sf(max(before - after, 0.0) / extra / (after / degrees), extra, degrees))
+
+
+def places(x: Array, knots: Array) -> tuple[NDArray[np.intp], Array]:
+    """The piece of each point, and how far along it the point lies; the outer pieces reach on.
+
+    Parameters
+    ----------
+    x, knots : ndarray
+        Points, and ascending knots.
+    """
+    index = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, knots.size - 2)
+    return index, np.asarray((x - knots[index]) / (knots[index + 1] - knots[index]))
+
+
 LEAST_ROWS = 12
 _PER_PIECE = 6
 _MOST_PIECES = 64

@@ -6,17 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from analysis.doubles import json_number
-from analysis.evidence import Evidence
-from analysis.measured.mean_law import BENT, MeanLaw
-from analysis.measured.measurements import Measurements
-from lure.sector import Sector, SlopeBounds
-from lure.values import by_value
+from lure.analysis.measured.mean_law import BENT, MeanLaw
+from lure.analysis.measured.measurements import Measurements
+from lure.analysis.numerics.doubles import json_number
+from lure.analysis.verdict import Evidence
+from lure.classes import Sector, SlopeBounds
+from lure.record import by_value
 
 if TYPE_CHECKING:
     import xarray
 
-    from analysis.plots.measured import Axes
+    from lure.analysis.plots.measured import Axes
 
 _ASSUMED = (
     "each load is f(sigma) plus an independent normal error of mean 0 and standard deviation s0 + s1 |f|, unknown",
@@ -232,14 +232,14 @@ class MeasuredSector:
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """Data, law with its band, sector and residuals; see :func:`analysis.plots.plot_measured`.
+        """Data, law with its band, sector and residuals; see :func:`lure.analysis.plots.plot_measured`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from analysis.plots.measured import plot_measured
+        from lure.analysis.plots.measured import plot_measured
 
         return plot_measured(self, ax=ax)
 
@@ -285,12 +285,12 @@ class MeasuredSector:
         InputError
             xarray is not installed.
         """
-        from analysis.measured.export import sector_dataset
+        from lure.analysis.measured.export import sector_dataset
 
         return sector_dataset(self)
 
     def _repr_html_(self) -> str:
-        from analysis.measured.export import sector_html
+        from lure.analysis.measured.export import sector_html
 
         return sector_html(self)
 
@@ -322,12 +322,12 @@ class MeasuredSector:
 
 
 def _down(value: float, digits: int = 4) -> str:
-    from analysis.doubles import text_below
+    from lure.analysis.numerics.doubles import text_below
 
     return text_below(value, digits) if math.isfinite(value) else f"{value:g}"
 
 
 def _up(value: float, digits: int = 4) -> str:
-    from analysis.doubles import text_above
+    from lure.analysis.numerics.doubles import text_above
 
     return text_above(value, digits) if math.isfinite(value) else f"{value:g}"

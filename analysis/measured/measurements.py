@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.values import by_value
+from lure.record import by_value
 
 if TYPE_CHECKING:
     import xarray
 
-    from analysis.plots.style import Axes
+    from lure.analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 _LOAD_UNITS = ("N", "Pa", "N m", "V", "A", "1")
@@ -201,24 +201,24 @@ class Measurements:
         InputError
             xarray is not installed.
         """
-        from analysis.measured.export import measurements_dataset
+        from lure.analysis.measured.export import measurements_dataset
 
         return measurements_dataset(self)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Load against displacement; see :func:`analysis.plots.plot_measurements`.
+        """Load against displacement; see :func:`lure.analysis.plots.plot_measurements`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from analysis.plots.measured import plot_measurements
+        from lure.analysis.plots.measured import plot_measurements
 
         return plot_measurements(self, ax=ax)
 
     def _repr_html_(self) -> str:
-        from analysis.measured.export import measurements_html
+        from lure.analysis.measured.export import measurements_html
 
         return measurements_html(self)
 

@@ -11,9 +11,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.measured.measurements import Measurements
-from analysis.measured.table import Table, table_of
-from analysis.measured.units import EXAMPLES, SI, Kind, Unit, known_unit, split_heading, unit_named, unit_within
+from lure.analysis.measured.measurements import Measurements
+from lure.analysis.measured.table import (
+    EXAMPLES,
+    SI,
+    Kind,
+    Table,
+    Unit,
+    known_unit,
+    split_heading,
+    table_of,
+    unit_named,
+    unit_within,
+)
 from lure.errors import InputError
 
 _LARGEST = 200 * 2**20

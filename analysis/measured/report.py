@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.measured.compliance import fit_compliance
-from analysis.measured.compliance_fit import ComplianceFit
-from analysis.measured.measured_sector import MeasuredSector
-from analysis.measured.measurements import Measurements
-from analysis.measured.reading import read_measurements
-from analysis.measured.sector import sector_of
+from lure.analysis.measured.compliance import fit_compliance
+from lure.analysis.measured.compliance_fit import ComplianceFit
+from lure.analysis.measured.measured_sector import MeasuredSector
+from lure.analysis.measured.measurements import Measurements
+from lure.analysis.measured.reading import read_measurements
+from lure.analysis.measured.sector import sector_of
 from lure.errors import AssumptionError, InputError
-from lure.values import by_value
+from lure.record import by_value
 
 if TYPE_CHECKING:
     import xarray
 
-    from analysis.plots.measured import Axes
+    from lure.analysis.plots.measured import Axes
 
 SCHEMA = "lure-measured/1"
 
@@ -52,7 +52,7 @@ class MeasuredReport:
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from analysis.plots.measured import plot_measured
+        from lure.analysis.plots.measured import plot_measured
 
         return plot_measured(self.sector, fit=self.fit, ax=ax)
 
@@ -72,12 +72,12 @@ class MeasuredReport:
         InputError
             xarray is not installed.
         """
-        from analysis.measured.export import report_dataset
+        from lure.analysis.measured.export import report_dataset
 
         return report_dataset(self)
 
     def _repr_html_(self) -> str:
-        from analysis.measured.export import report_html
+        from lure.analysis.measured.export import report_html
 
         return report_html(self)
 
@@ -109,7 +109,7 @@ def report_of(
 
     Examples
     --------
-    >>> from analysis.measured import EXAMPLE
+    >>> from lure.analysis.measured import EXAMPLE
     >>> report_of(EXAMPLE, fit=True).fit.parameters["m"].value
     1.5
     """

@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.measured.hysteresis import branch_rows, correlation_of, hysteresis_of, widening
-from analysis.measured.mean_law import BENT, MeanLaw, mean_law, one_thread
-from analysis.measured.measured_sector import Bound, MeasuredSector, Outlier
-from analysis.measured.measurements import Measurements
+from lure.analysis.measured.loops import branch_rows, correlation_of, hysteresis_of, widening
+from lure.analysis.measured.mean_law import BENT, MeanLaw, mean_law, one_thread
+from lure.analysis.measured.measured_sector import Bound, MeasuredSector, Outlier
+from lure.analysis.measured.measurements import Measurements
 from lure.errors import InputError
 
 Array = NDArray[np.float64]

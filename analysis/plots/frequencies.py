@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.spectrum import wave_mode
-from lure.block import Block, LinearBlock
+from lure.analysis.rod.spectrum import wave_mode
 from lure.errors import InputError
-from lure.upwind import UpwindScheme
-from lure.waves import RodBlock
+from lure.plants.block import Block, LinearBlock
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
 
 DRAWN_MODES = 24
 _PER_DECADE = 60

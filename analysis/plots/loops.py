@@ -6,16 +6,16 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from analysis.answers.largest import Largest, proved_up_to
-from analysis.criteria.result import CriterionResult
-from analysis.evidence import Evidence, Verdict
-from analysis.graphical.axis import OnAxis
-from analysis.plots.nyquist import plot_nyquist
-from analysis.plots.popov import plot_popov
-from analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes
-from lure.delay import DelayBlock
-from lure.rational import RationalBlock
-from lure.sector import Sector
+from lure.analysis.graphical.axis import OnAxis
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.plots.nyquist import plot_nyquist
+from lure.analysis.plots.popov import plot_popov
+from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes
+from lure.analysis.questions.largest import Largest, proved_up_to
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import Sector
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

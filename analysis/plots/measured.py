@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.plots.export import INK
-from analysis.plots.panels import panels
-from analysis.plots.style import (
+from lure.analysis.plots.style import (
     BLUE,
     GREEN,
     GREY,
+    INK,
     LEGEND,
     PURPLE,
     VERMILLION,
@@ -22,12 +21,13 @@ from analysis.plots.style import (
     note,
     number,
     padded,
+    panels,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
 
-    from analysis.measured import ComplianceFit, MeasuredSector, Measurements, Outlier
+    from lure.analysis.measured import ComplianceFit, MeasuredSector, Measurements, Outlier
 
 Array = NDArray[np.float64]
 SIZE = (6.2, 5.0)

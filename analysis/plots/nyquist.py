@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.plots.curve import FAR, curve, margin_arrow, unit
-from analysis.plots.style import (
+from lure.analysis.plots.popov import FAR, curve, margin_arrow, unit
+from lure.analysis.plots.style import (
     BLUE,
     GREEN,
     GREY,
@@ -22,9 +22,9 @@ from analysis.plots.style import (
     padded,
     room_below,
 )
-from lure.block import Block
+from lure.classes import Sector
 from lure.errors import InputError
-from lure.sector import Sector
+from lure.plants.block import Block
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -2,22 +2,125 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.criteria.result import CriterionResult
-from analysis.graphical.theta import searched_theta
-from analysis.plots.curve import curve
-from analysis.plots.nyquist import plot_nyquist
-from analysis.plots.popov import plot_popov
-from analysis.plots.style import BLUE, LEGEND, PURPLE
-from lure.upwind import UpwindScheme
-from lure.waves import RodBlock
+from lure.analysis.graphical.supporting_proof import searched_theta
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.plots.nyquist import plot_nyquist
+from lure.analysis.plots.popov import curve, plot_popov
+from lure.analysis.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LEGEND,
+    PURPLE,
+    VERMILLION,
+    axes_or_new,
+    finish_axes,
+    note,
+    padded,
+)
+from lure.analysis.rod.spectrum import rod_spectrum, wave_mode
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+# The spectrum of the scheme against that of the rod.
+
+_MOST = 200
+
+
+def plot_spectrum(scheme: UpwindScheme, *, ax: Axes | None = None) -> Axes:
+    """Eigenvalues of the scheme and poles of the rod in the complex plane, closed form.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme; beyond 200 cells only the slowest frequencies are drawn, and the figure says so.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.
+    """
+    axes = axes_or_new(ax)
+    axes.axvline(0.0, color=GREY, lw=0.6)
+    if scheme.rod.reflection == 0.0:
+        label = f"scheme: one Jordan block of size {2 * scheme.cells}"
+        axes.plot([-scheme.rate], [0.0], "o", ms=6, color=BLUE, label=label)
+        note(axes, "the matched rod has no wave poles")
+    else:
+        drawn = min(scheme.cells, _MOST)
+        first = 0 if scheme.rod.reflection < 0 else 1
+        ring = _with_conjugates([wave_mode(scheme.rod, m, scheme.cells) for m in range(first, drawn + 1)])
+        rod = _with_conjugates([wave_mode(scheme.rod, m, None) for m in range(first, drawn + 1)])
+        top = 1.1 * float(np.abs(ring.imag).max()) or scheme.rate
+        rod = rod[np.abs(rod.imag) <= top]
+        size = 4.0 if drawn <= 40 else 2.0
+        axes.plot(ring.real, ring.imag, "o", ms=size, color=BLUE, label=f"scheme, N = {scheme.cells}")
+        axes.plot(rod.real, rod.imag, "x", ms=size + 1, color=VERMILLION, label="rod")
+        axes.set_xlim(*padded(float(ring.real.min()), max(0.0, float(ring.real.max())), 0.08))
+        axes.set_ylim(-top, top)
+        if drawn < scheme.cells:
+            note(axes, f"modes up to {drawn} of {scheme.cells}")
+    axes.plot([0.0], [0.0], "s", ms=5, color=GREEN, label="zero eigenvalue of both")
+    axes.set_xlabel("Re λ [1/s]")
+    axes.set_ylabel("Im λ [rad/s]")
+    finish_axes(axes)
+    axes.legend(loc="center", **LEGEND)
+    return axes
+
+
+def plot_damping(scheme: UpwindScheme, *, ax: Axes | None = None) -> Axes:
+    """Damping of the lowest oscillating modes, scheme against rod, on a logarithmic axis.
+
+    The distance between the two marks of a mode is damping that the scheme has and the rod has not.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on; only a note for the matched rod, which has no modes, and where no mode decays.
+    """
+    axes = axes_or_new(ax)
+    modes = [mode for mode in rod_spectrum(scheme).modes if mode.number > 0]
+    pairs = [(mode.number, abs(mode.scheme.real), abs(mode.rod.real)) for mode in modes]
+    for number, *ends in pairs:
+        if min(ends) > 0:
+            axes.plot([number, number], ends, color=GREY, lw=3, alpha=0.5)
+    numbers = [pair[0] for pair in pairs]
+    if any(pair[1] > 0 for pair in pairs):
+        axes.set_yscale("log")
+        ours, true = ([pair[i] or math.nan for pair in pairs] for i in (1, 2))
+        axes.plot(numbers, ours, "o", color=BLUE, label=f"scheme, N = {scheme.cells}")
+        axes.plot(numbers, true, "x", color=VERMILLION, label="rod")
+        axes.legend(loc="best", **LEGEND)
+        axes.set_xticks(numbers)
+    else:
+        note(axes, "no oscillating modes to compare")
+    axes.set_xlabel("elastic mode")
+    axes.set_ylabel("|Re λ| [1/s]")
+    finish_axes(axes)
+    return axes
+
+
+def _with_conjugates(values: list[complex]) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+    upper = np.array(values, dtype=complex)
+    return np.concatenate((upper, upper.conj()))
 
 
 def plot_rod_popov(scheme: UpwindScheme, result: CriterionResult, *, ax: Axes | None = None) -> Axes:

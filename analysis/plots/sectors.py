@@ -9,20 +9,81 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bounds.known import kinks, parsed
-from analysis.bounds.result import as_double
-from analysis.evidence import Evidence
-from analysis.plots.export import INK
-from analysis.plots.style import BLUE, LEGEND, VERMILLION, axes_or_new, finish_axes, note, number, padded
+from lure.analysis.nonlinearity.known import kinks, parsed
+from lure.analysis.nonlinearity.result import as_double
+from lure.analysis.plots.style import (
+    BLUE,
+    GREY,
+    INK,
+    LEGEND,
+    VERMILLION,
+    axes_or_new,
+    finish_axes,
+    note,
+    padded,
+)
+from lure.analysis.plots.style import (
+    number as number_sectors,
+)
+from lure.analysis.testing.message import heights, number, values_where_defined
+from lure.analysis.verdict import Evidence
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from analysis.bounds import Extreme, LawBounds
-    from analysis.bounds.result import Quantity
+    from lure.analysis.nonlinearity import Extreme, LawBounds
+    from lure.analysis.nonlinearity.result import Quantity
+    from lure.analysis.testing.result import Violation
+
+# A law that leaves its sector or its slope bounds, with the point where it does.
+
+_POINTS = 1201
+
+
+def plot_violation(violation: Violation, *, ax: Axes | None = None) -> Axes:
+    """Draw a law, the lines that bound it and the point or pair at which it breaks what was asserted of it.
+
+    Parameters
+    ----------
+    violation : Violation
+        From a :class:`lure.analysis.testing.LawViolation`.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        The axes, for further labels.
+    """
+    axes = axes_or_new(ax)
+    low, high = violation.window
+    x = np.linspace(low, high, _POINTS)
+    phi = values_where_defined(violation, x)
+    lines = [y0 + slope * (x - x0) for x0, y0, slope in violation.lines()]
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    axes.axvline(0.0, color=GREY, lw=0.6)
+    allowed = f"[{number(violation.lower)}, {number(violation.upper)}]".replace("inf", "∞")
+    what = f"sector {allowed}" if violation.kind == "sector" else f"slopes {allowed}, from the first point"
+    if len(lines) == 2:
+        axes.fill_between(x, np.minimum(*lines), np.maximum(*lines), color=GREY, alpha=0.2, lw=0, label=what)
+    for i, line in enumerate(lines):
+        axes.plot(x, line, color=GREY, lw=1.0, ls="--", label=what if len(lines) == 1 and i == 0 else None)
+    if violation.kind == "odd":
+        axes.plot(x, -values_where_defined(violation, -x), color=GREY, ls="--", lw=1.2, label="−φ(−σ)")
+    axes.plot(x, phi, color=BLUE, lw=1.5, label="φ(σ)")
+    places = " and ".join(map(number, violation.sigma))
+    axes.plot(violation.sigma, violation.phi, "X", color=VERMILLION, ms=8, ls="none", label=f"fails at σ = {places}")
+    axes.set_xlim(low, high)
+    axes.set_ylim(*heights(violation, phi))
+    axes.set_xlabel("σ [unit of σ]")
+    axes.set_ylabel("φ [unit of φ]")
+    axes.legend(**LEGEND)
+    finish_axes(axes)
+    return axes
+
 
 Array = NDArray[np.float64]
-_POINTS = 2001
+_SECTORS_POINTS = 2001
 _REACH = 2.0
 _JUMP = 0.05
 
@@ -32,7 +93,7 @@ def plot_law_sector(law: object, found: LawBounds, *, ax: Axes | None = None) ->
 
     Parameters
     ----------
-    law : law of lure.laws, Expression, str or callable
+    law : law of lure.nonlinearities, Expression, str or callable
         The law that was bounded.
     found : LawBounds
         Its bounds; those of a sample are drawn dashed.
@@ -55,7 +116,7 @@ def plot_law_sector(law: object, found: LawBounds, *, ax: Axes | None = None) ->
     style = "-" if str(found.evidence) == "certified" else (0, (4, 2))
     for slope in dict.fromkeys(bounds):
         if math.isfinite(slope):
-            axes.plot(x, slope * x, color=BLUE, lw=1.0, ls=style, label=f"slope {number(slope)}", zorder=1.5)
+            axes.plot(x, slope * x, color=BLUE, lw=1.0, ls=style, label=f"slope {number_sectors(slope)}", zorder=1.5)
     axes.plot(x, _broken(values, high - low), color=INK, lw=1.6, label="φ(σ)")
     for part in pair:
         point = _point(part)
@@ -71,7 +132,7 @@ def plot_law_slope(law: object, found: LawBounds, *, ax: Axes | None = None) -> 
 
     Parameters
     ----------
-    law : law of lure.laws, Expression, str or callable
+    law : law of lure.nonlinearities, Expression, str or callable
         The law that was bounded.
     found : LawBounds
         Its bounds; those of a sample are drawn dashed.
@@ -96,7 +157,7 @@ def plot_law_slope(law: object, found: LawBounds, *, ax: Axes | None = None) -> 
         axes.axhspan(finite[0], finite[1], color=BLUE, alpha=0.13, lw=0)
     style = "-" if str(found.evidence) == "certified" else (0, (4, 2))
     for slope in dict.fromkeys(finite):
-        axes.axhline(slope, color=BLUE, lw=1.0, ls=style, label=f"bound {number(slope)}", zorder=1.5)
+        axes.axhline(slope, color=BLUE, lw=1.0, ls=style, label=f"bound {number_sectors(slope)}", zorder=1.5)
     axes.plot(middle, _broken(slopes, high - low), color=INK, lw=1.6, label="slope of φ")
     for part in pair:
         point = _point(part)
@@ -123,7 +184,7 @@ def _finish(axes: Axes, found: LawBounds, quantity: Quantity, frame: tuple[Array
     finish_axes(axes)
     axes.legend(loc="upper left", **LEGEND)
     approached = [
-        f"{side} {'' if '->' in str(part.at) else number(as_double(part.inner)) + ', '}{part.where}"
+        f"{side} {'' if '->' in str(part.at) else number_sectors(as_double(part.inner)) + ', '}{part.where}"
         for side, part in zip(("lower", "upper"), found.extremes(quantity), strict=True)
         if part is not None and not part.attained
     ]
@@ -137,11 +198,11 @@ def _finish(axes: Axes, found: LawBounds, quantity: Quantity, frame: tuple[Array
 def _abscissae(law: object, found: LawBounds, quantity: Quantity) -> Array:
     """The interval, or what holds the places where the bounds are attained and the law changes its branch."""
     if found.on is not None:
-        return np.linspace(float(found.on[0]), float(found.on[1]), _POINTS)
+        return np.linspace(float(found.on[0]), float(found.on[1]), _SECTORS_POINTS)
     places = [abs(point) for part in found.extremes(quantity) if (point := _point(part)) is not None]
     places += [abs(x) for x in kinks(law)]
     reach = _REACH * max((size for size in places if 1e-6 < size < 1e6), default=_REACH)
-    return np.linspace(-reach, reach, _POINTS)
+    return np.linspace(-reach, reach, _SECTORS_POINTS)
 
 
 def _point(part: Extreme | None) -> float | None:

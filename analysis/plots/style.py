@@ -1,13 +1,18 @@
-"""Colours and small helpers shared by the figures."""
+"""Figures as files: the same bytes for the same numbers, whatever the user's matplotlib settings."""
 
 from __future__ import annotations
 
+import io
 import math
+import re
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
+
+# Colours and small helpers shared by the figures.
 
 # Okabe and Ito: told apart under every common colour-vision deficiency, and in grey by their lightness
 BLUE, VERMILLION, GREEN, PURPLE, GREY = "#0072b2", "#d55e00", "#009e73", "#aa4499", "#7f7f7f"
@@ -106,3 +111,126 @@ def note(ax: Axes, text: str, *, corner: str = "lower left") -> None:
         bbox={"facecolor": ax.get_facecolor(), "alpha": 0.85, "edgecolor": "none", "pad": 1.5},
         zorder=5,
     )
+
+
+# Two axes one above the other in the place of one, whatever lays the figure out.
+
+_GAP = 0.03  # share of the height of the place
+
+
+def panels(ax: Axes | None, share: float) -> tuple[Axes, Axes]:
+    """``ax``, made less high, and new axes below it that share its x-axis.
+
+    In the place of a subplot the two stand in a grid of their own, which constrained and tight layouts know how to
+    treat; axes put down by hand are cut in two where they are.
+
+    Parameters
+    ----------
+    ax : Axes or None
+        Whose place the two take; None for a new figure.
+    share : float
+        Height of the axes below, relative to those above.
+    """
+    above = axes_or_new(ax)
+    spec, figure = above.get_subplotspec(), above.figure
+    if spec is None:
+        box = above.get_position(original=True)
+        low = share / (1 + share) * (1 - _GAP) * box.height
+        high = box.height - low - _GAP * box.height
+        above.set_position((box.x0, box.y1 - high, box.width, high))
+        return above, figure.add_axes((box.x0, box.y0, box.width, low), sharex=above)
+    grid = spec.subgridspec(2, 1, height_ratios=(1, share), hspace=2 * _GAP)
+    above.set_subplotspec(grid[0])
+    return above, figure.add_subplot(grid[1], sharex=above)
+
+
+INK = "#20242a"
+_SETTINGS: dict[str, object] = {
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.7,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 10,
+    "figure.dpi": 100,
+    "font.size": 9,
+    "legend.labelcolor": INK,
+    "legend.borderpad": 0.3,
+    "legend.edgecolor": "none",
+    "legend.handlelength": 1.6,
+    "lines.markeredgewidth": 1.0,
+    "path.simplify_threshold": 0.4,
+    "svg.fonttype": "path",
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+}
+_LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
+_PATH_DATA = re.compile(r' d="[^"]*"')
+
+
+class Draw(Protocol):
+    """A plot function with its results bound, e.g. ``partial(plot_spectrum, scheme)``."""
+
+    def __call__(self, *, ax: Axes) -> object:
+        """Draw on ``ax``."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Picture:
+    """A figure as an SVG document and a PNG image, both on white.
+
+    Attributes
+    ----------
+    svg : str
+        The document.
+    png : bytes
+        The image.
+    """
+
+    svg: str
+    png: bytes
+
+
+def render(draw: Draw, *, name: str, size: tuple[float, float] = (4.4, 3.2)) -> Picture:
+    """Draw on the axes of a fresh figure and return it as SVG and PNG.
+
+    Parameters
+    ----------
+    draw : callable
+        Draws on the axes it is given as ``ax``, e.g. ``partial(plot_spectrum, scheme)``.
+    name : str
+        Salts the identifiers in the SVG, so that two figures on one page do not share them.
+    size : tuple of float
+        Width and height [inch].
+
+    Notes
+    -----
+    Deterministic: matplotlib's own defaults instead of the user's, no date, salted identifiers.  Settings are restored,
+    and pyplot is not involved.
+    """
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+    from matplotlib.style import context
+
+    svg, png = io.StringIO(), io.BytesIO()
+    with rc_context(), context(["default", {**_SETTINGS, "svg.hashsalt": name}]):
+        figure = Figure(figsize=size)
+        figure.subplots_adjust(left=0.17, right=0.97, bottom=0.15, top=0.92)
+        draw(ax=figure.add_subplot())
+        # the canvases directly: savefig would lay everything out once more for each file
+        FigureCanvasSVG(figure).print_svg(svg, metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+        figure.dpi = 180
+        FigureCanvasAgg(figure).print_png(png, metadata={"Software": None})
+    return Picture(svg=_shortened(svg.getvalue()), png=png.getvalue())
+
+
+def _shortened(svg: str) -> str:
+    """The SVG with coordinates to a hundredth of a point."""
+    return _PATH_DATA.sub(lambda data: _LONG_NUMBER.sub(_two_decimals, data.group()), svg)
+
+
+def _two_decimals(match: re.Match[str]) -> str:
+    return f"{float(match.group()):.2f}".rstrip("0").rstrip(".")

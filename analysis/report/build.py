@@ -8,19 +8,19 @@ from collections.abc import Callable
 from fractions import Fraction
 from importlib.metadata import version
 
-from analysis.conclusion import conclusion
-from analysis.confirmation import Confirmation, confirmation
-from analysis.criteria.rod import response_check, rod_criteria
-from analysis.report.certificates import checked_criteria
-from analysis.report.model import ContradictionError, Simulation, StabilityReport
-from analysis.simulation import contradictions, simulate
-from analysis.spectrum import rod_spectrum
 from lure import __version__
+from lure.analysis.report.certificates import checked_criteria
+from lure.analysis.report.model import ContradictionError, Simulation, StabilityReport
+from lure.analysis.rod.conclusion import conclusion
+from lure.analysis.rod.confirmation import Confirmation, confirmation
+from lure.analysis.rod.criteria import response_check, rod_criteria
+from lure.analysis.rod.simulation import contradictions, simulate
+from lure.analysis.rod.spectrum import rod_spectrum
 from lure.errors import InputError
-from lure.rod import Rod
-from lure.scenario import matching
-from lure.systems import RodSystem
-from lure.upwind import upwind
+from lure.rod.parameters import Rod
+from lure.rod.scenario import matching
+from lure.rod.systems import RodSystem
+from lure.rod.upwind import upwind
 
 PACKAGES = ("numpy", "scipy", "control", "python-flint", "sympy", "matplotlib", "jinja2")
 LARGEST_SIMULATED = 1000

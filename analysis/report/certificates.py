@@ -8,15 +8,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from analysis.certificates.certify import text_of
-from analysis.certificates.checker import Checked, Proved, Refuted
-from analysis.certificates.drafts import settled
-from analysis.certificates.guard import guarded
-from analysis.certificates.rods import inequality_draft, negative_damping_draft
-from analysis.criteria.result import CriterionResult
-from analysis.evidence import Verdict
-from lure.upwind import UpwindScheme
-from lure.waves import RodBlock
+from lure.analysis.certificates.certify import text_of
+from lure.analysis.certificates.checker import Checked, Proved, Refuted
+from lure.analysis.certificates.sealing import guarded, settled
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.rod.certificates import inequality_draft, negative_damping_draft
+from lure.analysis.verdict import Verdict
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
 
 FOLDER = "certificates"
 

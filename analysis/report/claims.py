@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from analysis.criteria.result import CriterionResult
-from analysis.evidence import Evidence, Verdict
-from analysis.report.comparison import compared
-from analysis.report.model import StabilityReport
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.report.comparison import compared
+from lure.analysis.report.model import StabilityReport
+from lure.analysis.verdict import Evidence, Verdict
 
 LADDER = (
     ("certified", "exact or ball arithmetic over the whole claim, or a proof from exact hypotheses"),

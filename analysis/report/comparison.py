@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from analysis.simulation import Trajectory
+    from lure.analysis.rod.simulation import Trajectory
 
 
 def compared(run: Trajectory) -> tuple[str, ...]:

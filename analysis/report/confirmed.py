@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from analysis.confirmation import Confirmation, Side
-from analysis.confirmation.result import Quantity, Rest
-from analysis.doubles import json_number
+from lure.analysis.numerics.doubles import json_number
+from lure.analysis.rod.confirmation import Confirmation, Side
+from lure.analysis.rod.confirmation.result import Quantity, Rest
 
 Json = dict[str, Any]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from analysis.criteria.result import CriterionResult
-from analysis.report.comparison import compared
-from analysis.report.confirmed import confirmation_sentence
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.report.comparison import compared
+from lure.analysis.report.confirmed import confirmation_sentence
 
 if TYPE_CHECKING:
-    from analysis.report.model import StabilityReport
+    from lure.analysis.report.model import StabilityReport
 
 _WIDTH = 80
 _HEAD = ("criterion", "model", "verdict", "evidence", "theta", "margin", "reach")

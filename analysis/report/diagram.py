@@ -10,8 +10,8 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from lure.law_class import LawClass
-from lure.nonlinearity import Nonlinearity
+from lure.classes import LawClass
+from lure.nonlinearities.protocol import Nonlinearity
 
 Floats = NDArray[np.float64]
 

@@ -7,19 +7,19 @@ import json
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from analysis.criteria.result import CriterionResult
-from analysis.doubles import json_number
-from analysis.evidence import Bracket
-from analysis.report.certificates import certificate_list
-from analysis.report.comparison import compared
-from analysis.report.confirmed import confirmation_data
-from analysis.report.model import SCHEMA, StabilityReport
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.numerics.doubles import json_number
+from lure.analysis.report.certificates import certificate_list
+from lure.analysis.report.comparison import compared
+from lure.analysis.report.confirmed import confirmation_data
+from lure.analysis.report.model import SCHEMA, StabilityReport
+from lure.analysis.verdict import Bracket
 from lure.expressions.tree import decimal
-from lure.rod import PARAMETERS
-from lure.systems import RodSystem
+from lure.rod.parameters import PARAMETERS
+from lure.rod.systems import RodSystem
 
 if TYPE_CHECKING:
-    from analysis.simulation import Trajectory
+    from lure.analysis.rod.simulation import Trajectory
 
 MOST_CONTACTS = 1000
 Json = dict[str, Any]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
-from analysis.criteria.result import CriterionResult, Model
-from analysis.plots import (
+from lure.analysis.inequality.checks import CriterionResult, Model
+from lure.analysis.plots import (
     Draw,
     Picture,
     drawing_frequencies,
@@ -22,11 +22,11 @@ from analysis.plots import (
     plot_surface,
     render,
 )
-from analysis.plots.confirmation import plot_both_decays, plot_both_ends
-from analysis.plots.rod_frequency import plot_rod_nyquist, plot_rod_popov
-from analysis.report.model import StabilityReport
-from lure.upwind import UpwindScheme
-from lure.waves import RodBlock
+from lure.analysis.plots.rod_comparison import plot_both_decays, plot_both_ends
+from lure.analysis.plots.rod_frequency import plot_rod_nyquist, plot_rod_popov
+from lure.analysis.report.model import StabilityReport
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
 
 Section = Literal["frequency", "criteria", "spectrum", "confirmation", "simulation"]
 

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from markupsafe import Markup
 
-from analysis.plots.export import INK
-from analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, number
-from analysis.report.claims import LADDER, Claim, merged
-from analysis.report.diagram import block_diagram, law_graph
-from analysis.report.document import Json
-from analysis.report.figures import Figure, Section
-from analysis.report.pdf import embedded, printed_diagram
-from lure.nonlinearity import NormalCompliance
+from lure.analysis.plots.style import BLUE, GREEN, GREY, INK, PURPLE, VERMILLION, number
+from lure.analysis.report.claims import LADDER, Claim, merged
+from lure.analysis.report.diagram import block_diagram, law_graph
+from lure.analysis.report.document import Json
+from lure.analysis.report.figures import Figure, Section
+from lure.analysis.report.pdf import embedded, printed_diagram
+from lure.nonlinearities.protocol import NormalCompliance
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -102,13 +101,13 @@ def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...], *, 
     Parameters
     ----------
     data : dict
-        From :func:`analysis.report.document.document`.
+        From :func:`lure.analysis.report.document.document`.
     claims : tuple of Claim
         Rows of the table of claims, in order.
     figures : tuple of Figure
         Figures, in order.
     paper : bool
-        Whether the page is for :func:`analysis.report.pdf.pdf_of`: figures are images then.
+        Whether the page is for :func:`lure.analysis.report.pdf.pdf_of`: figures are images then.
     """
     diagram = rod_diagram(data)
     return template("report.html.j2").render(
@@ -138,7 +137,7 @@ def rod_diagram(data: Json) -> Markup:
     Parameters
     ----------
     data : dict
-        From :func:`analysis.report.document.document`.
+        From :func:`lure.analysis.report.document.document`.
     """
     given, derived = data["system"]["parameters"], data["system"]["derived"]
     size, signs = number(abs(derived["a"])), ("−", "+") if derived["a"] >= 0 else ("+", "−")
@@ -168,7 +167,7 @@ def template(name: str) -> Template:
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"prose": prose, "sentence": _sentence, "unbroken": _unbroken}
-    files = resources.files("analysis.report")
+    files = resources.files("lure.analysis.report")
     environment.globals["css"] = Markup(files.joinpath("style.css").read_text("utf-8"))
     return environment.from_string(files.joinpath(name).read_text("utf-8"))
 

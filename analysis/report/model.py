@@ -7,23 +7,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from analysis.conclusion import Conclusion
-from analysis.confirmation import Confirmation
-from analysis.criteria.result import CriterionResult
-from analysis.criteria.rod import ResponseCheck
-from analysis.evidence import Verdict
-from analysis.report.console import summary
-from analysis.spectrum import RodSpectrum
-from lure.scenario import Matching
-from lure.showing import html_table, xarray_or_refusal
-from lure.systems import RodSystem
-from lure.upwind import UpwindScheme
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.report.console import summary
+from lure.analysis.rod.conclusion import Conclusion
+from lure.analysis.rod.confirmation import Confirmation
+from lure.analysis.rod.criteria import ResponseCheck
+from lure.analysis.rod.spectrum import RodSpectrum
+from lure.analysis.verdict import Verdict
+from lure.record import html_table, xarray_or_refusal
+from lure.rod.scenario import Matching
+from lure.rod.systems import RodSystem
+from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     import xarray
 
-    from analysis.certificates.checker import Proved, Refuted
-    from analysis.simulation import Trajectory
+    from lure.analysis.certificates.checker import Proved, Refuted
+    from lure.analysis.rod.simulation import Trajectory
 
 SCHEMA = "lure-report/1"
 
@@ -53,7 +53,7 @@ class Simulation:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class StabilityReport:
-    """What was found about a system; :func:`analysis.report.write_report` turns it into files.
+    """What was found about a system; :func:`lure.analysis.report.write_report` turns it into files.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class StabilityReport:
 
     def to_dict(self) -> dict[str, Any]:
         """``report.json`` as plain data, with its published schema."""
-        from analysis.report.document import document
+        from lure.analysis.report.document import document
 
         return document(self)
 

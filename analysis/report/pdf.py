@@ -16,7 +16,7 @@ from markupsafe import Markup
 from lure.errors import InputError
 
 if TYPE_CHECKING:
-    from analysis.report.figures import Figure
+    from lure.analysis.report.figures import Figure
 
 MARK = b"% lure-report/1\n"
 """Last line of a PDF of ours, a comment: such a file may be replaced."""
@@ -24,7 +24,7 @@ _EXTRA = "pip install 'lure[pdf]', or print report.html from a browser"
 
 
 def pdf_of(html: str) -> bytes:
-    """A page of :mod:`analysis.report` as PDF, A4.
+    """A page of :mod:`lure.analysis.report` as PDF, A4.
 
     Parameters
     ----------
@@ -75,9 +75,9 @@ def printed_diagram(diagram: Markup) -> Markup:
     Parameters
     ----------
     diagram : Markup
-        From :func:`analysis.report.diagram.block_diagram`.
+        From :func:`lure.analysis.report.diagram.block_diagram`.
     """
-    css = resources.files("analysis.report").joinpath("style.css").read_text("utf-8")
+    css = resources.files("lure.analysis.report").joinpath("style.css").read_text("utf-8")
     paper = css[css.index("@media print") :]
     colours = dict(re.findall(r"(--[\w-]+): (#\w+);", paper[: paper.index("}")]))
     rules = "".join(re.findall(r"svg\.diagram (?:\.\w+(?:, svg\.diagram \.\w+)*|text) \{[^}]*\}", css))

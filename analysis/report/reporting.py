@@ -6,18 +6,18 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from analysis.given import loop_given
-from analysis.output import checked_target, replaced
-from analysis.report.build import build_report
-from analysis.report.loop import LoopReport, build_loop_report, write_loop_report
-from analysis.report.model import StabilityReport
-from analysis.report.write import write_report
-from lure.inputs import as_block
+from lure.analysis.output import checked_target, replaced
+from lure.analysis.questions.problem import loop_given
+from lure.analysis.report.build import build_report
+from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
+from lure.analysis.report.model import StabilityReport
+from lure.analysis.report.output import write_report
+from lure.files.system import LoopSystem
 from lure.loop import Loop
-from lure.systems import RodSystem
-from lure.systems_loop import LoopSystem
+from lure.plants import as_block
+from lure.rod.systems import RodSystem
 
-_COMMAND = "analysis.report_on(plant, nonlinearity, output=...)"
+_COMMAND = "lure.analysis.report_on(plant, nonlinearity, output=...)"
 
 
 def report_on(

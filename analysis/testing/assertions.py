@@ -6,12 +6,12 @@ import math
 from collections.abc import Sequence
 from os import PathLike
 
-from analysis.testing.inquiry import Inquiry, Search, run
-from analysis.testing.measures import Limits
-from analysis.testing.result import Checked
+from lure.analysis.testing.inquiry import Inquiry, Search, run
+from lure.analysis.testing.result import Checked
+from lure.analysis.testing.search import Limits
+from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact
-from lure.sector import Sector, SlopeBounds
 
 
 def assert_in_sector(  # noqa: PLR0913  (the law, the sector, and settings with defaults, all by name)
@@ -28,7 +28,7 @@ def assert_in_sector(  # noqa: PLR0913  (the law, the sector, and settings with 
 
     Parameters
     ----------
-    phi : callable, law of lure.laws, Expression or str
+    phi : callable, law of lure.nonlinearities, Expression or str
         The law; a text is a formula in ``sigma`` or ``x``.
     sector : Sector
         What is asserted [unit of phi / unit of sigma].
@@ -95,7 +95,7 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
 
     Parameters
     ----------
-    phi : callable, law of lure.laws, Expression or str
+    phi : callable, law of lure.nonlinearities, Expression or str
         The law.
     slope : SlopeBounds
         What is asserted [unit of phi / unit of sigma].
@@ -158,7 +158,7 @@ def assert_monotone(  # noqa: PLR0913  (as above)
 
     Parameters
     ----------
-    phi : callable, law of lure.laws, Expression or str
+    phi : callable, law of lure.nonlinearities, Expression or str
         The law.
     on : (low, high) or None
         Where it is asserted; None for all of R.
@@ -204,7 +204,7 @@ def assert_odd(  # noqa: PLR0913  (as above)
 
     Parameters
     ----------
-    phi : callable, law of lure.laws, Expression or str
+    phi : callable, law of lure.nonlinearities, Expression or str
         The law.
     on : (low, high) or None
         Where it is asserted, with 0 inside: for ``|sigma| <= min(-low, high)``; None for all of R.

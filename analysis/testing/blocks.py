@@ -2,15 +2,79 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from analysis.testing.numbers import strategies as st
 from lure.errors import InputError
-from lure.rational import RationalBlock
+from lure.plants.rational import RationalBlock
+
+# The exact numbers that strategies draw: small ones first, so that what fails shrinks to them.
+
+try:
+    from hypothesis import strategies as strategies
+except ImportError:
+    raise InputError("lure.analysis.testing.strategies needs Hypothesis: pip install hypothesis") from None
+
+_FAR = 100
+_FINEST = 12
+
+
+def ratios(lower: float | Fraction, upper: float | Fraction) -> strategies.SearchStrategy[Fraction]:
+    """Numbers of ``[lower, upper]``: often one of the finite bounds; at most 100 beyond the finite end of a half-line.
+
+    Parameters
+    ----------
+    lower, upper : int, float or Fraction
+        The interval; infinite ends are allowed.
+    """
+    if lower == -math.inf and upper == math.inf:
+        return strategies.one_of(
+            strategies.integers(-3, 3).map(Fraction), strategies.fractions(-_FAR, _FAR, max_denominator=_FINEST)
+        )
+    if upper == math.inf:
+        return _shares(_FAR).map(lambda share: Fraction(lower) + share)
+    if lower == -math.inf:
+        return _shares(_FAR).map(lambda share: Fraction(upper) - share)
+    low, width = Fraction(lower), Fraction(upper) - Fraction(lower)
+    return _shares(1).map(lambda share: low + share * width)
+
+
+def steps(scale: Fraction) -> strategies.SearchStrategy[Fraction]:
+    """Distances between knots, a tenth to ten times the scale.
+
+    Parameters
+    ----------
+    scale : Fraction
+        Their size, positive.
+    """
+    share = strategies.one_of(
+        strategies.just(Fraction(1)), strategies.fractions(Fraction(1, 10), 10, max_denominator=_FINEST)
+    )
+    return share.map(lambda number: number * scale)
+
+
+def sizes(scale: Fraction) -> strategies.SearchStrategy[Fraction]:
+    """Positive numbers from a hundredth to a hundred times the scale.
+
+    Parameters
+    ----------
+    scale : Fraction
+        Their size, positive.
+    """
+    powers = strategies.sampled_from((Fraction(1), Fraction(1, 10), Fraction(10), Fraction(1, 100), Fraction(100)))
+    return powers.map(lambda number: number * scale)
+
+
+def _shares(most: int) -> strategies.SearchStrategy[Fraction]:
+    """Numbers from 0 to ``most``, often the ends; 1 is the simplest."""
+    return strategies.one_of(
+        strategies.sampled_from((Fraction(1), Fraction(0))), strategies.fractions(0, most, max_denominator=_FINEST)
+    )
+
 
 _ORDERS = (1, 4)
-_FINEST = 10
+_BLOCKS_FINEST = 10
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -31,7 +95,7 @@ class KnownBlock:
 
 def lurie_blocks(
     *, order: int | tuple[int, int] = _ORDERS, critical: bool = False, discrete: bool = False
-) -> st.SearchStrategy[RationalBlock]:
+) -> strategies.SearchStrategy[RationalBlock]:
     """Strictly proper blocks with all poles stable, or with one simple pole at 0 (1) and the others stable.
 
     Parameters
@@ -55,8 +119,8 @@ def lurie_blocks(
     """
     known = known_blocks(order=order, critical=critical, discrete=discrete)
 
-    @st.composite
-    def blocks(draw: st.DrawFn) -> RationalBlock:
+    @strategies.composite
+    def blocks(draw: strategies.DrawFn) -> RationalBlock:
         """The block alone."""
         return draw(known).block
 
@@ -65,7 +129,7 @@ def lurie_blocks(
 
 def known_blocks(
     *, order: int | tuple[int, int] = _ORDERS, critical: bool = False, discrete: bool = False
-) -> st.SearchStrategy[KnownBlock]:
+) -> strategies.SearchStrategy[KnownBlock]:
     """The blocks of :func:`lurie_blocks`, with their poles.
 
     Parameters
@@ -86,14 +150,14 @@ def known_blocks(
     if not 1 <= least <= most:
         raise InputError(f"order is {order!r:.60}; give a positive whole number, or two in ascending order")
 
-    @st.composite
-    def blocks(draw: st.DrawFn) -> KnownBlock:
+    @strategies.composite
+    def blocks(draw: strategies.DrawFn) -> KnownBlock:
         """Poles first, then a numerator of lower degree."""
-        size = draw(st.integers(least, most))
+        size = draw(strategies.integers(least, most))
         poles = [(Fraction(1 if discrete else 0), Fraction(0))] if critical else []
         left = size - len(poles)
         while left:
-            pair = left >= 2 and draw(st.booleans())
+            pair = left >= 2 and draw(strategies.booleans())
             poles.append(_pole(draw, discrete=discrete, pair=pair))
             left -= 2 if pair else 1
         denominator = [Fraction(1)]
@@ -105,16 +169,22 @@ def known_blocks(
     return blocks()
 
 
-def _pole(draw: st.DrawFn, *, discrete: bool, pair: bool) -> tuple[Fraction, Fraction]:
+def _pole(draw: strategies.DrawFn, *, discrete: bool, pair: bool) -> tuple[Fraction, Fraction]:
     """A stable pole: left of the imaginary axis, or inside the unit circle."""
     if not discrete:
-        decay = draw(st.one_of(st.just(Fraction(1)), st.fractions(Fraction(1, 10), 10, max_denominator=_FINEST)))
-        return -decay, draw(st.fractions(Fraction(1, 10), 10, max_denominator=_FINEST)) if pair else Fraction(0)
-    inside = st.fractions(Fraction(-9, 10), Fraction(9, 10), max_denominator=_FINEST)
+        decay = draw(
+            strategies.one_of(
+                strategies.just(Fraction(1)), strategies.fractions(Fraction(1, 10), 10, max_denominator=_BLOCKS_FINEST)
+            )
+        )
+        return -decay, draw(
+            strategies.fractions(Fraction(1, 10), 10, max_denominator=_BLOCKS_FINEST)
+        ) if pair else Fraction(0)
+    inside = strategies.fractions(Fraction(-9, 10), Fraction(9, 10), max_denominator=_BLOCKS_FINEST)
     real = draw(inside)
     if not pair:
         return real, Fraction(0)
-    imaginary = draw(st.fractions(Fraction(1, 10), Fraction(9, 10), max_denominator=_FINEST))
+    imaginary = draw(strategies.fractions(Fraction(1, 10), Fraction(9, 10), max_denominator=_BLOCKS_FINEST))
     return (real, imaginary) if real**2 + imaginary**2 < Fraction(9, 10) else (real / 2, imaginary / 2)
 
 
@@ -131,10 +201,12 @@ def _product(first: list[Fraction], second: list[Fraction]) -> list[Fraction]:
     return out
 
 
-def _numerator(draw: st.DrawFn, order: int, critical: int | None) -> list[Fraction]:
+def _numerator(draw: strategies.DrawFn, order: int, critical: int | None) -> list[Fraction]:
     """Coefficients of a polynomial of degree below the order; its value at the critical pole is positive."""
-    number = st.one_of(st.sampled_from((Fraction(0), Fraction(1))), st.fractions(-5, 5, max_denominator=4))
-    coefficients = [*draw(st.lists(number, max_size=order - 1)), draw(number)]
+    number = strategies.one_of(
+        strategies.sampled_from((Fraction(0), Fraction(1))), strategies.fractions(-5, 5, max_denominator=4)
+    )
+    coefficients = [*draw(strategies.lists(number, max_size=order - 1)), draw(number)]
     if not any(coefficients):
         coefficients[-1] = Fraction(1)
     if critical is None:

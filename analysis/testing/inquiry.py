@@ -2,25 +2,251 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from os import PathLike
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from analysis.evidence import Evidence, Verdict
-from analysis.testing.decision import Decision, decided, witness
-from analysis.testing.domain import Domain, domain
-from analysis.testing.measures import Chord, Limits, Mirror, Quotient, rounding
-from analysis.testing.message import message, number
-from analysis.testing.result import HISTORY, Checked, LawViolation, Violation
-from analysis.testing.search import Worst, worst_pair, worst_point
-from analysis.testing.shrink import simplest_pair, simplest_point
-from analysis.testing.subject import Array, NotANumber, Subject, subject
-from lure.errors import InputError
+from lure.analysis.numerics.doubles import text_above, text_below
+from lure.analysis.testing.message import message, number
+from lure.analysis.testing.result import HISTORY, Checked, LawViolation, Violation
+from lure.analysis.testing.search import (
+    Chord,
+    Domain,
+    Limits,
+    Mirror,
+    Quotient,
+    Worst,
+    domain,
+    rounding,
+    simplest_pair,
+    simplest_point,
+    worst_pair,
+    worst_point,
+)
+from lure.analysis.testing.subject import Array, NotANumber, Subject, subject
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import Sector, SlopeBounds
+from lure.errors import AssumptionError, InputError
 from lure.exact import Exact
+from lure.expressions import Expression
+from lure.expressions.tree import Apply, Node, Number, Variable, is_total, names
+from lure.nonlinearities.formula import ExpressionLaw, piecewise_linear_graph
+from lure.nonlinearities.properties import Standing, properties
+
+if TYPE_CHECKING:
+    from lure.analysis.nonlinearity.result import Extreme
+
+# Oddness read off a formula: a proof for every ``sigma``, where the formula shows it.
+
+_ODD_FUNCTIONS = frozenset(("neg", "sin", "tan", "tanh", "atan", "sign"))
+_EVEN_OF_ODD = frozenset(("abs", "cos"))
+_EVEN, _ODD = 1, -1
+
+
+def known_odd(expression: Expression, variable: str) -> bool | None:
+    """Whether a formula is odd; None where its form does not tell.
+
+    Parameters
+    ----------
+    expression : Expression
+        The formula.
+    variable : str
+        Its variable.
+
+    Notes
+    -----
+    A piecewise linear formula is decided from its exact graph.  For others the parities of the parts are combined: sums
+    of odd parts are odd, a product of an odd and an even part is odd, an odd function of an odd part is odd.
+
+    Examples
+    --------
+    >>> known_odd(Expression.parse("sigma/(1 + abs(sigma))", variables=("sigma",)), "sigma")
+    True
+    """
+    graph = piecewise_linear_graph(expression, variable)
+    if graph is not None:
+        return graph.odd
+    return True if _parity(expression.tree) == _ODD else None
+
+
+def _parity(node: Node) -> int | None:
+    """1 for even, -1 for odd, None for neither or not known."""
+    if isinstance(node, Number):
+        return _EVEN
+    if isinstance(node, Variable):
+        return _ODD
+    return _of_operation(node)
+
+
+def _of_operation(node: Apply) -> int | None:
+    parts = [_parity(part) for part in node.arguments]
+    name = node.operation
+    if None in parts:
+        return None
+    if all(part == _EVEN for part in parts):
+        return _EVEN
+    if name in _ODD_FUNCTIONS:
+        return _ODD
+    if name in _EVEN_OF_ODD:
+        return _EVEN
+    if name in ("+", "-"):
+        return parts[0] if parts[0] == parts[1] else None
+    if name in ("*", "/"):
+        return (parts[0] or 0) * (parts[1] or 0)
+    exponent = node.arguments[1] if name == "**" else None
+    if isinstance(exponent, Number) and exponent.value.denominator == 1:
+        return _ODD if exponent.value.numerator % 2 else _EVEN
+    return _chosen(parts) if name == "where" else None
+
+
+def _chosen(parts: list[int | None]) -> int | None:
+    """``where(condition, a, b)`` with an even condition and both branches of one parity."""
+    condition, first, second = parts
+    return first if condition == _EVEN and first == second else None
+
+
+# What can be said of a known law without sampling it.
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Decision:
+    """A verdict for every ``sigma``, and in words what it rests on; INCONCLUSIVE with what stood in the way.
+
+    ``total`` says that the law is known to have a value for every ``sigma``, whatever floating point makes of it.
+    """
+
+    verdict: Verdict = Verdict.INCONCLUSIVE
+    how: str = ""
+    total: bool = False
+
+
+def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> Decision:
+    """Whether a formula or a law of the library has a property, by exact or ball arithmetic.
+
+    Parameters
+    ----------
+    law : Subject
+        The law.
+    kind : {"sector", "slope", "odd"}
+        The property.
+    limits : Limits
+        Its bounds and the tolerance.
+    on : tuple of Fraction or None
+        The interval, None for all of R.
+    """
+    if kind == "odd":
+        return _oddness(law.law, on)
+    from lure.analysis.nonlinearity import law_bounds
+    from lure.analysis.nonlinearity.result import above, below, stated
+
+    try:
+        bounds = law_bounds(law.law, on=on)
+    except InputError as error:
+        return Decision(how=f"for every sigma it was not decided: {error}")
+    claim = _widened(kind, limits)
+    verdict = bounds.within(claim)
+    low, high = (
+        (bounds.sector_lower, bounds.sector_upper) if kind == "sector" else (bounds.slope_lower, bounds.slope_upper)
+    )
+    if low is None or high is None:
+        return Decision(
+            how=f"for every sigma it was not decided: {bounds.notes[0]}" if bounds.notes else "", total=True
+        )
+    what = "phi(sigma)/sigma" if kind == "sector" else "the slope"
+    everywhere = "for every sigma" if on is None else f"for every sigma of [{float(on[0]):g}, {float(on[1]):g}]"
+    if verdict is Verdict.PROVED:
+        ends = [f"{stated(end, side, certified=True)} {_place(end)}" for end, side in ((low, -1), (high, 1))]
+        how = f"{everywhere} {what} is at least {ends[0].strip()} and at most {ends[1].strip()}"
+        return Decision(verdict=verdict, how=how, total=True)
+    if verdict is Verdict.REFUTED:
+        broken = f"the supremum of {what} is {high}" if high.inner > claim.upper else f"the infimum of {what} is {low}"
+        return Decision(verdict=verdict, how=broken, total=True)
+    shown = f"[{text_below(float(below(low.outer)))}, {text_above(float(above(high.outer)))}]"
+    return Decision(how=f"certified {everywhere} is only that {what} lies in {shown}", total=True)
+
+
+def _place(end: Extreme) -> str:
+    """Where a bound is reached or approached; nowhere that is known if it is infinite and something else was seen."""
+    return "" if isinstance(end.outer, float) and not end.exact else end.where
+
+
+def witness(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> str:
+    """An exact point, or pair, at which a known law breaks bounds that no double shows it to break; empty if none.
+
+    Parameters
+    ----------
+    law : Subject
+        The law.
+    kind : {"sector", "slope"}
+        The property.
+    limits : Limits
+        Its bounds and the tolerance.
+    on : tuple of Fraction or None
+        The interval, None for all of R.
+    """
+    from lure.analysis.nonlinearity import violation
+
+    found = violation(law.law, _widened(kind, limits), on=on)
+    if found is None:
+        return ""
+    places = [f"{float(point):.10g}" for point in found.points]
+    what = "phi(sigma)/sigma" if kind == "sector" else "the slope"
+    there = f"at sigma = {places[0]}" if len(places) == 1 else f"from sigma = {places[0]} to {places[1]}"
+    beyond = float(abs(found.value - Fraction(found.bound)))
+    return f"{what} passes the bound by {beyond:.2g} {there} ({found.evidence})"
+
+
+def _widened(kind: str, limits: Limits) -> Sector | SlopeBounds:
+    """The bounds, moved apart by the tolerance."""
+    lower, upper = (
+        bound if abs(bound) == math.inf else Fraction(bound) + side * Fraction(limits.tolerance)
+        for bound, side in ((limits.lower, -1), (limits.upper, 1))
+    )
+    return Sector(lower, upper) if kind == "sector" else SlopeBounds(lower, upper)
+
+
+def _oddness(law: object, on: tuple[Fraction, Fraction] | None) -> Decision:
+    if isinstance(law, ExpressionLaw):
+        odd = known_odd(law.expression, "sigma")
+    elif isinstance(law, Expression):
+        odd = known_odd(law, next(iter(names(law.tree)), law.variables[0]))
+    else:
+        try:
+            known = properties(law).odd  # type: ignore[arg-type]  # a law of the library: what remains
+        except AssumptionError:
+            return Decision()
+        odd = known.value if known.standing is Standing.CHECKED else None
+    if odd is None:
+        return Decision(total=True)
+    if odd and not _has_values(law, on):
+        return Decision(how="by its form it is odd where it has values, but that it has one everywhere was not shown")
+    if odd:
+        return Decision(verdict=Verdict.PROVED, how="for every sigma, by its form", total=True)
+    return Decision(verdict=Verdict.REFUTED, how="the law is not odd, by its form", total=True)
+
+
+def _has_values(law: object, on: tuple[Fraction, Fraction] | None) -> bool:
+    """Whether a formula is known to have a value for every sigma, as a law of the library has."""
+    from lure.analysis.nonlinearity.bounds import bounds_of_known, has_values
+    from lure.analysis.nonlinearity.known import known_law
+
+    if not isinstance(law, ExpressionLaw | Expression):
+        return True
+    if is_total((law if isinstance(law, Expression) else law.expression).tree):
+        return True
+    low, high = (-math.inf, math.inf) if on is None else on
+    try:
+        known = known_law(law, low, high)
+        return known is not None and has_values(known, bounds_of_known(known, low, high))
+    except InputError:
+        return False
+
 
 _QUANTITIES = {
     "sector": "phi(sigma)/sigma",
@@ -32,7 +258,7 @@ _FEWEST = 50
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Search:
-    """Where and how closely a law is looked at; see :func:`analysis.testing.assert_in_sector`."""
+    """Where and how closely a law is looked at; see :func:`lure.analysis.testing.assert_in_sector`."""
 
     on: tuple[Exact, Exact] | None
     samples: int
@@ -62,7 +288,7 @@ def run(phi: object, inquiry: Inquiry) -> Checked:
     Parameters
     ----------
     phi : object
-        The law, as :func:`analysis.testing.subject.subject` takes it.
+        The law, as :func:`lure.analysis.testing.subject.subject` takes it.
     inquiry : Inquiry
         The question.
 

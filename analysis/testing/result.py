@@ -10,11 +10,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.evidence import Evidence
-from analysis.testing.subject import Subject
+from lure.analysis.testing.subject import Subject
+from lure.analysis.verdict import Evidence
 
 if TYPE_CHECKING:
-    from analysis.plots.style import Axes
+    from lure.analysis.plots.style import Axes
 
 _REMEMBERED = 20
 
@@ -46,7 +46,7 @@ class Checked:
         return {"claim": self.claim, "evidence": str(self.evidence), "how": self.how, "points": self.points}
 
     def _repr_html_(self) -> str:
-        from lure.showing import html_table
+        from lure.record import html_table
 
         rows = [("how", self.how), ("evidence", self.evidence), ("values of the law looked at", self.points)]
         seen = () if self.evidence is Evidence.CERTIFIED else ("Nothing is said about the points not looked at.",)
@@ -154,25 +154,25 @@ class Violation:
 
     def to_dict(self) -> dict[str, object]:
         """The violation as plain JSON data, without the law itself; infinite numbers are the text ``inf``."""
-        from lure.showing import plain
+        from lure.record import plain
 
         names = ("kind", "name", "claim", "denial", "quantity", "sigma", "phi", "found", "lower", "upper", "tolerance")
         return {name: plain(getattr(self, name)) for name in (*names, "slope", "on", "how")}
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The law, the lines that bound it and the point; see :func:`analysis.plots.plot_violation`.
+        """The law, the lines that bound it and the point; see :func:`lure.analysis.plots.plot_violation`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from analysis.plots.violation import plot_violation
+        from lure.analysis.plots.sectors import plot_violation
 
         return plot_violation(self, ax=ax)
 
     def _repr_html_(self) -> str:
-        from lure.showing import html_table
+        from lure.record import html_table
 
         rows = [
             (self.quantity, f"{self.found:.10g}"),
@@ -191,8 +191,8 @@ class Violation:
         path : Path
             A name that ends in ``.png`` or ``.svg``; folders are made, and a file of this name is replaced.
         """
-        from analysis.plots.export import render
-        from analysis.plots.violation import plot_violation
+        from lure.analysis.plots.sectors import plot_violation
+        from lure.analysis.plots.style import render
 
         picture = render(partial(plot_violation, self), name=self.claim)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -202,7 +202,7 @@ class Violation:
 class LawViolation(AssertionError):
     """An assertion about a law failed; ``violation`` says where, None where the law has no value at all."""
 
-    __module__ = "analysis.testing"  # where it is found by people, as it is named in front of each message
+    __module__ = "lure.analysis.testing"  # where it is found by people, as it is named in front of each message
 
     def __init__(self, message: str, violation: Violation | None = None) -> None:
         super().__init__(message)

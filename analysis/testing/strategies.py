@@ -1,6 +1,6 @@
 """Hypothesis strategies for laws of a class and for linear blocks, all exact: to fuzz closed loops and criteria.
 
-Drawn laws are those of :mod:`lure.laws`, with rational parameters, so that membership in the class holds by
+Drawn laws are those of :mod:`lure.nonlinearities`, with rational parameters, so that membership in the class holds by
 construction and can be checked exactly.  A failing test shrinks to a straight line, else to a law of few pieces and
 small numbers.
 """
@@ -8,18 +8,79 @@ small numbers.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
-from analysis.testing.blocks import KnownBlock as KnownBlock
-from analysis.testing.blocks import known_blocks as known_blocks
-from analysis.testing.blocks import lurie_blocks as lurie_blocks
-from analysis.testing.hysteresis import HystereticLaw, hysteretic
-from analysis.testing.numbers import ratios, sizes, steps
-from analysis.testing.numbers import strategies as st
+from lure.analysis.testing.blocks import (
+    KnownBlock as KnownBlock,
+)
+from lure.analysis.testing.blocks import (
+    known_blocks as known_blocks,
+)
+from lure.analysis.testing.blocks import (
+    lurie_blocks as lurie_blocks,
+)
+from lure.analysis.testing.blocks import (
+    ratios,
+    sizes,
+    steps,
+)
+from lure.analysis.testing.blocks import (
+    strategies as st,
+)
+from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
-from lure.laws import Cubic, DeadZone, ExpressionLaw, Law, PiecewiseLinear, Saturation, Tanh, shifted_law
-from lure.sector import Sector, SlopeBounds
+from lure.nonlinearities import Cubic, DeadZone, ExpressionLaw, Law, PiecewiseLinear, Saturation, Tanh, shifted_law
+
+# A law with memory that stays in a sector: one graph while the input rises, another while it falls.
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class HystereticLaw:
+    """``phi = rising(sigma)`` after ``sigma`` has grown, ``falling(sigma)`` after it has fallen.
+
+    Not a law of :mod:`lure.nonlinearities`, which have no memory; what covers it is a theorem for the sector alone, without
+    time-invariance, such as the circle criterion.
+
+    Attributes
+    ----------
+    rising, falling : PiecewiseLinear
+        The two graphs.
+    """
+
+    rising: PiecewiseLinear
+    falling: PiecewiseLinear
+
+    @property
+    def sector(self) -> Sector:
+        """The smallest sector that contains both graphs."""
+        first, second = self.rising.graph.sector, self.falling.graph.sector
+        return Sector(min(first.lower, second.lower), max(first.upper, second.upper))
+
+    def respond(self, sigma: Sequence[Fraction]) -> Fraction:
+        """The value after a history of inputs, exactly; an input that repeats the last takes the graph for falling.
+
+        Parameters
+        ----------
+        sigma : sequence of Fraction
+            The inputs up to now, the last one being the present; before the first the input was 0.
+        """
+        now, before = sigma[-1], sigma[-2] if len(sigma) > 1 else Fraction(0)
+        return (self.rising if now > before else self.falling).exact(now)
+
+
+def hysteretic(graphs: st.SearchStrategy[PiecewiseLinear]) -> st.SearchStrategy[HystereticLaw]:
+    """Hysteretic laws from two graphs of a class.
+
+    Parameters
+    ----------
+    graphs : SearchStrategy of PiecewiseLinear
+        The class.
+    """
+    return st.builds(HystereticLaw, rising=graphs, falling=graphs)
+
 
 _MOST_KNOTS = 4
 # formulas with chords in [0, 1]: 1 at 0, 1 at infinity, both bounds again and again; and whether they are odd
@@ -55,7 +116,7 @@ def sector_members(
     Returns
     -------
     SearchStrategy
-        Of laws of :mod:`lure.laws`.
+        Of laws of :mod:`lure.nonlinearities`.
 
     Raises
     ------
@@ -118,7 +179,7 @@ def monotone_members(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.Sea
     Returns
     -------
     SearchStrategy
-        Of laws of :mod:`lure.laws`.
+        Of laws of :mod:`lure.nonlinearities`.
 
     Raises
     ------

@@ -36,7 +36,7 @@ class Subject:
     name : str
         What messages call it.
     law : object
-        What was given: an exact law or a formula as :func:`analysis.bounds.law_bounds` takes it, or a callable.
+        What was given: an exact law or a formula as :func:`lure.analysis.nonlinearity.law_bounds` takes it, or a callable.
     call : callable
         Its values.
     known : bool
@@ -115,7 +115,7 @@ def subject(phi: object) -> Subject:
 
     Parameters
     ----------
-    phi : callable, law of lure.laws, Expression or str
+    phi : callable, law of lure.nonlinearities, Expression or str
         A text is a formula in ``sigma`` or ``x``.  A callable is called with arrays if it answers an array as it
         answers each of its numbers, else with one float at a time.
 
@@ -131,7 +131,9 @@ def subject(phi: object) -> Subject:
         expression = phi
         return Subject(str(phi)[:60], phi, lambda sigma: expression(**{variable: sigma}), known=True)
     if not callable(phi):
-        raise InputError(f"phi is {phi!r:.60}; give a function, a law of lure.laws or a formula in sigma as text")
+        raise InputError(
+            f"phi is {phi!r:.60}; give a function, a law of lure.nonlinearities or a formula in sigma as text"
+        )
     module = type(phi).__module__
     known = module.startswith("lure.") and hasattr(phi, "sector")
     points = tuple(float(point) for point in tuple(getattr(phi, "breakpoints", ()))[:_MOST_BREAKPOINTS])

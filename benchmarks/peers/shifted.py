@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.rod import Rod
-from lure.scenario import Scenario
+from lure.rod.parameters import Rod
+from lure.rod.scenario import Scenario
 
 Array = NDArray[np.float64]
 

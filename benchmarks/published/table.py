@@ -12,10 +12,10 @@ import time
 
 from plants import Row, rows
 
-from analysis.answers import max_sector, max_slope
-from analysis.criteria.popov import popov_largest
-from analysis.evidence import Verdict
-from lure.inputs import as_block
+from lure.analysis.questions import max_sector, max_slope
+from lure.analysis.theorems.popov import popov_largest
+from lure.analysis.verdict import Verdict
+from lure.plants import as_block
 
 SLACK = 1e-3
 

@@ -1,3 +1,5 @@
 """Formulas for laws and signals from files: parsed by a whitelist, never evaluated by Python or sympy."""
 
-from lure.expressions.expression import Expression as Expression
+from lure.lazy import lazy_exports
+
+__getattr__, __dir__, __all__ = lazy_exports(__name__, __file__)

@@ -2,29 +2,56 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
+from numbers import Integral
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.expressions import balls, exact
-from lure.expressions.derivative import derivative
-from lure.expressions.literal import literal
+from lure.expressions import rigorous as balls
+from lure.expressions import rigorous as exact
+from lure.expressions.calculus import derivative, switches
 from lure.expressions.numeric import Closure, closure
-from lure.expressions.parser import parse
-from lure.expressions.render import render
-from lure.expressions.switches import switches
-from lure.expressions.tree import ZERO, Node, depth, names, size
-from lure.expressions.vocabulary import FUNCTIONS, KEYWORDS
+from lure.expressions.parser import FUNCTIONS, KEYWORDS, parse
+from lure.expressions.tree import ZERO, Node, decimal, depth, names, render, size
 
 if TYPE_CHECKING:
     from flint import arb
+
+# A number given as a Python object, as the text that means it exactly.
+
+
+def literal(number: int | float | Fraction | Decimal, *, field: str) -> str:
+    """A number as the text that means it exactly."""
+    if isinstance(number, bool) or not isinstance(number, Integral | float | Fraction | Decimal):
+        raise InputError(f"{field}: expected a number or a formula but found a {type(number).__name__}.")
+    if not (
+        number.is_finite() if isinstance(number, Decimal) else isinstance(number, Integral) or math.isfinite(number)
+    ):
+        raise InputError(f"{field}: the number must be finite but is {number}.")
+    text = None
+    if isinstance(number, Decimal):
+        small = not number or (abs(number.adjusted()) <= 400 and len(number.as_tuple().digits) <= 500)
+        text = decimal(Fraction(number) if number else Fraction(0)) if small else None
+    elif isinstance(number, float):
+        text = decimal(Fraction(float.__repr__(number)))
+    elif isinstance(number, Fraction):
+        text = decimal(number)
+    else:
+        text = decimal(Fraction(int(number)))
+    if text is None:
+        raise InputError(
+            f"{field}: the number is not zero and not between 1e-300 and 1e300 in size with at most 100 digits."
+        )
+    return text
+
 
 _MAX_DERIVED_SIZE = 20_000
 _MAX_DERIVED_DEPTH = 200

@@ -2,15 +2,216 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from dataclasses import dataclass
+from difflib import get_close_matches
 from fractions import Fraction
+from typing import Literal, NoReturn, TypeVar
 
 from lure.errors import InputError
-from lure.expressions.build import apply
-from lure.expressions.reader import MAX_NODES, Reader
-from lure.expressions.tokens import Token, tokens
-from lure.expressions.tree import COMPARISONS, ZERO, Node, Number, Variable, decimal, is_condition
-from lure.expressions.vocabulary import FUNCTIONS, KEYWORDS, unknown_name
+from lure.expressions.tree import COMPARISONS, ZERO, Node, Number, Variable, apply, decimal, depth, is_condition
+
+# Text to tokens: decimal numbers, names, operators and parentheses; every other character is refused.
+
+MAX_LENGTH = 1024
+_SPACE = re.compile(r"[ \t\r\n]+")
+_NUMBER = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_NAME = re.compile(r"[A-Za-z_][A-Za-z_0-9]*")
+_SYMBOL = re.compile(r"\*\*|<=|>=|==|!=|[-+*/()<>,]")
+_HINTS = {
+    "^": "a power is written **",
+    "=": "equality is written ==, and arguments have no names",
+    ".": "numbers such as 0.5 may have a point, values have no attributes",
+    '"': "text is not a value",
+    "'": "text is not a value",
+    "[": "there are no lists or indices, group with ( )",
+    "{": "there are no sets, group with ( )",
+    ";": "one expression only",
+    "&": "write and",
+    "|": "write or",
+    "!": "write not or !=",
+    "#": "there are no comments inside an expression",
+    "\N{MINUS SIGN}": "write the ASCII minus -",
+    "\N{EN DASH}": "write the ASCII minus -",
+    "\N{MULTIPLICATION SIGN}": "write *",
+    "\N{MIDDLE DOT}": "write *",
+    "\N{GREEK SMALL LETTER PI}": "write pi",
+    "\N{SUPERSCRIPT TWO}": "a power is written **2",
+}
+
+Kind = Literal["number", "name", "symbol", "end"]
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """A word of the text and the column, from 1, where it starts."""
+
+    kind: Kind
+    text: str
+    column: int
+
+    def __str__(self) -> str:
+        """The token as error messages quote it, cut to 20 characters."""
+        if self.kind == "end":
+            return "the end of the text"
+        return repr(self.text if len(self.text) <= 20 else self.text[:17] + "...")
+
+
+def tokens(text: str, *, field: str) -> list[Token]:
+    """Split a text of at most 1024 characters into tokens, the last of kind ``"end"``.
+
+    Raises
+    ------
+    InputError
+        The text is too long, or holds a character no expression needs (quotes, brackets, ``:``, ``=``, a lone point,
+        anything not ASCII), or a number runs into a name.
+    """
+    if len(text) > MAX_LENGTH:
+        raise InputError(f"{field}: the expression has {len(text)} characters; at most {MAX_LENGTH} are allowed.")
+    found: list[Token] = []
+    position = 0
+    while position < len(text):
+        if space := _SPACE.match(text, position):
+            position = space.end()
+            continue
+        token = _token(text, position)
+        if token is None:
+            raise InputError(f"{field}: {_refused(text[position])} at column {position + 1}.")
+        position += len(token.text)
+        if token.kind == "number" and (name := _NAME.match(text, position)):
+            tail = Token("name", name.group(), position + 1)
+            raise InputError(
+                f"{field}: the number {token} runs into {tail} at column {tail.column}; "
+                "write * for a product, and only plain decimal numbers such as 12, 0.5 or 1e-3."
+            )
+        found.append(token)
+    return [*found, Token("end", "", len(text) + 1)]
+
+
+def _token(text: str, position: int) -> Token | None:
+    patterns: tuple[tuple[Kind, re.Pattern[str]], ...] = (("number", _NUMBER), ("name", _NAME), ("symbol", _SYMBOL))
+    for kind, pattern in patterns:
+        if match := pattern.match(text, position):
+            return Token(kind, match.group(), position + 1)
+    return None
+
+
+def _refused(character: str) -> str:
+    shown = repr(character) if character.isascii() else f"{character!a} (not ASCII)"
+    hint = _HINTS.get(character, "expressions hold ASCII numbers, names, + - * / ** ( ) , and comparisons")
+    return f"character {shown} is not allowed ({hint})"
+
+
+# The parser's place in the text, its budget of nodes and nesting, and the one way it refuses.
+
+MAX_NODES = 200
+MAX_DEPTH = 30
+_Part = TypeVar("_Part")
+
+
+@dataclass(slots=True)
+class Reader:
+    """Position in the tokens, and how much of the budget of nodes and nesting is used."""
+
+    tokens: list[Token]
+    variables: tuple[str, ...]
+    field: str
+    position: int = 0
+    nodes: int = 0
+    level: int = 0
+
+    @property
+    def ended(self) -> bool:
+        """Whether all words are used."""
+        return self.token.kind == "end"
+
+    @property
+    def token(self) -> Token:
+        """The next word."""
+        return self.tokens[self.position]
+
+    def refuse(self, message: str, token: Token | None = None) -> NoReturn:
+        """Raise InputError naming the field and the column."""
+        raise InputError(f"{self.field}: {message} at column {(token or self.token).column}.")
+
+    def accept(self, *texts: str) -> Token | None:
+        """Step over the next word if it is one of these."""
+        token = self.token
+        if token.kind in ("symbol", "name") and token.text in texts:
+            self.position += 1
+            return token
+        return None
+
+    def expect(self, text: str, after: str) -> None:
+        """Step over a word that must come now."""
+        if not self.accept(text):
+            comma = " (the decimal separator is a point)" if self.token.text == "," else ""
+            self.refuse(f"expected {text!r} {after} but found {self.token}{comma}")
+
+    def node(self, operation: str, *arguments: Node, at: Token) -> Node:
+        """An operation, charged to the budget."""
+        self.count(at)
+        result = apply(operation, *arguments)
+        if depth(result) > MAX_DEPTH:
+            self.refuse(
+                f"more than {MAX_DEPTH} operations are nested or chained; group a long sum with parentheses", at
+            )
+        return result
+
+    def count(self, at: Token) -> None:
+        """Charge one node to the budget."""
+        self.nodes += 1
+        if self.nodes > MAX_NODES:
+            self.refuse(f"the expression has more than {MAX_NODES} numbers, names and operations", at)
+
+    def enter(self, at: Token) -> None:
+        """One level deeper: a parenthesis, sign or branch opens."""
+        self.level += 1
+        if self.level > MAX_DEPTH:
+            self.refuse(f"more than {MAX_DEPTH} parentheses or signs are nested", at)
+
+    def leave(self) -> None:
+        """The level is closed again."""
+        self.level -= 1
+
+    def closed(self, opening: Token, part: Callable[[Reader], _Part]) -> _Part:
+        """The part inside a parenthesis that is open, and its end."""
+        self.enter(opening)
+        found = part(self)
+        self.leave()
+        self.expect(")", f"to close '(' of column {opening.column}")
+        return found
+
+
+# The words an expression may use, and what to say about others.
+
+FUNCTIONS = ("abs", "atan", "cos", "exp", "log", "max", "min", "sign", "sin", "sqrt", "tan", "tanh", "where")
+KEYWORDS = ("and", "else", "if", "not", "or")
+_VOCABULARY_HINTS = {
+    "e": "e is no constant here, it could be meant as a variable; write exp(1) or exp(...)",
+    "inf": "numbers must be finite",
+    "infinity": "numbers must be finite",
+    "nan": "numbers must be finite",
+    "ln": "the natural logarithm is log",
+    "pow": "a power is written **",
+    "arctan": "the inverse tangent is atan",
+    "heaviside": "a step is written where(t > 0, 1, 0)",
+    "step": "a step is written where(t > 0, 1, 0)",
+    "lambda": "write only the formula itself",
+}
+
+
+def unknown_name(reader: Reader, token: Token) -> NoReturn:
+    """Refuse a name, with the nearest known one or all that are allowed."""
+    known = [*reader.variables, "pi", *FUNCTIONS]
+    close = get_close_matches(token.text.lower()[:20], known, n=1)
+    if hint := _VOCABULARY_HINTS.get(token.text.lower()):
+        reader.refuse(f"unknown name {token} ({hint})", token)
+    if close:
+        reader.refuse(f"unknown name {token} (did you mean {close[0]!r}?)", token)
+    reader.refuse(f"unknown name {token} (allowed are {', '.join(known)})", token)
+
 
 MAX_POWER = 32
 MAX_DIGITS = 100

@@ -3,13 +3,76 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
+from lure.expressions.rigorous import enclosure, truth
 from lure.expressions.tree import COMPARISONS, Apply, Node, Number, Variable
+
+if TYPE_CHECKING:
+    from flint import arb
+
+# Where a formula certainly has a value: every operation looked at, also inside conditions and behind a factor 0.
+
+
+def has_value(node: Node, point: Mapping[str, arb]) -> bool:
+    """Whether a formula certainly has a value at every point of the given balls; False means that it was not seen.
+
+    A condition needs a value on both of its sides; ``and`` and ``or`` stop at the first part that decides, and of the
+    branches of ``where`` only the one taken counts.
+
+    Parameters
+    ----------
+    node : Node
+        The tree of the formula.
+    point : Mapping of str to arb
+        A ball for each variable.
+    """
+    if not isinstance(node, Apply) or node.total:
+        return True
+    name, parts = node.operation, node.arguments
+    if name == "where":
+        if not has_value(parts[0], point):
+            return False
+        decided = truth(parts[0], point)
+        taken = parts[1:] if decided is None else (parts[1 if decided else 2],)
+        return all(has_value(part, point) for part in taken)
+    if name in ("and", "or"):
+        for part in parts:
+            if not has_value(part, point):
+                return False
+            if truth(part, point) is (name == "or"):
+                return True
+        return True
+    if not all(has_value(part, point) for part in parts):
+        return False
+    if name == "/":
+        return _nonzero(enclosure(parts[1], point))
+    if name == "**":
+        return _power(enclosure(parts[0], point), parts[1])
+    return name not in _NEEDS or _NEEDS[name](enclosure(parts[0], point))
+
+
+def _nonzero(value: arb) -> bool:
+    return bool(value > 0 or value < 0)
+
+
+def _power(base: arb, exponent: Node) -> bool:
+    assert isinstance(exponent, Number), "the parser and the derivative make only constant exponents"
+    if exponent.value.denominator == 1:
+        return exponent.value >= 0 or _nonzero(base)
+    return bool(base > 0 or (base >= 0 and exponent.value > 0))
+
+
+_NEEDS: dict[str, Callable[[arb], bool]] = {
+    "log": lambda u: bool(u > 0),
+    "sqrt": lambda u: bool(u >= 0),
+    "tan": lambda u: _nonzero(u.cos()),
+}
+
 
 End: TypeAlias = Fraction | float
 _MAX_BITS = 4096
@@ -95,13 +158,13 @@ def nature(node: Node) -> Nature | None:
         exponent = node.arguments[1]
         assert isinstance(exponent, Number), "the parser and the derivative make only constant exponents"
         base = nature(node.arguments[0])
-        return None if base is None else _power(base, exponent.value)
+        return None if base is None else _regularity_power(base, exponent.value)
     parts = [nature(part) for part in node.arguments]
     known = [part for part in parts if part is not None]
     if len(known) < len(parts):
         return None
     if node.operation == "*" and node.arguments[0] == node.arguments[1]:
-        return _power(known[0], Fraction(2))
+        return _regularity_power(known[0], Fraction(2))
     found = _RULES[node.operation](*known)
     if found is None:
         return None
@@ -195,10 +258,10 @@ def _inverse(v: Nature) -> Nature | None:
     return None if found is None else found.negated
 
 
-def _power(base: Nature, exponent: Fraction) -> Nature | None:
+def _regularity_power(base: Nature, exponent: Fraction) -> Nature | None:
     """``base**exponent``, for any rational exponent."""
     if exponent < 0:
-        below = _power(base, -exponent)
+        below = _regularity_power(base, -exponent)
         return None if below is None else _inverse(below)
     if exponent == 0:
         return replace(base, low=_ONE, high=_ONE, low_open=False, high_open=False)
@@ -312,6 +375,6 @@ _RULES: dict[str, Callable[..., Nature | None]] = {
     "exp": _exponential,
     "log": _logarithm,
     "tan": _tangent,
-    "sqrt": lambda u: _power(u, Fraction(1, 2)),
+    "sqrt": lambda u: _regularity_power(u, Fraction(1, 2)),
     "sign": _sign,
 }

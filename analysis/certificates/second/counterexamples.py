@@ -7,19 +7,107 @@ from fractions import Fraction
 
 from flint import arb_mat
 
-from analysis.certificates.second import claims, structure
-from analysis.certificates.second.classes import Laws
-from analysis.certificates.second.gains import Kind, critical_end, positive_root, require_crossing, unstable_kind
-from analysis.certificates.second.matrix import require_growth
-from analysis.certificates.second.orbits import orbit_kind, require_flow_orbit
-from analysis.certificates.second.reading import Document, NotShown, count, listed, number, numbers, record, require
-from analysis.certificates.second.systems import Rational, RodData, System
-from analysis.precision import ball, working_precision
-from analysis.refutation.realisation import balls
+from lure.analysis.certificates.second import classes as claims
+from lure.analysis.certificates.second import structure
+from lure.analysis.certificates.second.classes import Laws, graph
+from lure.analysis.certificates.second.gains import Kind, critical_end, positive_root, require_crossing, unstable_kind
+from lure.analysis.certificates.second.matrix import require_growth
+from lure.analysis.certificates.second.reading import (
+    Document,
+    NotShown,
+    count,
+    flag,
+    listed,
+    number,
+    numbers,
+    record,
+    require,
+)
+from lure.analysis.certificates.second.systems import Rational, RodData, System
+from lure.analysis.counterexamples.linear import balls
+from lure.analysis.counterexamples.piecewise import PiecewiseLoop
+from lure.analysis.counterexamples.validated import Itinerary, proved, refined
+from lure.analysis.numerics.polynomial import to_fraction
+from lure.analysis.numerics.precision import ball, working_precision
+from lure.nonlinearities.piecewise_linear import Graph
+
+# Periodic motions with a piecewise-linear law: exact in discrete time, proved by Krawczyk's test in continuous.
+
+LONGEST = 100_000
+
+
+def orbit_kind(proof: Mapping[str, object], system: Rational, laws: Laws) -> Kind:
+    """An orbit in discrete time, exactly: ``sum d_i sigma[t+i] = sum n_i u[t+i]`` and ``u = -phi(sigma)``.
+
+    The equation is that of the coprime ``n`` and ``d``, whose states follow from ``u`` and ``sigma``; hidden modes do
+    not disturb it.
+
+    Raises
+    ------
+    NotShown
+        It is no orbit of the loop, it rests at 0, or the law is not in the class.
+    """
+    found = record(proof, "method", "points", "left", "right", "u", "sigma")
+    require(system.discrete, "exact orbits are for discrete time")
+    law = _law(found, laws)
+    u, sigma = numbers(found["u"]), numbers(found["sigma"])
+    period = len(u)
+    require(0 < period == len(sigma) <= LONGEST, "u and sigma have no common period")
+    require(all(-law.exact(s) == value for s, value in zip(sigma, u, strict=True)), "u is not -phi(sigma)")
+    n, d = system.polynomials
+    shared = n.gcd(d) if n.degree() >= 0 else d
+    top, bottom = ([to_fraction(c) for c in (side // shared).coeffs()] for side in (n, d))
+    for t in range(period):
+        left = sum((c * sigma[(t + i) % period] for i, c in enumerate(bottom)), Fraction(0))
+        right = sum((c * u[(t + i) % period] for i, c in enumerate(top)), Fraction(0))
+        require(left == right, f"the difference equation fails at sample {t}")
+    if any(s != sigma[0] for s in sigma) or any(value != u[0] for value in u):
+        return "no rest"
+    require(sigma[0] != 0 or u[0] != 0, "the orbit rests at 0")
+    return "equilibria"
+
+
+def require_flow_orbit(proof: Mapping[str, object], system: Rational, laws: Laws) -> None:
+    """Check that a periodic orbit in continuous time is proved to exist near the approximate one.
+
+    Raises
+    ------
+    NotShown
+        It is not proved, or the law is not in the class.
+    """
+    found = record(
+        proof,
+        *("method", "points", "left", "right", "pieces", "durations", "state", "half", "inverse", "radius", "bits"),
+    )
+    require(not system.discrete, "flows are for continuous time")
+    count(found["bits"], least=1)
+    number(found["radius"])
+    for row in listed(found["inverse"]):
+        numbers(row)
+    orbit = Itinerary(
+        pieces=tuple(count(piece) for piece in listed(found["pieces"])),
+        durations=tuple(numbers(found["durations"])),
+        state=tuple(numbers(found["state"])),
+        half=flag(found["half"]),
+    )
+    order = system.realisation.order
+    require(len(orbit.state) == order > 0 and len(orbit.durations) == len(orbit.pieces) > 1, "the orbit has gaps")
+    require(all(duration > 0 for duration in orbit.durations), "a duration is not positive")
+    loop = PiecewiseLoop.of(system.realisation, _law(found, laws))
+    if not proved(loop, orbit):
+        better = refined(loop, orbit)
+        require(better is not None and proved(loop, better), "no periodic orbit is proved to exist")
+
+
+def _law(found: Mapping[str, object], laws: Laws) -> Graph:
+    law = graph(found["points"], found["left"], found["right"])
+    require(laws.has(law), "the law of the motion is not in the class")
+    return law
+
 
 BITS = (512, 2048)
 SQUARINGS = 80
-LONGEST = 10_000
+COUNTEREXAMPLES_LONGEST = 10_000
 LARGEST_COUNT = 100_000
 
 
@@ -82,7 +170,7 @@ def _require_switched(proof: Mapping[str, object], system: Rational, laws: Laws)
     require(count(found["bits"], least=2) <= LARGEST_COUNT, "bits is too large")
     gains, n = numbers(found["gains"]), system.realisation.order
     times = [Fraction(1)] * len(gains) if system.discrete else numbers(found["times"])
-    require(0 < len(gains) == len(times) <= LONGEST and n > 0, "gains and times do not fit")
+    require(0 < len(gains) == len(times) <= COUNTEREXAMPLES_LONGEST and n > 0, "gains and times do not fit")
     require(all(time > 0 for time in times), "a time is not positive")
     require(all(laws.has_gain(gain) for gain in gains), "a gain is not in the class")
     require(len(set(gains)) == 1 or (laws.time_varying and not laws.linear), "the class has no gains that vary in time")

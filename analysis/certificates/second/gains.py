@@ -8,13 +8,12 @@ from typing import Literal
 
 from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
-from analysis.certificates.second.classes import Laws
-from analysis.certificates.second.reading import NotShown, require
-from analysis.certificates.second.shifting import require_well_posed, shifted
-from analysis.certificates.second.systems import Delayed, Rational
-from analysis.plant import closed_loop_poles
-from analysis.polynomial import positive_from_zero, real_roots, to_fmpq
-from analysis.precision import ball, working_precision
+from lure.analysis.certificates.second.classes import Laws
+from lure.analysis.certificates.second.reading import NotShown, require
+from lure.analysis.certificates.second.systems import Delayed, Rational, require_well_posed, shifted
+from lure.analysis.inequality.plant import closed_loop_poles
+from lure.analysis.numerics.polynomial import positive_from_zero, real_roots, to_fmpq
+from lure.analysis.numerics.precision import ball, working_precision
 
 BITS = (128, 512, 2048, 8192)
 CROSSING_BITS = 512

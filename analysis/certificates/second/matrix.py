@@ -18,13 +18,21 @@ from fractions import Fraction
 
 from flint import arb, arb_mat, fmpz
 
-from analysis.certificates.second.claims import Claim
-from analysis.certificates.second.classes import Laws
-from analysis.certificates.second.reading import NotShown, count, listed, number, numbers, record, require, tick, whole
-from analysis.certificates.second.shifting import Case
-from analysis.certificates.second.systems import Rational
-from analysis.precision import ball, working_precision
-from analysis.refutation.realisation import Row, balls
+from lure.analysis.certificates.second.classes import Claim, Laws
+from lure.analysis.certificates.second.reading import (
+    NotShown,
+    count,
+    listed,
+    number,
+    numbers,
+    record,
+    require,
+    tick,
+    whole,
+)
+from lure.analysis.certificates.second.systems import Case, Rational
+from lure.analysis.counterexamples.linear import Row, balls
+from lure.analysis.numerics.precision import ball, working_precision
 
 BITS = (256, 1024, 4096)
 DIRECT = 6

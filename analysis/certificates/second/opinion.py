@@ -1,14 +1,19 @@
-"""What the second checker says of a certificate, as a whole."""
+"""The second checker in a process of its own: it can be ended in the middle of an operation on large polynomials."""
 
 from __future__ import annotations
 
+import json
+import multiprocessing
 from collections.abc import Mapping
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 
-from analysis.certificates.second import counterexamples, structure, theorems
-from analysis.certificates.second.classes import read_laws, require_member
-from analysis.certificates.second.reading import LONGEST, NotShown, limited, read, require
-from analysis.certificates.second.systems import RodData, read_system
+from lure.analysis.certificates.second import counterexamples, structure, theorems
+from lure.analysis.certificates.second.classes import read_laws, require_member
+from lure.analysis.certificates.second.reading import LONGEST, OUT_OF_TIME, NotShown, limited, read, require
+from lure.analysis.certificates.second.systems import RodData, read_system
+
+# What the second checker says of a certificate, as a whole.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -39,7 +44,7 @@ def recheck(certificate: Mapping[str, object] | str | bytes, *, seconds: float =
         The JSON text, or what was read from it.
     seconds : float
         Time allowed.  It is looked at in every loop, but not inside one operation on polynomials or matrices; see
-        :func:`analysis.certificates.second.apart.recheck_apart` for a limit that ends those too.
+        :func:`lure.analysis.certificates.second.opinion.recheck_apart` for a limit that ends those too.
 
     Returns
     -------
@@ -72,3 +77,43 @@ def _shown(certificate: Mapping[str, object] | str | bytes) -> str:
         shown = counterexamples.refuted(document, system, laws)
     require(document.conclusion == shown, f"what follows is: {shown}")
     return shown
+
+
+SMALL = 8_000  # [characters]: nothing in such a file takes long enough for a process
+ENDED = "the process of the second checker ended before it had decided, for lack of memory perhaps"
+
+
+def recheck_apart(certificate: Mapping[str, object], *, seconds: float) -> SecondOpinion:
+    """What :func:`~lure.analysis.certificates.second.opinion.recheck` says, or that it did not finish in time.
+
+    Parameters
+    ----------
+    certificate : Mapping
+        What was read from a certificate.
+    seconds : float
+        Time allowed; a process that is given a large certificate is ended then.
+    """
+    written = json.dumps(dict(certificate))
+    if len(written) < SMALL:
+        return recheck(written, seconds=seconds)
+    context = multiprocessing.get_context("spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=_checked, args=(sender, written, seconds), daemon=True)
+    process.start()
+    sender.close()
+    try:
+        if not receiver.poll(seconds):
+            return SecondOpinion(accepted=False, reason=OUT_OF_TIME)
+        accepted, reason = receiver.recv()
+    except EOFError:
+        return SecondOpinion(accepted=False, reason=ENDED)
+    finally:
+        process.kill()
+        process.join()
+    return SecondOpinion(accepted=accepted, reason=reason)
+
+
+def _checked(sender: Connection, written: str, seconds: float) -> None:
+    """The work of the process."""
+    opinion = recheck(written, seconds=seconds)
+    sender.send((opinion.accepted, opinion.reason))

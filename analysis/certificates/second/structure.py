@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections import defaultdict
 from fractions import Fraction
 
-from analysis.certificates.second import claims
-from analysis.certificates.second.classes import Laws, at_least, at_most
-from analysis.certificates.second.reading import Document, number, record, require, tick
-from analysis.certificates.second.systems import RodData
+from lure.analysis.certificates.second import classes as claims
+from lure.analysis.certificates.second.classes import Laws, at_least, at_most
+from lure.analysis.certificates.second.reading import Document, number, record, require, tick
+from lure.analysis.certificates.second.systems import RodData
 
 LARGEST_SCHEME = 2_000_000
 

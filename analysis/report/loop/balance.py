@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from analysis.answers.subject import Subject
-from analysis.criteria.describing import describing_hint
+from lure.analysis.describing import describing_hint
+from lure.analysis.questions.problem import Subject
 from lure.errors import AssumptionError, InputError
-from lure.rational import RationalBlock
+from lure.plants.rational import RationalBlock
 
 
 def balance_hints(about: Subject) -> tuple[str, ...]:

@@ -7,12 +7,12 @@ import shlex
 from collections.abc import Callable
 from importlib.metadata import version
 
-from analysis.answers import analyse
-from analysis.report.loop.balance import balance_hints
-from analysis.report.loop.model import LoopReport
-from analysis.report.loop.observed import observed
 from lure import __version__
-from lure.systems_loop import LoopSystem
+from lure.analysis.questions import analyse
+from lure.analysis.report.loop.balance import balance_hints
+from lure.analysis.report.loop.model import LoopReport
+from lure.analysis.report.loop.observed import observed
+from lure.files.system import LoopSystem
 
 PACKAGES = ("numpy", "scipy", "control", "python-flint", "matplotlib", "jinja2")
 

@@ -8,23 +8,23 @@ import json
 import math
 from typing import Any
 
-from analysis.answers.document import analysis_dict
-from analysis.answers.subject import Subject
-from analysis.membership import certified_properties
-from analysis.report.certificates import certificate_list
-from analysis.report.loop.model import LoopReport
-from analysis.report.loop.plain import plain
-from analysis.report.model import SCHEMA
-from lure.laws import Property
-from lure.nonlinearity import Nonlinearity
-from lure.rational import RationalBlock
-from lure.transform import sector_shift
+from lure.analysis.nonlinearity.membership import certified_properties
+from lure.analysis.questions.problem import Subject
+from lure.analysis.questions.table import analysis_dict
+from lure.analysis.report.certificates import certificate_list
+from lure.analysis.report.loop.model import LoopReport
+from lure.analysis.report.loop.plain import plain
+from lure.analysis.report.model import SCHEMA
+from lure.loop import sector_shift
+from lure.nonlinearities import Property
+from lure.nonlinearities.protocol import Nonlinearity
+from lure.plants.rational import RationalBlock
 
 _KEYS = "verdict evidence statement headline meaning law_class membership attracts reason code hints not_shown stopped"
 
 
 def loop_document(report: LoopReport) -> dict[str, Any]:
-    """``report.json`` as a dictionary of plain values, described by ``schema.json`` of :mod:`analysis.report`.
+    """``report.json`` as a dictionary of plain values, described by ``schema.json`` of :mod:`lure.analysis.report`.
 
     Parameters
     ----------

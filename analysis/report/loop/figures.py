@@ -9,26 +9,24 @@ from functools import partial
 
 import numpy as np
 
-from analysis.answers import Largest
-from analysis.answers.text import class_name
-from analysis.criteria.state_space import shifted_states
-from analysis.evidence import Verdict
-from analysis.graphical.axis import axis_values, continuous
-from analysis.graphical.nyquist_result import NyquistResponse
-from analysis.graphical.popov_result import PopovResponse
-from analysis.graphical.theta import searched_theta
-from analysis.plots import render
-from analysis.plots.loops import plot_reach
-from analysis.plots.orbits import plot_law, plot_orbit_signals
-from analysis.plots.responses import plot_nyquist_response, plot_popov_response
-from analysis.plots.solutions import plot_solutions
-from analysis.report.figures import Figure, FigureSpec
-from analysis.report.loop.model import LoopReport
-from analysis.witness import Witness
-from lure.delay import DelayBlock
-from lure.rational import RationalBlock
-from lure.state_space import StateSpaceBlock
-from lure.transform import shifted_block
+from lure.analysis.graphical.axis import axis_values, continuous
+from lure.analysis.graphical.nyquist import NyquistResponse
+from lure.analysis.graphical.popov import PopovResponse
+from lure.analysis.graphical.supporting_proof import searched_theta
+from lure.analysis.inequality.state_space import shifted_states
+from lure.analysis.plots import render
+from lure.analysis.plots.loops import plot_reach
+from lure.analysis.plots.orbits import plot_law, plot_orbit_signals, plot_solutions
+from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
+from lure.analysis.questions import Largest
+from lure.analysis.questions.table import class_name
+from lure.analysis.report.figures import Figure, FigureSpec
+from lure.analysis.report.loop.model import LoopReport
+from lure.analysis.verdict import Verdict, Witness
+from lure.loop import shifted_block
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
 
 _REACH = (
     "Blue: proved for every member of the class. Hatched: unknown. Cross: the smallest class found with a member that "

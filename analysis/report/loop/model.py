@@ -6,20 +6,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from analysis.answers import LoopAnalysis
-from analysis.evidence import Verdict
-from lure.showing import html_table
+from lure.analysis.questions import LoopAnalysis
+from lure.analysis.verdict import Verdict
+from lure.record import html_table
 
 if TYPE_CHECKING:
     import xarray
 
-    from analysis.plots.responses import Axes
-    from analysis.refutation.trajectories import Trajectory
+    from lure.analysis.counterexamples.trajectories import Trajectory
+    from lure.analysis.plots.responses import Axes
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LoopReport:
-    """What was found about a loop; :func:`analysis.report.write_loop_report` turns it into files.
+    """What was found about a loop; :func:`lure.analysis.report.write_loop_report` turns it into files.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class LoopReport:
         return "\n\n".join([str(self.analysis), *lines])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """One bar a class; see :meth:`analysis.LoopAnalysis.plot`.
+        """One bar a class; see :meth:`lure.analysis.LoopAnalysis.plot`.
 
         Parameters
         ----------
@@ -68,12 +68,12 @@ class LoopReport:
 
     def to_dict(self) -> dict[str, Any]:
         """``report.json`` as plain data, with its published schema."""
-        from analysis.report.loop.document import loop_document
+        from lure.analysis.report.loop.document import loop_document
 
         return loop_document(self)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The table of classes; see :meth:`analysis.LoopAnalysis.to_xarray`.
+        """The table of classes; see :meth:`lure.analysis.LoopAnalysis.to_xarray`.
 
         Raises
         ------

@@ -11,23 +11,19 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.answers import LoopAnalysis
-from analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES
-from analysis.criteria.hurwitz import is_stable_gain
-from analysis.evidence import Verdict
-from analysis.refutation.confirming import BUDGET, Conclusion, tried
-from analysis.refutation.simulated import Law
-from analysis.refutation.starts import scales
-from analysis.refutation.tracing import law_of, orbit_start
-from analysis.refutation.trajectories import Finding, Trajectory, natural_frequency
-from analysis.report.model import ContradictionError
-from analysis.witness import Witness
+from lure.analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES
+from lure.analysis.counterexamples.confirming import BUDGET, Conclusion, scales, tried
+from lure.analysis.counterexamples.simulated import Law, law_of, orbit_start
+from lure.analysis.counterexamples.trajectories import Finding, Trajectory, natural_frequency
+from lure.analysis.inequality.gains import is_stable_gain
+from lure.analysis.questions import LoopAnalysis
+from lure.analysis.report.model import ContradictionError
+from lure.analysis.verdict import Verdict, Witness
+from lure.classes import LawClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
-from lure.law_class import LawClass
-from lure.laws.graph import Graph
-from lure.rational import RationalBlock
-from lure.sector import Sector, SlopeBounds
+from lure.nonlinearities.piecewise_linear import Graph
+from lure.plants.rational import RationalBlock
 
 Runs = tuple[Trajectory, ...]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from analysis.answers.models import NOT_NEEDED, REFUSED
-from analysis.doubles import bound_above, bound_below
+from lure.analysis.numerics.doubles import bound_above, bound_below
+from lure.analysis.questions.models import NOT_NEEDED, REFUSED
 
 Data = dict[str, Any]
 

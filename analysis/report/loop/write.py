@@ -9,18 +9,18 @@ from typing import Any
 
 from markupsafe import Markup
 
-from analysis.answers.largest import UNFINISHED
-from analysis.report.certificates import certificate_files
-from analysis.report.claims import LADDER
-from analysis.report.diagram import block_diagram, class_graph, fits, law_graph
-from analysis.report.document import to_json
-from analysis.report.figures import Figure
-from analysis.report.html import glyphs, inline, prose, shown, template
-from analysis.report.loop.bars import Bar, bar
-from analysis.report.loop.document import law_text, loop_document
-from analysis.report.loop.figures import loop_figures
-from analysis.report.loop.model import LoopReport
-from analysis.report.loop.words import (
+from lure.analysis.questions.largest import UNFINISHED
+from lure.analysis.report.certificates import certificate_files
+from lure.analysis.report.claims import LADDER
+from lure.analysis.report.diagram import block_diagram, class_graph, fits, law_graph
+from lure.analysis.report.document import to_json
+from lure.analysis.report.figures import Figure
+from lure.analysis.report.html import glyphs, inline, prose, shown, template
+from lure.analysis.report.loop.bars import Bar, bar
+from lure.analysis.report.loop.document import law_text, loop_document
+from lure.analysis.report.loop.figures import loop_figures
+from lure.analysis.report.loop.model import LoopReport
+from lure.analysis.report.loop.words import (
     asked_about,
     class_words,
     counterexamples,
@@ -31,8 +31,8 @@ from analysis.report.loop.words import (
     own,
     reason,
 )
-from analysis.report.pdf import embedded, pdf_of, printed_diagram
-from analysis.report.write import write_files
+from lure.analysis.report.output import write_files
+from lure.analysis.report.pdf import embedded, pdf_of, printed_diagram
 
 Data = dict[str, Any]
 
@@ -100,13 +100,13 @@ def loop_page(data: Data, figures: tuple[Figure, ...], diagram: Markup, *, paper
     Parameters
     ----------
     data : dict
-        From :func:`analysis.report.loop.document.loop_document`.
+        From :func:`lure.analysis.report.loop.document.loop_document`.
     figures : tuple of Figure
         Figures, in order.
     diagram : Markup
         From :func:`loop_diagram`.
     paper : bool
-        Whether the page is for :func:`analysis.report.pdf.pdf_of`: figures are images then.
+        Whether the page is for :func:`lure.analysis.report.pdf.pdf_of`: figures are images then.
     """
     bars = _bars(data)
     return template("loop/loop.html.j2").render(

@@ -15,7 +15,7 @@ class Codes(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Read off the registry that ``lure explain`` prints."""
-        from analysis.certificates.codes import CODES
+        from lure.analysis.certificates.codes import CODES
 
         lines = [".. list-table::", "   :widths: 15 85", ""]
         for code in CODES:

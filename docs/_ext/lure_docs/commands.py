@@ -16,7 +16,7 @@ def names() -> list[str]:
     """Every command, in the order of ``lure --help``."""
     import typer
 
-    from analysis.cli.entry import COMMANDS
+    from lure.analysis.cli.entry import COMMANDS
 
     return list(getattr(typer.main.get_command(COMMANDS[0].app), "commands"))  # noqa: B009  # not of every command's type
 
@@ -29,7 +29,7 @@ def help_text(*command: str) -> str:
     command : str
         The command; none for the help of ``lure`` itself.
     """
-    from analysis.cli import main
+    from lure.analysis.cli import main
 
     out = io.StringIO()
     with contextlib.redirect_stdout(out), _columns():

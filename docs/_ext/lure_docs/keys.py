@@ -34,8 +34,8 @@ class Keys(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """One table for the keys outside every table of the file, and one for each table."""
-        from lure.system_file.plant_schema import PLANT_TABLES, PlantTables
-        from lure.system_file.schema import TABLES, SystemTables
+        from lure.files.schema import PLANT_TABLES, PlantTables
+        from lure.rod.file import TABLES, SystemTables
 
         plant = self.arguments[0] == "plant"
         whole: type[BaseModel] = PlantTables if plant else SystemTables
@@ -102,7 +102,7 @@ class Kinds(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Read off the table by which the laws are made."""
-        from lure.laws.table import _KINDS, _SPELLINGS
+        from lure.nonlinearities.reading import _KINDS, _SPELLINGS
 
         lines = [".. list-table::", "   :class: keys", "   :header-rows: 1", "   :widths: 22 26 26 26", ""]
         lines += _row("``kind``", "needs", "may have", "see")
@@ -123,7 +123,7 @@ class Kinds(SphinxDirective):
             f"Small and capital letters mean the same, as do blanks, ``-`` and ``_``.  Read as well: {others}.",
             "",
         ]
-        return self.parse_text_to_nodes(StringList(lines, source="lure.laws.table"))
+        return self.parse_text_to_nodes(StringList(lines, source="lure.nonlinearities.reading"))
 
 
 def setup(app: Sphinx) -> None:

@@ -74,7 +74,7 @@ def kind(found: object) -> str:
 
 
 def home(found: object) -> str | None:
-    """Where an object is defined, ``lure.sector.Sector``; None for what does not know it.
+    """Where an object is defined, ``lure.classes.Sector``; None for what does not know it.
 
     Parameters
     ----------

@@ -1,0 +1,1 @@
+from lure.analysis.cli.entry import main as main

@@ -1,0 +1,261 @@
+"""Orbits by harmonic balance with several harmonics, many starts at once: where the search for exact orbits begins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.analysis.counterexamples.orbit_continuation import Orbit
+from lure.analysis.deadline import checkpoint
+
+# Periodic orbits of relay loops, the limit of steep saturations: where the search for orbits of laws starts.
+
+Reals = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+NEWTON_STEPS = 30
+STARTS = 800
+
+
+@dataclass(frozen=True, slots=True)
+class RelayOrbit:
+    """An orbit of ``x' = A x - b sign(c x)``.
+
+    Attributes
+    ----------
+    times : ndarray
+        (m,), times [s] between the switches; ``c x > 0`` at first.
+    states : ndarray
+        (m, n), the states at the switches, from the one at which it begins.
+    half : bool
+        Whether the times make half a period, after which the state is the negative of the first.
+    """
+
+    times: Reals
+    states: Reals
+    half: bool
+
+
+class RelayOrbits:
+    """Relay orbits with a given number of switches, by Newton's method from many random times at once.
+
+    In the modes of ``A`` all is explicit: between switches ``z' = lambda z + u beta``, ``u = -+1``, and the first state
+    of a periodic motion follows from the times.  Floating point, for ``A`` with a full set of eigenvectors: proposals,
+    never proofs.
+    """
+
+    def __init__(self, A: Reals, b: Reals, c: Reals) -> None:
+        self.rates, self.modes = (part.astype(complex) for part in np.linalg.eig(A))
+        self.beta = np.linalg.lstsq(self.modes, b.astype(complex), rcond=None)[0]
+        self.gamma = c @ self.modes
+        sizes = np.abs(self.rates)
+        self.scale = sizes[sizes > 1e-9 * sizes.max()] if sizes.max() > 0 else np.ones(1)
+
+    def with_switches(self, count: int, *, half: bool, seed: int = 0) -> list[RelayOrbit]:
+        """Orbits with ``count`` switches in the half or whole period, no two with the same times."""
+        fast, slow = float(self.scale.max()), float(self.scale.min())
+        draw = np.random.default_rng(seed).uniform(np.log(0.1 / fast), np.log(6 / slow), (STARTS, count))
+        times, sign = np.exp(draw), -1.0 if half else 1.0
+        with np.errstate(all="ignore"):
+            for _ in range(NEWTON_STEPS):
+                checkpoint()
+                times, change = self._newton(times, sign)
+                if len(times) == 0:
+                    return []
+            times = times[change < 1e-8]
+            if len(times) == 0:
+                return []
+            _, _, states = self._shoot(times, sign)
+            valid = self._signs(times, states)
+        found: dict[tuple[float, ...], RelayOrbit] = {}
+        for i in np.flatnonzero(valid):
+            key = tuple(sorted(float(f"{t:.4g}") for t in times[i]))
+            real = np.array([(self.modes @ state[i]).real for state in states[:-1]])
+            found.setdefault(key, RelayOrbit(times[i], real, half))
+        return sorted(found.values(), key=lambda orbit: float(orbit.times.sum()))
+
+    def _newton(self, times: Reals, sign: float) -> tuple[Reals, Reals]:
+        """The times after a damped step, without those that left the range, and how much they changed relatively."""
+        misses, jacobian, _ = self._shoot(times, sign)
+        good = np.isfinite(jacobian).all(axis=(1, 2)) & np.isfinite(misses).all(axis=1)
+        times, misses, jacobian = times[good], misses[good], jacobian[good]
+        scale = np.abs(jacobian).max(axis=(1, 2), keepdims=True) + 1e-300
+        jacobian, misses = jacobian / scale, misses / scale[..., 0]
+        regular = np.abs(np.linalg.det(jacobian)) > 1e-12
+        times, misses, jacobian = times[regular], misses[regular], jacobian[regular]
+        step = np.linalg.solve(jacobian, misses[..., None])[..., 0]
+        change = np.abs(step / times).max(axis=1)
+        times = times - step * np.minimum(1, 0.4 / np.maximum(change, 1e-300))[:, None]
+        kept = np.isfinite(times).all(axis=1)
+        kept &= (times > 1e-6 / self.scale.max()).all(axis=1) & (times < 100 / self.scale.min()).all(axis=1)
+        return times[kept], change[kept]
+
+    def _shoot(self, times: Reals, sign: float) -> tuple[Reals, Reals, list[Complexes]]:
+        """Values of ``c x`` at the switches, their derivative by the times, and the states in modes."""
+        batch, m = times.shape
+        decay, gain = self._propagators(times)
+        force = [self.beta * (-1 if i % 2 == 0 else 1) for i in range(m)]
+        whole: Complexes = np.ones((batch, len(self.rates)), complex)
+        forced: Complexes = np.zeros((batch, len(self.rates)), complex)
+        for i in range(m):
+            forced, whole = decay[:, i] * forced + gain[:, i] * force[i], whole * decay[:, i]
+        states: list[Complexes] = [forced / (sign - whole)]
+        for i in range(m):
+            states.append(decay[:, i] * states[-1] + gain[:, i] * force[i])
+        jacobian: Reals = np.empty((batch, m, m))
+        for j in range(m):
+            push = self.rates * states[j + 1] + force[j]
+            moved = push
+            for i in range(j + 1, m):
+                moved = decay[:, i] * moved
+            change = moved / (sign - whole)
+            jacobian[:, 0, j] = (change @ self.gamma).real
+            for i in range(m - 1):
+                change = decay[:, i] * change + (push if i == j else 0)
+                jacobian[:, i + 1, j] = (change @ self.gamma).real
+        return np.stack([(z @ self.gamma).real for z in states[:-1]], axis=1), jacobian, states
+
+    def _propagators(self, times: Reals) -> tuple[Complexes, Complexes]:
+        """``e^(lambda t)`` and ``(e^(lambda t) - 1)/lambda`` for every time and mode."""
+        exponent = self.rates * times[..., None]
+        still = np.abs(self.rates) < 1e-9 * self.scale.min()
+        gain = np.where(still, times[..., None] + 0j, np.expm1(exponent) / np.where(still, 1, self.rates))
+        return np.exp(exponent), gain
+
+    def _signs(self, times: Reals, states: list[Complexes]) -> NDArray[np.bool_]:
+        """Whether ``c x`` has the relay's sign at samples between the switches."""
+        valid = np.ones(len(times), bool)
+        for i in range(times.shape[1]):
+            side = 1 if i % 2 == 0 else -1
+            for share in np.linspace(0.02, 0.98, 25):
+                decay, gain = self._propagators(times[:, i] * share)
+                valid &= ((decay * states[i] - side * gain * self.beta) @ self.gamma).real * side > 0
+        return valid
+
+
+HARMONICS = np.arange(1, 8, 2)
+SAMPLES = 128
+HARMONIC_STARTS = 600
+STEPS = 40
+FINE_SAMPLES = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Balance:
+    """A wave ``y = Re sum c_h e^(i h w t)``, ``h = 1, 3, 5, 7``, that nearly satisfies the loop.
+
+    Attributes
+    ----------
+    omega : float
+        Fundamental frequency [rad/s].
+    amplitudes : ndarray
+        (4,) complex ``c_h``.
+    """
+
+    omega: float
+    amplitudes: Complexes
+
+
+class HarmonicBalance:
+    """Harmonic balance for ``y = H mu``, ``mu = -psi(y)``, ``psi`` odd with kinks at ``y = -1`` and 1.
+
+    Floating point, and cut off after the seventh harmonic: proposals for Newton's method on the flow, never proofs.
+
+    Parameters
+    ----------
+    numerator, denominator : ndarray
+        Of the strictly proper ``H``, descending powers.
+    slopes : tuple of float
+        Slope of ``psi`` between the kinks and outside them.
+    """
+
+    def __init__(self, numerator: Reals, denominator: Reals, slopes: tuple[float, float]) -> None:
+        self.numerator, self.denominator = numerator, denominator
+        self.inner, self.outer = slopes
+        self.waves = np.exp(1j * np.outer(np.arange(SAMPLES) * (2 * math.pi / SAMPLES), HARMONICS))
+        # apart, since products with complex matrices take ten times as long
+        self.cosines, self.sines = self.waves.real.copy(), self.waves.imag.copy()
+
+    def solutions(self, *, seed: int = 0) -> list[Balance]:
+        """Balanced waves that pass the kinks, by Newton's method from random waves, no two alike."""
+        rates = np.abs(np.roots(self.denominator))
+        rates = rates[rates > 1e-6 * rates.max()] if rates.max() > 0 else np.ones(1)
+        low, high = math.log(rates.min() / 5), math.log(rates.max() * 2)
+        draw = np.random.default_rng(seed)
+        size = 2 * len(HARMONICS)
+        first = draw.uniform([low, 0.0], [high, math.log(30)], (HARMONIC_STARTS, 2))
+        unknowns = np.concatenate([first, draw.normal(size=(HARMONIC_STARTS, size - 2)) / 2], axis=1)
+        with np.errstate(all="ignore"):
+            for _ in range(STEPS):
+                checkpoint()
+                unknowns, change = self._newton(unknowns)
+                inside = (unknowns[:, 0] > low - 1) & (unknowns[:, 0] < high + 1) & (np.abs(unknowns[:, 1]) < 8)
+                inside &= (np.abs(unknowns[:, 2:]) < 10).all(axis=1)
+                unknowns, change = unknowns[inside], change[inside]
+                if len(unknowns) == 0:
+                    return []
+        unknowns = unknowns[change < 1e-6]
+        found: dict[tuple[str, str], Balance] = {}
+        for row in unknowns:
+            omega, amplitudes = self._wave(row[None, :])
+            if np.abs((self.waves @ amplitudes[0]).real).max() > 1.0001:
+                key = f"{omega[0]:.4g}", f"{abs(amplitudes[0, 0]):.3g}"
+                found.setdefault(key, Balance(float(omega[0]), amplitudes[0]))
+        return list(found.values())
+
+    def orbit(self, wave: Balance) -> Orbit | None:
+        """The wave as half an orbit in the companion form; None if it does not split into two halves at the kinks."""
+        points, omega = wave.amplitudes, wave.omega
+        phase = np.arange(FINE_SAMPLES) * (2 * math.pi / FINE_SAMPLES)
+        y = (np.exp(1j * np.outer(phase, HARMONICS)) @ points).real
+        piece = np.where(y < -1, 0, np.where(y > 1, 2, 1))
+        switches = np.flatnonzero(np.diff(piece) != 0)
+        if len(switches) == 0:
+            return None
+        first = int(switches[0])
+        half = [int(i) for i in switches if i < first + FINE_SAMPLES // 2]
+        step = 2 * math.pi / omega / FINE_SAMPLES
+        durations = np.diff([*half, first + FINE_SAMPLES // 2]) * step
+        s = 1j * omega * HARMONICS
+        inner = points / np.polyval(self.numerator, s) * np.exp(1j * HARMONICS * phase[first])
+        state = np.array([(inner * s**j).sum().real for j in range(len(self.denominator) - 1)])
+        if len(half) < 2 or not np.isfinite(state).all():
+            return None
+        return Orbit(tuple(int(piece[(i + 1) % FINE_SAMPLES]) for i in half), state, durations, half=True)
+
+    def _wave(self, unknowns: Reals) -> tuple[Reals, Complexes]:
+        """Frequencies and amplitudes: the first is real and positive, the others are relative to it."""
+        rest = len(HARMONICS) - 1
+        ratio = unknowns[:, 2 : 2 + rest] + 1j * unknowns[:, 2 + rest :]
+        first = np.exp(unknowns[:, 1:2])
+        return np.exp(unknowns[:, 0]), first * np.concatenate([np.ones_like(first), ratio], axis=1)
+
+    def _residual(self, unknowns: Reals) -> Reals:
+        """``d c + n f`` for every harmonic, relative, ``f`` those of ``psi(y)``."""
+        omega, c = self._wave(unknowns)
+        y = c.real @ self.cosines.T - c.imag @ self.sines.T
+        psi = self.outer * y + (self.inner - self.outer) * np.clip(y, -1, 1)
+        f = 2 * (psi @ self.cosines - 1j * (psi @ self.sines)) / SAMPLES
+        s = 1j * omega[:, None] * HARMONICS
+        n, d = np.polyval(self.numerator, s), np.polyval(self.denominator, s)
+        top = max(self.inner, self.outer)
+        r = (d * c + n * f) / ((np.abs(d) + top * np.abs(n)) * np.abs(c[:, :1]))
+        return np.concatenate([r.real, r.imag], axis=1)
+
+    def _newton(self, unknowns: Reals) -> tuple[Reals, Reals]:
+        """The unknowns after a damped step, those that have one, and the largest change."""
+        residual = self._residual(unknowns)
+        columns = []
+        for j in range(unknowns.shape[1]):
+            moved = unknowns.copy()
+            moved[:, j] += 1e-7
+            columns.append((self._residual(moved) - residual) / 1e-7)
+        jacobian = np.stack(columns, axis=2)
+        jacobian[~np.isfinite(jacobian).all(axis=(1, 2))] = 0.0
+        good = np.flatnonzero(np.abs(np.linalg.det(jacobian)) > 1e-200)
+        step = np.linalg.solve(jacobian[good], residual[good][..., None])[..., 0]
+        change = np.abs(step).max(axis=1)
+        return unknowns[good] - step * np.minimum(1, 0.3 / np.maximum(change, 1e-300))[:, None], change

@@ -1,0 +1,240 @@
+"""Loops with a piecewise-linear law: exact affine pieces, and their flow in doubles from switch to switch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm
+
+from lure.analysis.counterexamples.linear import Realisation, Row
+from lure.errors import InputError
+from lure.nonlinearities.piecewise_linear import Graph
+
+Vector = NDArray[np.float64]
+
+TAYLOR = 16
+BLOCK = 64
+
+
+def saturation(inner: Fraction, outer: Fraction) -> Graph:
+    """Slope ``inner`` for ``|sigma| <= 1``, ``outer`` beyond: a saturation, or a dead zone if ``inner`` is smaller."""
+    return Graph.through([(Fraction(-1), -inner), (Fraction(1), inner)], outer, outer)
+
+
+@dataclass(frozen=True, slots=True)
+class PiecewiseLoop:
+    r"""The loop of a realisation with a piecewise-linear law, in exact numbers.
+
+    With feedthrough ``d`` the piece is told from ``y = c x = sigma + d phi(sigma)``, which ascends with ``sigma`` as
+    long as every ``1 + d slope > 0``.  On piece ``j``, ``levels[j-1] < y < levels[j]``, ``x' = A_j x + f_j``.
+
+    Attributes
+    ----------
+    system : Realisation
+        The linear part.
+    law : Graph
+        The law; ``mu = -phi(sigma)``.
+    levels : tuple of Fraction
+        Values of ``y`` at the kinks of the law.
+    generators : tuple of tuples
+        For every piece the matrix ``[[A_j, f_j], [0, 0]]``, which acts on ``(x, 1)``.
+    """
+
+    system: Realisation
+    law: Graph
+    levels: Row
+    generators: tuple[tuple[Row, ...], ...]
+
+    @classmethod
+    def of(cls, system: Realisation, law: Graph) -> PiecewiseLoop:
+        """The loop.
+
+        Raises
+        ------
+        InputError
+            ``1 + d slope`` is not positive on some piece: ``sigma`` does not follow from the state; or the law is a
+            straight line.
+        """
+        d = system.d
+        if any(1 + d * s <= 0 for s in law.slopes):
+            raise InputError(f"the loop is not well posed: 1 + d slope must be positive, and d is {float(d):g}")
+        if law.is_line:
+            raise InputError("the law is a straight line; a linear gain belongs into the block")
+        kinks = law.kinks
+        slopes = [law.slopes[0], *(law.slopes[law.knots.index(kink) + 1] for kink in kinks)]
+        generators = []
+        for slope, kink in zip(slopes, [*kinks[:1], *kinks], strict=False):
+            force = (law.exact(kink) - slope * kink) / (1 + d * slope)
+            rows = [(*row, -force * b) for row, b in zip(system.closed(slope), system.b, strict=True)]
+            generators.append((*rows, (Fraction(0),) * (system.order + 1)))
+        return cls(system, law, tuple(kink + d * law.exact(kink) for kink in kinks), tuple(generators))
+
+    def interval(self, piece: int) -> tuple[Fraction | None, Fraction | None]:
+        """Where ``y`` lies on a piece; None for no bound."""
+        low = self.levels[piece - 1] if piece > 0 else None
+        return low, self.levels[piece] if piece < len(self.levels) else None
+
+    def mirrored(self, piece: int) -> int:
+        """The piece that ``y -> -y`` leads to, for an odd law."""
+        return len(self.levels) - piece
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """A stay on one piece: from time ``start`` and state ``state`` for ``duration``; the last may end with the run."""
+
+    piece: int
+    start: float
+    duration: float
+    state: Vector
+
+
+class Flow:
+    """The flow in doubles: steps by the matrix exponential of the piece, switches located on its Taylor polynomial."""
+
+    def __init__(self, loop: PiecewiseLoop) -> None:
+        n = loop.system.order
+        self.levels = np.array([float(v) for v in loop.levels])
+        self.row = np.array([*(float(v) for v in loop.system.c), 0.0])
+        self.order = n
+        self.generators = [np.array([[float(v) for v in row] for row in g]) for g in loop.generators]
+        self.steps: list[float] = []
+        self.powers: list[Vector] = []
+        self.outputs: list[Vector] = []
+        self.taylor: list[Vector] = []
+        self.quickest = 0.0
+        for G in self.generators:
+            size = max(1e-12, float(np.abs(np.linalg.eigvals(G)).max()))
+            self.quickest, step = max(self.quickest, 4 * size), 0.25 / size
+            powers = [np.eye(n + 1)]
+            E = expm(G * step)
+            for _ in range(BLOCK):
+                powers.append(E @ powers[-1])
+            terms = [np.eye(n + 1)]
+            for i in range(1, TAYLOR):
+                terms.append(G @ terms[-1] / i)
+            self.steps.append(step)
+            self.powers.append(np.array(powers))
+            self.outputs.append(np.array([self.row @ P for P in powers[1:]]))
+            self.taylor.append(np.array(terms))
+
+    def piece_of(self, state: Vector) -> int:
+        """The piece of ``(x, 1)``; on a level, the one the motion enters."""
+        y = float(self.row @ state)
+        below, upto = int(np.searchsorted(self.levels, y, "left")), int(np.searchsorted(self.levels, y, "right"))
+        return upto if below < upto and float(self.row @ self.generators[below] @ state) > 0 else below
+
+    def passages(self, x0: ArrayLike, until: float, most: int = 100_000) -> list[Passage]:
+        """The stays on the pieces from ``x0`` to time ``until``, at most so many; fewer if the motion overflows."""
+        state = np.array([*np.asarray(x0, dtype=float), 1.0])
+        piece, time = self.piece_of(state), 0.0
+        found: list[Passage] = []
+        on_level: float | None = None
+        while time < until and len(found) < most and np.isfinite(state).all():
+            duration, end, level = self._leave(piece, state, until - time, on_level)
+            found.append(Passage(piece, time, duration, state[:-1]))
+            if level is None:
+                break
+            time, state, on_level = time + duration, end, level
+            piece += 1 if level == (self.levels[piece] if piece < len(self.levels) else math.inf) else -1
+        return found
+
+    def states_at(self, passage: Passage, after: Vector) -> Vector:
+        """The states, one a row, at ascending times after the start of a passage."""
+        step = self.steps[passage.piece]
+        state, begun, found = np.append(passage.state, 1.0), 0, []
+        for t in after:
+            ahead = int(t / step) - begun
+            while ahead > 0:
+                jump = min(ahead, BLOCK)
+                state, begun, ahead = self.powers[passage.piece][jump] @ state, begun + jump, ahead - jump
+            found.append(self._advance(passage.piece, state, float(t) - begun * step)[:-1])
+        return np.array(found).reshape(len(after), self.order)
+
+    def sampled(self, passages: Sequence[Passage], times: Vector) -> Vector:
+        """The states, one a row, at ascending times of a solution given by its stays; NaN after the last stay."""
+        found = np.full((len(times), self.order), np.nan)
+        begins = np.array([passage.start for passage in passages])
+        place = np.searchsorted(begins, times, side="right") - 1
+        for i in np.unique(place):
+            inside = np.flatnonzero(place == i)
+            passage = passages[i]
+            step, after = self.steps[passage.piece], times[inside] - passage.start
+            inside, after = (
+                inside[after <= passage.duration * (1 + 1e-12)],
+                after[after <= passage.duration * (1 + 1e-12)],
+            )
+            state, whole = np.append(passage.state, 1.0), (after / step).astype(int)
+            begun = 0
+            for jump in np.unique(whole // BLOCK):
+                for _ in range(int(jump) - begun):
+                    state = self.powers[passage.piece][BLOCK] @ state
+                begun = int(jump)
+                here = whole // BLOCK == jump
+                near = self.powers[passage.piece][whole[here] % BLOCK] @ state
+                terms = (after[here] - whole[here] * step)[:, None] ** np.arange(TAYLOR)
+                moved = np.einsum("ki,iab,kb->ka", terms, self.taylor[passage.piece], near)
+                found[inside[here]] = moved[:, :-1]
+        return found
+
+    def _leave(
+        self, piece: int, state: Vector, longest: float, start: float | None
+    ) -> tuple[float, Vector, float | None]:
+        """How long the motion stays on the piece, where it leaves it, and across which level (None: it stays)."""
+        low = self.levels[piece - 1] if piece > 0 else -math.inf
+        high = self.levels[piece] if piece < len(self.levels) else math.inf
+        elapsed, step = 0.0, self.steps[piece]
+        while elapsed < longest and np.isfinite(state).all():
+            y = self.outputs[piece] @ state
+            outside = np.flatnonzero((y < low) | (y > high))
+            if len(outside) == 0:
+                state, elapsed, start = self.powers[piece][-1] @ state, elapsed + BLOCK * step, None
+                continue
+            i = int(outside[0])
+            state = self.powers[piece][i] @ state
+            level = high if y[i] > high else low
+            t = self._crossing(piece, state, level, deflate=i == 0 and start == level)
+            return elapsed + i * step + t, self._advance(piece, state, t), level
+        return longest, state, None
+
+    def _crossing(self, piece: int, state: Vector, level: float, *, deflate: bool) -> float:
+        """Where ``y`` meets the level within one step; ``deflate``: other than at 0, where it starts."""
+        p = (self.row @ self.taylor[piece]) @ state
+        p[0] = 0.0 if deflate else p[0] - level
+        p = p[1:] if deflate else p
+        low, high, sign = 0.0, self.steps[piece], float(np.sign(p[0]))
+        t, change = 0.5 * high, math.inf
+        backwards = p[::-1].tolist()
+        for _ in range(60):
+            value = derivative = 0.0
+            for coefficient in backwards:  # Horner's rule, for the derivative too
+                derivative = derivative * t + value
+                value = value * t + coefficient
+            low, high = (t, high) if value * sign > 0 else (low, t)
+            new = t - value / derivative if derivative != 0 else math.nan
+            new = new if low < new < high else 0.5 * (low + high)
+            change, before = abs(new - t) / self.steps[piece], change
+            if change <= 1e-15 or before <= change < 1e-9:  # to the last bit, or to what rounding leaves of it
+                break
+            t = new
+        return t
+
+    def _advance(self, piece: int, state: Vector, t: float) -> Vector:
+        """The state after a time within one step."""
+        return np.asarray(np.tensordot(t ** np.arange(TAYLOR), self.taylor[piece], 1) @ state)
+
+
+def returns(passages: Sequence[Passage], *, tolerance: float = 1e-6) -> tuple[int, int] | None:
+    """The last two passages ``(i, j)`` that start on one piece in one state, to a relative tolerance, if any do."""
+    last = len(passages) - 2
+    for i in range(last - 1, max(-1, last - 200), -1):
+        a, b = passages[i], passages[last]
+        scale = float(np.abs(b.state).max())
+        if a.piece == b.piece and np.abs(a.state - b.state).max() <= tolerance * scale:
+            return i, last
+    return None

@@ -1,0 +1,482 @@
+"""What every criterion asks of a block before it looks at a frequency: one sentence for each refusal."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Literal
+
+from lure.analysis.inequality.gains import gain_intervals
+from lure.analysis.inequality.plant import Plant, closed_loop_poles
+from lure.analysis.numerics.polynomial import is_hurwitz
+from lure.analysis.verdict import Bracket, Evidence, Verdict
+from lure.classes import Sector, SlopeBounds
+from lure.errors import AssumptionError, InputError
+from lure.plants.rational import RationalBlock
+from lure.record import html_table, plain
+from lure.rod.parameters import Rod
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
+
+if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
+
+# What a frequency criterion found: one record for every criterion and model.
+
+CriterionName = Literal["popov", "circle"]
+Model = Literal["scheme", "rod", "loop"]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CriterionResult:
+    r"""A frequency criterion for one block and one sector.
+
+    The inequality is ``1/upper + Re[(1 + i omega theta) H(i omega)] > 0`` on ``[0, inf]``, both limits included, for
+    ``mu = -phi(sigma)``, ``phi`` in ``[0, upper]``; the circle criterion is ``theta = 0``.
+
+    Attributes
+    ----------
+    name : {"popov", "circle"}
+        The criterion.
+    model : {"scheme", "rod", "loop"}
+        What the result is about: the N-cell scheme, the rod itself, or, for drawing, the block of some other loop.
+    sector : Sector
+        The sector asked about [Pa/m].
+    verdict : Verdict
+        PROVED if the inequality was certified over all frequencies; INCONCLUSIVE otherwise (a criterion that fails
+        refutes nothing); REFUTED only with a destabilising member of the class.
+    evidence : Evidence
+        What the numbers rest on.
+    theta : float or None
+        Multiplier used [s]; None where the criterion does not apply.
+    smallest_theta : Bracket or None
+        Infimum of the multipliers ``theta >= 0`` that work for this sector [s] (zero for the circle criterion);
+        None where none works or none is needed.
+    margin : Bracket or None
+        Infimum over ``[0, inf]`` of the left-hand side for ``theta`` [m/Pa].
+    worst_frequency : float or None
+        Where the margin is attained [rad/s]; ``inf`` if only in the limit.
+    largest_sector : Bracket or None
+        Supremum of the ``upper`` that the criterion reaches, over all ``theta >= 0`` [Pa/m].
+    reason : str
+        One sentence: what was shown, or why nothing was and what to try.
+    hypotheses : tuple of str
+        Hypotheses of the theorem, each with how it was checked.
+    witness : str or None
+        The destabilising example behind REFUTED.
+    shown : Proved, Refuted or None
+        What the checker accepted of it, with its certificate; None where it was not asked.
+    """
+
+    name: CriterionName
+    model: Model
+    sector: Sector
+    verdict: Verdict
+    evidence: Evidence
+    theta: float | None
+    smallest_theta: Bracket | None
+    margin: Bracket | None
+    worst_frequency: float | None
+    largest_sector: Bracket | None
+    reason: str
+    hypotheses: tuple[str, ...] = ()
+    witness: str | None = None
+    shown: Proved | Refuted | None = None
+
+    @property
+    def evidence_shown(self) -> Evidence | None:
+        """The evidence, where there is a verdict or a number it is the evidence of; None where nothing was decided."""
+        numbers = (self.margin, self.smallest_theta, self.largest_sector)
+        decided = self.verdict is not Verdict.INCONCLUSIVE
+        return self.evidence if decided or any(number is not None for number in numbers) else None
+
+    def __bool__(self) -> bool:
+        raise TypeError("a criterion has three answers; compare result.verdict")
+
+    def __str__(self) -> str:
+        head = f"{self.name.capitalize()} criterion, {self.model}, sector {self.sector}: {self.verdict}"
+        head += f" ({self.evidence_shown})" if self.evidence_shown is not None else ""
+        if self.theta is None or self.margin is None:
+            return f"{head}. {self.reason}"
+        return (
+            f"{head}; theta = {self.theta:.6g} s, margin {self.margin.low:.6g} m/Pa at {self.worst_frequency:.6g} rad/s"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data; exact bounds are text ``p/q``, infinite ones ``inf``."""
+        names = ("name", "model", "sector", "verdict", "evidence", "theta", "smallest_theta", "margin",
+                 "worst_frequency", "largest_sector", "reason", "hypotheses", "witness")  # fmt: skip
+        return {"kind": "criterion", **{name: plain(getattr(self, name)) for name in names}, "sentence": str(self)}
+
+    def _repr_html_(self) -> str:
+        about = {"scheme": "the N-cell scheme", "rod": "the rod itself"}.get(self.model, "the block of a loop")
+        rows = [
+            ("sector", f"{self.sector} Pa/m"),
+            ("evidence", self.evidence_shown or "-"),
+            ("theta", "-" if self.theta is None else f"{self.theta:.7g} s"),
+            ("margin", "-" if self.margin is None else f"{self.margin} m/Pa"),
+            ("reaches", "-" if self.largest_sector is None else f"{self.largest_sector} Pa/m"),
+            ("reason", self.reason),
+            *(("hypothesis", text) for text in self.hypotheses),
+        ]
+        notes = ["A criterion that fails refutes nothing."]
+        if self.model == "rod":
+            notes.append("The verdict on the motions of the rod rests on its energy theorem, not on this inequality.")
+        if self.model == "scheme":
+            notes.append("What holds for the scheme is about the scheme, not about the rod.")
+        title = f"{self.name.capitalize()} inequality for {about}"
+        return html_table(title, rows, verdict=str(self.verdict), notes=notes)
+
+
+# What the sign of the damping decides before any frequency is looked at.
+
+
+def model_of(block: UpwindScheme | RodBlock) -> tuple[Model, int | None]:
+    """What a result about ``block`` is about, and its number of cells."""
+    return ("scheme", block.cells) if isinstance(block, UpwindScheme) else ("rod", None)
+
+
+def check_sector(sector: Sector) -> None:
+    """Refuse a sector that the critical case does not admit.
+
+    Raises
+    ------
+    AssumptionError
+        The sector does not start at zero, or holds no positive slope.
+    """
+    if sector.lower != 0 or not sector.upper > 0:
+        raise AssumptionError(
+            f"the criteria for the rod need a sector [0, k] with k > 0; got {sector}: shift the loop first"
+        )
+
+
+def without_damping(name: CriterionName, block: UpwindScheme | RodBlock, sector: Sector) -> CriterionResult | None:
+    """The answer for ``k <= 0``, where no criterion applies; None for ``k > 0``.
+
+    ``k < 0`` is refuted by a member of the class.  For ``-Z < k < 0`` that is ``phi = 0``: the mode ``m = 0`` grows.
+    For ``k < -Z`` it is any linear gain ``kappa > 0``: on ``s > 0``, ``1 + kappa H(s)`` is continuous, tends to minus
+    infinity
+    at 0 (the residue ``A/k`` is negative) and to 1 at infinity, so the loop has a positive real pole.
+    """
+    model, cells = model_of(block)
+    damping = block.rod.exact["damping"]
+    if damping > 0:
+        return None
+    if damping == 0:
+        reason = (
+            "the zero eigenvalue is double (damping k = 0): the critical case of Popov's theorem needs a simple "
+            "one; nothing "
+            "dissipates in the rod, and a rod that flies away never returns; give a damping k > 0"
+        )
+        verdict, evidence, witness = Verdict.INCONCLUSIVE, Evidence.CERTIFIED, None
+    else:
+        witness = destabilising_example(block.rod, cells, sector)
+        reason = f"the dashpot feeds energy in (damping k = {float(damping):g} N s/m < 0): {witness}"
+        verdict, evidence = Verdict.REFUTED, Evidence.CERTIFIED
+    return CriterionResult(
+        name=name,
+        model=model,
+        sector=sector,
+        verdict=verdict,
+        evidence=evidence,
+        theta=None,
+        smallest_theta=None,
+        margin=None,
+        worst_frequency=None,
+        largest_sector=None,
+        reason=reason,
+        witness=witness,
+    )
+
+
+def destabilising_example(rod: Rod, cells: int | None, sector: Sector) -> str:
+    """A member of the sector that destabilises a rod with ``k < 0``, in one sentence."""
+    if rod.reflection < 0:
+        period = 2.0 * rod.travel_time
+        growth = RodBlock(rod).log_reflection
+        rate = (
+            growth / period if cells is None else rod.wave_speed * cells / rod.length * math.expm1(growth / (2 * cells))
+        )
+        return f"with phi = 0 (no contact) the rod recedes from the obstacle at a speed that grows as exp({rate:.6g} t)"
+    slope = f"{float(sector.upper):g}" if math.isfinite(sector.upper) else f"{1.0 / rod.compliance:g}"
+    return (
+        f"with phi = {slope} sigma the loop has a positive real pole, because the residue of H at zero is "
+        f"{rod.residue_at_zero:.6g} m/(Pa s) < 0"
+    )
+
+
+# Encirclements of the Nyquist plot, counted from exact root counts and from no plot.
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Encirclements:
+    """How often the Nyquist plot of ``H`` winds round ``-1/kappa``.
+
+    Attributes
+    ----------
+    counterclockwise : int
+        ``open_loop - closed_loop``; negative for clockwise turns.
+    open_loop, closed_loop : int
+        Poles of ``H`` and roots of ``d + kappa n`` in the right half-plane (outside the circle), hidden modes too.
+    """
+
+    counterclockwise: int
+    open_loop: int
+    closed_loop: int
+
+
+def encirclements(block: RationalBlock, kappa: Fraction) -> Encirclements:
+    r"""The number of encirclements of ``-1/kappa`` by the Nyquist plot of ``H``.
+
+    By the principle of the argument for ``1 + kappa H = (d + kappa n)/d`` on the axis from ``-i inf`` to ``i inf``
+    (the unit circle from ``-pi`` to ``pi``), closed on the right and indented to the right of poles on it, the plot
+    encircles the point ``P_open - P_closed`` times counterclockwise.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        The block.
+    kappa : Fraction
+        A gain that is not zero.
+
+    Raises
+    ------
+    InputError
+        ``kappa`` is zero: the point lies at infinity.
+    AssumptionError
+        The plot runs through ``-1/kappa``, so that nothing can be counted.
+
+    Examples
+    --------
+    >>> encirclements(RationalBlock([12], [1, 2, -3]), Fraction(1)).counterclockwise
+    1
+    """
+    if kappa == 0:
+        raise InputError("encirclements needs a gain kappa that is not zero: -1/kappa lies at infinity")
+    plant = Plant.of(block)
+    closed = closed_loop_poles(plant, kappa)
+    if closed.axis:
+        raise AssumptionError(
+            f"the Nyquist plot runs through -1/kappa for kappa = {kappa}: {closed.axis} closed-loop poles lie on the "
+            "axis; choose another gain"
+        )
+    return Encirclements(
+        counterclockwise=plant.poles.right - closed.right, open_loop=plant.poles.right, closed_loop=closed.right
+    )
+
+
+def region(sector: Sector) -> str:
+    """Where the Nyquist plot of ``H`` has to stay for a sector ``[k1, k2]``, by the signs of its ends.
+
+    Parameters
+    ----------
+    sector : Sector
+        ``k1 < k2``, either of them infinite.
+    """
+    k1, k2 = float(sector.lower), float(sector.upper)
+    if k1 == 0 or k2 == 0:
+        k = k2 if k1 == 0 else k1
+        if abs(k) == math.inf:
+            return f"{'right' if k > 0 else 'left'} of the imaginary axis"
+        return f"{'right' if k > 0 else 'left'} of the line Re H = {-1 / k:.6g}"
+    ends = sorted(-1 / k if abs(k) != math.inf else 0.0 for k in (k1, k2))
+    place = "inside" if k1 < 0 < k2 else "outside"
+    return f"{place} the disc with the diameter [{ends[0]:.6g}, {ends[1]:.6g}]"
+
+
+def encirclement_condition(block: RationalBlock, sector: Sector, inside: Fraction) -> str:
+    """The encirclement condition of the circle criterion for a sector, with the counts that were found.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        The block.
+    sector : Sector
+        The sector.
+    inside : Fraction
+        A gain of the sector, not zero and with no closed-loop pole on the axis.
+
+    Notes
+    -----
+    A plot that does not touch the disc winds equally often round all of its points, and ``-1/inside`` is one of them.
+    For ``k1 < 0 < k2`` the plot lies inside the disc and the condition is that ``H`` itself be stable.
+    """
+    count = encirclements(block, inside)
+    where = "outside the unit circle" if block.dt is not None else "in the right half-plane"
+    if sector.lower < 0 < sector.upper:
+        return f"no pole of H {where}: checked by exact root counts, {count.open_loop}"
+    return (
+        f"counterclockwise encirclements by the Nyquist plot of H: {count.counterclockwise}, its poles {where}: "
+        f"{count.open_loop}; equal if and only if the loop is stable for a gain of the sector: checked by exact root "
+        f"counts at the gain {inside}, {count.closed_loop} closed-loop poles there"
+    )
+
+
+def check_plant(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Plant:
+    r"""The plant of the loop shifted by the gain ``lower``, admitted as stable or critical.
+
+    With ``phi = lower sigma + phi'`` the loop ``mu = -phi(sigma)``, ``sigma = H mu`` is the loop of ``phi'`` and
+    ``H / (1 + lower H)``: the sector ``[lower, k]`` turns into ``[0, k - lower]``.  The shifted block must have all its
+    poles strictly inside, hidden modes too (the principal case), or one simple pole at ``s = 0`` (``z = 1``) with a
+    positive residue besides (the critical case).
+
+    Parameters
+    ----------
+    block : RationalBlock
+        The block as given.
+    lower : Fraction
+        Lower end of the sector or slope bounds, of either sign.
+
+    Returns
+    -------
+    Plant
+        The shifted plant; its ``case`` is ``stable`` or ``critical``.
+
+    Raises
+    ------
+    InputError
+        ``block`` is not a RationalBlock, or ``1 + lower H(inf) = 0``: the loop has no solution.
+    AssumptionError
+        A hidden mode is not strictly stable; the pole at 0 is multiple or has a residue that is not positive; another
+        pole lies on the axis or right of it (circle: on the circle or outside).
+
+    Examples
+    --------
+    >>> check_plant(RationalBlock([1], [1, 3, 2, 0])).case
+    'critical'
+    """
+    if not isinstance(block, RationalBlock):
+        raise InputError(f"block is a {type(block).__name__}; give a RationalBlock")
+    require_solution(block, lower)
+    plant = Plant.of(block).shifted(lower)
+    _check_hidden(plant)
+    if plant.case != "stable":
+        _check_zero(plant, lower)
+    if plant.case == "unstable":
+        raise AssumptionError(_unstable(plant, lower))
+    return plant
+
+
+def require_solution(block: RationalBlock, lower: Fraction) -> None:
+    """Refuse a lower gain with which the loop has no solution.
+
+    Raises
+    ------
+    InputError
+        ``1 + lower H(inf) = 0``.
+    """
+    if 1 + lower * block.feedthrough == 0:
+        raise InputError(
+            f"the loop is not well posed: 1 + k H(inf) = 0 at the lower gain k = {lower}; choose another lower gain"
+        )
+
+
+def well_posed(block: RationalBlock, upper: Fraction | float, *, lower: Fraction = Fraction(0)) -> bool:
+    """Whether ``1 + kappa H(inf)`` keeps its sign, without zero, for every ``kappa`` in ``[lower, upper]``.
+
+    For ``lower = 0`` that is ``1 + kappa D > 0``; for ``upper = inf`` every finite ``kappa`` is meant.  It makes the
+    loop equation solvable for every continuous ``phi`` in the sector, uniquely for slope bounds.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        The block.
+    upper : Fraction or float
+        Upper gain, ``inf`` allowed.
+    lower : Fraction
+        Lower gain.
+    """
+    direct = block.feedthrough
+    start = 1 + lower * direct
+    if upper == math.inf:
+        return start != 0 and direct * start >= 0
+    return start * (1 + Fraction(upper) * direct) > 0
+
+
+def require_well_posed(block: RationalBlock, upper: Fraction | float, *, lower: Fraction = Fraction(0)) -> None:
+    """Refuse a sector in which the loop equation need not have a solution.
+
+    Raises
+    ------
+    InputError
+        ``1 + kappa H(inf)`` vanishes for some ``kappa`` in ``[lower, upper]``, or the two ends coincide.
+    """
+    if lower == upper:
+        raise InputError(
+            f"the sector [{float(lower):g}, {float(upper):g}] holds one straight line; a linear gain belongs into the "
+            "block"
+        )
+    if not well_posed(block, upper, lower=lower):
+        raise InputError(
+            f"the loop is not well posed: 1 + k H(inf) = 0 at k = {float(-1 / block.feedthrough):.6g}, inside the "
+            f"sector [{float(lower):g}, {float(upper):g}]; choose a sector without that gain"
+        )
+
+
+def finite_bounds(bounds: SlopeBounds, criterion: str) -> tuple[Fraction, Fraction]:
+    """Both slope bounds as exact numbers.
+
+    Raises
+    ------
+    AssumptionError
+        A bound is infinite.
+    """
+    if math.inf in (-bounds.lower, bounds.upper):
+        raise AssumptionError(f"{criterion} needs finite slope bounds, and they are {bounds}; give numbers")
+    return Fraction(bounds.lower), Fraction(bounds.upper)
+
+
+def _check_hidden(plant: Plant) -> None:
+    at_infinity = plant.n.degree() < plant.degree and plant.d.degree() < plant.degree and plant.discrete
+    if not at_infinity and is_hurwitz(plant.hidden):
+        return
+    zero, region = ("z = 1", "inside the unit circle") if plant.discrete else ("s = 0", "in the left half-plane")
+    at_zero = plant.hidden[0] == 0
+    where = f"at {zero}" if at_zero else "at z = -1" if at_infinity else f"not strictly {region}"
+    raise AssumptionError(
+        f"a mode {where} is not seen by input or output (it cancels in H): no feedback moves it and no criterion on H "
+        "covers it; leave it out only if the system does not have it"
+    )
+
+
+def _check_zero(plant: Plant, lower: Fraction) -> None:
+    zero = "z = 1" if plant.discrete else "s = 0"
+    shift = f" at the lower gain {float(lower):g}" if lower else ""
+    multiplicity = 0
+    while plant.d[multiplicity] == 0 and multiplicity <= plant.d.degree():
+        multiplicity += 1
+    if multiplicity > 1:
+        raise AssumptionError(
+            f"the pole at {zero}{shift} has multiplicity {multiplicity}; the critical case needs a simple one: for "
+            "(s + 1)/s^2 every linear gain is stable, yet with phi = sigma exp(-|sigma|) motions escape to infinity; "
+            "give a positive lower gain"
+        )
+    if multiplicity == 1 and not plant.residue > 0:
+        raise AssumptionError(
+            f"the residue at the pole {zero}{shift} is {float(plant.residue):.6g}; it must be positive: with this sign "
+            "small positive gains are unstable; check the sign of the feedback"
+        )
+
+
+def _unstable(plant: Plant, lower: Fraction) -> str:
+    poles = plant.poles
+    region = (
+        ("on the unit circle", "outside the unit circle")
+        if plant.discrete
+        else ("on the imaginary axis", "in the right half-plane")
+    )
+    on_axis = poles.axis - (1 if plant.d.degree() >= 0 and plant.d[0] == 0 else 0)
+    parts = [
+        f"{count} {'pole' if count == 1 else 'poles'} {place}"
+        for count, place in ((on_axis, region[0]), (poles.right, region[1]))
+        if count
+    ]
+    shift = f"with the lower gain {float(lower):g} the loop" if lower else "the block"
+    stable = gain_intervals(plant.block)
+    advice = (
+        "give a lower gain in " + " or ".join(str(interval) for interval in stable)
+        if stable
+        else "no linear gain stabilises it"
+    )
+    return f"{shift} has {' and '.join(parts)}; {advice}"

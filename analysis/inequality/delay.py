@@ -1,0 +1,274 @@
+"""The smallest linear gain at which a block with dead time puts roots on the imaginary axis, bracketed rigorously."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeVar
+
+import numpy as np
+from flint import acb, arb, arb_series, fmpq_poly
+
+from lure.analysis.numerics.minimum import Minimum, minimum
+from lure.analysis.numerics.polynomial import X, even_odd, from_descending, root_counts
+from lure.analysis.numerics.precision import ball, outward
+from lure.analysis.verdict import Bracket
+from lure.errors import AssumptionError
+from lure.plants.delay import DelayBlock
+
+# ``Re H`` and ``-w Im H`` of a block with dead time, on balls and power series, with a bound for high frequencies.
+#
+# With ``n_j conj(d) = a_j + i w b_j`` on the axis, ``c_j = cos w T_j`` and ``s_j = sin w T_j``,
+#
+# .. math:: \mathrm{Re} H = \sum_j (a_j c_j + \omega b_j s_j)/|d|^2, \qquad
+#           -\omega \mathrm{Im} H = \sum_j (\omega a_j s_j - \omega^2 b_j c_j)/|d|^2 .
+#
+# For a simple pole at 0, ``d = s d_1``, both are finite at 0: with ``a_j``, ``b_j`` those of ``d_1``,
+#
+# .. math:: \mathrm{Re} H = \sum_j (b_j c_j - a_j s_j/\omega)/|d_1|^2, \qquad
+#           -\omega \mathrm{Im} H = \sum_j (a_j c_j + \omega b_j s_j)/|d_1|^2 .
+
+Number = TypeVar("Number", arb, arb_series)
+
+
+@dataclass(frozen=True, slots=True)
+class _Term:
+    delay: Fraction
+    a: fmpq_poly
+    b: fmpq_poly
+    top: fmpq_poly
+
+
+@dataclass(frozen=True, slots=True)
+class DelayResponse:
+    """The response on the axis of a strictly proper block that is stable or has one simple pole at 0 besides.
+
+    Attributes
+    ----------
+    terms : tuple
+        One for each delay.
+    size : fmpq_poly
+        ``|d|^2`` (or ``|d_1|^2``) in ``x = w^2``, positive for ``x >= 0``.
+    bottom : fmpq_poly
+        ``d``.
+    critical : bool
+        Whether ``d`` has the root 0.
+    """
+
+    terms: tuple[_Term, ...]
+    size: fmpq_poly
+    bottom: fmpq_poly
+    critical: bool
+
+    @classmethod
+    def of(cls, block: DelayBlock) -> DelayResponse:
+        """The response of a block.
+
+        Raises
+        ------
+        AssumptionError
+            A pole is unstable or a multiple or other root on the axis, or a term with dead time is not strictly proper.
+        """
+        bottom = from_descending(block.denominator)
+        counts = root_counts(bottom)
+        critical = counts.axis == 1 and bottom[0] == 0
+        if counts.right or (counts.axis and not critical):
+            raise AssumptionError(
+                f"the block {block} has poles that are not stable ({counts.right} to the right of the axis, "
+                f"{counts.axis} on it); with dead time only stable blocks, "
+                "or a simple pole at 0 besides, are covered: stabilise it by a loop around it first"
+            )
+        if any(len(top) == len(block.denominator) for _, top in block.terms):
+            raise AssumptionError(
+                f"the block {block} is not strictly proper; with dead time that is a neutral equation, which is not "
+                "covered: add a fast pole to the model"
+            )
+        reduced = bottom // X if critical else bottom
+        de, do = even_odd(reduced)
+        terms = []
+        for delay, top in block.terms:
+            n = from_descending(top)
+            ne, no = even_odd(n)
+            terms.append(_Term(delay, ne * de + X * no * do, no * de - ne * do, n))
+        return cls(tuple(terms), de * de + X * do * do, bottom, critical)
+
+    @property
+    def residue(self) -> arb:
+        """Residue at the pole 0."""
+        return sum((arb(term.a[0]) for term in self.terms), arb(0)) / arb(self.size[0])
+
+    def parts(self, omega: Number) -> tuple[Number, Number]:
+        """``Re H`` and ``-w Im H`` at ``omega >= 0``."""
+        x = omega * omega
+        real: Number = 0 * omega
+        slope: Number = 0 * omega
+        for term in self.terms:
+            a, b = _at(term.a, x), _at(term.b, x)
+            angle = omega * ball(term.delay)
+            c, s = angle.cos(), angle.sin()
+            if self.critical:
+                real += b * c - (a * ball(term.delay) * _sinc(angle) if term.delay else 0 * a)
+                slope += a * c + omega * b * s
+            else:
+                real += a * c + omega * b * s
+                slope += omega * a * s - x * b * c
+        size = _at(self.size, x)
+        return real / size, slope / size
+
+    def tail(self, start: arb, theta: arb) -> arb:
+        """A lower bound on ``Re[(1 + i w theta) H]`` for all ``w >= start``."""
+        v = arb(0).union(1 / start)
+        total = arb(0)
+        degree = self.bottom.degree()
+        below = _reversed_at(self.bottom, degree, v)
+        for term in self.terms:
+            value = _reversed_at(term.top, degree, v) / below
+            slope = _reversed_at(term.top * X, degree, v) / below  # s n/d is proper: H is strictly so
+            both = value + acb(theta) * slope
+            total += both.real if term.delay == 0 else -both.abs_upper()
+        return total.lower() if total.is_finite() else arb("-inf")  # the denominator may vanish on so wide a ball
+
+    def magnitude(self, start: arb) -> arb:
+        """An upper bound on ``|H|`` for all ``w >= start``."""
+        v = arb(0).union(1 / start)
+        degree = self.bottom.degree()
+        below = _reversed_at(self.bottom, degree, v)
+        return sum(((_reversed_at(term.top, degree, v) / below).abs_upper() for term in self.terms), arb(0)).upper()
+
+
+def _at(p: fmpq_poly, x: Number) -> Number:
+    total: Number = 0 * x
+    for c in reversed(p.coeffs()):
+        total = total * x + arb(c)
+    return total
+
+
+def _reversed_at(p: fmpq_poly, degree: int, v: arb) -> acb:
+    """``p(s)/s^degree`` at ``s = i/v``: ``1/s = -i v``."""
+    turn, total = acb(0, -1) * v, acb(0)
+    for power in range(degree + 1):
+        total = total * turn + (acb(arb(p[power])) if power <= p.degree() else acb(0))
+    return total
+
+
+def _sinc(x: Number) -> Number:
+    return x.sinc() if isinstance(x, arb) else x.sin() / x
+
+
+# The infimum of the Popov expression of a block with dead time: branch and bound, and a tail.
+
+RELATIVE_WIDTH = "1e-9"
+MAX_QUADRUPLINGS = 8
+
+
+def popov_infimum(response: DelayResponse, theta: arb, start: float) -> Minimum:
+    """Bracket on ``inf Re[(1 + i w theta) H]`` over ``w >= 0``, where it is finite.
+
+    Parameters
+    ----------
+    response : DelayResponse
+        The response.
+    theta : arb
+        Multiplier [s].
+    start : float
+        A frequency beyond all features [rad/s]; doubled until the tail lies above the minimum found before it.
+    """
+
+    def value(omega: Number) -> Number:
+        """The Popov expression at one frequency."""
+        real, slope = response.parts(omega)
+        return real + theta * slope
+
+    quadruplings, before = 0, arb("-inf")
+    while True:
+        found = minimum(value, arb(0), arb(start), width=lambda best: abs(best) * arb(RELATIVE_WIDTH) + arb("1e-30"))
+        tail = response.tail(arb(start), theta)
+        near = found.high >= 0 and tail > -abs(found.high) * arb("1e-3") - arb("1e-9")
+        stuck = before.is_finite() and not tail > before + abs(before) * arb("1e-2")  # it tends to less
+        if tail >= found.high or near or stuck or quadruplings == MAX_QUADRUPLINGS:
+            break
+        start, quadruplings, before = 4 * start, quadruplings + 1, tail
+    low = found.low if tail >= found.low else tail
+    if not low.is_finite():
+        low = arb("-inf")
+    return Minimum(low=low, high=found.high, where=found.where, closed=found.closed and bool(low == found.low))
+
+
+SLACK = "1e-10"
+MAX_BOXES = 200_000
+SAMPLES = 20_001
+
+
+def gain_limit(block: DelayBlock, response: DelayResponse, start: float) -> Bracket:
+    r"""Bracket on the supremum of ``k`` such that ``1 + kappa H`` has all roots in ``Re s < 0`` for ``0 < kappa <= k``.
+
+    The equation is of retarded type: its roots in ``Re s >= 0`` stay bounded and move continuously with the gain, and
+    for small gains there are none.  The first ones arrive on the axis, where ``Im H = 0`` and ``kappa = -1/Re H``.
+
+    Parameters
+    ----------
+    block : DelayBlock
+        The block, for a first guess in floating point.
+    response : DelayResponse
+        Its response.
+    start : float
+        A frequency beyond all features [rad/s].
+    """
+    best = _largest_crossing(block, response, start)
+    limit = best * (1 + arb(SLACK))
+    end = start
+    while not response.magnitude(arb(end)) < (limit if best > 0 else arb("1e-6")):
+        end *= 2
+        if end > 1e9:
+            return Bracket(0.0, math.inf)
+    if not best > 0:
+        limit = arb("1e-6")
+    if not _none_beyond(response, limit, end):
+        return Bracket(0.0, outward(1 / best, 1 / best).high if best > 0 else math.inf)
+    return outward(1 / limit, 1 / best if best > 0 else arb("inf"))
+
+
+def _largest_crossing(block: DelayBlock, response: DelayResponse, start: float) -> arb:
+    """A lower bound, attained at a crossing, on ``-Re H`` over the crossings; 0 if none was found."""
+    best = arb(0)
+    if not response.critical:
+        at_zero = -response.parts(arb(0))[0]
+        best = at_zero.lower() if at_zero > 0 else best
+    omega = np.concatenate([np.geomspace(start * 1e-6, start, SAMPLES), np.linspace(start / SAMPLES, start, SAMPLES)])
+    omega.sort()
+    values = block.transfer(1j * omega)
+    turns = np.flatnonzero(np.diff(np.sign(values.imag)) != 0)
+    order = sorted(turns.tolist(), key=lambda i: float(values.real[i]))
+    for i in order[:3]:
+        left, right = arb(float(omega[i])), arb(float(omega[i + 1]))
+        sign = response.parts(left)[1] > 0
+        if not response.parts(left)[1] * response.parts(right)[1] < 0:
+            continue
+        for _ in range(60):
+            middle = ((left + right) / 2).mid()
+            slope = response.parts(middle)[1]
+            if not (slope > 0 or slope < 0):
+                break
+            left, right = (middle, right) if (slope > 0) == sign else (left, middle)
+        value = (-response.parts(left.union(right))[0]).lower()
+        best = value if value > best else best
+    return best
+
+
+def _none_beyond(response: DelayResponse, limit: arb, end: float) -> bool:
+    """Whether every crossing on ``(0, end]`` has ``-Re H <= limit``."""
+    stack = [(arb(0), arb(end))]
+    for _ in range(MAX_BOXES):
+        if not stack:
+            return True
+        left, right = stack.pop()
+        real, slope = response.parts(left.union(right))
+        at_origin = left == 0 and not response.critical  # w Im H has a root at 0 that is a crossing only if H(0) < 0
+        if -real <= limit or (slope > 0 or slope < 0):
+            continue
+        if at_origin and right < arb("1e-12"):
+            return False
+        middle = ((left + right) / 2).mid()
+        stack += [(left, middle), (middle, right)]
+    return False

@@ -1,0 +1,74 @@
+"""Circle and Popov criteria on measured frequency responses: bounds on their reach, and no proof."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.classes import LawClass, Sector
+from lure.errors import AssumptionError
+from lure.plants.frequency_data import FrequencyData
+
+_REASON = (
+    "nothing is known between and beyond the {count} frequencies, nor of the poles: at them alone the {name} criterion "
+    "allows up to {reach:.6g}; fit a model to certify a sector"
+)
+
+
+def largest_sampled(data: FrequencyData, name: str) -> Answer:
+    r"""How far a criterion can reach at best, judged at the frequencies of a measurement.
+
+    ``1/k + Re[(1 + i omega theta) H(i omega)] >= 0`` must hold at each of them; ``theta = 0`` for the circle criterion.
+
+    Parameters
+    ----------
+    data : FrequencyData
+        The measurement.
+    name : {"circle", "popov"}
+        The criterion.
+
+    Returns
+    -------
+    Answer
+        INCONCLUSIVE on observed evidence: ``largest.low`` is 0, ``largest.high`` what the samples allow.
+
+    Raises
+    ------
+    AssumptionError
+        There is no such criterion for samples, or one of them is not finite: a pole on the axis.
+    """
+    if name not in ("circle", "popov") or (name == "popov" and data.dt is not None):
+        raise AssumptionError(f"the criterion {name} is not evaluated on samples of this kind; ask circle")
+    if not np.isfinite(data.response).all():
+        place = float(data.omega[int(np.argmin(np.isfinite(data.response)))])
+        raise AssumptionError(f"the response is not finite at {place:g} rad/s, a pole on the axis; leave it out")
+    theta, least = (0.0, float(data.response.real.min())) if name == "circle" else _best(data)
+    reach = -1 / least if least < 0 else math.inf
+    expression = data.response.real - theta * data.omega * data.response.imag
+    return Answer(
+        criterion=name,
+        theorem=f"{name} criterion, at sampled frequencies only",
+        largest=Bracket(0.0, reach),
+        law_class=LawClass(sector=Sector(0, reach), time_varying=name == "circle"),
+        verdict=Verdict.INCONCLUSIVE,
+        evidence=Evidence.OBSERVED,
+        theta=theta if name == "popov" else None,
+        worst_frequency=float(data.omega[int(np.argmin(expression))]),
+        hypotheses=("all poles stable: assumed", "the inequality between the samples: not known"),
+        reason=_REASON.format(count=len(data.omega), name=name, reach=reach),
+    )
+
+
+def _best(data: FrequencyData) -> tuple[float, float]:
+    """The multiplier that raises the least value over the samples most: a linear programme in ``theta``."""
+    from scipy.optimize import linprog
+
+    slope = -data.omega * data.response.imag
+    scale = float(np.abs(slope).max()) or 1.0
+    rows = np.column_stack([-slope / scale, np.ones(len(slope))])
+    found = linprog([0, -1], A_ub=rows, b_ub=data.response.real, bounds=[(-1e9, 1e9), (None, 0)])
+    if not found.success:
+        return 0.0, float(data.response.real.min())
+    return float(found.x[0]) / scale, float(found.x[1])

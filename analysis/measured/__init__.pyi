@@ -1,0 +1,16 @@
+from lure.analysis.measured.compliance import fit_compliance as fit_compliance
+from lure.analysis.measured.compliance_fit import ComplianceFit as ComplianceFit
+from lure.analysis.measured.compliance_fit import Parameter as Parameter
+from lure.analysis.measured.example import PATH as PATH
+from lure.analysis.measured.example import example_measurements as example_measurements
+from lure.analysis.measured.loops import hysteresis_of as hysteresis_of
+from lure.analysis.measured.margin import MeasuredMargin as MeasuredMargin
+from lure.analysis.measured.margin import margin_of as margin_of
+from lure.analysis.measured.measured_sector import Hysteresis as Hysteresis
+from lure.analysis.measured.measured_sector import MeasuredSector as MeasuredSector
+from lure.analysis.measured.measured_sector import Outlier as Outlier
+from lure.analysis.measured.measurements import Measurements as Measurements
+from lure.analysis.measured.reading import read_measurements as read_measurements
+from lure.analysis.measured.report import MeasuredReport as MeasuredReport
+from lure.analysis.measured.report import report_of as report_of
+from lure.analysis.measured.sector import sector_of as sector_of

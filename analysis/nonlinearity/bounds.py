@@ -1,0 +1,412 @@
+"""Sector and slope bounds of one law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from lure.analysis.nonlinearity import sampled as blackbox
+from lure.analysis.nonlinearity.extremes import BITS, Candidate, Cover, End, largest, least
+from lure.analysis.nonlinearity.jets import over_sigma, value_at
+from lure.analysis.nonlinearity.known import Known, Value, domain, jumps_possible, known_law
+from lure.analysis.nonlinearity.pieces import Piece, difference_vanishes
+from lure.analysis.nonlinearity.rational import candidates, limit, roots_between
+from lure.analysis.nonlinearity.result import Bound, Extreme, LawBounds, short
+from lure.analysis.nonlinearity.search import Effort, NotEnclosed, Target, end_limit, extremes
+from lure.analysis.numerics.precision import working_precision
+from lure.analysis.verdict import Evidence
+from lure.errors import InputError
+from lure.exact import exact_number
+from lure.expressions.calculus import derivative
+from lure.expressions.regularity import nature
+from lure.expressions.tree import ZERO
+from lure.nonlinearities import Quantiser
+
+# Chords and slopes gathered over the pieces of a law.
+
+
+def over_pieces(known: Known, *, chords: bool, effort: Effort | None = None) -> tuple[list[Candidate], list[Cover]]:
+    """What bounds the chords, or the slopes, on all pieces: those known exactly come first and spare work on others."""
+    found, covers = list[Candidate](), list[Cover]()
+    for piece in known.pieces:
+        if piece.ratio is not None:
+            quotient = piece.ratio.over_sigma() if chords else piece.ratio.slope()
+            found += candidates(quotient, piece.low, piece.high)
+    for piece in known.pieces:
+        if piece.ratio is None:
+            more, rest = extremes(_chord_target(piece) if chords else _slope_target(piece), found, effort)
+            found += more
+            covers += rest
+    return found, covers
+
+
+def _chord_target(piece: Piece) -> Target:
+    tree = over_sigma(piece.tree, 1 if piece.low >= 0 else -1)
+    zero = Fraction(0)
+    vanishes = zero in (piece.low, piece.high) and difference_vanishes(piece.tree, ZERO, zero)
+    return Target(tree=tree, base=piece.tree, over_sigma=True, low=piece.low, high=piece.high, vanishes=vanishes)
+
+
+def _slope_target(piece: Piece) -> Target:
+    tree = derivative(piece.tree, "sigma")
+    return Target(tree=tree, base=tree, over_sigma=False, low=piece.low, high=piece.high)
+
+
+def cuts_of(known: Known) -> list[Fraction]:
+    """The finite ends of the pieces, ascending."""
+    ends = {end for piece in known.pieces for end in (piece.low, piece.high)}
+    return sorted(end for end in ends if isinstance(end, Fraction))
+
+
+# The uniform quantiser, whose jumps are infinitely many: bounds in closed form.
+
+_HALF = Fraction(1, 2)
+
+
+def quantiser_bounds(law: Quantiser, on: tuple[Fraction, Fraction] | None) -> LawBounds:
+    """Sector and slope bounds, exact.
+
+    At the jump to level ``n``, at ``(n - 1/2) step``, the chord rises to ``n/(n - 1/2)``; between the jumps it falls,
+    before the next one to ``n/(n + 1/2)``.  The first falls with ``n``, the second rises: only the first jumps count.
+    """
+    chords: list[Candidate] = []
+    jump: Fraction | None = None
+    flat = False
+    for side in (1, -1):
+        near, far = (Fraction(0), math.inf) if on is None else sorted((side * on[0], side * on[1]))
+        if far <= 0:
+            continue
+        near = max(Fraction(near), Fraction(0))
+        found, first, level = _of_side(law, near, far)
+        flat = flat or level
+        jump = side * first if first is not None and jump is None else jump
+        chords += [
+            Candidate(value=v, place=side * x, inside=inside, side=-side * (not inside)) for v, x, inside in found
+        ]
+    slopes = [Candidate(value=Fraction(0), place="between the jumps", inside=True)]
+    if jump is not None:
+        slopes.append(Candidate(value=math.inf, place=f"a jump at {short(jump)}", inside=False))
+    return LawBounds(
+        law=str(law),
+        sector_lower=least(chords),
+        sector_upper=largest(chords),
+        slope_lower=least(slopes),
+        slope_upper=largest(slopes),
+        evidence=Evidence.CERTIFIED,
+        on=on,
+    )
+
+
+def _of_side(
+    law: Quantiser, near: Fraction, far: Fraction | float
+) -> tuple[list[tuple[Fraction, Fraction, bool]], Fraction | None, bool]:
+    """Values, places and whether they are taken, on ``[near, far]``; the first jump in it."""
+    n = int(near / law.step + _HALF)  # the level at near
+    found = []
+    if near > 0:
+        found.append((law.exact(near) / near, near, True))
+    elif far > 0:
+        found.append((Fraction(0), min(law.step / 4, Fraction(far)) if far != math.inf else law.step / 4, True))
+    if far != math.inf:
+        found.append((law.exact(Fraction(far)) / Fraction(far), Fraction(far), True))
+    first = (n + _HALF) * law.step
+    if near < first <= far:
+        if n:
+            found.append((n * law.step / first, first, False))
+        found.append(((n + 1) * law.step / first, first, True))
+        return found, first, True
+    return found, None, True
+
+
+# Slope bounds of a law from its pieces and its jumps.
+
+
+def slope_extremes(
+    known: Known, effort: Effort | None = None
+) -> tuple[tuple[Extreme | None, Extreme | None], list[str]]:
+    """Slope bounds from the derivative on the pieces and the jumps between them."""
+    if not known.continuous and not known.whole:
+        return (None, None), ["no slope bounds: a branch changes where continuity could not be decided"]
+    try:
+        found, covers = over_pieces(known, chords=False, effort=effort)
+    except NotEnclosed as error:  # the law has its values there, or its chords would not have been enclosed
+        where = short(error.place, digits=10)
+        return (None, None), [f"no slope bounds: the slope could not be enclosed near sigma = {where}"]
+    if not known.continuous:
+        jumps = jumps_of(known)
+        if jumps is None:
+            return (None, None), ["no slope bounds: continuity where a branch changes could not be decided"]
+        found += jumps
+    found += _smooth_cuts(known, found)
+    return (least(found, covers), largest(found, covers)), []
+
+
+def jumps_of(known: Known) -> list[Candidate] | None:
+    """Infinite slopes at the jumps; None if it is not known whether there is one."""
+    assert known.branches is not None, "a law without branches is continuous"
+    found: list[Candidate] = []
+    for x in cuts_of(known):
+        here = known.branches(x, x)
+        for piece, side in ((p, s) for p in known.pieces for end, s in ((p.high, -1), (p.low, 1)) if end == x):
+            if known.branches(piece.low, piece.high) == here and not jumps_possible(here):
+                continue  # one formula, continuous, holds on the piece and at its end
+            edge = _edge(piece, x, side)
+            step = None if edge is None else _step(known.value(x), edge)
+            if step is None and difference_vanishes(known.branches(piece.low, piece.high), here, x):
+                continue
+            if step is None:
+                return None
+            if step:
+                place = f"a jump at {short(x, digits=10)}"
+                found.append(Candidate(value=side * step * math.inf, place=place, inside=False))
+    return found
+
+
+def _edge(piece: Piece, x: Fraction, side: int) -> Value | float | None:
+    """The limit of the law at an end of a piece, None if it is not known."""
+    if piece.ratio is not None:
+        return limit(piece.ratio, x, side).value
+    tree = piece.tree
+    return end_limit(Target(tree=tree, base=tree, over_sigma=False, low=piece.low, high=piece.high), x, side)
+
+
+def _step(before: Value | float, after: Value | float) -> int | None:
+    """The sign of a step; None if it is not known to be one."""
+    if before == after and not isinstance(before, tuple):
+        return 0
+    a = before if isinstance(before, tuple) else (before, before)
+    b = after if isinstance(after, tuple) else (after, after)
+    return 1 if a[1] < b[0] else -1 if b[1] < a[0] else None
+
+
+def _smooth_cuts(known: Known, found: Sequence[Candidate]) -> list[Candidate]:
+    """The slope at cuts where the law is differentiable, since the limits from both sides agree."""
+    unbroken = {right.low for left, right in pairwise(known.pieces) if left.tree == right.tree}
+    limits: dict[Fraction, dict[int, Bound | tuple[Fraction, Fraction]]] = {}
+    for c in found:
+        if isinstance(c.place, Fraction) and not c.inside and c.side:
+            limits.setdefault(c.place, {})[c.side] = c.value
+    broken = {c.place for c in found if isinstance(c.place, str)}
+    return [
+        Candidate(value=sides[1], place=x, inside=True)
+        for x, sides in limits.items()
+        if len(sides) == 2 and not broken and _same(sides[1], sides[-1], unbroken=x in unbroken)
+    ]
+
+
+def _same(left: Bound | tuple[Fraction, Fraction], right: Bound | tuple[Fraction, Fraction], *, unbroken: bool) -> bool:
+    """Whether two finite limits are known to be one: exactly, or since one smooth formula holds on both sides."""
+    if isinstance(left, Fraction):
+        return left == right
+    return unbroken and isinstance(left, tuple)
+
+
+_TIGHT = Fraction(1, 10**9)
+
+
+def law_bounds(
+    law: object, *, on: object = None, lipschitz: float | Fraction | None = None, samples: int = 4001
+) -> LawBounds:
+    r"""Sector and slope bounds of a law, from both sides, with the places where they are attained.
+
+    .. math:: \inf_{\sigma \ne 0} \phi(\sigma)/\sigma, \quad \sup_{\sigma \ne 0} \phi(\sigma)/\sigma, \quad
+        \inf_{x \ne y} \frac{\phi(x) - \phi(y)}{x - y}, \quad \sup_{x \ne y} \frac{\phi(x) - \phi(y)}{x - y}
+
+    over all of R, or over a closed interval.  The law enters a loop as ``mu = -phi(sigma)``.
+
+    Parameters
+    ----------
+    law : law of lure.nonlinearities, Expression, str or callable
+        A text is a formula in ``sigma`` (or ``x``).  Anything else that can be called is known by its values alone.
+    on : pair of numbers, optional
+        The interval; all of R by default.
+    lipschitz : float or Fraction, optional
+        For a callable: a constant ``L`` with ``|phi(x) - phi(y)| <= L |x - y|`` that the user vouches for.
+    samples : int
+        For a callable: how many points are asked before the sample is refined.
+
+    Returns
+    -------
+    LawBounds
+        For a law known as a formula, CERTIFIED: exact for piecewise linear laws, from isolated roots for polynomials
+        and rational functions, else in ball arithmetic, ends and infinity included; ``inner`` and ``outer`` enclose the
+        true bound, and what could not be shown is in ``notes``.  For a callable, OBSERVED: a sample says nothing about
+        the values between its points; with ``lipschitz``, CERTIFIED under the assumption in ``assumptions``.
+
+    Raises
+    ------
+    InputError
+        The formula is refused by the parser, ``phi(0)`` is not 0 or not defined (where 0 belongs to the domain), the
+        law has a pole or no value somewhere, the degree of a rational function passes 256, or an argument is not as
+        described.
+    AssumptionError
+        The sample contradicts ``lipschitz``.
+
+    Notes
+    -----
+    A jump gives an infinite slope bound, and its sector where there is one.  Slope bounds are those of the derivative
+    between the jumps: every difference quotient of a continuous, piecewise differentiable law is a mean of slopes.
+
+    Examples
+    --------
+    >>> print(law_bounds("x/(1 + x**2)").sector, law_bounds("x/(1 + x**2)").slope)
+    [0, 1] [-0.125, 1]
+    """
+    interval = domain(on)
+    low, high = (-math.inf, math.inf) if interval is None else interval
+    if isinstance(law, Quantiser):
+        found = quantiser_bounds(law, interval)
+    elif (known := known_law(law, low, high)) is not None:
+        found = bounds_of_known(known, low, high)
+    else:
+        return _of_callable(law, interval, lipschitz, samples)
+    if lipschitz is not None:
+        raise InputError("lipschitz is for a law given as a function; this one is known, and nothing need be assumed")
+    return found
+
+
+def _of_callable(
+    law: object, on: tuple[Fraction, Fraction] | None, lipschitz: float | Fraction | None, samples: int
+) -> LawBounds:
+    if not callable(law):
+        raise InputError(
+            f"the law is {law!r:.60}; give a formula in sigma, a law of lure.nonlinearities, or a function"
+        )
+    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 10:
+        raise InputError(f"samples is {samples!r:.60}; give a whole number of at least 10")
+    name = getattr(law, "__name__", None) or str(law)
+    function: Callable[[Any], Any] = law
+    sample = blackbox.sampled(function, name, on, samples)
+    if lipschitz is None:
+        return blackbox.observed(sample, name, on)
+    constant = exact_number(lipschitz, "lipschitz")
+    if constant <= 0:
+        raise InputError(f"lipschitz is {float(constant):g}; give a positive number")
+    return blackbox.vouched(sample, name, on, constant)
+
+
+def bounds_of_known(known: Known, low: End, high: End, effort: Effort | None = None) -> LawBounds:
+    """Sector and slope bounds of a law that is known exactly; see :func:`law_bounds`.
+
+    Parameters
+    ----------
+    known : Known
+        The law.
+    low, high : Fraction, or an infinity
+        Its domain.
+    effort : Effort, optional
+        What may be spent: bounds that were not reached in time are infinite, or wide.
+
+    Raises
+    ------
+    InputError
+        As for :func:`law_bounds`.
+    """
+    with working_precision(BITS):
+        return _of_known(known, low, high, effort)
+
+
+def has_values(known: Known, found: LawBounds) -> bool:
+    """Whether a law is known to have a value everywhere on its domain, now that it was bounded there.
+
+    Parameters
+    ----------
+    known : Known
+        The law.
+    found : LawBounds
+        Its bounds, without an error.  A search that bounds the chords from one side has looked at every place; one that
+        was given up, or that met growth without bound on both sides, has not.
+    """
+    if any(isinstance(end.outer, Fraction) for end in (found.sector_lower, found.sector_upper)):
+        return True
+    return all(piece.ratio is not None or nature(piece.tree) is not None for piece in known.pieces)
+
+
+def _of_known(known: Known, low: End, high: End, effort: Effort | None) -> LawBounds:
+    if low <= 0 <= high:
+        _demand_zero(known)
+    for piece in known.pieces:
+        _demand_values(piece, known.name)
+    chords, chord_covers = over_pieces(known, chords=True, effort=effort)
+    chords += [Candidate(value=_divided(known.value(x), x), place=x, inside=True) for x in cuts_of(known) if x != 0]
+    sector = least(chords, chord_covers), largest(chords, chord_covers)
+    slope, notes = slope_extremes(known, effort)
+    notes += _remarks("sector", *sector) + _remarks("slope", *slope)
+    return LawBounds(
+        law=known.name,
+        sector_lower=sector[0],
+        sector_upper=sector[1],
+        slope_lower=slope[0],
+        slope_upper=slope[1],
+        evidence=Evidence.CERTIFIED,
+        on=None if isinstance(low, float) or isinstance(high, float) else (low, high),
+        notes=tuple(notes),
+    )
+
+
+def _demand_zero(known: Known) -> None:
+    value = known.value(Fraction(0))
+    if value == 0:
+        return
+    if isinstance(value, tuple) and value[0] <= 0 <= value[1]:
+        raise InputError(
+            f"the law {known.name[:60]!r} has a phi(0) that cannot be shown to be 0; write it so that it is"
+        )
+    shown = value[0] if isinstance(value, tuple) else value
+    raise InputError(
+        f"the law {known.name[:60]!r} has phi(0) = {short(shown)}; a sector needs a law that vanishes at 0: "
+        "measure sigma and phi from the equilibrium"
+    )
+
+
+def _demand_values(piece: Piece, name: str) -> None:
+    """Refuse a pole inside, and a piece where the formula is undefined."""
+    if piece.ratio is not None:
+        poles = roots_between(piece.ratio.poles, piece.low, piece.high)
+        if poles:
+            place = float(poles[0]) if isinstance(poles[0], Fraction) else float(poles[0].mid())
+            raise InputError(
+                f"the law {name[:60]!r} has a pole, or divides zero by zero, at sigma = {place:.10g}; bound it on an "
+                "interval without that point"
+            )
+        return
+    for x in _spread(piece):
+        if not value_at(piece.tree, x).is_finite():
+            raise InputError(
+                f"the law {name[:60]!r} has no value that could be enclosed at sigma = {float(x):.10g}; bound it on an "
+                "interval where it has values"
+            )
+
+
+def _spread(piece: Piece) -> list[Fraction]:
+    """A few points of a piece."""
+    low, high = piece.low, piece.high
+    if isinstance(low, Fraction) and isinstance(high, Fraction):
+        return [low + (high - low) * k / 8 for k in range(1, 8)]
+    start, side = (low, 1) if isinstance(low, Fraction) else (high, -1)
+    assert isinstance(start, Fraction), "0 is a cut, or one end is finite"
+    return [start + side * Fraction(10) ** k for k in (-3, 0, 1, 2)]
+
+
+def _divided(value: Value, x: Fraction) -> Value:
+    if not isinstance(value, tuple):
+        return value / x
+    low, high = sorted((value[0] / x, value[1] / x))
+    return low, high
+
+
+def _remarks(quantity: str, low: Extreme | None, high: Extreme | None) -> list[str]:
+    """What was not shown, or not closely, in sentences."""
+    pair = [(side, part) for side, part in (("lower", low), ("upper", high)) if part is not None]
+    sizes = [abs(Fraction(part.inner)) for _, part in pair if isinstance(part.inner, Fraction)]
+    said = []
+    for side, part in pair:
+        words = f"the {quantity} bound, {side},"
+        if math.isinf(part.gap):
+            said.append(f"{words} could not be shown beyond the values seen")
+        elif Fraction(part.gap) > _TIGHT * max(sizes, default=Fraction(0)):
+            said.append(f"{words} is known to within {part.gap:.1e}")
+    return said

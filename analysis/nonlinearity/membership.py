@@ -1,0 +1,592 @@
+"""Whether a given nonlinearity belongs to a class: what was checked, what is only declared, and what is false."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import Enum
+from fractions import Fraction
+from functools import lru_cache
+from typing import Literal, TypeVar
+
+from lure.analysis.nonlinearity.bounds import bounds_of_known, cuts_of, has_values, jumps_of, law_bounds
+from lure.analysis.nonlinearity.extremes import BITS, Candidate
+from lure.analysis.nonlinearity.known import Known, Value, known_law
+from lure.analysis.nonlinearity.pieces import Piece
+from lure.analysis.nonlinearity.rational import TooLarge
+from lure.analysis.nonlinearity.result import Bound, Extreme, LawBounds, above, below, short, stated
+from lure.analysis.nonlinearity.search import Effort, NotEnclosed
+from lure.analysis.nonlinearity.violations import Violation, violation
+from lure.analysis.nonlinearity.zero_set import ZeroSet, zero_set
+from lure.analysis.numerics.precision import working_precision
+from lure.analysis.testing.inquiry import known_odd
+from lure.analysis.verdict import Verdict
+from lure.classes import LawClass, Sector, SlopeBounds
+from lure.errors import AssumptionError, InputError
+from lure.expressions.regularity import nature
+from lure.nonlinearities import (
+    ExpressionLaw,
+    Properties,
+    Property,
+    Quantiser,
+    ShiftedLaw,
+    Standing,
+    check_declared,
+    properties,
+    shifted_class,
+)
+from lure.nonlinearities import law_class as smallest_class
+from lure.nonlinearities.base import number_text
+from lure.nonlinearities.formula import VARIABLE
+from lure.nonlinearities.properties import law_text
+from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.reading import as_law
+from lure.nonlinearities.shifted import shifted_bound
+
+T = TypeVar("T")
+Name = Literal["sector", "slope", "odd", "time-invariance", "regularity"]
+Regularity = Literal["locally Lipschitz", "continuous", "none", "unknown"]
+_EFFORT = 40_000.0  # about two seconds
+_WIDEST = 100
+_WORD = "the word of whoever gave it"
+_QUANTITIES = {"sector": "phi(sigma)/sigma", "slope": "(phi(x) - phi(y))/(x - y)"}
+_TRIED = tuple(Fraction(n, d) for n, d in ((1, 1), (1, 2), (2, 1), (1, 10), (10, 1), (3, 7), (1, 100), (37, 10)))
+
+
+class Status(Enum):
+    """How a property of a nonlinearity is known."""
+
+    CHECKED = "checked"
+    DECLARED = "declared"
+    VIOLATED = "violated"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MemberProperty:
+    """One property that a class demands, for one nonlinearity.
+
+    Attributes
+    ----------
+    name : {"sector", "slope", "odd", "time-invariance", "regularity"}
+        The property.
+    status : Status
+        CHECKED: shown for every ``sigma``.  DECLARED: neither shown nor disproved; it is the word of whoever gave the
+        nonlinearity, or asked about a class that contains it.  VIOLATED: shown to be false.
+    how : str
+        How it is known, in one sentence without a full stop.
+    points : tuple of Fraction
+        Of a violation: ``sigma``, or two between which the difference quotient leaves the slope bounds.
+    value : Fraction, infinity or None
+        Of a violation: the value found there.
+    bound : Fraction, infinity or None
+        Of a violation: the bound of the class that it passes.
+    certified : Fraction, infinity or None
+        Of a violation of a sector or of slope bounds: the certified bound, which no value passes.
+    """
+
+    name: Name
+    status: Status
+    how: str
+    points: tuple[Fraction, ...] = ()
+    value: Bound | None = None
+    bound: Bound | None = None
+    certified: Bound | None = None
+
+    def __str__(self) -> str:
+        return f"{self.name} ({self.status}: {self.how})"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Membership:
+    """What is known of one nonlinearity as a member of one class.
+
+    Attributes
+    ----------
+    nonlinearity : str
+        The nonlinearity in words.
+    law_class : LawClass
+        The class.
+    properties : tuple of MemberProperty
+        The sector; slope, oddness and time-invariance where the class demands them.
+    regularity : {"locally Lipschitz", "continuous", "none", "unknown"}
+        The most that is known or declared: ``none`` is a nonlinearity that jumps, ``unknown`` one of which nothing is
+        known.
+    regularity_property : MemberProperty
+        Whether the regularity was checked, or is declared; VIOLATED for a declaration that is false.
+    zeros : ZeroSet or None
+        Every ``sigma`` with ``phi(sigma) = 0``, None where the set is not known.
+    """
+
+    nonlinearity: str
+    law_class: LawClass
+    properties: tuple[MemberProperty, ...]
+    regularity: Regularity
+    regularity_property: MemberProperty
+    zeros: ZeroSet | None
+
+    @property
+    def status(self) -> Status:
+        """VIOLATED if a property of the class is false, CHECKED if all were shown; the regularity is not among them."""
+        statuses = {known.status for known in self.properties}
+        return next((s for s in (Status.VIOLATED, Status.DECLARED) if s in statuses), Status.CHECKED)
+
+    @property
+    def violated(self) -> MemberProperty | None:
+        """The first property that is false, None if there is none."""
+        every = (*self.properties, self.regularity_property)
+        return next((known for known in every if known.status is Status.VIOLATED), None)
+
+    @property
+    def declared(self) -> tuple[MemberProperty, ...]:
+        """The properties of the class that are only declared."""
+        return tuple(known for known in self.properties if known.status is Status.DECLARED)
+
+    def regular(self, needed: Literal["locally Lipschitz", "continuous", "none"]) -> Status:
+        """Whether the nonlinearity is as regular as a theorem needs.
+
+        Parameters
+        ----------
+        needed : {"locally Lipschitz", "continuous", "none"}
+            What the theorem assumes.
+
+        Returns
+        -------
+        Status
+            VIOLATED also where nothing is known or declared of the regularity: then the theorem may not be used.
+        """
+        order = {"none": 0, "unknown": 0, "continuous": 1, "locally Lipschitz": 2}
+        if order[self.regularity] < order[needed]:
+            return Status.VIOLATED
+        return Status.CHECKED if needed == "none" else self.regularity_property.status
+
+    def __str__(self) -> str:
+        return f"{self.nonlinearity}: {self.status} member of the class of all {self.law_class}"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Examined:
+    """A given nonlinearity after its declarations were put to the test, and the class that is asked about it.
+
+    Attributes
+    ----------
+    nonlinearity : Nonlinearity
+        The nonlinearity; a formula that declares no sector carries the certified one here.
+    law_class : LawClass
+        The class given, else the smallest that the nonlinearity is declared or known to belong to.
+    membership : Membership
+        What is known of the nonlinearity as a member of this class; nothing in it is VIOLATED.
+    """
+
+    nonlinearity: Nonlinearity
+    law_class: LawClass
+    membership: Membership
+
+
+def examined(nonlinearity: object, law_class: LawClass | None = None) -> Examined:
+    """A nonlinearity as an analysis takes it: what it declares is tested, what it leaves out is certified.
+
+    Parameters
+    ----------
+    nonlinearity : Nonlinearity, or control.saturation_nonlinearity
+        The nonlinearity.
+    law_class : LawClass, optional
+        The class asked about; by default that of the nonlinearity.
+
+    Raises
+    ------
+    InputError
+        A declaration is false: the message names the point, the value and the certified bound.  Or the formula has no
+        value somewhere, or declares no sector and none was certified.
+    AssumptionError
+        A sample contradicts what is declared of a function that is known by its values alone.
+    """
+    law = _with_certified(as_law(nonlinearity))
+    own = _declared_class(law)
+    found = membership(law, own)
+    _demand_true(found, "declared to have", "declare what holds")
+    if found.status is not Status.CHECKED:
+        _sampled(law)
+    if law_class is not None and law_class != own:
+        found = membership(law, law_class)
+        _demand_true(found, "asked about in a class with", "give a class that contains it")
+    if type(law) is ExpressionLaw and found.regularity == "locally Lipschitz" and not law.locally_lipschitz:
+        law = _declaring(law, law.sector, law.slope_bounds, odd=law.odd, locally_lipschitz=True)
+    return Examined(nonlinearity=law, law_class=own if law_class is None else law_class, membership=found)
+
+
+def _declared_class(law: Nonlinearity) -> LawClass:
+    try:
+        return smallest_class(law)
+    except AssumptionError:  # its exact graph contradicts what it declares, which membership then says with a point
+        sector, slope = law.sector, getattr(law, "slope_bounds", None)
+        if slope is not None:
+            sector = Sector(max(sector.lower, slope.lower), min(sector.upper, slope.upper))
+        return LawClass(sector=sector, slope=slope, odd=bool(getattr(law, "odd", False)))
+
+
+def _sampled(law: Nonlinearity) -> None:
+    """Refuse what a sample disproves: of a formula it is confirmed in balls, and so an error of the input."""
+    try:
+        check_declared(law)
+    except AssumptionError as error:
+        if isinstance(law, ExpressionLaw):
+            raise InputError(str(error)) from None
+        raise
+
+
+def _demand_true(found: Membership, words: str, fix: str) -> None:
+    known = found.violated
+    if known is None:
+        return
+    asked = found.law_class
+    what = {
+        "sector": f"the sector {asked.sector}",
+        "slope": f"the slope bounds {asked.slope}",
+        "odd": "the property odd",
+        "time-invariance": "no dependence on time",
+        "regularity": "the property locally Lipschitz",
+    }[known.name]
+    raise InputError(f"the law {found.nonlinearity!r:.60} is {words} {what}, but {known.how}; {fix}")
+
+
+def _with_certified(law: Nonlinearity) -> Nonlinearity:
+    """A formula that declares no sector, with the sector, slope bounds and oddness that are certified."""
+    if type(law) is not ExpressionLaw or law.sector_declared or law.sector != Sector(-math.inf, math.inf):
+        return law
+    if law.graph is not None and law.graph.is_line:
+        raise InputError(f"the law {law.text!r:.60} is a straight line; a linear gain belongs into the block")
+    found = certified_bounds(law)
+    if found is None or _loose(found.sector_lower, found.sector_upper):
+        raise InputError(
+            f"the law {law.text!r:.60} declares no sector, and none could be certified; declare one, such as "
+            "sector = [0, 5]"
+        )
+    low, high = _shown(found, "sector")
+    least, most = found.slope_lower, found.slope_upper
+    slope = None if least is None or most is None or _loose(least, most) else found.slope
+    if slope is not None and slope.upper - slope.lower > _WIDEST * (high - low):
+        slope = None  # no criterion gains from them, and the question would be put for a class beyond all interest
+    odd = law.odd or bool(known_odd(law.expression, VARIABLE))
+    lipschitz = law.locally_lipschitz
+    return _declaring(law, Sector(below(low), above(high)), slope, odd=odd, locally_lipschitz=lipschitz)
+
+
+def _loose(low: Extreme, high: Extreme) -> bool:
+    """Whether bounds were given up far from the values seen."""
+    size = max((abs(end.inner) for end in (low, high) if isinstance(end.inner, Fraction)), default=Fraction(0))
+    return low.gap > size or high.gap > size
+
+
+def _declaring(
+    law: ExpressionLaw, sector: Sector, slope: SlopeBounds | None, *, odd: bool, locally_lipschitz: bool
+) -> ExpressionLaw:
+    return ExpressionLaw(law.text, sector=sector, slope_bounds=slope, odd=odd, locally_lipschitz=locally_lipschitz)
+
+
+def membership(nonlinearity: object, law_class: LawClass) -> Membership:
+    """What is known of a nonlinearity as a member of a class, each property with its standing.
+
+    Parameters
+    ----------
+    nonlinearity : Nonlinearity, or control.saturation_nonlinearity
+        Nonlinearities of the library are compared in closed form; formulas are bounded over all of R in exact or ball
+        arithmetic, with a limited effort; a function of the user's is declared.
+    law_class : LawClass
+        The class.
+
+    Raises
+    ------
+    InputError
+        It is no memoryless nonlinearity, or its formula has no value somewhere.
+
+    Notes
+    -----
+    CHECKED means shown for every ``sigma``.  A formula for which neither side could be shown stays DECLARED.
+
+    Examples
+    --------
+    >>> from lure import ExpressionLaw, Saturation
+    >>> print(membership(Saturation(gain=2), LawClass.slope_restricted(0, 2, odd=True)))
+    saturation min(max(2 sigma, -1), 1): checked member of the class of all odd phi with slope in [0, 2]
+    >>> found = membership(ExpressionLaw("3*tanh(sigma)", sector=Sector(0, 2)), LawClass(sector=Sector(0, 2)))
+    >>> found.status is Status.VIOLATED, found.regularity, str(found.zeros)
+    (True, 'locally Lipschitz', '{0}')
+    """
+    law = as_law(nonlinearity)
+    if isinstance(law, ShiftedLaw) and known_law(law, -math.inf, math.inf) is None:
+        return _shifted(membership(law.law, shifted_class(law_class, -law.gain)), law, law_class)
+    try:
+        known_of = properties(law)
+    except AssumptionError:  # an exact graph contradicts what is declared: it is then looked at as any formula is
+        known_of = None
+    found = [_bounded(law, law_class.sector, known_of)]
+    if law_class.slope is not None:
+        found.append(_bounded(law, law_class.slope, known_of))
+    if law_class.odd:
+        found.append(_odd(law, known_of))
+    if not law_class.time_varying:
+        found.append(_time_invariance(law))
+    regularity, how = _regularity(law, known_of)
+    return Membership(
+        nonlinearity=law_text(law),
+        law_class=law_class,
+        properties=tuple(found),
+        regularity=regularity,
+        regularity_property=how,
+        zeros=zero_set(law),
+    )
+
+
+def _shifted(inner: Membership, law: ShiftedLaw, law_class: LawClass) -> Membership:
+    """What is known of a shifted nonlinearity from what is known before the shift."""
+
+    def moved(known: MemberProperty) -> MemberProperty:
+        """Chords and slopes, less the gain."""
+        if known.name not in _QUANTITIES:
+            return known
+        ends = [None if x is None else shifted_bound(x, law.gain) for x in (known.value, known.bound, known.certified)]
+        how = f"before the shift by {number_text(law.gain)}: {known.how}"
+        return replace(known, how=how, value=ends[0], bound=ends[1], certified=ends[2])
+
+    found = tuple(moved(known) for known in inner.properties)
+    return replace(inner, nonlinearity=law_text(law), law_class=law_class, properties=found, zeros=None)
+
+
+def certified_properties(law: Nonlinearity) -> Properties:
+    """What is known of a nonlinearity, as :func:`lure.nonlinearities.properties` says it, with what is certified here checked.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        A nonlinearity whose declarations hold, such as that of :class:`Examined`.
+
+    Raises
+    ------
+    AssumptionError
+        A declared property of a piecewise linear formula is false.
+    """
+    known_of, own = properties(law), smallest_class(law)
+    found = membership(law, own)
+    checked = {known.name: known.how for known in found.properties if known.status is Status.CHECKED}
+    if found.regularity_property.status is Status.CHECKED:
+        checked["regularity"] = found.regularity_property.how
+    sector, slope, odd, regularity = known_of.sector, known_of.slope_bounds, known_of.odd, known_of.regularity
+    if regularity.standing is Standing.DECLARED and "regularity" in checked and found.regularity != "none":
+        regularity = Property(value=found.regularity, standing=Standing.CHECKED, how=checked["regularity"])
+    return Properties(
+        sector=_upgraded(sector, checked.get("sector")),
+        slope_bounds=slope if slope.value is None else _upgraded(slope, checked.get("slope")),
+        odd=_upgraded(odd, checked.get("odd")),
+        regularity=regularity,
+    )
+
+
+def _upgraded(known: Property[T], how: str | None) -> Property[T]:
+    if how is None or known.standing is Standing.CHECKED:
+        return known
+    return Property(value=known.value, standing=Standing.CHECKED, how=how)
+
+
+def certified_bounds(law: object) -> LawBounds | None:
+    """Certified sector and slope bounds of a nonlinearity over all of R, found with a limited effort.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        The nonlinearity.
+
+    Returns
+    -------
+    LawBounds or None
+        None for a nonlinearity known by its values alone, and for a formula that could not be enclosed everywhere.
+
+    Raises
+    ------
+    InputError
+        The formula has no value at some point.
+    """
+    if type(law) is ExpressionLaw:
+        return _bounds_of_text(law.text)
+    return _bounds(law)
+
+
+@lru_cache(maxsize=64)
+def _bounds_of_text(text: str) -> LawBounds | None:
+    return _bounds(text)
+
+
+def _bounds(law: object) -> LawBounds | None:
+    if isinstance(law, Quantiser):
+        return law_bounds(law)
+    try:
+        known = _known(law)
+        if known is None:
+            return None
+        found = bounds_of_known(known, -math.inf, math.inf, Effort(_EFFORT))
+        return found if has_values(known, found) else None
+    except (TooLarge, NotEnclosed):
+        return None
+
+
+def _known(law: object) -> Known | None:
+    return known_law(law, -math.inf, math.inf)
+
+
+def _bounded(law: Nonlinearity, bounds: Sector | SlopeBounds, known_of: Properties | None) -> MemberProperty:
+    """The sector or the slope bounds."""
+    is_sector = isinstance(bounds, Sector)
+    name: Name = "sector" if is_sector else "slope"
+    own = None if known_of is None else known_of.sector if is_sector else known_of.slope_bounds
+    if own is not None and own.standing is Standing.CHECKED and own.value is not None and _inside(own.value, bounds):
+        return MemberProperty(name=name, status=Status.CHECKED, how=own.how)
+    found = certified_bounds(law)
+    if found is None:
+        return MemberProperty(name=name, status=Status.DECLARED, how=_WORD)
+    if found.within(bounds) is Verdict.REFUTED:
+        return _violated(found, bounds, violation(law, bounds, found=found))
+    low, high = _shown(found, name)
+    span = f"{_QUANTITIES[name]} in [{short(low, digits=10)}, {short(high, digits=10)}] for every sigma"
+    if bounds.lower <= low and high <= bounds.upper:
+        return MemberProperty(name=name, status=Status.CHECKED, how=f"certified: {span}")
+    return MemberProperty(name=name, status=Status.DECLARED, how=f"{_WORD}; certified is only {span}")
+
+
+def _inside(inner: Sector | SlopeBounds, outer: Sector | SlopeBounds) -> bool:
+    return outer.lower <= inner.lower and inner.upper <= outer.upper
+
+
+def _shown(found: LawBounds, name: Name) -> tuple[Bound, Bound]:
+    """What is certified of the chords or the slopes: slope bounds are bounds of the sector too."""
+    spans = [found.extremes("slope")]
+    if name == "sector":
+        spans.append(found.extremes("sector"))
+    lows = [low.outer for low, _ in spans if low is not None]
+    highs = [high.outer for _, high in spans if high is not None]
+    return max(lows, default=-math.inf), min(highs, default=math.inf)
+
+
+def _violated(found: LawBounds, bounds: Sector | SlopeBounds, at: Violation | None) -> MemberProperty:
+    name: Name = "sector" if isinstance(bounds, Sector) else "slope"
+    low, high = found.extremes(name)  # type: ignore[arg-type]  # one of the two it takes
+    assert low is not None, "what was refuted was found"
+    assert high is not None, "what was refuted was found"
+    above = high.inner > bounds.upper
+    beyond, bound = (high, bounds.upper) if above else (low, bounds.lower)
+    where = str(at) if at is not None else f"{_QUANTITIES[name]} passes {short(bound)} {beyond.where}"
+    certified, side = stated(beyond, 1 if above else -1, certified=True), "at most" if above else "at least"
+    return MemberProperty(
+        name=name,
+        status=Status.VIOLATED,
+        how=f"{where}; the certified bound is {side} {certified}",
+        points=() if at is None else at.points,
+        value=beyond.inner if at is None else at.value,
+        bound=bound,
+        certified=beyond.outer,
+    )
+
+
+def _odd(law: Nonlinearity, known_of: Properties | None) -> MemberProperty:
+    if known_of is not None and known_of.odd.standing is Standing.CHECKED and known_of.odd.value:
+        return MemberProperty(name="odd", status=Status.CHECKED, how=known_of.odd.how)
+    if type(law) is ExpressionLaw and known_odd(law.expression, VARIABLE):
+        return MemberProperty(name="odd", status=Status.CHECKED, how="read off the formula")
+    known = _known_or_none(law)
+    for x in () if known is None else (*_TRIED, *(abs(cut) for cut in cuts_of(known) if cut != 0)):
+        total = _mirrored_sum(known.value, x) if known is not None else None
+        if total is not None:
+            return MemberProperty(
+                name="odd",
+                status=Status.VIOLATED,
+                how=f"phi(sigma) + phi(-sigma) = {short(total, digits=10)} at sigma = {number_text(x)}, and not 0",
+                points=(x,),
+                value=total,
+                bound=Fraction(0),
+            )
+    return MemberProperty(name="odd", status=Status.DECLARED, how=_WORD)
+
+
+def _mirrored_sum(value: Callable[[Fraction], Value], x: Fraction) -> Fraction | None:
+    """A value of ``phi(x) + phi(-x)`` if it is certainly not 0."""
+    try:
+        spans = [found if isinstance(found, tuple) else (found, found) for found in (value(x), value(-x))]
+    except InputError:
+        return None
+    low, high = spans[0][0] + spans[1][0], spans[0][1] + spans[1][1]
+    return low if low > 0 else high if high < 0 else None
+
+
+def _known_or_none(law: object) -> Known | None:
+    try:
+        return _known(law)
+    except TooLarge:
+        return None
+
+
+def _time_invariance(law: Nonlinearity) -> MemberProperty:
+    if type(law) in (Quantiser, ExpressionLaw) or _known_or_none(law) is not None:
+        how = "a formula or a graph in sigma alone"
+        return MemberProperty(name="time-invariance", status=Status.CHECKED, how=how)
+    how = "a function known by its values is taken to give one value for each sigma"
+    return MemberProperty(name="time-invariance", status=Status.DECLARED, how=how)
+
+
+def _regularity(law: Nonlinearity, known_of: Properties | None) -> tuple[Regularity, MemberProperty]:
+    """The most that is known, and else what is declared."""
+    jumping = "discontinuous" in f"{getattr(law, 'regularity', '')}"
+    declared = bool(getattr(law, "locally_lipschitz", not jumping))  # one that says nothing is taken to be
+    if known_of is not None and known_of.regularity.standing is Standing.CHECKED:
+        words: Regularity = (
+            "locally Lipschitz"
+            if declared
+            else "none"
+            if "discontinuous" in known_of.regularity.value
+            else "continuous"
+        )
+        if words != "continuous" or type(law) is not ExpressionLaw:
+            return words, _regular(Status.CHECKED, known_of.regularity.how)
+    known = _known_or_none(law)
+    jumps = None if known is None else _jumps(known)
+    if jumps:
+        return "none", _regular(Status.VIOLATED if declared else Status.CHECKED, f"phi has {jumps[0].place}")
+    found = certified_bounds(law)
+    if known is not None and found is not None and jumps is not None:
+        slope = found.slope_lower, found.slope_upper
+        if all(end is not None and isinstance(end.outer, Fraction) for end in slope):
+            return "locally Lipschitz", _regular(Status.CHECKED, f"certified: slopes in {found.slope}")
+        if all(_smooth(piece) for piece in known.pieces):
+            how = "its branches meet, and each is smooth up to its ends"
+            return "locally Lipschitz", _regular(Status.CHECKED, how)
+        if not declared:
+            return "continuous", _regular(Status.CHECKED, "its branches meet, and each has values everywhere")
+    if type(law) is ExpressionLaw and law.nature is not None and law.nature.continuous and not declared:
+        return "continuous", _regular(Status.CHECKED, "read off the formula")
+    silent = not (jumping or hasattr(law, "locally_lipschitz"))
+    how = "nothing is declared, and it is taken to be" if silent else _WORD
+    return ("locally Lipschitz" if declared else "none" if jumping else "unknown"), _regular(Status.DECLARED, how)
+
+
+def _jumps(known: Known) -> list[Candidate] | None:
+    """The jumps, none where the form of the formula excludes them; None if it is not known whether there are any."""
+    if known.continuous:
+        return []
+    if not known.whole:
+        return None
+    with working_precision(BITS):
+        return jumps_of(known)
+
+
+def _smooth(piece: Piece) -> bool:
+    """Whether the law on a piece is visibly locally Lipschitz up to the ends of the piece."""
+    if piece.ratio is not None:
+        ends = [end for end in (piece.low, piece.high) if isinstance(end, Fraction)]
+        return all(piece.ratio.at(end) is not None for end in ends)
+    visible = nature(piece.tree)
+    return visible is not None and visible.lipschitz
+
+
+def _regular(status: Status, how: str) -> MemberProperty:
+    return MemberProperty(name="regularity", status=status, how=how)

@@ -1,0 +1,208 @@
+"""Rational functions on an interval: their least and largest values by exact root isolation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from flint import arb, arb_poly, fmpq_poly
+
+from lure.analysis.nonlinearity.extremes import BITS, Candidate, End, interval_of
+from lure.analysis.nonlinearity.result import Bound
+from lure.analysis.numerics.polynomial import X, exact_midpoint, real_roots, to_fmpq, to_fraction
+from lure.analysis.numerics.precision import working_precision
+from lure.errors import InputError
+from lure.expressions.tree import Apply, Node, Number
+
+MAX_DEGREE = 256
+_ONE = fmpq_poly([1])
+
+
+class TooLarge(InputError):
+    """A formula passes a limit of what is offered: that says nothing against it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ratio:
+    """``top / bottom`` in lowest terms; ``poles`` holds every denominator met on the way, as written."""
+
+    top: fmpq_poly
+    bottom: fmpq_poly
+    poles: fmpq_poly
+
+    def over_sigma(self) -> Ratio:
+        """The function divided by ``sigma``."""
+        return _reduced(self.top, self.bottom * X, self.poles)
+
+    def slope(self) -> Ratio:
+        """The derivative."""
+        top = self.top.derivative() * self.bottom - self.top * self.bottom.derivative()
+        return _reduced(top, self.bottom * self.bottom, self.poles)
+
+    def defined_at(self, x: Fraction) -> Fraction | None:
+        """The value at a point, None where a denominator met on the way is 0, whether it cancels or not."""
+        return None if self.poles(to_fmpq(x)) == 0 else self.at(x)
+
+    def at(self, x: Fraction) -> Fraction | None:
+        """The value at a point, None at a pole."""
+        point = to_fmpq(x)
+        bottom = self.bottom(point)
+        return None if bottom == 0 else to_fraction(self.top(point) / bottom)
+
+
+def ratio(node: Node) -> Ratio | None:
+    """The rational function a tree of one variable without branches stands for; None for any other tree.
+
+    Raises
+    ------
+    InputError
+        Its degree passes 256.
+    """
+    if isinstance(node, Number):
+        return Ratio(fmpq_poly([to_fmpq(node.value)]), _ONE, _ONE)
+    if not isinstance(node, Apply):
+        return Ratio(X, _ONE, _ONE)
+    if node.operation == "**":
+        exponent = node.arguments[1]
+        assert isinstance(exponent, Number), "the parser and the derivative make only constant exponents"
+        base = ratio(node.arguments[0]) if exponent.value.denominator == 1 else None
+        return None if base is None else _power(base, exponent.value.numerator)
+    if node.operation not in ("+", "-", "*", "/", "neg"):
+        return None
+    parts: list[Ratio] = []
+    for argument in node.arguments:
+        part = ratio(argument)
+        if part is None:
+            return None
+        parts.append(part)
+    u = parts[0]
+    if node.operation == "neg":
+        return Ratio(-u.top, u.bottom, u.poles)
+    v = parts[1]
+    poles = u.poles * v.poles
+    _bounded(poles.degree())
+    match node.operation:
+        case "*":
+            return _reduced(u.top * v.top, u.bottom * v.bottom, poles)
+        case "/":
+            if v.top.degree() < 0:
+                raise InputError("the law divides by zero everywhere; write a formula that has values")
+            return _reduced(u.top * v.bottom, u.bottom * v.top, poles * v.top)
+        case "+":
+            return _reduced(u.top * v.bottom + v.top * u.bottom, u.bottom * v.bottom, poles)
+        case _:
+            return _reduced(u.top * v.bottom - v.top * u.bottom, u.bottom * v.bottom, poles)
+
+
+def roots_between(p: fmpq_poly, low: End, high: End) -> list[Fraction | arb]:
+    """The distinct real roots of a polynomial in an open interval; a rational one exactly, else in a ball."""
+    if p.degree() <= 0:
+        return []
+    with working_precision(BITS):
+        balls = real_roots(p)
+    found: list[Fraction | arb] = []
+    for root in balls:
+        exact = _rational_root(p, root)
+        if exact is not None:
+            if low < exact < high:
+                found.append(exact)
+            continue
+        left, right = interval_of(root)  # irrational, hence different from the ends; narrow it until that shows
+        bits = BITS
+        while left <= low <= right or left <= high <= right:
+            bits *= 2
+            with working_precision(bits):
+                again = next(ball for ball in real_roots(p) if ball.overlaps(root))
+            left, right = interval_of(again)
+            root = again
+        if low < left and right < high:
+            found.append(root)
+    return found
+
+
+def candidates(r: Ratio, low: End, high: End) -> list[Candidate]:
+    """The values among which the least and the largest of ``r`` on the open interval lie, ends included as limits.
+
+    No pole may lie inside.  Between the points of the list the function is monotone, so that nothing else is needed.
+    """
+    found = [limit(r, low, 1), limit(r, high, -1)]
+    if r.top.degree() <= 0 and r.bottom.degree() <= 0:
+        inside = _inside(low, high)
+        return [Candidate(value=to_fraction(r.top[0] / r.bottom[0]), place=inside, inside=True), *found]
+    slope = r.slope()
+    for root in roots_between(slope.top, low, high):
+        if isinstance(root, Fraction):
+            value = r.at(root)
+            assert value is not None, "poles inside are refused"
+            found.append(Candidate(value=value, place=root, inside=True))
+        else:
+            found.append(Candidate(value=_at_ball(r, root), place=interval_of(root), inside=True))
+    return found
+
+
+def limit(r: Ratio, end: End, side: int) -> Candidate:
+    """The limit of a rational function at an end of the interval, from the right for ``side = 1``."""
+    if not isinstance(end, Fraction):
+        growth = r.top.degree() - r.bottom.degree()
+        if growth < 0 or r.top.degree() < 0:
+            return Candidate(value=Fraction(0), place=end, inside=False)
+        quotient = to_fraction(r.top[r.top.degree()] / r.bottom[r.bottom.degree()])
+        if growth == 0:
+            return Candidate(value=quotient, place=end, inside=False)
+        sign = (1 if quotient > 0 else -1) * (-1 if end < 0 and growth % 2 else 1)
+        return Candidate(value=sign * math.inf, place=end, inside=False)
+    value: Bound | None = r.at(end)
+    if value is None:
+        value = math.inf * _sign_beside(r.top, end, side) * _sign_beside(r.bottom, end, side)
+    return Candidate(value=value, place=end, inside=False, side=side)
+
+
+def _sign_beside(p: fmpq_poly, x: Fraction, side: int) -> int:
+    """The sign of a nonzero polynomial just right (``side = 1``) or left of a point."""
+    factor = 1
+    while (value := p(to_fmpq(x))) == 0:
+        p, factor = p.derivative(), factor * side
+    return factor if value > 0 else -factor
+
+
+def _at_ball(r: Ratio, root: arb) -> tuple[Fraction, Fraction]:
+    """An enclosure of the value at a root given as a ball, by a mean value form that forgets nothing."""
+    with working_precision(2 * BITS):
+        return interval_of(arb_poly(r.top)(root) / arb_poly(r.bottom)(root))
+
+
+def _rational_root(p: fmpq_poly, root: arb) -> Fraction | None:
+    """The root in the ball, if it is rational with a denominator of at most 10^18."""
+    guess = exact_midpoint(root).limit_denominator(10**18)
+    low, high = interval_of(root)
+    return guess if low <= guess <= high and p(to_fmpq(guess)) == 0 else None
+
+
+def _power(base: Ratio, exponent: int) -> Ratio:
+    size = max(base.top.degree(), base.bottom.degree(), base.poles.degree(), 0)
+    _bounded(size * abs(exponent))
+    if exponent >= 0:
+        return Ratio(base.top**exponent, base.bottom**exponent, base.poles)
+    if base.top.degree() < 0:
+        raise InputError("the law divides by zero everywhere; write a formula that has values")
+    return _reduced(base.bottom**-exponent, base.top**-exponent, base.poles * base.top)
+
+
+def _reduced(top: fmpq_poly, bottom: fmpq_poly, poles: fmpq_poly) -> Ratio:
+    _bounded(max(top.degree(), bottom.degree()))
+    if bottom.degree() > 0:
+        common = top.gcd(bottom)
+        top, bottom = top // common, bottom // common
+    return Ratio(top, bottom, poles)
+
+
+def _bounded(degree: int) -> None:
+    if degree > MAX_DEGREE:
+        raise TooLarge(f"the law is a rational function of degree {degree}; at most {MAX_DEGREE} is offered")
+
+
+def _inside(low: End, high: End) -> Fraction:
+    if isinstance(low, Fraction) and isinstance(high, Fraction):
+        return (low + high) / 2
+    return low + 1 if isinstance(low, Fraction) else high - 1 if isinstance(high, Fraction) else Fraction(1)

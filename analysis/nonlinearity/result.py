@@ -1,0 +1,416 @@
+"""What is found of a law: bounds on its chords and slopes from both sides, and where they are attained."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+import numpy as np
+
+from lure.analysis.numerics.doubles import text_above, text_below
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import Sector, SlopeBounds
+from lure.errors import AssumptionError
+from lure.record import html_table
+from lure.rod.datasets import Column, dataset
+
+if TYPE_CHECKING:
+    import xarray
+
+    from lure.analysis.nonlinearity.violations import Violation
+    from lure.analysis.plots.style import Axes
+
+# Bounds of a law, and points beyond them, as Datasets and HTML tables.
+
+_SIDES = ("sector_lower", "sector_upper", "slope_lower", "slope_upper")
+_NOTHING = "A sample bounds nothing between its points."
+
+
+def _domain(found: LawBounds) -> str:
+    return "all real sigma" if found.on is None else f"sigma in [{short(found.on[0])}, {short(found.on[1])}]"
+
+
+def _known(found: Extreme) -> str:
+    return "exact" if found.exact else f"to within {found.gap:.1e}" if np.isfinite(found.gap) else "no bound is shown"
+
+
+def bounds_dataset(found: LawBounds) -> xarray.Dataset:
+    """The Dataset of :meth:`lure.analysis.nonlinearity.LawBounds.to_xarray`.
+
+    Raises
+    ------
+    InputError
+        xarray is not installed.
+    """
+    sides = [getattr(found, name) for name in _SIDES]
+    unit, of = "unit of phi / unit of sigma", ("bound",)
+    inner = [np.nan if side is None else as_double(side.inner) for side in sides]
+    outer = [np.nan if side is None else as_double(side.outer) for side in sides]
+    attained = [side is not None and side.attained for side in sides]
+    at = np.array(["" if side is None else side.where for side in sides], dtype=object)
+    variables = {
+        "inner": Column(of, inner, unit, "what is reached or approached, nearest double; nan where nothing was shown"),
+        "outer": Column(of, outer, unit, "what no value passes, nearest double; infinite for a sample"),
+        "attained": Column(of, attained, "1", "whether it is known that the law takes the bound at a point"),
+        "at": Column(of, at, "1", "where inner is reached or approached, in words"),
+    }
+    names = np.array(_SIDES, dtype=object)
+    coordinates = {"bound": Column(of, names, "1", "of phi(sigma)/sigma, or of difference quotients")}
+    attributes = {
+        "law": found.law,
+        "domain": _domain(found),
+        "evidence": str(found.evidence),
+        "assumptions": "; ".join(found.assumptions),
+        "notes": "; ".join(found.notes),
+        "comment": "Nearest doubles of the bounds; to_dict has the exact numbers, and sector and slope round outwards.",
+    }
+    return dataset(variables, coordinates, attributes)
+
+
+def bounds_html(found: LawBounds) -> str:
+    """A table for notebooks."""
+    rows = []
+    for name in _SIDES:
+        side = getattr(found, name)
+        label = name.replace("_", ", ")
+        cells = ("not shown", "", "") if side is None else _cells(side)
+        if side is not None and found.evidence is Evidence.CERTIFIED:
+            cells = (stated(side, -1 if "lower" in name else 1, certified=True), *cells[1:])
+        rows.append((label, *cells))
+    given = [f"Assumed: {text}." for text in found.assumptions]
+    sampled = [_NOTHING] if str(found.evidence) == "observed" else []
+    head = ("bound", "value", "where", "known")
+    title = f"{found.law}, {_domain(found)}"
+    verdict = str(found.evidence).upper()
+    return html_table(title, rows, head=head, verdict=verdict, notes=(*given, *found.notes, *sampled))
+
+
+def _cells(side: Extreme) -> tuple[str, str, str]:
+    return short(side.inner, digits=10), side.where, _known(side)
+
+
+def extreme_html(found: Extreme) -> str:
+    """A table for notebooks."""
+    value, where, known = _cells(found)
+    rows = [("value", value), ("where", where), ("known", known), ("attained", "yes" if found.attained else "no")]
+    return html_table("least or largest value", rows)
+
+
+def violation_html(found: Violation) -> str:
+    """A table for notebooks."""
+    ratio = "phi(sigma)/sigma" if found.quantity == "sector" else "(phi(x) - phi(y))/(x - y)"
+    rows = [
+        (ratio, short(found.value, digits=10)),
+        ("bound", short(found.bound, digits=10)),
+        ("at", ", ".join(short(point, digits=17) for point in found.points)),
+        ("evidence", found.evidence),
+    ]
+    verdict = "REFUTED" if found.evidence is Evidence.CERTIFIED else "OBSERVED"
+    return html_table(f"a {found.quantity} bound is passed", rows, verdict=verdict)
+
+
+Bound: TypeAlias = Fraction | float
+"""A Fraction, or a float that is an infinity."""
+Place: TypeAlias = Fraction | tuple[Fraction, Fraction] | str
+"""A point, an interval that contains one, or in words: ``"sigma -> 0+"``, ``"sigma -> inf"``, ``"a jump at 1"``."""
+Quantity = Literal["sector", "slope"]
+_LARGEST = 1.7976931348623157e308
+QUANTITIES: tuple[Quantity, ...] = ("sector", "slope")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Extreme:
+    """A least or largest value over all ``sigma`` of the domain, enclosed.
+
+    Attributes
+    ----------
+    inner : Fraction or float
+        What is reached or approached (inf or -inf for growth without bound), or beyond it.
+    outer : Fraction or float
+        What no value passes; the true bound lies between ``inner`` and ``outer``, which are equal where it is exact.
+    at : Fraction, pair of Fraction, or str
+        Where ``inner`` is reached or approached: a point, an interval that contains one, or words.
+    attained : bool
+        Whether it is known that the law takes the bound at a point, rather than approaches it.
+    """
+
+    inner: Bound
+    outer: Bound
+    at: Place
+    attained: bool
+
+    @property
+    def exact(self) -> bool:
+        """Whether the bound is known exactly."""
+        return self.inner == self.outer
+
+    @property
+    def gap(self) -> float:
+        """``|outer - inner|``; 0 where both are the same infinity, inf where one is infinite."""
+        if self.inner == self.outer:
+            return 0.0
+        if math.inf in (abs(self.inner), abs(self.outer)):
+            return math.inf
+        try:
+            return abs(float(Fraction(self.outer) - Fraction(self.inner)))
+        except OverflowError:
+            return math.inf
+
+    @property
+    def where(self) -> str:
+        """The place in words."""
+        if isinstance(self.at, str):
+            return f"as {self.at}" if "->" in self.at else self.at
+        point = self.at if isinstance(self.at, Fraction) else (self.at[0] + self.at[1]) / 2
+        return f"at sigma = {short(point, digits=10)}" if self.attained else f"near sigma = {short(point, digits=10)}"
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain JSON: exact numbers as text beside the nearest double, infinities as text."""
+        at: object = self.at
+        if isinstance(self.at, Fraction):
+            at = [_json(self.at)]
+        elif isinstance(self.at, tuple):
+            at = [_json(x) for x in self.at]
+        return {"inner": _json(self.inner), "outer": _json(self.outer), "at": at, "attained": self.attained}
+
+    def _repr_html_(self) -> str:
+
+        return extreme_html(self)
+
+    def __str__(self) -> str:
+        return f"{short(self.inner, digits=10)} {self.where}"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LawBounds:
+    """Sector and slope bounds of one law on one domain.
+
+    Attributes
+    ----------
+    law : str
+        The law in words.
+    sector_lower, sector_upper : Extreme
+        Infimum and supremum of ``phi(sigma)/sigma`` over the ``sigma != 0`` of the domain.
+    slope_lower, slope_upper : Extreme or None
+        Infimum and supremum of ``(phi(x) - phi(y))/(x - y)`` over the domain; None where nothing was shown or asked.
+    evidence : Evidence
+        CERTIFIED: every ``outer`` was shown in exact or ball arithmetic, under ``assumptions``.  OBSERVED: a sample;
+        then every ``outer`` is infinite, since a sample bounds nothing between its points.
+    on : tuple of Fraction, or None
+        The closed interval, None for all real numbers.
+    assumptions : tuple of str
+        What the user vouches for, in sentences; empty where nothing is assumed.
+    notes : tuple of str
+        What was not shown, in sentences.
+    """
+
+    law: str
+    sector_lower: Extreme
+    sector_upper: Extreme
+    slope_lower: Extreme | None
+    slope_upper: Extreme | None
+    evidence: Evidence
+    on: tuple[Fraction, Fraction] | None
+    assumptions: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def sector(self) -> Sector:
+        """The smallest sector of doubles or exact numbers that contains the law; a sampled one holds the sample only.
+
+        Of a straight line both bounds are its gain: :meth:`lure.classes.Sector.line`, which no theorem takes.
+        """
+        lower, upper = self._outer(self.sector_lower, self.sector_upper)
+        return Sector.line(Fraction(lower)) if lower == upper else Sector(lower, upper)
+
+    @property
+    def slope(self) -> SlopeBounds:
+        """The smallest slope bounds, as for ``sector``.
+
+        Raises
+        ------
+        AssumptionError
+            No slope bounds were found; the message says why.
+        """
+        if self.slope_lower is None or self.slope_upper is None:
+            why = f": {self.notes[0]}" if self.notes else ""
+            raise AssumptionError(f"the law {self.law:.60} has no slope bounds that were shown{why}")
+        lower, upper = self._outer(self.slope_lower, self.slope_upper)
+        return SlopeBounds.line(Fraction(lower)) if lower == upper else SlopeBounds(lower, upper)
+
+    def within(self, bounds: Sector | SlopeBounds) -> Verdict:
+        """Whether the law lies within a sector or slope bounds on its domain.
+
+        PROVED needs certified evidence (under ``assumptions``, if there are any); REFUTED means that some chord slope,
+        or difference quotient, passes a bound: ask :func:`lure.analysis.nonlinearity.violation` for one.
+        """
+        low, high = self.extremes("sector" if isinstance(bounds, Sector) else "slope")
+        if low is None or high is None:
+            return Verdict.INCONCLUSIVE
+        if low.inner < bounds.lower or high.inner > bounds.upper:
+            return Verdict.REFUTED
+        if self.evidence is Evidence.CERTIFIED and low.outer >= bounds.lower and high.outer <= bounds.upper:
+            return Verdict.PROVED
+        return Verdict.INCONCLUSIVE
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain JSON."""
+        named = {
+            name: None if (found := getattr(self, name)) is None else found.to_dict()
+            for name in ("sector_lower", "sector_upper", "slope_lower", "slope_upper")
+        }
+        return {
+            "law": self.law,
+            "on": None if self.on is None else [_json(x) for x in self.on],
+            "evidence": str(self.evidence),
+            "assumptions": list(self.assumptions),
+            **named,
+            "notes": list(self.notes),
+        }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The four bounds as an ``xarray.Dataset`` along ``bound``: nearest doubles, and where they are reached.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        return bounds_dataset(self)
+
+    def plot(self, law: object, *, ax: Axes | None = None) -> Axes:
+        """The law with the wedge of its sector; see :func:`lure.analysis.plots.plot_law_sector`.
+
+        Parameters
+        ----------
+        law : law of lure.nonlinearities, Expression, str or callable
+            The law that was bounded: the bounds know its name only.
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from lure.analysis.plots.sectors import plot_law_sector
+
+        return plot_law_sector(law, self, ax=ax)
+
+    def _repr_html_(self) -> str:
+
+        return bounds_html(self)
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines(*QUANTITIES))
+
+    def lines(self, *quantities: Quantity) -> list[str]:
+        """What was found of the sector, the slopes or both, in lines."""
+        domain = "" if self.on is None else f" for sigma in [{short(self.on[0])}, {short(self.on[1])}]"
+        given = f", given that {'; '.join(self.assumptions)}" if self.assumptions else ""
+        lines = [f"{self.law}{domain} ({self.evidence}{given})"]
+        for name in quantities:
+            low, high = self.extremes(name)
+            if low is None or high is None:
+                lines.append(f"  {name}  not shown")
+                continue
+            certified = self.evidence is Evidence.CERTIFIED
+            lines.append(f"  {name} [{stated(low, -1, certified=certified)}, {stated(high, 1, certified=certified)}]")
+            sides = (("lower", low), ("upper", high))
+            lines += [f"    {side} {_told(found, certified=certified)}" for side, found in sides]
+        others = [f"the {name} bound" for name in QUANTITIES if name not in quantities]
+        return [*lines, *(f"  {note}" for note in self.notes if not any(note.startswith(other) for other in others))]
+
+    def extremes(self, quantity: Quantity) -> tuple[Extreme | None, Extreme | None]:
+        """The least and the largest value of one of the two."""
+        if quantity == "sector":
+            return self.sector_lower, self.sector_upper
+        return self.slope_lower, self.slope_upper
+
+    def _outer(self, low: Extreme, high: Extreme) -> tuple[Bound, Bound]:
+        shown = self.evidence is Evidence.CERTIFIED
+        lower = below(low.outer if shown else low.inner, exact=low.exact or not shown)
+        upper = above(high.outer if shown else high.inner, exact=high.exact or not shown)
+        return lower, upper
+
+
+def below(value: Bound, *, exact: bool = False) -> Bound:
+    """The number itself if it is exact and a double can stand for it, else the largest double not above it."""
+    return _double(value, -math.inf, exact=exact)
+
+
+def above(value: Bound, *, exact: bool = False) -> Bound:
+    """The number itself if it is exact and a double can stand for it, else the least double not below it."""
+    return _double(value, math.inf, exact=exact)
+
+
+def _double(value: Bound, towards: float, *, exact: bool) -> Bound:
+    if isinstance(value, float):
+        return value
+    try:
+        nearest = float(value)
+    except OverflowError:
+        return towards if (value > 0) == (towards > 0) else Fraction(1 if value > 0 else -1) * Fraction(_LARGEST)
+    if nearest == value or (exact and nearest != 0):
+        return value
+    beyond = nearest > value if towards > 0 else nearest < value
+    found = nearest if beyond else math.nextafter(nearest, towards)
+    return Fraction(found) if math.isfinite(found) else found
+
+
+def as_double(value: Bound) -> float:
+    """The nearest double, an infinity beyond their range."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
+def short(value: Bound, *, digits: int = 6) -> str:
+    """A number for people: exact if that is short, else a few digits."""
+    if isinstance(value, float) and math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    exact = Fraction(value)
+    if exact.denominator != 1 and max(abs(exact.numerator), exact.denominator) < 1000:
+        text = f"{float(exact):.{digits}g}"
+        return text if Fraction(text) == exact else str(exact)
+    try:
+        return f"{float(exact):.{digits}g}"
+    except OverflowError:
+        return f"{'-' if exact < 0 else ''}1e{len(str(abs(exact.numerator // exact.denominator))) - 1}"
+
+
+def stated(found: Extreme, side: int, *, certified: bool) -> str:
+    """A bound for people, ten digits: one that holds, rounded outwards; of a sample, what was seen.
+
+    Parameters
+    ----------
+    found : Extreme
+        The bound.
+    side : {-1, 1}
+        -1 for a lower bound, 1 for an upper one.
+    certified : bool
+        Whether ``outer`` was shown.
+    """
+    value = found.outer if certified else found.inner
+    text = short(value, digits=10)
+    if not certified or isinstance(value, float) or "/" in text or Fraction(text) == value:
+        return text
+    return text_below(value) if side < 0 else text_above(value)
+
+
+def _told(found: Extreme, *, certified: bool) -> str:
+    if found.exact:
+        word = "attained" if found.attained else "approached"
+        return f"{word} {found.where}" if "->" in str(found.at) or not isinstance(found.at, str) else found.where
+    if isinstance(found.outer, float):
+        value = f"{short(found.inner, digits=10)} " if certified else ""  # else it is in the line above
+        return f"{value}seen {found.where}; no bound is shown"
+    return f"{found.where}, known to within {found.gap:.1e}"
+
+
+def _json(value: Bound) -> dict[str, object] | str:
+    if isinstance(value, float):
+        return "inf" if value > 0 else "-inf"
+    try:
+        nearest: object = float(value)
+    except OverflowError:
+        nearest = None
+    return {"exact": str(value), "double": nearest}

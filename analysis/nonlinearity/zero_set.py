@@ -1,0 +1,205 @@
+"""Where a nonlinearity vanishes, exactly: with a pole at 0 the equilibria of the loop are these points."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from lure.analysis.nonlinearity.bounds import cuts_of
+from lure.analysis.nonlinearity.extremes import End
+from lure.analysis.nonlinearity.known import Known, known_law
+from lure.analysis.nonlinearity.pieces import Piece
+from lure.analysis.nonlinearity.rational import Ratio, ratio, roots_between
+from lure.analysis.nonlinearity.result import short
+from lure.errors import InputError
+from lure.expressions.regularity import nature
+from lure.expressions.tree import Apply, Node, Number
+from lure.nonlinearities import ExpressionLaw, GraphLaw, Quantiser
+from lure.nonlinearities.piecewise_linear import Graph
+
+_LIKE_THEIR_ARGUMENT = frozenset(("neg", "tanh", "atan", "abs", "sqrt"))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ZeroInterval:
+    """An interval on which a nonlinearity is 0; a point has equal ends.
+
+    Attributes
+    ----------
+    low, high : Fraction, or an infinity
+        The ends.
+    closed : bool
+        Whether the finite ends belong to it.
+    """
+
+    low: End
+    high: End
+    closed: bool = True
+
+    def __str__(self) -> str:
+        if self.low == self.high:
+            return f"{{{short(self.low)}}}"
+        left = "[" if self.closed and self.low != -math.inf else "("
+        right = "]" if self.closed and self.high != math.inf else ")"
+        return f"{left}{short(self.low)}, {short(self.high)}{right}"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ZeroSet:
+    """All ``sigma`` with ``phi(sigma) = 0``, exactly.
+
+    Attributes
+    ----------
+    parts : tuple of ZeroInterval
+        Ascending, with gaps between them.
+    """
+
+    parts: tuple[ZeroInterval, ...]
+
+    @property
+    def only_zero(self) -> bool:
+        """Whether the nonlinearity vanishes at 0 and nowhere else."""
+        return len(self.parts) == 1 and self.parts[0].low == 0 == self.parts[0].high
+
+    def __str__(self) -> str:
+        return " and ".join(map(str, self.parts))
+
+
+def zero_set(law: object) -> ZeroSet | None:
+    """The exact set of zeros of a nonlinearity; None where it is not known.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        A nonlinearity of the library, or a formula.
+
+    Returns
+    -------
+    ZeroSet or None
+        For piecewise linear graphs, the quantiser, and formulas that are piecewise rational with rational zeros, all
+        zeros; for other formulas ``{0}`` where no other zero exists.
+
+    Examples
+    --------
+    >>> from lure import DeadZone, Quantiser, Saturation
+    >>> print(zero_set(Saturation()), zero_set(DeadZone(width=2)), zero_set(Quantiser(step=1)))
+    {0} [-2, 2] (-0.5, 0.5)
+    """
+    if type(law) is Quantiser:
+        return ZeroSet(parts=(ZeroInterval(low=-law.step / 2, high=law.step / 2, closed=False),))
+    own = getattr(type(law).__call__, "__module__", "").startswith("lure.")  # no class of the user's, of other values
+    graph = law.graph if isinstance(law, GraphLaw | ExpressionLaw) and own else None
+    if graph is not None:
+        return _of_graph(graph)
+    try:
+        known = known_law(law, -math.inf, math.inf)
+        return None if known is None else _of_known(known)
+    except InputError:
+        return None  # it has no value somewhere, or too many pieces
+
+
+def _of_graph(graph: Graph) -> ZeroSet:
+    """Zeros at the knots, between them, and on the two half-lines outside."""
+    found: list[tuple[End, End]] = []
+    ends: list[End] = [-math.inf, *graph.knots, math.inf]
+    for i, slope in enumerate(graph.slopes):
+        low, high = ends[i], ends[i + 1]
+        anchor = min(i, len(graph.knots) - 1)
+        x, y = graph.knots[anchor], graph.values[anchor]
+        if slope == 0:
+            if y == 0:
+                found.append((low, high))
+        elif low <= (root := x - y / slope) <= high:
+            found.append((root, root))
+    return _joined(found)
+
+
+def _of_known(known: Known) -> ZeroSet | None:
+    found: list[tuple[End, End]] = []
+    for cut in cuts_of(known):
+        value = known.value(cut)
+        if isinstance(value, tuple):
+            if value[0] <= 0 <= value[1]:
+                return None
+        elif value == 0:
+            found.append((cut, cut))
+    points = {low for low, _ in found}
+    for piece in known.pieces:
+        roots = _zeros_inside(piece)
+        if roots is None:
+            return None
+        if any(low != high and not {low, high} <= {*points, -math.inf, math.inf} for low, high in roots):
+            return None  # it jumps away from 0 at an end, and the interval is not closed
+        found += roots
+    return _joined(found)
+
+
+def _joined(found: list[tuple[End, End]]) -> ZeroSet:
+    """Closed intervals with those that meet made one."""
+    parts: list[tuple[End, End]] = []
+    for low, high in sorted(found):
+        if parts and low <= parts[-1][1]:
+            parts[-1] = parts[-1][0], max(high, parts[-1][1])
+        else:
+            parts.append((low, high))
+    return ZeroSet(parts=tuple(ZeroInterval(low=low, high=high) for low, high in parts))
+
+
+def _zeros_inside(piece: Piece) -> list[tuple[End, End]] | None:
+    """The zeros in an open interval between cuts; None where they are not known."""
+    if piece.ratio is None:
+        return [] if _sign(piece.tree, piece) else None
+    if piece.ratio.top.degree() < 0:
+        return [(piece.low, piece.high)]
+    roots = roots_between(piece.ratio.top, piece.low, piece.high)
+    exact = [root for root in roots if isinstance(root, Fraction)]
+    return [(root, root) for root in exact] if len(exact) == len(roots) else None
+
+
+def _sign(node: Node, piece: Piece) -> int | None:
+    """The strict sign of a tree on all of an open interval; None where it is not seen."""
+    try:
+        known = ratio(node)
+    except InputError:
+        known = None
+    if known is not None:
+        return _sign_of_ratio(known, piece)
+    assert isinstance(node, Apply), "a number or a variable is a rational function"
+    visible = nature(node)
+    if visible is not None and visible.nonzero:
+        return 1 if visible.positive else -1
+    if node.operation in ("where", "min", "max"):
+        signs = {_sign(part, piece) for part in node.arguments[-2:]}
+        return signs.pop() if len(signs) == 1 else None
+    if node.operation == "**":
+        return _sign_of_power(node, piece)
+    first = _sign(node.arguments[0], piece)
+    if first is None:
+        return None
+    if node.operation in _LIKE_THEIR_ARGUMENT:
+        return {"neg": -first, "abs": 1}.get(node.operation, first)
+    if node.operation not in ("+", "-", "*", "/"):
+        return None
+    second = _sign(node.arguments[1], piece)
+    if second is None:
+        return None
+    if node.operation in ("*", "/"):
+        return first * second
+    return first if first == (second if node.operation == "+" else -second) else None
+
+
+def _sign_of_power(node: Apply, piece: Piece) -> int | None:
+    base, exponent = _sign(node.arguments[0], piece), node.arguments[1]
+    assert isinstance(exponent, Number), "the parser and the derivative make only constant exponents"
+    if base is None or exponent.value == 0:
+        return None if base is None else 1
+    return base if exponent.value.denominator != 1 or exponent.value.numerator % 2 else 1
+
+
+def _sign_of_ratio(known: Ratio, piece: Piece) -> int | None:
+    if known.top.degree() < 0 or any(roots_between(p, piece.low, piece.high) for p in (known.top, known.bottom)):
+        return None
+    value = known.at(piece.middle)
+    assert value is not None, "the denominator has no root inside"
+    return 1 if value > 0 else -1

@@ -1,0 +1,1 @@
+"""Exact and ball arithmetic: polynomials, matrices, minima, and numbers rounded in a stated direction."""

@@ -1,0 +1,121 @@
+"""Exact numbers for records: rounded up, and as short text."""
+
+from __future__ import annotations
+
+import decimal
+import math
+import sys
+from fractions import Fraction
+
+# Exact numbers rounded to doubles, and doubles to text, in a stated direction.
+
+
+def double_below(value: Fraction) -> float:
+    """The largest double not above an exact number; ``-inf`` below all of them."""
+    try:
+        nearest = float(value)
+    except OverflowError:
+        return sys.float_info.max if value > 0 else -math.inf
+    return nearest if Fraction(nearest) <= value else math.nextafter(nearest, -math.inf)
+
+
+def double_above(value: Fraction) -> float:
+    """The least double not below an exact number; ``inf`` above all of them."""
+    return -double_below(-value) + 0.0  # of 0 without a sign
+
+
+def text_below(value: float | Fraction, digits: int = 10) -> str:
+    """Some digits of a number, rounded down: what is proved up to it is proved up to what is printed."""
+    return _directed(value, digits, decimal.ROUND_FLOOR)
+
+
+def text_above(value: float | Fraction, digits: int = 10) -> str:
+    """Some digits of a number, rounded up."""
+    return _directed(value, digits, decimal.ROUND_CEILING)
+
+
+def bound_below(value: float | Fraction) -> str:
+    """A bound for text, console, pages and plots alike, rounded down: seven digits, or ten just below a short number.
+
+    Parameters
+    ----------
+    value : float or Fraction
+        The bound.
+
+    Examples
+    --------
+    >>> bound_below(2 / 3), bound_below(1e12), bound_below(Fraction(59, 10))
+    ('0.6666666', '1e12', '5.9')
+    """
+    return _bound(value, decimal.ROUND_FLOOR)
+
+
+def bound_above(value: float | Fraction) -> str:
+    """The same rounded up: what is refuted from the bound on is refuted from what is printed on.
+
+    Parameters
+    ----------
+    value : float or Fraction
+        The bound.
+
+    Examples
+    --------
+    >>> bound_above(2 / 3), bound_above(5.7), bound_above(Fraction(57, 10))
+    ('0.6666667', '5.700000001', '5.7')
+    """
+    return _bound(value, decimal.ROUND_CEILING)
+
+
+def _bound(value: float | Fraction, rounding: str) -> str:
+    if isinstance(value, float) and not math.isfinite(value):
+        return f"{value:g}"
+    nearest = f"{float(value):.7g}"
+    short = len(nearest.split("e")[0].replace(".", "").strip("-0")) <= 3
+    text = _directed(value, 10 if short and Fraction(nearest) != value else 7, rounding)
+    if not (text.isdigit() and text.endswith("0" * 7)):
+        return text
+    digits = text.rstrip("0")
+    return f"{digits[0]}{'.' if digits[1:] else ''}{digits[1:]}e{len(text) - 1}"
+
+
+def _directed(value: float | Fraction, digits: int, rounding: str) -> str:
+    if value == 0 or (isinstance(value, float) and not math.isfinite(value)):
+        return f"{float(value):g}"
+    top, bottom = map(decimal.Decimal, value.as_integer_ratio())
+    rounded = decimal.Context(prec=digits, rounding=rounding).divide(top, bottom)
+    plain = -5 < rounded.adjusted() < digits + 6
+    text = f"{rounded:f}" if plain else f"{rounded:e}"
+    mantissa, _, exponent = text.partition("e")
+    if "." in mantissa:
+        mantissa = mantissa.rstrip("0").rstrip(".")
+    return f"{mantissa}e{int(exponent):+03d}" if exponent else mantissa
+
+
+def json_number(value: float | None) -> float | str | None:
+    """A number for JSON: an infinite one as text, None for a missing one and for NaN.
+
+    Parameters
+    ----------
+    value : float or None
+        The number.
+    """
+    if value is None or math.isnan(value):
+        return None
+    if math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return float(value)
+
+
+def rounded_up(value: Fraction) -> float:
+    """The least double not below ``value``; ``inf`` beyond the largest."""
+    try:
+        nearest = float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.nextafter(math.inf, 0.0)
+    return nearest if Fraction(nearest) >= value else math.nextafter(nearest, math.inf)
+
+
+def short(value: Fraction) -> str:
+    """``p/q`` if that is short, else ten digits."""
+    text = str(value)
+    return text if len(text) <= 15 else f"{float(value):.10g}"

@@ -1,0 +1,127 @@
+"""Exact arithmetic on the unit circle: Laurent polynomials, their real parts in ``c = cos w``, signs and minima."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from flint import arb, arb_poly, fmpq, fmpq_poly, fmpz_poly
+
+from lure.analysis.numerics.polynomial import exact_midpoint, positive_root_count, real_roots, to_fraction
+from lure.analysis.numerics.precision import outward, working_precision
+from lure.analysis.verdict import Bracket
+
+BITS = (192, 768, 3072)
+ONE_MINUS_TWO_V = fmpq_poly([1, -2])
+ONE_PLUS = fmpq_poly([1, 1])
+
+
+@dataclass(frozen=True, slots=True)
+class Laurent:
+    """``z^-shift p(z)`` with rational coefficients; on ``|z| = 1`` its conjugate is ``z^shift p(1/z)``."""
+
+    p: fmpq_poly
+    shift: int = 0
+
+    def __add__(self, other: Laurent) -> Laurent:
+        shift = max(self.shift, other.shift)
+        left = self.p * _power(shift - self.shift)
+        return Laurent(left + other.p * _power(shift - other.shift), shift)
+
+    def __mul__(self, other: Laurent) -> Laurent:
+        return Laurent(self.p * other.p, self.shift + other.shift)
+
+    def scaled(self, factor: Fraction) -> Laurent:
+        """``factor`` times it."""
+        return Laurent(fmpq(factor.numerator, factor.denominator) * self.p, self.shift)
+
+    def conjugate(self) -> Laurent:
+        """``z -> 1/z``: the complex conjugate on the unit circle."""
+        degree = max(self.p.degree(), 0)
+        return Laurent(fmpq_poly(list(reversed(_padded(self.p, degree)))), degree - self.shift)
+
+    def real_part(self) -> fmpq_poly:
+        """The polynomial ``P`` with ``Re = P(cos w)`` on ``z = exp(i w)``: ``z^j`` becomes the Chebyshev ``T_|j|``."""
+        folded: dict[int, fmpq] = {}
+        for i, value in enumerate(self.p.coeffs()):
+            harmonic = abs(i - self.shift)
+            folded[harmonic] = folded.get(harmonic, fmpq(0)) + value
+        total = fmpq_poly([])
+        for harmonic, value in folded.items():
+            total += value * fmpq_poly(fmpz_poly.chebyshev_t(harmonic))
+        return total
+
+
+def positive_on_circle(p: fmpq_poly) -> bool:
+    """Whether ``p(c) > 0`` for every ``c = cos w`` in ``[-1, 1]``, by an exact root count."""
+    q = _on_half_line(p)
+    if q.degree() < 0 or not (q[0] > 0 and q[max(p.degree(), 0)] > 0):
+        return False
+    return positive_root_count(q) == 0
+
+
+def nonnegative_on_circle(p: fmpq_poly) -> bool:
+    """Whether ``p(c) >= 0`` for every ``c`` in ``[-1, 1]``: no zero of odd order inside, and the sign right."""
+    q = _on_half_line(p)
+    if q.degree() < 0:
+        return True
+    if not q[q.degree()] > 0:
+        return False
+    while q[0] == 0:
+        q = q // fmpq_poly([0, 1])
+    _, factors = q.numer().factor_squarefree()
+    return all(positive_root_count(fmpq_poly(factor)) == 0 for factor, order in factors if int(order) % 2)
+
+
+def least_on_circle(p: fmpq_poly, q: fmpq_poly) -> tuple[Bracket, float]:
+    """A rigorous bracket on ``min p(c)/q(c)`` over ``c`` in ``[-1, 1]``, and the ``c`` near which it is attained.
+
+    Parameters
+    ----------
+    p, q : fmpq_poly
+        Polynomials in ``c``; ``q > 0`` on ``[-1, 1]``.
+
+    Returns
+    -------
+    bracket : Bracket
+        Around the minimum.
+    where : float
+        The minimiser, rounded; NaN, with an infinite bracket, if 3072 bits do not tell ``q`` from zero.
+    """
+    slope = p.derivative() * q - p * q.derivative()
+    for bits in BITS:
+        with working_precision(bits):
+            points = [arb(-1), arb(1)]
+            if slope.degree() > 0:
+                # a ball that straddles an end is kept: it encloses the root, and the end is in the list anyway
+                points += [root for root in real_roots(slope) if not (root < -1 or root > 1)]
+            above, below = arb_poly(p), arb_poly(q)
+            values = [(above(c) / below(c), c) for c in points]
+            if all(value.is_finite() for value, _ in values):
+                low = min(values, key=lambda pair: exact_midpoint(pair[0].lower()))
+                high = min((value.upper() for value, c in values if -1 <= c <= 1), key=exact_midpoint)
+                return outward(low[0], high), float(low[1].mid())
+    return Bracket(-math.inf, math.inf), math.nan
+
+
+def at_cosine(p: fmpq_poly, c: Fraction) -> Fraction:
+    """``p(c)``, exactly."""
+    return to_fraction(p(fmpq(c.numerator, c.denominator)))
+
+
+def _on_half_line(p: fmpq_poly) -> fmpq_poly:
+    """``(1 + x)^deg p((1 - x)/(1 + x))``, ``x = tan^2(w/2) >= 0``; its coefficient of ``x^deg`` is ``p(-1)``."""
+    degree = max(p.degree(), 0)
+    in_v = p(ONE_MINUS_TWO_V)  # v = (1 - c)/2 = x/(1 + x)
+    shifted = fmpq_poly(list(reversed(_padded(in_v, degree))))(ONE_PLUS)
+    return fmpq_poly(list(reversed(_padded(shifted, degree))))
+
+
+def _padded(p: fmpq_poly, degree: int) -> list[fmpq]:
+    found = list(p.coeffs())
+    return found + [fmpq(0)] * (degree + 1 - len(found))
+
+
+def _power(exponent: int) -> fmpq_poly:
+    return fmpq_poly([0] * exponent + [1])

@@ -1,0 +1,5 @@
+from lure.analysis.questions.largest import Largest as Largest
+from lure.analysis.questions.questions import max_sector as max_sector
+from lure.analysis.questions.questions import max_slope as max_slope
+from lure.analysis.questions.table import LoopAnalysis as LoopAnalysis
+from lure.analysis.questions.table import analyse as analyse

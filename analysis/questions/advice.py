@@ -1,0 +1,166 @@
+"""Why a class is not decided, as a code and a sentence, and what can be done about it; nothing here is a verdict."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lure.analysis.certificates import codes
+from lure.analysis.inequality.gains import GainInterval
+from lure.analysis.numerics.doubles import bound_below
+from lure.analysis.questions.conclusion import Conclusion
+from lure.analysis.questions.largest import Largest, proved_up_to
+from lure.analysis.questions.problem import Subject
+from lure.analysis.verdict import Verdict
+from lure.classes import LawClass
+from lure.nonlinearities.protocol import Nonlinearity
+
+if TYPE_CHECKING:
+    from lure.analysis.certificates.codes import Code
+
+_SPECIFIC = (codes.FOREIGN_LAW, codes.ROUGH_LAW, codes.SEVERAL_SOLUTIONS)
+_WITHOUT = "nothing is proved"
+
+
+def serves(row: Largest, law_class: LawClass) -> bool:
+    """Whether the class of the row may contain the class asked about: what is worth trying, and no verdict."""
+    if not _low_enough(row, law_class):
+        return False
+    if law_class.time_varying:
+        return row.time_varying
+    if row.question == "slope":
+        return law_class.slope is not None and (law_class.odd or not row.odd)
+    return True
+
+
+def _low_enough(row: Largest, law_class: LawClass) -> bool:
+    """Whether the classes of the row begin at or below the class asked about; those with dead time begin at 0."""
+    bounds = law_class.slope if row.question == "slope" else None
+    return row.lower <= (bounds or law_class.sector).lower
+
+
+def why(asked: Largest, rows: list[Largest], law_class: LawClass, missed: list[Conclusion]) -> tuple[Code, str]:
+    """Why the class asked about is not decided.
+
+    Parameters
+    ----------
+    asked : Largest
+        The row of the class asked about.
+    rows : list of Largest
+        All rows.
+    law_class : LawClass
+        The class.
+    missed : list of Conclusion
+        What was accepted and does not fit, each with its reason.
+
+    Returns
+    -------
+    tuple of Code, str
+        The code, and a sentence without a capital or a full stop.
+    """
+    for specific in _SPECIFIC:
+        for found in missed:
+            if found.code is specific:
+                return specific, found.reason
+    reach = max(
+        (row.largest.low for row in rows if serves(row, law_class) and row.verdict is Verdict.PROVED), default=None
+    )
+    against = "" if asked.refuted_at is None else f", and the smallest class refuted ends at {asked.refuted_text}"
+    if asked.stopped is not None:
+        return codes.OUT_OF_TIME, f"the search was stopped: {_WITHOUT if reach is None else _ends(reach)}{against}"
+    if not _low_enough(asked, law_class):
+        return codes.DEAD_TIME, f"with dead time the theorems are about classes from 0 on{against}"
+    if reach == math.inf:
+        far = "every finite upper bound is proved, and a class without any holds laws beyond all of them"
+        return codes.EVERY_FINITE, far + against
+    if reach is not None:
+        return codes.NO_MULTIPLIER, f"{_ends(reach)}{against}"
+    said = [(codes.code_for(answer.reason), answer.reason) for answer in asked.answers if answer.reason]
+    code, reason = min(said, key=lambda one: codes.WORST.index(one[0]), default=(codes.NO_MULTIPLIER, _WITHOUT))
+    return code, reason.rstrip(".") + against
+
+
+def _ends(reach: float) -> str:
+    return f"what is proved ends at {bound_below(reach)}"
+
+
+def hints(
+    about: Subject, rows: list[Largest], gains: tuple[GainInterval, ...], conclusion: Conclusion
+) -> tuple[str, ...]:
+    """What would decide more: a smaller class, another lower end, a property that the given phi can have.
+
+    Parameters
+    ----------
+    about : Subject
+        The loop.
+    rows : list of Largest
+        The rows in the order of the table.
+    gains : tuple of GainInterval
+        All stable linear gains.
+    conclusion : Conclusion
+        What follows for the class asked about.
+    """
+    law_class, law = about.law_class, about.law
+    if conclusion.verdict is Verdict.PROVED:
+        return ()
+    found: list[str] = []
+    if gains and all(row.verdict is not Verdict.PROVED for row in rows):
+        spans = ", ".join(str(gain) for gain in gains)
+        if law is None or any(_inside(law.sector.lower, gain) for gain in gains):
+            found.append(f"take classes whose lower end is a stable linear gain, inside one of {spans}")
+        else:
+            found += _local(law, gains, spans)
+    if law_class is None:
+        return tuple(found)
+    end = law_class.sector.upper
+    serving = [row.largest.low for row in rows if serves(row, law_class) and row.verdict is Verdict.PROVED]
+    if serving and law_class.sector.lower < max(serving) < end:
+        found.append(f"an upper bound of {bound_below(max(serving))} instead of {float(end):.7g} would be proved")
+    names = ("time-varying", "time-invariance", "slope bounds", "slope bounds and oddness")
+    for name, row in zip(names, rows, strict=True):
+        enough = row.verdict is Verdict.PROVED and end <= row.largest.low and end != math.inf
+        if serves(row, law_class) or not enough or not _low_enough(row, law_class):
+            continue
+        if _possible(name, law):
+            found.append(f"{name} of phi would be enough ({row.criterion} reaches {proved_up_to(row)})")
+            break
+    return tuple(found)
+
+
+def _inside(gain: float | Fraction, interval: GainInterval) -> bool:
+    return interval.lower.value.high < gain < interval.upper.value.low
+
+
+def _local(law: Nonlinearity, gains: tuple[GainInterval, ...], spans: str) -> list[str]:
+    """Advice for a nonlinearity whose gain ``phi(sigma)/sigma`` falls to one that is not stable."""
+    from lure.nonlinearities.properties import law_text
+
+    with np.errstate(all="ignore"):
+        small, large = (float(np.asarray(law(sigma))) / sigma for sigma in (1e-6, 1e6))
+    low = float(law.sector.lower)
+    said = [
+        f"no class whose lower end is a stable gain, inside {spans}, contains {law_text(law)}: "
+        f"phi(sigma)/sigma falls to {low:.7g}; a global answer needs another phi, or a plant stable with that gain"
+    ]
+    if any(_inside(small, gain) for gain in gains) and abs(large - low) < 1e-3 * abs(small - low):
+        said.append(
+            "for small sigma the gain is stable: ask a local question, with the class whose lower end is the least "
+            "phi(sigma)/sigma while |sigma| stays bounded, or keep the integrator from winding up (anti-windup), or "
+            "take a phi whose gain does not vanish at infinity"
+        )
+    return said
+
+
+def _possible(name: str, law: Nonlinearity | None) -> bool:
+    """Whether the given phi can have the property: one that jumps has no slope bounds, one that is not odd stays so."""
+    if law is None:
+        return True
+    from lure.nonlinearities import Standing, properties
+
+    known = properties(law)
+    if "slope" in name and known.slope_bounds.standing is Standing.CHECKED and known.slope_bounds.value is None:
+        return False
+    return not ("odd" in name and known.odd.standing is Standing.CHECKED and not known.odd.value)

@@ -1,0 +1,168 @@
+"""The gate of every answer: what a criterion or a search claims is put before the checker, and only then said."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING
+
+from lure.analysis.inequality.gains import is_stable_gain
+from lure.analysis.inequality.unit_circle import below
+from lure.analysis.numerics.doubles import rounded_up, short
+from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
+
+if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
+    from lure.analysis.certificates.proposals import Certified
+    from lure.analysis.questions.conclusion import Inquiry
+    from lure.analysis.questions.models import Asked
+
+
+def proved_answer(asked: Asked, answer: Answer) -> Answer:
+    """The answer with what the checker accepted of it; INCONCLUSIVE where it accepted nothing.
+
+    Parameters
+    ----------
+    asked : Asked
+        The question.
+    answer : Answer
+        What a criterion says.
+
+    Returns
+    -------
+    Answer
+        With ``proof``, and ``largest.low`` lowered to the class that was accepted.
+    """
+    from lure.analysis.certificates.proposals import certified
+    from lure.analysis.certificates.sealing import Failure, guarded
+
+    block = asked.block
+    if isinstance(block, StateSpaceBlock):
+        from lure.analysis.certificates.by_matrices import certified_by_matrix
+
+        return certified_by_matrix(block, answer)
+    if answer.verdict is not Verdict.PROVED or not isinstance(
+        block, RationalBlock | DelayBlock | UpwindScheme | RodBlock
+    ):
+        return answer
+    wide = answer
+    if asked.time_varying and not answer.law_class.time_varying:
+        wide = replace(answer, law_class=replace(answer.law_class, time_varying=True))
+    found = guarded(answer.criterion, lambda: certified(block, wide), passing=(TimeoutError,))
+    if isinstance(found, Failure):
+        return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")
+    capped = answer.largest.low == math.inf and isinstance(found.upper, Fraction)
+    reach = _reach(answer, found)
+    tried = f"{reach.low:g}".replace("e+", "e")
+    reason = f"{tried} is the largest k for which a certificate was tried" if capped else answer.reason
+    return replace(answer, largest=reach, proof=found.proved, capped=capped, reason=reason)
+
+
+def unbounded_proof(block: RationalBlock, answer: Answer, *, time_varying: bool) -> Proved | None:
+    """What the checker accepted of an answer about a sector without an upper bound; None for nothing.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        The block.
+    answer : Answer
+        What a criterion says.
+    time_varying : bool
+        Whether the laws may vary.
+    """
+    from lure.analysis.certificates.proposals import certified
+    from lure.analysis.certificates.sealing import Failure, guarded
+
+    if answer.verdict is not Verdict.PROVED:
+        return None
+    if time_varying and not answer.law_class.time_varying:
+        answer = replace(answer, law_class=replace(answer.law_class, time_varying=True))
+    found = guarded(answer.criterion, lambda: certified(block, answer, "inf"))
+    return None if isinstance(found, Failure) or found.upper != "inf" else found.proved
+
+
+def restated(shown: Proved | Refuted, asked: Inquiry) -> Proved | Refuted:
+    """What was accepted, stated for exactly the class asked about and the nonlinearity given, where that is accepted.
+
+    Parameters
+    ----------
+    shown : Proved or Refuted
+        What was accepted, of another class as a rule.
+    asked : Inquiry
+        What is asked.
+    """
+    from lure.analysis.certificates.sealing import guarded, settled
+    from lure.analysis.certificates.systems import law_of
+
+    proved = shown.certificate["verdict"] == "PROVED"
+    drafts = [{**shown.certificate, "laws": dict(asked.laws)}]
+    written = law_of(asked.nonlinearity) if proved else None
+    if written is not None:
+        drafts = [{**draft, "law": written} for draft in (drafts[0], shown.certificate)] + drafts
+    for draft in drafts:
+        found = guarded("the class asked about", partial(settled, draft))
+        if type(found) is type(shown):
+            return found
+    return shown
+
+
+def _reach(answer: Answer, found: Certified) -> Bracket:
+    """The largest class, as far as it was accepted."""
+    largest = answer.largest
+    if isinstance(found.upper, Fraction) and found.upper < largest.low:
+        return Bracket(below(found.upper), largest.high)
+    return largest
+
+
+def refuted_witness(asked: Asked, witness: Witness) -> Witness:
+    """The witness with what the checker accepted of it; COMPUTED where it accepted nothing.
+
+    Parameters
+    ----------
+    asked : Asked
+        The question.
+    witness : Witness
+        A destabilising member.
+    """
+    from lure.analysis.certificates.checker import Refuted
+    from lure.analysis.certificates.sealing import guarded
+
+    block = asked.block
+    if witness.evidence is not Evidence.CERTIFIED or not isinstance(block, RationalBlock | DelayBlock):
+        return witness
+    for candidate in (witness, *_just_above(block, witness)):
+        found = guarded(candidate.kind, partial(_refuted, block, candidate), passing=(TimeoutError,))
+        if isinstance(found, Refuted):
+            return replace(candidate, refutation=found)
+    return replace(witness, evidence=Evidence.COMPUTED)
+
+
+def _refuted(block: RationalBlock | DelayBlock, witness: Witness) -> Proved | Refuted:
+    from lure.analysis.certificates.refutations import refutation_draft
+    from lure.analysis.certificates.sealing import settled
+
+    return settled(refutation_draft(block, witness))
+
+
+def _just_above(block: RationalBlock | DelayBlock, witness: Witness) -> Iterator[Witness]:
+    """Gains just above a linear one that only makes other equilibria: at the end of a class they refute nothing."""
+    if witness.kind != "linear gain" or not isinstance(witness.data.get("gain"), str):
+        return
+    gain = Fraction(str(witness.data["gain"]))
+    for exponent in (40, 30, 20):
+        above = gain + max(abs(gain), Fraction(1, 2**exponent)) / 2**exponent
+        if isinstance(block, RationalBlock) and not is_stable_gain(block, above):
+            yield replace(
+                witness,
+                k=rounded_up(above),
+                description=f"phi = k sigma, k just above {short(gain)}: the loop is not asymptotically stable",
+                data={**witness.data, "gain": str(above)},
+            )

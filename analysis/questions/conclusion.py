@@ -1,0 +1,460 @@
+"""From what was asked and what the checker accepted to a verdict, a class of laws and a sentence: nowhere else.
+
+The class and the numbers in a sentence are those of the certificate.  Before anything is said, the system and the class
+of the certificate are compared with those asked about, and a given nonlinearity with the class of the certificate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Literal
+
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.sealing import contains
+from lure.analysis.certificates.states import classes, keeps
+from lure.analysis.certificates.systems import laws_of, system_of
+from lure.analysis.numerics.doubles import bound_below
+from lure.analysis.questions.wording import class_words, counterexample, destroys, direct_term, meaning, proviso
+from lure.analysis.verdict import Evidence, Verdict
+from lure.classes import LawClass, Sector, SlopeBounds
+from lure.nonlinearities.protocol import Nonlinearity
+
+if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
+    from lure.analysis.certificates.codes import Code
+    from lure.analysis.nonlinearity import LawBounds
+
+
+CHECKED, DECLARED = "checked", "declared"
+_NEAR = (-100, 100)
+
+
+class MismatchError(RuntimeError):
+    """A certificate about another system was offered as an answer: a bug, and nothing is said."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Inquiry:
+    """What is asked: is the loop stable for every law of the class, or with the nonlinearity that was given.
+
+    Attributes
+    ----------
+    system : Mapping
+        The linear block, as it stands in a certificate.
+    laws : Mapping
+        The class, as it stands in a certificate.
+    nonlinearity : Nonlinearity or None
+        The one in the loop, if one was given; it belongs to the class.
+    subject : str
+        What moves, where it is an approximation of something else.
+    assuming : bool
+        Whether the answer may assume of the laws what a theorem needs beyond their class, and say so.
+    spelled : Mapping of Fraction to str
+        Bounds of the class with the text that the reader gave them.
+    """
+
+    system: Mapping[str, Any]
+    laws: Mapping[str, Any]
+    nonlinearity: Nonlinearity | None = None
+    subject: str = ""
+    assuming: bool = False
+    spelled: Mapping[Fraction, str] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """The nonlinearity in words; empty if there is none."""
+        from lure.nonlinearities.properties import law_text
+
+        return "" if self.nonlinearity is None else law_text(self.nonlinearity)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Conclusion:
+    """What follows from what the checker accepted.
+
+    Attributes
+    ----------
+    verdict : Verdict
+        PROVED or REFUTED only where the certificate is about the system asked about, and its class fits.
+    evidence : Evidence
+        CERTIFIED with a verdict of these two.
+    meaning : str
+        What is proved of the motions, or what the counterexample does; empty for INCONCLUSIVE.
+    law_class : str
+        The class of the certificate in words; empty for INCONCLUSIVE.
+    nonlinearity : str
+        The given nonlinearity in words; empty if there is none.
+    membership : str
+        ``checked``: it is shown to belong to the class; ``declared``: its author says so; empty if there is none.
+    headline : str
+        The verdict in one sentence, without how it was found.
+    sentence : str
+        The whole of it.
+    reason : str
+        Why nothing follows from what was accepted; empty for PROVED and REFUTED.
+    code : Code or None
+        The code of the reason; None for PROVED and REFUTED.
+    shown : Proved, Refuted or None
+        What the checker accepted; None for INCONCLUSIVE.
+    attracts : bool
+        Whether 0 is proved to attract every motion with the given nonlinearity, or without one for every law.
+    assumed : tuple of str
+        What is assumed and not shown, of the given nonlinearity or of every law of the class, in clauses.
+    """
+
+    verdict: Verdict
+    evidence: Evidence
+    meaning: str = ""
+    law_class: str = ""
+    nonlinearity: str = ""
+    membership: str = ""
+    headline: str
+    sentence: str
+    reason: str = ""
+    code: Code | None = None
+    shown: Proved | Refuted | None = None
+    attracts: bool = False
+    assumed: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if (self.shown is None) != (self.verdict is Verdict.INCONCLUSIVE):
+            raise TypeError(f"{self.verdict} and what the checker accepted do not fit together")
+
+    def __bool__(self) -> bool:
+        raise TypeError("a conclusion has three values; compare conclusion.verdict")
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+def inquiry_about(
+    block: object, law_class: LawClass, *, nonlinearity: Nonlinearity | None = None, finite: bool = False
+) -> Inquiry:
+    """The question about a block and a class, in the terms of certificates.
+
+    Parameters
+    ----------
+    block : RationalBlock, DelayBlock, StateSpaceBlock, UpwindScheme or RodBlock
+        The linear block.
+    law_class : LawClass
+        The class.
+    nonlinearity : Nonlinearity, optional
+        The one in the loop.  One that is not known to be locally Lipschitz widens the class to laws of any regularity.
+    finite : bool
+        Whether an infinite upper end means every law with some finite bound.
+    """
+    ends = [end for each in (law_class.sector, law_class.slope) if each is not None for end in (each.lower, each.upper)]
+    doubles = {Fraction(end): f"{end:.7g}" for end in ends if isinstance(end, float) and math.isfinite(end)}
+    return Inquiry(
+        system=system_of(block),
+        laws=laws_of(law_class, unbounded=not finite, rough=is_rough(nonlinearity, law_class)),
+        nonlinearity=nonlinearity,
+        spelled={end: text for end, text in doubles.items() if "e" not in text and float(text) == end},
+    )
+
+
+def is_rough(nonlinearity: Nonlinearity | None, law_class: LawClass) -> bool:
+    """Whether the nonlinearity is not known to be locally Lipschitz; one that says nothing of it is taken to be.
+
+    Parameters
+    ----------
+    nonlinearity : Nonlinearity or None
+        The nonlinearity.
+    law_class : LawClass
+        A class that contains it.
+    """
+    from lure.analysis.nonlinearity.membership import Status, membership
+
+    if nonlinearity is None:
+        return False
+    return membership(nonlinearity, law_class).regular("locally Lipschitz") is Status.VIOLATED
+
+
+def conclusion_of(
+    asked: Inquiry,
+    accepted: Proved | Refuted | None,
+    *,
+    reach: Proved | None = None,
+    beside: Refuted | None = None,
+) -> Conclusion:
+    """The verdict, the class and the sentence that follow from what the checker accepted.
+
+    Parameters
+    ----------
+    asked : Inquiry
+        What was asked.
+    accepted : Proved, Refuted or None
+        What the checker accepted; None for nothing.
+    reach : Proved, optional
+        What was accepted of a larger class, to say how far it reaches.
+    beside : Refuted, optional
+        Another counterexample, named after the first where the class asked about contains it.
+
+    Returns
+    -------
+    Conclusion
+        PROVED if the class of the certificate contains the class asked about, and a given nonlinearity belongs to it
+        with every property that the theorem needs.  REFUTED if the class asked about contains that of the certificate.
+        Else INCONCLUSIVE.
+
+    Raises
+    ------
+    MismatchError
+        The certificate is about another system, or says neither.
+    """
+    from lure.analysis.certificates.checker import Proved, Refuted
+
+    if accepted is None:
+        return undecided(asked, "nothing was accepted by the checker")
+    if dict(accepted.certificate["system"]) != dict(asked.system):
+        raise MismatchError("the certificate is about another system than the one asked about")
+    if isinstance(accepted, Proved):
+        return _proved(asked, accepted, reach)
+    if not isinstance(accepted, Refuted):
+        raise MismatchError(f"a {type(accepted).__name__} is no proof and no refutation")
+    return _refuted(asked, accepted, beside)
+
+
+def _proved(asked: Inquiry, shown: Proved, reach: Proved | None) -> Conclusion:
+    laws = shown.certificate["laws"]
+    about = class_words(laws, spelled=asked.spelled)
+    law, name, standing, words, assumed = asked.nonlinearity, asked.name, "", "", proviso(shown)
+    if not contains(laws, asked.laws):
+        if contains({**laws, "regularity": "any"}, asked.laws):
+            reason = f"what is proved is about {about}, and {name} is not known to be locally Lipschitz"
+            return undecided(asked, reason, code=codes.ROUGH_LAW)
+        return undecided(asked, f"what is proved is about {about}, which does not contain the class asked about")
+    if law is not None:
+        standing, words = _member(law, laws)
+        if not standing:
+            return undecided(asked, f"what is proved is about {about}, and {words}", code=codes.FOREIGN_LAW)
+        if assumed and _solvable_with(law, shown):
+            assumed = ""
+        elif assumed and _takes_a_value_twice(law, shown):
+            reason = f"what is proved is about {about} {assumed}, and with {name} some y have several"
+            return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
+        elif assumed and shown.theorem == "popov":
+            reason = f"what is proved is about {about} {assumed}, which is not shown of {name}"
+            return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
+    elif assumed and shown.theorem == "popov" and not asked.assuming:
+        reason = (
+            f"Popov's criterion proves it for {about} {assumed}, which the class does not promise; slope bounds would"
+        )
+        return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
+    says, attracts = meaning(shown, asked.subject), shown.certificate["conclusion"].startswith("0 attracts")
+    whole = f"{about} {assumed}" if assumed else about
+    head = f"{says} for every {whole}"
+    found = head
+    if law is not None:
+        member = "of which it is one as declared" if words else "of which it is checked to be one"
+        found = f", as for every {about}, {member}"
+        if not attracts and _rests_at_zero_only(law, shown):
+            found = f": {head[0].lower()}{head[1:]}, {member}, and it vanishes at 0 only"
+            says, attracts = says.partition(" converges")[0] + " converges to 0", True
+        provisos = [words, f"if {assumed.removeprefix('for which ')}" if assumed else ""]
+        head = f"{says} with {name}" + "".join(f", {said}" for said in provisos if said)
+        found = head + found
+    reaches = "" if reach is None else f", which reaches {_end(reach)}"
+    return Conclusion(
+        verdict=Verdict.PROVED,
+        evidence=Evidence.CERTIFIED,
+        meaning=says,
+        law_class=whole,
+        nonlinearity=asked.name,
+        membership=standing,
+        headline=f"{head}.",
+        sentence=f"{found}, by the criterion {shown.theorem} (certified){reaches}.",
+        shown=shown,
+        attracts=attracts,
+        assumed=tuple(filter(None, (words.removeprefix("if "), assumed.removeprefix("for which ")))),
+    )
+
+
+def _refuted(asked: Inquiry, shown: Refuted, beside: Refuted | None) -> Conclusion:
+    laws = shown.certificate["laws"]
+    about = class_words(laws, inwards=False, spelled=asked.spelled)
+    if not contains(asked.laws, laws):
+        return undecided(asked, f"what is refuted is {about}, which the class asked about does not contain")
+    if "equilibria other than 0" in shown.certificate["conclusion"] and _critical_end(asked):
+        return undecided(asked, "other equilibria refute nothing where an end of the class leaves a pole at 0")
+    does = destroys(shown)
+    head = f"Some {about} {does}: {counterexample(shown)}"
+    other = f"with {asked.name}" if asked.name else "with another one of the class"
+    too = ""
+    if beside is not None and contains(asked.laws, beside.certificate["laws"]):
+        too = f"; {counterexample(beside)} {destroys(beside)} too"
+    return Conclusion(
+        verdict=Verdict.REFUTED,
+        evidence=Evidence.CERTIFIED,
+        meaning=does,
+        law_class=about,
+        nonlinearity=asked.name,
+        headline=f"{head}.",
+        sentence=f"{head} (certified){too}. What the loop does {other} is another question.",
+        shown=shown,
+    )
+
+
+def undecided(
+    asked: Inquiry, reason: str, *, code: Code = codes.NO_MULTIPLIER, evidence: Evidence = Evidence.CERTIFIED
+) -> Conclusion:
+    """That nothing is decided, and why.
+
+    Parameters
+    ----------
+    asked : Inquiry
+        What was asked.
+    reason : str
+        Why, in words that follow a colon.
+    code : Code
+        The same as a code.
+    evidence : Evidence
+        What that rests on.
+    """
+    head = f"Nothing is decided for {class_words(asked.laws, spelled=asked.spelled)}"
+    head += f", nor for {asked.name}" if asked.name else ""
+    return Conclusion(
+        verdict=Verdict.INCONCLUSIVE,
+        evidence=evidence,
+        nonlinearity=asked.name,
+        headline=f"{head}.",
+        sentence=f"{head}: {reason} ({code.identifier}).",
+        reason=reason,
+        code=code,
+    )
+
+
+def _critical_end(asked: Inquiry) -> bool:
+    """Whether a gain at an end of the class leaves a pole at 0 (``z = 1``) and otherwise stable ones, or may do so."""
+    from lure.analysis.certificates.arithmetic import extended
+    from lure.analysis.certificates.blocks import block, critical_end
+
+    if asked.system["kind"] not in ("transfer", "delay"):
+        return True
+    ends = [asked.laws["sector"], *([asked.laws["slope"]] if asked.laws["slope"] else [])]
+    low, high = max(extended(end[0]) for end in ends), min(extended(end[1]) for end in ends)
+    return critical_end(block(asked.system), low, high)
+
+
+def _end(reach: Proved) -> str:
+    """The upper end of a larger class."""
+    top = reach.certificate["laws"]["sector"][1]  # of slope bounds the same, if not beyond it
+    return "every finite bound" if top == "finite" else bound_below(Fraction(top)) if top != "inf" else "inf"
+
+
+def _member(law: Nonlinearity, laws: Mapping[str, Any]) -> tuple[str, str]:
+    """Whether the nonlinearity is checked or declared to be in the class, and what is declared; empty and why if not.
+
+    One that says nothing of its regularity is taken to be locally Lipschitz, and the words say so.
+    """
+    from lure.analysis.nonlinearity.membership import Status, membership
+
+    found = membership(law, law_class_of(laws))
+    if laws["linear"]:
+        return "", f"{found.nonlinearity} is not known to be a constant gain"
+    needed: Literal["none", "locally Lipschitz"] = "none" if laws.get("regularity") == "any" else "locally Lipschitz"
+    regular = found.regular(needed)
+    if found.status is Status.VIOLATED and found.violated is not None:
+        return "", f"{found.nonlinearity} is none of them: {found.violated.how}"
+    if regular is Status.VIOLATED:
+        return "", f"{found.nonlinearity} is not known to be {needed}"
+    if found.status is regular is Status.CHECKED:
+        return CHECKED, ""
+    verbs = {
+        "sector": "lies in the sector",
+        "slope": "has the slopes",
+        "odd": "is odd as",
+        "regularity": "is as regular as",
+    }
+    names = [known.name for known in found.declared]
+    assumed = regular is Status.DECLARED and needed != "none" and laws["slope"] is None
+    silent = assumed and not hasattr(law, "locally_lipschitz")
+    names += ["regularity"] if assumed and not silent else []
+    said = " and ".join(verbs[name] for name in verbs if name in names)
+    parts = [f"{said or 'is as'} you declare"] if said or not silent else []
+    parts += ["is locally Lipschitz, of which nothing is declared"] if silent else []
+    return DECLARED, "if phi " + " and ".join(parts)
+
+
+def law_class_of(laws: Mapping[str, Any]) -> LawClass:
+    """The class of laws of a certificate; every finite bound and none at all are the same infinite one.
+
+    Parameters
+    ----------
+    laws : Mapping
+        ``laws`` of a certificate.
+    """
+
+    def bounds(ends: list[str]) -> tuple[float | Fraction, float | Fraction]:
+        """The ends as numbers."""
+        low, high = ends
+        return (-math.inf if low == "-inf" else Fraction(low)), (
+            math.inf if high in ("finite", "inf") else Fraction(high)
+        )
+
+    sector, slope = Sector(*bounds(laws["sector"])), laws["slope"]
+    within = None if slope is None else SlopeBounds(*bounds(slope))
+    if within is not None:  # laws with these slopes lie in the sector of the same bounds
+        sector = Sector(max(sector.lower, within.lower), min(sector.upper, within.upper))
+    return LawClass(sector=sector, slope=within, odd=laws["odd"], time_varying=laws["time_varying"])
+
+
+def _solvable_with(law: Nonlinearity, shown: Proved) -> bool:
+    """Whether ``sigma + D phi(sigma) = y`` has one solution with this nonlinearity, by its slope bounds."""
+    certificate, slope = shown.certificate, getattr(law, "slope_bounds", None)
+    if slope is None:
+        return False
+    ends = [end if math.isinf(end) else Fraction(end) for end in (slope.lower, slope.upper)]
+    return keeps(direct_term(certificate["system"]), classes(certificate["laws"]), ends)
+
+
+def _takes_a_value_twice(law: Nonlinearity, shown: Proved) -> bool:
+    """Whether ``sigma + D phi(sigma)`` is shown to take a value twice with this nonlinearity.
+
+    Where its difference quotients ``1 + D q`` have both signs, as a continuous function it is not one to one; a graph
+    with a piece of slope ``-1/D`` has one value on the whole of it.
+    """
+    from lure.analysis.nonlinearity import law_bounds
+    from lure.analysis.nonlinearity.membership import certified_bounds
+    from lure.nonlinearities import ExpressionLaw, GraphLaw
+
+    direct = direct_term(shown.certificate["system"])
+    graph = law.graph if isinstance(law, GraphLaw | ExpressionLaw) else None
+    if graph is not None:
+        quotients = [1 + direct * slope for slope in graph.slopes]
+        return min(quotients) <= 0 <= max(quotients)
+
+    def both_signs(found: LawBounds | None) -> bool:
+        """Whether the quotients that were found are of both signs."""
+        if found is None or found.slope_lower is None or found.slope_upper is None:
+            return False
+        signs = [1 + direct * end.inner for end in (found.slope_lower, found.slope_upper)]
+        return min(signs) < 0 < max(signs)
+
+    if both_signs(certified_bounds(law)):
+        return True  # of slopes that grow without end an interval shows more than the line does
+    return isinstance(law, ExpressionLaw) and both_signs(law_bounds(law, on=_NEAR))
+
+
+def _rests_at_zero_only(law: Nonlinearity, shown: Proved) -> bool:
+    """Whether 0 is the only equilibrium of a loop whose motions converge to the set of equilibria.
+
+    With the gain ``l`` at the critical end the loop has one simple pole at 0 (``z = 1``), and a residue that is not 0:
+    an equilibrium then has ``phi(sigma) = l sigma``, and ``sigma`` determines its state.  See
+    ``notebooks/notes/0012-one-nonlinearity.md``.
+    """
+    from lure.analysis.nonlinearity.zero_set import zero_set
+    from lure.nonlinearities import shifted_law
+
+    certificate = shown.certificate
+    if certificate["conclusion"] != "every motion converges to the set of equilibria":
+        return False
+    if certificate["system"]["kind"] not in ("transfer", "state-space", "delay"):
+        return False
+    end = certificate["laws"]["sector"][1 if certificate["multiplier"] == {"mirrored": True} else 0]
+    gain = Fraction(end)
+    zeros = zero_set(shifted_law(law, gain) if gain else law)
+    return zeros is not None and zeros.only_zero

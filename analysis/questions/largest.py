@@ -1,0 +1,531 @@
+"""The answer to "for which sector or slope is this loop stable, and how do you know?"."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Literal
+
+from lure.analysis.certificates.arithmetic import extended
+from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below, json_number
+from lure.analysis.questions.conclusion import Conclusion, MismatchError
+from lure.analysis.questions.models import Question
+from lure.analysis.questions.wording import class_words, kind_words
+from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
+from lure.record import html_table, plain, xarray_or_refusal
+
+if TYPE_CHECKING:
+    import xarray
+
+    from lure.analysis.certificates.checker import Proved, Refuted
+    from lure.analysis.plots.responses import Axes
+    from lure.analysis.questions.table import LoopAnalysis
+
+# Answers as tables for a notebook and as datasets: the verdict, what it rests on, and what it does not say.
+
+_BEYOND = "Not shown: a rate of decay, a bound on the size of the motion, anything about external inputs."
+_CHECK = "Check it again: lure.analysis.check(result.{}.certificate), in exact arithmetic."
+
+
+def largest_html(found: Largest) -> str:
+    """One answer: both sides of it, and every criterion that was tried.
+
+    Parameters
+    ----------
+    found : Largest
+        The answer.
+    """
+    proved = found.verdict is Verdict.PROVED
+    theta = "" if found.theta is None else f", theta = {found.theta:.7g} s"
+    rows = [
+        ("proved up to k =", proved_up_to(found) if proved else "nothing is proved"),
+        ("proved by", f"{found.criterion}{theta}") if proved else ("why", found.reason or "-"),
+        ("evidence", found.evidence),
+        ("refuted from k =", found.refuted_text or "-"),
+        ("refuted by", "; ".join(str(one) for one in (found.trivial, found.witness) if one is not None) or "-"),
+        ("linear gains", f"stable up to {bound_below(found.hurwitz.low)}"),
+        ("in a sentence", str(found)),
+    ]
+    notes = [_BEYOND]
+    notes += [_CHECK.format("proof")] if proved else []
+    notes += [_CHECK.format("refutation")] if found.refutation is not None else []
+    head = ("criterion", "verdict", "evidence", "largest k", "why")
+    tried = [
+        (one.criterion, one.verdict, one.evidence, bound_below(one.largest.low), one.reason)
+        if one.largest.low > found.lower
+        else (one.criterion, one.verdict, "-", "-", one.reason)
+        for one in found.answers
+    ]
+    title = f"{found.about} [{found.lower}, k]" + (f", {found.subject}" if found.subject else "")
+    table = html_table(title, rows, verdict=str(found.verdict), notes=notes)
+    return table + html_table("Every criterion that was tried", tried, head=head)
+
+
+def answer_html(answer: Answer) -> str:
+    """One criterion's answer.
+
+    Parameters
+    ----------
+    answer : Answer
+        The answer.
+    """
+    rows: list[tuple[str, object]] = [
+        ("class", answer.law_class),
+        ("evidence", answer.evidence),
+        ("largest k", answer.largest),
+        ("multiplier", answer.multiplier or "-"),
+        ("margin", "-" if answer.margin is None else answer.margin),
+        ("theorem", answer.theorem),
+        ("reason", answer.reason),
+        *(("hypothesis", text) for text in answer.hypotheses),
+    ]
+    return html_table(f"{answer.criterion} criterion", rows, verdict=str(answer.verdict), notes=[_BEYOND])
+
+
+def analysis_html(found: LoopAnalysis) -> str:
+    """The table of classes, with the verdict on the class asked about and what was not shown.
+
+    Parameters
+    ----------
+    found : LoopAnalysis
+        The analysis.
+    """
+    from lure.analysis.questions.table import HEAD, gains_words, table_row
+
+    notes = [
+        found.statement,
+        *([] if found.stopped is None else [UNFINISHED[found.stopped]]),
+        f"Evidence: {found.evidence}. Linear gains for which the loop is stable: {gains_words(found)}.",
+        *(f"To decide more: {hint}." for hint in found.hints),
+        *(f"Not shown: {note}." for note in found.not_shown),
+        *([] if found.shown is None else [_CHECK.format("shown")]),
+    ]
+    title = f"{found.subject.name}: H = {found.subject.block}"
+    return html_table(title, [table_row(row) for row in found.rows], head=HEAD, verdict=str(found.verdict), notes=notes)
+
+
+def largest_dataset(found: Largest) -> xarray.Dataset:
+    """Every criterion that was tried, over the dimension ``criterion``.
+
+    Parameters
+    ----------
+    found : Largest
+        The answer.
+
+    Raises
+    ------
+    InputError
+        xarray is not installed.
+    """
+    xr = xarray_or_refusal("Largest.to_xarray")
+    answers = found.answers
+    variables = {
+        "low": ("criterion", [one.largest.low for one in answers], {"long_name": "every class up to it, if PROVED"}),
+        "high": ("criterion", [one.largest.high for one in answers], {"long_name": "nothing can be said from it on"}),
+        "theta": ("criterion", [_number(one.theta) for one in answers], {"units": "s"}),
+        "verdict": ("criterion", [str(one.verdict) for one in answers]),
+        "evidence": ("criterion", [str(one.evidence) for one in answers]),
+    }
+    attributes = {
+        "question": found.question,
+        "lower": float(found.lower),
+        "verdict": str(found.verdict),
+        "evidence": str(found.evidence),
+        "refuted_at": _number(found.refuted_at),
+        "comment": str(found),
+    }
+    coordinates = {"criterion": [one.criterion for one in answers]}
+    made: xarray.Dataset = xr.Dataset(variables, coords=coordinates, attrs=attributes)
+    return made
+
+
+def analysis_dataset(found: LoopAnalysis) -> xarray.Dataset:
+    """The table of classes, over the dimension ``law_class``; nan where nothing is proved or refuted.
+
+    Parameters
+    ----------
+    found : LoopAnalysis
+        The analysis.
+
+    Raises
+    ------
+    InputError
+        xarray is not installed.
+    """
+    from lure.analysis.questions.table import class_name
+
+    xr = xarray_or_refusal("LoopAnalysis.to_xarray")
+    rows = found.rows
+    reach = [row.largest.low if row.verdict is Verdict.PROVED else math.nan for row in rows]
+    variables = {
+        "proved_up_to": ("law_class", reach),
+        "refuted_at": ("law_class", [_number(row.refuted_at) for row in rows]),
+        "criterion": ("law_class", [row.criterion for row in rows]),
+        "verdict": ("law_class", [str(row.verdict) for row in rows]),
+        "evidence": ("law_class", [str(row.evidence) for row in rows]),
+        "closed": ("law_class", [row.closed for row in rows]),
+    }
+    attributes = {
+        "title": found.subject.name,
+        "block": str(found.subject.block),
+        "verdict": str(found.verdict),
+        "evidence": str(found.evidence),
+        "comment": found.statement,
+        "not_shown": plain(found.not_shown),
+    }
+    coordinates = {"law_class": [class_name(row) for row in rows]}
+    made: xarray.Dataset = xr.Dataset(variables, coords=coordinates, attrs=attributes)
+    return made
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+CLOSED, SMALL = 1e-6, 1e-3
+Stopped = Literal["time", "interrupt"]
+UNFINISHED: Mapping[Stopped, str] = {
+    "time": "The time allowed ended the search (LURE-I007): these are the best bounds so far.",
+    "interrupt": "The search was interrupted: these are the best bounds so far.",
+}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Largest:
+    r"""How far the classes ``[lower, k]`` are stable, from both sides, for ``sigma = H mu``, ``mu = -phi(sigma)``.
+
+    Attributes
+    ----------
+    question : {"sector", "slope"}
+        What ``[lower, k]`` bounds: ``phi(sigma)/sigma``, or every difference quotient.
+    odd, time_varying : bool
+        What else the class assumes of ``phi``, or allows.
+    lower : Fraction
+        Lower end of the classes.
+    critical : bool
+        Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): then boundedness is proved for
+        time-varying laws, convergence to the set of equilibria for the others; else that 0 attracts every motion.
+    proviso : str
+        What the theorem assumes of the laws beyond their class; empty if nothing.
+    criterion : str
+        The criterion asked for, or the one that reached farthest.
+    largest : Bracket
+        ``low``: every class ``[lower, k]``, ``k <= low`` finite, is stable if ``verdict`` is PROVED.  ``high``: at or
+        above it the criterion (asked for by name) or any criterion (``best``) can say nothing.
+    hurwitz : Bracket
+        Supremum of the ``k`` for which every linear gain in ``[lower, k]`` (without 0 in the critical case) is stable.
+    verdict : Verdict
+        PROVED: something is, up to ``largest.low``.  REFUTED: the class is never stable, by ``witness``.
+    evidence : Evidence
+        What ``largest.low`` rests on.
+    theta : float or None
+        Popov multiplier [s].
+    multiplier : str or None
+        The multiplier as a formula.
+    parameters : Mapping
+        Numbers behind it, exact ones as text.
+    refuted_at : float or None
+        The smallest ``k`` found with a destabilising member of the class.
+    witness : Witness or None
+        That member; where it is ``phi = lower sigma`` and a nonlinear one was found as well, the nonlinear one, which
+        refutes the classes from its own ``k`` on.
+    answers : tuple of Answer
+        Every criterion that was tried, farthest reach first.
+    reason : str
+        Why nothing was shown, or what would help; empty if the gap is closed.
+    conclusion : Conclusion
+        What follows from what the checker accepted of the proof or, for REFUTED, of the witness.
+    stopped : {"time", "interrupt"} or None
+        What ended the search before it was complete; what is claimed was shown all the same.
+    subject : str
+        What moves, where it is an approximation of something else: ``the scheme with 20 cells``; else empty.
+    trivial : Witness or None
+        ``phi = lower sigma``, which refutes every class, where ``witness`` is a nonlinear member; else None.
+    """
+
+    question: Question
+    odd: bool
+    time_varying: bool
+    lower: Fraction
+    critical: bool
+    proviso: str
+    criterion: str
+    largest: Bracket
+    hurwitz: Bracket
+    verdict: Verdict
+    evidence: Evidence
+    theta: float | None
+    multiplier: str | None
+    parameters: Mapping[str, object]
+    refuted_at: float | None
+    witness: Witness | None
+    answers: tuple[Answer, ...]
+    reason: str
+    conclusion: Conclusion
+    stopped: Stopped | None = None
+    subject: str = ""
+    trivial: Witness | None = None
+
+    @property
+    def closed(self) -> bool:
+        """Whether what is proved and what is refuted meet, within one part in a million."""
+        if self.verdict is Verdict.REFUTED or self.largest.low == math.inf:
+            return True
+        return self.refuted_at is not None and meet(self.largest.low, self.refuted_at)
+
+    @property
+    def capped(self) -> bool:
+        """Whether ``largest.low`` is no end of the criterion, but the largest ``k`` a certificate was tried for."""
+        return self.verdict is Verdict.PROVED and bool(self.answers) and self.answers[0].capped
+
+    @property
+    def unfinished(self) -> str:
+        """That the search was ended early, as a sentence; empty if it was not."""
+        return "" if self.stopped is None else UNFINISHED[self.stopped]
+
+    @property
+    def about(self) -> str:
+        """The kind of classes asked about in words, without their bounds."""
+        kind = {"odd": self.odd, "time_varying": self.time_varying, "linear": False}
+        return kind_words({**kind, "slope": None if self.question == "sector" else ()})
+
+    @property
+    def proved_text(self) -> str:
+        """The largest ``k`` proved, rounded down, as it is printed everywhere; empty unless PROVED."""
+        if self.verdict is not Verdict.PROVED or self.proof is None:
+            return ""
+        end = self.proof.certificate["laws"]["sector"][1]
+        return _exactly(end, self.largest.low, double_below, bound_below)
+
+    @property
+    def refuted_text(self) -> str:
+        """``refuted_at`` rounded up, as it is printed everywhere; empty if nothing is refuted."""
+        if self.refuted_at is None:
+            return ""
+        return _end_text(self.trivial or self.witness, self.refuted_at)
+
+    @property
+    def witness_text(self) -> str:
+        """The ``k`` from which ``witness`` refutes, rounded up as it is printed; empty without one."""
+        return "" if self.witness is None else _end_text(self.witness, self.witness.k)
+
+    @property
+    def gap(self) -> str:
+        """``closed`` where what is proved and what is refuted meet, else ``open``; a small gap with its size."""
+        low, high = self.largest.low, self.refuted_at
+        if self.closed:
+            return "closed"
+        if self.verdict is not Verdict.PROVED or high is None or not 0 < high - low < SMALL * abs(high):
+            return "open"
+        return f"closed to {(high - low) / abs(high):.1g}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer as plain data; infinite numbers are the text ``inf``."""
+        witness = self.witness
+        return {
+            "question": self.question,
+            "criterion": self.criterion,
+            "odd": self.odd,
+            "time_varying": self.time_varying,
+            "lower": json_number(float(self.lower)),
+            "critical": self.critical,
+            "proviso": self.proviso,
+            "largest": [json_number(self.largest.low), json_number(self.largest.high)],
+            "theta": json_number(self.theta),
+            "multiplier": self.multiplier,
+            "parameters": plain(self.parameters),
+            "verdict": str(self.verdict),
+            "evidence": str(self.evidence),
+            "hurwitz": [json_number(self.hurwitz.low), json_number(self.hurwitz.high)],
+            "refuted_at": json_number(self.refuted_at),
+            "witness": None if witness is None else _witness_dict(witness),
+            "trivial": None if self.trivial is None else _witness_dict(self.trivial),
+            "closed": self.closed,
+            "gap": self.gap,
+            "proved_text": self.proved_text,
+            "refuted_text": self.refuted_text,
+            "reason": self.reason,
+            "stopped": self.stopped,
+            "answers": [answer_dict(answer) for answer in self.answers],
+            "sentence": str(self),
+            **({"subject": self.subject} if self.subject else {}),
+        }
+
+    def __post_init__(self) -> None:
+        if self.verdict is not self.conclusion.verdict:
+            raise TypeError(f"{self.verdict} is not what follows: {self.conclusion}")
+        shown = self.proof if self.verdict is Verdict.PROVED else None
+        if shown is not None and not all(low <= self.lower <= self.largest.low <= high for low, high in _ends(shown)):
+            raise MismatchError(f"[{self.lower}, {self.largest.low!r}] is more than its certificate proves")
+        first = self.trivial or self.witness
+        if self.refuted_at != (None if first is None else first.k):
+            raise MismatchError(f"{self.refuted_at!r} is not the end of the class that is refuted")
+        for one in (self.witness, self.trivial):
+            never = one is not None and one.k <= self.lower and self.verdict is Verdict.REFUTED
+            if one is not None and one.refutation is not None and not never and one.k < _needed(one.refutation):
+                raise MismatchError(f"[{self.lower}, {one.k!r}] is less than its certificate refutes")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies and pickles are made as the answer was: what arrives has been compared with its certificates."""
+        return _made, ({part.name: getattr(self, part.name) for part in fields(self)},)
+
+    @property
+    def proof(self) -> Proved | None:
+        """What the checker accepted of the answer that reaches farthest, with its certificate."""
+        return self.answers[0].proof if self.answers else None
+
+    @property
+    def refutation(self) -> Refuted | None:
+        """What the checker accepted of the witness, with its certificate."""
+        return None if self.witness is None else self.witness.refutation
+
+    @property
+    def refutations(self) -> tuple[Refuted, ...]:
+        """What the checker accepted of ``witness`` and of ``trivial``, in that order."""
+        both = (one.refutation for one in (self.witness, self.trivial) if one is not None)
+        return tuple(one for one in both if one is not None)
+
+    def __bool__(self) -> bool:
+        raise TypeError("an answer has three values; compare result.verdict")
+
+    @property
+    def meaning(self) -> str:
+        """What is proved of the motions where ``verdict`` is PROVED; empty else."""
+        return self.conclusion.meaning if self.verdict is Verdict.PROVED else ""
+
+    def __str__(self) -> str:
+        start = bound_above(self.lower)
+        span = f"[{start}, {bound_below(self.largest.low)}{')' if self.largest.low == math.inf else ']'}"
+        if self.verdict is Verdict.PROVED:
+            tried = ", the largest k tried" if self.capped else ""
+            head = f"{self.conclusion.headline[:-1]}{tried} ({self.criterion}, {self.evidence})"
+        elif self.verdict is Verdict.REFUTED:
+            head = f"Not stable for {self.about} [{start}, k], whatever k > {start}"
+        elif self.largest.low > self.lower:
+            head = f"Not proved; the inequality of {self.criterion} holds for {span} ({self.evidence})"
+        else:
+            head = f"Nothing is proved for {self.about} [{start}, k]"
+        tail = f"; {self.witness}" if self.witness is not None and self.refuted_at is not None else ""
+        if self.trivial is not None:
+            tail = f"; {self.trivial}; from k = {self.witness_text} on also {self.witness}"
+        between = "" if self.closed or self.witness is None else "; in between nothing was shown"
+        cure = f" ({self.reason})" if self.verdict is Verdict.REFUTED and self.reason else ""
+        return " ".join(filter(None, (f"{head}{tail}{between}{cure}.", self.unfinished)))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """One bar: proved up to its end, refuted from its cross on, unknown in between.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from lure.analysis.plots.loops import plot_reach
+        from lure.analysis.questions.table import class_name
+
+        return plot_reach([self], [class_name(self)], ax=ax)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Every criterion that was tried, over the dimension ``criterion``.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        return largest_dataset(self)
+
+    def _repr_html_(self) -> str:
+
+        return largest_html(self)
+
+
+def _made(parts: Mapping[str, Any]) -> Largest:
+    return Largest(**parts)
+
+
+def _ends(shown: Proved | Refuted) -> list[tuple[Fraction | float, Fraction | float]]:
+    """The bounds of the class of a certificate: of the sector, and of the slopes where there are such."""
+    laws = shown.certificate["laws"]
+    return [(extended(low), extended(high)) for low, high in filter(None, (laws["sector"], laws["slope"]))]
+
+
+def _needed(shown: Refuted) -> Fraction | float:
+    """The upper end of the least class with the law of a certificate: that of its own, or a constant gain."""
+    gain = shown.certificate["proof"].get("gain")
+    return max(high for _, high in _ends(shown)) if gain is None else Fraction(gain)
+
+
+def meet(proved: float, refuted: float) -> bool:
+    """Whether what is proved reaches what is refuted, within one part in a million.
+
+    Parameters
+    ----------
+    proved, refuted : float
+        The ends of the two; infinite for every class proved, and for none refuted.
+    """
+    return proved == math.inf or (refuted < math.inf and proved >= refuted - CLOSED * abs(refuted))
+
+
+def _witness_dict(witness: Witness) -> dict[str, Any]:
+    return {
+        "kind": witness.kind,
+        "k": json_number(witness.k),
+        "evidence": str(witness.evidence),
+        "description": witness.description,
+        "data": plain(witness.data),
+    }
+
+
+def answer_dict(answer: Answer) -> dict[str, Any]:
+    """One criterion's answer as plain data.
+
+    Parameters
+    ----------
+    answer : Answer
+        The answer.
+    """
+    return {
+        "criterion": answer.criterion,
+        "theorem": answer.theorem,
+        "largest": [json_number(answer.largest.low), json_number(answer.largest.high)],
+        "class": str(answer.law_class) if answer.proof is None else class_words(answer.proof.certificate["laws"]),
+        "verdict": str(answer.verdict),
+        "evidence": str(answer.evidence),
+        "needs": list(answer.needs),
+        "theta": json_number(answer.theta),
+        "multiplier": answer.multiplier,
+        "parameters": plain(answer.parameters),
+        "margin": None if answer.margin is None else [json_number(answer.margin.low), json_number(answer.margin.high)],
+        "worst_frequency": json_number(answer.worst_frequency),
+        "hypotheses": list(answer.hypotheses),
+        "reason": answer.reason,
+    }
+
+
+def proved_up_to(row: Largest) -> str:
+    """How far a class is proved, for a table; it says so where that is only the largest ``k`` that was tried.
+
+    Parameters
+    ----------
+    row : Largest
+        An answer whose verdict is PROVED.
+    """
+    return f"{row.proved_text}, the largest k tried" if row.capped else row.proved_text
+
+
+def _end_text(witness: Witness | None, k: float) -> str:
+    """The ``k`` of a counterexample as text, from its certificate where it has one."""
+    refutation = None if witness is None else witness.refutation
+    end = "inf" if refutation is None else refutation.certificate["laws"]["sector"][1]
+    return _exactly(end, k, double_above, bound_above)
+
+
+def _exactly(
+    end: str, value: float, rounded: Callable[[Fraction], float], text: Callable[[float | Fraction], str]
+) -> str:
+    """The bound of a certificate as text where the number is that bound, rounded to a double; else the number."""
+    exact = Fraction(end) if end not in ("finite", "inf") else None
+    return text(exact if exact is not None and rounded(exact) == value else value)

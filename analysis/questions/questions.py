@@ -1,0 +1,360 @@
+"""``max_sector`` and ``max_slope``: the largest class that is stable, and the smallest found that is not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, cast
+
+from lure.analysis.certificates.codes import OUT_OF_TIME
+from lure.analysis.certificates.systems import laws_of
+from lure.analysis.counterexamples.linear import refutes_lower
+from lure.analysis.inequality.checks import require_solution
+from lure.analysis.questions.conclusion import (
+    Conclusion,
+    Inquiry,
+    MismatchError,
+    conclusion_of,
+    inquiry_about,
+    undecided,
+)
+from lure.analysis.questions.findings import Findings, Tell, find
+from lure.analysis.questions.largest import Largest
+from lure.analysis.questions.models import BEST, Asked, Block, Search, silent
+from lure.analysis.questions.state_space import by_matrices
+from lure.analysis.questions.wording import proviso
+from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
+from lure.classes import LawClass, Sector, SlopeBounds
+from lure.errors import InputError
+from lure.exact import Exact, exact_number
+from lure.plants import as_block
+from lure.plants.frequency_data import FrequencyData
+from lure.plants.rational import RationalBlock
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
+
+if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
+
+
+class ContradictionError(RuntimeError):
+    """A proof and a refutation of the same class: one of the two is wrong, and neither is reported."""
+
+
+def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
+    block: object,
+    *,
+    criterion: str = BEST,
+    lower: Exact = 0,
+    time_varying: bool = False,
+    search: Search = "linear",
+    seconds: float | None = None,
+    progress: Tell | None = None,
+) -> Largest:
+    r"""The largest ``k`` such that the loop is stable for every ``phi`` in the sector ``[lower, k]``.
+
+    .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad
+        \mathrm{lower}\, \sigma^2 \le \sigma\, \varphi(\sigma) \le k\, \sigma^2.
+
+    Where the loop with the gain ``lower`` has a pole at 0, only convergence to the set of equilibria is claimed
+    (boundedness if ``phi`` depends on time); see ``meaning`` and ``proviso`` of the answer.
+
+    Parameters
+    ----------
+    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
+        The linear block, whatever :func:`lure.as_block` takes, or an ``UpwindScheme`` or ``RodBlock``.
+    criterion : str
+        ``circle``, ``popov``, ``hurwitz`` (linear gains only), or ``best``: the farthest of all that apply.
+    lower : int, float, Fraction or Decimal
+        Lower end of the sector; for an unstable block take one for which the linear loop is stable.
+    time_varying : bool
+        Whether ``phi`` may depend on time.
+    search : {"linear", "full"}
+        Where to look for destabilising members: among linear gains, or among all kinds known (seconds), as long as
+        a gap is left.
+    seconds : float or None
+        Time allowed; when it is over the best answer so far is returned, with ``stopped = "time"``.
+    progress : callable, optional
+        Called as ``progress(step, done)`` when a step begins, ``0 <= done <= 1``.
+
+    Returns
+    -------
+    Largest
+        With ``largest``, ``hurwitz``, ``verdict``, ``evidence``, ``theta``, ``refuted_at`` and more; ``bool()`` raises.
+
+    Raises
+    ------
+    InputError
+        The block or a number is no good, or there is no such criterion.
+    AssumptionError
+        The criterion does not apply to such a block or class.
+    ContradictionError
+        What is proved and what is refuted overlap: a bug.
+    KeyboardInterrupt
+        The user interrupted before anything was found; later, the best answer so far is returned, with ``stopped =
+        "interrupt"``.
+
+    Notes
+    -----
+    The criteria of one stage of the catalogue are asked only while what is proved and
+    what is refuted do not meet; the others are listed in ``answers`` as not needed.
+
+    Examples
+    --------
+    >>> found = max_sector(([1], [1, 3, 2, 0]), criterion="popov")
+    >>> print(found.verdict, round(found.largest.low, 6), round(found.theta, 6))
+    PROVED 6.0 1.5
+    """
+    _checked(criterion, search, seconds, time_varying=time_varying)
+    return _answer(
+        Asked(
+            block=_block(block),
+            question="sector",
+            criterion=criterion,
+            lower=exact_number(lower, "lower"),
+            odd=False,
+            time_varying=time_varying,
+            search=search,
+        ),
+        seconds,
+        progress,
+    )
+
+
+def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
+    block: object,
+    *,
+    odd: bool = False,
+    criterion: str = BEST,
+    lower: Exact = 0,
+    search: Search = "full",
+    seconds: float | None = None,
+    progress: Tell | None = None,
+) -> Largest:
+    r"""The largest ``k`` such that the loop is stable for every time-invariant ``phi`` with slope in ``[lower, k]``.
+
+    .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad \varphi(0) = 0, \\
+        \mathrm{lower} \le \frac{\varphi(x) - \varphi(y)}{x - y} \le k \quad (x \ne y).
+
+    Merely monotone and odd laws are kept apart: a bound for odd ones can be false for the others.
+
+    Parameters
+    ----------
+    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
+        The linear block, whatever :func:`lure.as_block` takes, or an ``UpwindScheme`` or ``RodBlock``.
+    odd : bool
+        Whether ``phi(-sigma) = -phi(sigma)`` is assumed.
+    criterion : str
+        One of :data:`lure.analysis.questions.models.CRITERIA`, or ``best``: the farthest of all that apply.
+    lower : int, float, Fraction or Decimal
+        Lower end of the slope.
+    search : {"linear", "full"}
+        Where to look for destabilising members: among linear gains, or for periodic orbits too (seconds), as long as
+        a gap is left.
+    seconds : float or None
+        Time allowed; when it is over the best answer so far is returned, with ``stopped = "time"``.
+    progress : callable, optional
+        Called as ``progress(step, done)`` when a step begins, ``0 <= done <= 1``.
+
+    Returns
+    -------
+    Largest
+        With ``largest``, ``refuted_at``, ``witness``, ``hurwitz``, ``verdict``, ``evidence``, ``multiplier`` and more.
+
+    Raises
+    ------
+    InputError
+        The block or a number is no good, or there is no such criterion.
+    AssumptionError
+        The criterion does not apply to such a block or class.
+    ContradictionError
+        What is proved and what is refuted overlap: a bug.
+    KeyboardInterrupt
+        The user interrupted before anything was found; later, the best answer so far is returned, with ``stopped =
+        "interrupt"``.
+
+    Notes
+    -----
+    The criteria of one stage of the catalogue are asked only while what is proved and
+    what is refuted do not meet; the others are listed in ``answers`` as not needed.
+
+    Examples
+    --------
+    >>> found = max_slope(([1], [1, 2, 2, 1]), search="linear")
+    >>> print(found.verdict, found.criterion, round(found.largest.low, 6), found.refuted_at)
+    PROVED popov 3.0 3.0
+    """
+    _checked(criterion, search, seconds, odd=odd)
+    return _answer(
+        Asked(
+            block=_block(block),
+            question="slope",
+            criterion=criterion,
+            lower=exact_number(lower, "lower"),
+            odd=odd,
+            time_varying=False,
+            search=search,
+        ),
+        seconds,
+        progress,
+    )
+
+
+def _checked(criterion: object, search: object, seconds: object, **flags: object) -> None:
+    """The options, before anything is computed from them."""
+    for name, value in flags.items():
+        if not isinstance(value, bool):
+            raise InputError(f"{name} is {value!r:.40}; give True or False")
+    if search not in ("linear", "full"):
+        raise InputError(f"search is {search!r:.40}; give 'linear' or 'full'")
+    if not isinstance(criterion, str):
+        raise InputError(f"criterion is {criterion!r:.40}; give its name as text")
+    check_seconds(seconds)
+
+
+def check_seconds(seconds: object) -> None:
+    """Refuse what is no time allowed.
+
+    Parameters
+    ----------
+    seconds : object
+        A positive number, or None for no limit.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
+    if seconds is not None and not (number and 0 < cast("float", seconds) < math.inf):
+        raise InputError(f"seconds is {seconds!r:.40}; give a positive number of seconds, or None for no limit")
+
+
+def _block(block: object) -> Block:
+    if isinstance(block, UpwindScheme | RodBlock):
+        return block
+    found = as_block(block)
+    return (by_matrices(found) or found) if isinstance(found, RationalBlock) else found
+
+
+def _answer(asked: Asked, seconds: float | None, progress: Tell | None) -> Largest:
+    if isinstance(asked.block, RationalBlock):
+        require_solution(asked.block, asked.lower)
+    return largest_of(found_for([asked], seconds=seconds, progress=progress)[0])
+
+
+def found_for(asking: Sequence[Asked], *, seconds: float | None = None, progress: Tell | None = None) -> list[Findings]:
+    """What is found for questions about one block; numbers beyond the range of doubles are refused in a sentence.
+
+    Parameters
+    ----------
+    asking : sequence of Asked
+        The questions.
+    seconds : float or None
+        Time allowed.
+    progress : callable, optional
+        Told each step and the share done.
+
+    Raises
+    ------
+    InputError
+        A gain or a frequency exceeds that range.
+    """
+    try:
+        return find(asking, seconds=seconds, tell=progress)
+    except OverflowError:
+        raise InputError(
+            f"a gain or frequency of {asking[0].block} exceeds the range of doubles, 1e-308 to 1e308; rescale the units"
+        ) from None
+
+
+def largest_of(findings: Findings) -> Largest:
+    """The answer to a question from what was found.
+
+    Parameters
+    ----------
+    findings : Findings
+        What was found, complete or not.
+
+    Raises
+    ------
+    ContradictionError
+        What is proved and what is refuted overlap: a bug.
+    """
+    asked, limit, against = findings.asked, findings.hurwitz, findings.witnesses
+    found = findings.answers or [silent(asked.criterion, asked, "no criterion was asked")]
+    best, first = found[0], against[0] if against else None
+    if best.verdict is Verdict.PROVED:  # constant gains are laws of the class
+        limit = Bracket(max(limit.low, min(best.largest.low, limit.high)), limit.high)
+    refuted_at = None if first is None else first.k
+    if best.verdict is Verdict.PROVED and refuted_at is not None and best.largest.low >= refuted_at:
+        raise ContradictionError(
+            f"{best.criterion} proves [{asked.lower}, {best.largest.low!r}], and {first} destabilises at "
+            f"{refuted_at!r}; one of the two is wrong: please report the block {asked.block}"
+        )
+    ceiling = min(limit.high, math.inf if refuted_at is None else refuted_at)
+    if asked.criterion != BEST or isinstance(asked.block, FrequencyData):
+        ceiling = min(ceiling, best.largest.high)
+    never = first is not None and (limit.high <= asked.lower or refutes_lower(first))
+    refuted = first if never and first is not None and first.refutation is not None else None
+    telling = next((one for one in against[1:] if one.refutation is not None), None) if refuted is not None else None
+    witness, trivial = (first, None) if telling is None else (telling, refuted)
+    shown = best.proof if refuted is None or witness is None else witness.refutation
+    reached = Bracket(best.largest.low, max(best.largest.low, ceiling))
+    conclusion = _concluded(asked, best, shown, trivial)
+    return Largest(
+        question=asked.question,
+        odd=asked.odd,
+        time_varying=asked.time_varying,
+        lower=asked.lower,
+        critical=findings.critical,
+        proviso="" if best.proof is None else proviso(best.proof),
+        criterion=best.criterion,
+        largest=reached,
+        hurwitz=limit,
+        verdict=conclusion.verdict,
+        evidence=best.evidence if refuted is None else refuted.evidence,
+        theta=best.theta,
+        multiplier=best.multiplier,
+        parameters=best.parameters,
+        refuted_at=refuted_at,
+        witness=witness,
+        answers=tuple(findings.answers),
+        reason=_reason(findings, best),
+        conclusion=conclusion,
+        stopped=findings.stopped,
+        subject=_subject(asked.block),
+        trivial=trivial,
+    )
+
+
+def _reason(findings: Findings, best: Answer) -> str:
+    """Why nothing more was shown: where nothing was, and the time is over, that."""
+    if findings.stopped is None or best.verdict is Verdict.PROVED:
+        return best.reason
+    return f"the time allowed is over ({OUT_OF_TIME.identifier})" if findings.stopped == "time" else "interrupted"
+
+
+def _subject(block: Block) -> str:
+    return f"the scheme with {block.cells} cells" if isinstance(block, UpwindScheme) else ""
+
+
+def _concluded(
+    asked: Asked, best: Answer, shown: Proved | Refuted | None, trivial: Witness | None = None
+) -> Conclusion:
+    """What follows for the largest class, the one that the answer says is proved."""
+    low, finite = best.largest.low, best.verdict is Verdict.PROVED and best.largest.low < math.inf
+    sector = Sector(asked.lower, low if finite and asked.lower < Fraction(low) else math.inf)
+    slope = SlopeBounds(sector.lower, sector.upper) if asked.question == "slope" else None
+    law_class = LawClass(sector=sector, slope=slope, odd=asked.odd, time_varying=asked.time_varying)
+    if shown is None:
+        laws = laws_of(law_class, unbounded=False)
+        return undecided(Inquiry(system={}, laws=laws), best.reason, evidence=best.evidence)
+    inquiry = inquiry_about(asked.block, law_class, finite=True)
+    beside = None if trivial is None else trivial.refutation
+    found = conclusion_of(replace(inquiry, subject=_subject(asked.block), assuming=True), shown, beside=beside)
+    if found.verdict is Verdict.INCONCLUSIVE:
+        raise MismatchError(f"{found} Please report the block {asked.block}")
+    return found

@@ -1,0 +1,197 @@
+"""What a certificate says, in words: the class of its laws, what follows for the motions, and its counterexample."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from lure.analysis.numerics.doubles import bound_above, bound_below
+
+if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
+
+Laws = Mapping[str, Any]
+Spelled = Mapping[Fraction, str]
+
+_DOES = {  # by the conclusion of a refutation, from the checker
+    "a loop of the class has a motion that does not converge to an equilibrium": "destabilises the loop",
+    "a loop of the class has equilibria other than 0": "gives the loop other equilibria than 0",
+    "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
+}
+_ORBITS = ("orbit", "flow-orbit")
+
+
+def class_words(laws: Laws, *, inwards: bool = True, spelled: Spelled | None = None) -> str:
+    """The class of laws of a certificate, such as ``odd phi with slope in [0, 2]``.
+
+    Every phi has ``phi(0) = 0``; a phi is locally Lipschitz unless ``regularity`` says otherwise.
+
+    Parameters
+    ----------
+    laws : Mapping
+        ``laws`` of a certificate, see ``notebooks/notes/0008-certificates.md``.
+    inwards : bool
+        Whether bounds are rounded into the class, as for a proof; else out of it, as for a refutation.
+    spelled : Mapping of Fraction to str, optional
+        Numbers with the text that the reader gave them.
+
+    Examples
+    --------
+    >>> laws = {"sector": ["0", "2"], "slope": ["0", "2"], "odd": True, "time_varying": False, "linear": False}
+    >>> class_words(laws), class_words({**laws, "slope": None, "odd": False, "sector": ["1/3", "finite"]})
+    ('odd phi with slope in [0, 2]', 'phi, time-invariant, in the sector [0.3333334, inf)')
+    """
+    sector, slope = interval(laws["sector"], inwards=inwards, spelled=spelled), laws["slope"]
+    bounds = sector if slope is None else interval(slope, inwards=inwards, spelled=spelled)
+    words = f"{kind_words(laws)} {bounds}"
+    words += "" if slope is None or list(slope) == list(laws["sector"]) else f", in the sector {sector}"
+    return words
+
+
+def kind_words(laws: Laws) -> str:
+    """The class without its bounds, such as ``odd phi with slope in``.
+
+    Parameters
+    ----------
+    laws : Mapping
+        ``laws`` of a certificate.
+    """
+    phi = f"{'odd ' if laws['odd'] else ''}{'linear ' if laws['linear'] else ''}phi"
+    varying, rough = laws["time_varying"], ", continuous or not," if laws.get("regularity") == "any" else ""
+    if laws["slope"] is None:
+        when = "" if laws["linear"] else " time-varying," if varying else " time-invariant,"
+        return f"{phi}{rough or ',' * bool(when)}{when} in the sector"
+    return f"{'time-varying ' if varying else ''}{phi}{rough} with slope in"
+
+
+def interval(ends: Sequence[str], *, inwards: bool = True, spelled: Spelled | None = None) -> str:
+    """Two bounds of a certificate as ``[l, k]``, ``[l, inf)`` for every finite ``k``, ``[l, inf]`` for no bound at all.
+
+    Parameters
+    ----------
+    ends : sequence of str
+        The bounds as text ``p/q``, ``-inf``, ``finite`` or ``inf``.
+    inwards : bool
+        Whether they are rounded towards each other.
+    spelled : Mapping of Fraction to str, optional
+        Numbers with the text that the reader gave them.
+    """
+    low, high = ends
+    start = low if low == "-inf" else _number(Fraction(low), up=inwards, spelled=spelled)
+    if high in ("finite", "inf"):
+        return f"[{start}, inf{')' if high == 'finite' else ']'}"
+    return f"[{start}, {_number(Fraction(high), up=not inwards, spelled=spelled)}]"
+
+
+def _number(value: Fraction, *, up: bool, spelled: Spelled | None) -> str:
+    return (spelled or {}).get(value) or (bound_above(value) if up else bound_below(value))
+
+
+def meaning(shown: Proved, subject: str = "") -> str:
+    """What is proved of the motions, from the conclusion of the certificate.
+
+    Parameters
+    ----------
+    shown : Proved
+        What the checker accepted.
+    subject : str
+        What moves, where it is an approximation of something else.
+    """
+    conclusion = str(shown.certificate["conclusion"])
+    said = f"The point {conclusion}" if conclusion.startswith("0 ") else conclusion[0].upper() + conclusion[1:]
+    return said.replace("motion", f"motion of {subject}", 1) if subject else said
+
+
+def destroys(shown: Refuted) -> str:
+    """What the counterexample does to the loop, from the conclusion of the certificate.
+
+    Parameters
+    ----------
+    shown : Refuted
+        What the checker accepted.
+    """
+    conclusion = str(shown.certificate["conclusion"])
+    moves = conclusion.endswith("converge to an equilibrium")
+    return "makes the loop oscillate" if moves and _method(shown) in _ORBITS else _DOES[conclusion]
+
+
+def counterexample(shown: Refuted) -> str:
+    """The destabilising law of a certificate in words.
+
+    Parameters
+    ----------
+    shown : Refuted
+        What the checker accepted.
+    """
+    proof, method = shown.certificate["proof"], _method(shown)
+    if method in ("linear-gain", "matrix-gain"):
+        gain = Fraction(proof["gain"])
+        return "phi = 0" if gain == 0 else f"phi = {_near(gain)} sigma"
+    if method == "crossing":
+        return f"phi = k sigma with k about {_near(Fraction(proof['gains'][0]))}"
+    if method == "switched-gain":
+        gains = [Fraction(gain) for gain in proof["gains"]]
+        return f"phi = k(t) sigma with k(t) between {_near(min(gains))} and {_near(max(gains))}, over and over again"
+    if method == "flow-orbit":
+        period = sum(map(Fraction, proof["durations"])) * (2 if proof["half"] else 1)
+        return f"{_graph(proof)}, period {float(period):.7g} s"
+    if method == "orbit":
+        return _graph(proof)
+    return "a law of the class"
+
+
+def _method(shown: Refuted) -> str:
+    return str(shown.certificate["proof"]["method"])
+
+
+def _graph(proof: Mapping[str, Any]) -> str:
+    """A piecewise linear law: the dead zone and the saturation by name, others by their corners."""
+    points = sorted((Fraction(x), Fraction(w)) for x, w in proof["points"])
+    left, right = Fraction(proof["left"]), Fraction(proof["right"])
+    inner = [(w - v) / (x - y) for (y, v), (x, w) in pairwise(points)]
+    (first, at_first), (last, at_last) = points[0], points[-1]
+    if left == right and first == -last and at_first == -at_last and len(set(inner)) == 1:
+        if inner[0] == 0:
+            return f"a dead zone of +-{_near(last)} with slope {_near(right)}"
+        if right == 0:
+            return f"a saturation with slope {_near(inner[0])} up to +-{_near(last)}"
+    slopes = [left, *inner, right]
+    kinks = sum(a != b for a, b in pairwise(slopes))
+    return f"a piecewise linear phi with {kinks} corners and slopes from {_near(min(slopes))} to {_near(max(slopes))}"
+
+
+def _near(value: Fraction) -> str:
+    """Exactly if that is short, else five digits: a law is named here, the exact one stands in the certificate."""
+    text = f"{float(value):.5g}"
+    return f"{float(value):.7g}" if Fraction(f"{float(value):.7g}") == value else text
+
+
+def proviso(shown: Proved) -> str:
+    """What the certificate assumes of the laws beyond their class, where ``H(inf)`` is not 0; empty if nothing.
+
+    With ``D = H(inf)``, ``y = sigma + D phi(sigma)`` must determine ``sigma``.  Finite slope bounds of the class show
+    it, where ``1 + D phi'`` keeps its sign; else the checker says what is assumed, and that is part of what is said.
+
+    Parameters
+    ----------
+    shown : Proved
+        What the checker accepted.
+    """
+    return f"for which {shown.assumed}" if shown.assumed else ""
+
+
+def direct_term(system: Mapping[str, Any]) -> Fraction:
+    """``H(inf)`` of the system of a certificate.
+
+    Parameters
+    ----------
+    system : Mapping
+        ``system`` of a certificate.
+    """
+    if system["kind"] == "state-space":
+        return Fraction(system["d"])
+    if system["kind"] != "transfer" or len(system["numerator"]) < len(system["denominator"]):
+        return Fraction(0)
+    return Fraction(system["numerator"][0]) / Fraction(system["denominator"][0])

@@ -1,0 +1,180 @@
+"""The energy of the rod's scheme as a matrix P: a multiple of the identity, for every sector from 0."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from lure.analysis.certificates.riccati import Rounded
+from lure.analysis.certificates.systems import laws_of, system_of, text
+from lure.analysis.inequality.checks import CriterionResult
+from lure.classes import LawClass, Sector
+from lure.errors import AssumptionError
+from lure.rod.parameters import Rod
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
+
+# Certificates for the rod and its scheme by their structure: energy, Popov, circle, refutation of ``k < 0``.
+
+EASE = Fraction(5, 4)
+STRUCTURE = {"method": "structure"}
+
+
+def energy_theorem_draft(block: UpwindScheme | RodBlock) -> dict[str, Any]:
+    """The energy theorem in the sector ``[0, inf]``, with the rod's own law as a member where it is piecewise linear.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The scheme, or the rod itself.
+    """
+    draft = _draft(block, "rod-energy", {}, Sector(0, math.inf), varying=False)
+    rod = block.rod.exact
+    if rod["exponent"] == 1:
+        kink = {"points": [["0", "0"]], "left": "0", "right": text(1 / rod["compliance"])}
+        draft["law"] = {"kind": "piecewise-linear", **kink}
+    return draft
+
+
+def inequality_draft(block: UpwindScheme | RodBlock, result: CriterionResult) -> dict[str, Any]:
+    """Popov's inequality or the circle criterion in the sector of a result, with a multiplier of closed form.
+
+    Any ``theta >= L |k^2 - Z^2|/(k A E)`` serves every sector; it need not be that of the result.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The scheme, or the rod itself, about which the inequality alone proves nothing.
+    result : CriterionResult
+        A result for ``k > 0``.
+    """
+    multiplier = {"theta": text(EASE * popov_theta(block.rod))} if result.name == "popov" else {}
+    return _draft(block, f"rod-{result.name}", multiplier, result.sector, varying=result.name == "circle")
+
+
+def negative_damping_draft(block: UpwindScheme | RodBlock, sector: Sector) -> dict[str, Any]:
+    """The refutation of a rod with ``k < 0`` in a sector.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The scheme, or the rod itself.
+    sector : Sector
+        The sector.
+    """
+    return {**_draft(block, "counterexample", {}, sector, varying=False), "verdict": "REFUTED"}
+
+
+def popov_theta(rod: Rod) -> Fraction:
+    """``4 |a| T/(1 - a^2) = L |k^2 - Z^2|/(k A E)`` [s], the travel time ``T`` at least in proportion; never 0.
+
+    Parameters
+    ----------
+    rod : Rod
+        A rod with ``damping > 0``.
+    """
+    E, rho, L, A, k = (rod.exact[name] for name in ("youngs_modulus", "density", "length", "area", "damping"))
+    return L * abs(k * k - A * A * rho * E) / (k * A * E) or L * A * rho / k
+
+
+def _draft(
+    block: UpwindScheme | RodBlock, theorem: str, multiplier: dict[str, str], sector: Sector, *, varying: bool
+) -> dict[str, Any]:
+    laws = laws_of(LawClass(sector=sector, time_varying=varying), unbounded=True)
+    return {
+        "verdict": "PROVED",
+        "numbers": "decimals as written",
+        "system": system_of(block),
+        "laws": laws,
+        "theorem": theorem,
+        "multiplier": multiplier,
+        "proof": STRUCTURE,
+    }
+
+
+SCHEME_ENERGY_EASE = 1.25
+BITS = 60
+PLACES = 4
+
+
+def energy_theta(scheme: UpwindScheme) -> Fraction:
+    r"""A ``theta`` [s] for which the energy of the scheme proves Popov's inequality on ``[0, inf]``.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme of a rod with ``k > 0``.
+
+    Returns
+    -------
+    Fraction
+        About a quarter above the least, a multiple of ``2 s d`` by a number of four binary places.
+
+    Raises
+    ------
+    AssumptionError
+        ``k <= 0``: the energy does not fall.
+
+    Notes
+    -----
+    With the dissipation ``D`` of ``notebooks/notes/0005-energy-theorem.md``, ``V' <= -2 sigma phi`` as soon as
+    ``(theta/d) D + 2 (w'y) phi >= 0`` for all ``(y, phi)``.  The ``2N`` jumps and the last wave are coordinates ``eta``
+    in which ``D = |eta|^2/2``; with ``w'y = alpha.eta`` and ``phi = beta.eta`` that is
+    ``theta >= 2 d (|alpha||beta| - alpha.beta)``.  It grows like ``sqrt(N)``, while the frequency inequality itself
+    needs a bounded ``theta``.
+
+    Examples
+    --------
+    >>> from lure import builtin_system, upwind
+    >>> energy_theta(upwind(builtin_system("paper-rod").rod, 10))
+    Fraction(220, 1)
+    """
+    if not scheme.rod.damping > 0:
+        raise AssumptionError(
+            f"rod.damping is {scheme.rod.damping:g}, and the energy falls only for a positive one; give one"
+        )
+    size = Fraction(SCHEME_ENERGY_EASE * _least(scheme)) / _unit(scheme)
+    step = Fraction(2) ** (math.floor(math.log2(size)) + 1 - PLACES)
+    return _unit(scheme) * step * math.ceil(size / step)
+
+
+def energy_matrix(scheme: UpwindScheme, theta: Fraction) -> Rounded | None:
+    """``P = theta/(2 s d)`` times 1, to 60 bits; None where ``theta`` is not large enough.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme.
+    theta : Fraction
+        Popov's multiplier.
+    """
+    if not (scheme.rod.damping > 0 and theta > _least(scheme)):
+        return None
+    size = theta / _unit(scheme)
+    exponent = max(0, BITS + math.floor(1 / size).bit_length() - math.floor(size).bit_length())
+    whole = round(size * 2**exponent)
+    while exponent and whole % 2 == 0:
+        whole, exponent = whole // 2, exponent - 1
+    return Rounded(rows=[[0] * i + [whole] for i in range(2 * scheme.cells)], exponent=exponent)
+
+
+def _least(scheme: UpwindScheme) -> float:
+    """The least ``theta``, for ``k > 0``."""
+    a, d, cells = scheme.rod.reflection, scheme.rod.mobility, scheme.cells
+    jumps = np.zeros((2 * cells + 1, 2 * cells + 1))  # of (y, phi)
+    for i in range(2 * cells):
+        jumps[i, i] -= 1.0
+        jumps[i, i - 1 if i else 2 * cells - 1] += 1.0 if i else -a
+    jumps[cells, 2 * cells] = -2.0 * d
+    jumps[2 * cells, 2 * cells - 1] = math.sqrt((1.0 - a) * (1.0 + a))
+    w = np.append(np.repeat([1.0, -a], cells) / (scheme.rate * (1.0 + a)), 0.0)
+    alpha, beta = np.linalg.solve(jumps.T, np.column_stack([w, np.eye(2 * cells + 1)[-1]])).T
+    return 2.0 * d * float(np.linalg.norm(alpha) * np.linalg.norm(beta) - alpha @ beta)
+
+
+def _unit(scheme: UpwindScheme) -> Fraction:
+    """``2 s d = 2 N/(rho L)``, whether or not the impedance is rational."""
+    return 2 * scheme.cells / (scheme.rod.exact["density"] * scheme.rod.exact["length"])

@@ -1,0 +1,168 @@
+"""The ordinary differential equations of the upwind scheme under loads, folded so that they are banded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.analysis.rod.energy import discrete_energy
+from lure.errors import InputError
+from lure.rod.scenario import Scenario, initial_state
+from lure.rod.upwind import UpwindScheme, upwind
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+Array = NDArray[np.float64]
+
+BAND = 2
+_MARGIN = 1e-12
+_LOOKS = 1025
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SchemeEquations:
+    r"""``y' = A y + b1 mu + b2 g + f``-terms of the scheme, ``mu = -p(z)``, with both waves of a place side by side.
+
+    The folded state is ``[y_1, y_{2N}, y_2, y_{2N-1}, .., y_N, y_{N+1}, z]`` in the numbering of (39): the ring of the
+    scheme is laid flat, and no equation reaches farther than two places, so that every matrix of an implicit method is
+    banded.  A body force adds ``f/(rho A)`` to each wave where it stands.
+
+    Attributes
+    ----------
+    scheme : UpwindScheme
+        The scheme; its own ordering does not matter here.
+    scenario : Scenario
+        Loads and initial data.
+    """
+
+    scheme: UpwindScheme
+    scenario: Scenario
+
+    @cached_property
+    def plain(self) -> UpwindScheme:
+        """The scheme in the ordering (39)."""
+        return upwind(self.scheme.rod, self.scheme.cells, form=self.scheme.form)
+
+    @cached_property
+    def fold(self) -> NDArray[np.intp]:
+        """(2N+1,) ``folded = y_39[fold]``."""
+        N = self.scheme.cells
+        places = np.empty(2 * N + 1, dtype=np.intp)
+        places[0 : 2 * N : 2] = np.arange(N)
+        places[1 : 2 * N : 2] = np.arange(2 * N - 1, N - 1, -1)
+        places[-1] = 2 * N
+        return places
+
+    @cached_property
+    def start(self) -> Array:
+        """(2N+1,) initial state, folded."""
+        return np.asarray(initial_state(self.plain, self.scenario)[self.fold])
+
+    def unfolded(self, states: Array) -> Array:
+        """States (..., 2N+1) in the ordering (39)."""
+        plain = np.empty_like(states)
+        plain[..., self.fold] = states
+        return plain
+
+    def observed(self, states: Array) -> Array:
+        """(k, 3) contact coordinate ``z`` [m], velocity ``v(t, L)`` [m/s] and energy [J] of folded states (k, 2N+1)."""
+        z = states[:, -1]
+        velocity = states[:, -3] - self.scheme.rod.mobility * self.scheme.rod.law(z)
+        return np.column_stack((z, velocity, discrete_energy(self.plain, self.unfolded(states))))
+
+    @cached_property
+    def _force_gain(self) -> float:
+        """What ``g`` adds to ``y_1'`` [m/(N s^2)]."""
+        return 2.0 * self.scheme.rod.input_gain * (self.scheme.rate if self.scheme.form == "corrected" else 1.0)
+
+    @cached_property
+    def _grid(self) -> Array:
+        return self.scheme.rod.length * np.arange(self.scheme.cells + 1) / self.scheme.cells
+
+    def rate(self, t: float, y: Array, *, touching: bool, span: tuple[float, float]) -> Array:
+        """``y'`` on one smooth piece: ``p = 0`` in flight and ``c_n |z|^m sign z`` in contact; folded (2N+1,).
+
+        Raises
+        ------
+        InputError
+            A load is not finite.
+        """
+        rod, N, s = self.scheme.rod, self.scheme.cells, self.scheme.rate
+        force, body = self._loads(t, span)
+        push = rod.mobility * self._stress(float(y[-1])) if touching else 0.0
+        change = np.empty(2 * N + 1)
+        forward, backward = y[0 : 2 * N : 2], y[1 : 2 * N : 2]
+        change[2 : 2 * N : 2] = s * (forward[:-1] - forward[1:])
+        change[1 : 2 * N - 2 : 2] = s * (backward[1:] - backward[:-1])
+        change[0] = -s * (forward[0] + rod.reflection * backward[0]) + self._force_gain * force
+        change[2 * N - 1] = s * (forward[-1] - 2.0 * push - backward[-1])
+        change[2 * N] = forward[-1] - push
+        if body is not None:
+            change[0 : 2 * N : 2] += body[1:]
+            change[1 : 2 * N : 2] += body[:-1]
+        return change
+
+    def jacobian(self, y: Array, *, touching: bool) -> csc_array:
+        """``dy'/dy`` (2N+1, 2N+1), sparse with two diagonals on either side [1/s]."""
+        from scipy.sparse import coo_array
+
+        rod, N, s = self.scheme.rod, self.scheme.cells, self.scheme.rate
+        law = rod.law
+        steep = rod.mobility * law.stiffness * law.exponent if touching else 0.0
+        slope = steep * abs(float(y[-1])) ** (law.exponent - 1.0) if steep and law.exponent != 1.0 else steep
+        row = np.arange(2 * N)
+        from_ = np.concatenate(([1], np.arange(0, 2 * N - 2, 2), np.arange(3, 2 * N, 2), [2 * N - 2]))
+        to = np.concatenate((np.arange(0, 2 * N, 2), np.arange(1, 2 * N, 2)))
+        weight = np.full(2 * N, s)
+        weight[0] = -s * rod.reflection
+        rows = np.concatenate((row, to, [2 * N - 1, 2 * N, 2 * N]))
+        columns = np.concatenate((row, from_, [2 * N, 2 * N - 2, 2 * N]))
+        values = np.concatenate((np.full(2 * N, -s), weight, [-2.0 * s * slope, 1.0, -slope]))
+        return coo_array((values, (rows, columns)), shape=(2 * N + 1, 2 * N + 1)).tocsc()
+
+    def speed(self, until: float) -> float:
+        """A velocity of the size the data and the loads suggest, 1 if they suggest none [m/s]."""
+        rod, times = self.scheme.rod, np.linspace(0.0, until, _LOOKS)
+        span = (0.0, until)
+        started = float(np.abs(self.start[:-1]).max())
+        if self.scenario.free:
+            return started or 1.0
+        loads = [self._loads(float(t), span) for t in times]
+        pushed = self._force_gain / self.scheme.rate * max(abs(force) for force, _ in loads)
+        carried = rod.travel_time * max(0.0 if body is None else float(np.abs(body).max()) for _, body in loads)
+        return max(started, pushed, carried) or 1.0
+
+    def breaks(self, until: float) -> list[float]:
+        """Instants inside the run at which a load may change its formula, as far as they are known [s]."""
+        found: set[float] = set()
+        for load in (self.scenario.force, self.scenario.body_force):
+            if not load.is_constant:
+                found.update(float(point) for point in load.breakpoints("t", 0, until) or ())
+        return sorted(point for point in found if 0.0 < point < until)
+
+    def _stress(self, z: float) -> float:
+        law = self.scheme.rod.law
+        return float(np.copysign(law.stiffness * abs(z) ** law.exponent, z))
+
+    def _loads(self, t: float, span: tuple[float, float]) -> tuple[float, Array | None]:
+        """``g`` [N] and ``f/(rho A)`` (N+1,) [m/s^2], read strictly inside ``span``, where formulas do not change."""
+        if self.scenario.free:
+            return 0.0, None
+        margin = _MARGIN * span[1]
+        t = min(max(t, span[0] + margin if span[0] else 0.0), span[1] - margin)
+        force = 0.0 if self.scenario.force.is_zero else float(self.scenario.force(t=t))
+        if not np.isfinite(force):
+            raise InputError(f"force.g is {force} at t = {t:g} s; give a formula that is finite over the run")
+        if self.scenario.body_force.is_zero:
+            return force, None
+        body = self.scenario.body_force(t=t, x=self._grid)
+        if not np.isfinite(body).all():
+            raise InputError(
+                f"force.f is not finite at t = {t:g} s somewhere on the rod; give a formula that is finite over the run"
+            )
+        return force, body / (self.scheme.rod.density * self.scheme.rod.area)

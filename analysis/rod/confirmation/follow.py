@@ -1,0 +1,238 @@
+"""The exact motion of the rod followed as far as is needed, and no further than is quick."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lure.analysis.rod.confirmation.functionals import zeta_gain
+from lure.analysis.rod.confirmation.later import Flight, flight_after
+from lure.errors import AssumptionError, InputError
+from lure.rod.motion import Window, motion_windows
+from lure.rod.motion.chebyshev import Array, right_ends
+from lure.rod.parameters import Rod
+from lure.rod.scenario import Scenario
+from lure.rod.transfer import RodBlock
+
+MOST_TRIPS = 1900  # so few that nothing is compiled for them: the report does not depend on what is installed
+_MOST_WORK = 1500.0
+_CHECKED_TRIPS = 16
+_DECAYED, _RESOLVED = 1e-13, 1e-10
+_SETTLED, _GROWN = math.log(1e-14), math.log(1e60)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Followed:
+    """The round trips of a motion that were followed.
+
+    Attributes
+    ----------
+    windows : tuple of Window
+        From the start on.
+    flight : Flight or None
+        The free flight that is final; None if there is none yet, or none to look for.
+    flight_from : int
+        Number of round trips before it.
+    leans : bool
+        Whether the waves have decayed and the end is at the obstacle: it leans on it, ever more lightly.
+    shortened : str or None
+        Why the motion was not followed further.
+    """
+
+    windows: tuple[Window, ...]
+    flight: Flight | None
+    flight_from: int
+    leans: bool
+    shortened: str | None
+
+
+def follow(rod: Rod, scenario: Scenario, until: float) -> Followed:
+    """Follow the rod up to ``until``, and without loads and for ``k > 0`` on until no contact can follow.
+
+    After that it is followed until the ringing has decayed to ``1e-14``, if that takes few round trips, else for 16
+    more, along which the closed form of free flight can be compared.  At most 1900 round trips, fewer where contacts
+    make them dear; for ``k < 0`` at most until the waves have grown by ``1e60``.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod.
+    scenario : Scenario
+        Loads and initial data.
+    until : float
+        End of the motion that is asked for [s].
+
+    Raises
+    ------
+    InputError
+        The exact solver refuses in the first round trip: see :func:`lure.rod.motion.exact_motion`.
+    AssumptionError
+        Likewise.
+    """
+    round_trip = 2.0 * rod.travel_time
+    asked = max(1, math.ceil(min(until / round_trip, 1e9) * (1.0 - 1e-15)))
+    most = MOST_TRIPS if rod.damping >= 0 else min(MOST_TRIPS, _until_grown(rod))
+    watch = _Watch(rod=rod, settles=scenario.free and rod.damping > 0, stop=min(asked, most), most=most)
+    # a quarter of a round trip more, so that the last one is whole; loads are not asked for beyond the end
+    end = round_trip * ((most if watch.settles else watch.stop) + 0.25)
+    shortened = None
+    try:
+        for window in motion_windows(rod, scenario, end if scenario.free else min(end, until)):
+            if watch.windows and not watch.resolves(window):
+                shortened = (
+                    f"after {len(watch.windows)} round trips the estimated error of the exact motion exceeds 1e-10 of "
+                    "its size, and it is followed no further"
+                )
+                break
+            watch.add(window)
+            if watch.done:
+                break
+    except (InputError, AssumptionError) as refusal:
+        if not watch.windows:
+            raise
+        shortened = f"after {len(watch.windows)} round trips the exact solver stops: {refusal}"
+    if shortened is None and len(watch.windows) < asked:
+        shortened = (
+            f"the exact motion was followed for {len(watch.windows)} round trips, up to "
+            f"{len(watch.windows) * round_trip:.4g} s of the {until:.4g} s asked for, to keep the report quick"
+        )
+    return Followed(
+        windows=tuple(watch.windows),
+        flight=watch.flight,
+        flight_from=watch.flight_from,
+        leans=watch.leans,
+        shortened=shortened,
+    )
+
+
+@dataclass(kw_only=True, eq=False, slots=True)
+class _Watch:
+    """Round trips so far, and whether there are enough of them."""
+
+    rod: Rod
+    settles: bool
+    stop: int
+    most: int
+    windows: list[Window] = field(default_factory=list)
+    flight: Flight | None = None
+    flight_from: int = 0
+    leans: bool = False
+    work: float = 0.0
+    wave: float = 0.0
+    depth: float = 0.0
+    error: float = 0.0
+
+    def add(self, window: Window) -> None:
+        """Enter the next round trip."""
+        self.windows.append(window)
+        self.error += window.error
+        self.work += 0.3 + window.crossings + len(window.wave) * (0.05 if self.rod.exponent == 1.0 else 1.0)
+        wave, depth = max(_size(window.wave), _size(window.returned)), _size(window.z)
+        self.wave, self.depth = max(self.wave, wave), max(self.depth, depth)
+        self.leans = self.settles and wave <= _DECAYED * self.wave and depth <= _DECAYED * self.depth
+        if not self.settles or self.flight is not None or len(self.windows) < self.stop:
+            return
+        if self.leans or window.end.impact is not None:
+            return
+        found = flight_after(self.rod, window)
+        if found.final:
+            self.flight, self.flight_from = found, len(self.windows)
+            needed = trips_to_settle(self.rod)
+            self.stop = len(self.windows) + (int(needed) if needed <= MOST_TRIPS else _CHECKED_TRIPS)
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing more is to be learnt, or it would take too long."""
+        if len(self.windows) >= self.most or self.work > _MOST_WORK:
+            return True
+        return len(self.windows) >= self.stop and (not self.settles or self.leans or self.flight is not None)
+
+    def resolves(self, window: Window) -> bool:
+        """Whether the estimates of all errors stay below ``1e-10`` of the motion."""
+        return self.error + window.error <= _RESOLVED * max(self.depth, self.wave * self.rod.travel_time)
+
+
+def _size(series: Array) -> float:
+    return float(np.abs(series).sum(axis=1).max())
+
+
+def ringing(rod: Rod, trips: float) -> float:
+    """``(-a)^m`` after ``m`` round trips, which is what is left of the departure from rest.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod, ``k > 0``.
+    trips : float
+        Whole number ``m``.
+    """
+    if rod.reflection == 0.0:
+        return 1.0 if trips == 0 else 0.0
+    size = math.exp(trips * log_echo(rod))
+    return size if rod.reflection < 0 or trips % 2 == 0 else -size
+
+
+def log_echo(rod: Rod) -> float:
+    """``ln|a|``; ``-inf`` for ``k = Z``.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod.
+    """
+    return RodBlock(rod).log_reflection
+
+
+def trips_to_settle(rod: Rod) -> float:
+    """Round trips until the ringing is below ``1e-14`` of what it was; ``inf`` where doubles see no damping.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod, ``k > 0``.
+    """
+    rate = -log_echo(rod)
+    return 1.0 + math.ceil(-_SETTLED / rate) if rate > 0.0 and -_SETTLED / rate < 1e300 else math.inf
+
+
+def _until_grown(rod: Rod) -> int:
+    """Round trips in which the waves grow by ``1e60``, for ``k < 0``."""
+    growth = math.log(abs(rod.reflection))
+    return max(1, int(min(_GROWN / growth, 1e9))) if growth > 0.0 else MOST_TRIPS
+
+
+def closed_form_error(rod: Rod, followed: Followed) -> float:
+    """Largest difference between the closed form of the final free flight and its continuation step by step [m].
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod.
+    followed : Followed
+        With a final free flight.
+    """
+    assert followed.flight is not None
+    flight, later = followed.flight, followed.windows[followed.flight_from :]
+    stepped = np.array([float(right_ends(window.z)[-1]) for window in later])
+    closed = [flight.zeta + ringing(rod, m + 1) * (flight.start - flight.zeta) for m in range(len(later))]
+    return float(np.abs(stepped - np.array(closed)).max(initial=0.0))
+
+
+def momentum_allowance(rod: Rod, windows: tuple[Window, ...]) -> float:
+    """What rounding and the errors of the series may be expected to add to ``zeta`` [m].
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod, ``k != 0``.
+    windows : tuple of Window
+        The motion.
+    """
+    gain = abs(zeta_gain(rod))
+    wave, z = max(_size(window.returned) for window in windows), max(_size(window.z) for window in windows)
+    error = math.fsum(window.error for window in windows)
+    return 1e-13 * (z + 4.0 * gain * wave) * (1.0 + math.sqrt(len(windows))) + 4.0 * error * (
+        1.0 + gain / rod.travel_time
+    )

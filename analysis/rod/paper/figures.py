@@ -1,0 +1,154 @@
+"""Figures 3 to 10 of the paper, redrawn, each with what the rod itself does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lure.analysis.plots.rod_paper import EndCurve, plot_end_curves, plot_end_envelope, plot_waves
+from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, Draw
+from lure.analysis.rod.paper.model import Variant
+from lure.analysis.rod.paper.runs import RELEASE, PaperRuns
+from lure.analysis.rod.paper.settling import PAPER_SETTLING
+
+_ZOOM = 1.2e-3
+_WAVES = {3: "r1", 4: "r2", 5: "v"}
+_NAMES = {"r1": "forward wave r₁", "r2": "backward wave r₂", "v": "velocity v"}
+_SHOWN: tuple[tuple[Variant, str, str, str, float], ...] = (
+    ("rod-rescaled", "the rod, force / 60000", GREY, "-", 3.0),
+    ("as-printed-200", "as printed, N = 200", PURPLE, "--", 1.2),
+    ("as-printed", "as printed, N = 10", BLUE, "-", 1.2),
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PaperFigure:
+    """One figure before it is drawn.
+
+    Attributes
+    ----------
+    name : str
+        File name without its ending.
+    number : int
+        Number in the paper.
+    title, caption : str
+        A few words above it, and what to look at.
+    draw : callable
+        ``draw(ax=axes)`` draws on the axes.
+    """
+
+    name: str
+    number: int
+    title: str
+    caption: str
+    draw: Draw
+
+
+def paper_figures(runs: PaperRuns) -> tuple[PaperFigure, ...]:
+    """Figures 3 to 10, in order.
+
+    Parameters
+    ----------
+    runs : PaperRuns
+        The motions behind them.
+    """
+    waves = [figure for number in _WAVES for figure in _wave_figures(runs, number)]
+    return (*waves, *_release_figures(runs), *(_forced_figure(runs, number) for number in (8, 9, 10)))
+
+
+def _wave_figures(runs: PaperRuns, number: int) -> list[PaperFigure]:
+    which = _WAVES[number]
+    coarse, rod = runs.coarse, runs.exact
+    t, x = np.linspace(0.0, RELEASE, 401), np.linspace(0.0, runs.release.rod.length, 101)
+    forward, backward = rod.waves(t[:, None], x)
+    exact = {"r1": forward, "r2": backward, "v": 0.5 * (forward + backward)}[which]
+    scheme = {"r1": coarse.frames_r1, "r2": coarse.frames_r2, "v": coarse.frames_v}[which]
+    name = _NAMES[which]
+    return [
+        PaperFigure(
+            name=f"figure-{number:02d}",
+            number=number,
+            title=f"Figure {number}: {name}, scheme with N = 10",
+            caption="As in the paper: the steps of the initial data are smeared and die out within a millisecond.",
+            draw=lambda ax: plot_waves(coarse.frames_x, coarse.frames_t, scheme, title=f"{name}, N = 10", ax=ax),
+        ),
+        PaperFigure(
+            name=f"figure-{number:02d}-rod",
+            number=number,
+            title=f"Figure {number}: {name}, the rod itself",
+            caption="Exact: steps of 1.2 m/s that run to and fro and lose 0.03 % in each round trip.",
+            draw=lambda ax: plot_waves(x, t, exact, title=f"{name}, the rod", ax=ax),
+        ),
+    ]
+
+
+def _release_figures(runs: PaperRuns) -> list[PaperFigure]:
+    coarse, fine, exact = runs.coarse, runs.fine, runs.exact
+    transit = runs.release.rod.travel_time
+    corners = np.append(np.arange(0.0, coarse.t[-1], transit), coarse.t[-1])
+    curves = [
+        EndCurve(label="the rod", t=corners, u=exact.end_displacement(corners), colour=GREY, width=2.5),
+        EndCurve(label="N = 200", t=fine.t, u=fine.u_end, colour=GREEN),
+        EndCurve(label="N = 10", t=coarse.t, u=coarse.u_end, colour=BLUE),
+    ]
+
+    def zoomed(curve: EndCurve) -> EndCurve:
+        """The curve on the window of the figure."""
+        kept = curve.t <= _ZOOM
+        return replace(curve, t=curve.t[kept], u=curve.u[kept])
+
+    trips = 2 * transit * np.linspace(0, int(exact.until / (2 * transit)) - 1, 301).round()
+    low, high = exact.end_displacement(trips), exact.end_displacement(trips + transit)
+    _, _, rod = runs.settling
+    drift = EndCurve(
+        label="drift to the resting place", t=trips, u=rod.rest + rod.drift * np.exp(-trips / rod.slow), colour=BLUE
+    )
+    return [
+        PaperFigure(
+            name="figure-06",
+            number=6,
+            title="Figure 6: released end",
+            caption=(
+                "The paper shows the curve for N = 10. With N = 200 the same scheme still rings; the rod is a triangle "
+                "wave that loses 0.03 % in each round trip."
+            ),
+            draw=lambda ax: plot_end_curves(curves, settling=PAPER_SETTLING, ax=ax),
+        ),
+        PaperFigure(
+            name="figure-07",
+            number=7,
+            title="Figure 7: the same, closer",
+            caption="Up to the printed settling time.",
+            draw=lambda ax: plot_end_curves([zoomed(curve) for curve in curves], settling=PAPER_SETTLING, ax=ax),
+        ),
+        PaperFigure(
+            name="figure-06-seconds",
+            number=6,
+            title="Figure 6 for five seconds",
+            caption=(
+                "What 2.5 ms cannot show: ringing and drift both decay with a time constant of 1 s, and the end comes "
+                "to rest at +1e-4 m."
+            ),
+            draw=lambda ax: plot_end_envelope(trips, low, high, drift, ax=ax),
+        ),
+    ]
+
+
+def _forced_figure(runs: PaperRuns, number: int) -> PaperFigure:
+    curves = []
+    for variant, label, colour, dashes, width in _SHOWN:
+        run = runs.run(number, variant)
+        curves.append(EndCurve(label=label, t=run.t, u=run.u, colour=colour, dashes=dashes, width=width))
+    printed, small, rod = (runs.run(number, variant) for variant in ("as-printed", "rod-rescaled", "rod"))
+    touches = "contact" if printed.peak.contact else "no contact"
+    return PaperFigure(
+        name=f"figure-{number:02d}",
+        number=number,
+        title=f"Figure {number}: forced end",
+        caption=(
+            f"As printed with N = 10: {touches}, largest z {printed.peak.largest_z:.4g} m. The rod does the same for "
+            f"{small.peak.amplitude:.3g} N; {rod.peak.amplitude:g} N would take it to z = {rod.peak.largest_z:.4g} m."
+        ),
+        draw=lambda ax: plot_end_curves(curves, obstacle=runs.release.rod.gap, contacts=printed.contacts, ax=ax),
+    )

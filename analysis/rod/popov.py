@@ -1,0 +1,386 @@
+"""Popov's criterion in the critical case of a simple zero eigenvalue, and the circle criterion, for the rod."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeVar
+
+from flint import arb, arb_series
+
+from lure.analysis.inequality.checks import CriterionName, CriterionResult, check_sector, model_of, without_damping
+from lure.analysis.numerics.minimum import Minimum, minimum
+from lure.analysis.numerics.precision import ball, outward, working_precision
+from lure.analysis.verdict import INFINITE, Bracket, Evidence, Verdict
+from lure.classes import Sector
+from lure.errors import AssumptionError, InputError
+from lure.rod.parameters import Rod
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme
+
+# The Popov expression of the rod and of its schemes, bounded over all frequencies in ball arithmetic.
+#
+# With ``q^{2N} = r e^{-i psi}`` on the imaginary axis (``r = 1``, ``psi = 2 omega T`` for the rod itself),
+#
+# .. math::
+#
+#     \mathrm{Re}[(1 + i\omega\theta) H] = d\,T\,F, \qquad
+#     F = \frac{2 a r\,g + \vartheta (1 - a^2 r^2)}{1 + a^2 r^2 + 2 a r \cos\psi}, \qquad
+#     g = \frac{\sin\psi}{\omega T}, \quad \vartheta = \theta / T .
+#
+# ``psi`` runs over ``[0, N pi)``; three facts, proved in ``notebooks/notes/0004-popov-for-the-rod.md``, reduce every
+# question to ``[0, 2 pi]``: wherever ``F < vartheta`` (``vartheta >= 0``), ``F`` falls as ``r`` or ``1/omega`` grows (the
+# latter for ``a sin psi <= 0``), and flipping the sign of a positive ``a sin psi`` lowers it.
+
+RELATIVE_WIDTH = "1e-10"
+Number = TypeVar("Number", arb, arb_series)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Ring:
+    """The rod (``cells=None``) or its scheme, in balls; ``0 < k < inf``.
+
+    Attributes
+    ----------
+    sign : int
+        Sign of ``a``, decided exactly: -1 for ``k < Z``, 0 for ``k = Z``, 1 for ``k > Z``.
+    size : arb
+        ``|a|``.
+    defect : arb
+        ``1 - |a| = 2 min(k, Z)/(k + Z)``, free of cancellation.
+    mobility, travel_time : arb
+        ``d`` [m/(Pa s)] and ``T`` [s].
+    cells : int or None
+        ``N``.
+    """
+
+    sign: int
+    size: arb
+    defect: arb
+    mobility: arb
+    travel_time: arb
+    cells: int | None
+
+    @classmethod
+    def of(cls, rod: Rod, cells: int | None) -> Ring:
+        """The ring of a rod with ``k > 0``, at the current working precision."""
+        exact = rod.exact
+        k, stiffness = exact["damping"], exact["density"] * exact["youngs_modulus"]
+        excess = k * k - exact["area"] ** 2 * stiffness
+        root = ball(stiffness).sqrt()
+        Z, damping = ball(exact["area"]) * root, ball(k)
+        least = Z if excess > 0 else damping
+        return cls(
+            sign=(excess > 0) - (excess < 0),
+            size=abs(ball(excess)) / (damping + Z) ** 2,
+            defect=2 * least / (damping + Z),
+            mobility=1 / root,
+            travel_time=ball(exact["length"]) * ball(exact["density"]).sqrt() / ball(exact["youngs_modulus"]).sqrt(),
+            cells=cells,
+        )
+
+    @property
+    def scale(self) -> arb:
+        """``d T`` [m/Pa], the unit of ``F``."""
+        return self.mobility * self.travel_time
+
+    @property
+    def one_minus_square(self) -> arb:
+        """``1 - a^2``."""
+        return self.defect * (1 + self.size)
+
+    @property
+    def last_angle(self) -> arb:
+        """End of the interval of ``psi`` that decides: ``2 pi``, or ``pi`` for ``N = 1``."""
+        return arb.pi() if self.cells == 1 else 2 * arb.pi()
+
+    def frequency(self, psi: arb) -> float:
+        """``omega`` [rad/s] at the angle ``psi``; ``inf`` at the end of the range of a scheme."""
+        if self.cells is None:
+            return float(psi / (2 * self.travel_time))
+        phi = psi / (2 * self.cells)
+        if not phi.cos() > 0:
+            return math.inf
+        return float(self.cells * phi.tan() / self.travel_time)
+
+    def parts(self, psi: Number) -> tuple[Number, Number]:
+        """``r`` and ``g`` on ``0 <= psi <= 2 pi``; a series needs a constant term that is not zero."""
+        sinc = psi.sinc() if isinstance(psi, arb) else psi.sin() / psi
+        if self.cells is None:
+            return 1 + 0 * psi, 2 * sinc
+        N = self.cells
+        phi = psi / (2 * N)
+        s, c = phi.sin_cos() if isinstance(phi, arb) else (phi.sin(), phi.cos())
+        cotangent = c / phi.sinc() if isinstance(phi, arb) else phi * c / s
+        return c ** (2 * N), 2 * sinc * cotangent
+
+    def denominator(self, psi: Number, r: Number) -> Number:
+        """``1 + a^2 r^2 + 2 a r cos psi`` as a sum of squares, with no cancellation near ``|a| r = 1``."""
+        half = psi / 2
+        wave = half.cos() if self.sign > 0 else half.sin()
+        return self.gap(r) ** 2 + 4 * self.size * r * wave * wave
+
+    def gap(self, r: Number) -> Number:
+        """``1 - |a| r``."""
+        return self.defect + self.size * (1 - r)
+
+
+def popov_minimum(ring: Ring, multiplier: arb, ease: arb) -> Minimum:
+    """Bracket on ``ease + inf F`` over all frequencies for ``vartheta = multiplier >= 0``, and the angle where it lies.
+
+    ``ease = 1/(d T k_upper)``.  For a scheme the limit ``omega -> inf`` is ``F = vartheta``.
+    """
+    a = ring.sign * ring.size
+    if ring.sign == 0:
+        return _exactly(ease + multiplier, arb(0))
+    if ring.sign > 0 and ring.cells == 1 and multiplier == 0:
+        # sin psi >= 0 on [0, pi]: F >= 0, and F -> 0 at the end
+        return _exactly(ease, ring.last_angle)
+    at_zero = multiplier * ring.one_minus_square - 4 * ring.size
+    if ring.sign < 0 and at_zero <= 0:
+        # numerator >= at_zero and denominator >= (1 - |a|)^2 wherever F < 0, both attained at psi = 0
+        return _exactly(ease + at_zero / ring.defect**2, arb(0))
+
+    def value(psi: Number) -> Number:
+        """The expression at one angle."""
+        r, g = ring.parts(psi)
+        numerator = 2 * a * r * g + multiplier * ring.gap(r) * (1 + ring.size * r)
+        return ease + numerator / ring.denominator(psi, r)
+
+    # |g| <= 2 and r <= 1: the numerator is at least at_zero, the denominator at most (1 + |a|)^2
+    floor = ease + at_zero / (1 + ring.size) ** 2 if at_zero >= 0 else None
+    found = minimum(value, arb(0), ring.last_angle, width=lambda best: abs(best) * arb(RELATIVE_WIDTH), floor=floor)
+    if ring.cells is not None and ease + multiplier <= found.low:
+        return _exactly(ease + multiplier, ring.last_angle)
+    return found
+
+
+def smallest_multiplier(ring: Ring, ease: arb) -> Minimum:
+    """Bracket on the negative of the smallest ``vartheta >= 0`` that works, for ``ease = 1/(d T k_upper)``.
+
+    ``vartheta`` works at an angle iff it exceeds ``G = -(ease D + 2 a r g)/(1 - a^2 r^2)`` there; the result brackets
+    ``min(0, inf -G)``.  For ``a < 0`` the supremum lies at ``omega = 0``, for every ``N`` and for the rod; for
+    ``a > 0``
+    a positive supremum lies in ``(pi, 2 pi)``.
+    """
+    a = ring.sign * ring.size
+    if ring.sign == 0 or (ring.sign > 0 and ring.cells == 1):
+        return _exactly(arb(0), arb(0))
+    if ring.sign < 0:
+        needed = (4 * ring.size - ease * ring.defect**2) / ring.one_minus_square
+        return _clipped(_exactly(-needed, arb(0)))
+
+    def value(psi: Number) -> Number:
+        """The expression at one angle."""
+        r, g = ring.parts(psi)
+        return (ease * ring.denominator(psi, r) + 2 * a * r * g) / (ring.gap(r) * (1 + ring.size * r))
+
+    def width(best: arb) -> arb:
+        """Bracket width to stop at."""
+        return abs(best) * arb(RELATIVE_WIDTH) + (ease + 1) * arb("1e-25")
+
+    return _clipped(minimum(value, arb.pi(), 2 * arb.pi(), width=width))
+
+
+def _exactly(value: arb, where: arb) -> Minimum:
+    return Minimum(low=value.lower(), high=value.upper(), where=where, closed=True)
+
+
+def _clipped(found: Minimum) -> Minimum:
+    zero = arb(0)
+    low = found.low if found.low < 0 else zero
+    high = found.high if found.high < 0 else zero
+    return Minimum(low=low, high=high, where=found.where, closed=found.closed)
+
+
+def precision_for(rod: Rod, cells: int | None) -> int:
+    """Bits that leave about 100 good ones after the cancellations near ``|a| = 1`` and for many cells."""
+    exact = rod.exact
+    # (k/Z)^2 as a fraction: the ratio of two doubles need not be one
+    square = exact["damping"] ** 2 / (exact["area"] ** 2 * exact["density"] * exact["youngs_modulus"])
+    octaves = abs(square.numerator.bit_length() - square.denominator.bit_length()) // 2 + 1 if square else 0
+    return min(4096, 128 + 4 * octaves + 2 * (cells or 1).bit_length())
+
+
+THETA_EASE = 1.25
+
+
+def rod_popov_criterion(
+    block: UpwindScheme | RodBlock, sector: Sector, *, theta: float | None = None
+) -> CriterionResult:
+    r"""Popov's frequency inequality for the rod or its scheme, certified over all frequencies.
+
+    For ``mu = -phi(sigma)`` and ``phi`` in ``[0, k]`` brackets
+
+    .. math:: m(\theta) = \inf_{\omega \in [0, \infty]} \{ 1/k + \mathrm{Re}[(1 + i\omega\theta) H(i\omega)] \},
+
+    the values at both ends being limits (``H`` has a simple pole at zero with residue ``rho_0 = A/k_dashpot > 0``).
+
+    *Scheme.* If ``m > 0``, for every time-invariant locally Lipschitz ``phi`` in the sector every solution is bounded
+    and converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin
+    only if ``phi`` vanishes at 0 alone.  *Rod.* The verdict about the rod is that of
+    :func:`lure.analysis.rod.conclusion.conclusion`, from an energy theorem; with ``theta >= 0`` the inequality is a second proof
+    of it (note 11), which nothing here rests on.
+
+    If ``m <= 0`` nothing follows: the criterion is sufficient, not necessary.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The N-cell scheme, or the rod itself.
+    sector : Sector
+        ``[0, k]``, ``0 < k <= inf`` [Pa/m].
+    theta : float, optional
+        Multiplier ``theta >= 0`` [s].  By default 1.25 times the smallest one that serves the unbounded sector, and at
+        least the travel time, so that one multiplier covers obstacles of every stiffness.
+
+    Returns
+    -------
+    CriterionResult
+        REFUTED for ``k_dashpot < 0`` with a destabilising member; INCONCLUSIVE for ``k_dashpot = 0``.
+
+    Raises
+    ------
+    AssumptionError
+        The sector does not start at zero, or ``theta`` is negative or not finite.
+    InputError
+        No ``theta`` was given, and the one needed lies outside the range of doubles.
+
+    Notes
+    -----
+    Closed form in python-flint balls; branch and bound on one period of the phase, no grid.  Cost independent of ``N``.
+    Parameters mean the exact numbers of :attr:`lure.rod.parameters.Rod.exact`.  Negative ``theta``, legal for finite ``k``, is not
+    offered: some ``theta > 0`` serves every ``k`` here.
+
+    References
+    ----------
+    .. [1] M. A. Aizerman and F. R. Gantmacher, Absolute Stability of Regulator Systems, Holden-Day, 1964.
+    .. [2] A. Kh. Gelig, G. A. Leonov, V. A. Yakubovich, Stability of Nonlinear Systems with Nonunique Equilibrium
+       State, Nauka, 1978.
+
+    Examples
+    --------
+    >>> from lure import Sector, builtin_system, upwind
+    >>> print(rod_popov_criterion(upwind(builtin_system("paper-rod").rod, 10), Sector(0, 1)).verdict)
+    PROVED
+    """
+    check_sector(sector)
+    if theta is not None and not (theta >= 0 and math.isfinite(theta)):
+        raise AssumptionError(f"popov_criterion needs a finite theta >= 0; got {theta}")
+    refused = without_damping("popov", block, sector)
+    if refused is not None:
+        return refused
+    _, cells = model_of(block)
+    with working_precision(precision_for(block.rod, cells)):
+        ring = Ring.of(block.rod, cells)
+        ease = _ease(sector) / ring.scale
+        unbounded = smallest_multiplier(ring, arb(0))
+        if theta is None:
+            theta = max(THETA_EASE * float(-unbounded.low * ring.travel_time), float(ring.travel_time))
+            if not math.isfinite(theta):
+                raise InputError(
+                    "the multiplier that Popov's criterion needs for this rod exceeds the largest double, about "
+                    "1e308 s; rescale the units"
+                )
+        needed = smallest_multiplier(ring, ease)
+        found = popov_minimum(ring, ball(theta) / ring.travel_time, ease)
+        smallest = outward(-needed.high * ring.travel_time, -needed.low * ring.travel_time)
+        return _result(_Question("popov", block, sector, theta), ring, found, smallest, INFINITE)
+
+
+def rod_circle_criterion(block: UpwindScheme | RodBlock, sector: Sector) -> CriterionResult:
+    r"""The circle criterion, ``1/k + Re H(i omega) > 0`` on ``[0, inf]``, certified over all frequencies.
+
+    It is Popov's inequality with ``theta = 0`` and asks more; in return the conclusion of boundedness covers
+    time-varying ``phi(t, sigma)`` in the sector.  Answers and errors as for :func:`rod_popov_criterion`.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The N-cell scheme, or the rod itself.
+    sector : Sector
+        ``[0, k]``, ``0 < k <= inf`` [Pa/m].
+    """
+    check_sector(sector)
+    refused = without_damping("circle", block, sector)
+    if refused is not None:
+        return refused
+    _, cells = model_of(block)
+    with working_precision(precision_for(block.rod, cells)):
+        ring = Ring.of(block.rod, cells)
+        ease = _ease(sector) / ring.scale
+        found = popov_minimum(ring, arb(0), ease)
+        response = popov_minimum(ring, arb(0), arb(0))
+        low = -1 / (ring.scale * response.low) if response.low < 0 else arb("inf")
+        high = -1 / (ring.scale * response.high) if response.high < 0 else arb("inf")
+        largest = outward(low, high)
+        return _result(_Question("circle", block, sector, 0.0), ring, found, None, largest)
+
+
+def _ease(sector: Sector) -> arb:
+    return arb(0) if sector.upper == math.inf else 1 / ball(sector.upper)
+
+
+@dataclass(frozen=True, slots=True)
+class _Question:
+    name: CriterionName
+    block: UpwindScheme | RodBlock
+    sector: Sector
+    theta: float
+
+
+def _result(
+    asked: _Question, ring: Ring, found: Minimum, smallest: Bracket | None, largest: Bracket
+) -> CriterionResult:
+    model, _ = model_of(asked.block)
+    low, high = ring.scale * found.low, ring.scale * found.high
+    holds = bool(low > 0)
+    margin, omega = outward(low, high), ring.frequency(found.where)
+    if holds:
+        reason = f"the inequality holds at every frequency; its least value is {margin.low:.6g} m/Pa"
+    elif high < 0:
+        reason = (
+            f"the inequality fails by {-margin.high:.6g} m/Pa at {omega:.6g} rad/s, from which nothing follows "
+            f"about the "
+            f"loop; {_advice(asked.name, smallest, largest)}"
+        )
+    else:
+        reason = f"the margin {margin} m/Pa is not bounded away from zero; {_advice(asked.name, smallest, largest)}"
+    return CriterionResult(
+        name=asked.name,
+        model=model,
+        sector=asked.sector,
+        verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
+        evidence=Evidence.CERTIFIED,
+        theta=asked.theta,
+        smallest_theta=smallest,
+        margin=margin,
+        worst_frequency=omega,
+        largest_sector=largest,
+        reason=reason,
+        hypotheses=_hypotheses(asked, margin, holds=holds),
+    )
+
+
+def _advice(name: CriterionName, smallest: Bracket | None, largest: Bracket) -> str:
+    if name == "circle":
+        return f"the circle criterion reaches the sector [0, {largest.low:.6g}]: ask Popov's for more"
+    return f"take theta above {smallest.high:.6g} s" if smallest else "take a larger theta"
+
+
+def _hypotheses(asked: _Question, margin: Bracket, *, holds: bool) -> tuple[str, ...]:
+    rod, sector = asked.block.rod, asked.sector
+    inequality = f"inequality on [0, inf], limits included: bounded below by {margin.low:.6g} m/Pa in ball arithmetic"
+    members = f"phi time-invariant, locally Lipschitz, in the sector {sector}: assumed of the class"
+    if not rod.law.locally_lipschitz:
+        members += (
+            f"; it fails for this rod's own law, which is not Lipschitz at z = 0 (m = {rod.exponent:g} < 1): "
+            "the energy theorem covers that law, this criterion does not"
+        )
+    return (
+        f"zero eigenvalue simple: checked, k = {rod.damping:g} N s/m is not zero",
+        f"all other modes decay: checked, |a| < 1 because 0 < k (a = {rod.reflection:.10g})",
+        f"residue at zero positive: checked, A/k = {rod.residue_at_zero:.6g} m/(Pa s)",
+        inequality if holds else "inequality on [0, inf]: not established",
+        members,
+    )

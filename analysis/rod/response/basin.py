@@ -1,0 +1,208 @@
+"""Resting places of the rod without a load over a grid of initial data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.analysis.rod.response.model import plain
+from lure.analysis.rod.response.recording import Progress
+from lure.analysis.rod.response.resting import resting_place
+from lure.analysis.rod.response.varying import checked_values
+from lure.analysis.verdict import Evidence
+from lure.errors import InputError
+from lure.expressions import Expression
+from lure.record import by_value
+from lure.rod.parameters import Rod
+from lure.rod.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+    from lure.analysis.plots.style import Axes
+
+Array = NDArray[np.float64]
+
+
+@by_value
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Basin:
+    """Resting places against the initial data; make one with :func:`basin`.
+
+    Attributes
+    ----------
+    offsets, velocities : tuple of float
+        (m,) uniform displacements [m] and (n,) uniform velocities [m/s] added to the initial data.
+    low, high : ndarray
+        (n, m) bounds of the resting place ``z`` [m]; nan where nothing was computed.
+    impacts : ndarray
+        (n, m) number of impacts; -1 where nothing was computed.
+    settled : ndarray
+        (n, m) whether it is shown that no contact follows.
+    known : ndarray
+        (n, m) whether the bounds agree to 1e-9 of the largest ``|z|`` of the motion.
+    complete : bool
+        Whether all of the grid was done.
+    """
+
+    offsets: tuple[float, ...]
+    velocities: tuple[float, ...]
+    low: Array
+    high: Array
+    impacts: NDArray[np.int64]
+    settled: NDArray[np.bool_]
+    known: NDArray[np.bool_]
+    complete: bool
+
+    @property
+    def evidence(self) -> Evidence:
+        """COMPUTED: each motion is followed until what is left of it is known in closed form."""
+        return Evidence.COMPUTED
+
+    def __str__(self) -> str:
+        done = self.impacts >= 0
+        count, known = int(done.sum()), int(self.known.sum())
+        part = "" if self.complete else f"Interrupted: {count} of {done.size} motions done.  "
+        if not count:
+            return f"{part}Nothing is known."
+        untouched = int((self.settled & (self.impacts == 0)).sum())
+        open_ = f"  {count - known} are INCONCLUSIVE: bounds are given." if known < count else ""
+        return (
+            f"{part}{known} of {count} resting places are known, {int(self.settled.sum())} of them with no contact to "
+            f"come, {untouched} without any.{open_}\nThey lie at z = {np.nanmin(self.low):.6g} m to "
+            f"{np.nanmax(self.high):.6g} m, after up to {int(self.impacts.max())} impacts.\nEvidence: {self.evidence}; "
+            "of the rod itself, from these initial data only."
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON; None where nothing was computed."""
+        return {
+            "offsets_m": list(self.offsets),
+            "velocities_m_per_s": list(self.velocities),
+            "rest_low_m": [[plain(value) for value in row] for row in self.low.tolist()],
+            "rest_high_m": [[plain(value) for value in row] for row in self.high.tolist()],
+            "impacts": self.impacts.tolist(),
+            "settled": self.settled.tolist(),
+            "known": self.known.tolist(),
+            "complete": self.complete,
+            "evidence": str(self.evidence),
+        }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Bounds of the resting places as an ``xarray.Dataset``, along ``velocity`` [m/s] and ``offset`` [m].
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        from lure.analysis.rod.response.export import basin_dataset
+
+        return basin_dataset(self)
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Resting places over the initial data; see :func:`lure.analysis.plots.plot_basin`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        from lure.analysis.plots.rod_response import plot_basin
+
+        return plot_basin(self, ax=ax)
+
+    def _repr_html_(self) -> str:
+        from lure.analysis.rod.response.export import basin_html
+
+        return basin_html(self)
+
+
+def basin(
+    rod: Rod,
+    offsets: Sequence[float],
+    velocities: Sequence[float],
+    *,
+    start: Scenario | None = None,
+    progress: Progress | None = None,
+) -> Basin:
+    """Resting places of the rod without loads, over a grid of initial data.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod, ``k > 0``.
+    offsets, velocities : sequence of float
+        Uniform displacements [m] and velocities [m/s], added to the initial data.
+    start : Scenario, optional
+        Initial data, without loads; by default the rod at rest and unstressed at ``u = 0``.
+    progress : callable, optional
+        Called as ``progress(text, share)``.
+
+    Returns
+    -------
+    Basin
+        Evidence: COMPUTED.  ``KeyboardInterrupt`` ends it with what is done.
+
+    Raises
+    ------
+    AssumptionError
+        There is a load, or ``k <= 0``.
+    InputError
+        A value is not a finite number, or there is none.
+
+    Examples
+    --------
+    A rod thrown at an obstacle 1 m away; momentum decides how far it comes back.
+
+    >>> from lure import Rod
+    >>> rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.5, compliance=0.01, gap=1)
+    >>> found = basin(rod, [0.0], [0.25, 1.0])
+    >>> found.impacts.tolist(), found.high.round(6).tolist()
+    ([[0], [1]], [[-0.5], [-0.332558]])
+    """
+    scenario = start or Scenario()
+    columns, rows = checked_values(offsets), checked_values(velocities)
+    if not columns or not rows:
+        raise InputError("basin has no offsets or no velocities; give one of each at least")
+    shape = (len(rows), len(columns))
+    low, high = np.full(shape, np.nan), np.full(shape, np.nan)
+    impacts, settled, known = np.full(shape, -1), np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
+    complete = True
+    try:
+        for i, j in np.ndindex(shape):
+            if progress is not None:
+                share = (i * len(columns) + j) / (len(rows) * len(columns))
+                progress(f"from {columns[j]:.4g} m, {rows[i]:.4g} m/s", share)
+            found = resting_place(rod, _shifted(scenario, columns[j], rows[i]))
+            low[i, j], high[i, j] = found.low, found.high
+            impacts[i, j], settled[i, j], known[i, j] = found.impacts, found.settled, found.known
+    except KeyboardInterrupt:
+        complete = False
+    return Basin(
+        offsets=columns,
+        velocities=rows,
+        low=low,
+        high=high,
+        impacts=impacts,
+        settled=settled,
+        known=known,
+        complete=complete,
+    )
+
+
+def _shifted(scenario: Scenario, offset: float, velocity: float) -> Scenario:
+    return Scenario(
+        force=scenario.force,
+        body_force=scenario.body_force,
+        displacement=_plus(scenario.displacement, offset, "initial.u0"),
+        velocity=_plus(scenario.velocity, velocity, "initial.u1"),
+    )
+
+
+def _plus(formula: Expression, number: float, field: str) -> Expression:
+    return Expression.parse(f"({formula}) + ({number!r})", variables=("x",), field=field)

@@ -1,0 +1,216 @@
+"""The files a motion is asked for as: netCDF, figures, an animation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from lure.analysis.rod.runs.dataset import run_dataset
+from lure.analysis.rod.runs.exact import MOST_ENERGIES, motion_at, sampled_motion
+from lure.analysis.rod.runs.film import check_samples_seen, check_span, film, usual_span
+from lure.analysis.rod.runs.request import Performed, Request
+from lure.analysis.rod.runs.sampled import Array, SampledRun
+from lure.analysis.rod.runs.writing import write_dataset
+from lure.errors import InputError
+
+FIGURES = (".svg", ".png")
+FILMS = (".gif", ".mp4", "")
+_FRAMES, _ROWS = (61, 181), 601
+_IN_A_TRANSIT, _FRAMES_IN_A_TRANSIT, _ENERGIES = 40, 10, 401
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+def check_drawings(
+    targets: Mapping[str, Path], request: Request, transit: float, span: tuple[float, float] | None
+) -> None:
+    """Refuse names and stretches of time that cannot be drawn, before anything is computed.
+
+    Parameters
+    ----------
+    targets : Mapping of str to Path
+        Of ``"output"``, ``"plot"``, ``"space-time"``, ``"animation"`` those asked for.
+    request : Request
+        The motion asked for.
+    transit : float
+        ``T`` [s].
+    span : (float, float) or None
+        Stretch of time to draw [s].
+
+    Raises
+    ------
+    InputError
+        A suffix is unknown, ffmpeg is missing, the span leaves the motion or has nothing to be drawn in, or waves would
+        not be seen.
+    """
+    whole = bool({"space-time", "animation"} & set(targets))
+    for kind, path in targets.items():
+        suffix = path.suffix.lower()
+        if kind in ("plot", "space-time") and suffix not in FIGURES:
+            raise InputError(f"{kind} is {str(path)!r}; give a name that ends in {' or '.join(FIGURES)}")
+        if kind == "output" and suffix not in (".nc", ".nc4"):
+            raise InputError(f"output is {str(path)!r}, and netCDF is written; give a name that ends in .nc")
+        if kind == "animation":
+            _check_film(path, suffix)
+    if span is not None:
+        if not set(targets) - {"output"}:
+            raise InputError("span is the stretch of time to draw; give plot, space-time or animation with it")
+        check_span(span, request.until, transit if whole else None)
+    if whole and request.method != "exact":
+        check_samples_seen(request.samples, request.until, transit)
+
+
+def _check_film(path: Path, suffix: str) -> None:
+    if suffix not in FILMS:
+        raise InputError(
+            f"animation is {str(path)!r}; give a name that ends in .gif or .mp4, or one without a suffix for a folder "
+            "of PNG frames"
+        )
+    if suffix == ".mp4":
+        from lure.analysis.plots.rod_animation import has_ffmpeg
+
+        if not has_ffmpeg():
+            raise InputError(
+                f"animation is {str(path)!r}, and MP4 needs ffmpeg, which is not on PATH; give a name that ends in "
+                ".gif, or one without a suffix for a folder of PNG frames"
+            )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Wanted:
+    """What is to be written of a motion.
+
+    Attributes
+    ----------
+    places : Mapping of str to Path
+        Where to write ``"output"``, ``"plot"``, ``"space-time"`` and ``"animation"``, those asked for.
+    title : str
+        Name of the system in a line.
+    span : (float, float) or None
+        Stretch of time to draw [s].
+    fields : bool
+        Whether fields along the rod go to the file, too.
+    """
+
+    places: Mapping[str, Path]
+    title: str
+    span: tuple[float, float] | None = None
+    fields: bool = True
+
+
+def write_results(done: Performed, wanted: Wanted, *, tell: Callable[..., None] | None = None) -> None:
+    """Write what was asked for.
+
+    Parameters
+    ----------
+    done : Performed
+        The motion.
+    wanted : Wanted
+        What, and where.
+    tell : callable, optional
+        Progress, ``tell(stage, done)``.
+
+    Raises
+    ------
+    InputError
+        A picture cannot show the span.
+    """
+    places, title, span = wanted.places, wanted.title, wanted.span
+    say = tell or (lambda _stage, _done=None: None)
+    if "output" in places:
+        say("netCDF")
+        run = done.run if wanted.fields else replace(done.run, along=None)
+        write_dataset(run_dataset(run, title=title), places["output"])
+    if "plot" in places:
+        from lure.analysis.plots.rod_run import run_page
+
+        say("figure")
+        shown, energies = _for_plot(done, span)
+        _figure(partial(run_page, shown, energies=energies, title=title), places["plot"], (6.4, 7.2))
+    if "space-time" in places:
+        from lure.analysis.plots.rod_run import space_time_page
+
+        say("space-time diagram")
+        diagram = film(done, span, frames=_ROWS, displaced=False)
+        _figure(partial(space_time_page, diagram, title=title), places["space-time"], (6.4, 6.4))
+    if "animation" in places:
+        from lure.analysis.plots.rod_animation import animate
+
+        say("frames")
+        first, last = span or usual_span(done.run)
+        frames = math.ceil(_FRAMES_IN_A_TRANSIT * (last - first) / done.run.rod.travel_time) + 1
+        shown_film = film(done, (first, last), frames=min(max(frames, _FRAMES[0]), _FRAMES[1]))
+        animate(shown_film, places["animation"], title=title, tell=tell)
+
+
+def _figure(draw: Callable[..., object], path: Path, size: tuple[float, float]) -> None:
+    from lure.analysis.plots import render
+
+    picture = render(draw, name="motion", size=size)  # path has a random name here, which must not get into the file
+    path.write_bytes(picture.svg.encode() if path.suffix.lower() == ".svg" else picture.png)
+
+
+def _for_plot(done: Performed, span: tuple[float, float] | None) -> tuple[SampledRun, SampledRun]:
+    """The samples to draw, closer than those of the file where the rod would swing unseen between them; energies."""
+    run, motion = done.run, done.motion
+    if motion is None:
+        shown = run if span is None else _cut(run, span)
+        return shown, shown
+    first, last = span or (0.0, run.until)
+    fine = motion_at(motion, drawn_instants((first, last), run.rod.travel_time))
+    enough = span is None and run.energy is not None and len(run.t) >= _ENERGIES
+    return fine, run if enough else sampled_motion(motion, _ENERGIES, span=(first, last))
+
+
+def drawn_instants(span: tuple[float, float], transit: float) -> Array:
+    """Instants that show a stretch of a motion: forty in a transit, or 20001.
+
+    Too few to follow each swing, they still meet it in every phase: they stand at the multiples of the golden ratio
+    modulo 1, which spread evenly, in equal intervals of time.  Evenly spaced ones could all meet it in the same phase.
+
+    Parameters
+    ----------
+    span : (float, float)
+        First and last instant [s].
+    transit : float
+        ``T`` [s].
+
+    Returns
+    -------
+    ndarray
+        Increasing [s].
+    """
+    first, last = span
+    enough = math.ceil(_IN_A_TRANSIT * (last - first) / transit) + 1
+    if enough <= MOST_ENERGIES:
+        return np.linspace(first, last, enough)
+    number = np.arange(1, MOST_ENERGIES - 1)
+    inside = first + (last - first) * ((number - 1 + number * _GOLDEN % 1.0) / (MOST_ENERGIES - 2))
+    return np.concatenate(([first], inside, [last]))
+
+
+def _cut(run: SampledRun, span: tuple[float, float]) -> SampledRun:
+    inside = (run.t >= span[0]) & (run.t <= span[1])
+    if inside.sum() < 2:
+        raise InputError(f"span is {span[0]:g} to {span[1]:g} s, less than two samples; give more samples")
+
+    def cut(values: Array | None) -> Array | None:
+        """Those inside the span."""
+        return None if values is None else values[inside]
+
+    return replace(
+        run,
+        t=run.t[inside],
+        z=run.z[inside],
+        u_end=run.u_end[inside],
+        stress=run.stress[inside],
+        v_end=cut(run.v_end),
+        v_0=cut(run.v_0),
+        dashpot_force=cut(run.dashpot_force),
+        energy=cut(run.energy),
+        along=None,
+    )

@@ -1,0 +1,467 @@
+"""Whether a multiplier of Zames and Falb proves one slope: decided at every frequency, without a grid."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal, TypeVar
+
+import numpy as np
+from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_poly
+from numpy.typing import ArrayLike, NDArray
+
+from lure.analysis.inequality.plant import Plant
+from lure.analysis.numerics.polynomial import (
+    X,
+    even_odd,
+    exact_midpoint,
+    positive_from_zero,
+    positive_root_count,
+    real_roots,
+    to_fmpq,
+)
+from lure.analysis.numerics.precision import ball, outward, working_precision
+from lure.analysis.verdict import Bracket
+from lure.errors import InputError
+
+# Multipliers of Zames and Falb with kernels whose L1 norm is known exactly, and the Popov term beside them.
+
+Side = Literal["causal", "anticausal"]
+
+
+@dataclass(frozen=True, slots=True)
+class Delay:
+    r"""A unit mass at ``delay``: ``h(t) = delta(t - delay)``, ``h^(iw) = exp(-i w delay)``.
+
+    Parameters
+    ----------
+    delay : Fraction
+        Positive: the multiplier looks back (causal); negative: it looks ahead [s].  Not zero.
+    """
+
+    delay: Fraction
+
+    def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Frequency response, in floating point; ``omega`` in rad/s."""
+        return np.asarray(np.exp(-1j * float(self.delay) * omega))
+
+    def __str__(self) -> str:
+        return f"exp({-float(self.delay):+.6g} s)"
+
+
+@dataclass(frozen=True, slots=True)
+class Gamma:
+    r"""A gamma density, nonnegative and of mass 1: ``h(t) = a^n t^(n-1) exp(-a t)/(n-1)!``, ``h^(s) = (a/(a + s))^n``.
+
+    Parameters
+    ----------
+    rate : Fraction
+        ``a > 0`` [1/s].
+    order : int
+        ``n >= 1``.
+    side : {"causal", "anticausal"}
+        ``anticausal`` mirrors it to ``t < 0``: ``h^(s) = (a/(a - s))^n``.
+    """
+
+    rate: Fraction
+    order: int
+    side: Side
+
+    def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Frequency response, in floating point; ``omega`` in rad/s."""
+        sign = 1 if self.side == "causal" else -1
+        return np.asarray((1 / (1 + sign * 1j * omega / float(self.rate))) ** self.order)
+
+    def __str__(self) -> str:
+        power = "" if self.order == 1 else f"^{self.order}"
+        return f"({float(self.rate):.6g}/({float(self.rate):.6g} {'+' if self.side == 'causal' else '-'} s)){power}"
+
+
+Kernel = Delay | Gamma
+
+
+@dataclass(frozen=True, slots=True)
+class Multiplier:
+    r"""``M(s) + theta s`` with ``M = 1 - sum_j c_j h_j^(s)``, every kernel ``h_j >= 0`` of mass 1.
+
+    The L1 norm (total variation, where masses are) of ``sum c_j h_j`` is at most ``sum |c_j|``, with equality if no
+    two terms of opposite sign overlap.
+
+    Parameters
+    ----------
+    theta : Fraction
+        Weight of the Popov term, of either sign [s].
+    terms : tuple of (Fraction, Kernel)
+        Coefficients ``c_j`` and kernels ``h_j``.
+    """
+
+    theta: Fraction
+    terms: tuple[tuple[Fraction, Kernel], ...]
+
+    @property
+    def mass(self) -> Fraction:
+        """``sum |c_j|``, the bound on the L1 norm."""
+        return sum((abs(c) for c, _ in self.terms), Fraction(0))
+
+    def admissible(self, *, odd: bool) -> bool:
+        """Whether the multiplier is legal: mass at most 1, and no negative coefficient unless the laws are odd."""
+        legal = all(
+            kernel.delay != 0 if isinstance(kernel, Delay) else kernel.rate > 0 and kernel.order >= 1
+            for _, kernel in self.terms
+        )
+        return legal and self.mass <= 1 and (odd or all(c >= 0 for c, _ in self.terms))
+
+    def at(self, omega: ArrayLike) -> NDArray[np.complex128]:
+        """``M(i w)`` without the Popov term, in floating point; ``omega`` in rad/s."""
+        points = np.asarray(omega, dtype=float)
+        total = np.ones(points.shape, dtype=complex)
+        for c, kernel in self.terms:
+            total -= float(c) * kernel.at(points)
+        return total
+
+    def scaled(self, unit: Fraction) -> Multiplier:
+        """The same multiplier when frequencies are multiplied by ``unit``: ``M(s / unit)``."""
+        terms = tuple(
+            (
+                c,
+                Delay(kernel.delay / unit)
+                if isinstance(kernel, Delay)
+                else Gamma(kernel.rate * unit, kernel.order, kernel.side),
+            )
+            for c, kernel in self.terms
+        )
+        return Multiplier(self.theta / unit, terms)
+
+    def mirrored(self) -> Multiplier:
+        """``M(-s) - theta s``: causal and anticausal exchanged, as for ``H(-s)``."""
+        terms: list[tuple[Fraction, Kernel]] = []
+        for c, kernel in self.terms:
+            if isinstance(kernel, Delay):
+                terms.append((c, Delay(-kernel.delay)))
+            else:
+                side: Side = "anticausal" if kernel.side == "causal" else "causal"
+                terms.append((c, Gamma(kernel.rate, kernel.order, side)))
+        return Multiplier(-self.theta, tuple(terms))
+
+    def __str__(self) -> str:
+        text = "1"
+        for c, kernel in self.terms:
+            text += f" {'-' if c > 0 else '+'} {abs(float(c)):.6g} {kernel}"
+        if self.theta:
+            text += f" {'+' if self.theta > 0 else '-'} {abs(float(self.theta)):.6g} s"
+        return text
+
+    def to_parameters(self) -> dict[str, object]:
+        """Plain data with exact numbers as text ``p/q``; :func:`multiplier_of` reads them back."""
+        return {"theta": str(self.theta), "kernels": [_written(c, kernel) for c, kernel in self.terms]}
+
+
+def multiplier_of(parameters: Mapping[str, object]) -> Multiplier:
+    """The multiplier written by :meth:`Multiplier.to_parameters`.
+
+    Parameters
+    ----------
+    parameters : Mapping
+        With ``theta`` and ``kernels``; other keys are left alone.
+
+    Raises
+    ------
+    InputError
+        A key is missing, or a value is not what it should be.
+    """
+    try:
+        entries = list(parameters["kernels"])  # type: ignore[call-overload]  # caught below
+        return Multiplier(Fraction(str(parameters["theta"])), tuple(_read(entry) for entry in entries))
+    except (KeyError, TypeError, ValueError, ZeroDivisionError):
+        raise InputError(
+            f"parameters are {dict(parameters)!r}; give theta as text p/q and kernels as a list of "
+            "{coefficient, delay} or {coefficient, rate, order, side}"
+        ) from None
+
+
+def _written(c: Fraction, kernel: Kernel) -> dict[str, object]:
+    if isinstance(kernel, Delay):
+        return {"coefficient": str(c), "delay": str(kernel.delay)}
+    return {"coefficient": str(c), "rate": str(kernel.rate), "order": kernel.order, "side": kernel.side}
+
+
+def _read(entry: Mapping[str, object]) -> tuple[Fraction, Kernel]:
+    c = Fraction(str(entry["coefficient"]))
+    if "delay" in entry:
+        return c, Delay(Fraction(str(entry["delay"])))
+    side = entry["side"]
+    if side not in ("causal", "anticausal"):
+        raise ValueError(side)
+    return c, Gamma(
+        Fraction(str(entry["rate"])), int(str(entry["order"])), "causal" if side == "causal" else "anticausal"
+    )
+
+
+# The inequality of Zames and Falb in exact polynomials, and its proof on bounded intervals by balls.
+
+Ball = TypeVar("Ball", arb, acb)
+BITS = 128
+ORDER = 6
+_MIRROR = fmpq_poly([0, -1])
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Check:
+    """What was found: ``holds`` is a proof; else ``where`` is a frequency where it fails or stays open [rad/s]."""
+
+    holds: bool
+    where: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Inequality:
+    r"""The inequality times ``k |d|^2 E > 0`` on the axis, in exact polynomials.
+
+    ``T(w) = A(w^2) - Re[q(w) Psi(i w)]`` with ``q = sum c_j exp(-i w tau_j)`` over the delays and
+    ``Psi(s) = E(s) (k n + d)(s) d(-s)``; ``E`` clears the denominators of the gamma kernels, which are in ``A``.
+
+    Attributes
+    ----------
+    A : fmpq_poly
+        In ``x = w^2``.
+    psi : fmpq_poly
+        In ``s``.
+    delays : tuple of (Fraction, Fraction)
+        Coefficients ``c_j`` and delays ``tau_j`` [s].
+    full : int
+        Degree of ``k |d|^2 E`` in ``x``: ``T`` divided by it stays away from 0 at infinity only if ``A`` has it too.
+    """
+
+    A: fmpq_poly
+    psi: fmpq_poly
+    delays: tuple[tuple[Fraction, Fraction], ...]
+    full: int
+
+    @classmethod
+    def of(cls, plant: Plant, k: Fraction, multiplier: Multiplier, floor: Fraction) -> Inequality:
+        """The inequality ``... >= floor`` for ``H = n/d`` with ``d`` Hurwitz and slopes in ``[0, k]``."""
+        gain, n, d = to_fmpq(k), plant.n, plant.d
+        gammas = [(c, g) for c, g in multiplier.terms if isinstance(g, Gamma)]
+        orders: dict[Fraction, int] = {}
+        for _, g in gammas:
+            orders[g.rate] = max(orders.get(g.rate, 0), g.order)
+        E = fmpq_poly([1])
+        for rate, order in orders.items():
+            E *= fmpq_poly([to_fmpq(rate) ** 2, 0, -1]) ** order
+        rational = E
+        for c, g in gammas:
+            a = to_fmpq(g.rate)
+            factor = fmpq_poly([a, 1 if g.side == "causal" else -1]) ** g.order
+            rational -= to_fmpq(c) * a**g.order * (E // factor)
+        mirrored = d(_MIRROR)
+        psi = (gain * n + d) * mirrored
+        total = rational * psi + (to_fmpq(multiplier.theta) * X * n - to_fmpq(floor) * d) * gain * E * mirrored
+        delays = tuple((c, g.delay) for c, g in multiplier.terms if isinstance(g, Delay) and c != 0)
+        return cls(even_odd(total)[0], E * psi, delays, d.degree() + E.degree() // 2)
+
+
+class TaylorBound:
+    """``T`` on boxes in ``w``: its Taylor polynomial at the midpoint and a bound on the rest, in ball arithmetic."""
+
+    def __init__(self, inequality: Inequality) -> None:
+        in_omega = [fmpq(0)] * (2 * inequality.A.degree() + 1)
+        in_omega[0::2] = inequality.A.coeffs()
+        self.real = arb_poly(in_omega)
+        turned = [arb(c * (1, 1, -1, -1)[i % 4]) for i, c in enumerate(inequality.psi.coeffs())]
+        self.psi = acb_poly([acb(0, c) if i % 2 else acb(c) for i, c in enumerate(turned)])
+        self.delays = [(ball(c), ball(tau)) for c, tau in inequality.delays]
+
+    def expansion(self, middle: arb, radius: arb) -> tuple[list[arb], arb]:
+        """``T_j`` for ``j < ORDER`` and ``R``: ``|T(middle + u radius) - sum T_j u^j| <= R`` for ``-1 <= u <= 1``."""
+        real = _padded(self.real(arb_poly([middle, radius])).coeffs(), arb(0))
+        psi = _padded(self.psi(acb_poly([acb(middle), acb(radius)])).coeffs(), acb(0))
+        waves, rest = self._waves(middle, radius)
+        terms = [real[j] - sum((waves[i] * psi[j - i] for i in range(j + 1)), acb(0)).real for j in range(ORDER)]
+        sizes, heights = [abs(wave) for wave in waves], [abs(value) for value in psi]
+        beyond = _total(abs(value) for value in real[ORDER:])
+        beyond += _total(sizes[i] * heights[j] for i in range(ORDER) for j in range(ORDER - i, ORDER))
+        beyond += _total(sizes) * _total(heights[ORDER:]) + rest * _total(heights)
+        return terms, beyond
+
+    def _waves(self, middle: arb, radius: arb) -> tuple[list[acb], arb]:
+        """The same for ``q``."""
+        waves, rest = [acb(0)] * ORDER, arb(0)
+        for c, tau in self.delays:
+            sine, cosine = (middle * tau).sin_cos()
+            term, step = c * acb(cosine, -sine), acb(0, -tau * radius)
+            for power in range(ORDER):
+                waves[power] += term
+                term *= step / (power + 1)
+            rest += abs(term)
+        return waves, rest
+
+
+def positive_on(inequality: Inequality, intervals: list[tuple[arb, arb]], boxes: int) -> Check:
+    """Whether ``T > 0`` on intervals of ``w``, by at most ``boxes`` boxes.
+
+    Parameters
+    ----------
+    inequality : Inequality
+        ``T``.
+    intervals : list of (arb, arb)
+        Ends [rad/s]; a ball stands for every end in it.
+    boxes : int
+        Number of boxes after which the proof is given up.
+    """
+    with working_precision(BITS + 4 * inequality.psi.degree()):
+        function = TaylorBound(inequality)
+        waiting = list(intervals)
+        for _ in range(boxes):
+            if not waiting:
+                return Check(holds=True)
+            low, high = waiting.pop()
+            box = low.union(high)
+            middle = box.mid()
+            terms, beyond = function.expansion(middle, (box - middle).abs_upper())
+            if not terms[0] > 0:
+                return Check(holds=False, where=float(middle))
+            beyond += _total(abs(term) for term in terms[3:])
+            straight = terms[0] - abs(terms[1]) - (abs(terms[2]) if not terms[2] > 0 else 0)
+            if straight > beyond or (terms[2] > 0 and terms[0] - terms[1] ** 2 / (4 * terms[2]) > beyond):
+                continue
+            waiting += [(low, middle), (middle, high)]
+        return Check(holds=not waiting, where=float(waiting[-1][0]) if waiting else None)
+
+
+def _total(values: Iterable[arb]) -> arb:
+    return sum(values, arb(0))
+
+
+def _padded(values: list[Ball], zero: Ball) -> list[Ball]:
+    return values + [zero] * (ORDER - len(values))
+
+
+MAX_BOXES = 5_000
+SHARES = (Fraction(999, 1000), Fraction(9, 10), Fraction(1, 2), Fraction(1, 10))
+
+
+def check(
+    plant: Plant, k: Fraction, multiplier: Multiplier, *, floor: Fraction = Fraction(0), boxes: int = MAX_BOXES
+) -> Check:
+    r"""Whether ``Re[M(iw)(H(iw) + 1/k) + i w theta H(iw)] >= floor + eps``, some ``eps > 0``, for every real ``w``.
+
+    Without delays this is a sign test on a polynomial in ``w^2``, exact.  With delays of total mass ``Q`` it follows
+    from ``A(x) > 0`` and ``A(x)^2 > Q^2 |Psi|^2`` wherever these polynomial inequalities hold, in particular for all
+    large ``w``; what is left over, a few bounded intervals, is covered by boxes on which a Taylor bound in ball
+    arithmetic is positive.
+
+    Parameters
+    ----------
+    plant : Plant
+        ``H = n/d`` in continuous time, ``d`` Hurwitz (not checked here).
+    k : Fraction
+        Upper slope, positive [unit of mu / unit of sigma].
+    multiplier : Multiplier
+        Its admissibility is not checked here.
+    floor : Fraction
+        What the left-hand side is to exceed.
+    boxes : int
+        Number of boxes after which the search for a proof is given up.
+    """
+    inequality = Inequality.of(plant, k, multiplier, floor)
+    A = inequality.A
+    if A.degree() < inequality.full or not A[A.degree()] > 0:
+        return Check(holds=False, where=math.inf)
+    if not inequality.delays:
+        return Check(holds=True) if positive_from_zero(A) else Check(holds=False, where=_first_failure(A))
+    mass = to_fmpq(sum((abs(c) for c, _ in inequality.delays), Fraction(0)))
+    even, odd = even_odd(inequality.psi)
+    bound = A * A - mass**2 * (even * even + X * odd * odd)
+    if bound.degree() < 2 * inequality.full or not bound[bound.degree()] > 0:
+        return Check(holds=False, where=math.inf)
+    return positive_on(inequality, _open_intervals(A, bound), boxes)
+
+
+def check_every(plant: Plant, multiplier: Multiplier) -> bool:
+    r"""Whether the multiplier proves every finite slope, by ``Re[M H + i w theta H] >= 0`` without delays.
+
+    Then ``Re M / k`` is left, for every ``k``: bounded away from 0 if ``sum |c_j| < 1``, and for ``sum |c_j| = 1`` too
+    if some ``c_j < 0``, for ``|h_j^(iw)| < 1`` unless ``w = 0``.  If ``sum c_j = 1``, all positive, ``Re M`` vanishes
+    at ``w = 0`` alone.  Multiplying all ``c_j`` by ``1 - delta`` adds ``delta Re[sum c_j h_j^ (H + 1/k)]``,
+    near ``H(0) + 1/k`` around ``w = 0`` and small elsewhere, so that for each finite ``k`` a small enough ``delta > 0``
+    leaves the sum bounded away from 0 provided that ``H(0) >= 0``.
+
+    Parameters
+    ----------
+    plant : Plant
+        ``H = n/d`` in continuous time, ``d`` Hurwitz and ``H(inf) >= 0`` (neither is checked here).
+    multiplier : Multiplier
+        Its admissibility is not checked here.
+    """
+    if any(isinstance(kernel, Delay) for _, kernel in multiplier.terms):
+        return False
+    signs_differ = any(c < 0 for c, _ in multiplier.terms)
+    if not (multiplier.mass < 1 or signs_differ or plant.n[0] * plant.d[0] >= 0):
+        return False
+    one, two = (Inequality.of(plant, k, multiplier, Fraction(0)).A for k in (Fraction(1), Fraction(2)))
+    return _nonnegative(two - one)
+
+
+def value_at(plant: Plant, k: Fraction, multiplier: Multiplier, omega: Fraction) -> arb:
+    """The left-hand side of :func:`check` at one frequency ``omega`` [rad/s], as a ball."""
+    with working_precision(BITS):
+        s = acb(0, ball(omega))
+        top, bottom = (acb_poly([acb(arb(c)) for c in p.coeffs()])(s) for p in (plant.n, plant.d))
+        H, M = top / bottom, acb(1)
+        for c, kernel in multiplier.terms:
+            if isinstance(kernel, Delay):
+                M -= ball(c) * (-s * ball(kernel.delay)).exp()
+            else:
+                rate = ball(kernel.rate)
+                M -= ball(c) * (rate / (rate + (s if kernel.side == "causal" else -s))) ** kernel.order
+        return (M * (H + 1 / ball(k)) + s * ball(multiplier.theta) * H).real
+
+
+def margin_near(plant: Plant, k: Fraction, multiplier: Multiplier, omega: Fraction) -> Bracket:
+    """A bracket on the infimum of the left-hand side of an inequality that holds.
+
+    Parameters
+    ----------
+    plant, k, multiplier
+        As for :func:`check`, which has said yes.
+    omega : Fraction
+        A frequency near which it is least [rad/s]: it gives the upper end.  The lower end is proved by :func:`check`,
+        and 0 if no share of the upper end could be.
+    """
+    high = value_at(plant, k, multiplier, omega)
+    guess = Fraction(float(high.lower()))
+    for share in SHARES:
+        if guess > 0 and check(plant, k, multiplier, floor=share * guess).holds:
+            return outward(ball(share * guess), high)
+    return outward(ball(0), high)
+
+
+def _nonnegative(p: fmpq_poly) -> bool:
+    """Whether ``p(x) >= 0`` for every ``x >= 0``."""
+    if p.degree() < 0:
+        return True
+    odd = fmpq_poly([1])
+    for factor, multiplicity in p.numer().factor_squarefree()[1]:
+        if multiplicity % 2:
+            odd *= fmpq_poly(factor)
+    return bool(p[p.degree()] > 0) and positive_root_count(odd) == 0
+
+
+def _first_failure(A: fmpq_poly) -> float:
+    roots = [root for root in real_roots(A) if root > 0]
+    return math.sqrt(float(roots[0])) if roots and A[0] > 0 else 0.0
+
+
+def _open_intervals(A: fmpq_poly, bound: fmpq_poly) -> list[tuple[arb, arb]]:
+    """Intervals of ``w >= 0``: outside of them ``A(w^2) > 0`` and ``bound(w^2) > 0``, given that both are far out."""
+    ends = [arb(0)] + [root for root in real_roots(A * bound) if root > 0]
+    found = [(end, end) for end in ends]
+    for low, high in itertools.pairwise(ends):
+        gap = exact_midpoint(high) - exact_midpoint(high.rad()) - exact_midpoint(low) - exact_midpoint(low.rad())
+        between = to_fmpq(exact_midpoint(low) + exact_midpoint(low.rad()) + gap / 2)
+        if not (A(between) > 0 and bound(between) > 0):
+            found.append((low, high))
+    return [(low.lower().sqrt().lower(), high.upper().sqrt().upper()) for low, high in found]

@@ -1,0 +1,1 @@
+from lure.expressions.expression import Expression as Expression

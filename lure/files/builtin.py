@@ -1,0 +1,174 @@
+"""Loops from the literature, by name: plants on which criteria differ, and loops that no criterion may certify."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from types import MappingProxyType
+
+from lure.classes import LawClass, Sector
+from lure.errors import InputError
+from lure.files.system import LoopSystem, loop_system
+from lure.plants import parse_transfer
+
+_ZAMES_FALB = (
+    "J. Carrasco, W. P. Heath, J. Zhang, N. S. Ahmad, S. Wang, Convex searches for discrete-time Zames-Falb "
+    "multipliers, 2019"
+)
+_SLOPES = "the test set of Chen and Wen, Park, Turner, Chang and Carrasco for slope-restricted laws"
+_LURE = "A. I. Lur'e, indirect control: x' = -x + xi, xi' = mu, sigma = r xi - c x"
+_FITTS = "R. E. Fitts, Two counterexamples to Aizerman's conjecture, IEEE Trans. Automatic Control 11 (1966) 553-556"
+_HIDDEN = "G. A. Leonov, V. O. Bragin, N. V. Kuznetsov, Dokl. Math. 82 (2010) 540-542"
+_CLOSED = "a plant whose limits have a closed form"
+_IQC = "an example shipped with the toolbox IQCbeta"
+_EVERY = LawClass(sector=Sector(0, math.inf))
+
+Entry = tuple[str, str, str]  # title, formula, source
+_PLANTS: dict[str, Entry] = {
+    "dt-1": ("discrete example 1: a double pole at 0.9", "0.1*z/(z^2 - 1.8*z + 0.81)", _ZAMES_FALB),
+    "dt-2": (
+        "discrete example 2: two lightly damped modes",
+        "(z^3 - 1.95*z^2 + 0.9*z + 0.05)/(z^4 - 2.8*z^3 + 3.5*z^2 - 2.412*z + 0.7209)",
+        _ZAMES_FALB,
+    ),
+    "dt-3": (
+        "discrete example 3: example 2 with its sign reversed",
+        "-(z^3 - 1.95*z^2 + 0.9*z + 0.05)/(z^4 - 2.8*z^3 + 3.5*z^2 - 2.412*z + 0.7209)",
+        _ZAMES_FALB,
+    ),
+    "dt-5": ("discrete example 5", "(-0.5*z + 0.1)/(z^3 - 0.9*z^2 + 0.79*z + 0.089)", _ZAMES_FALB),
+    "dt-6": (
+        "discrete example 6: odd laws reach further than monotone ones",
+        "(2*z + 0.92)/(z^2 - 0.5*z)",
+        _ZAMES_FALB,
+    ),
+    "ct-1": ("continuous example 1: a zero to the right", "(s^2 - 0.2*s - 0.1)/(s^3 + 2*s^2 + s + 1)", _SLOPES),
+    "ct-3": ("continuous example 3: two modes", "s^2/(s^4 + 0.2*s^3 + 6*s^2 + 0.1*s + 1)", _SLOPES),
+    "ct-4": ("continuous example 4: example 3, sign reversed", "-s^2/(s^4 + 0.2*s^3 + 6*s^2 + 0.1*s + 1)", _SLOPES),
+    "ct-5": ("continuous example 5: two sharp modes", "s^2/(s^4 + 0.0003*s^3 + 10*s^2 + 0.0021*s + 9)", _SLOPES),
+    "ct-6": (
+        "continuous example 6: example 5, sign reversed",
+        "-s^2/(s^4 + 0.0003*s^3 + 10*s^2 + 0.0021*s + 9)",
+        _SLOPES,
+    ),
+    "ct-7": ("continuous example 7: stable for every linear gain", "s^2/(s^3 + 2*s^2 + 2*s + 1)", _SLOPES),
+    "third-order": ("an integrator and two lags: Popov reaches 6, the circle 4/3", "1/(s*(s+1)*(s+2))", _CLOSED),
+    "integrator-oscillator": ("an integrator and a damped mode", "1/(s*(s^2 + s + 1))", _CLOSED),
+    "integrator-resonance": ("an integrator and a lightly damped mode", "1/(s*(s^2 + 0.1*s + 1))", _CLOSED),
+    "triple-lag": ("three equal lags: Popov reaches the Hurwitz limit 8", "1/(s+1)^3", _CLOSED),
+    "three-lags": ("three lags: Popov reaches the Hurwitz limit 5/2", "4/((s+1)*(s/2+1)*(s/3+1))", _CLOSED),
+    "biproper": ("a feedthrough, and a multiplier of negative sign", "(s^2 - s + 10)/(s^2 + s + 25)", _CLOSED),
+    "unstable-lag": ("an unstable pole: stable for gains above 1/4 only", "4/((s-1)*(s/3+1))", _CLOSED),
+    "lurie-negative-residue": (
+        "indirect control with r = 1, c = 2: the residue at zero is negative",
+        "1/s - 2/(s*(s+1))",
+        _LURE,
+    ),
+    "lurie-hidden-zero": ("indirect control with r = c = 1: the zero eigenvalue is hidden", "s/(s*(s+1))", _LURE),
+}
+_CLASSES: dict[str, tuple[Entry, LawClass]] = {
+    "lurie-indirect-control": (
+        ("indirect control with r = 2, c = 1: a simple zero eigenvalue", "2/s - 1/(s*(s+1))", _LURE),
+        _EVERY,
+    ),
+    "second-order": (("an integrator and a lag", "1/(s*(s+1))", _CLOSED), _EVERY),
+    "integrator-lead": (("an integrator, a lag and a zero beyond it", "(s+2)/(s*(s+1))", _CLOSED), _EVERY),
+    "positive-real": (("an integrator, a lag and a zero before it", "(s+1)/(s*(s+2))", _CLOSED), _EVERY),
+    "iqc-resonance": (
+        ("a resonance under a law in the sector [0, 1]", "(s+1)/(s^2 + 0.2*s + 1)", _IQC),
+        LawClass(sector=Sector(0, 1)),
+    ),
+    "iqc-odd-slope": (
+        (
+            "three lags and two zeros to the right under an odd law of slope at most 1",
+            "400*(s^2 - 0.5*s + 1)/((s+10)*(s+20)*(s+30))",
+            _IQC,
+        ),
+        LawClass.slope_restricted(0, 1, odd=True),
+    ),
+}
+_LAWS: dict[str, tuple[Entry, dict[str, object]]] = {
+    "kalman-fitts": (
+        (
+            "a limit cycle, although every linear gain is stable",
+            "s^2/(((s+0.03)^2 + 0.81)*((s+0.03)^2 + 1.21))",
+            _FITTS,
+        ),
+        {"kind": "tanh", "scale": Fraction(1, 100), "gain": Fraction(1)},
+    ),
+    "leonov-bragin-kuznetsov": (
+        (
+            "a hidden oscillation under saturation, although every linear gain up to 1000/101 is stable",
+            "s^2*(10.1*s + 10)/((s^2+1)*(s^2+s+1))",
+            _HIDDEN,
+        ),
+        {"kind": "saturation", "gain": Fraction(1), "limit": Fraction(1)},
+    ),
+    "double-zero": (
+        ("a double zero eigenvalue: every linear gain is stable, this law escapes", "(s+1)/s^2", _CLOSED),
+        {
+            "kind": "expression",
+            "text": "sigma*exp(-abs(sigma))",
+            "sector": (Fraction(0), Fraction(1)),
+            "odd": True,
+            "locally_lipschitz": True,
+        },
+    ),
+    "contact": (
+        ("an integrator before an obstacle: every sigma below the gap is an equilibrium", "1/s", _CLOSED),
+        {
+            "kind": "piecewise linear",
+            "points": ((Fraction(0), Fraction(0)), (Fraction(1, 50), Fraction(0))),
+            "left_slope": Fraction(0),
+            "right_slope": Fraction(1),
+        },
+    ),
+    "dead-zone": (
+        ("an integrator under a dead zone: a segment of equilibria", "1/s", _CLOSED),
+        {"kind": "dead zone", "width": Fraction(1), "gain": Fraction(1)},
+    ),
+}
+
+
+def builtin_loops() -> Mapping[str, LoopSystem]:
+    """The named loops: plants alone, plants with a class of laws, plants with a law."""
+    return MappingProxyType({name: builtin_loop(name) for name in loop_names()})
+
+
+def loop_names() -> tuple[str, ...]:
+    """Names of the built-in loops."""
+    return (*_PLANTS, *_CLASSES, *_LAWS)
+
+
+def builtin_loop(name: str) -> LoopSystem:
+    """The named loop.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`loop_names`.
+
+    Raises
+    ------
+    InputError
+        There is no such name; the message offers the nearest.
+
+    Examples
+    --------
+    >>> print(builtin_loop("third-order").block)
+    1 / (s^3 + 3 s^2 + 2 s)
+    """
+    if name not in loop_names():
+        near = difflib.get_close_matches(name, loop_names(), n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise InputError(f"there is no built-in loop {name!r}; {hint}choose from {', '.join(loop_names())}")
+    table = asked = None
+    if name in _PLANTS:
+        title, formula, source = _PLANTS[name]
+    elif name in _CLASSES:
+        (title, formula, source), asked = _CLASSES[name]
+    else:
+        (title, formula, source), table = _LAWS[name]
+    return loop_system((name, title, source), parse_transfer(formula), law_table=table, law_class=asked)

@@ -1,0 +1,232 @@
+"""Loops as TOML: the commented template to start from, and any loop written out."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from lure.classes import LawClass, Sector, SlopeBounds
+from lure.errors import InputError
+from lure.expressions.tree import decimal
+from lure.files.schema import PLANT_TABLES, ClassTable, PlantTable, PlantTables
+from lure.files.system import LoopSystem, loop_system
+from lure.nonlinearities.piecewise_linear import outer_slopes
+from lure.nonlinearities.points_file import points_from_csv
+from lure.plants import as_block
+from lure.plants.delay import DelayBlock
+from lure.plants.frequency_data import FrequencyData
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.rod.file import TABLES
+
+# From checked tables to a :class:`lure.files.system.LoopSystem`, with the checks that concern several keys at once.
+
+_FORMS = "num and den, or A, B and C, or transfer"
+
+
+def is_plant_file(tables: Mapping[str, Any]) -> bool:
+    """Whether the tables of a file are those of a loop rather than of a rod.
+
+    Parameters
+    ----------
+    tables : Mapping
+        The tables of the file.
+
+    Raises
+    ------
+    InputError
+        The file has both a rod and a plant.
+    """
+    if "rod" in tables and "plant" in tables:
+        raise InputError("the file has both [rod] and [plant]; give one of them, or two files")
+    if any(table in tables for table in TABLES):
+        return False
+    if any(table in tables for table in PLANT_TABLES):
+        return True
+    known = [*TABLES, *PLANT_TABLES, "name", "title"]
+    near = [difflib.get_close_matches(key[:40].lower(), known, n=1, cutoff=0.6) for key in tables]
+    return any(match and match[0] in PLANT_TABLES for match in near)
+
+
+def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) -> LoopSystem:
+    """The loop of a file.
+
+    Parameters
+    ----------
+    tables : PlantTables
+        The checked tables.
+    title : str
+        Title, should the file have none.
+    source : str
+        Where the file comes from.
+    folder : Path
+        Where the files lie that it names.
+
+    Raises
+    ------
+    InputError
+        The plant is given in no form or in several, it is refused by :func:`lure.plants.as_block`, the law or the class
+        is refused, or the law is not known to belong to the class.
+    """
+    identity = (tables.name or "loop", tables.title or title, source)
+    block = _block(tables.plant)
+    law_class = None if tables.law_class is None else _law_class(tables.law_class)
+    if tables.nonlinearity is None:
+        return loop_system(identity, block, law_class=law_class)
+    try:
+        table = _with_points(tables.nonlinearity.law_table(), folder)
+        return loop_system(identity, block, law_table=table, law_class=law_class)
+    except InputError as error:
+        raise InputError(f"nonlinearity: {error}") from None
+
+
+def _with_points(table: dict[str, object], folder: Path) -> dict[str, object]:
+    """The table of a law with the points of its file in place of the file, so that it stands for itself."""
+    file = table.get("file")
+    if not isinstance(file, str) or "points" in table:
+        return table
+    points = points_from_csv(folder / file)
+    left, right = outer_slopes(points)
+    rest = {key: value for key, value in table.items() if key != "file"}
+    return {"left_slope": left, "right_slope": right, **rest, "points": [list(point) for point in points]}
+
+
+def _block(plant: PlantTable) -> RationalBlock | DelayBlock | StateSpaceBlock:
+    given = {key for key in ("num", "den", "A", "B", "C", "D", "transfer") if getattr(plant, key) is not None}
+    try:
+        if given == {"num", "den"}:
+            found = as_block((plant.num, plant.den), dt=plant.dt)
+        elif given in ({"A", "B", "C"}, {"A", "B", "C", "D"}):
+            found = as_block((plant.A, plant.B, plant.C, 0 if plant.D is None else plant.D), dt=plant.dt)
+        elif given == {"transfer"}:
+            found = as_block(str(plant.transfer), dt=plant.dt)
+        else:
+            listed = ", ".join(sorted(given)) or "none of them"
+            raise InputError(f"the block is given by {_FORMS}; got {listed}")
+    except InputError as error:
+        raise InputError(f"plant: {error}") from None
+    assert not isinstance(found, FrequencyData), "no key of a file holds frequency data"
+    return found
+
+
+def _law_class(table: ClassTable) -> LawClass:
+    slope = None if table.slope is None else SlopeBounds(*table.slope)
+    if table.sector is None and slope is None:
+        raise InputError("class: neither sector nor slope is given; give one, such as sector = [0, 5.9]")
+    bounds = table.sector if table.sector is not None else table.slope
+    assert bounds is not None, "one of the two is given"
+    try:
+        return LawClass(sector=Sector(*bounds), slope=slope, odd=table.odd, time_varying=table.time_varying)
+    except InputError as error:
+        raise InputError(f"class: {error}") from None
+
+
+def plant_template() -> str:
+    """The commented TOML file of a plant to start from."""
+    return files("lure").joinpath("templates/plant.toml").read_text(encoding="utf-8")
+
+
+def loop_tables(system: LoopSystem) -> dict[str, object]:
+    """The tables of the file that means this loop, numbers as exact fractions.
+
+    Parameters
+    ----------
+    system : LoopSystem
+        The loop.
+
+    Raises
+    ------
+    InputError
+        The block is a matrix in floating point, which no file of a page holds.
+    """
+    tables: dict[str, object] = {"name": system.name, "title": system.title, "plant": _plant(system)}
+    if system.law_table is not None:
+        tables["nonlinearity"] = dict(system.law_table)
+    if system.law_class is not None:
+        tables["class"] = _class(system.law_class)
+    return tables
+
+
+def loop_to_toml(system: LoopSystem) -> str:
+    """A TOML file that reads back as the same loop, except for its source, which becomes a comment.
+
+    Parameters
+    ----------
+    system : LoopSystem
+        The loop.
+
+    Raises
+    ------
+    InputError
+        The block is a matrix in floating point, which no file of a page holds.
+
+    Examples
+    --------
+    >>> from lure.files.builtin import builtin_loop
+    >>> print(loop_to_toml(builtin_loop("third-order")))
+    # a plant whose limits have a closed form
+    name = "third-order"
+    title = "an integrator and two lags: Popov reaches 6, the circle 4/3"
+    <BLANKLINE>
+    [plant]
+    num = [1]
+    den = [1, 3, 2, 0]
+    <BLANKLINE>
+    """
+    lines = [f"# {' '.join(system.source.split())}"] if system.source.strip() else []
+    for key, value in loop_tables(system).items():
+        if isinstance(value, dict):
+            lines += ["", f"[{key}]", *(f"{name} = {_written(entry)}" for name, entry in value.items())]
+        else:
+            lines.append(f"{key} = {_written(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def _plant(system: LoopSystem) -> dict[str, object]:
+    block = system.block
+    if isinstance(block, DelayBlock):
+        terms = [f"({_formula(top)})*exp(-({_text(delay)})*s)" for delay, top in block.terms]
+        return {"transfer": f"({' + '.join(terms)})/({_formula(block.denominator)})"}
+    if not isinstance(block, RationalBlock):
+        raise InputError(f"the {block} is too large for a system file; keep its matrices elsewhere")
+    plant: dict[str, object] = {"num": block.numerator, "den": block.denominator}
+    return plant if block.dt is None else {**plant, "dt": block.dt}
+
+
+def _class(asked: LawClass) -> dict[str, object]:
+    table: dict[str, object] = {"sector": (asked.sector.lower, asked.sector.upper)}
+    if asked.slope is not None:
+        table["slope"] = (asked.slope.lower, asked.slope.upper)
+    return table | {"odd": asked.odd, "time_varying": asked.time_varying}
+
+
+def _formula(coefficients: Sequence[Fraction]) -> str:
+    """A polynomial in ``s`` with exact coefficients."""
+    powers = range(len(coefficients) - 1, -1, -1)
+    terms = [f"({_text(c)})*s**{n}" for n, c in zip(powers, coefficients, strict=True) if c]
+    return " + ".join(terms) or "0"
+
+
+def _text(value: Fraction) -> str:
+    """The number exactly, as a decimal if it is one."""
+    return decimal(value) or f"{value.numerator}/{value.denominator}"
+
+
+def _written(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_written(entry) for entry in value)}]"
+    if isinstance(value, float) and math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    assert isinstance(value, int | float | Fraction), "tables hold numbers, texts, truth values and lists"
+    text = _text(Fraction(value))
+    return f'"{text}"' if "/" in text else text

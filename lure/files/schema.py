@@ -1,0 +1,199 @@
+"""What a file with a ``[plant]`` may hold: one pydantic model for each table, strict, numbers exact.
+
+``[nonlinearity]`` takes the parameters of its kind of law, which :func:`lure.nonlinearities.law_from_table` checks.
+"""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+
+from lure.errors import InputError
+from lure.files.problems import Vocabulary
+from lure.files.values import shown
+from lure.plants import coefficients
+from lure.rod.file import STRICT, field_key, number_of, one_line
+
+_INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
+
+
+def _exact(value: object, name: str) -> Fraction:
+    """A number, or a text of one such as ``"1/3"``."""
+    if isinstance(value, str):
+        values = coefficients(value, name)
+        if len(values) > 1:
+            raise InputError(f"{name} is {shown(value)}; give one number")
+        return values[0]
+    return number_of(value, name)
+
+
+def _list(value: object, info: ValidationInfo) -> tuple[Fraction, ...]:
+    name = field_key(info)
+    if isinstance(value, str):
+        return coefficients(value, name)
+    if not isinstance(value, list | tuple):
+        raise InputError(f"{name} is {shown(value)}; give a list such as [1, 3, 2, 0] or a text such as '1 3 2 0'")
+    return coefficients([_exact(entry, f"{name}[{i}]") for i, entry in enumerate(value)], name)
+
+
+def _matrix(value: object, info: ValidationInfo) -> list[Any]:
+    return _rows(value, field_key(info), depth=2)
+
+
+def _rows(value: object, name: str, depth: int) -> list[Any]:
+    """Nested lists of exact numbers; their shapes are checked with the others'."""
+    if not isinstance(value, list):
+        raise InputError(f"{name} is {shown(value)}; give a list of rows such as [[0, 1], [-2, -3]]")
+    if depth == 0:
+        raise InputError(f"{name} is nested too deeply; give a list of rows")
+    return [
+        _rows(entry, f"{name}[{i}]", depth - 1) if isinstance(entry, list) else _exact(entry, f"{name}[{i}]")
+        for i, entry in enumerate(value)
+    ]
+
+
+def _direct(value: object, info: ValidationInfo) -> Fraction:
+    name = field_key(info)
+    while isinstance(value, list) and len(value) == 1:
+        value = value[0]
+    if isinstance(value, list):
+        raise InputError(f"{name} has {len(value)} entries; give one number: a block has one input and one output")
+    return _exact(value, name)
+
+
+def _formula(value: object, info: ValidationInfo) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"{field_key(info)} is {shown(value)}; give a formula in quotes, such as '1/(s*(s+1))'")
+    return value
+
+
+def _step(value: object, info: ValidationInfo) -> Fraction:
+    step = _exact(value, field_key(info))
+    if step <= 0:
+        raise InputError(f"{field_key(info)} is {float(step):g}; give a positive time, or leave dt out")
+    return step
+
+
+def _pair(value: object, info: ValidationInfo) -> tuple[float | Fraction, float | Fraction]:
+    name = field_key(info)
+    parts: object = value.strip().strip("[]").replace(",", " ").split() if isinstance(value, str) else value
+    if not isinstance(parts, list | tuple) or len(parts) != 2:
+        raise InputError(f"{name} is {shown(value)}; give two numbers such as [0, 5.9] or [0, inf]")
+    low, high = (_bound(part, f"{name}[{i}]") for i, part in enumerate(parts))
+    if not low < high:
+        raise InputError(f"{name} is [{float(low):g}, {float(high):g}]; the first must be smaller than the second")
+    return low, high
+
+
+def _bound(value: object, name: str) -> float | Fraction:
+    if isinstance(value, str) and value.strip().lower() in _INFINITE:
+        return _INFINITE[value.strip().lower()]
+    if isinstance(value, Decimal | float) and abs(value) == math.inf:
+        return math.inf if value > 0 else -math.inf
+    return _exact(value, name)
+
+
+def _truth(value: object, info: ValidationInfo) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(f"{field_key(info)} is {shown(value)}; give true or false")
+    return value
+
+
+def _kind(value: object, info: ValidationInfo) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"{field_key(info)} is {shown(value)}; give the kind of a law in quotes, such as 'saturation'")
+    return value
+
+
+Coefficients: TypeAlias = Annotated[tuple[Fraction, ...] | None, BeforeValidator(_list)]
+Matrix: TypeAlias = Annotated[list[Any] | None, BeforeValidator(_matrix)]
+Pair: TypeAlias = Annotated[tuple[float | Fraction, float | Fraction] | None, BeforeValidator(_pair)]
+Truth: TypeAlias = Annotated[bool, BeforeValidator(_truth)]
+Line: TypeAlias = Annotated[str | None, BeforeValidator(one_line)]
+
+
+class PlantTable(BaseModel):
+    """``[plant]``: the linear block, in one of three forms."""
+
+    model_config = ConfigDict(**STRICT, title="plant")
+    num: Coefficients = Field(default=None, description="numerator, highest power first")
+    den: Coefficients = Field(default=None, description="denominator, highest power first")
+    A: Matrix = Field(default=None, description="state matrix, a list of rows")
+    B: Matrix = Field(default=None, description="input, one entry for each state")
+    C: Matrix = Field(default=None, description="output, one entry for each state")
+    D: Annotated[Fraction | None, BeforeValidator(_direct)] = Field(default=None, description="feedthrough")
+    transfer: Annotated[str | None, BeforeValidator(_formula)] = Field(default=None, description="H as a formula")
+    dt: Annotated[Fraction | None, BeforeValidator(_step)] = Field(default=None, description="sampling time [s]")
+
+
+class NonlinearityTable(BaseModel):
+    """``[nonlinearity]``: a kind of law; its parameters are checked by the law."""
+
+    model_config = ConfigDict(strict=True, extra="allow", frozen=True, title="nonlinearity")
+    kind: Annotated[str, BeforeValidator(_kind)] = Field(description="the kind of law")
+
+    def law_table(self) -> dict[str, object]:
+        """Kind and parameters, numbers exact.
+
+        Raises
+        ------
+        InputError
+            A parameter is neither a number, a truth value, a text nor a list of these.
+        """
+        extra = {} if self.model_extra is None else self.model_extra
+        return {"kind": self.kind, **{key: _parameter(value, f"nonlinearity.{key}") for key, value in extra.items()}}
+
+
+class ClassTable(BaseModel):
+    """``[class]``: what is assumed of the nonlinearity."""
+
+    model_config = ConfigDict(**STRICT, title="class")
+    sector: Pair = Field(default=None, description="bounds of phi(sigma)/sigma")
+    slope: Pair = Field(default=None, description="bounds of every difference quotient")
+    odd: Truth = Field(default=False, description="whether phi(-sigma) = -phi(sigma)")
+    time_varying: Truth = Field(default=False, description="whether phi may depend on time")
+
+
+class PlantTables(BaseModel):
+    """A whole file."""
+
+    model_config = ConfigDict(**STRICT)
+    name: Line = Field(default=None, description="name for the report")
+    title: Line = Field(default=None, description="one line that says what it is")
+    plant: PlantTable
+    nonlinearity: NonlinearityTable | None = None
+    law_class: ClassTable | None = Field(default=None, alias="class")
+
+
+PLANT_TABLES: dict[str, type[BaseModel]] = {
+    "plant": PlantTable,
+    "nonlinearity": NonlinearityTable,
+    "class": ClassTable,
+}
+PLANT_FILE = Vocabulary(
+    tables=PLANT_TABLES,
+    single=("name", "title"),
+    letters={"numerator": "plant.num", "denominator": "plant.den", "H": "plant.transfer", "G": "plant.transfer"},
+)
+LAW_TEXTS = ("text", "expression", "formula", "law", "kind", "file")
+PLANT_TEXTS = ("name", "title", "plant.transfer", *(f"nonlinearity.{key}" for key in LAW_TEXTS))
+
+
+def _parameter(value: object, name: str) -> object:
+    """A parameter of a law: numbers exact, infinity as a float, a text of a number as that number."""
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, list | tuple):
+        return [_parameter(entry, f"{name}[{i}]") for i, entry in enumerate(value)]
+    if isinstance(value, str):
+        try:
+            return value if name.rpartition(".")[2] in LAW_TEXTS else _bound(value, name)
+        except InputError:
+            return value  # for the law to take or to refuse
+    if not isinstance(value, int | float | Decimal | Fraction):
+        raise InputError(f"{name} is {shown(value)}; give a number, a text, true or false, or a list")
+    return _bound(value, name)

@@ -1,0 +1,152 @@
+"""Lur'e loops as named systems: a block, what is said of the law, and where the numbers come from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from lure.classes import LawClass
+from lure.errors import InputError
+from lure.loop import Loop, loop_rows
+from lure.nonlinearities.protocol import Nonlinearity
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.plants.state_space import StateSpaceBlock
+from lure.record import by_value, html_table, plain
+
+if TYPE_CHECKING:
+    import control
+
+
+@by_value
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class LoopSystem:
+    """A linear block in a loop ``sigma = H mu``, ``mu = -phi(sigma)``, and what is said of ``phi``.
+
+    Attributes
+    ----------
+    name : str
+        Name for the report.
+    title : str
+        One line that says what it is.
+    block : RationalBlock, DelayBlock or StateSpaceBlock
+        The linear block.
+    nonlinearity : Nonlinearity or None
+        The law, if there is one.
+    law_class : LawClass or None
+        The class of laws asked about, if there is one; it contains the law.
+    source : str
+        Where the numbers come from.
+    law_table : Mapping of str to object, or None
+        The entries of the table ``[nonlinearity]`` that mean the law.
+    """
+
+    name: str
+    title: str
+    block: RationalBlock | DelayBlock | StateSpaceBlock
+    nonlinearity: Nonlinearity | None = None
+    law_class: LawClass | None = None
+    source: str = ""
+    law_table: Mapping[str, object] | None = None
+
+    def to_control(self, *, pade: int | None = None) -> control.NonlinearIOSystem:
+        """The closed loop with the law; see :meth:`lure.Loop.to_control`.
+
+        Parameters
+        ----------
+        pade : int, optional
+            Order of the approximation that stands for a dead time.
+
+        Raises
+        ------
+        InputError
+            There is no law to close the loop with, or the loop cannot be simulated there.
+        """
+        if self.nonlinearity is None:
+            raise InputError(
+                f"the system {self.name!r:.60} has no law to close the loop with; Loop(system.block, law) has one"
+            )
+        return Loop(self.block, self.nonlinearity).to_control(pade=pade)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: names, block, law and class."""
+        return {
+            "kind": "loop system",
+            "name": self.name,
+            "title": self.title,
+            "source": self.source,
+            "block": plain(self.block),
+            "law": plain(self.nonlinearity),
+            "class": plain(self.law_class),
+        }
+
+    def _repr_html_(self) -> str:
+        rows = [*loop_rows(self.block, self.nonlinearity)]
+        rows += [] if self.law_class is None else [("class asked about", str(self.law_class))]
+        rows += [("source", self.source)] if self.source else []
+        title = f"{self.name}: {self.title}" if self.title else self.name
+        return html_table(title, rows, notes=["sigma = H mu, mu = -phi(sigma); lure.analysis.analyse(system) decides."])
+
+
+def loop_system(
+    identity: tuple[str, str, str],
+    block: RationalBlock | DelayBlock | StateSpaceBlock,
+    *,
+    law_table: Mapping[str, object] | None = None,
+    law_class: LawClass | None = None,
+) -> LoopSystem:
+    """A loop from its block and the table of its law.
+
+    Parameters
+    ----------
+    identity : tuple of str
+        Name, title and source.
+    block : RationalBlock, DelayBlock or StateSpaceBlock
+        The linear block.
+    law_table : Mapping of str to object, or None
+        ``kind`` and parameters of the law, as :func:`lure.nonlinearities.law_from_table` takes them.
+    law_class : LawClass or None
+        The class asked about.
+
+    Raises
+    ------
+    InputError
+        The law is refused, or it is not known to belong to the class: the class would promise what the law breaks.
+    """
+    law = None
+    if law_table is not None:
+        from lure.nonlinearities import law_from_table
+
+        values = dict(law_table)
+        law = law_from_table(str(values.pop("kind")), values)
+        if law_class is not None:
+            _check_member(law, law_class)
+    name, title, source = identity
+    return LoopSystem(
+        name=name,
+        title=title,
+        block=block,
+        nonlinearity=law,
+        law_class=law_class,
+        source=source,
+        law_table=None if law_table is None else MappingProxyType(dict(law_table)),
+    )
+
+
+def _check_member(law: Nonlinearity, asked: LawClass) -> None:
+    from lure.nonlinearities import ExpressionLaw, law_class
+
+    if isinstance(law, ExpressionLaw) and not law.sector_declared:
+        return  # it declares nothing that could be compared: the analysis certifies it, or says that it was given so
+    known = law_class(law)
+    inside = asked.sector.lower <= known.sector.lower and known.sector.upper <= asked.sector.upper
+    slope = asked.slope is None or (
+        known.slope is not None and asked.slope.lower <= known.slope.lower and known.slope.upper <= asked.slope.upper
+    )
+    if not (inside and slope and (known.odd or not asked.odd)):
+        raise InputError(
+            f"the class is {asked} but the law is only known to be among {known}; give a class that contains the law, "
+            "or leave one of the two out"
+        )

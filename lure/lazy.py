@@ -1,0 +1,43 @@
+"""Names that a package exports and loads only when they are used."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+EXPORT = re.compile(r"^from ([\w.]+) import (\w+) as \w+", re.MULTILINE)
+
+
+def lazy_exports(package: str, file: str) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
+    """``__getattr__``, ``__dir__`` and ``__all__`` of a package, as its stub ``__init__.pyi`` lists them.
+
+    The stub is what type checkers read, so that a name and its module are written once.
+
+    Parameters
+    ----------
+    package : str
+        Its ``__name__``.
+    file : str
+        Its ``__file__``.
+
+    Returns
+    -------
+    tuple
+        The two functions and the list, to be bound to these names.
+    """
+    homes = {name: module for module, name in EXPORT.findall(Path(file).with_suffix(".pyi").read_text("utf-8"))}
+
+    def attribute(name: str) -> object:
+        """The name, from its module."""
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        return getattr(import_module(homes[name]), name)
+
+    def names() -> list[str]:
+        """What the package has and exports."""
+        return sorted({*vars(sys.modules[package]), *homes})
+
+    return attribute, names, [*homes]

@@ -1,0 +1,25 @@
+"""The library of nonlinearities: exact parameters, values, slope, primitive, and what is known of each law."""
+
+from lure.nonlinearities.base import Law as Law
+from lure.nonlinearities.checking import check_declared as check_declared
+from lure.nonlinearities.formula import ExpressionLaw as ExpressionLaw
+from lure.nonlinearities.piecewise_linear import DeadZone as DeadZone
+from lure.nonlinearities.piecewise_linear import GraphLaw as GraphLaw
+from lure.nonlinearities.piecewise_linear import LeakyReLU as LeakyReLU
+from lure.nonlinearities.piecewise_linear import PiecewiseLinear as PiecewiseLinear
+from lure.nonlinearities.piecewise_linear import ReLU as ReLU
+from lure.nonlinearities.piecewise_linear import Saturation as Saturation
+from lure.nonlinearities.piecewise_linear import relay_with_slope as relay_with_slope
+from lure.nonlinearities.properties import Properties as Properties
+from lure.nonlinearities.properties import Property as Property
+from lure.nonlinearities.properties import Standing as Standing
+from lure.nonlinearities.properties import law_class as law_class
+from lure.nonlinearities.properties import properties as properties
+from lure.nonlinearities.quantiser import Quantiser as Quantiser
+from lure.nonlinearities.reading import LAW_KINDS as LAW_KINDS
+from lure.nonlinearities.reading import law_from_table as law_from_table
+from lure.nonlinearities.shifted import ShiftedLaw as ShiftedLaw
+from lure.nonlinearities.shifted import shifted_class as shifted_class
+from lure.nonlinearities.shifted import shifted_law as shifted_law
+from lure.nonlinearities.smooth import Cubic as Cubic
+from lure.nonlinearities.smooth import Tanh as Tanh

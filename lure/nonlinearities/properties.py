@@ -1,0 +1,284 @@
+"""A law as a table for a notebook and as plain data: what is known of it, and whether it was checked or declared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, is_dataclass, replace
+from enum import Enum
+from fractions import Fraction
+from typing import Any, Generic, TypeVar
+
+from lure.classes import LawClass, Sector, SlopeBounds
+from lure.errors import AssumptionError
+from lure.nonlinearities.base import number_text
+from lure.nonlinearities.formula import ExpressionLaw
+from lure.nonlinearities.piecewise_linear import DeadZone, Graph, LeakyReLU, PiecewiseLinear, ReLU, Saturation
+from lure.nonlinearities.protocol import Nonlinearity, NormalCompliance
+from lure.nonlinearities.quantiser import Quantiser
+from lure.nonlinearities.shifted import ShiftedLaw
+from lure.nonlinearities.smooth import Cubic, Tanh
+from lure.record import html_table, plain
+
+# What is known of a law, and whether it was checked or is its author's word.
+
+T = TypeVar("T")
+
+_FROM_POINTS = "exact, read off the points and the slopes outside them"
+_PROOFS: dict[type, str] = {
+    **dict.fromkeys((Saturation, DeadZone, ReLU, LeakyReLU, PiecewiseLinear), _FROM_POINTS),
+    Cubic: "closed form: phi(sigma)/sigma = a + b sigma^2 and phi' = a + 3 b sigma^2",
+    Tanh: "closed form: phi' = (gain/scale)/cosh^2(sigma/scale) falls from gain/scale to 0",
+    Quantiser: "closed form: |phi - sigma| <= step/2, and phi = 0 for |sigma| < step/2",
+    NormalCompliance: "closed form: a power of max(sigma, 0)",
+}
+_WORD = "the word of the law's author"
+
+
+class Standing(Enum):
+    """Whether a property was checked for every ``sigma``, or is declared and believed."""
+
+    DECLARED = "declared"
+    CHECKED = "checked"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Property(Generic[T]):
+    """A property with its standing and, in one sentence, how it is known.
+
+    Attributes
+    ----------
+    value : Sector, SlopeBounds, bool or str
+        The property.
+    standing : Standing
+        Whether it was checked, or is declared and believed.
+    how : str
+        How it is known.
+    """
+
+    value: T
+    standing: Standing
+    how: str
+
+    def __str__(self) -> str:
+        return f"{self.value} ({self.standing}: {self.how})"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Properties:
+    """What is known of a law.
+
+    Attributes
+    ----------
+    sector : Property of Sector
+        Bounds on ``phi(sigma)/sigma``.
+    slope_bounds : Property of SlopeBounds or None
+        Bounds on the difference quotients; None where there are none, or none are known.
+    odd : Property of bool
+        False where the law is not known to be odd.
+    regularity : Property of str
+        Continuity and smoothness in words; ``unknown`` where nothing is.
+    """
+
+    sector: Property[Sector]
+    slope_bounds: Property[SlopeBounds | None]
+    odd: Property[bool]
+    regularity: Property[str]
+
+
+def properties(law: Nonlinearity) -> Properties:
+    """What is known of a law, each property with its standing.
+
+    Laws of the library are known in closed form.  A formula is checked if it is piecewise linear, which is recognised
+    exactly; of others the regularity is, where the form of the formula shows it.  Everything else is declared: a
+    sample, however dense, checks nothing for every ``sigma``.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        Any law.
+
+    Raises
+    ------
+    AssumptionError
+        A declared property of a piecewise linear formula is false.
+
+    Examples
+    --------
+    >>> from lure import ExpressionLaw, Saturation
+    >>> print(properties(Saturation(gain=2)).sector)
+    [0, 2] (checked: exact, read off the points and the slopes outside them)
+    >>> print(properties(ExpressionLaw("tanh(sigma)", sector=Sector(0, 1))).sector)
+    [0, 1] (declared: the word of the law's author)
+    """
+    if type(law) is ShiftedLaw:
+        inner, note = properties(law.law), f"; shifted by {number_text(law.gain)}"
+        return Properties(
+            sector=Property(value=law.sector, standing=inner.sector.standing, how=inner.sector.how + note),
+            slope_bounds=Property(
+                value=law.slope_bounds, standing=inner.slope_bounds.standing, how=inner.slope_bounds.how + note
+            ),
+            odd=inner.odd,
+            regularity=inner.regularity,
+        )
+    if type(law) is ExpressionLaw and law.graph is not None:
+        _compare(law, law.graph)
+        return _all(law, Standing.CHECKED, "the formula is piecewise linear: " + _FROM_POINTS)
+    if type(law) is ExpressionLaw:
+        return _of_formula(law)
+    proof = _PROOFS.get(type(law))
+    return _all(law, Standing.DECLARED, _WORD) if proof is None else _all(law, Standing.CHECKED, proof)
+
+
+def law_class(law: Nonlinearity) -> LawClass:
+    """The smallest class of laws known to contain this one: a theorem for the class is one for the law.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        Any law; the sector is narrowed to the slope bounds, which ``phi(0) = 0`` allows.
+
+    Raises
+    ------
+    AssumptionError
+        A declared property of a piecewise linear formula is false.
+    InputError
+        The declared sector and slope bounds have nothing in common.
+
+    Examples
+    --------
+    >>> from lure import DeadZone
+    >>> print(law_class(DeadZone(width=1, gain=2)))
+    odd phi with slope in [0, 2]
+    """
+    known = properties(law)
+    sector, slope = known.sector.value, known.slope_bounds.value
+    if slope is not None:
+        sector = Sector(max(sector.lower, slope.lower), min(sector.upper, slope.upper))
+    return LawClass(sector=sector, slope=slope, odd=known.odd.value)
+
+
+def _all(law: Nonlinearity, standing: Standing, how: str) -> Properties:
+    """Every property of the law with one standing; what the law does not say is not known."""
+
+    def known(value: T, *, missing: bool) -> Property[T]:
+        """A property of this standing."""
+        if missing:
+            return Property(value=value, standing=Standing.DECLARED, how="nothing is declared")
+        return Property(value=value, standing=standing, how=how)
+
+    checked = standing is Standing.CHECKED
+    slope: SlopeBounds | None = getattr(law, "slope_bounds", None)
+    regularity = str(getattr(law, "regularity", "unknown"))
+    return Properties(
+        sector=known(law.sector, missing=False),
+        slope_bounds=known(slope, missing=slope is None and not checked),
+        odd=known(bool(getattr(law, "odd", False)), missing=not hasattr(law, "odd")),
+        regularity=known(regularity, missing=regularity == "unknown"),
+    )
+
+
+def _of_formula(law: ExpressionLaw) -> Properties:
+    """What is declared of a formula, with the regularity that its form shows."""
+    declared = _all(law, Standing.DECLARED, _WORD)
+    visible = law.visibly_lipschitz or not law.locally_lipschitz
+    if not visible or law.regularity == "unknown":
+        return declared
+    how = "read off the formula: it is made of functions with this property, each inside its domain"
+    return replace(declared, regularity=Property(value=law.regularity, standing=Standing.CHECKED, how=how))
+
+
+def _compare(law: ExpressionLaw, graph: Graph) -> None:
+    """Refuse what is declared of a formula whose exact graph contradicts it."""
+    sector, slope = law.sector, law.slope_bounds
+    for chord, where in graph.chords:
+        _inside(law, ("the sector", "phi(sigma)/sigma", where), chord, sector)
+    for value in graph.slopes if slope is not None else ():
+        _inside(law, ("the slope bounds", "the slope", "on one of its pieces"), value, slope)
+    if law.odd and not graph.odd:
+        x = next((x for x in graph.knots if graph.exact(-x) != -graph.exact(x)), 2 * max(map(abs, graph.knots)) + 1)
+        raise AssumptionError(
+            f"the law {law.text!r:.60} is declared odd, but phi({number_text(x)}) = {number_text(graph.exact(x))} and "
+            f"phi({number_text(-x)}) = {number_text(graph.exact(-x))}; declare odd = False"
+        )
+
+
+def _inside(
+    law: ExpressionLaw, words: tuple[str, str, str], value: Fraction, bounds: Sector | SlopeBounds | None
+) -> None:
+    if bounds is not None and not bounds.lower <= value <= bounds.upper:
+        declared, quantity, where = words
+        raise AssumptionError(
+            f"the law {law.text!r:.60} is declared to have {declared} {bounds}, but {quantity} is {number_text(value)} "
+            f"{where}; declare bounds that hold"
+        )
+
+
+def law_dict(law: Nonlinearity) -> dict[str, Any]:
+    """A law as plain JSON data: its kind, parameters and properties, each with its standing.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        The law.  A declared property that its own formula contradicts is reported as ``contradicted``.
+    """
+    data: dict[str, Any] = {"kind": type(law).__name__, "text": law_text(law), "parameters": _parameters(law)}
+    known, against = _known(law)
+    for name, found in known.items():
+        value, standing, how = found
+        data[name] = {"value": value, "standing": standing, "how": how}
+    return {**data, "contradicted": against}
+
+
+def law_html(law: Nonlinearity) -> str:
+    """A law as a table.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        The law.
+    """
+    known, against = _known(law)
+    rows = [(name.replace("_", " "), value, standing, how) for name, (value, standing, how) in known.items()]
+    notes = ["It enters the loop as mu = -phi(sigma)."] if against is None else [f"CONTRADICTED: {against}"]
+    return html_table(f"phi: {law_text(law)}", rows, head=("", "value", "standing", "how it is known"), notes=notes)
+
+
+def law_text(law: Nonlinearity) -> str:
+    """A law in words: what it prints, or the name of its class with its parameters.
+
+    Parameters
+    ----------
+    law : Nonlinearity
+        Any law.
+    """
+    if type(law).__str__ is not object.__str__:
+        return str(law)
+    given = ", ".join(f"{name} = {value}" for name, value in _parameters(law).items())
+    return f"{type(law).__name__}({given})" if given else type(law).__name__
+
+
+def _known(law: Nonlinearity) -> tuple[dict[str, tuple[str, str, str]], str | None]:
+    """Each property as text with its standing; and what contradicts it, if anything does."""
+    try:
+        found = properties(law)
+    except AssumptionError as error:
+        return {"sector": (str(law.sector), "declared", "the word of the law's author")}, str(error)
+    slope, odd = found.slope_bounds, found.odd
+    return {
+        "sector": _row(found.sector, str(found.sector.value)),
+        "slope": _row(slope, "not known to be bounded" if slope.value is None else str(slope.value)),
+        "odd": _row(odd, "yes" if odd.value else "not known to be"),
+        "regularity": _row(found.regularity, found.regularity.value),
+    }, None
+
+
+def _row(known: Property[Any], value: str) -> tuple[str, str, str]:
+    return value, str(known.standing), known.how
+
+
+def _parameters(law: Nonlinearity) -> dict[str, Any]:
+    if not is_dataclass(law):
+        return {}
+    return {field.name: plain(getattr(law, field.name)) for field in fields(law) if field.init and field.repr}

@@ -1,0 +1,209 @@
+"""Smooth laws in closed form: the cubic and the hyperbolic tangent."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lure.classes import Sector, SlopeBounds
+from lure.errors import InputError
+from lure.exact import exact_number
+from lure.nonlinearities.base import Parameter, assign, exact_parameter, factor_text, number_text, positive
+
+
+@dataclass(frozen=True, slots=True)
+class Cubic:
+    r"""``phi(sigma) = linear sigma + cubic sigma^3``.
+
+    Sector and slope bounds are ``[linear, inf]`` for ``cubic > 0``, ``[-inf, linear]`` for ``cubic < 0``; the finite
+    bound of the sector is approached as ``sigma -> 0``.
+
+    Parameters
+    ----------
+    linear, cubic : int, float, Fraction, Decimal or str
+        Coefficients; ``cubic`` is not 0.
+
+    Raises
+    ------
+    InputError
+        A coefficient is not a finite number, or ``cubic`` is 0.
+
+    Examples
+    --------
+    >>> law = Cubic(cubic=1, linear=2)
+    >>> print(law.sector, law.slope(1.0))
+    [2, inf] 5.0
+    """
+
+    linear: Fraction
+    cubic: Fraction
+
+    def __init__(self, *, linear: Parameter = 0, cubic: Parameter = 1) -> None:
+        a, b = exact_parameter(linear, "Cubic.linear"), exact_parameter(cubic, "Cubic.cubic")
+        if b == 0:
+            raise InputError("Cubic.cubic is 0; give another number, a linear gain belongs into the block")
+        assign(self, linear=a, cubic=b)
+
+    @property
+    def sector(self) -> Sector:
+        """``[linear, inf]`` or ``[-inf, linear]``."""
+        return Sector(self.linear, math.inf) if self.cubic > 0 else Sector(-math.inf, self.linear)
+
+    @property
+    def slope_bounds(self) -> SlopeBounds:
+        """``[linear, inf]`` or ``[-inf, linear]``."""
+        return SlopeBounds(self.sector.lower, self.sector.upper)
+
+    @property
+    def odd(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def regularity(self) -> str:
+        """Smoothness in words."""
+        return "polynomial, locally Lipschitz"
+
+    @property
+    def locally_lipschitz(self) -> bool:
+        """True."""
+        return True
+
+    def exact(self, sigma: Fraction) -> Fraction:
+        """Value at an exact point, exactly."""
+        return sigma * (self.linear + self.cubic * sigma * sigma)
+
+    def __call__(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
+        """Values ``phi(sigma)``, elementwise."""
+        return np.asarray(self._even(sigma, 1.0, 1.0) * np.asarray(sigma, dtype=float))
+
+    def slope(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
+        """Derivative ``linear + 3 cubic sigma^2``, elementwise."""
+        return self._even(sigma, 1.0, 3.0)
+
+    def primitive(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
+        """``linear sigma^2/2 + cubic sigma^4/4``, elementwise."""
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            return np.asarray(self._even(sigma, 0.5, 0.25) * np.asarray(sigma, dtype=float) ** 2)
+
+    def _even(self, sigma: ArrayLike, first: float, second: float) -> NDArray[np.float64]:
+        with np.errstate(over="ignore", under="ignore"):
+            square = np.asarray(sigma, dtype=float) ** 2
+            return np.asarray(first * float(self.linear) + second * float(self.cubic) * square)
+
+    def __str__(self) -> str:
+        if self.linear == 0:
+            return f"cubic {factor_text(self.cubic)}sigma^3"
+        sign = "-" if self.cubic < 0 else "+"
+        return f"cubic {factor_text(self.linear)}sigma {sign} {factor_text(abs(self.cubic))}sigma^3"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: parameters, and what is known with its standing."""
+        from lure.nonlinearities.properties import law_dict
+
+        return law_dict(self)
+
+    def _repr_html_(self) -> str:
+        from lure.nonlinearities.properties import law_html
+
+        return law_html(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Tanh:
+    r"""``phi(sigma) = gain tanh(sigma / scale)``, with values in ``(-gain, gain)`` and the slope ``gain/scale`` at 0.
+
+    Sector and slope bounds are ``[0, gain/scale]``: the slope ``(gain/scale) / cosh^2(sigma/scale)`` falls from its
+    largest value at 0 to 0 at infinity, which it does not attain.
+
+    Parameters
+    ----------
+    scale : int, float, Fraction, Decimal or str
+        Positive [unit of sigma].
+    gain : int, float, Fraction, Decimal or str
+        Positive [unit of phi].
+
+    Raises
+    ------
+    InputError
+        A parameter is not a positive finite number.
+
+    Examples
+    --------
+    >>> law = Tanh(gain=2)
+    >>> print(law.sector, f"{law(0.5):.4f}")
+    [0, 2] 0.9242
+    """
+
+    scale: Fraction
+    gain: Fraction
+
+    def __init__(self, *, scale: Parameter = 1, gain: Parameter = 1) -> None:
+        d, g = positive(scale, "Tanh.scale"), positive(gain, "Tanh.gain")
+        exact_number(g / d, "Tanh: the slope gain/scale")
+        assign(self, scale=d, gain=g)
+
+    @property
+    def sector(self) -> Sector:
+        """``[0, gain/scale]``."""
+        return Sector(0, self.gain / self.scale)
+
+    @property
+    def slope_bounds(self) -> SlopeBounds:
+        """``[0, gain/scale]``."""
+        return SlopeBounds(0, self.gain / self.scale)
+
+    @property
+    def odd(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def regularity(self) -> str:
+        """Smoothness in words."""
+        return "analytic, globally Lipschitz"
+
+    @property
+    def locally_lipschitz(self) -> bool:
+        """True."""
+        return True
+
+    def __call__(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
+        """Values ``phi(sigma)``, elementwise."""
+        return np.asarray(float(self.gain) * np.tanh(self._scaled(sigma)))
+
+    def slope(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
+        """Derivative, elementwise."""
+        with np.errstate(over="ignore", under="ignore"):
+            return np.asarray(float(self.gain / self.scale) / np.cosh(self._scaled(sigma)) ** 2)
+
+    def primitive(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
+        """``gain scale log cosh(sigma/scale)``, elementwise."""
+        u = np.abs(self._scaled(sigma))
+        with np.errstate(over="ignore", under="ignore"):
+            near = np.log1p(2 * np.sinh(np.minimum(u, 1.0) / 2) ** 2)
+            far = u + np.log1p(np.exp(-2 * u)) - math.log(2)
+            return np.asarray(float(self.gain) * float(self.scale) * np.where(u < 1, near, far))
+
+    def _scaled(self, sigma: ArrayLike) -> NDArray[np.float64]:
+        with np.errstate(over="ignore", under="ignore"):
+            return np.asarray(np.asarray(sigma, dtype=float) / float(self.scale))
+
+    def __str__(self) -> str:
+        return f"{factor_text(self.gain)}tanh(sigma / {number_text(self.scale)})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: parameters, and what is known with its standing."""
+        from lure.nonlinearities.properties import law_dict
+
+        return law_dict(self)
+
+    def _repr_html_(self) -> str:
+        from lure.nonlinearities.properties import law_html
+
+        return law_html(self)

@@ -1,0 +1,135 @@
+"""Linear blocks with a control input, a load and one measured output."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lure.errors import InputError
+from lure.record import by_value, html_table, plain
+
+if TYPE_CHECKING:
+    import control
+    from scipy.sparse import csr_array
+
+
+class Block(Protocol):
+    """Anything with a scalar transfer function from ``mu`` to ``sigma``."""
+
+    def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
+        """``H(s)`` at complex ``s`` [1/s], elementwise."""
+
+
+@by_value
+@dataclass(frozen=True, eq=False)
+class LinearBlock:
+    r"""A finite block ``y' = A y + b1 mu + b2 g``, ``sigma = c^T y``, with ``H(s) = c^T (sI - A)^{-1} b1``.
+
+    In a loop ``mu = -phi(sigma)``: the sign is in :class:`lure.loop.Loop` and nowhere else.
+
+    Parameters
+    ----------
+    A : array_like or scipy.sparse array
+        (n, n) [1/s]; kept as an array or as a ``csr_array``.  Like the vectors it is copied and cannot be written to.
+    b1 : ndarray
+        (n,) input of the nonlinearity.
+    b2 : ndarray
+        (n,) input of the load.
+    c : ndarray
+        (n,) output.
+
+    Raises
+    ------
+    InputError
+        Shapes do not fit, or an entry is not a finite real number.
+    """
+
+    A: NDArray[np.float64] | csr_array
+    b1: NDArray[np.float64]
+    b2: NDArray[np.float64]
+    c: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        for name in ("A", "b1", "b2", "c"):
+            object.__setattr__(self, name, _frozen(getattr(self, name), name))
+        n = self.b1.shape[0] if self.b1.ndim == 1 else -1
+        if self.A.shape != (n, n) or self.b2.shape != (n,) or self.c.shape != (n,) or n == 0:
+            shapes = f"A {self.A.shape}, b1 {self.b1.shape}, b2 {self.b2.shape}, c {self.c.shape}"
+            raise InputError(f"LinearBlock needs A (n, n), b1 (n,), b2 (n,), c (n,) with n >= 1; got {shapes}")
+
+    @property
+    def order(self) -> int:
+        """Number of states ``n``."""
+        return int(self.b1.shape[0])
+
+    def dense(self) -> NDArray[np.float64]:
+        """``A`` as an (n, n) array [1/s]."""
+        return self.A if isinstance(self.A, np.ndarray) else np.asarray(self.A.toarray())
+
+    def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
+        """``H(s)`` by one sparse solve a point; not finite where a pivot of ``sI - A`` is exactly zero."""
+        from scipy.sparse import csc_array, eye_array
+        from scipy.sparse.linalg import splu
+
+        points = np.asarray(s, dtype=complex)
+        values = np.empty(points.size, dtype=complex)
+        A, identity = csc_array(self.A), eye_array(self.order, format="csc")
+        for i, point in enumerate(points.ravel()):
+            try:
+                values[i] = self.c @ splu((point * identity - A).tocsc()).solve(self.b1.astype(complex))
+            except RuntimeError:  # splu: the factor is exactly singular
+                values[i] = complex(np.inf, np.nan)
+        return values.reshape(points.shape)
+
+    def to_control(self) -> control.StateSpace:
+        """The block from ``mu`` to ``sigma`` as a ``control.StateSpace`` (dense)."""
+        import control
+
+        return control.StateSpace(self.dense(), self.b1[:, None], self.c[None, :], 0.0)
+
+    def frequency_response(self, omega: ArrayLike) -> control.FrequencyResponseData:
+        """``H(i omega)`` at ``omega`` [rad/s], computed by python-control from the matrices."""
+        import control
+
+        return control.frequency_response(self.to_control(), np.atleast_1d(np.asarray(omega, dtype=float)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: the matrices, dense."""
+        matrices = {"A": self.dense(), "b1": self.b1, "b2": self.b2, "c": self.c}
+        return {"kind": "linear block", "order": self.order, **{name: plain(m) for name, m in matrices.items()}}
+
+    def _repr_html_(self) -> str:
+        stored = "dense" if isinstance(self.A, np.ndarray) else f"sparse, {self.A.nnz} entries"
+        rows = [("states", self.order), ("A", stored), ("time", "continuous")]
+        notes = ["In a loop mu = -phi(sigma)."]
+        return html_table("y' = A y + b1 mu + b2 g, sigma = c^T y", rows, notes=notes)
+
+
+def _frozen(values: ArrayLike | csr_array, name: str) -> NDArray[np.float64] | csr_array:
+    """A copy in double precision that cannot be written to."""
+    try:
+        if name == "A" and hasattr(values, "tocsr"):
+            from scipy.sparse import csr_array
+
+            matrix = csr_array(values)
+            matrix = csr_array((_real(matrix.data), matrix.indices, matrix.indptr), shape=matrix.shape, copy=True)
+            matrix.sum_duplicates()
+            entries = matrix.data
+        else:
+            entries = matrix = _real(values).copy()
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"LinearBlock.{name} is not an array of real numbers ({error}); give numbers") from None
+    if not np.isfinite(entries).all():
+        raise InputError(f"LinearBlock.{name} has an entry that is not finite; give finite numbers")
+    entries.setflags(write=False)
+    return matrix
+
+
+def _real(values: ArrayLike) -> NDArray[np.float64]:
+    array = np.asarray(values)
+    if array.dtype.kind not in "iufO":
+        raise TypeError(f"its entries are {array.dtype}")
+    return array.astype(float)

@@ -1,0 +1,172 @@
+"""State equations with exact entries: the matrices a block was given by, or the companion form of its coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.errors import InputError
+
+if TYPE_CHECKING:
+    import control
+
+    from lure.plants.rational import RationalBlock
+
+Row = tuple[Fraction, ...]
+Doubles = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What the author of a system calls its parts.
+
+    Attributes
+    ----------
+    states : tuple of str
+        (n,).
+    input, output : str
+        The signals.
+    system : str
+        The whole.
+    """
+
+    states: tuple[str, ...]
+    input: str
+    output: str
+    system: str
+
+
+@dataclass(frozen=True, slots=True)
+class Realisation:
+    r"""``x' = A x + b mu``, ``sigma = c x + d mu`` (in discrete time ``x+``), every entry a Fraction.
+
+    Attributes
+    ----------
+    A : tuple of tuples
+        (n, n), row by row.
+    b, c : tuple
+        (n,).
+    d : Fraction
+        Feedthrough ``H(infinity)``.
+    names : Names or None
+        Those of states and signals, where the source has any.
+    """
+
+    A: tuple[Row, ...]
+    b: Row
+    c: Row
+    d: Fraction
+    names: Names | None = None
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.b)
+
+    def closed(self, k: Fraction) -> tuple[Row, ...]:
+        """``A - b c k/(1 + k d)``: the loop with ``mu = -k sigma``; needs ``1 + k d != 0``."""
+        gain = k / (1 + k * self.d)
+        return tuple(
+            tuple(a - gain * bi * cj for a, cj in zip(row, self.c, strict=True))
+            for row, bi in zip(self.A, self.b, strict=True)
+        )
+
+    def doubles(self) -> Doubles:
+        """``A`` (n, n), ``b`` (n,), ``c`` (n,) and ``d``, each entry the nearest double.
+
+        Raises
+        ------
+        InputError
+            An entry exceeds the largest double.
+        """
+        try:
+            A, b, c = (np.array([float(v) for v in side]) for side in (sum(self.A, ()), self.b, self.c))
+        except OverflowError:
+            raise InputError("an entry exceeds the largest double, 1.8e308; rescale the unit of time") from None
+        return A.reshape(self.order, self.order), b, c, float(self.d)
+
+    def to_control(self, *, dt: float | bool) -> control.StateSpace:
+        """The matrices as a ``control.StateSpace`` with their names.
+
+        Parameters
+        ----------
+        dt : float or bool
+            As python-control has it: 0 is continuous, True discrete of unspecified period.
+        """
+        return control_system(self.doubles(), self.names, dt=dt)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: the entries as text ``p/q``, and the names."""
+        names = None
+        if self.names is not None:
+            signals = {"input": self.names.input, "output": self.names.output}
+            names = {"states": list(self.names.states), **signals, "system": self.names.system}
+        return {
+            "A": [[str(v) for v in row] for row in self.A],
+            "B": [str(v) for v in self.b],
+            "C": [str(v) for v in self.c],
+            "D": str(self.d),
+            "names": names,
+        }
+
+
+def companion(block: RationalBlock) -> Realisation:
+    """The controllable companion form: ``x = (y, y', ..., y^(n-1))`` with ``d(p) y = mu``, ``sigma = n(p) y``.
+
+    Hidden modes are kept: they are unobservable in this form.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        The block; matrices that it was given by are not looked at.
+    """
+    n, d = block.order, block.feedthrough
+    low = tuple(reversed(block.denominator))[:n]
+    top = (*reversed(block.numerator), *[Fraction(0)] * (n + 1 - len(block.numerator)))
+    rows = [tuple(Fraction(int(j == i + 1)) for j in range(n)) for i in range(n - 1)]
+    last = [tuple(-a for a in low)] if n else []
+    b = tuple(Fraction(int(i == n - 1)) for i in range(n))
+    return Realisation((*rows, *last), b, tuple(t - d * a for t, a in zip(top[:n], low, strict=True)), d)
+
+
+def control_system(matrices: Doubles, names: Names | None, *, dt: float | bool) -> control.StateSpace:
+    """A ``control.StateSpace`` of one input and one output.
+
+    Parameters
+    ----------
+    matrices : tuple
+        ``A`` (n, n), ``B`` (n,), ``C`` (n,) and ``D``.
+    names : Names or None
+        Those of states and signals; python-control's own where there are none.
+    dt : float or bool
+        As python-control has it.
+    """
+    import control
+
+    said: dict[str, Any] = {}
+    if names is not None:
+        said = {"states": list(names.states), "inputs": [names.input], "outputs": [names.output], "name": names.system}
+    A, B, C, D = matrices
+    n = B.size
+    return control.StateSpace(A, B.reshape(n, 1), C.reshape(1, n), [[D]], dt, **said)
+
+
+def names_of(system: control.StateSpace) -> Names:
+    """The names of a system of python-control with one input and one output.
+
+    Parameters
+    ----------
+    system : control.StateSpace
+        The system.
+    """
+
+    def listed(labels: Sequence[object]) -> list[str]:
+        return [str(label) for label in labels]
+
+    inputs, outputs = listed(system.input_labels), listed(system.output_labels)
+    return Names(tuple(listed(system.state_labels)), inputs[0], outputs[0], str(system.name))

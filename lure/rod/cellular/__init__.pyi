@@ -1,0 +1,11 @@
+from lure.rod.cellular.gallery import diffusion_network as diffusion_network
+from lure.rod.cellular.gallery import edge_network as edge_network
+from lure.rod.cellular.gallery import rod_network as rod_network
+from lure.rod.cellular.gallery import rod_ring as rod_ring
+from lure.rod.cellular.motion import CellularMotion as CellularMotion
+from lure.rod.cellular.motion import ChuaYang as ChuaYang
+from lure.rod.cellular.motion import chua_yang as chua_yang
+from lure.rod.cellular.motion import chua_yang_energy as chua_yang_energy
+from lure.rod.cellular.network import CellularNetwork as CellularNetwork
+from lure.rod.cellular.network import Template as Template
+from lure.rod.cellular.network import saturation as saturation

@@ -1,0 +1,123 @@
+"""The closed loop as a nonlinear system of python-control."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.errors import InputError
+from lure.nonlinearities.protocol import Nonlinearity
+from lure.plants import as_block
+from lure.plants.block import LinearBlock
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+from lure.plants.realisation import Names
+from lure.plants.state_space import StateSpaceBlock
+from lure.rod.upwind import UpwindScheme
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import control
+
+    from lure.loop import Loop
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Realised:
+    """``x' = A x + B mu``, ``sigma = C x + D mu``; ``dt = 0`` in continuous time, True where no period is stated."""
+
+    A: Floats
+    B: Floats
+    C: Floats
+    D: float
+    dt: float | bool
+    names: Names | None = None
+
+
+def closed_loop(loop: Loop, *, pade: int | None = None) -> control.NonlinearIOSystem:
+    """The loop with a load ``r``: ``mu = r - phi(sigma)``; see :meth:`lure.Loop.to_control`.
+
+    Parameters
+    ----------
+    loop : Loop
+        The loop.
+    pade : int, optional
+        Order of the approximation of a dead time.
+
+    Raises
+    ------
+    InputError
+        The block has no states, or its direct term ``D`` leaves ``sigma + D phi(sigma)`` without an inverse.
+    """
+    import control
+
+    block, law = _realised(loop.block, pade), loop.nonlinearity
+    if block.D:
+        _demand_solvable(law, block.D)
+
+    def force(x: Floats, r: Floats) -> tuple[float, float]:
+        """``sigma`` and ``mu = r - phi(sigma)``, where ``sigma = C x + D mu``."""
+        free = float(block.C @ x) + block.D * float(r[0])
+        sigma = _solved(law, block.D, free) if block.D else free
+        return sigma, float(r[0]) - float(law(sigma))
+
+    def rate(_t: float, x: Floats, r: Floats, _params: dict[str, Any]) -> Floats:
+        """``A x + B mu``: the derivative, or the next state."""
+        return np.asarray(block.A @ x + block.B * force(x, r)[1])
+
+    def output(_t: float, x: Floats, r: Floats, _params: dict[str, Any]) -> Floats:
+        """``sigma``."""
+        return np.array([force(x, r)[0]])
+
+    make: Callable[..., control.NonlinearIOSystem] = control.nlsys
+    states = len(block.B) if block.names is None else list(block.names.states)
+    return make(rate, output, inputs=["r"], outputs=["sigma"], states=states, dt=block.dt, name="lure")
+
+
+def _realised(block: object, pade: int | None) -> _Realised:
+    if isinstance(block, UpwindScheme):
+        block = block.block
+    if isinstance(block, LinearBlock):
+        return _Realised(block.dense(), block.b1, block.c, 0.0, 0.0)
+    if isinstance(block, DelayBlock):
+        block = as_block(block.to_control(pade=pade))
+    if isinstance(block, StateSpaceBlock):
+        return _Realised(block.A, block.B, block.C, block.D, block.period, block.names)
+    if not isinstance(block, RationalBlock) or block.order == 0:
+        raise InputError(
+            f"a {type(block).__name__} without states cannot be simulated; give coefficients of order 1 or more, "
+            "matrices or a formula in s or z"
+        )
+    equations = block.realisation
+    return _Realised(*equations.doubles(), block.period, equations.names)
+
+
+def _demand_solvable(law: Nonlinearity, direct: float) -> None:
+    """Refuse a direct term with which the loop need not define ``sigma``."""
+    bounds = getattr(law, "slope_bounds", None)
+    ends = () if bounds is None else (bounds.lower, bounds.upper)
+    if not ends or not all(math.isfinite(end) and 1 + direct * end > 0 for end in ends):
+        known = "unknown" if bounds is None else str(bounds)
+        raise InputError(
+            f"the block has the direct term D = {direct:g}: the loop is only sure to define sigma where 1 + D k > 0 "
+            f"for every slope k of phi, and these are {known}; give a law whose slopes allow it"
+        )
+
+
+def _solved(law: Nonlinearity, direct: float, free: float) -> float:
+    """The one ``sigma`` with ``sigma + D phi(sigma) = free``: the sector says between which two numbers it lies."""
+    from scipy.optimize import brentq
+
+    slopes = law.slope_bounds  # type: ignore[attr-defined]  # _demand_solvable has seen them
+    ends = sorted(free / (1.0 + direct * float(end)) for end in (slopes.lower, slopes.upper))
+    low, high = ends[0] - 1e-12 * abs(ends[0]), ends[1] + 1e-12 * abs(ends[1])
+    if low == high:
+        return low
+    return float(brentq(lambda sigma: sigma + direct * float(law(sigma)) - free, low, high, xtol=1e-300, rtol=1e-14))

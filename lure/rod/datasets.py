@@ -1,0 +1,312 @@
+"""Motions as xarray Datasets, plain data and python-control responses: names, units and meanings, stated once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lure.record import plain, xarray_or_refusal
+from lure.rod.parameters import PARAMETERS, Rod
+
+if TYPE_CHECKING:
+    import control
+    import xarray
+
+    from lure.rod.motion.impacts import Impact
+    from lure.rod.scenario import Scenario
+
+Array = NDArray[np.float64]
+UNITS = {
+    "youngs_modulus": "Pa",
+    "density": "kg m-3",
+    "length": "m",
+    "area": "m2",
+    "damping": "N s m-1",
+    "compliance": "m Pa-1",
+    "exponent": "1",
+    "gap": "m",
+}
+# quantity: name in the Dataset, unit, meaning with its sign
+SERIES = {
+    "u_end": ("u_end", "m", "displacement u(t, L) of the end x = L, positive along x"),
+    "z": ("z", "m", "contact coordinate u(t, L) - gap, positive in contact with a compliant obstacle"),
+    "v_end": ("v_end", "m s-1", "velocity of the end x = L, positive along x; at a jump the value after it"),
+    "stress": (
+        "contact_stress",
+        "Pa",
+        "contact stress p(z) of the obstacle, positive in compression: E u_x(t, L) = -p",
+    ),
+    "dashpot_force": ("dashpot_force", "N", "k u_t(t, 0), what the dashpot at x = 0 holds back"),
+    "v_0": ("v_0", "m s-1", "velocity of the end x = 0, positive along x; at a jump the value after it"),
+    "energy": ("energy", "J", "kinetic, elastic and contact energy of the object that moves"),
+}
+_IMPACTS = {
+    "start": ("impact_start", "s", "instant of contact"),
+    "end": ("impact_end", "s", "instant of release, or the end of the motion if impact_closed is 0"),
+    "impulse": ("impact_impulse", "N s", "impulse A int p dt given to the obstacle"),
+    "peak_stress": ("impact_peak_stress", "Pa", "largest contact stress over all instants of the contact"),
+}
+_ALONG = {
+    "v": ("v", "m s-1", "velocity, positive along x"),
+    "w": ("w", "1", "strain u_x, positive in tension"),
+    "u": ("u", "m", "displacement, positive along x"),
+}
+TIME = "time since the start of the motion"
+PLACE = "place along the unstrained rod"
+_PAPER = (
+    "Danciu, Matei, Micu, Roventa: Nonlinear Feedback Control and Artificial Intelligence Computational Methods "
+    "applied to a Dissipative Dynamic Contact Problem, equations (8) and (9)"
+)
+
+
+class Column(NamedTuple):
+    """A variable of a Dataset: its dimensions, its values, and what it may not go without.
+
+    Attributes
+    ----------
+    dims : tuple of str
+        Names of the dimensions; none for a single value.
+    values : array_like
+        Numbers, truth values or texts.
+    unit : str
+        As the CF conventions write it (``m s-1``), ``1`` for a pure number.
+    meaning : str
+        What it is, with its sign.
+    more : Mapping or None
+        Further attributes.
+    """
+
+    dims: tuple[str, ...]
+    values: ArrayLike
+    unit: str
+    meaning: str
+    more: Mapping[str, object] | None = None
+
+    def variable(self) -> tuple[tuple[str, ...], NDArray[Any], dict[str, object]]:
+        """The same as xarray takes it, with values of its own."""
+        return self.dims, np.array(self.values), {"units": self.unit, "long_name": self.meaning, **(self.more or {})}
+
+
+def dataset(
+    variables: Mapping[str, Column],
+    coordinates: Mapping[str, Column],
+    attributes: Mapping[str, object],
+) -> xarray.Dataset:
+    """A Dataset in which every variable and coordinate has ``units`` and a ``long_name``.
+
+    Parameters
+    ----------
+    variables, coordinates : Mapping of str to Column
+        By name.
+    attributes : Mapping
+        Attributes of the whole, such as ``subject`` and ``evidence``: numbers and texts.
+
+    Raises
+    ------
+    InputError
+        xarray is not installed.
+
+    Examples
+    --------
+    >>> t = Column(("t",), [0.0, 0.5], "s", TIME)
+    >>> found = dataset({"z": Column(("t",), [0.0, 1.0], "m", "a place")}, {"t": t}, {"evidence": "observed"})
+    >>> found.z.attrs["units"], found.sizes["t"]
+    ('m', 2)
+    """
+    made: xarray.Dataset = xarray_or_refusal("a Dataset").Dataset(
+        {name: column.variable() for name, column in variables.items()},
+        coords={name: column.variable() for name, column in coordinates.items()},
+        attrs=dict(attributes),
+    )
+    return made
+
+
+def series(values: Mapping[str, ArrayLike | None]) -> dict[str, Column]:
+    """Quantities of :data:`SERIES` along the time ``t``; those that are None are left out.
+
+    Parameters
+    ----------
+    values : Mapping
+        (samples,) each, by the keys of :data:`SERIES`.
+    """
+    named = ((SERIES[key], values.get(key)) for key in SERIES)
+    return {name: Column(("t",), found, unit, text) for (name, unit, text), found in named if found is not None}
+
+
+def fields(values: Mapping[str, ArrayLike]) -> dict[str, Column]:
+    """Velocity ``v``, strain ``w`` and displacement ``u`` along ``t`` and ``x``.
+
+    Parameters
+    ----------
+    values : Mapping
+        (samples, places) each.
+    """
+    return {name: Column(("t", "x"), values[key], unit, text) for key, (name, unit, text) in _ALONG.items()}
+
+
+def impact_columns(impacts: Iterable[Impact]) -> dict[str, Column]:
+    """Number of the contacts, and the instants, impulse and largest stress of each, along the dimension ``impact``.
+
+    Parameters
+    ----------
+    impacts : iterable of Impact
+        In order; nan where the method does not tell.
+    """
+    hits = tuple(impacts)
+    found = {"impacts": Column((), np.int32(len(hits)), "1", "number of contacts with the obstacle")}
+    for key, (name, unit, text) in _IMPACTS.items():
+        found[name] = Column(("impact",), np.array([getattr(hit, key) for hit in hits], dtype=float), unit, text)
+    closed = np.array([hit.closed for hit in hits], dtype=np.int8)
+    flags = {"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "in_contact_at_the_end released"}
+    found["impact_closed"] = Column(("impact",), closed, "1", "whether the contact ended", flags)
+    return found
+
+
+def numbered(dim: str, count: int, meaning: str = "number of the contact, in order") -> Column:
+    """A coordinate that counts from 1.
+
+    Parameters
+    ----------
+    dim : str
+        Its dimension.
+    count : int
+        How many there are.
+    meaning : str
+        Of what.
+    """
+    return Column((dim,), np.arange(1, count + 1), "1", meaning)
+
+
+def rod_attributes(rod: Rod) -> dict[str, str | float]:
+    """Every parameter of a rod with its exact value and unit, and the constants that follow, for ``attrs``."""
+    found: dict[str, str | float] = {}
+    for name in PARAMETERS:
+        found[f"rod_{name}"] = getattr(rod, name)
+        found[f"rod_{name}_exact"] = str(rod.exact[name])
+        found[f"rod_{name}_units"] = UNITS[name]
+    if rod.exponent != 1.0:
+        found["rod_compliance_units"] = f"m{rod.exponent:g} Pa-1"
+    return found | {
+        "rod_wave_speed": rod.wave_speed,
+        "rod_impedance": rod.impedance,
+        "rod_travel_time": rod.travel_time,
+        "rod_reflection": rod.reflection,
+    }
+
+
+def scenario_attributes(scenario: Scenario) -> dict[str, str]:
+    """The formulas of loads and initial data, for ``attrs``."""
+    return {
+        "force_g": str(scenario.force),
+        "force_f": str(scenario.body_force),
+        "initial_u0": str(scenario.displacement),
+        "initial_u1": str(scenario.velocity),
+    }
+
+
+def motion_attributes(title: str, *, subject: str, about: str, evidence: str, method: str) -> dict[str, str]:
+    """What moved, how that is known, and what it does not show, for ``attrs``.
+
+    Parameters
+    ----------
+    title : str
+        Of the Dataset.
+    subject : str
+        ``rod``, ``scheme``, ``Galerkin space`` or ``cellular network``.
+    about : str
+        The object in words.
+    evidence : str
+        ``observed`` or ``computed``.
+    method : str
+        How the motion was computed.
+    """
+    from lure import __version__
+
+    return {
+        "Conventions": "CF-1.11",
+        "title": title,
+        "source": f"lure {__version__}: {method}",
+        "references": _PAPER,
+        "comment": what_it_shows(subject, about, evidence),
+        "subject": subject,
+        "evidence": evidence,
+        "lure_version": __version__,
+    }
+
+
+def what_it_shows(subject: str, about: str, evidence: str) -> str:
+    """What a motion shows and what it does not, in a sentence or two.
+
+    Parameters
+    ----------
+    subject, about, evidence : str
+        As for :func:`motion_attributes`.
+    """
+    other = "" if subject in ("rod", "cellular network") else " It is not a motion of the rod."
+    return f"A motion of {about}; {evidence} evidence of this one motion, which proves nothing of others.{other}"
+
+
+def rod_dict(rod: Rod) -> dict[str, float]:
+    """The parameters of a rod as plain data."""
+    return {name: getattr(rod, name) for name in PARAMETERS}
+
+
+def scenario_dict(scenario: Scenario) -> dict[str, str]:
+    """The formulas of loads and initial data as plain data."""
+    names = ("force", "body_force", "displacement", "velocity")
+    return {name: getattr(scenario, name).source for name in names}
+
+
+def impact_dicts(impacts: Iterable[Impact]) -> list[dict[str, object]]:
+    """Contacts as plain data; numbers that are not known are None."""
+    names = (*_IMPACTS, "closed")
+    return [{name: plain(getattr(impact, name)) for name in names} for impact in impacts]
+
+
+def loop_response(name: str, t: Array, z: Array, stress: Array, force: ArrayLike | None) -> control.TimeResponseData:
+    """A motion as python-control has it: the output ``sigma = z`` and the inputs ``mu = -p(z)`` and ``g`` of the block.
+
+    Parameters
+    ----------
+    name : str
+        What moved.
+    t, z, stress : ndarray
+        (samples,) instants [s], contact coordinate [m], contact stress ``p >= 0`` [Pa].
+    force : array_like or None
+        (samples,) the force ``g`` [N]; None where it is not known.
+    """
+    inputs = {"mu = -p [Pa]": 0.0 - np.asarray(stress)}  # no minus before a zero
+    if force is not None:
+        inputs["g [N]"] = np.broadcast_to(np.asarray(force, dtype=float), np.shape(t))
+    return time_response(name, t, {"z [m]": np.asarray(z)}, inputs)
+
+
+def time_response(
+    name: str, t: Array, outputs: Mapping[str, Array], inputs: Mapping[str, Array]
+) -> control.TimeResponseData:
+    """A motion as ``control.TimeResponseData``; labels carry the units.
+
+    Parameters
+    ----------
+    name : str
+        What moved.
+    t : ndarray
+        (samples,) instants.
+    outputs, inputs : Mapping of str to ndarray
+        (samples,) each, by label; no inputs are fine.
+    """
+    import control
+
+    return control.TimeResponseData(
+        np.array(t),
+        np.array(list(outputs.values())),
+        inputs=np.array(list(inputs.values())) if inputs else None,
+        output_labels=list(outputs),
+        input_labels=list(inputs) or None,
+        title=f"Motion of {name}",
+        sysname=name,
+        issiso=False,
+    )

@@ -1,0 +1,13 @@
+from lure.rod.galerkin.error import Convergence as Convergence
+from lure.rod.galerkin.error import KnownState as KnownState
+from lure.rod.galerkin.error import StateError as StateError
+from lure.rod.galerkin.error import convergence as convergence
+from lure.rod.galerkin.error import formula_state as formula_state
+from lure.rod.galerkin.error import free_state as free_state
+from lure.rod.galerkin.error import state_error as state_error
+from lure.rod.galerkin.model import GalerkinModel as GalerkinModel
+from lure.rod.galerkin.model import galerkin as galerkin
+from lure.rod.galerkin.motion import GalerkinRun as GalerkinRun
+from lure.rod.galerkin.motion import Touch as Touch
+from lure.rod.galerkin.spaces import NonuniformRod as NonuniformRod
+from lure.rod.galerkin.spaces import Space as Space

@@ -1,0 +1,245 @@
+"""How far nothing happens: bounds over whole round trips, 64 at a time, and what the sums of a motion gain by it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lure.rod.motion.chebyshev import Array
+from lure.rod.motion.impacts import Impact
+from lure.rod.motion.pieces import Pieces
+from lure.rod.motion.quiet_load import QuietLoads
+from lure.rod.motion.quiet_map import Coefficients, quiet
+from lure.rod.motion.quiet_powers import Powers, passed, work
+from lure.rod.motion.quiet_walk import TOP, Walk, travel
+from lure.rod.motion.segment_motion import Level
+from lure.rod.motion.stretch import BLOCK, BLOCK_POWER, Stretch
+from lure.rod.motion.stretch_peaks import peak
+from lure.rod.motion.windows import Problem, State
+
+LEAST = 16
+_MOST_PIECES, _MOST_STATES = 64, 400
+_NOISE = 1e-17
+_CLEAR, _CLEAR_IN_CONTACT = 2.0, 4.0  # distances, in swings of a round trip, below which nothing is tried
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Quietness:
+    """A stretch, and the motion after it.
+
+    Attributes
+    ----------
+    stretch : Stretch
+        The round trips.
+    wave : Pieces
+        What comes back in the next, without its load.
+    state : State
+        The end of the rod.
+    work, imbalance : float
+        Work on the end [J]; largest and smallest of work less what the obstacle stored.
+    passed, largest : float
+        Largest energy of a round trip [J], largest wave [m/s].
+    """
+
+    stretch: Stretch
+    wave: Pieces
+    state: State
+    work: float
+    imbalance: tuple[float, float]
+    passed: float
+    largest: float
+
+
+class Search:
+    """Looks for stretches of one motion."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self._loads = problem, QuietLoads(problem.sources)
+        rod = problem.sources.rod
+        self._numbers = Coefficients(
+            transit=rod.travel_time,
+            share=problem.share,
+            echo=problem.sources.echo,
+            area=rod.area,
+            mobility=rod.mobility * problem.share,
+            impedance=rod.impedance,
+        )
+        self._total = math.floor(0.5 * problem.transits)
+
+    @property
+    def hopeful(self) -> bool:
+        """Whether there may be any."""
+        return self._loads.known
+
+    def worth(self, state: State, pieces: int, degree: int) -> int:
+        """Round trips of compiled code that cost as much as a search."""
+        size = pieces * (degree + 2) + 1
+        contact = self._problem.law.segments[state.segment].rate > 0.0
+        return int((6e-4 + (6e-10 * size**3 + 6e-4 if contact else 0.0)) / (5e-7 * pieces + 5e-7))
+
+    def after(self, number: int, wave: Pieces, state: State) -> Quietness | None:
+        """The stretch that begins with a round trip, given what comes back in it; None if there is none of 16."""
+        segment = self._problem.law.segments[state.segment]
+        if math.isinf(segment.rate) or segment.power != 1.0 or len(wave.series) > _MOST_PIECES or wave.edges[-1] != 2.0:
+            return None
+        sizes = np.abs(wave.series).sum(axis=1)
+        widths = 0.5 * self._numbers.transit * np.diff(wave.edges)
+        swing = float(widths @ (self._numbers.share * sizes + abs(segment.push)))
+        zeta = state.zeta.value
+        room = min(segment.high - segment.origin - zeta, zeta - (segment.low - segment.origin))
+        if not room > (_CLEAR_IN_CONTACT if segment.rate > 0.0 else _CLEAR) * swing:
+            return None
+        states, end = self._loads.over(number)
+        most = min(self._total, math.floor(0.5 * end) if end < math.inf else self._total) - number
+        if states is None or most < LEAST:
+            return None
+        series = states.series(wave.edges)
+        if series is None:
+            return None
+        degree, flat = max(_seen(wave.series, sizes), series.shape[1] - 1), segment.rate == 0.0
+        if not flat:
+            now = np.abs(series @ states.at(np.array([float(number)]))[0])
+            degree = max(_seen(wave.series, sizes, TOP), _seen(now, sizes, TOP)) + 1
+        if degree >= wave.series.shape[1] or (not flat and len(sizes) * (degree + 1) > _MOST_STATES):
+            return None
+        found = quiet(segment, wave.edges, degree, self._numbers)
+        if found is None:
+            return None
+        padded = np.pad(series[:, : degree + 1], ((0, 0), (0, max(degree + 1 - series.shape[1], 0)), (0, 0)))
+        powers = Powers(quiet=found, numbers=self._numbers, states=states, series=padded)
+        with np.errstate(over="ignore", invalid="ignore"):  # a load that grows beyond all numbers ends the stretch
+            return self._followed(powers, number, most, wave, state)
+
+    def _followed(self, powers: Powers, number: int, most: int, wave: Pieces, state: State) -> Quietness | None:
+        q = powers.quiet
+        X = np.zeros(q.size)
+        X[: q.waves] = (
+            wave.series[:, : q.degree + 1].ravel()
+            + powers.series.reshape(q.waves, -1) @ (powers.at(np.array([float(number)]))[0, :-1])
+        )
+        X[q.waves] = state.zeta.value
+        if q.segment.touching:
+            X[q.waves + 1] = state.impact.impulse if state.impact is not None else 0.0
+        walk = Walk(powers=powers, number=number)
+        count = walk.along(X, state.zeta.rest, most)
+        if count < LEAST:
+            return None
+        return self._summed(walk, count, wave, state)
+
+    def _summed(self, walk: Walk, count: int, wave: Pieces, state: State) -> Quietness:
+        powers, number, T = walk.powers, walk.number, self._numbers.transit
+        q = powers.quiet
+        blocks = -(-count // BLOCK)
+        states, rests = np.concatenate(walk.states)[:blocks], np.concatenate(walk.rests)[:blocks]
+        sizes = np.abs(states[:, : q.waves]).reshape(blocks, q.pieces, -1)
+        top = float(sizes[:, :, -1].max()) if q.segment.rate > 0.0 else 0.0
+        loads = float(np.abs(powers.series).sum(axis=1).max(initial=0.0))
+        error = 2.0 * T * (top + _NOISE * loads)
+        stretch = Stretch(
+            powers=powers,
+            number=number,
+            count=count,
+            share=self._problem.share,
+            width=wave.series.shape[1],
+            index=state.segment,
+            states=states,
+            rests=rests,
+            error=error,
+            impact=state.impact,
+        )
+        last, rest, forms = self._ended(walk, count)
+        end = Pieces(wave.edges, np.zeros_like(wave.series))
+        load = powers.series.reshape(q.waves, -1) @ powers.at(np.array([float(number + count)]))[0, :-1]
+        end.series[:, : q.degree + 1] = (last[: q.waves] - load).reshape(q.pieces, -1)
+        impact = None
+        if q.segment.touching:
+            before = state.impact
+            tops, starts = (np.concatenate(parts)[:count] for parts in (walk.tops, walk.starts))
+            highest = peak(stretch, tops, float(starts.max())) if q.segment.rate > 0.0 else 0.0
+            highest = (q.segment.push + q.segment.rate * highest) / self._numbers.mobility
+            impact = Impact(
+                start=2.0 * T * number if before is None else before.start,
+                end=T * 2.0 * (number + count),
+                impulse=float(last[q.waves + 1]),
+                peak_stress=highest if before is None else max(before.peak_stress, highest),
+                closed=False,
+            )
+        done, low, high = forms
+        return Quietness(
+            stretch=stretch,
+            wave=end,
+            state=State(segment=state.segment, zeta=Level(value=float(last[q.waves]), rest=rest), impact=impact),
+            work=done,
+            imbalance=(low, high),
+            passed=float(passed(powers, states).max()),
+            largest=float(sizes.sum(axis=2).max()),
+        )
+
+    def _ended(self, walk: Walk, count: int) -> tuple[Array, float, tuple[float, float, float]]:
+        """The state after the stretch, what rounding lost of ``zeta``; work and the range of its imbalance."""
+        powers = walk.powers
+        q = powers.quiet
+        segment, blocks = q.segment, count // BLOCK
+        states, rests = np.concatenate(walk.states), np.concatenate(walk.rests)
+        working = bool(segment.rate or segment.push)
+        forms = _forms(powers) if working else []
+        works = np.zeros(blocks)
+        if working and blocks:
+            both = np.hstack((states[:blocks], np.concatenate(walk.loads)[:blocks]))
+            works = ((both @ forms[BLOCK_POWER]) * both).sum(axis=1)
+        done = float(works.sum())
+        if count == BLOCK * len(states):
+            X, rest, n = walk.ahead, walk.ahead_rest, walk.number + count
+        else:
+            X, rest, n = states[blocks], float(rests[blocks]), walk.number + BLOCK * blocks
+            start = X[q.waves]
+            for k in range(BLOCK_POWER - 1, -1, -1):
+                if count >> k & 1:
+                    u = powers.at(np.array([float(n)]))
+                    if working:
+                        both = np.append(X, u[0])
+                        done += float(both @ forms[k] @ both)
+                    gone = powers[k]
+                    if segment.rate == 0.0:
+                        travelled = float(travel(powers, k, X[None], u)[0])
+                        X = gone.applied(X[None], u)[0]
+                        X[q.waves], rest = _plus(start, travelled + rest)
+                        start = X[q.waves]
+                    else:
+                        X = gone.applied(X[None], u)[0]
+                    n += 1 << k
+        if not working:
+            return X, rest, (0.0, 0.0, 0.0)
+        zeta = np.append(states[: blocks + 1, q.waves], X[q.waves])[: blocks + 1] if blocks else states[:1, q.waves]
+        sums = np.concatenate(([0.0], np.cumsum(works)))[: len(zeta)]
+        zeta, sums = np.append(zeta, X[q.waves]), np.append(sums, done)
+        way = zeta - zeta[0]
+        push = segment.push + segment.rate * 0.5 * (zeta + zeta[0])
+        off = sums - self._numbers.area / self._numbers.mobility * push * way
+        return X, rest, (done, float(off.min()), float(off.max()))
+
+
+def _seen(series: Array, sizes: Array, share: float = _NOISE) -> int:
+    """The highest degree of which a coefficient is not below a share of the largest wave."""
+    seen = np.flatnonzero(np.abs(series).max(axis=0) > share * float(sizes.max()))
+    return int(seen[-1]) if seen.size else 0
+
+
+def _forms(powers: Powers) -> list[Array]:
+    """The work over 1, 2, 4, ..., 64 round trips."""
+    found, size = [work(powers)], powers.quiet.size
+    for k in range(BLOCK_POWER):
+        power = powers[k]
+        whole = np.zeros_like(found[0])
+        whole[:size, :size], whole[:size, size:] = power.dense(), power.load
+        whole[size:, size:] = powers.step(power.m)
+        found.append(found[-1] + whole.T @ found[-1] @ whole)
+    return found
+
+
+def _plus(value: float, travel: float) -> tuple[float, float]:
+    """The sum, and what rounding lost of it."""
+    level = Level(value=value).plus(travel)
+    return level.value, level.rest

@@ -1,0 +1,246 @@
+"""Round trips in which nothing happens, as one state every 64 of them: evaluated where it is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.rod.motion.chebyshev import Array
+from lure.rod.motion.impacts import Impact
+from lure.rod.motion.quiet_powers import Powers
+from lure.rod.motion.record import Record, Series
+from lure.rod.motion.windows import Window
+
+BLOCK_POWER, FINE_POWER = 6, 3
+BLOCK, FINE = 2**BLOCK_POWER, 2**FINE_POWER
+CHUNK = 1024
+_MANY = 4096
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Stretch:
+    """Round trips ``number .. number + count - 1``, as :class:`lure.rod.motion.record.Record` has them.
+
+    Attributes
+    ----------
+    powers : Powers
+        The map from each to the next.
+    number, count : int
+        The first round trip, and how many there are.
+    share : float
+        ``1/(1 + k_L/Z)``.
+    width : int
+        ``N + 1`` of the records made of it.
+    index : int
+        Place of the segment in the law.
+    states : ndarray
+        (B, S) the state in round trips ``number + 64 b``.
+    rests : ndarray
+        (B,) what rounding lost of ``zeta`` there.
+    error : float
+        Local error of a round trip [m].
+    impact : Impact or None
+        As it was before.
+    """
+
+    powers: Powers
+    number: int
+    count: int
+    share: float
+    width: int
+    index: int
+    states: Array
+    rests: Array
+    error: float
+    impact: Impact | None
+    _made: dict[object, object] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        """Number of round trips."""
+        return self.count
+
+    @property
+    def stop(self) -> float:
+        """Where the last round trip ends, from its start [transits]."""
+        return float(self.powers.quiet.edges[-1])
+
+    @property
+    def impacts(self) -> Array:
+        """(0, 4): none ended."""
+        return np.empty((0, 4))
+
+    def edges(self, i: int) -> Array:
+        """Edges of the pieces of the i-th round trip."""
+        return self.powers.quiet.edges
+
+    def at(self, t: Array, name: Series) -> Array:
+        """Values (n,) at instants (n,) [transits]; on an edge those from the right."""
+        parts = [self._at(t[i : i + _MANY], name) for i in range(0, len(t), _MANY)]
+        return np.concatenate(parts) if parts else np.empty(0)
+
+    def _at(self, t: Array, name: Series) -> Array:
+        quiet, share = self.powers.quiet, self.share
+        trip = np.clip(np.floor(0.5 * t).astype(np.int64) - self.number, 0, self.count - 1)
+        local = t - 2.0 * (trip + self.number)
+        piece = np.clip(np.searchsorted(quiet.edges, local, side="right") - 1, 0, quiet.pieces - 1)
+        low, high = quiet.edges[piece], quiet.edges[piece + 1]
+        x = np.clip(((local - low) - (high - local)) / (high - low), -1.0, 1.0)
+        X, rest = self.states_in(trip)
+        n = quiet.degree + 1
+        own = X[:, : quiet.waves].reshape(len(X), -1, n)[np.arange(len(X)), piece]
+        table = np.ones((quiet.start.shape[1], len(x)))
+        table[1] = x
+        for k in range(2, len(table)):
+            table[k] = 2.0 * x * table[k - 1] - table[k - 2]
+        wave = (table[:n].T * own).sum(axis=1)
+        if name == "wave":
+            return np.asarray(wave)
+        zeta = X[:, quiet.waves] + (rest + self._begun(X, piece))
+        series = np.einsum("ski,si->ks", quiet.own[piece], own) + quiet.level[piece].T + quiet.start[piece].T * zeta
+        zeta = zeta + (table * series).sum(axis=0)
+        if name == "z":
+            return np.asarray(quiet.segment.origin + zeta)
+        push = quiet.segment.push + quiet.segment.rate * zeta
+        return np.asarray(push if name == "push" else (2.0 * share - 1.0) * wave - 2.0 * push)
+
+    def _begun(self, X: Array, piece: NDArray[np.int64]) -> Array:
+        """``zeta`` at the start of a piece, less that at the start of the round trip."""
+        quiet = self.powers.quiet
+        return np.asarray((X @ quiet.begins[:-1].T)[np.arange(len(X)), piece] + quiet.begin[piece])
+
+    def states_in(self, trip: NDArray[np.int64]) -> tuple[Array, Array]:
+        """States (n, S) in round trips counted from the first, and what rounding lost of ``zeta``."""
+        fine = "fine" in self._made or 2 * len(trip) > len(self.states) * (BLOCK // FINE)
+        level = FINE_POWER if fine else BLOCK_POWER
+        X = (self._fine() if fine else self.states)[trip >> level]
+        for k in range(level):
+            some = np.flatnonzero(trip >> k & 1)
+            if some.size:
+                here = (trip[some] >> level << level) + (trip[some] & ((1 << k) - 1))
+                X[some] = self.powers[k].applied(X[some], self.powers.at((self.number + here).astype(float)))
+        return X, self.rests[trip >> BLOCK_POWER]
+
+    def _fine(self) -> Array:
+        """(8 B, S) the state in every eighth round trip."""
+        if "fine" not in self._made:
+            self._made["fine"] = self._spread(self.states, np.arange(len(self.states)) * BLOCK, FINE_POWER)
+        found = self._made["fine"]
+        assert isinstance(found, np.ndarray)
+        return found
+
+    def _spread(self, states: Array, trips: NDArray[np.int64], least: int) -> Array:
+        """States in every ``2**least``-th round trip of the blocks that begin in some."""
+        table, at = states[:, None, :], trips[:, None]
+        for k in range(BLOCK_POWER - 1, least - 1, -1):
+            flat = self.powers[k].applied(
+                table.reshape(-1, table.shape[2]), self.powers.at((self.number + at.ravel()).astype(float))
+            )
+            table = np.stack((table, flat.reshape(table.shape)), axis=2).reshape(len(states), -1, table.shape[2])
+            at = np.stack((at, at + (1 << k)), axis=2).reshape(len(states), -1)
+        return np.asarray(table.reshape(-1, table.shape[2]))
+
+    def every(self, first: int, stop: int) -> Array:
+        """(stop - first, S) the states in consecutive round trips, counted from the first."""
+        low, high = first // BLOCK, -(-stop // BLOCK)
+        blocks = np.arange(low, high)
+        table = self._spread(self.states[low:high], blocks * BLOCK, 0)
+        table[:, self.powers.quiet.waves] += np.repeat(self.rests[low:high], BLOCK)
+        return table[first - low * BLOCK : stop - low * BLOCK]
+
+    def series(self, X: Array) -> tuple[Array, Array]:
+        """``W`` (n, P, degree+1) and ``zeta`` (n, P, K) on the pieces, for states (n, S)."""
+        quiet = self.powers.quiet
+        travel, constant = quiet.travel, quiet.steady
+        zeta = (X @ travel.reshape(-1, quiet.size).T).reshape(len(X), *constant.shape) + constant
+        zeta[:, :, 0] += X[:, quiet.waves, None]
+        return X[:, : quiet.waves].reshape(len(X), quiet.pieces, -1), zeta
+
+    def record(self, first: int, stop: int) -> Record:
+        """Some of the round trips, counted from the first, piece by piece."""
+        quiet, count = self.powers.quiet, stop - first
+        segment, P = quiet.segment, quiet.pieces
+        X = self.every(first, stop + 1) if stop < BLOCK * len(self.states) else self._with_last(first, stop)
+        wave, zeta = self.series(X[:-1])
+        push = segment.rate * zeta if segment.rate else np.zeros((count, P, 1))
+        push[:, :, 0] += segment.push
+        push = push[:, :, : self.width]  # higher degrees are below rounding
+        z = zeta[:, :, : self.width].copy()
+        z[:, :, 0] += segment.origin
+        coef = np.concatenate((wave, z, push), axis=2)
+        degree = np.tile([wave.shape[2] - 1, z.shape[2] - 1, push.shape[2] - 1], (count * P, 1))
+        T = self.powers.numbers.transit
+        endings = np.zeros((count, 7))
+        endings[:, 0], endings[:, 1] = self.error, X[1:, quiet.waves]
+        if segment.touching:
+            since = T * 2.0 * self.number if self.impact is None else self.impact.start
+            endings[:, 3], endings[:, 5] = since, X[1:, quiet.waves + 1]
+            endings[:, 4] = T * 2.0 * (self.number + np.arange(first, stop) + 1.0)
+            endings[:, 6] = self._peaks()[first:stop]
+        marks = np.zeros((count, 4), dtype=np.int64)
+        marks[:, 0], marks[:, 1] = self.index, segment.touching
+        return Record(
+            number=self.number + first,
+            share=self.share,
+            width=self.width,
+            first=P * np.arange(count + 1),
+            low=np.tile(quiet.edges[:-1], count),
+            high=np.tile(quiet.edges[1:], count),
+            start=coef.shape[2] * np.arange(count * P),
+            degree=degree,
+            coef=coef.ravel(),
+            endings=endings,
+            marks=marks,
+            impacts=self.impacts,
+        )
+
+    def _with_last(self, first: int, stop: int) -> Array:
+        X = self.every(first, stop)
+        return np.vstack((X, self.powers[0].applied(X[-1:], self.powers.at(np.array([self.number + stop - 1.0])))))
+
+    def _peaks(self) -> Array:
+        """Largest stress [Pa] of the impact up to the end of each round trip."""
+        if "peaks" not in self._made:
+            from lure.rod.motion.stretch_peaks import running_peaks
+
+            self._made["peaks"] = running_peaks(self)
+        peaks = self._made["peaks"]
+        assert isinstance(peaks, np.ndarray)
+        return peaks
+
+    @property
+    def mobility(self) -> float:
+        """``d`` with the share of a dashpot: from stresses to waves."""
+        return self.powers.numbers.mobility
+
+    def window(self, i: int) -> Window:
+        """The i-th round trip on its own."""
+        chunk = i // CHUNK
+        key = ("record", chunk)
+        if key not in self._made:
+            for other in [other for other in self._made if isinstance(other, tuple)]:
+                del self._made[other]
+            self._made[key] = self.record(chunk * CHUNK, min((chunk + 1) * CHUNK, self.count))
+        record = self._made[key]
+        assert isinstance(record, Record)
+        return record.window(i - chunk * CHUNK)
+
+    def last(self, count: int) -> Record | Stretch:
+        """The last round trips."""
+        if count >= self.count:
+            return self
+        if count <= CHUNK:
+            return self.record(self.count - count, self.count)
+        trips = np.arange(self.count - count, self.count, BLOCK)
+        states, rests = self.states_in(trips)
+        before = self.record(int(trips[0]) - 1, int(trips[0])).window(0).end.impact
+        return replace(
+            self,
+            number=self.number + int(trips[0]),
+            count=count,
+            states=states,
+            rests=rests,
+            impact=before,
+            _made={},
+        )

@@ -1,0 +1,201 @@
+"""Loads and initial data of the rod, and whether they fit together at the ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lure.errors import InputError
+from lure.expressions import Expression
+from lure.record import by_value
+from lure.rod.parameters import Rod
+from lure.rod.upwind import UpwindScheme
+
+
+def _zero(*variables: str) -> Expression:
+    return Expression.parse(0, variables=variables)
+
+
+@by_value
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scenario:
+    """What acts on the rod and how it starts.
+
+    Parameters
+    ----------
+    force : Expression of t
+        ``g(t)`` on the end ``x = 0``, positive along ``x`` [N].
+    body_force : Expression of t, x
+        ``f(t, x)`` along the rod [N/m].
+    displacement : Expression of x
+        ``u0(x)`` [m], a displacement (not a position: the paper's (50) adds the coordinate).
+    velocity : Expression of x
+        ``u1(x)`` [m/s].
+
+    Examples
+    --------
+    >>> pushed = Scenario.parse(force="2*sin(4*t)", velocity=1)
+    >>> pushed.free, float(pushed.force(t=0.0))
+    (False, 0.0)
+    """
+
+    force: Expression = field(default_factory=lambda: _zero("t"))
+    body_force: Expression = field(default_factory=lambda: _zero("t", "x"))
+    displacement: Expression = field(default_factory=lambda: _zero("x"))
+    velocity: Expression = field(default_factory=lambda: _zero("x"))
+
+    @classmethod
+    def parse(
+        cls,
+        *,
+        force: str | float | Fraction = 0,
+        body_force: str | float | Fraction = 0,
+        displacement: str | float | Fraction = 0,
+        velocity: str | float | Fraction = 0,
+    ) -> Scenario:
+        """Build a scenario from numbers or text.
+
+        Parameters
+        ----------
+        force, body_force, displacement, velocity : str or number
+            Formulas in the variables of the attributes; errors name them ``force.g``, ``force.f``, ``initial.u0`` and
+            ``initial.u1``, the keys of a TOML file.
+
+        Raises
+        ------
+        InputError
+            A formula does not parse: one sentence with its key, the column and what is allowed.
+        """
+        return cls(
+            force=Expression.parse(force, variables=("t",), field="force.g"),
+            body_force=Expression.parse(body_force, variables=("t", "x"), field="force.f"),
+            displacement=Expression.parse(displacement, variables=("x",), field="initial.u0"),
+            velocity=Expression.parse(velocity, variables=("x",), field="initial.u1"),
+        )
+
+    @property
+    def free(self) -> bool:
+        """Whether no load acts: ``g = 0`` and ``f = 0``."""
+        return self.force.is_zero and self.body_force.is_zero
+
+    @cached_property
+    def slope(self) -> Expression:
+        """``u0'(x)`` [-]."""
+        return self.displacement.derivative("x")
+
+    def waves(self, rod: Rod, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Initial Riemann invariants ``r1 = u1 - c u0'`` and ``r2 = u1 + c u0'`` at ``x`` [m/s].
+
+        Raises
+        ------
+        InputError
+            ``u1`` or the slope of ``u0`` is not a finite number at one of the points.
+        """
+        speed = rod.wave_speed * _finite(self.slope(x=x), "the slope of initial.u0", x)
+        velocity = _finite(self.velocity(x=x), "initial.u1", x)
+        return velocity - speed, velocity + speed
+
+    def contact_coordinate(self, rod: Rod) -> float:
+        """Initial ``z = u0(L) - gap`` [m].
+
+        Raises
+        ------
+        InputError
+            ``u0(L)`` is not a finite number.
+        """
+        end = np.array([rod.length])
+        return float(_finite(self.displacement(x=end), "initial.u0", end)[0]) - rod.gap
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Matching:
+    """How far initial data are from the boundary conditions at ``t = 0``.
+
+    Attributes
+    ----------
+    dashpot : float
+        ``A E u0'(0) - k u1(0) + g(0)``, a force out of balance [N].
+    contact : float
+        ``E u0'(L) + p(u0(L) - gap)``, a stress out of balance [Pa].
+    matched : bool
+        Both vanish within ``1e-9`` of the largest force (stress) that enters them.
+    """
+
+    dashpot: float
+    contact: float
+    matched: bool
+
+    def __str__(self) -> str:
+        if self.matched:
+            return "Initial and boundary data are matched at both ends."
+        return (
+            f"Initial and boundary data are not matched (off by {self.dashpot:.4g} N at x = 0 and {self.contact:.4g} "
+            "Pa at x = L): a jump enters the rod at t = 0 and runs along the characteristics; in the rod it stays a "
+            "jump, the scheme smears it, and pointwise accuracy near it is lost."
+        )
+
+
+def matching(rod: Rod, scenario: Scenario) -> Matching:
+    """Compare the initial data with the boundary conditions (8) at ``t = 0``.
+
+    The paper stresses below (37) that unmatched data let the initial discontinuities propagate.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod.
+    scenario : Scenario
+        Its loads and initial data; only their values and slopes at the two ends count.
+
+    Raises
+    ------
+    InputError
+        One of these is not a finite number.
+    """
+    ends = np.array([0.0, rod.length])
+    strain = _finite(scenario.slope(x=ends), "the slope of initial.u0", ends)
+    velocity = _finite(scenario.velocity(x=ends), "initial.u1", ends)
+    force = float(_finite(scenario.force(t=np.zeros(1)), "force.g", np.zeros(1), "t", "s")[0])
+    left = (rod.area * rod.youngs_modulus * strain[0], -rod.damping * velocity[0], force)
+    right = (rod.youngs_modulus * strain[1], float(rod.law(scenario.contact_coordinate(rod))))
+    gaps = [float(sum(left)), float(sum(right))]
+    matched = all(abs(gap) <= 1e-9 * max(map(abs, terms)) for gap, terms in zip(gaps, (left, right), strict=True))
+    return Matching(dashpot=gaps[0], contact=gaps[1], matched=matched)
+
+
+def initial_state(scheme: UpwindScheme, scenario: Scenario) -> NDArray[np.float64]:
+    """Initial state of the scheme (2N+1,), in its ordering: (37) with the misprints corrected.
+
+    ``xi1^i = r1(x_i)`` for ``i = 1..N``, ``xi2^i = r2(x_i)`` for ``i = 0..N-1``, ``z = u0(L) - gap``.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme.
+    scenario : Scenario
+        Its initial data.
+
+    Raises
+    ------
+    InputError
+        ``u1``, the slope of ``u0`` or ``u0(L)`` is not a finite number.
+    """
+    N, rod = scheme.cells, scheme.rod
+    x = rod.length * np.arange(N + 1) / N
+    forward, backward = scenario.waves(rod, x)
+    contact = np.array([scenario.contact_coordinate(rod)])
+    return np.concatenate((forward[1:], backward[N - 1 :: -1], contact))[scheme.permutation]
+
+
+def _finite(
+    values: NDArray[np.float64], what: str, points: NDArray[np.float64], variable: str = "x", unit: str = "m"
+) -> NDArray[np.float64]:
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        where = f"{variable} = {points[wrong][0]:g} {unit}"
+        raise InputError(f"{what} is {values[wrong][0]} at {where}; give a formula that is finite there")
+    return values

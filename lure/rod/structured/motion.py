@@ -1,0 +1,401 @@
+"""The scheme with its contacts, event to event, for very many cells."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lure.errors import InputError
+from lure.record import html_table
+from lure.rod import datasets
+from lure.rod.datasets import Array as Array_export
+from lure.rod.datasets import Column
+from lure.rod.scenario import Scenario, initial_state
+from lure.rod.structured.contact import FLOOR, Crossing, Stretch, Undecided, fewest_cells, halved, longest, next_contact
+from lure.rod.structured.flight import Force, FreeFlight, force_of, free_flight
+from lure.rod.structured.ring import Mean, Ring, parted
+from lure.rod.upwind import UpwindScheme
+
+if TYPE_CHECKING:
+    import control
+    import xarray
+
+# From event to event: clock, samples and contacts of a run.
+
+Array: TypeAlias = NDArray[np.float64]
+
+_EARLY = 8
+
+
+@dataclass(kw_only=True, slots=True, eq=False)
+class Run:
+    """Clock, samples and contacts of a run, in units of ``1/s``; the clock is exact.
+
+    Attributes
+    ----------
+    rate : Fraction
+        ``s`` [1/s].
+    times : ndarray
+        Samples [s].
+    stop : Fraction
+        The end.
+    force : Force or None
+        What acts on the end ``x = 0``.
+    contact : bool
+        Whether the end touches the obstacle.
+    clock : Fraction
+        How far the motion is known.
+    filled : int
+        How many samples are.
+    gaps, waves : ndarray
+        ``s z`` and ``y_N`` at the samples [m/s].
+    stretches : list of (Fraction, Fraction)
+        The contacts.
+    """
+
+    rate: Fraction
+    times: Array
+    stop: Fraction
+    force: Force | None
+    contact: bool
+    clock: Fraction = Fraction(0)
+    filled: int = 0
+    gaps: Array = field(init=False)
+    waves: Array = field(init=False)
+    stretches: list[tuple[Fraction, Fraction]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.gaps, self.waves = np.empty(self.times.size), np.empty(self.times.size)
+
+    def moved(self, ring: Ring) -> Ring:
+        """The ring at the next event, the end of a stretch or of the run."""
+        begin, touched = self.clock, self.contact
+        free = not touched and self.force is None
+        ring = self._flown(ring) if free else self._stretched(ring)
+        if touched:
+            if self.stretches and self.stretches[-1][1] == begin:
+                begin = self.stretches.pop()[0]
+            self.stretches.append((begin, self.clock))
+        if self.contact is touched:
+            return ring
+        return replace(ring, gap=max(ring.gap, 0.0) if self.contact else min(ring.gap, 0.0))  # rounding has no say
+
+    def closed(self) -> tuple[tuple[float, float], ...]:
+        """The contacts in seconds."""
+        return tuple((float(begin / self.rate), float(end / self.rate)) for begin, end in self.stretches)
+
+    def _flown(self, ring: Ring) -> Ring:
+        """Flight without a force up to the next contact or the end, in one jump."""
+        flight = FreeFlight(ring=ring)
+        touch = next_contact(flight, float(self.stop - self.clock))
+        end = self.stop if touch is None else self.clock + touch.passed + Fraction(touch.tau)
+        if touch is None or end >= self.stop:
+            span = self.stop - self.clock
+            self._sample(flight, self.stop)
+            return _after(flight, _mean(span))
+        self._sample(flight, end)
+        self.contact = True
+        return _after(touch.flight, parted(touch.tau))
+
+    def _stretched(self, ring: Ring) -> Ring:
+        """A stretch of contact, or of flight under the force."""
+        begin, end, scheme, contact = self.clock, self.stop, ring.scheme, self.contact
+        kappa = scheme.rod.mobility * scheme.rod.law.stiffness / scheme.rate if contact else 0.0
+        length = longest(scheme.cells, kappa)
+        if self.force is not None:
+            end = min(end, self.force.end(begin) or end)
+            length = min(length, self.force.reach(begin))
+        left = float(end - begin)
+        while True:
+            entering = None if self.force is None else self.force.entering(begin, Stretch.columns_of(length))
+            stretch = Stretch(ring=ring, length=length, kappa=kappa, entering=entering)
+            gaps = stretch.streams[2]
+            search = Crossing(values=-gaps if contact else gaps, floor=FLOOR * stretch.rounding)
+            try:
+                found = search.first(0.0, min(float(length), left))
+            except Undecided:
+                length = halved(length)
+                continue
+            if found is None or length <= _EARLY * max(1.0, found):
+                break
+            length = math.ceil(2.0 * max(0.5, found))  # seen again where rounding is that of a shorter stretch
+        span = min(Fraction(length), end - begin)
+        if found is not None and found < span:
+            span, self.contact = Fraction(found), not contact
+        after = stretch.after(_mean(span))
+        self._sample(stretch, begin + span)
+        return after
+
+    def _sample(self, piece: FreeFlight | Stretch, end: Fraction) -> None:
+        """Fill the samples from the clock to ``end``, and set the clock."""
+        while self.filled < self.times.size:
+            place = self.rate * Fraction(float(self.times[self.filled]))
+            if place > end:
+                break
+            self.gaps[self.filled], self.waves[self.filled] = piece.end_at(_mean(place - self.clock))
+            self.filled += 1
+        self.clock = end
+
+
+def _mean(span: Fraction) -> Mean:
+    whole = round(span)
+    return Mean(whole=whole, rest=float(span - whole))
+
+
+def _after(flight: FreeFlight, mean: Mean) -> Ring:
+    """The ring at the end of a flight."""
+    scheme = flight.ring.scheme
+    return free_flight(scheme, flight.jumped(mean)).ring
+
+
+# A motion of the scheme with contact as a Dataset, plain data, a python-control response, an HTML table.
+
+SUBJECT, EVIDENCE = "scheme", "observed"
+METHOD = (
+    "exact in time by the f-circulant structure of the scheme, from event to event; contact and release located as "
+    "events"
+)
+
+
+def scheme_words(scheme: UpwindScheme) -> str:
+    """Which object moves, in words."""
+    printed = " as printed" if scheme.form == "as-printed" else ""
+    return f"the upwind scheme{printed} of {scheme.cells} cells, whose waves lose more energy than the rod's"
+
+
+def _stress(run: StructuredMotion) -> Array_export:
+    return run.scheme.rod.law(run.z)
+
+
+def run_dataset(run: StructuredMotion) -> xarray.Dataset:
+    """The Dataset of :meth:`lure.rod.structured.StructuredMotion.to_xarray`.
+
+    Raises
+    ------
+    InputError
+        xarray is not installed.
+    """
+    rod, stress = run.scheme.rod, _stress(run)
+    ends = {"u_end": run.z + rod.gap, "z": run.z, "v_end": run.wave - rod.mobility * stress, "stress": stress}
+    variables = datasets.series(ends)
+    starts, stops = ([contact[i] for contact in run.contacts] for i in (0, 1))
+    variables |= {
+        "wave": Column(("t",), run.wave, "m s-1", "last forward wave y_N"),
+        "contact_start": Column(("contact",), starts, "s", "instant of contact"),
+        "contact_end": Column(("contact",), stops, "s", "instant of release, or the end"),
+    }
+    coordinates = {
+        "t": Column(("t",), run.t, "s", datasets.TIME),
+        "contact": datasets.numbered("contact", len(run.contacts)),
+    }
+    title = "Motion of the upwind scheme against an obstacle"
+    about = scheme_words(run.scheme)
+    attributes: dict[str, object] = {
+        **datasets.motion_attributes(title, subject=SUBJECT, about=about, evidence=EVIDENCE, method=METHOD),
+        **datasets.rod_attributes(rod),
+        **(datasets.scenario_attributes(run.scenario) if run.scenario else {}),
+        "method_cells": run.scheme.cells,
+        "method_form": run.scheme.form,
+    }
+    return datasets.dataset(variables, coordinates, attributes)
+
+
+def run_dict(run: StructuredMotion) -> dict[str, object]:
+    """What is said of the motion, without the curves, as plain JSON data."""
+    return {
+        "subject": SUBJECT,
+        "evidence": EVIDENCE,
+        "cells": run.scheme.cells,
+        "form": run.scheme.form,
+        "rod": datasets.rod_dict(run.scheme.rod),
+        "scenario": datasets.scenario_dict(run.scenario) if run.scenario else None,
+        "until": float(run.t[-1]),
+        "samples": run.t.size,
+        "contacts": [list(contact) for contact in run.contacts],
+        "largest_z_at_samples": float(run.z.max()),
+        "z_end": float(run.z[-1]),
+        "method": METHOD,
+        "comment": datasets.what_it_shows(SUBJECT, scheme_words(run.scheme), EVIDENCE),
+    }
+
+
+def run_response(run: StructuredMotion) -> control.TimeResponseData:
+    """The python-control response of :meth:`lure.rod.structured.StructuredMotion.to_control`."""
+    force = run.scenario.force(t=run.t) if run.scenario else 0.0
+    return datasets.loop_response(f"the scheme, N = {run.scheme.cells}", run.t, run.z, _stress(run), force)
+
+
+def run_html(run: StructuredMotion) -> str:
+    """A table for notebooks."""
+    about = scheme_words(run.scheme)
+    rows = [
+        ("what moved", about),
+        ("time", f"0 s to {run.t[-1]:g} s, {run.t.size} samples"),
+        ("force g(t) [N]", run.scenario.force if run.scenario else 0),
+        ("contacts", len(run.contacts) or "none"),
+        ("largest z", f"{run.z.max():.9g} m, at the samples"),
+        ("z at the end", f"{run.z[-1]:.9g} m"),
+    ]
+    notes = (datasets.what_it_shows(SUBJECT, about, EVIDENCE),)
+    return html_table(f"motion of the scheme, N = {run.scheme.cells}", rows, verdict="OBSERVED", notes=notes)
+
+
+_MOST = 20_000
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class StructuredMotion:
+    """A motion of the scheme with contact, known at samples; OBSERVED evidence.
+
+    Attributes
+    ----------
+    scheme : UpwindScheme
+        What moved.
+    scenario : Scenario or None
+        Force and initial data; None where a state was given, without a force.
+    t : ndarray
+        (k,) samples [s].
+    z, wave : ndarray
+        (k,) contact coordinate [m] and last forward wave ``y_N`` [m/s].
+    contacts : tuple of (float, float)
+        Beginning and end of every contact [s]; the last may end with the run.
+    state : ndarray
+        (2N+1,) at the end, in the ordering of the scheme.
+    """
+
+    scheme: UpwindScheme
+    scenario: Scenario | None
+    t: Array
+    z: Array
+    wave: Array
+    contacts: tuple[tuple[float, float], ...]
+    state: Array
+
+    def to_dict(self) -> dict[str, object]:
+        """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
+        return run_dict(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The motion of the end ``x = L`` as an ``xarray.Dataset`` with units and every parameter.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimensions ``t`` [s] and ``contact``; the attributes say that it is OBSERVED and of the scheme, not the rod.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        return run_dataset(self)
+
+    def to_control(self) -> control.TimeResponseData:
+        """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
+        return run_response(self)
+
+    def _repr_html_(self) -> str:
+
+        return run_html(self)
+
+
+def structured_motion(
+    scheme: UpwindScheme, start: Scenario | ArrayLike, until: float, *, samples: int = 2001
+) -> StructuredMotion:
+    """Motion of the scheme against its obstacle, with a force or without: jumps from event to event.
+
+    Without a force, a jump of any length by :class:`FreeFlight` between contacts; in contact, and with a force in
+    flight, the Poisson average of a shift register with the law and the force in it, up to 64 round trips at a time.
+    Beginning and end of contact are located as by :func:`first_contact`.  There is no time step and no error but
+    rounding, which the events amplify as the motion itself does.
+
+    It is a motion of the scheme, whose waves lose more energy than the rod's: for the rod see
+    :func:`lure.rod.motion.exact_motion`.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme: linear law (``m = 1``), ``k >= 0``, and a few more cells than ``d c_n L/c``.
+    start : Scenario or array_like
+        Initial data with a force: piece by piece, between rational instants, sums and products of numbers, ``t`` (up to
+        ``t**8``), and ``exp``, ``sin`` and ``cos`` of straight lines in ``t``.  Or a state in the ordering of the
+        scheme, without a force.
+    until : float
+        End [s].
+    samples : int
+        Number of instants kept, evenly spaced from 0 to ``until``.
+
+    Raises
+    ------
+    InputError
+        One of these does not hold, there is a body force, there are more than 20 000 flights and stretches, or contact
+        can neither be excluded nor found.
+
+    Notes
+    -----
+    Memory does not depend on the time.  An event costs ``O(N log N)``, and so does a round trip in contact or under a
+    force.
+
+    Examples
+    --------
+    >>> from lure import Rod, builtin_system, upwind
+    >>> rod = Rod(
+    ...     youngs_modulus=288e6, density=8, length=1, area=0.25e-4, damping=0.3, compliance=3e-10, gap=1e-5
+    ... )
+    >>> run = structured_motion(upwind(rod, 2000), builtin_system("paper-rod").scenario, 1e-3)
+    >>> len(run.contacts), bool(run.z[-1] < 0)
+    (1, True)
+    """
+    _check(scheme, until, samples)
+    force, scenario = None, start if isinstance(start, Scenario) else None
+    if isinstance(start, Scenario):
+        if not start.body_force.is_zero:
+            raise InputError(
+                f"force.f is {str(start.body_force)[:60]}; structured_motion takes no body force; "
+                "lure.analysis.rod.simulation.simulate takes any load, up to 1000 cells"
+            )
+        force, start = force_of(scheme, start.force, until), initial_state(scheme, start)
+    ring = free_flight(scheme, start).ring
+    times = np.linspace(0.0, until, samples)
+    rate = Fraction(scheme.rate)
+    run = Run(rate=rate, times=times, stop=rate * Fraction(until), force=force, contact=ring.gap > 0.0)
+    for _ in range(_MOST):
+        if run.clock >= run.stop:
+            break
+        ring = run.moved(ring)
+    else:
+        reached = float(run.clock / run.rate)
+        raise InputError(
+            f"until is {until:g} s, and {_MOST} flights and stretches of contact end at {reached:.6g} s; give an "
+            "earlier end"
+        )
+    state = np.append(ring.waves, ring.gap / scheme.rate)[scheme.permutation]
+    return StructuredMotion(
+        scheme=scheme,
+        scenario=scenario,
+        t=times,
+        z=run.gaps / scheme.rate,
+        wave=run.waves,
+        contacts=run.closed(),
+        state=np.asarray(state),
+    )
+
+
+def _check(scheme: UpwindScheme, until: float, samples: int) -> None:
+    rod = scheme.rod
+    if not 0.0 < until < math.inf:
+        raise InputError(f"until is {until!r}; give a positive number of seconds")
+    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 2:
+        raise InputError(f"samples is {samples!r}; give a whole number of at least 2")
+    if rod.exponent != 1.0:
+        raise InputError(f"rod.exponent is {rod.exponent:g}; structured_motion takes the linear law, give 1")
+    if rod.damping < 0.0:
+        raise InputError(f"rod.damping is {rod.damping:g}; structured_motion takes no negative one")
+    least = fewest_cells(rod.mobility * rod.law.stiffness * rod.travel_time)
+    if scheme.cells < least:
+        raise InputError(f"the contact is too stiff for {scheme.cells} cells; give at least {least}")

@@ -1,0 +1,215 @@
+"""Named systems: the paper's rod and the cases behind its figures."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from types import MappingProxyType
+from typing import Any, cast
+
+from lure.errors import InputError
+from lure.record import by_value, html_table
+from lure.rod.parameters import PARAMETERS, Rod
+from lure.rod.scenario import Scenario
+from lure.rod.upwind import Form
+
+_UNITS = {
+    "youngs_modulus": "Pa",
+    "density": "kg/m^3",
+    "length": "m",
+    "area": "m^2",
+    "damping": "N s/m",
+    "compliance": "m^m/Pa",
+    "exponent": "",
+    "gap": "m",
+}
+
+
+@by_value
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RodSystem:
+    """A rod with its scenario and the discretisation and simulation asked for.
+
+    Attributes
+    ----------
+    name : str
+        Name for the report.
+    title : str
+        One line that says what it is.
+    rod : Rod
+        The rod.
+    scenario : Scenario
+        Loads and initial data.
+    cells : int
+        ``N`` of the scheme that is analysed.
+    form : {"corrected", "as-printed"}
+        See :class:`lure.rod.upwind.UpwindScheme`.
+    until : float
+        End of the simulation [s].
+    simulation_cells : int or None
+        ``N`` of the scheme that is simulated; None for the ``cells`` analysed.
+    source : str
+        Where the numbers come from.
+    """
+
+    name: str
+    title: str
+    rod: Rod
+    scenario: Scenario
+    cells: int
+    form: Form = "corrected"
+    until: float
+    simulation_cells: int | None = None
+    source: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: names, exact parameters as text ``p/q``, loads and initial data, discretisation."""
+        return {
+            "kind": "rod system",
+            "name": self.name,
+            "title": self.title,
+            "source": self.source,
+            "parameters": {name: str(self.rod.exact[name]) for name in PARAMETERS},
+            "force": str(self.scenario.force),
+            "cells": self.cells,
+            "form": self.form,
+            "until": float(self.until),
+            "simulation_cells": self.simulation_cells,
+        }
+
+    def _repr_html_(self) -> str:
+        units = {**_UNITS, "compliance": "m/Pa"} if self.rod.exponent == 1 else _UNITS
+        rows = [(name.replace("_", " "), f"{getattr(self.rod, name):g}", units[name]) for name in PARAMETERS]
+        rows += [("force g", str(self.scenario.force), "N"), ("cells of the scheme", str(self.cells), "")]
+        notes = [f"Source: {self.source}"] if self.source else []
+        notes.append(
+            "lure.analysis.report.build.build_report(system) decides; the scheme and the rod are told apart there."
+        )
+        return html_table(f"{self.name}: {self.title}", rows, head=("", "value", "unit"), notes=notes)
+
+
+_PAPER = "Danciu, Matei, Micu and Roventa, section 5; gap 0.02 m and displacement as the printed figures require"
+
+
+def paper_rod(damping: str = "2e-4") -> Rod:
+    """The rod of the paper's section 5, with exact decimals; ``damping`` is 2e-4 or 8e-4 N s/m there."""
+    values = {
+        "youngs_modulus": "288e6",
+        "density": "8",
+        "length": "1",
+        "area": "0.25e-4",
+        "damping": damping,
+        "compliance": "1",
+        "exponent": "1",
+        "gap": "0.02",
+    }
+    return rod_from_exact({name: Fraction(text) for name, text in values.items()})
+
+
+def rod_from_exact(values: Mapping[str, Fraction]) -> Rod:
+    """A rod from exact rationals, one for each parameter."""
+    return Rod(**cast("dict[str, float]", dict(values)))
+
+
+# name, title, damping k [N s/m], force g [N], end of the simulation [s], form
+_FIGURES: tuple[tuple[str, str, str, str, float, Form], ...] = (
+    (
+        "paper-rod",
+        "the paper's rod, compressed and released at t = 0 (figures 3-7)",
+        "2e-4",
+        "0",
+        2.5e-3,
+        "corrected",
+    ),
+    ("paper-rod-figure-8", "force 2 sin 4t as printed: contact", "2e-4", "2*sin(4*t)", 5.0, "as-printed"),
+    (
+        "paper-rod-figure-9",
+        "force 5 sin 4t as printed, stronger dashpot: contact",
+        "8e-4",
+        "5*sin(4*t)",
+        5.0,
+        "as-printed",
+    ),
+    (
+        "paper-rod-figure-10",
+        "force 2 sin 4t as printed, stronger dashpot: no contact",
+        "8e-4",
+        "2*sin(4*t)",
+        5.0,
+        "as-printed",
+    ),
+)
+
+
+def _steel_rod() -> RodSystem:
+    """A bar of steel against a stop: its response to the force repeats every second period of it."""
+    values = {
+        "youngs_modulus": "210e9",
+        "density": "7850",
+        "length": "1",
+        "area": "1e-4",
+        "damping": "800",
+        "compliance": "5e-14",
+        "exponent": "1",
+        "gap": "0",
+    }
+    return RodSystem(
+        name="steel-rod",
+        title="a steel bar pressed against a stiff stop and shaken",
+        rod=rod_from_exact({name: Fraction(text) for name, text in values.items()}),
+        scenario=Scenario.parse(force="300 + 700*sin(2600*t)"),
+        cells=10,
+        form="corrected",
+        until=0.05,
+        source="an example of lure's own",
+    )
+
+
+def _builtin() -> dict[str, RodSystem]:
+    figures = {
+        name: RodSystem(
+            name=name,
+            title=title,
+            rod=paper_rod(damping),
+            scenario=Scenario.parse(force=force, displacement="0.0001 - 0.0002*x"),
+            cells=10,
+            form=form,
+            until=until,
+            source=_PAPER,
+        )
+        for name, title, damping, force, until, form in _FIGURES
+    }
+    return {**figures, "steel-rod": _steel_rod()}
+
+
+def builtin_systems() -> Mapping[str, RodSystem]:
+    """The named systems: those of the paper in the order of its figures, then the steel rod."""
+    return MappingProxyType(_builtin())
+
+
+def builtin_system(name: str) -> RodSystem:
+    """The named system.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`builtin_systems`.
+
+    Raises
+    ------
+    InputError
+        There is no such name; the message offers the nearest.
+
+    Examples
+    --------
+    >>> builtin_system("paper-rod").rod.length
+    1.0
+    """
+    systems = _builtin()
+    if name not in systems:
+        near = difflib.get_close_matches(name, systems, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise InputError(f"there is no built-in system {name!r}; {hint}choose from {', '.join(systems)}")
+    return systems[name]
