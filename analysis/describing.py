@@ -258,7 +258,7 @@ class DescribingHint:
         return made
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The locus ``-1/N(A)`` and ``H(i omega)``, which meet at the balances; see :func:`lure.analysis.plots.plot_hint`.
+        """The locus ``-1/N(A)`` and ``H(i omega)``, which meet at the balances, by :func:`.plot_hint`.
 
         Parameters
         ----------

@@ -389,7 +389,8 @@ plt.show()
 print(f"{len(deepest)} round trips, kept from {streamed.since:.6f} s on; contact from {rest.start:.9f} s on")
 
 # %% [markdown]
-# For the steady response of a rod that is pressed and shaken there is `lure.analysis.rod.response`: it waits until the rod has
+# For the steady response of a rod that is pressed and shaken there is `lure.analysis.rod.response`: it waits until
+# the rod has
 # forgotten its start, then watches. This bar, in units in which $E = \rho = A = L = 1$, under $0.3 + 0.7\sin(t/2)$,
 # repeats only after two periods of the force.
 

@@ -42,7 +42,8 @@ LAW = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
 
 # %% [markdown]
 # `PLANT` may be a transfer function or a state space model of python-control or scipy.signal, `(num, den)`, or a
-# formula such as `"exp(-s)/(s+1)"`; `LAW` a formula in `sigma`, a law of `lure.nonlinearities`, or a function of your own.
+# formula such as `"exp(-s)/(s+1)"`; `LAW` a formula in `sigma`, a law of `lure.nonlinearities`, or a function of your
+# own.
 # Coefficients are taken exactly, so write whole numbers where you can: the double `0.1` is not $1/10$. If your plant
 # is unstable, no sector that contains 0 will do: then change the 0 in `lower=0` below to a gain that stabilises it.
 

@@ -94,7 +94,7 @@ def broken(monkeypatch):
         for solver, (module, name) in solvers.items():
             failing = wrapped(solver, fault)
             monkeypatch.setattr(module, name, failing)
-            for other in [m for key, m in sys.modules.items() if key.startswith("analysis.")]:
+            for other in [m for key, m in sys.modules.items() if key.startswith("lure.analysis.")]:
                 for at, value in list(vars(other).items()):
                     if value is solver:
                         monkeypatch.setattr(other, at, failing)
@@ -174,7 +174,7 @@ def test_with_two_bits_nothing_false_is_certified(monkeypatch, name, bits):
         return usual(bits)
 
     for key, module in list(sys.modules.items()):
-        if key.startswith("analysis.") and vars(module).get("working_precision") is usual:
+        if key.startswith("lure.analysis.") and vars(module).get("working_precision") is usual:
             monkeypatch.setattr(module, "working_precision", coarse)
     flint.ctx.prec = bits
     try:

@@ -1,4 +1,5 @@
-"""lure.rod.upwind: the cloning templates (44)-(47), the ring they assemble to, and the three orderings (39), (42), (48)."""
+"""lure.rod.upwind: the cloning templates (44)-(47), the ring they assemble to, and the three orderings (39), (42),
+(48)."""
 
 import numpy as np
 import pytest

@@ -65,18 +65,18 @@ THINGS = {name: found(name) for _, name in NAMES}
 
 def exported():
     """What `lure`, `analysis` and the packages inside them hand out: names imported under themselves, or defined."""
-    for package in (lure, analysis):
-        inner = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
-        for home in (package, *(importlib.import_module(module.name) for module in inner if module.ispkg)):
-            tree = ast.parse(Path(home.__file__).read_text(encoding="utf-8"))
-            for node in ast.walk(tree):
-                if isinstance(node, ast.ImportFrom):
-                    names = [alias.asname for alias in node.names if alias.asname]
-                else:
-                    names = [node.name] if isinstance(node, ast.FunctionDef | ast.ClassDef) else []
-                for name in names:
-                    if not name.startswith("_"):
-                        yield f"{home.__name__}.{name}", getattr(home, name)
+    inner = pkgutil.walk_packages(lure.__path__, "lure.")
+    for home in (lure, *(importlib.import_module(module.name) for module in inner if module.ispkg)):
+        yield from ((f"{home.__name__}.{name}", getattr(home, name)) for name in getattr(home, "__all__", ()))
+        tree = ast.parse(Path(home.__file__).read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom):
+                names = [alias.asname for alias in node.names if alias.asname]
+            else:
+                names = [node.name] if isinstance(node, ast.FunctionDef | ast.ClassDef) else []
+            for name in names:
+                if not name.startswith("_"):
+                    yield f"{home.__name__}.{name}", getattr(home, name)
 
 
 def described():

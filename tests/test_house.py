@@ -35,12 +35,12 @@ WANTED = [
 
 def exported():
     """Every function of ours that `lure`, `analysis` or a package inside them hands out."""
-    for package in (lure, analysis):
-        inner = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
-        for home in (package, *(importlib.import_module(module.name) for module in inner if module.ispkg)):
-            for name, member in inspect.getmembers(home, inspect.isfunction):
-                if member.__module__.startswith(package.__name__) and not name.startswith("_"):
-                    yield f"{home.__name__}.{name}", member
+    inner = pkgutil.walk_packages(lure.__path__, "lure.")
+    for home in (lure, *(importlib.import_module(module.name) for module in inner if module.ispkg)):
+        for name in {*vars(home), *getattr(home, "__all__", ())}:
+            member = getattr(home, name)
+            if inspect.isfunction(member) and member.__module__.startswith("lure") and not name.startswith("_"):
+                yield f"{home.__name__}.{name}", member
 
 
 @pytest.mark.parametrize("python", SUPPORTED)

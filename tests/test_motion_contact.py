@@ -1,4 +1,5 @@
-"""lure.rod.motion in contact: impacts worked out by hand, stiff and rigid obstacles, energy, the scheme and the shift."""
+"""lure.rod.motion in contact: impacts worked out by hand, stiff and rigid obstacles, energy, the scheme and the
+shift."""
 
 import math
 from fractions import Fraction

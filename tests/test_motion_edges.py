@@ -1,4 +1,5 @@
-"""lure.rod.motion where rounding decides: contact at one instant, grazing from rest, laws far from zero, energies, ends."""
+"""lure.rod.motion where rounding decides: contact at one instant, grazing from rest, laws far from zero, energies,
+ends."""
 
 import numpy as np
 import pytest

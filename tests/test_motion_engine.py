@@ -1,4 +1,5 @@
-"""lure.rod.motion, the compiled engine: the numbers of the plain path, whatever is kept and however it is cut in chunks."""
+"""lure.rod.motion, the compiled engine: the numbers of the plain path, whatever is kept and however it is cut in
+chunks."""
 
 import os
 import subprocess

@@ -1,4 +1,5 @@
-"""lure.rod.motion: energy in every regime, self-convergence, honest errors, other solvers, random motions of any size."""
+"""lure.rod.motion: energy in every regime, self-convergence, honest errors, other solvers, random motions of any
+size."""
 
 import math
 from fractions import Fraction

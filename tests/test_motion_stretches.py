@@ -1,4 +1,5 @@
-"""lure.rod.motion, round trips in which nothing happens: the numbers of compiled code that goes through each of them."""
+"""lure.rod.motion, round trips in which nothing happens: the numbers of compiled code that goes through each of
+them."""
 
 from fractions import Fraction
 

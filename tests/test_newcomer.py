@@ -24,8 +24,13 @@ def test_the_wheel_has_what_runs_and_the_sdist_what_explains(packages):
     sdist, wheel = packages
     shipped = set(zipfile.ZipFile(wheel).namelist())
     tops = {name.split("/")[0] for name in shipped if ".dist-info" not in name}
-    assert tops == {"lure", "analysis", "pytest_lure.py"}
-    for name in ("lure/py.typed", "analysis/py.typed", "analysis/report/schema.json", "analysis/measured/example.csv"):
+    assert tops == {"lure", "pytest_lure.py"}
+    for name in (
+        "lure/py.typed",
+        "lure/analysis/report/schema.json",
+        "lure/analysis/measured/example.csv",
+        "lure/__init__.pyi",
+    ):
         assert name in shipped
     with tarfile.open(sdist) as archive:
         kept = {name.split("/", 1)[1] for name in archive.getnames() if "/" in name}
@@ -34,7 +39,9 @@ def test_the_wheel_has_what_runs_and_the_sdist_what_explains(packages):
 
 
 def test_from_an_empty_folder_to_a_report(plain, tmp_path):
-    where = plain.run("python", "-c", "import lure, analysis; print(lure.__file__, analysis.__file__)", cwd=tmp_path)
+    where = plain.run(
+        "python", "-c", "import lure.analysis; print(lure.__file__, lure.analysis.__file__)", cwd=tmp_path
+    )
     assert all(str(plain.bin.parent) in path for path in where.split())
     plain.run("lure", "doctor", cwd=tmp_path)
 

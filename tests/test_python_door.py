@@ -30,13 +30,13 @@ def starred(package):
 
 
 def test_a_star_brings_every_public_name():
-    assert {"max_sector", "max_slope", "analyse", "certify", "report_on", "law_bounds"} <= starred("analysis")
-    assert set(lure.analysis.__all__) <= starred("analysis") & set(dir(analysis))
+    assert {"max_sector", "max_slope", "analyse", "certify", "report_on", "law_bounds"} <= starred("lure.analysis")
+    assert set(lure.analysis.__all__) <= starred("lure.analysis") & set(dir(lure.analysis))
     assert {"as_block", "Loop", "Saturation", "Sector", "builtin_loop"} <= starred("lure")
     for name in lure.analysis.__all__:
-        assert getattr(analysis, name) is not None
+        assert getattr(lure.analysis, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'max_sectr'"):
-        analysis.max_sectr  # noqa: B018
+        lure.analysis.max_sectr  # noqa: B018
 
 
 @pytest.mark.parametrize(

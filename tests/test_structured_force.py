@@ -1,4 +1,5 @@
-"""lure.rod.structured with a force: the forced scheme against matrix exponentials, the other simulation and its energy."""
+"""lure.rod.structured with a force: the forced scheme against matrix exponentials, the other simulation and its
+energy."""
 
 import math
 from fractions import Fraction
@@ -81,7 +82,8 @@ def test_the_average_of_the_sequence_is_the_force(tau, start, force):
     assert average == pytest.approx(values[-1], abs=1e-12 * max(np.abs(values).max(), 1e-5))
 
 
-# y' = A y + b2 g with g' = [[0, w], [-w, 0]] g, the matrices as lure.rod.upwind assembles them; the end stays clear of the
+# y' = A y + b2 g with g' = [[0, w], [-w, 0]] g, the matrices as lure.rod.upwind assembles them; the end stays clear
+# of the
 # obstacle, or (pressed) in contact all along
 @given(
     k=st.one_of(st.sampled_from((0.0, 1.2)), st.floats(0, 5)),

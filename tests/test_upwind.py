@@ -1,4 +1,5 @@
-"""lure.rod.upwind: the matrices of the scheme, its closed-form transfer function and its spectrum, each computed again."""
+"""lure.rod.upwind: the matrices of the scheme, its closed-form transfer function and its spectrum, each computed
+again."""
 
 import math
 from fractions import Fraction

@@ -128,7 +128,9 @@ def test_no_public_type_is_left_out():
     samples = {type(sample(name)).__name__ for name in MADE}
     left_out = {"AssumptionError", "InputError", "Block", "Nonlinearity"}  # errors and protocols
     left_out |= {"Boundary", "Matching", "Motion", "Numerics", "Evidence", "Verdict"}  # enums, options and a simulation
-    public = {name for package in (lure, analysis) for name in dir(package) if isinstance(getattr(package, name), type)}
+    public = {
+        name for package in (lure, lure.analysis) for name in dir(package) if isinstance(getattr(package, name), type)
+    }
     assert {name for name in public if not name.startswith("_")} - samples == left_out
 
 

@@ -1,4 +1,5 @@
-"""lure.analysis.numerics.exact_matrix and lure.analysis.numerics.exact_matrix: the classical critical cases, the rod's scheme, and exactness."""
+"""lure.analysis.numerics.exact_matrix and lure.analysis.numerics.exact_matrix: the classical critical cases, the
+rod's scheme, and exactness."""
 
 import math
 from fractions import Fraction

@@ -30,15 +30,15 @@ from lure.rod.upwind import UpwindScheme
 
 Ask = Callable[[], Answer]
 _SECTOR = {
-    "circle": "circle:circle_criterion",
-    "popov": "popov:popov_criterion",
-    "hurwitz": "hurwitz:hurwitz_criterion",
+    "circle": "theorems.circle:circle_criterion",
+    "popov": "theorems.popov:popov_criterion",
+    "hurwitz": "inequality.gains:hurwitz_criterion",
 }
 _SLOPE = {
-    "off-axis-circle": "off_axis:off_axis_criterion",
-    "park": "park:park_criterion",
-    "tsypkin": "tsypkin:tsypkin_criterion",
-    "jury-lee": "jury_lee:jury_lee_criterion",
+    "off-axis-circle": "theorems.off_axis:off_axis_criterion",
+    "park": "theorems.park:park_criterion",
+    "tsypkin": "theorems.differences:tsypkin_criterion",
+    "jury-lee": "theorems.differences:jury_lee_criterion",
 }
 LONG = "zames-falb, full effort"  # takes minutes
 _ONE_SIDED = ("tsypkin", "jury-lee")
@@ -120,7 +120,7 @@ def _ask(
         return lambda: _zames_falb(block, bounds, law_class, full=False)
     module, function = {**_SECTOR, **_SLOPE}[entry.name].split(":")
     call: Callable[[RationalBlock, Sector | SlopeBounds], Answer]
-    call = getattr(import_module(f"lure.analysis.theorems.{module}"), function)
+    call = getattr(import_module(f"lure.analysis.{module}"), function)
     return lambda: call(block, bounds)
 
 

@@ -76,7 +76,8 @@ def matrix_draft(
     Returns
     -------
     dict
-        For :func:`lure.analysis.certificates.sealing.completed`.  ``P`` passed the checker's test or, beyond order 64 and
+        For :func:`lure.analysis.certificates.sealing.completed`.  ``P`` passed the checker's test or, beyond order 64
+        and
         where it leaves no doubt, one in floating point; the checker has yet to accept the whole certificate.
 
     Raises

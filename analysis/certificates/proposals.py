@@ -51,7 +51,7 @@ class Certified:
 
 
 def answer_draft(block: Block, answer: Answer, upper: Upper, *, numbers: Numbers = "rationals") -> dict[str, Any]:
-    """The likeliest certificate for an answer, without what :func:`lure.analysis.certificates.sealing.settled` fills in.
+    """The likeliest certificate for an answer, without what :func:`.settled` fills in.
 
     Parameters
     ----------

@@ -34,7 +34,8 @@ def realisation(block: RationalBlock | tuple[ArrayLike, ArrayLike, ArrayLike]) -
     """The companion form of a block, or matrices ``(A, b, c)`` without feedthrough as they are.
 
     States of witnesses and certificates are those of the companion form.  The states that the user of a block knows,
-    those of the matrices it was given by, are in :attr:`lure.plants.rational.RationalBlock.realisation`; simulations that
+    those of the matrices it was given by, are in :attr:`lure.plants.rational.RationalBlock.realisation`; simulations
+    that
     are held against a proof use those.
 
     Raises

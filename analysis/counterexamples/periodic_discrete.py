@@ -239,7 +239,8 @@ def periodic_witness_discrete(
     Notes
     -----
     The search is in floating point; the orbit is then made exact and checked by
-    :func:`~lure.analysis.counterexamples.orbit.verify_periodic_discrete`.  With a simple pole at 1 (the critical case) the orbit
+    :func:`~lure.analysis.counterexamples.orbit.verify_periodic_discrete`.  With a simple pole at 1 (the critical
+    case) the orbit
     is looked for in ``[e, k]`` with a small ``e > 0``, inside the class ``(0, k]``.  Orbits from phases of sinusoids:
     P. Seiler, J. Carrasco, IEEE Control Systems Letters 5 (2021) 1291-1296.
     """

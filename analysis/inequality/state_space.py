@@ -99,7 +99,8 @@ def state_space_largest(block: StateSpaceBlock, criterion: Criterion, *, lower: 
     r"""The largest ``k`` of the circle or Popov's criterion on ``[lower, k]``: ``low`` computed, ``high`` shown.
 
     Levels are read off the eigenvalues of Hamiltonian matrices, as in
-    :func:`lure.analysis.inequality.hamiltonian.popov_largest_computed`.  At the one or two frequencies where the inequality is tight
+    :func:`lure.analysis.inequality.hamiltonian.popov_largest_computed`.  At the one or two frequencies where the
+    inequality is tight
     ``H`` is enclosed in balls: from ``high`` on it fails there for every ``theta``, which is certified.
 
     Parameters

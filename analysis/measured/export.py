@@ -244,7 +244,7 @@ def _inwards(found: MeasuredMargin) -> str:
 
 
 def report_dataset(found: MeasuredReport) -> xarray.Dataset:
-    """The Dataset of :meth:`lure.analysis.measured.MeasuredReport.to_xarray`: the sector's, with the fit where there is one.
+    """The Dataset of a :class:`.MeasuredReport`: the sector's, with the fit where there is one.
 
     Raises
     ------

@@ -357,7 +357,7 @@ def _shifted(inner: Membership, law: ShiftedLaw, law_class: LawClass) -> Members
 
 
 def certified_properties(law: Nonlinearity) -> Properties:
-    """What is known of a nonlinearity, as :func:`lure.nonlinearities.properties` says it, with what is certified here checked.
+    """What is known of a nonlinearity, as :func:`lure.nonlinearities.properties` says, and what is certified here.
 
     Parameters
     ----------

@@ -301,7 +301,8 @@ def exact_zero_eigenvalue(
 
     Notes
     -----
-    No eigenvalue solver and no tolerance: see :mod:`lure.analysis.numerics.exact_matrix` for what bounds the ranks from both sides.
+    No eigenvalue solver and no tolerance: see :mod:`lure.analysis.numerics.exact_matrix` for what bounds the ranks
+    from both sides.
     A dense double matrix takes a fraction of a second for ``n = 100`` and seconds for ``n = 400``; entries whose
     exponents differ by hundreds take longer.
 

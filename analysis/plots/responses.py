@@ -1,4 +1,4 @@
-"""The drawings of :mod:`lure.analysis.graphical`: a curve, the line or region of a sector, and the least distance seen."""
+"""The drawings of responses: a curve, the line or region of a sector, and the least distance seen."""
 
 from __future__ import annotations
 

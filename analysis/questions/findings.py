@@ -230,7 +230,8 @@ def _counterexamples(found: Findings, shared: _Shared) -> None:
     """Nonlinear members of the class, unless it is known that there are none of the kind looked for.
 
     In continuous time the laws tried for time-invariant classes are odd and of restricted slope (see
-    :func:`lure.analysis.counterexamples.oscillation.oscillation_witness`): none is unstable below what is proved of those.
+    :func:`lure.analysis.counterexamples.oscillation.oscillation_witness`): none is unstable below what is proved of
+    those.
     """
     asked = found.asked
     flow = isinstance(asked.block, RationalBlock) and asked.block.dt is None
@@ -253,7 +254,8 @@ def asked_row(rows: list[Largest], law_class: LawClass | None) -> Largest | None
 def decided(about: Subject, rows: list[Largest]) -> Conclusion:
     """What follows for the class asked about, without one for the row that reaches farthest.
 
-    Everything that the checker accepted of any row is tried; :func:`lure.analysis.questions.conclusion.conclusion_of` judges
+    Everything that the checker accepted of any row is tried; :func:`lure.analysis.questions.conclusion.conclusion_of`
+    judges
     whether it fits.
     """
     law_class, asked = about.law_class, asked_row(rows, about.law_class)

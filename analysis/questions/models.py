@@ -66,7 +66,7 @@ class Entry:
     def largest(self, block: RationalBlock, *, lower: Fraction, odd: bool) -> Answer:
         """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves."""
         module, function = self.place.split(":")
-        call = cast("Callable[..., Answer]", getattr(import_module(f"lure.analysis.theorems.{module}"), function))
+        call = cast("Callable[..., Answer]", getattr(import_module(f"lure.analysis.{module}"), function))
         if not self.odd:
             return call(block, lower=lower)
         found = call(block, lower=lower, odd=odd)
@@ -80,15 +80,22 @@ _BOTH: tuple[Time, ...] = ("continuous", "discrete")
 _FLOW, _MAP = _BOTH[:1], _BOTH[1:]
 _SLOPE = {"slope": True, "time_varying": False}
 CATALOGUE = (  # in each stage the cheapest first
-    Entry("hurwitz", _BOTH, slope=False, time_varying=False, place="hurwitz:hurwitz_largest"),
-    Entry("circle", _BOTH, slope=False, time_varying=True, place="circle:circle_largest"),
-    Entry("popov", _FLOW, slope=False, time_varying=False, place="popov:popov_largest"),
-    Entry("park", _FLOW, **_SLOPE, place="park:park_largest", stage=1),
-    Entry("off-axis-circle", _FLOW, **_SLOPE, place="off_axis:off_axis_largest", stage=1),
-    Entry("tsypkin", _MAP, **_SLOPE, place="tsypkin:tsypkin_largest", stage=1),
-    Entry("jury-lee", _MAP, **_SLOPE, place="jury_lee:jury_lee_largest", stage=1),
-    Entry("zames-falb", _FLOW, **_SLOPE, place="zames_falb:zames_falb_largest", stage=2, odd=True),
-    Entry("zames-falb", _MAP, **_SLOPE, place="zames_falb_discrete:zames_falb_discrete_largest", stage=2, odd=True),
+    Entry("hurwitz", _BOTH, slope=False, time_varying=False, place="inequality.gains:hurwitz_largest"),
+    Entry("circle", _BOTH, slope=False, time_varying=True, place="theorems.circle:circle_largest"),
+    Entry("popov", _FLOW, slope=False, time_varying=False, place="theorems.popov:popov_largest"),
+    Entry("park", _FLOW, **_SLOPE, place="theorems.park:park_largest", stage=1),
+    Entry("off-axis-circle", _FLOW, **_SLOPE, place="theorems.off_axis:off_axis_largest", stage=1),
+    Entry("tsypkin", _MAP, **_SLOPE, place="theorems.differences:tsypkin_largest", stage=1),
+    Entry("jury-lee", _MAP, **_SLOPE, place="theorems.differences:jury_lee_largest", stage=1),
+    Entry("zames-falb", _FLOW, **_SLOPE, place="theorems.zames_falb:zames_falb_largest", stage=2, odd=True),
+    Entry(
+        "zames-falb",
+        _MAP,
+        **_SLOPE,
+        place="theorems.zames_falb_discrete:zames_falb_discrete_largest",
+        stage=2,
+        odd=True,
+    ),
 )
 CRITERIA = tuple(dict.fromkeys(entry.name for entry in CATALOGUE))
 """The names of the criteria, to ask for one of them."""

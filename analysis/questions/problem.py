@@ -52,7 +52,8 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
     plant : object
         Anything :func:`lure.as_block` takes, or a named plant without a nonlinearity.
     nonlinearity : object
-        A law of :mod:`lure.nonlinearities` or any object with a sector, a formula as text, ``control.saturation_nonlinearity``,
+        A law of :mod:`lure.nonlinearities` or any object with a sector, a formula as text,
+        ``control.saturation_nonlinearity``,
         or what :func:`class_given` takes.
 
     Raises

@@ -38,7 +38,7 @@ def by_matrices(block: RationalBlock) -> StateSpaceBlock | None:
 
 
 def state_space_answer(block: StateSpaceBlock, name: str, lower: Fraction) -> Answer:
-    """What a criterion reaches in floating point, for :func:`lure.analysis.questions.certifying.proved_answer` to certify.
+    """What a criterion reaches in floating point, for :func:`.proved_answer` to certify.
 
     Parameters
     ----------

@@ -29,7 +29,8 @@ from lure.rod.upwind import UpwindScheme
 #     g = \frac{\sin\psi}{\omega T}, \quad \vartheta = \theta / T .
 #
 # ``psi`` runs over ``[0, N pi)``; three facts, proved in ``notebooks/notes/0004-popov-for-the-rod.md``, reduce every
-# question to ``[0, 2 pi]``: wherever ``F < vartheta`` (``vartheta >= 0``), ``F`` falls as ``r`` or ``1/omega`` grows (the
+# question to ``[0, 2 pi]``: wherever ``F < vartheta`` (``vartheta >= 0``), ``F`` falls as ``r`` or ``1/omega`` grows
+# (the
 # latter for ``a sin psi <= 0``), and flipping the sign of a positive ``a sin psi`` lowers it.
 
 RELATIVE_WIDTH = "1e-10"
@@ -219,7 +220,8 @@ def rod_popov_criterion(
     *Scheme.* If ``m > 0``, for every time-invariant locally Lipschitz ``phi`` in the sector every solution is bounded
     and converges to a point of ``{waves at rest, phi(z) = 0}`` [1]_, [2]_; that is asymptotic stability of the origin
     only if ``phi`` vanishes at 0 alone.  *Rod.* The verdict about the rod is that of
-    :func:`lure.analysis.rod.conclusion.conclusion`, from an energy theorem; with ``theta >= 0`` the inequality is a second proof
+    :func:`lure.analysis.rod.conclusion.conclusion`, from an energy theorem; with ``theta >= 0`` the inequality is a
+    second proof
     of it (note 11), which nothing here rests on.
 
     If ``m <= 0`` nothing follows: the criterion is sufficient, not necessary.
@@ -249,7 +251,8 @@ def rod_popov_criterion(
     Notes
     -----
     Closed form in python-flint balls; branch and bound on one period of the phase, no grid.  Cost independent of ``N``.
-    Parameters mean the exact numbers of :attr:`lure.rod.parameters.Rod.exact`.  Negative ``theta``, legal for finite ``k``, is not
+    Parameters mean the exact numbers of :attr:`lure.rod.parameters.Rod.exact`.  Negative ``theta``, legal for finite
+    ``k``, is not
     offered: some ``theta > 0`` serves every ``k`` here.
 
     References

@@ -18,7 +18,8 @@ def rod_largest(block: UpwindScheme | RodBlock, name: str) -> Answer:
     """The largest sector ``[0, k]`` of Popov's or the circle criterion for the rod or its scheme.
 
     For the rod itself the answer is INCONCLUSIVE whatever the inequality reaches: the verdict about the partial
-    differential equation rests on the energy theorem, see :func:`lure.analysis.rod.conclusion.conclusion`.  That the inequality
+    differential equation rests on the energy theorem, see :func:`lure.analysis.rod.conclusion.conclusion`.  That the
+    inequality
     would suffice too is proved in note 11, and not used here.
 
     Parameters

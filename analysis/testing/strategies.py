@@ -41,7 +41,8 @@ from lure.nonlinearities import Cubic, DeadZone, ExpressionLaw, Law, PiecewiseLi
 class HystereticLaw:
     """``phi = rising(sigma)`` after ``sigma`` has grown, ``falling(sigma)`` after it has fallen.
 
-    Not a law of :mod:`lure.nonlinearities`, which have no memory; what covers it is a theorem for the sector alone, without
+    Not a law of :mod:`lure.nonlinearities`, which have no memory; what covers it is a theorem for the sector alone,
+    without
     time-invariance, such as the circle criterion.
 
     Attributes

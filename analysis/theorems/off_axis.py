@@ -47,7 +47,8 @@ def off_axis_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
     Returns
     -------
     Answer
-        ``largest``: both ends certified, as by :func:`lure.analysis.theorems.popov.popov_largest`, here with polynomials in
+        ``largest``: both ends certified, as by :func:`lure.analysis.theorems.popov.popov_largest`, here with
+        polynomials in
         ``omega``.  ``parameters``: ``alpha``; infinite where each finite ``k`` needs a larger one.
 
     Raises

@@ -30,7 +30,8 @@ from lure.plants.rational import RationalBlock
 
 # The best multiplier ``1 + theta s - tau s^2``: bisection in ``tau`` on exact cutting planes in ``theta``.
 #
-# For fixed ``tau`` the inequality is ``(U + theta W/(1 + tau x))/D > -1/k``, as in Popov's.  Its support, points ``x_i``
+# For fixed ``tau`` the inequality is ``(U + theta W/(1 + tau x))/D > -1/k``, as in Popov's.  Its support, points
+# ``x_i``
 # with weights ``l_i`` such that ``sum l_i W/D = 0``, says more: no ``theta`` and ``tau`` exceed the level ``m`` unless
 # ``S_0 + tau S_1 > 0``, ``S_j = sum l_i x_i^j (U/D - m)``.  So it tells on which side of ``tau`` to go on, and two
 # supports with opposite answers bound the criterion's reach from above.

@@ -129,7 +129,7 @@ def _law_class(table: ClassTable) -> LawClass:
 
 def plant_template() -> str:
     """The commented TOML file of a plant to start from."""
-    return files("lure").joinpath("templates/plant.toml").read_text(encoding="utf-8")
+    return files("lure").joinpath("files", "plant.toml").read_text(encoding="utf-8")
 
 
 def loop_tables(system: LoopSystem) -> dict[str, object]:

@@ -168,8 +168,10 @@ VARIABLE = "sigma"
 class ExpressionLaw:
     r"""``phi(sigma)`` as text, read by the whitelist parser; the author may vouch for its sector and slope.
 
-    What is declared stays declared: :func:`lure.nonlinearities.properties` calls it checked only for a formula that is piecewise
-    linear, which is recognised exactly; :func:`lure.nonlinearities.check_declared` looks for a point that contradicts it.
+    What is declared stays declared: :func:`lure.nonlinearities.properties` calls it checked only for a formula that
+    is piecewise
+    linear, which is recognised exactly; :func:`lure.nonlinearities.check_declared` looks for a point that contradicts
+    it.
 
     Parameters
     ----------
@@ -177,7 +179,8 @@ class ExpressionLaw:
         The formula, e.g. ``"min(max(2*sigma, -1), 1)"``; see :class:`lure.expressions.Expression`.
     sector : Sector or None
         Declared sector; None declares nothing: of a piecewise linear formula the sector, slope bounds and oddness are
-        then those of its graph, of any other the sector is ``[-inf, inf]`` here, and :func:`lure.analysis.analyse` takes
+        then those of its graph, of any other the sector is ``[-inf, inf]`` here, and :func:`lure.analysis.analyse`
+        takes
         the one it certifies.
     slope_bounds : SlopeBounds or None
         Declared slope bounds, None for none.

@@ -254,7 +254,7 @@ _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?(e[+-]?\d+)?", re.ASCII)
 
 def template() -> str:
     """The commented TOML file that ``lure init`` writes: the paper's rod."""
-    return files("lure").joinpath("templates/rod.toml").read_text(encoding="utf-8")
+    return files("lure").joinpath("rod", "rod.toml").read_text(encoding="utf-8")
 
 
 def system_tables(system: RodSystem) -> dict[str, object]:

@@ -58,8 +58,8 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and five setting
     until : float
         End of the run [s].
     method : str
-        ``"exact"``: :func:`lure.analysis.rod.simulation.simulate`, without a time step, for at most 1000 cells; for more, and
-        for long runs, :func:`lure.rod.structured.structured_motion`, which takes no loads and tells no energy.
+        ``"exact"``: :func:`lure.analysis.rod.simulation.simulate`, without a time step, for at most 1000 cells; for
+        more, and for long runs, :func:`.structured_motion`, which takes no loads and tells no energy.
         ``"RK45"``, ``"DOP853"`` (explicit), ``"Radau"``, ``"BDF"`` (implicit), ``"LSODA"`` (either): scipy.
         ``"CVODE"`` (BDF), ``"CVODE-Adams"``: SUNDIALS through scikit-sundae, the extra ``lure[cvode]``.
     rtol : float

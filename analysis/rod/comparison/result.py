@@ -118,7 +118,7 @@ class Row:
 @by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Comparison:
-    """The exact motion of a rod and what approximations make of it; make one with :func:`lure.analysis.rod.comparison.compare`.
+    """The exact motion of a rod and what approximations make of it; made by :func:`.compare`.
 
     Attributes
     ----------

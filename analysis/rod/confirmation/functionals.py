@@ -93,7 +93,8 @@ def rod_zeta(track: Track, t: ArrayLike) -> Array:
     .. math:: \zeta' = -\frac{A}{k}\,p(z) + \frac{g}{k} + \frac1k \int_0^L f\,dx .
 
     So without loads it is constant in free flight, falls by the impulse over ``k`` in a contact, and for ``k > 0`` and
-    ``p >= 0`` never increases.  It is the limit for ``N -> inf`` of :func:`lure.analysis.rod.energy.deflated_coordinate`, whose
+    ``p >= 0`` never increases.  It is the limit for ``N -> inf`` of
+    :func:`lure.analysis.rod.energy.deflated_coordinate`, whose
     sums over cells of length ``L/N`` are Riemann sums of the integral above.
 
     Parameters

@@ -49,9 +49,9 @@ def paper_page(table: PaperTable, drawn: list[tuple[PaperFigure, Picture]]) -> s
     """
     from jinja2 import Environment, StrictUndefined
 
-    here = resources.files("analysis")
+    here = resources.files("lure.analysis")
     style = here.joinpath("report", "style.css").read_text("utf-8")
-    template = here.joinpath("reproduce", "paper.html.j2").read_text("utf-8")
+    template = here.joinpath("rod", "paper", "paper.html.j2").read_text("utf-8")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     peaks = [
         (title, [table.peak(figure, variant) for figure in FORCED])

@@ -27,7 +27,8 @@ def sampled_scheme(
 ) -> SampledRun:
     """Event-exact motion of the scheme.
 
-    By :func:`lure.analysis.rod.simulation.simulate`, or by :func:`lure.rod.structured.structured_motion` where that would take
+    By :func:`lure.analysis.rod.simulation.simulate`, or by :func:`lure.rod.structured.structured_motion` where that
+    would take
     minutes: above 1000 cells, and for long runs of many cells.  The
     latter tells the end ``x = L`` only, and no energy.
 

@@ -40,7 +40,8 @@ def simulate(  # noqa: PLR0913  (what, from where, and four keyword-only setting
     r"""Motion of the closed loop ``y' = A y + b1 mu + b2 g + f``-terms, ``mu = -p(z)``, from the initial data.
 
     In free flight, and in contact with a linear law, there is no error of time stepping: the motion is the Poisson
-    average of a shift register (:mod:`lure.analysis.rod.simulation.poisson`).  Contact with another law, or one stiffer than
+    average of a shift register (:mod:`lure.analysis.rod.simulation.poisson`).  Contact with another law, or one
+    stiffer than
     about two cells of rod, is collocated to ``tolerance``.  Beginning and end of contact are located as events that
     cannot be missed above rounding (:mod:`lure.analysis.rod.simulation.certify`).
 

@@ -57,7 +57,7 @@ def _options(found: type) -> list[str]:
     call = vars(found).get("__call__")
     if call is not None and call.__doc__:
         options.append("   :special-members: __call__")
-    if any((home(base) or "").startswith(("lure.", "analysis.")) for base in found.__bases__):
+    if any((home(base) or "").startswith("lure.") for base in found.__bases__):
         options.append("   :show-inheritance:")
     return options
 

@@ -2,7 +2,8 @@
 
 A panel reaches over up to 16 round trips if the load is made of sines, cosines, sums and products, which 29 points show
 as they are; of other formulas (a pulse ``exp(-t**2)`` may hide between points) a panel reaches over one round trip at
-most, as in :meth:`lure.rod.motion.sources.Sources.loads`.  What a block of 16 round trips needs does not depend on how many
+most, as in :meth:`lure.rod.motion.sources.Sources.loads`.  What a block of 16 round trips needs does not depend on
+how many
 blocks are asked for at once.
 """
 

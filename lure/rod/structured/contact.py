@@ -23,8 +23,10 @@ from lure.rod.structured.ring import Mean, Ring, parted, poisson_weights, window
 # .. math:: z_{n+1} = (1 - \kappa) z_n + F_n, \qquad \text{entering the backward wave: } F_n - 2 \kappa z_n, \qquad
 #     \text{entering the forward wave: } f B_n + 2 b g_n,
 #
-# where what leaves the waves, ``F_n`` and ``B_n``, is known ``N`` steps ahead.  The motion is the Poisson average of the
-# register as in free flight.  In contact its fastest alternations grow by up to ``(2 + kappa)/(2 - kappa)`` a round trip,
+# where what leaves the waves, ``F_n`` and ``B_n``, is known ``N`` steps ahead.  The motion is the Poisson average of
+# the
+# register as in free flight.  In contact its fastest alternations grow by up to ``(2 + kappa)/(2 - kappa)`` a round
+# trip,
 # which the average takes away again and rounding remembers: hence stretches of limited length, and cells enough for a
 # small ``kappa``.
 

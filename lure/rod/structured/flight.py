@@ -176,7 +176,8 @@ def _kept(terms: Mapping[tuple[complex, int], complex]) -> Sum | None:
 
 # A force at ``x = 0`` as what enters a shift register.
 #
-# The Poisson average of ``n (n-1) .. (n-k+1) (1 + lambda)^{n-k}`` is ``tau^k e^{lambda tau}``.  So a force that is a sum
+# The Poisson average of ``n (n-1) .. (n-k+1) (1 + lambda)^{n-k}`` is ``tau^k e^{lambda tau}``.  So a force that is a
+# sum
 # of such terms, with ``lambda`` in units of ``s``, is a sequence ``g_n``, and the register that takes in ``2 b g_n`` at
 # its ``n``-th step has the forced motion of the scheme as its average: no fit and no step, as without a force.
 

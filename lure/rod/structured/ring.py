@@ -160,7 +160,8 @@ def _stirling(n: Array) -> Array:
 # .. math:: e^{\tau(\omega - 1)} = e^{\tau (|\omega| \cos\theta - 1)}\; e^{i n \theta}\;
 #     e^{i [(\tau - n)\theta + \tau(|\omega| - 1) \sin\theta + \tau(\sin\theta - \theta)]},
 #
-# where ``n theta`` is a whole number of parts of a turn, reduced exactly, and the bracket is small for every mode that is
+# where ``n theta`` is a whole number of parts of a turn, reduced exactly, and the bracket is small for every mode
+# that is
 # not yet damped away.
 
 Complex: TypeAlias = NDArray[np.complex128]
