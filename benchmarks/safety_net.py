@@ -34,10 +34,7 @@ from typing import Any
 from net.cases import Case, builtin_cases, random_case
 from net.ranking import compare
 
-try:
-    from lure.analysis.cli import main as command
-except ImportError:
-    from lure.analysis.cli import main as command
+from lure.analysis.cli import main as command
 
 TABLE = Path(__file__).parent / "published" / "table.py"
 ROW = re.compile(r"(.+?  +(?:(refuted)|\S+)(?: +(?:odd|theta>=0))?) +(\S+) +\S+ +\S+  (\w+) +[\d.]+(?:  (SHORT))?$")

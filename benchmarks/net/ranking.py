@@ -11,6 +11,7 @@ from net.cases import Case
 
 RANKS = {"a": "VERDICT CHANGED", "b": "WORSE", "c": "better", "d": "new key", "e": "other"}
 TIMED = {"seconds", "cpu_seconds", "cost", "date", "versions", "source", "lure_version", "file", "inputs_sha256"}
+TIMED |= {"method_compiled"}  # the engine of the rod is compiled once enough was asked of the process
 VERDICTS = {"verdict", "status", "result", "attracts"}
 BRACKETS = {"largest", "hurwitz", "bracket"}
 EVIDENCE = ("observed", "computed", "certified")
