@@ -7,7 +7,11 @@ from fractions import Fraction
 import pytest
 from flint import arb
 
+from lure import SlopeBounds
+from lure.analysis.nonlinearity import law_bounds
 from lure.analysis.nonlinearity.expansion import Stretch, Unsettled, arb_of, expanded, reach
+from lure.analysis.nonlinearity.extremes import Candidate, Cover
+from lure.analysis.nonlinearity.hull import hull, tightened
 from lure.analysis.nonlinearity.jets import Span, jet, over_sigma, values_by_branch
 from lure.analysis.nonlinearity.pieces import difference_vanishes
 from lure.analysis.numerics.precision import working_precision
@@ -189,3 +193,60 @@ def test_constants_that_cancel_are_seen(text, x, vanishes):
     assert difference_vanishes(tree, nothing, Fraction(x)) is vanishes
     value = enclosure(tree, {"sigma": ball(Fraction(x))})
     assert (value.is_finite() and bool(abs(value) < 1e-10)) is vanishes
+
+
+@pytest.mark.parametrize(("name", "tree"), TREES, ids=NAMES)
+def test_a_hull_holds_every_value_between_its_ends(name, tree):
+    source = random.Random(name)
+    with working_precision(BITS):
+        for _ in range(12):
+            low, high = sorted(Fraction(source.randint(-6000, 6000), 1000) for _ in range(2))
+            low = source.choice([low, min(high, Fraction(0))])
+            within = hull(tree, *source.choice([(low, high), (-math.inf, high), (low, math.inf)]))
+            for _ in range(4):
+                truth = enclosure(tree, {"sigma": ball(low + (high - low) * Fraction(source.randint(0, 100), 100))})
+                assert not truth < exactly(within[0])
+                assert not truth > exactly(within[1])
+
+
+@pytest.mark.parametrize(
+    ("text", "low", "high"),
+    [
+        ("1 + sin(5*sigma)", 0, 2),
+        ("-(2 - cos(sigma)/3)", Fraction(-7, 3), Fraction(-5, 3)),
+        ("1 - tanh(abs(sigma))**2", 0, 1),
+        ("exp(-sigma**2)*sin(sigma)", -1, 1),
+        ("(sigma**2 + 2)**-1", 0, Fraction(1, 2)),
+        ("3/(2 + sin(sigma))", 1, 3),
+        ("1/sigma", -math.inf, math.inf),
+        ("exp(sigma)*sign(sigma)", -math.inf, math.inf),
+        ("where(sigma > 1, 3, cos(sigma))", -1, 3),
+        ("max(abs(sigma), 1)", 1, math.inf),
+        ("atan(sigma)", -2, 2),
+        ("pi*sin(sigma)", -4, 4),
+        ("log(2 + abs(sigma))", -math.inf, math.inf),
+        ("sqrt(4 + abs(sigma))", 0, math.inf),
+        ("abs(sigma)**1.5", 0, math.inf),
+        ("((((1e100 + abs(sin(sigma)))**32)**32)**32)**2", 0, math.inf),  # too long, and rounded outwards
+    ],
+)
+def test_a_hull_is_read_off_the_formula(text, low, high):
+    assert hull(Expression.parse(text, variables=("sigma",)).tree, -math.inf, math.inf) == (low, high)
+
+
+def test_bounds_that_hold_by_the_formula_are_free_of_rounding():
+    # phi/sigma = 1 + sin(5 sigma); phi' = 1 + sin(sigma) of the other
+    found = law_bounds("sigma*(1 + sin(5*sigma))")
+    assert (found.sector_lower.outer, found.sector_upper.outer) == (0, 2)
+    assert str(found.sector) == "[0, 2]"
+    assert "sector [0, 2]" in str(found)
+    assert 0 <= found.sector_lower.inner < Fraction(1, 10**40)  # a point where it is taken is irrational
+    assert law_bounds("sigma - cos(sigma) + 1").slope == SlopeBounds(0, 2)
+
+
+def test_a_hull_makes_no_bound_where_none_was_shown():
+    covers = [Cover(low=-math.inf, high=Fraction(3))]
+    values = [Candidate(value=(Fraction(-1), Fraction(1)), place=Fraction(1), inside=True)]
+    found, kept = tightened(values, covers, (Fraction(0), Fraction(2)))
+    assert kept == [Cover(low=-math.inf, high=Fraction(2))]
+    assert found[0].value == (0, 1)

@@ -10,6 +10,7 @@ from typing import Any
 
 from lure.analysis.nonlinearity import sampled as blackbox
 from lure.analysis.nonlinearity.extremes import BITS, Candidate, Cover, End, largest, least
+from lure.analysis.nonlinearity.hull import hull, tightened
 from lure.analysis.nonlinearity.jets import over_sigma, value_at
 from lure.analysis.nonlinearity.known import Known, Value, domain, jumps_possible, known_law
 from lure.analysis.nonlinearity.pieces import Piece, difference_vanishes
@@ -37,7 +38,8 @@ def over_pieces(known: Known, *, chords: bool, effort: Effort | None = None) -> 
             found += candidates(quotient, piece.low, piece.high)
     for piece in known.pieces:
         if piece.ratio is None:
-            more, rest = extremes(_chord_target(piece) if chords else _slope_target(piece), found, effort)
+            target = _chord_target(piece) if chords else _slope_target(piece)
+            more, rest = tightened(*extremes(target, found, effort), hull(target.tree, piece.low, piece.high))
             found += more
             covers += rest
     return found, covers
