@@ -51,12 +51,19 @@ def tightened(found: list[Candidate], covers: list[Cover], within: Hull) -> tupl
     """
     low, high = within
 
-    def inside(value: Bound) -> Bound:
+    def inside(value: Fraction) -> Fraction:
         """The value, moved to the nearer bound from beyond it."""
-        return min(max(value, low), high) if isinstance(value, Fraction) else value
+        above = max(value, low) if isinstance(low, Fraction) else value
+        return min(above, high) if isinstance(high, Fraction) else above
 
-    enclosed = [replace(c, value=(inside(c.low), inside(c.high))) if isinstance(c.value, tuple) else c for c in found]
-    return enclosed, [Cover(low=inside(c.low), high=inside(c.high)) for c in covers]
+    def end(value: Bound) -> Bound:
+        """The end of a cover, likewise."""
+        return inside(value) if isinstance(value, Fraction) else value
+
+    values = [
+        replace(c, value=(inside(c.value[0]), inside(c.value[1]))) if isinstance(c.value, tuple) else c for c in found
+    ]
+    return values, [Cover(low=end(c.low), high=end(c.high)) for c in covers]
 
 
 def _joined(nodes: tuple[Node, ...], low: End, high: End) -> Hull:
