@@ -4,7 +4,7 @@ Textbook plants of order 1 to 8, servos, integrators, dead times, sampled loops,
 with several nonlinearities and classes, each plant in one of the forms that people bring.  Every loop goes through
 ``report``, ``analyse``, ``certify``, ``verify`` and ``verify --second``, and through ``analyse`` of Python objects.
 Fails where a command ends with a status other than 0, 10 or 11 (1 is a bug, or a contradiction between proof and
-simulation), where two of them disagree, or where a checker refuses what was written.
+simulation), where two of them disagree, where a checker refuses what was written, or where numpy warns of a number.
 
 ``python benchmarks/everyday_loops.py --part 1/20`` runs every twentieth loop, and ``NAME ...`` those named.
 """
@@ -19,6 +19,7 @@ import sys
 import tempfile
 import time
 import tomllib
+import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -257,12 +258,12 @@ def watched(loop: Everyday) -> tuple[list[str], str, float]:
     ours, theirs = multiprocessing.get_context("fork").Pipe(duplex=False)
 
     def work() -> None:
-        import warnings
-
-        warnings.simplefilter("ignore")
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings(record=True) as given:
+            warnings.simplefilter("ignore")
+            warnings.simplefilter("always", RuntimeWarning)
             try:
-                theirs.send(faults(loop, Path(folder)))
+                found, verdict = faults(loop, Path(folder))
+                theirs.send(([*found, *(f"{each.filename}: {each.message}" for each in given)], verdict))
             except BaseException as error:  # what a loop raises is what is looked for
                 theirs.send(([f"{type(error).__name__}: {error}"], "none"))
 
@@ -285,6 +286,8 @@ def main() -> int:
     first, step = map(int, chosen.part.split("/"))
     every = [loop for loop in loops() if not chosen.names or loop.name in chosen.names][first - 1 :: step]
     wrong, verdicts, start = 0, Counter(), time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        faults(next(loops()), Path(folder))  # what it imports is there in the processes of the others
     for loop in every:
         found, verdict, seconds = watched(loop)
         wrong += bool(found)

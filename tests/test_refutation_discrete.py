@@ -26,7 +26,11 @@ from lure.analysis.counterexamples.orbit import (
     steady_state,
     verify_periodic_discrete,
 )
-from lure.analysis.counterexamples.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
+from lure.analysis.counterexamples.periodic_discrete import (
+    periodic_witness_discrete,
+    proposals,
+    sector_witness_discrete,
+)
 from lure.analysis.counterexamples.switched import switched_witness_discrete
 from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.numerics.doubles import rounded_up
@@ -320,3 +324,11 @@ def test_rounding_up_is_the_least_double_not_below(value):
 def test_steady_state_satisfies_the_difference_equation_by_convolution():
     # H = 1/(z - 1/2): impulse response (1/2)^(t-1), so that u = (1, 0) repeated gives sigma = (2/3, 4/3)
     assert steady_state(RationalBlock([1], [1, F(-1, 2)], 1), [F(1), F(0)]) == [F(2, 3), F(4, 3)]
+
+
+# The games of (1 + 1/z + 1/z^2 + 1/z^3)/4 are degenerate, and rounding leaves one of them without a row to exchange.
+# With the gain 4 the poles are fifth roots of unity; every orbit proposed has to have a smaller one.
+def test_degenerate_games_give_no_warning_and_nothing_by_rounding_alone():
+    block = RationalBlock([F(1, 4)] * 4, [1, 0, 0, 0, 0], dt=1)
+    found = proposals(block, ("sector",), 4.0, tuple(range(1, 25)))
+    assert all(1 / proposal.reach < 4 for proposal in found)

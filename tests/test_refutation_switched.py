@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from lure.analysis.counterexamples.linear import companion, doubles
+from lure.analysis.counterexamples.linear import Exponential, companion, doubles
 from lure.analysis.counterexamples.switched import growing, switched_witness
+from lure.analysis.counterexamples.switching_search import SwitchingSearch
 from lure.analysis.verdict import Evidence
 from lure.plants.rational import RationalBlock
 
@@ -97,6 +98,26 @@ def test_overflow_in_the_search_is_survived(top, bottom):
     block = RationalBlock(top, bottom)
     witness = switched_witness(block)
     assert witness is None or multiplier(block, witness) > 1
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [[[0, 1], [-2, -0.3]], [[0, 1], [0, 0]], [[0, 1, 0], [0, 0, 1], [0, -5, -1e-9]]],
+    ids=["complex poles", "no basis of eigenvectors", "a pole at 0"],
+)
+def test_exponentials_are_those_of_scipy(matrix):
+    matrix, times = np.array(matrix, dtype=float), np.array([1e-20, 0.3, 4.0])
+    exponential = Exponential(matrix)
+    assert exponential.over(times) == pytest.approx(np.array([expm(matrix * t) for t in times]), abs=1e-12)
+    assert exponential.over(0.3) == pytest.approx(expm(matrix * 0.3), abs=1e-12)
+    assert np.abs(exponential.over(1e-20) - np.eye(len(matrix))).max() < 1e-19  # and not merely 1e-16
+
+
+# With a pole at 0 the spectral radius is 1 and its logarithm is rounding, which over 1e-20 s would be fast growth.
+def test_rounding_over_short_periods_is_no_growth():
+    search = SwitchingSearch(companion(RationalBlock([2500], [1, 50, 0])), F(0), 1.0, 0.0, math.inf)
+    assert search.growth(np.full(2, 1e-20), 1.3) == 0
+    assert search.growth(np.array([0.622, 0.0223]), 3.1) > 0
 
 
 def test_a_lower_gain_is_the_loop_shifted():

@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 from flint import arb_mat
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import eigvals
+from scipy.linalg import eigvals, expm
 
 from lure.analysis.inequality.gains import GainEnd, gain_ends, is_stable_gain, simplest_between
 from lure.analysis.inequality.hamiltonian import HamiltonianFamily
@@ -28,6 +28,8 @@ from lure.plants.realisation import companion as companion
 from lure.plants.state_space import StateSpaceBlock
 
 # Exact state equations from a block or from matrices, and their entries as doubles and as balls.
+
+_CONDITION = 1e6  # of eigenvectors; above it ``exp(A t)`` is computed without them
 
 
 def realisation(block: RationalBlock | tuple[ArrayLike, ArrayLike, ArrayLike]) -> Realisation:
@@ -65,6 +67,33 @@ def doubles(rows: Sequence[Row]) -> NDArray[np.float64]:
 def balls(rows: Sequence[Sequence[Fraction]]) -> arb_mat:
     """Exact rows as balls, as narrow as the working precision allows."""
     return arb_mat([[ball(value) for value in row] for row in rows])
+
+
+class Exponential:
+    """``exp(A t) = I + V (exp(D t) - 1) V^-1`` for many times, in doubles; without ``V`` where it is ill-conditioned.
+
+    Parameters
+    ----------
+    matrix : ndarray
+        ``A = V D V^-1``, (n, n).
+
+    Notes
+    -----
+    For short times it is near ``I`` to full relative precision: ``V exp(D t) V^-1`` is not, and would seem to grow.
+    """
+
+    def __init__(self, matrix: NDArray[np.float64]) -> None:
+        self.matrix = matrix
+        self.values, self.right = np.linalg.eig(matrix)
+        self.left = np.linalg.inv(self.right) if np.linalg.cond(self.right) < _CONDITION else None
+
+    def over(self, times: ArrayLike) -> NDArray[np.float64]:
+        """``exp(A t)`` of one time, (n, n); of an array of times, a stack of them."""
+        t = np.asarray(times, dtype=float)[..., None, None]
+        if self.left is None:
+            return np.asarray(expm(self.matrix * t))
+        change = (self.right * np.expm1(t * self.values)) @ self.left
+        return np.asarray(np.eye(len(self.matrix)) + change.real)
 
 
 # Linear gains that destabilise: members of every class of laws.

@@ -109,6 +109,8 @@ def neighbours(values: Floats, family: Family) -> Floats:
     return np.array(found)
 
 
+Places = NDArray[np.intp]
+
 _TINY = 1e-11
 _CHUNK = 1 << 22  # entries of a stack of games worked on at a time
 
@@ -177,29 +179,40 @@ def _solve(games: Floats) -> tuple[Floats, Floats]:
             tableau, in_row, in_column, column, alive = (
                 held[~ended] for held in (tableau, in_row, in_column, column, alive)
             )
+        row, bounded = _tightest(tableau, column)
+        if not bounded.all():  # by rounding: the programs themselves are
+            tableau, in_row, in_column, column, alive, row = (
+                held[bounded] for held in (tableau, in_row, in_column, column, alive, row)
+            )
         if not len(alive):
             break
-        _pivot(tableau, in_row, in_column, column)
+        _pivot(tableau, row, column)
+        every = np.arange(len(alive))
+        in_row[every, row], in_column[every, column] = in_column[every, column], in_row[every, row]
     return value, mixture
 
 
-def _duals(costs: Floats, labels: NDArray[np.intp], n: int) -> Floats:
+def _duals(costs: Floats, labels: Places, n: int) -> Floats:
     found = np.zeros((len(costs), 2 * n))
     np.put_along_axis(found, labels, np.maximum(costs, 0), axis=1)
     return found[:, n:]
 
 
-def _pivot(tableau: Floats, in_row: NDArray[np.intp], in_column: NDArray[np.intp], column: NDArray[np.intp]) -> None:
-    """One exchange in every tableau, in place: ``column`` enters, the tightest row leaves."""
-    n, every = tableau.shape[1] - 1, np.arange(len(tableau))
-    entering = tableau[every, :, column]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(entering[:, :n] > _TINY, tableau[:, :n, n] / entering[:, :n], np.inf)
-    row = ratio.argmin(axis=1)
-    pivot = entering[every, row]
+def _tightest(tableau: Floats, column: Places) -> tuple[Places, NDArray[np.bool_]]:
+    """The row that leaves where ``column`` enters, and whether there is one."""
+    n = tableau.shape[1] - 1
+    entering = tableau[np.arange(len(tableau)), :n, column]
+    some = entering > _TINY
+    ratio = np.where(some, tableau[:, :n, n] / np.where(some, entering, 1.0), np.inf)
+    return ratio.argmin(axis=1), some.any(axis=1)
+
+
+def _pivot(tableau: Floats, row: Places, column: Places) -> None:
+    """One exchange in every tableau, in place: ``column`` enters, ``row`` leaves."""
+    every = np.arange(len(tableau))
+    entering, pivot = tableau[every, :, column], tableau[every, row, column]
     leaving = tableau[every, row] / pivot[:, None]
     tableau -= entering[:, :, None] * leaving[:, None, :]
     tableau[every, row] = leaving
     tableau[every, :, column] = -entering / pivot[:, None]
     tableau[every, row, column] = 1 / pivot
-    in_row[every, row], in_column[every, column] = in_column[every, column], in_row[every, row]

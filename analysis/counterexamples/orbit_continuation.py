@@ -10,9 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
-from lure.analysis.counterexamples.linear import doubles
+from lure.analysis.counterexamples.linear import Exponential, doubles
 from lure.analysis.counterexamples.piecewise import PiecewiseLoop
 from lure.analysis.counterexamples.validated import Itinerary
 from lure.analysis.deadline import checkpoint
@@ -121,8 +120,8 @@ class Shooting:
         self.n = loop.system.order
         self.sign = -1 if orbit.half else 1
         self.row = np.array([*(float(v) for v in loop.system.c), 0.0])
-        kinds = {p: doubles(loop.generators[p]) for p in set(orbit.pieces)}
-        self.generators = [kinds[p] for p in orbit.pieces]
+        kinds = {p: Exponential(doubles(loop.generators[p])) for p in set(orbit.pieces)}
+        self.flows = [kinds[p] for p in orbit.pieces]
         closing = loop.mirrored(orbit.pieces[0]) if orbit.half else orbit.pieces[0]
         following = (*orbit.pieces[1:], closing)
         exits = [float(loop.levels[min(p, q)]) for p, q in zip(orbit.pieces, following, strict=True)]
@@ -140,11 +139,11 @@ class Shooting:
         change = np.zeros((n + 1, n + m))
         change[:n, :n] = np.eye(n)
         misses, jacobian = np.empty(n + m), np.empty((n + m, n + m))
-        for i, (G, t) in enumerate(zip(self.generators, times, strict=True)):
+        for i, (flow, t) in enumerate(zip(self.flows, times, strict=True)):
             misses[n + i], jacobian[n + i] = self.row @ state - self.entries[i], self.row @ change
-            step = expm(G * t)
+            step = flow.over(t)
             state, change = step @ state, step @ change
-            change[:, n + i] = G @ state
+            change[:, n + i] = flow.matrix @ state
         misses[:n] = state[:n] - self.sign * unknowns[:n]
         jacobian[:n] = change[:n]
         jacobian[:n, :n] -= self.sign * np.eye(n)
@@ -153,10 +152,10 @@ class Shooting:
     def on_its_pieces(self, unknowns: Reals) -> bool:
         """Whether ``y`` is inside the piece at samples of every stay."""
         state = np.append(unknowns[: self.n], 1.0)
-        for G, t, (low, high) in zip(self.generators, unknowns[self.n :], self.bounds, strict=True):
-            rate = float(np.abs(G).sum(axis=1).max())
+        for flow, t, (low, high) in zip(self.flows, unknowns[self.n :], self.bounds, strict=True):
+            rate = float(np.abs(flow.matrix).sum(axis=1).max())
             count = int(min(400, max(12, 6 * rate * t)))
-            step = expm(G * (t / count))
+            step = flow.over(t / count)
             for i in range(count):
                 state = step @ state
                 y = float(self.row @ state)

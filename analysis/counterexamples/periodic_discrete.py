@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from flint import fmpq, fmpq_mat
@@ -165,6 +166,7 @@ def _null_vector(matrix: fmpq_mat, eigenvalue: fmpq) -> list[fmpq] | None:
 
 
 PERIODS = range(1, 29)
+SECTOR_PERIODS = range(1, 25)
 _GAIN = 1e-9  # relative: a smaller improvement is none
 _CLIMBS = 30
 _RISES = 60  # of the floor of one batch: near the best reach they may become ever smaller
@@ -249,7 +251,7 @@ def periodic_witness_discrete(
 
 
 def sector_witness_discrete(
-    block: RationalBlock, *, odd: bool = False, lower: Fraction = Fraction(0), periods: Iterable[int] = range(1, 25)
+    block: RationalBlock, *, odd: bool = False, lower: Fraction = Fraction(0), periods: Iterable[int] = SECTOR_PERIODS
 ) -> Witness | None:
     r"""A time-invariant law in the sector ``[lower, k]`` with a periodic orbit, for the smallest ``k`` found.
 
@@ -291,7 +293,7 @@ def _search(
         return None
     start = searched_lower(block, lower, linear)
     top = np.inf if linear is None else linear.k
-    for proposal in proposals(shifted_block(block, start), families, top - float(start), periods):
+    for proposal in proposals(shifted_block(block, start), families, top - float(start), tuple(periods)):
         witness = exact_orbit(block, start, proposal, odd=odd)
         if witness is not None:
             return witness
@@ -306,9 +308,10 @@ def searched_lower(block: RationalBlock, lower: Fraction, linear: Witness | None
     return lower + Fraction(2) ** (math.floor(math.log2(width)) - 20)
 
 
+@lru_cache(maxsize=64)
 def proposals(
-    block: RationalBlock, families: tuple[Family, ...], width: float, periods: Iterable[int]
-) -> list[Proposal]:
+    block: RationalBlock, families: tuple[Family, ...], width: float, periods: tuple[int, ...]
+) -> tuple[Proposal, ...]:
     """Orbits for the lower bound zero, of ``k`` below ``width``, smallest ``k`` first; in floating point.
 
     Those of the family ``sector`` belong to a law that may vary with time.
@@ -328,7 +331,7 @@ def proposals(
             floor *= 1 + _GAIN
             better = None if room.excluded(floor) else _best_pattern(room, floor)
             found += [] if better is None else [better]
-    return found[::-1]
+    return tuple(found[::-1])
 
 
 def _rooms(block: RationalBlock, families: tuple[Family, ...], p: int) -> list[_Room]:
@@ -416,6 +419,8 @@ def _reach(room: _Room, values: Floats, floor: float) -> Proposal | None:
             used = mixtures > 1e-9
             gain = np.where(used, image / np.where(used, mixtures, 1.0), np.inf).min(axis=1)
             place = int(gain.argmax())
+            if gain[place] <= 0:  # of positive value by rounding alone
+                break
             best = Proposal(floor + float(gain[place]), room.q, room.twist, room.family, alive[place], mixtures[place])
             floor = best.reach * (1 + _GAIN)
     return best

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lure.analysis.counterexamples.linear import Realisation, balls, companion, doubles, linear_witness, refutes_lower
 from lure.analysis.counterexamples.orbit import shifted_block
-from lure.analysis.counterexamples.periodic_discrete import proposals, searched_lower
+from lure.analysis.counterexamples.periodic_discrete import SECTOR_PERIODS, proposals, searched_lower
 from lure.analysis.counterexamples.switching_search import Pattern, SwitchingSearch
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.gains import hurwitz_limit, simplest_between
@@ -205,7 +205,7 @@ def switched_witness_discrete(block: RationalBlock, *, lower: Fraction = Fractio
     lower = searched_lower(block, lower, linear)
     k = np.inf if linear is None else linear.k
     pattern: tuple[int, ...] = ()
-    for proposal in proposals(shifted_block(block, lower), ("sector",), k - float(lower), range(1, 25))[:1]:
+    for proposal in proposals(shifted_block(block, lower), ("sector",), k - float(lower), tuple(SECTOR_PERIODS))[:1]:
         k = float(lower) + 1 / proposal.reach
         pattern = tuple(int(step > 1e-9) for step in proposal.mixture)
     system = companion(block)

@@ -8,16 +8,16 @@ from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 from scipy.optimize import brentq, minimize
 
-from lure.analysis.counterexamples.linear import Realisation, doubles
+from lure.analysis.counterexamples.linear import Exponential, Realisation, doubles
 from lure.analysis.deadline import checkpoint
 
 Matrix = NDArray[np.float64]
 
 MAX_SWITCHES = 12
 RUNGS = 45
+ROUNDING = 1e-12
 MAX_EXPONENTIALS = 60_000  # up to order 5, then fewer: a few seconds
 GRID_COST = 1_500  # a grid of 48 x 48 products, in exponentials
 
@@ -47,7 +47,7 @@ class SwitchingSearch:
     spent : list of int
         Matrix exponentials computed so far; past a limit nothing grows any more, and the search ends with what it has.
     known : dict
-        Closed-loop matrices by gain.
+        Exponentials of the closed-loop matrices by gain.
     """
 
     system: Realisation
@@ -56,22 +56,28 @@ class SwitchingSearch:
     omega: float
     limit: float
     spent: list[int] = field(default_factory=lambda: [0], repr=False, compare=False)
-    known: dict[float, Matrix] = field(default_factory=dict, repr=False, compare=False)
+    known: dict[float, Exponential] = field(default_factory=dict, repr=False, compare=False)
 
-    def closed(self, k: float) -> Matrix:
-        """``A - b c k/(1 + k d)``, remembered: it is computed exactly and asked for again and again."""
+    def closed(self, k: float) -> Exponential:
+        """Of ``A - b c k/(1 + k d)``, remembered: it is computed exactly and asked for again and again."""
         if k not in self.known:
-            self.known[k] = doubles(self.system.closed(Fraction(k)))
+            self.known[k] = Exponential(doubles(self.system.closed(Fraction(k))))
         return self.known[k]
 
     def growth(self, times: Matrix, k: float) -> float:
-        """Logarithm of the spectral radius over the period, per unit of time; ``-inf`` once the work is used up."""
+        """Logarithm of the spectral radius over the period, per unit of time; ``-inf`` once the work is used up.
+
+        What may be rounding is none: over short periods, or with a pole on the axis, it would seem to grow.
+        """
         self.spent[0] += len(times)
         checkpoint()
         if self.spent[0] * max(1, self.system.order // 3) > MAX_EXPONENTIALS:
             return -math.inf
         radius = _radius(self.transition(times, k))
-        return math.log(radius) / float(times.sum()) if 0 < radius < math.inf else -math.inf
+        if not 0 < radius < math.inf:
+            return -math.inf
+        grown = math.log(radius)
+        return grown / float(times.sum()) if abs(grown) > ROUNDING else 0.0
 
     def transition(self, times: Matrix, k: float) -> Matrix:
         """The matrix of one period."""
@@ -79,7 +85,7 @@ class SwitchingSearch:
         product = np.eye(self.system.order)
         with np.errstate(all="ignore"):
             for i, t in enumerate(times):
-                product = expm(pair[i % 2] * t) @ product
+                product = pair[i % 2].over(t) @ product
         return product
 
     def run(self) -> Pattern | None:
@@ -120,11 +126,11 @@ class SwitchingSearch:
         """The two durations of a grid with the largest growth."""
         self.spent[0] += GRID_COST
         pair = self.closed(float(self.lower)), self.closed(k)
-        rates = np.abs(np.concatenate([np.linalg.eigvals(A) for A in pair]))
+        rates = np.abs(np.concatenate([one.values for one in pair]))
         rates = rates[rates > 1e-6 * rates.max()]
         times = np.geomspace(0.05 / rates.max(), 8 / rates.min(), 48)
         with np.errstate(all="ignore"):
-            low, high = (np.array([expm(A * t) for t in times]) for A in pair)
+            low, high = (one.over(times) for one in pair)
             products = np.einsum("aij,bjk->abik", high, low)
             finite = np.isfinite(products).all(axis=(-1, -2))
             radius = np.abs(np.linalg.eigvals(np.where(finite[..., None, None], products, 0.0))).max(axis=-1)
@@ -159,7 +165,7 @@ class SwitchingSearch:
         high, low = pattern.k, max(self.circle, self.above(pattern.k, 0.5))
         while self.growth(pattern.times, low) > 0 and low > self.circle:
             high, low = low, max(self.circle, self.above(low, 0.5))
-        if not self.growth(pattern.times, low) < 0 < self.growth(pattern.times, high):
+        if low >= high or not self.growth(pattern.times, low) < 0 < self.growth(pattern.times, high):
             return pattern.k
         return float(brentq(lambda k: self.growth(pattern.times, k), low, high, xtol=1e-13 * (high - low), rtol=1e-13))
 
@@ -184,10 +190,9 @@ class _Bins:
 
     def __init__(self, search: SwitchingSearch, k: float, period: float, count: int) -> None:
         self.edges = period * (np.arange(count) + 0.5) / count
-        self.steps = [
-            _exponential(A * (period / count)) for A in (search.closed(float(search.lower)), search.closed(k))
-        ]
         self.width = period / count
+        with np.errstate(all="ignore"):
+            self.steps = [search.closed(gain).over(self.width) for gain in (float(search.lower), k)]
 
     def improved(self, times: Matrix) -> Matrix | None:
         """Durations after the gain of every bin has been given the sign of the switching function, while that helps."""
@@ -235,11 +240,6 @@ class _Bins:
         turned = np.roll(choice, -int(starts[0]))
         edges = np.flatnonzero(np.diff(turned)) + 1
         return np.diff(np.concatenate([[0], edges, [len(turned)]])) * self.width
-
-
-def _exponential(matrix: Matrix) -> Matrix:
-    with np.errstate(all="ignore"):
-        return np.asarray(expm(matrix))
 
 
 def _radius(matrix: Matrix) -> float:
