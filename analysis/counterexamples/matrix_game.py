@@ -204,7 +204,7 @@ def _tightest(tableau: Floats, column: Places) -> tuple[Places, NDArray[np.bool_
     entering = tableau[np.arange(len(tableau)), :n, column]
     some = entering > _TINY
     ratio = np.where(some, tableau[:, :n, n] / np.where(some, entering, 1.0), np.inf)
-    return ratio.argmin(axis=1), some.any(axis=1)
+    return ratio.argmin(axis=1), np.asarray(some.any(axis=1))
 
 
 def _pivot(tableau: Floats, row: Places, column: Places) -> None:
