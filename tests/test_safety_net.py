@@ -14,7 +14,10 @@ LARGEST = {
     "largest": [2.0, 3.0],
     "refuted_at": 5.0,
     "sentence": "so",
-    "answers": [{"criterion": "circle", "largest": [1.0, 1.0]}, {"criterion": "popov", "largest": [2.0, 3.0]}],
+    "answers": [
+        {"criterion": "circle", "theorem": "a disk", "largest": [1.0, 1.0]},
+        {"criterion": "popov", "largest": [2.0, 3.0]},
+    ],
 }
 CASE = {
     "name": "random/0000",
@@ -70,6 +73,7 @@ CHANGES = {
     "a smaller counterexample": ("c", put("refuted_at", 4.0)),
     "a new key": ("d", put("unit", "N/m")),
     "words": ("e", put("sentence", "thus")),
+    "the words of a theorem": ("e", lambda case, out: out["answers"][0].update(theorem="circle criterion")),
     "another certificate": ("e", lambda case, out: case["certificates"].update(certificate="another")),
     "rounding": ("e", put("largest", [2.0 + 1e-15, 3.0])),
 }

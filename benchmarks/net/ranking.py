@@ -15,7 +15,7 @@ TIMED |= {"method_compiled"}  # the engine of the rod is compiled once enough wa
 VERDICTS = {"verdict", "status", "result", "attracts"}
 BRACKETS = {"largest", "hurwitz", "bracket"}
 EVIDENCE = ("observed", "computed", "certified")
-LABELS = ("question", "criterion", "odd", "time_varying", "search", "family", "size", "theorem", "name", "key")
+LABELS = (("question", "odd", "time_varying"), ("criterion",), ("family", "size"), ("search",), ("theorem",), ("name",))
 OPEN = ("/parameters", "/data", "/facts", "/witness", "/searches", "/simulated", "/impacts", "/contacts", "/stderr")
 
 
@@ -30,8 +30,8 @@ def leaves(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
     elif isinstance(value, list) and any(isinstance(each, dict) for each in value):
         seen: Counter[str] = Counter()
         for each in value:
-            names = LABELS[:1] + LABELS[2:] if isinstance(each, dict) and "question" in each else LABELS
-            label = " ".join(str(each[name]) for name in names if name in each) if isinstance(each, dict) else ""
+            names = next((names for names in LABELS if isinstance(each, dict) and names[0] in each), ())
+            label = " ".join(str(each.get(name)) for name in names)
             seen[label] += 1
             yield from leaves(each, f"{path}[{label}{f' {seen[label]}' if seen[label] > 1 else ''}]")
     else:
