@@ -49,6 +49,15 @@ def test_what_to_try_is_a_command_that_exists(code):
             assert all(re.fullmatch(r"-?-?[\w./=:()*+^ -]+", word) for word in words)
 
 
+def test_the_advice_for_a_double_pole_asks_for_nothing_that_a_saturation_cannot_have():
+    # its gain vanishes at infinity: no class with a positive lower end contains it
+    conditional, local = codes.DOUBLE_ZERO.tries
+    assert conditional.startswith("If phi(sigma)/sigma stays above a positive number, ")
+    assert local.startswith("A saturation, ")
+    with pytest.raises(AssumptionError, match="a class with a positive lower gain, if phi lies in one"):
+        popov_criterion(RationalBlock([1, 1], [1, 0, 0]), Sector(0, 1))
+
+
 @pytest.mark.parametrize("text", ["LURE-I013", "lure-i013", "I013", "i13", "13", " 013 "])
 def test_a_code_is_found_by_any_spelling_of_its_name(text):
     assert find(text) is codes.DOUBLE_ZERO

@@ -319,7 +319,7 @@ def test_a_table_makes_the_law(kind, values, law):
 def test_every_kind_is_made_from_what_it_says_it_needs():
     law = law_from_table("normal compliance", {"stiffness": Decimal("0.1"), "exponent": 2})
     assert law.exact_stiffness == Fraction(1, 10)
-    assert len(LAW_KINDS) == 11
+    assert len(LAW_KINDS) == 12
     for kind in LAW_KINDS:
         if kind not in ("tanh", "relu"):
             with pytest.raises(InputError, match=rf"^the law '{kind}' needs |^the ideal relay jumps"):
@@ -334,7 +334,14 @@ def test_every_kind_is_made_from_what_it_says_it_needs():
             {},
             "^unknown kind of law 'satuation'; did you mean 'saturation'[?] the kinds are saturation, relay",
         ),
-        ("spring", {}, "^unknown kind of law 'spring'; the kinds are"),
+        ("spring", {}, "^unknown kind of law 'spring'; the kinds are .*, piecewise linear, table, normal compliance"),
+        ("table", {"file": "law.csv", "skale": 1}, "^the law 'table' has no key 'skale'; it takes points, left_slope"),
+        ("table", {"points": [[0, 0]], "file": "law.csv"}, "^the law 'table' has both points and a file"),
+        (
+            "table",
+            {"points": [[0, 0]]},
+            "^the law 'table' needs left_slope and right_slope, or a file; it takes points,",
+        ),
         (3, {}, "^the kind of a law is 3; give one of saturation"),
         ("relay", {"level": 1}, "^the ideal relay jumps at sigma = 0"),
         ("ideal relay", {"level": 1}, "^the ideal relay jumps at sigma = 0"),

@@ -423,3 +423,11 @@ def test_a_law_that_hides_nan_from_its_bounds_does_not_pass():
 def test_a_violation_seen_in_floating_point_is_not_called_refuted():
     found = violation_of(assert_in_sector, lambda s: 2 * s, Sector(0, 1))
     assert "REFUTED" not in found._repr_html_()
+
+
+@pytest.mark.parametrize("text", ["x*sign(1/(x - 1))", "x*where(1/(x - 1) > 0, 1, 3)"])
+def test_a_formula_that_divides_by_zero_at_one_point_has_no_value_there(text):
+    # in doubles 1/0 is inf, and its sign 1; the values beside it lie in the sector
+    with pytest.raises(LawViolation, match="has no value at sigma = 1, where it divides by zero"):
+        assert_in_sector(text, Sector(-1, 3))
+    assert assert_in_sector(text, Sector(-1, 3), on=(2, 3)).evidence is Evidence.CERTIFIED

@@ -177,7 +177,13 @@ CODES = (
         "case of the theorems is that of a simple one.",
         means="Not a formality: for (s + 1)/s^2 every positive linear gain is stable, and phi = sigma exp(-|sigma|) "
         "lets motions escape to infinity. For a given law the loop may still be stable.",
-        tries=("Give the class a positive lower end: lure certify plant.toml --sector 0.1 2",),
+        tries=(
+            "If phi(sigma)/sigma stays above a positive number, give the class that lower end: "
+            "lure certify plant.toml --sector 0.1 2",
+            "A saturation, and any phi whose gain vanishes at infinity, lies in no such class: ask a local question, "
+            "with the least phi(sigma)/sigma while |sigma| stays bounded, or keep the integrators from winding up "
+            "(anti-windup).",
+        ),
     ),
     Code(
         identifier="LURE-I014",

@@ -450,7 +450,7 @@ def _check_zero(plant: Plant, lower: Fraction) -> None:
         raise AssumptionError(
             f"the pole at {zero}{shift} has multiplicity {multiplicity}; the critical case needs a simple one: for "
             "(s + 1)/s^2 every linear gain is stable, yet with phi = sigma exp(-|sigma|) motions escape to infinity; "
-            "give a positive lower gain"
+            "a class with a positive lower gain, if phi lies in one, has no such pole"
         )
     if multiplicity == 1 and not plant.residue > 0:
         raise AssumptionError(

@@ -127,6 +127,14 @@ def parsed(text: str) -> Expression:
     return found
 
 
+class Undefined(InputError):
+    """The formula divides by zero at the rational point ``place``: there it has no value."""
+
+    def __init__(self, words: str, place: Fraction) -> None:
+        self.place = place
+        super().__init__(words)
+
+
 def of_tree(tree: Node, name: str, low: End, high: End) -> Known:
     """A tree cut into pieces."""
     cut = pieces(tree, low, high)
@@ -163,11 +171,13 @@ def _value(tree: Node, x: Fraction, name: str) -> Value:
             point = {"sigma": ball(x)}
             low, high = bounds_of(enclosure(here, point)) if has_value(here, point) else (-math.inf, math.inf)
         if not isinstance(low, Fraction) or not isinstance(high, Fraction):
-            why = "; it divides by zero there" if "divides by zero" in str(error) else ""
-            raise InputError(
-                f"the law {name[:60]!r} has no value that could be enclosed at sigma = {float(x):.10g}{why}; write a "
-                "formula with finite values, or bound it on an interval without that point"
-            ) from None
+            divides = "divides by zero" in str(error)
+            words = (
+                f"the law {name[:60]!r} has no value that could be enclosed at sigma = {float(x):.10g}"
+                f"{'; it divides by zero there' * divides}; write a formula with finite values, or bound it on an "
+                "interval without that point"
+            )
+            raise (Undefined(words, x) if divides else InputError(words)) from None
         if low <= 0 <= high and difference_vanishes(tree, Number(Fraction(0)), x):
             return Fraction(0)
         return low if low == high else (low, high)

@@ -139,14 +139,25 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
         Its bounds and the tolerance.
     on : tuple of Fraction or None
         The interval, None for all of R.
+
+    Raises
+    ------
+    LawViolation
+        The formula divides by zero at a point of the interval.
     """
     if kind == "odd":
         return _oddness(law.law, on)
     from lure.analysis.nonlinearity import law_bounds
+    from lure.analysis.nonlinearity.known import Undefined
     from lure.analysis.nonlinearity.result import above, below, stated
 
     try:
         bounds = law_bounds(law.law, on=on)
+    except Undefined as error:  # doubles may step over it: 1/0 is inf, and sign(inf) is 1
+        raise LawViolation(
+            f"{law.name} has no value at sigma = {float(error.place):.10g}, where it divides by zero, and a law has a "
+            "finite real value everywhere; name the interval on which this one has, on=(low, high)"
+        ) from None
     except InputError as error:
         return Decision(how=f"for every sigma it was not decided: {error}")
     claim = _widened(kind, limits)

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Mapping
 from decimal import Decimal
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -52,11 +53,11 @@ def _expression(expression: object, **values: object) -> ExpressionLaw:
     return ExpressionLaw(expression, **values, **bounds)  # type: ignore[arg-type]  # it checks them
 
 
-def _piecewise_linear(**values: object) -> PiecewiseLinear:
+def _through_points(name: str, **values: object) -> PiecewiseLinear:
     given: dict[str, Any] = values
     if "file" in given:
         if "points" in given:
-            raise InputError("the law 'piecewise linear' has both points and a file; give one of them")
+            raise InputError(f"the law {name!r} has both points and a file; give one of them")
         file = given.pop("file")
         if not isinstance(file, str | Path):
             raise InputError(f"the law's file is {file!r:.60}; give the path of a CSV file in quotes")
@@ -64,8 +65,7 @@ def _piecewise_linear(**values: object) -> PiecewiseLinear:
     missing = [key for key in ("points", "left_slope", "right_slope") if key not in given]
     if missing:
         raise InputError(
-            f"the law 'piecewise linear' needs {' and '.join(missing)}, or a file; it takes points, left_slope, "
-            "right_slope, file"
+            f"the law {name!r} needs {' and '.join(missing)}, or a file; it takes {', '.join(_KINDS[name].keys)}"
         )
     return PiecewiseLinear(given.pop("points"), **given)
 
@@ -79,7 +79,10 @@ _KINDS: dict[str, _Kind] = {
     "relu": _Kind(ReLU, takes="gain", aliases="slope=gain"),
     "leaky relu": _Kind(LeakyReLU, needs="negative_slope", takes="positive_slope"),
     "quantiser": _Kind(Quantiser, needs="step", takes="kind"),
-    "piecewise linear": _Kind(_piecewise_linear, takes="points left_slope right_slope file"),
+    **{
+        name: _Kind(partial(_through_points, name), takes="points left_slope right_slope file")
+        for name in ("piecewise linear", "table")
+    },
     "normal compliance": _Kind(NormalCompliance, needs="stiffness", takes="exponent"),
     "expression": _Kind(
         _expression,
@@ -110,7 +113,6 @@ _SPELLINGS = {
     "leakyrelu": "leaky relu",
     "relay": "relay with slope",
     "piecewise": "piecewise linear",
-    "table": "piecewise linear",
     "sat": "saturation",
     "contact": "normal compliance",
 }
