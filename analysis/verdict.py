@@ -166,7 +166,7 @@ class Answer:
     Attributes
     ----------
     criterion : str
-        ``circle``, ``popov``, ``off-axis-circle``, ``park``, ``zames-falb``, ``tsypkin``, ``jury-lee``, ``hurwitz``.
+        One of the names in :data:`lure.analysis.theorems.table.CRITERIA`.
     theorem : str
         The theorem by name, with its source.
     largest : Bracket

@@ -21,10 +21,10 @@ import numpy as np
 from lure import builtin_system, upwind
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.matrix import MatrixBlock, matrix_draft
-from lure.analysis.certificates.multipliers import Upper
 from lure.analysis.certificates.sealing import completed
 from lure.analysis.inequality.hamiltonian import popov_largest_computed
 from lure.analysis.rod.certificates import energy_theta
+from lure.analysis.theorems.table import Upper
 from lure.errors import AssumptionError
 from lure.plants.state_space import StateSpaceBlock
 

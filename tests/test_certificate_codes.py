@@ -148,9 +148,9 @@ def test_every_refusal_has_its_code(refusal, code):
 
 
 def delayed(text):
-    from lure.analysis.theorems.dead_time import LARGEST
+    from lure.analysis.theorems.dead_time import popov_largest
 
-    LARGEST["popov"](DelayBlock.parse(text))
+    popov_largest(DelayBlock.parse(text))
 
 
 def declared():

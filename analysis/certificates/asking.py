@@ -7,16 +7,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from importlib import import_module
 from typing import Any
 
 from lure.analysis.certificates.matrix import matrix_draft
-from lure.analysis.certificates.multipliers import Upper, rod_theta
+from lure.analysis.certificates.multipliers import rod_theta
 from lure.analysis.certificates.problem import Question as Question_asking_matrices
 from lure.analysis.certificates.proposals import Numbers
-from lure.analysis.questions.models import Entry, Question, entries
 from lure.analysis.rod.certificates import energy_theta
 from lure.analysis.rod.questions import rod_largest
+from lure.analysis.theorems.table import Question, Theorem, Upper, row_of, theorems_for
 from lure.analysis.verdict import Answer, Verdict
 from lure.classes import LawClass, Sector, SlopeBounds
 from lure.errors import AssumptionError
@@ -29,19 +28,7 @@ from lure.rod.upwind import UpwindScheme
 # Each criterion asked about exactly one class of laws, cheapest first.
 
 Ask = Callable[[], Answer]
-_SECTOR = {
-    "circle": "theorems.circle:circle_criterion",
-    "popov": "theorems.popov:popov_criterion",
-    "hurwitz": "inequality.gains:hurwitz_criterion",
-}
-_SLOPE = {
-    "off-axis-circle": "theorems.off_axis:off_axis_criterion",
-    "park": "theorems.park:park_criterion",
-    "tsypkin": "theorems.differences:tsypkin_criterion",
-    "jury-lee": "theorems.differences:jury_lee_criterion",
-}
-LONG = "zames-falb, full effort"  # takes minutes
-_ONE_SIDED = ("tsypkin", "jury-lee")
+LONG = "full effort"  # takes minutes
 
 
 def questions(
@@ -73,55 +60,35 @@ def questions(
         It does not apply to such a class or block.
     """
     question: Question = "sector" if law_class.slope is None else "slope"
-    found = entries(block, question, criterion, time_varying=law_class.time_varying)
-    for entry in found:
-        for bounds in _bounds(entry, law_class):
+    found = theorems_for(block, question, criterion, time_varying=law_class.time_varying)
+    for row in found:
+        for bounds in row.bounds(law_class):
             upper: Upper = Fraction(bounds.upper) if bounds.upper != math.inf else "finite" if finite else "inf"
-            yield entry.name, upper, _ask(block, entry, bounds, law_class, finite=finite)
-    if isinstance(block, RationalBlock) and block.dt is None and "zames-falb" in [entry.name for entry in found]:
-        slope = law_class.slope
-        if slope is not None and slope.upper != math.inf:
-            yield (
-                LONG,
-                Fraction(slope.upper),
-                lambda: _zames_falb(block, slope, law_class, full=True),
-            )
-
-
-def _bounds(entry: Entry, law_class: LawClass) -> list[Sector] | list[SlopeBounds]:
-    """What the criterion is asked about: the sector, the slope, or for those with a slope bound on one side both."""
+            yield row.name, upper, _ask(block, row, bounds, law_class, finite=finite)
     slope = law_class.slope
-    if not entry.slope or slope is None:
-        return [law_class.sector]
-    tight = SlopeBounds(law_class.sector.lower, law_class.sector.upper)
-    return [tight, slope] if entry.name in _ONE_SIDED and tight != slope else [slope]
+    if isinstance(block, RationalBlock) and slope is not None and slope.upper != math.inf:
+        for row in found:
+            if row.thorough:
+                ask = partial(row.decide, block, slope, odd=law_class.odd, thorough=True)
+                yield f"{row.name}, {LONG}", Fraction(slope.upper), ask
 
 
 def _ask(
     block: RationalBlock | DelayBlock | UpwindScheme,
-    entry: Entry,
+    row: Theorem,
     bounds: Sector | SlopeBounds,
     law_class: LawClass,
     *,
     finite: bool,
 ) -> Ask:
-    if isinstance(block, DelayBlock):
-        from lure.analysis.theorems.dead_time import LARGEST
-
-        return lambda: _reaching(LARGEST[entry.name](block), bounds)
     if isinstance(block, UpwindScheme):
-        return lambda: _reaching(rod_largest(block, entry.name), bounds)
-    if finite and bounds.upper == math.inf:
-        lower = exact_number(bounds.lower, "lower") if bounds.lower != -math.inf else None
-        if lower is None:
-            return _endless
-        return lambda: _reaching(entry.largest(block, lower=lower, odd=law_class.odd), bounds)
-    if entry.name == "zames-falb":
-        return lambda: _zames_falb(block, bounds, law_class, full=False)
-    module, function = {**_SECTOR, **_SLOPE}[entry.name].split(":")
-    call: Callable[[RationalBlock, Sector | SlopeBounds], Answer]
-    call = getattr(import_module(f"lure.analysis.{module}"), function)
-    return lambda: call(block, bounds)
+        return lambda: _reaching(rod_largest(block, row.name), bounds)
+    if isinstance(block, RationalBlock) and not (finite and bounds.upper == math.inf):
+        return partial(row.decide, block, bounds, odd=law_class.odd)
+    if isinstance(block, RationalBlock) and bounds.lower == -math.inf:
+        return _endless
+    lower = Fraction(0) if isinstance(block, DelayBlock) else exact_number(bounds.lower, "lower")
+    return lambda: _reaching(row.reach(block, lower=lower, odd=law_class.odd), bounds)
 
 
 def _endless() -> Answer:
@@ -139,17 +106,6 @@ def _reaching(answer: Answer, bounds: Sector | SlopeBounds) -> Answer:
         reason = f"what is proved ends at {answer.largest.low:.10g}"
         return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=reason)
     return answer
-
-
-def _zames_falb(block: RationalBlock, bounds: Sector | SlopeBounds, law_class: LawClass, *, full: bool) -> Answer:
-    slope = SlopeBounds(bounds.lower, bounds.upper)
-    if block.dt is not None:
-        from lure.analysis.theorems.zames_falb_discrete import zames_falb_discrete_criterion
-
-        return zames_falb_discrete_criterion(block, slope, odd=law_class.odd)
-    from lure.analysis.theorems.zames_falb import zames_falb_criterion
-
-    return zames_falb_criterion(block, slope, odd=law_class.odd, effort="full" if full else "quick")
 
 
 Draft = dict[str, Any]
@@ -197,12 +153,13 @@ def draft_by_matrix(question: Question_asking_matrices, answer: Answer, numbers:
     AssumptionError
         It is another criterion, or no matrix was found.
     """
-    if answer.criterion not in ("circle", "popov"):
+    row = row_of(answer.criterion, question.block)
+    if not row.matrix:
         raise AssumptionError(
             f"the criterion {answer.criterion} needs no matrix: --method polynomial or cover shows it"
         )
     theta = None
-    if answer.criterion == "popov":
+    if not row.time_varying:
         given = str(answer.parameters.get("theta", "0"))
         theta = Fraction(1) if "inf" in given else Fraction(given)
     return _draft(question, theta, numbers)

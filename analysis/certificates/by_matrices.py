@@ -13,11 +13,11 @@ import numpy as np
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.matrix import matrix_draft
-from lure.analysis.certificates.multipliers import Upper
 from lure.analysis.certificates.proposals import LARGE
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_below
+from lure.analysis.theorems.table import Upper, row_of
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
@@ -49,7 +49,7 @@ def certified_by_matrix(block: StateSpaceBlock, answer: Answer) -> Answer:
     if answer.theta is None:  # the criterion does not apply
         return answer
     lower, reason = Fraction(answer.law_class.sector.lower), "the criterion reaches no class"
-    varying, infinite = answer.criterion == "circle", answer.largest.low == math.inf
+    varying, infinite = row_of(answer.criterion, block).time_varying, answer.largest.low == math.inf
     for upper, theta in _proposals(block, answer, lower):
         checkpoint()
         try:
@@ -83,7 +83,7 @@ def certified_by_matrix(block: StateSpaceBlock, answer: Answer) -> Answer:
 def _proposals(block: StateSpaceBlock, answer: Answer, lower: Fraction) -> Iterator[tuple[Upper, Fraction | None]]:
     """Upper ends to try, the largest first, each with ``theta``; doubles, so that what is printed is what is proved."""
     low = answer.largest.low
-    theta = None if answer.criterion == "circle" else Fraction(str(answer.parameters["theta"]))
+    theta = None if row_of(answer.criterion, block).time_varying else Fraction(str(answer.parameters["theta"]))
     if low == math.inf:
         if theta is not None:  # at infinite frequency theta > 0 has to help
             unit = theta or Fraction(1 / float(np.linalg.norm(block.A, 2)))

@@ -13,8 +13,8 @@ from lure.analysis.certificates.sealing import Failure, guarded
 from lure.analysis.certificates.systems import law_of, laws_of
 from lure.analysis.nonlinearity.membership import Membership, examined
 from lure.analysis.questions.conclusion import is_rough
-from lure.analysis.questions.models import entries
 from lure.analysis.questions.state_space import by_matrices
+from lure.analysis.theorems.table import BEST, TABLE, theorems_for
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError, InputError
 from lure.files.system import LoopSystem
@@ -102,8 +102,10 @@ def posed(
     InputError
         The loop is none, there is no class, or no such criterion.
     """
-    block, law, own = _parts(loop, scheme=criterion != "best" or method == "matrix")
-    if isinstance(block, RationalBlock) and criterion in ("best", "circle", "popov"):
+    named = [row for row in TABLE if row.name == criterion]
+    linear = any(row.linear for row in named)
+    block, law, own = _parts(loop, scheme=criterion != BEST or method == "matrix")
+    if isinstance(block, RationalBlock) and (criterion == BEST or any(row.matrix for row in named)):
         block = by_matrices(block) or block
     refusals, member, untested = list[Failure](), None, False
     if law_class is not None:
@@ -119,7 +121,7 @@ def posed(
     if law_class is None:
         raise InputError("no class of laws is given; give one such as a sector [0, 5.9], or a law")
     with suppress(AssumptionError):  # what does not apply is a result; a name that does not exist is a mistake
-        entries(block, "sector" if law_class.slope is None else "slope", criterion)
+        theorems_for(block, "sector" if law_class.slope is None else "slope", criterion)
     rough = law is not None and not untested and is_rough(law, law_class)
     hopeless = rough and not _next_state_is_defined(block)
     if hopeless:
@@ -134,9 +136,9 @@ def posed(
     return Question(
         block=block,
         law_class=law_class,
-        laws=laws_of(law_class, unbounded=not finite, linear=criterion == "hurwitz", rough=rough),
+        laws=laws_of(law_class, unbounded=not finite, linear=linear, rough=rough),
         law=law_of(law),
-        nonlinearity=None if criterion == "hurwitz" else law,
+        nonlinearity=None if linear else law,
         criterion=criterion,
         finite=finite,
         rough=hopeless or untested,

@@ -13,10 +13,11 @@ import numpy as np
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import CONVENTION, FORMAT, Proved
 from lure.analysis.certificates.covers import Uncovered, cover_proof, has_delays
-from lure.analysis.certificates.multipliers import Block, Multiplier, Upper, multipliers, rod_circle_bound
+from lure.analysis.certificates.multipliers import Block, multipliers, rod_circle_bound
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.certificates.systems import laws_of, system_of, text
 from lure.analysis.deadline import checkpoint
+from lure.analysis.theorems.table import Multiplier, Upper, row_of
 from lure.analysis.verdict import Answer
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
@@ -163,7 +164,7 @@ def _certificate(
 def _laws(block: Block, answer: Answer, upper: Upper) -> dict[str, Any]:
     """The class of the answer with another upper end."""
     given = answer.law_class
-    laws = laws_of(given, unbounded=False, linear=answer.criterion == "hurwitz")
+    laws = laws_of(given, unbounded=False, linear=row_of(answer.criterion, block).linear)
     top = upper if isinstance(upper, str) else text(upper)
     laws["sector"][1] = top
     if given.slope is not None and not _no_upper_slope(block, answer):
@@ -172,16 +173,16 @@ def _laws(block: Block, answer: Answer, upper: Upper) -> dict[str, Any]:
 
 
 def _no_upper_slope(block: Block, answer: Answer) -> bool:
-    """Whether the laws of the answer may be steeper than their sector: Tsypkin's, unless ``H(inf) < 0``."""
+    """Whether the laws of the answer may be steeper than their sector: not where ``H(inf) < 0``."""
     direct = isinstance(block, RationalBlock) and block.feedthrough < 0
-    return answer.criterion == "tsypkin" and not direct
+    return row_of(answer.criterion, block).free == "above" and not direct
 
 
 def _default(block: Block, answer: Answer) -> Upper:
     upper = answer.law_class.sector.upper
     if upper != math.inf:
         return Fraction(upper)
-    return "inf" if isinstance(block, UpwindScheme | RodBlock) and answer.criterion == "popov" else "finite"
+    return "inf" if isinstance(block, UpwindScheme | RodBlock) and answer.theta else "finite"
 
 
 def _uppers(block: Block, answer: Answer, upper: Upper) -> Iterator[Upper]:
@@ -191,7 +192,7 @@ def _uppers(block: Block, answer: Answer, upper: Upper) -> Iterator[Upper]:
     if lower == -math.inf:
         return
     if isinstance(block, UpwindScheme | RodBlock):
-        bound = rod_circle_bound(block.rod) if answer.criterion == "circle" else None
+        bound = None if answer.theta else rod_circle_bound(block.rod)
         if bound is not None:
             yield (1 - ROD_SLACK) * bound
         return

@@ -13,10 +13,10 @@ from lure.analysis.certificates.asking import LONG, questions
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.countering import counterexample, linear_refutation
 from lure.analysis.certificates.covers import cover_proof
-from lure.analysis.certificates.multipliers import Upper
 from lure.analysis.certificates.problem import Question
 from lure.analysis.certificates.proposals import Numbers, certified, energy_draft
 from lure.analysis.certificates.sealing import Failure, guarded, sealed
+from lure.analysis.theorems.table import Upper, row_of
 from lure.analysis.verdict import Answer, Verdict
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayBlock
@@ -66,8 +66,8 @@ def searches(question: Question, *, method: str, numbers: Numbers) -> Iterator[t
         if isinstance(asked, Failure):
             yield "criteria", lambda: asked
             return
-        later = [each for each in asked if each[0] == LONG]
-        yield from _proofs(question, [each for each in asked if each[0] != LONG], method, numbers)
+        later = [each for each in asked if each[0].endswith(LONG)]
+        yield from _proofs(question, [each for each in asked if not each[0].endswith(LONG)], method, numbers)
     if isinstance(block, RationalBlock) and question.criterion == method == "best":
         yield "counterexamples", lambda: counterexample(question, numbers)
     yield from _proofs(question, later, method, numbers)
@@ -90,10 +90,11 @@ def _proof(question: Question, asked: Asked, method: str, numbers: Numbers) -> P
     """A criterion asked, and what it proves put before the checker."""
     name, upper, ask = asked
     answer = ask()
-    if answer.verdict is not Verdict.PROVED and not (answer.criterion == "hurwitz" and _all_gains(answer, upper)):
+    row = row_of(answer.criterion, question.block)
+    if answer.verdict is not Verdict.PROVED and not (row.linear and _all_gains(answer, upper)):
         return Failure(search=name, code=codes.NO_MULTIPLIER, detail=answer.reason or "it does not reach the class")
-    if answer.criterion == "popov" and not _solvable(question):
-        detail = "popov proves the class for the laws with which sigma + H(inf) phi(sigma) is increasing only"
+    if row.composed and not _solvable(question):
+        detail = f"{row.name} proves the class for the laws with which sigma + H(inf) phi(sigma) is increasing only"
         return Failure(search=name, code=codes.SEVERAL_SOLUTIONS, detail=detail)
     if method == "matrix":
         from lure.analysis.certificates.asking import draft_by_matrix
@@ -125,7 +126,7 @@ def _energy(question: Question, numbers: Numbers) -> Proved | Refuted | Failure:
 
 
 def _solvable(question: Question) -> bool:
-    """Whether the class makes ``sigma + D phi(sigma)`` increasing, as Popov's criterion assumes where ``D != 0``."""
+    """Whether the class makes ``sigma + D phi(sigma)`` increasing, as some theorems assume where ``D != 0``."""
     block, slope = question.block, question.law_class.slope
     if not isinstance(block, RationalBlock) or block.feedthrough == 0:
         return True

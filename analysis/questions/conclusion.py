@@ -18,6 +18,7 @@ from lure.analysis.certificates.states import classes, keeps
 from lure.analysis.certificates.systems import laws_of, system_of
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.wording import class_words, counterexample, destroys, direct_term, meaning, proviso
+from lure.analysis.theorems.table import TABLE
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import LawClass, Sector, SlopeBounds
 from lure.nonlinearities.protocol import Nonlinearity
@@ -222,6 +223,7 @@ def _proved(asked: Inquiry, shown: Proved, reach: Proved | None) -> Conclusion:
     laws = shown.certificate["laws"]
     about = class_words(laws, spelled=asked.spelled)
     law, name, standing, words, assumed = asked.nonlinearity, asked.name, "", "", proviso(shown)
+    composed = next((row.title for row in TABLE if row.composed and row.name == shown.theorem), None)
     if not contains(laws, asked.laws):
         if contains({**laws, "regularity": "any"}, asked.laws):
             reason = f"what is proved is about {about}, and {name} is not known to be locally Lipschitz"
@@ -236,13 +238,11 @@ def _proved(asked: Inquiry, shown: Proved, reach: Proved | None) -> Conclusion:
         elif assumed and _takes_a_value_twice(law, shown):
             reason = f"what is proved is about {about} {assumed}, and with {name} some y have several"
             return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
-        elif assumed and shown.theorem == "popov":
+        elif assumed and composed is not None:
             reason = f"what is proved is about {about} {assumed}, which is not shown of {name}"
             return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
-    elif assumed and shown.theorem == "popov" and not asked.assuming:
-        reason = (
-            f"Popov's criterion proves it for {about} {assumed}, which the class does not promise; slope bounds would"
-        )
+    elif assumed and composed is not None and not asked.assuming:
+        reason = f"{composed} proves it for {about} {assumed}, which the class does not promise; slope bounds would"
         return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
     says, attracts = meaning(shown, asked.subject), shown.certificate["conclusion"].startswith("0 attracts")
     whole = f"{about} {assumed}" if assumed else about

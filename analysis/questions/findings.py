@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
@@ -18,13 +19,10 @@ from lure.analysis.questions.certifying import proved_answer, restated, unbounde
 from lure.analysis.questions.conclusion import Conclusion, conclusion_of, inquiry_about, undecided
 from lure.analysis.questions.largest import Largest, Stopped, meet
 from lure.analysis.questions.models import (
-    BEST,
     NOT_NEEDED,
     Asked,
-    Entry,
     answer_of,
     critical,
-    entries,
     hurwitz,
     linear_witnesses,
     nonlinear_witnesses,
@@ -32,8 +30,7 @@ from lure.analysis.questions.models import (
     silent,
 )
 from lure.analysis.questions.problem import Subject
-from lure.analysis.theorems.circle import circle_criterion
-from lure.analysis.theorems.popov import popov_criterion
+from lure.analysis.theorems.table import BEST, Theorem, theorems_for
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
@@ -132,8 +129,8 @@ def find(asking: Sequence[Asked], *, seconds: float | None = None, tell: Tell | 
     """
     found = [Findings(asked, Bracket(_at_most(asked), math.inf)) for asked in asking]
     shared = _Shared()
-    plans = [_steps(each, _entries(each.asked), shared) for each in found]
-    most = sum(len(_entries(asked)) + 3 for asked in asking)
+    plans = [_steps(each, _theorems(each.asked), shared) for each in found]
+    most = sum(len(_theorems(asked)) + 3 for asked in asking)
     try:
         with time_limit(seconds):
             for number, step in enumerate(heapq.merge(*plans, key=lambda step: step.stage)):
@@ -162,8 +159,8 @@ def _stop(found: list[Findings], why: Stopped) -> None:
         each.stopped = None if each.complete or each.closed else why
 
 
-def _entries(asked: Asked) -> list[Entry]:
-    asking = entries(asked.block, asked.question, asked.criterion, time_varying=asked.time_varying)
+def _theorems(asked: Asked) -> list[Theorem]:
+    asking = theorems_for(asked.block, asked.question, asked.criterion, time_varying=asked.time_varying)
     if not asking:
         raise AssumptionError(f"no criterion called {asked.criterion} applies to this block; try {BEST}")
     return asking
@@ -189,15 +186,15 @@ class _Shared:
         return cast("T", self._known[key])
 
 
-def _steps(found: Findings, asking: Sequence[Entry], shared: _Shared) -> Iterator[_Step]:
+def _steps(found: Findings, asking: Sequence[Theorem], shared: _Shared) -> Iterator[_Step]:
     """The work for one question in ascending stages; what a closed gap makes needless is left out."""
     asked = found.asked
     yield _Step(0, "linear gains", found, lambda: _linear(found, shared))
-    for entry in asking:
-        if entry.stage > 0 and found.closed:
-            found.answers.append(silent(entry.name, asked, _ENOUGH, theorem=NOT_NEEDED))
+    for row in asking:
+        if row.stage > 0 and found.closed:
+            found.answers.append(silent(row.name, asked, _ENOUGH, theorem=NOT_NEEDED))
         else:
-            yield _Step(entry.stage, entry.name, found, partial(_criterion, found, entry, shared))
+            yield _Step(row.stage, row.name, found, partial(_criterion, found, row, shared))
     if asked.search == "full" and not found.closed:
         yield _Step(_LAST, "counterexamples", found, lambda: _counterexamples(found, shared))
     found.complete = True
@@ -211,13 +208,13 @@ def _linear(found: Findings, shared: _Shared) -> None:
     found.witnesses += shared.once(("linear", asked.lower), lambda: linear_witnesses(asked, limit))
 
 
-def _criterion(found: Findings, entry: Entry, shared: _Shared) -> None:
+def _criterion(found: Findings, row: Theorem, shared: _Shared) -> None:
     """One criterion, or what it said to another question that was the same to it."""
     asked = found.asked
-    key = (entry.name, asked.lower, asked.odd and entry.odd)
-    said = shared.once(key, lambda: answer_of(entry, asked))
+    key = (row.name, asked.lower, asked.odd and row.odd)
+    said = shared.once(key, lambda: answer_of(row, asked))
     if isinstance(said, str):
-        found.answers.append(silent(entry.name, asked, said))
+        found.answers.append(silent(row.name, asked, said))
         return
     wider = asked.time_varying and not said.law_class.time_varying
     said = shared.once((*key, wider), partial(proved_answer, asked, said))
@@ -298,8 +295,11 @@ def _unbounded(about: Subject, row: Largest, law_class: LawClass) -> Proved | No
     if not isinstance(block, RationalBlock):
         return None
     sector = Sector(row.lower, math.inf)
-    criterion = circle_criterion if law_class.time_varying else popov_criterion
-    try:
-        return unbounded_proof(block, criterion(block, sector), time_varying=law_class.time_varying)
-    except AssumptionError:
-        return None
+    for theorem in reversed(theorems_for(block, "sector", BEST, time_varying=law_class.time_varying)):
+        if not theorem.endless:
+            continue
+        with suppress(AssumptionError):
+            found = unbounded_proof(block, theorem.decide(block, sector), time_varying=law_class.time_varying)
+            if found is not None:
+                return found
+    return None

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from lure.analysis.certificates.arithmetic import extended
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below, json_number
 from lure.analysis.questions.conclusion import Conclusion, MismatchError
-from lure.analysis.questions.models import Question
 from lure.analysis.questions.wording import class_words, kind_words
+from lure.analysis.theorems.table import Question
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
 from lure.record import html_table, plain, xarray_or_refusal
 

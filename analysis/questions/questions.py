@@ -22,9 +22,10 @@ from lure.analysis.questions.conclusion import (
 )
 from lure.analysis.questions.findings import Findings, Tell, find
 from lure.analysis.questions.largest import Largest
-from lure.analysis.questions.models import BEST, Asked, Block, Search, silent
+from lure.analysis.questions.models import Asked, Block, Search, silent
 from lure.analysis.questions.state_space import by_matrices
 from lure.analysis.questions.wording import proviso
+from lure.analysis.theorems.table import BEST
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
 from lure.classes import LawClass, Sector, SlopeBounds
 from lure.errors import InputError
@@ -147,7 +148,7 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
     odd : bool
         Whether ``phi(-sigma) = -phi(sigma)`` is assumed.
     criterion : str
-        One of :data:`lure.analysis.questions.models.CRITERIA`, or ``best``: the farthest of all that apply.
+        One of :data:`lure.analysis.theorems.table.CRITERIA`, or ``best``: the farthest of all that apply.
     lower : int, float, Fraction or Decimal
         Lower end of the slope.
     search : {"linear", "full"}

@@ -20,9 +20,10 @@ from lure.analysis.questions.advice import hints
 from lure.analysis.questions.conclusion import Conclusion
 from lure.analysis.questions.findings import asked_row, decided
 from lure.analysis.questions.largest import UNFINISHED, Largest, Stopped, proved_up_to
-from lure.analysis.questions.models import BEST, Asked, Question
+from lure.analysis.questions.models import Asked
 from lure.analysis.questions.problem import Subject, loop_given, subject
 from lure.analysis.questions.questions import ContradictionError, check_seconds, found_for, largest_of
+from lure.analysis.theorems.table import BEST, Question
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.errors import AssumptionError
 from lure.exact import exact_number

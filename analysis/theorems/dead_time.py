@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -216,10 +215,3 @@ def _reach(infimum: arb, unknown: arb) -> arb:
     if infimum >= 0:
         return arb("inf")
     return -1 / infimum if infimum < 0 else unknown
-
-
-LARGEST: dict[str, Callable[[DelayBlock], Answer]] = {
-    "hurwitz": hurwitz_largest,
-    "circle": circle_largest,
-    "popov": popov_largest,
-}

@@ -1,0 +1,372 @@
+"""The table of theorems: what each criterion needs, where it is decided, and which multipliers a certificate tries.
+
+A criterion is added by its row here, its lines in the two checkers and the functions that the row names.  Modules are
+named as text and imported when a criterion is asked.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from importlib import import_module
+from typing import Any, Literal
+
+from lure.analysis.verdict import Answer
+from lure.classes import LawClass, Sector, SlopeBounds
+from lure.errors import AssumptionError, InputError
+from lure.plants.delay import DelayBlock
+from lure.plants.rational import RationalBlock
+
+Question = Literal["sector", "slope"]
+Time = Literal["continuous", "discrete"]
+Upper = Fraction | Literal["finite", "inf"]
+Multiplier = dict[str, Any]
+BEST = "best"
+_NEARBY = (Fraction(1), Fraction(9, 8), Fraction(2), Fraction(7, 8), Fraction(1, 2))
+_SHRINKING = tuple(1 - Fraction(1, 10**digits) for digits in (24, 18, 15, 12, 9, 6, 4, 3, 2, 1))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Theorem:
+    """One row of the table.
+
+    Attributes
+    ----------
+    name : str
+        Its name, in questions and in certificates.
+    title : str
+        The criterion in a sentence.
+    largest : str
+        ``module:function`` of the search for the largest ``k``.
+    decision : str
+        ``module:function`` of the decision about one class.
+    multipliers : callable
+        The ``multiplier`` of a certificate worth trying, the likeliest first, from an answer and an upper end.
+    times : tuple of {"continuous", "discrete"}
+        Where it applies.
+    dead_time : str
+        ``module:function`` of the search for blocks with dead time; empty if there is none.
+    slope : bool
+        Whether it needs slope bounds; else a sector is enough.
+    free : {"", "above", "below"}
+        The side on which it needs no slope bound, the sector being bounded on both, where ``H(inf)`` permits it.
+    odd : bool
+        Whether the functions take ``odd``.
+    time_varying : bool
+        Whether its conclusion covers time-varying laws.
+    linear : bool
+        Whether it is about constant gains alone.
+    endless : bool
+        Whether it covers laws without an upper bound.
+    composed : bool
+        Whether it assumes, where ``H(inf)`` is not 0, that ``sigma + H(inf) phi(sigma)`` increases.
+    matrix : bool
+        Whether a matrix inequality can prove it.
+    thorough : bool
+        Whether ``decision`` takes ``effort="full"``, which takes minutes.
+    stage : int
+        0: cheap and of interest by itself; 1: cheap; 2: dear.  Those of a later stage are asked while a gap is left.
+    aliases : tuple of str
+        Other names to ask for it.
+    """
+
+    name: str
+    title: str
+    largest: str
+    decision: str
+    multipliers: Callable[[Answer, Upper], Iterator[Multiplier]]
+    times: tuple[Time, ...]
+    dead_time: str = ""
+    slope: bool = False
+    free: Literal["", "above", "below"] = ""
+    odd: bool = False
+    time_varying: bool = False
+    linear: bool = False
+    endless: bool = False
+    composed: bool = False
+    matrix: bool = False
+    thorough: bool = False
+    stage: int = 0
+    aliases: tuple[str, ...] = ()
+
+    def reach(self, block: RationalBlock | DelayBlock, *, lower: Fraction, odd: bool) -> Answer:
+        """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves; with dead time ``lower`` is 0."""
+        if isinstance(block, DelayBlock):
+            return _called(self.dead_time, block)
+        if not self.odd:
+            return _called(self.largest, block, lower=lower)
+        found = _called(self.largest, block, lower=lower, odd=odd)
+        if not odd or block.dt is None:
+            return found
+        monotone = _called(self.largest, block, lower=lower, odd=False)  # odd laws are monotone laws
+        return monotone if monotone.largest.low > found.largest.low else found
+
+    def decide(
+        self, block: RationalBlock, bounds: Sector | SlopeBounds, *, odd: bool = False, thorough: bool = False
+    ) -> Answer:
+        """Whether the criterion proves the class with these bounds of the sector or, where it needs them, the slope."""
+        asked = SlopeBounds(bounds.lower, bounds.upper) if self.slope else Sector(bounds.lower, bounds.upper)
+        options: dict[str, Any] = {"odd": odd} if self.odd else {}
+        return _called(self.decision, block, asked, **options, **({"effort": "full"} if thorough else {}))
+
+    def bounds(self, law_class: LawClass) -> list[Sector] | list[SlopeBounds]:
+        """What it is asked about: the sector, the slope bounds, or where one side is free both bounds as slopes."""
+        slope = law_class.slope
+        if not self.slope or slope is None:
+            return [law_class.sector]
+        tight = SlopeBounds(law_class.sector.lower, law_class.sector.upper)
+        return [tight, slope] if self.free and tight != slope else [slope]
+
+
+def _called(place: str, *given: object, **options: object) -> Answer:
+    module, function = place.split(":")
+    answer: Answer = getattr(import_module(f"lure.analysis.{module}"), function)(*given, **options)
+    return answer
+
+
+# The multipliers of a certificate, from the parameters of an answer.
+
+
+def _none(_answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
+    yield {}
+
+
+def _mirrored(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
+    lower = answer.law_class.sector.lower
+    yield from ({"mirrored": True},) if lower == -math.inf else ({}, {"mirrored": True})
+
+
+def _number(name: str) -> Callable[[Answer, Upper], Iterator[Multiplier]]:
+    """A finite number of the parameters and, should it fail, multiples of it."""
+
+    def multipliers(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
+        value = str(answer.parameters.get(name, "0"))
+        if "inf" not in value:
+            yield from ({name: text} for text in dict.fromkeys(str(Fraction(value) * factor) for factor in _NEARBY))
+
+    return multipliers
+
+
+def _pair(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
+    theta, tau = (str(answer.parameters.get(name, "0")) for name in ("theta", "tau"))
+    if "inf" not in theta + tau:
+        yield {"theta": theta, "tau": tau}
+
+
+def _taps(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
+    if "taps" in answer.parameters:
+        yield {"taps": [[int(i), str(h)] for i, h in _mapping(answer.parameters["taps"]).items()]}
+
+
+def _kernels(answer: Answer, upper: Upper) -> Iterator[Multiplier]:
+    """Kernels as they are; then with less mass, which can serve every finite ``k`` where a mass of 1 does not."""
+    given = answer.parameters.get("kernels")
+    if not isinstance(given, list | tuple):
+        return
+    theta, entries = str(answer.parameters["theta"]), [_mapping(entry) for entry in given]
+    yield {"theta": theta, "kernels": entries}
+    mass = sum((abs(Fraction(entry["coefficient"])) for entry in entries), Fraction(0))
+    for factor in _SHRINKING if entries and (upper == "finite" or mass == 1) else ():
+        less = [{**entry, "coefficient": str(factor * Fraction(entry["coefficient"]))} for entry in entries]
+        yield {"theta": theta, "kernels": less}
+
+
+def _mapping(value: object) -> dict[Any, Any]:
+    return dict(value) if isinstance(value, Mapping) else {}
+
+
+_FLOW: tuple[Time, ...] = ("continuous",)
+_MAP: tuple[Time, ...] = ("discrete",)
+TABLE = (  # in each stage the cheapest first
+    Theorem(
+        name="hurwitz",
+        title="Hurwitz: constant gains",
+        times=(*_FLOW, *_MAP),
+        linear=True,
+        largest="inequality.gains:hurwitz_largest",
+        decision="inequality.gains:hurwitz_criterion",
+        dead_time="theorems.dead_time:hurwitz_largest",
+        multipliers=_none,
+    ),
+    Theorem(
+        name="circle",
+        title="the circle criterion",
+        times=(*_FLOW, *_MAP),
+        time_varying=True,
+        endless=True,
+        matrix=True,
+        largest="theorems.circle:circle_largest",
+        decision="theorems.circle:circle_criterion",
+        dead_time="theorems.dead_time:circle_largest",
+        multipliers=_mirrored,
+    ),
+    Theorem(
+        name="popov",
+        title="Popov's criterion",
+        times=_FLOW,
+        endless=True,
+        composed=True,
+        matrix=True,
+        largest="theorems.popov:popov_largest",
+        decision="theorems.popov:popov_criterion",
+        dead_time="theorems.dead_time:popov_largest",
+        multipliers=_number("theta"),
+    ),
+    Theorem(
+        name="park",
+        title="Yakubovich's and Park's criterion",
+        aliases=("yakubovich",),
+        times=_FLOW,
+        slope=True,
+        stage=1,
+        largest="theorems.park:park_largest",
+        decision="theorems.park:park_criterion",
+        multipliers=_pair,
+    ),
+    Theorem(
+        name="off-axis-circle",
+        title="the off-axis circle criterion",
+        aliases=("off-axis",),
+        times=_FLOW,
+        slope=True,
+        stage=1,
+        largest="theorems.off_axis:off_axis_largest",
+        decision="theorems.off_axis:off_axis_criterion",
+        multipliers=_number("alpha"),
+    ),
+    Theorem(
+        name="tsypkin",
+        title="Tsypkin's criterion",
+        times=_MAP,
+        slope=True,
+        free="above",
+        stage=1,
+        largest="theorems.differences:tsypkin_largest",
+        decision="theorems.differences:tsypkin_criterion",
+        multipliers=_number("q"),
+    ),
+    Theorem(
+        name="jury-lee",
+        title="the Jury-Lee criterion",
+        times=_MAP,
+        slope=True,
+        free="below",
+        stage=1,
+        largest="theorems.differences:jury_lee_largest",
+        decision="theorems.differences:jury_lee_criterion",
+        multipliers=_number("q"),
+    ),
+    Theorem(
+        name="zames-falb",
+        title="Zames-Falb multipliers with a Popov term",
+        aliases=("zf",),
+        times=_FLOW,
+        slope=True,
+        odd=True,
+        thorough=True,
+        stage=2,
+        largest="theorems.zames_falb:zames_falb_largest",
+        decision="theorems.zames_falb:zames_falb_criterion",
+        multipliers=_kernels,
+    ),
+    Theorem(
+        name="zames-falb",
+        title="Zames-Falb multipliers with finitely many taps",
+        aliases=("zf",),
+        times=_MAP,
+        slope=True,
+        odd=True,
+        stage=2,
+        largest="theorems.zames_falb_discrete:zames_falb_discrete_largest",
+        decision="theorems.zames_falb_discrete:zames_falb_discrete_criterion",
+        multipliers=_taps,
+    ),
+)
+CRITERIA = tuple(dict.fromkeys(row.name for row in TABLE))
+"""The names of the criteria, to ask for one of them."""
+
+
+def time_of(block: object) -> Time:
+    """The time domain of a block.
+
+    Parameters
+    ----------
+    block : object
+        In discrete time it has a sampling time ``dt``.
+    """
+    return "continuous" if getattr(block, "dt", None) is None else "discrete"
+
+
+def row_of(name: str, block: object) -> Theorem:
+    """The row of a criterion by its name, in the time domain of a block.
+
+    Parameters
+    ----------
+    name : str
+        ``criterion`` of an answer.
+    block : object
+        The block of the answer.
+    """
+    return next(row for row in TABLE if row.name == name and time_of(block) in row.times)
+
+
+def theorems_for(block: object, question: Question, criterion: str, *, time_varying: bool = False) -> list[Theorem]:
+    """The criteria to run for a question.
+
+    Parameters
+    ----------
+    block : RationalBlock, DelayBlock or StateSpaceBlock
+        The block.
+    question : {"sector", "slope"}
+        What is known of the law; a slope-restricted law lies in the sector of the same bounds, so that the criteria for
+        sectors serve it too.
+    criterion : str
+        A name, or ``best`` for all that apply (without those for constant gains, which prove nothing about nonlinear
+        laws).
+    time_varying : bool
+        Whether the law may vary with time.
+
+    Raises
+    ------
+    InputError
+        There is no such criterion.
+    AssumptionError
+        It does not apply to this question.
+    """
+    time = time_of(block)
+    wanted = criterion.replace("_", "-").lower()
+    wanted = next((row.name for row in TABLE if wanted in row.aliases), wanted)
+    if wanted != BEST and wanted not in CRITERIA:
+        near = difflib.get_close_matches(wanted, CRITERIA, n=1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise InputError(f"there is no criterion {criterion!r}; {hint}choose from {BEST}, {', '.join(CRITERIA)}")
+    exact = isinstance(block, RationalBlock)  # for other blocks there are only the criteria for sectors
+    found = [row for row in TABLE if time in row.times and (exact or not row.slope)]
+    if wanted == BEST:
+        return [
+            row
+            for row in found
+            if not row.linear and (question == "slope" or not row.slope) and (row.time_varying or not time_varying)
+        ]
+    named = [row for row in TABLE if row.name == wanted and time in row.times]
+    found = [row for row in found if row.name == wanted]
+    if named and not found:
+        others = " or ".join(row.name for row in TABLE if row.matrix)
+        raise AssumptionError(
+            f"the criterion {wanted} is evaluated for rational blocks of moderate order only; for this one ask {others}"
+        )
+    if not found:
+        other = "discrete" if time == "continuous" else "continuous"
+        raise AssumptionError(f"the criterion {wanted} is for {other} time, this block is in {time} time; try {BEST}")
+    if question == "sector" and found[0].slope:
+        raise AssumptionError(
+            f"the criterion {wanted} needs slope bounds, and a sector gives none; ask for the largest slope "
+            "(max_slope, lure max-slope)"
+        )
+    if time_varying and not found[0].time_varying:
+        varying = " or ".join(row.name for row in TABLE if row.time_varying)
+        raise AssumptionError(f"the criterion {wanted} is for time-invariant laws; for time-varying ones ask {varying}")
+    return found
