@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import decimal
 import math
 import sys
 from fractions import Fraction
+
+from lure.record.values import Towards, rounded
 
 # Exact numbers rounded to doubles, and doubles to text, in a stated direction.
 
@@ -26,12 +27,12 @@ def double_above(value: Fraction) -> float:
 
 def text_below(value: float | Fraction, digits: int = 10) -> str:
     """Some digits of a number, rounded down: what is proved up to it is proved up to what is printed."""
-    return _directed(value, digits, decimal.ROUND_FLOOR)
+    return rounded(value, "below", digits)
 
 
 def text_above(value: float | Fraction, digits: int = 10) -> str:
     """Some digits of a number, rounded up."""
-    return _directed(value, digits, decimal.ROUND_CEILING)
+    return rounded(value, "above", digits)
 
 
 def bound_below(value: float | Fraction) -> str:
@@ -47,7 +48,7 @@ def bound_below(value: float | Fraction) -> str:
     >>> bound_below(2 / 3), bound_below(1e12), bound_below(Fraction(59, 10))
     ('0.6666666', '1e12', '5.9')
     """
-    return _bound(value, decimal.ROUND_FLOOR)
+    return _bound(value, "below")
 
 
 def bound_above(value: float | Fraction) -> str:
@@ -63,32 +64,19 @@ def bound_above(value: float | Fraction) -> str:
     >>> bound_above(2 / 3), bound_above(5.7), bound_above(Fraction(57, 10))
     ('0.6666667', '5.700000001', '5.7')
     """
-    return _bound(value, decimal.ROUND_CEILING)
+    return _bound(value, "above")
 
 
-def _bound(value: float | Fraction, rounding: str) -> str:
+def _bound(value: float | Fraction, towards: Towards) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         return f"{value:g}"
     nearest = f"{float(value):.7g}"
     short = len(nearest.split("e")[0].replace(".", "").strip("-0")) <= 3
-    text = _directed(value, 10 if short and Fraction(nearest) != value else 7, rounding)
+    text = rounded(value, towards, 10 if short and Fraction(nearest) != value else 7)
     if not (text.isdigit() and text.endswith("0" * 7)):
         return text
     digits = text.rstrip("0")
     return f"{digits[0]}{'.' if digits[1:] else ''}{digits[1:]}e{len(text) - 1}"
-
-
-def _directed(value: float | Fraction, digits: int, rounding: str) -> str:
-    if value == 0 or (isinstance(value, float) and not math.isfinite(value)):
-        return f"{float(value):g}"
-    top, bottom = map(decimal.Decimal, value.as_integer_ratio())
-    rounded = decimal.Context(prec=digits, rounding=rounding).divide(top, bottom)
-    plain = -5 < rounded.adjusted() < digits + 6
-    text = f"{rounded:f}" if plain else f"{rounded:e}"
-    mantissa, _, exponent = text.partition("e")
-    if "." in mantissa:
-        mantissa = mantissa.rstrip("0").rstrip(".")
-    return f"{mantissa}e{int(exponent):+03d}" if exponent else mantissa
 
 
 def json_number(value: float | None) -> float | str | None:

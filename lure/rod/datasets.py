@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.record import plain, xarray_or_refusal
+from lure.record import Column as Column
+from lure.record import dataset as dataset
+from lure.record import numbered as numbered
+from lure.record import plain
 from lure.rod.parameters import PARAMETERS, Rod
 
 if TYPE_CHECKING:
     import control
-    import xarray
 
     from lure.rod.motion.impacts import Impact
     from lure.rod.scenario import Scenario
@@ -62,68 +64,6 @@ _PAPER = (
 )
 
 
-class Column(NamedTuple):
-    """A variable of a Dataset: its dimensions, its values, and what it may not go without.
-
-    Attributes
-    ----------
-    dims : tuple of str
-        Names of the dimensions; none for a single value.
-    values : array_like
-        Numbers, truth values or texts.
-    unit : str
-        As the CF conventions write it (``m s-1``), ``1`` for a pure number.
-    meaning : str
-        What it is, with its sign.
-    more : Mapping or None
-        Further attributes.
-    """
-
-    dims: tuple[str, ...]
-    values: ArrayLike
-    unit: str
-    meaning: str
-    more: Mapping[str, object] | None = None
-
-    def variable(self) -> tuple[tuple[str, ...], NDArray[Any], dict[str, object]]:
-        """The same as xarray takes it, with values of its own."""
-        return self.dims, np.array(self.values), {"units": self.unit, "long_name": self.meaning, **(self.more or {})}
-
-
-def dataset(
-    variables: Mapping[str, Column],
-    coordinates: Mapping[str, Column],
-    attributes: Mapping[str, object],
-) -> xarray.Dataset:
-    """A Dataset in which every variable and coordinate has ``units`` and a ``long_name``.
-
-    Parameters
-    ----------
-    variables, coordinates : Mapping of str to Column
-        By name.
-    attributes : Mapping
-        Attributes of the whole, such as ``subject`` and ``evidence``: numbers and texts.
-
-    Raises
-    ------
-    InputError
-        xarray is not installed.
-
-    Examples
-    --------
-    >>> t = Column(("t",), [0.0, 0.5], "s", TIME)
-    >>> found = dataset({"z": Column(("t",), [0.0, 1.0], "m", "a place")}, {"t": t}, {"evidence": "observed"})
-    >>> found.z.attrs["units"], found.sizes["t"]
-    ('m', 2)
-    """
-    made: xarray.Dataset = xarray_or_refusal("a Dataset").Dataset(
-        {name: column.variable() for name, column in variables.items()},
-        coords={name: column.variable() for name, column in coordinates.items()},
-        attrs=dict(attributes),
-    )
-    return made
-
-
 def series(values: Mapping[str, ArrayLike | None]) -> dict[str, Column]:
     """Quantities of :data:`SERIES` along the time ``t``; those that are None are left out.
 
@@ -163,21 +103,6 @@ def impact_columns(impacts: Iterable[Impact]) -> dict[str, Column]:
     flags = {"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "in_contact_at_the_end released"}
     found["impact_closed"] = Column(("impact",), closed, "1", "whether the contact ended", flags)
     return found
-
-
-def numbered(dim: str, count: int, meaning: str = "number of the contact, in order") -> Column:
-    """A coordinate that counts from 1.
-
-    Parameters
-    ----------
-    dim : str
-        Its dimension.
-    count : int
-        How many there are.
-    meaning : str
-        Of what.
-    """
-    return Column((dim,), np.arange(1, count + 1), "1", meaning)
 
 
 def rod_attributes(rod: Rod) -> dict[str, str | float]:

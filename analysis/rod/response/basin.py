@@ -3,62 +3,66 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.rod.response.model import plain
 from lure.analysis.rod.response.recording import Progress
 from lure.analysis.rod.response.resting import resting_place
 from lure.analysis.rod.response.varying import checked_values
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
 from lure.expressions import Expression
-from lure.record import by_value
+from lure.record import Page, Record, derived, quantity
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
+_GRID = "velocity offset"
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Basin:
-    """Resting places against the initial data; make one with :func:`basin`.
+class Basin(Record):
+    """Resting places against the initial data; make one with :func:`basin`."""
 
-    Attributes
-    ----------
-    offsets, velocities : tuple of float
-        (m,) uniform displacements [m] and (n,) uniform velocities [m/s] added to the initial data.
-    low, high : ndarray
-        (n, m) bounds of the resting place ``z`` [m]; nan where nothing was computed.
-    impacts : ndarray
-        (n, m) number of impacts; -1 where nothing was computed.
-    settled : ndarray
-        (n, m) whether it is shown that no contact follows.
-    known : ndarray
-        (n, m) whether the bounds agree to 1e-9 of the largest ``|z|`` of the motion.
-    complete : bool
-        Whether all of the grid was done.
-    """
-
-    offsets: tuple[float, ...]
-    velocities: tuple[float, ...]
-    low: Array
-    high: Array
-    impacts: NDArray[np.int64]
-    settled: NDArray[np.bool_]
-    known: NDArray[np.bool_]
-    complete: bool
+    offsets: tuple[float, ...] = quantity(
+        "uniform displacements added to the initial data", "m", dims="offset", name="offset", key="offsets_m"
+    )
+    velocities: tuple[float, ...] = quantity(
+        "uniform velocities added to the initial data",
+        "m s-1",
+        dims="velocity",
+        name="velocity",
+        key="velocities_m_per_s",
+    )
+    low: Array = quantity(
+        "lower bound of the resting place ``z``; nan where nothing was computed",
+        "m",
+        dims=_GRID,
+        name="rest_low",
+        key="rest_low_m",
+    )
+    high: Array = quantity(
+        "upper bound of the resting place ``z``; nan where nothing was computed",
+        "m",
+        dims=_GRID,
+        name="rest_high",
+        key="rest_high_m",
+    )
+    impacts: NDArray[np.int64] = quantity(
+        "number of impacts; -1 where nothing was computed", "1", dims=_GRID, key="impacts"
+    )
+    settled: NDArray[np.bool_] = quantity("whether it is shown that no contact follows", "1", dims=_GRID, key="settled")
+    known: NDArray[np.bool_] = quantity(
+        "whether the bounds agree to 1e-9 of the largest ``|z|`` of the motion", "1", dims=_GRID, key="known"
+    )
+    complete: bool = quantity("Whether all of the grid was done")
 
     @property
+    @derived()
     def evidence(self) -> Evidence:
         """COMPUTED: each motion is followed until what is left of it is known in closed form."""
         return Evidence.COMPUTED
@@ -78,31 +82,24 @@ class Basin:
             "of the rod itself, from these initial data only."
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON; None where nothing was computed."""
-        return {
-            "offsets_m": list(self.offsets),
-            "velocities_m_per_s": list(self.velocities),
-            "rest_low_m": [[plain(value) for value in row] for row in self.low.tolist()],
-            "rest_high_m": [[plain(value) for value in row] for row in self.high.tolist()],
-            "impacts": self.impacts.tolist(),
-            "settled": self.settled.tolist(),
-            "known": self.known.tolist(),
-            "complete": self.complete,
-            "evidence": str(self.evidence),
-        }
+    def _attributes(self) -> dict[str, object]:
+        comment = "Resting places of the rod itself from these initial data; nothing is said between them."
+        return {"subject": "rod", **super()._attributes(), "comment": comment, "complete": int(self.complete)}
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Bounds of the resting places as an ``xarray.Dataset``, along ``velocity`` [m/s] and ``offset`` [m].
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.rod.response.export import basin_dataset
-
-        return basin_dataset(self)
+    def _page(self) -> Page:
+        done = self.impacts >= 0
+        rows: list[tuple[str, object]] = [
+            ("what moved", "the rod itself"),
+            ("initial data", f"{len(self.offsets)} displacements, {len(self.velocities)} velocities"),
+            ("motions followed", f"{int(done.sum())} of {done.size}"),
+            ("resting places known", int(self.known.sum())),
+            ("no contact to come", int(self.settled.sum())),
+        ]
+        if done.any():
+            rows.append(("resting places", f"z = {np.nanmin(self.low):.6g} m to {np.nanmax(self.high):.6g} m"))
+            rows.append(("impacts", f"up to {int(self.impacts.max())}"))
+        notes = ("Of the rod itself, from these initial data only.",)
+        return Page("resting places of the rod", rows, verdict="COMPUTED", notes=notes)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Resting places over the initial data; see :func:`lure.analysis.plots.plot_basin`.
@@ -115,11 +112,6 @@ class Basin:
         from lure.analysis.plots.rod_response import plot_basin
 
         return plot_basin(self, ax=ax)
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.rod.response.export import basin_html
-
-        return basin_html(self)
 
 
 def basin(

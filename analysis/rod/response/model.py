@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,95 +12,79 @@ from lure.analysis.rod.response.regime import Regime, Transients
 from lure.analysis.rod.response.separation import Separation
 from lure.analysis.rod.response.statistics import Balance, Impulses, Spectrum
 from lure.analysis.verdict import Evidence
-from lure.record import by_value
+from lure.record import Column, Page, Record, derived, finite, numbered, quantity
+from lure.rod import datasets
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 _HARMONICS = 9
+_WATCHED = "motion of the rod itself from one start, watched for a finite time; it proves nothing of others"
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Response:
+class Response(Record):
     """What a rod does under a periodic load after a while; make one with :func:`response`.
 
     Its numbers are those of the rod itself, not of a scheme, and of one motion: other initial data may lead elsewhere,
     and what follows the watch was not computed.
-
-    Attributes
-    ----------
-    rod : Rod
-        The rod.
-    scenario : Scenario
-        Loads and initial data.
-    plan : Plan
-        What was asked for.
-    period : float
-        Period of the loads that ``multiple`` counts in [s]; a multiple of the least one, perhaps.
-    period_source : {"formula", "given", "constant load"}
-        Proved from the formula, the user's word, or the round trip ``2T`` in place of a period.
-    settling : Settling
-        How long was waited.
-    regime : Regime
-        The kind of motion seen.
-    transients : Transients
-        Whether it was still changing.
-    t, z, v : ndarray
-        (n+1,) samples of the watch: time [s], contact coordinate [m], velocity ``z'`` [m/s].
-    poincare : ndarray
-        (R+1, 2) points ``(z, z')`` at whole periods of the load [m, m/s].
-    contacts : tuple of (float, float)
-        Intervals of contact, cut to the watch [s].
-    impact_impulses : ndarray
-        (j,) ``A int p dt`` of each contact that begins during the watch and ends [N s].
-    duty : float
-        Share of the watch in contact [-].
-    impulses : Impulses
-        Statistics of the impacts.
-    balance : Balance or None
-        Momentum per period; None with a body force, a clamped end, or a watch that begins within one transit.
-    spectrum : Spectrum
-        Amplitudes of ``z``.
-    separation : Separation or None
-        How two nearby motions part, if asked for.
-    energy_residual, error : float
-        Of the motion, see :class:`lure.rod.motion.Motion`.
     """
 
-    rod: Rod
-    scenario: Scenario
-    plan: Plan
-    period: float
-    period_source: str
-    settling: Settling
-    regime: Regime
-    transients: Transients
-    t: Array
-    z: Array
-    v: Array
-    poincare: Array
-    contacts: tuple[tuple[float, float], ...]
-    impact_impulses: Array
-    duty: float
-    impulses: Impulses
-    balance: Balance | None
-    spectrum: Spectrum
-    separation: Separation | None
-    energy_residual: float
-    error: float
+    rod: Rod = quantity("The rod", key="")
+    scenario: Scenario = quantity("Loads and initial data", key="force", plainly=lambda scenario: str(scenario.force))
+    plan: Plan = quantity("What was asked for", key="")
+    period: float = quantity(
+        "Period of the loads that ``multiple`` counts in [s]; a multiple of the least one, perhaps", key="period_s"
+    )
+    period_source: str = quantity(
+        "``formula`` (proved from it), ``given`` (the user's word) or ``constant load`` (the round trip ``2T`` in "
+        "place of a period)"
+    )
+    settling: Settling = quantity("How long was waited", inline=True)
+    t: Array = quantity("time since the start of the motion, at the samples of the watch", "s", dims="t")
+    z: Array = quantity("contact coordinate ``u(t, L) - gap``", "m", dims="t")
+    v: Array = quantity("velocity ``z'`` of the end ``x = L``", "m s-1", dims="t")
+    regime: Regime = quantity("The kind of motion seen", inline=True)
+    transients: Transients = quantity("Whether it was still changing", inline=True)
+    duty: float = quantity("Share of the watch in contact", "1", key="contact_duty")
+    impulses: Impulses = quantity("Statistics of the impacts", inline=True)
+    impact_impulses: Array = quantity(
+        "impulse ``A int p dt`` of each contact that begins during the watch and ends",
+        "N s",
+        dims="hit",
+        name="impulse",
+    )
+    balance: Balance | None = quantity(
+        "Momentum per period; None with a body force, a clamped end, or a watch that begins within one transit",
+        key="momentum_per_period_Ns",
+    )
+    spectrum: Spectrum = quantity("Amplitudes of ``z``", inline=True)
+    separation: Separation | None = quantity(
+        "How two nearby motions part, if asked for",
+        key="separation_rate_per_s",
+        plainly=lambda found: finite(found and found.rate),
+    )
+    poincare: Array = quantity("(R+1, 2) points ``(z, z')`` at whole periods of the load [m, m/s]")
+    contacts: tuple[tuple[float, float], ...] = quantity("Intervals of contact, cut to the watch", "s", key="")
+    energy_residual: float = quantity("Of the motion, see :class:`lure.rod.motion.Motion`")
+    error: float = quantity("Of the motion, see :class:`lure.rod.motion.Motion`", "m", key="error_m")
 
     @property
+    @derived()
     def evidence(self) -> Evidence:
         """OBSERVED: a motion followed for a finite time."""
         return Evidence.OBSERVED
 
     @property
+    @derived()
+    def watched_periods(self) -> int:
+        """Periods of the load that were watched."""
+        return len(self.poincare) - 1
+
+    @property
+    @derived(key="harmonics_m", plainly=lambda found: [*map(finite, found)])
     def harmonics(self) -> tuple[float, ...]:
         """Amplitudes of ``z`` at 0, 1, .., 8 times the frequency of the load [m]."""
         return tuple(self.spectrum.harmonic(order, self.period) for order in range(_HARMONICS))
@@ -137,61 +119,53 @@ class Response:
             said += f", impulse {hits.least:.4g} to {hits.largest:.4g} N s (mean {hits.mean:.4g})"
         return said + (f", peak stress {hits.peak_stress:.4g} Pa." if hits.count else ".")
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON: numbers with their units in the names, None for what is not finite."""
-        regime, hits, settled = self.regime, self.impulses, self.settling
-        return {
-            "force": str(self.scenario.force),
-            "period_s": self.period,
-            "period_source": self.period_source,
-            "settle_s": settled.time,
-            "settle_periods": settled.periods,
-            "wave_time_constant_s": plain(settled.wave_time),
-            "contact_time_constant_s": settled.contact_time,
-            "settle_note": settled.note,
-            "watched_periods": len(self.poincare) - 1,
-            "regime": regime.kind,
-            "multiple": regime.multiple,
-            "mismatch": regime.mismatch,
-            "periods_seen": regime.seen,
-            "range_m": regime.range,
-            "drift_m_per_period": regime.step,
-            "transients": self.transients.trend,
-            "contact_duty": self.duty,
-            "impacts_per_period": hits.per_period,
-            "impacts": hits.count,
-            "impulse_mean_Ns": plain(hits.mean),
-            "impulse_deviation_Ns": plain(hits.deviation),
-            "impulse_least_Ns": plain(hits.least),
-            "impulse_largest_Ns": plain(hits.largest),
-            "peak_stress_Pa": hits.peak_stress,
-            "momentum_per_period_Ns": None
-            if self.balance is None
-            else {
-                "force": self.balance.force,
-                "contact": self.balance.contact,
-                "dashpot": self.balance.dashpot,
-                "left": self.balance.left,
-            },
-            "harmonics_m": [plain(value) for value in self.harmonics],
-            "separation_rate_per_s": None if self.separation is None else plain(self.separation.rate),
-            "poincare": self.poincare.tolist(),
-            "energy_residual": self.energy_residual,
-            "error_m": self.error,
-            "evidence": str(self.evidence),
+    def _columns(self) -> dict[str, Column]:
+        strobe = "at whole periods of the load"
+        starts, ends = ([contact[i] for contact in self.contacts] for i in (0, 1))
+        return super()._columns() | {
+            "poincare_z": Column(("period",), self.poincare[:, 0], "m", f"z {strobe}"),
+            "poincare_v": Column(("period",), self.poincare[:, 1], "m s-1", f"z' {strobe}"),
+            "contact_start": Column(("contact",), starts, "s", "instant of contact, cut to the watch"),
+            "contact_end": Column(("contact",), ends, "s", "instant of release, cut to the watch"),
+            "period": numbered("period", len(self.poincare), "number of the stroboscopic point"),
+            "hit": numbered("hit", self.impact_impulses.size, "number of the finished contact, in order"),
         }
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Samples, stroboscopic points, spectrum and contacts as an ``xarray.Dataset`` with units.
+    def _attributes(self) -> dict[str, object]:
+        return {
+            "subject": "rod",
+            "evidence": str(self.evidence),
+            "comment": f"A {_WATCHED}.",
+            "regime": self.regime.kind,
+            "period": self.period,
+            "period_units": "s",
+            "period_source": self.period_source,
+            "energy_residual": self.energy_residual,
+            "error_estimate": self.error,
+            "error_estimate_units": "m",
+            **datasets.rod_attributes(self.rod),
+            **datasets.scenario_attributes(self.scenario),
+        }
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.rod.response.export import response_dataset
-
-        return response_dataset(self)
+    def _page(self) -> Page:
+        hits = self.impulses
+        rows: list[tuple[str, object]] = [
+            ("what moved", "the rod itself"),
+            ("force g(t) [N]", self.scenario.force),
+            ("period", f"{self.period:.6g} s ({self.period_source})"),
+            ("waited", self.settling),
+            ("seen", self.regime),
+            ("transients", self.transients),
+            ("in contact", f"{100 * self.duty:.4g} % of the time, {hits.per_period:.4g} impacts a period"),
+        ]
+        if hits.count:
+            rows.append(("peak stress of these impacts", f"{hits.peak_stress:.4g} Pa"))
+        if self.balance is not None:
+            rows.append(("momentum left per period", f"{self.balance.left:.3g} N s"))
+        if self.separation is not None:
+            rows.append(("nearby motions", self.separation))
+        rows.append(("energy balance", f"relative residual {self.energy_residual:.1g}"))
+        return Page("response of the rod to a periodic load", rows, verdict="OBSERVED", notes=(f"One {_WATCHED}.",))
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """History, stroboscopic points, spectrum and impulses; see :func:`lure.analysis.plots.plot_response`.
@@ -204,13 +178,3 @@ class Response:
         from lure.analysis.plots.rod_response import plot_response
 
         return plot_response(self, ax=ax)
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.rod.response.export import response_html
-
-        return response_html(self)
-
-
-def plain(value: float) -> float | None:
-    """A number for JSON; None in place of nan and infinity."""
-    return value if math.isfinite(value) else None

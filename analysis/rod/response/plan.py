@@ -16,6 +16,7 @@ import math
 from dataclasses import dataclass, field
 
 from lure.errors import AssumptionError, InputError
+from lure.record import Record, finite, quantity
 from lure.rod.motion import Boundary
 from lure.rod.parameters import Rod
 
@@ -69,30 +70,22 @@ class Plan:
             raise InputError(f"tolerance is {self.tolerance!r}; give a number between 0 and 1")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Settling:
-    """How long was waited, and how long the rod remembers.
+class Settling(Record):
+    """How long was waited, and how long the rod remembers."""
 
-    Attributes
-    ----------
-    time : float
-        Time before the watch begins [s].
-    periods : int
-        The same in periods of the force.
-    wave_time : float
-        ``1/lambda_w`` [s]; infinite without a dashpot, 0 for a matched one.
-    contact_time : float or None
-        ``1/lambda_c`` of the rod as one mass on its obstacle, an estimate [s]; None for an obstacle without a stiffness
-        of its own (rigid, power law, another law) and for a clamped rod.
-    note : str
-        What was cut short, or nothing.
-    """
-
-    time: float
-    periods: int
-    wave_time: float
-    contact_time: float | None
-    note: str = ""
+    time: float = quantity("Time before the watch begins", "s", key="settle_s")
+    periods: int = quantity("The same in periods of the force", key="settle_periods")
+    wave_time: float = quantity(
+        "``1/lambda_w`` [s]; infinite without a dashpot, 0 for a matched one",
+        key="wave_time_constant_s",
+        plainly=finite,
+    )
+    contact_time: float | None = quantity(
+        "``1/lambda_c`` of the rod as one mass on its obstacle, an estimate [s]; None for an obstacle without a "
+        "stiffness of its own (rigid, power law, another law) and for a clamped rod",
+        key="contact_time_constant_s",
+    )
+    note: str = quantity("What was cut short, or nothing", default="", key="settle_note")
 
     @property
     def constants(self) -> float:

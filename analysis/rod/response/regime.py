@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from lure.record import Record, quantity
 
 Array = NDArray[np.float64]
 Kind = Literal["rest", "periodic", "drifting", "not seen to repeat"]
@@ -16,35 +17,26 @@ _TIMES = 4
 _ROUNDING = 1e-12
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Regime:
-    """A motion as it was seen, over a finite time and from one start; it says nothing of other starts.
+class Regime(Record):
+    """A motion as it was seen, over a finite time and from one start; it says nothing of other starts."""
 
-    Attributes
-    ----------
-    kind : {"rest", "periodic", "drifting", "not seen to repeat"}
-        ``drifting`` is periodic but for the same step in every period: a rod that is pulled away from its obstacle.
-        ``not seen to repeat`` is no proof that the motion is not periodic: the period may be longer than a quarter of
-        the run, or the motion not yet there.
-    multiple : int or None
-        ``n``: it repeats after ``n`` periods of the force and was not seen to after fewer; None if it does not.
-    mismatch : float
-        Largest distance of ``z`` from the last ``n`` periods, over all phases of the periods that were seen to repeat,
-        relative to ``range``; for the best ``n`` and all periods if the motion was not seen to repeat [-].
-    seen : int
-        Number of the last periods that agree.
-    range : float
-        Largest minus least ``z`` during the watch, without the drift [m].
-    step : float
-        Drift of ``z`` in a period of the force [m].
-    """
-
-    kind: Kind
-    multiple: int | None
-    mismatch: float
-    seen: int
-    range: float
-    step: float = 0.0
+    kind: Kind = quantity(
+        "``drifting`` is periodic but for the same step in every period: a rod that is pulled away from its "
+        "obstacle. ``not seen to repeat`` is no proof that the motion is not periodic: the period may be longer "
+        "than a quarter of the run, or the motion not yet there",
+        key="regime",
+    )
+    multiple: int | None = quantity(
+        "``n``: it repeats after ``n`` periods of the force and was not seen to after fewer; None if it does not",
+    )
+    mismatch: float = quantity(
+        "Largest distance of ``z`` from the last ``n`` periods, over all phases of the periods that were seen to "
+        "repeat, relative to ``range``; for the best ``n`` and all periods if the motion was not seen to repeat "
+        "[-]",
+    )
+    seen: int = quantity("Number of the last periods that agree", key="periods_seen")
+    range: float = quantity("Largest minus least ``z`` during the watch, without the drift", "m", key="range_m")
+    step: float = quantity("Drift of ``z`` in a period of the force", "m", key="drift_m_per_period", default=0.0)
 
     def __str__(self) -> str:
         if self.kind == "rest":
@@ -61,28 +53,23 @@ class Regime:
         )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Transients:
-    """Whether the motion was still changing: the four quarters of the watch compared.
+class Transients(Record):
+    """Whether the motion was still changing: the four quarters of the watch compared."""
 
-    Attributes
-    ----------
-    trend : {"over", "died out", "still approaching", "still changing", "no trend seen"}
-        ``over``: the motion repeats from the first period watched on (or is at rest).  ``died out``: it repeats since
-        later in the watch.  ``still approaching``: it comes closer to repeating from quarter to quarter, to less than
-        half of the first and a tenth of its range.  ``still changing``: the mean or the size of ``z`` moves one way
-        through the four quarters, by more than a fifth of its size.
-    means, sizes : tuple of float
-        Mean and standard deviation of ``z`` in each quarter [m].
-    mismatches : tuple of float
-        How far ``z`` is from ``n`` periods before, relative to its range, largest in each quarter, for the ``n`` that
-        fits the last quarter best [-].
-    """
-
-    trend: Trend
-    means: tuple[float, ...]
-    sizes: tuple[float, ...]
-    mismatches: tuple[float, ...]
+    trend: Trend = quantity(
+        "``over``: the motion repeats from the first period watched on (or is at rest). ``died out``: it repeats "
+        "since later in the watch. ``still approaching``: it comes closer to repeating from quarter to quarter, "
+        "to less than half of the first and a tenth of its range. ``still changing``: the mean or the size of "
+        "``z`` moves one way through the four quarters, by more than a fifth of its size",
+        key="transients",
+    )
+    means: tuple[float, ...] = quantity("Mean of ``z`` in each quarter", "m", key="")
+    sizes: tuple[float, ...] = quantity("Standard deviation of ``z`` in each quarter", "m", key="")
+    mismatches: tuple[float, ...] = quantity(
+        "How far ``z`` is from ``n`` periods before, relative to its range, largest in each quarter, for the "
+        "``n`` that fits the last quarter best [-]",
+        key="",
+    )
 
     def __str__(self) -> str:
         return {

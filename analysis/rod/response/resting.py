@@ -13,13 +13,13 @@ that there is none later.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from lure.analysis.rod.response.plan import MOST_TRIPS, contact_time, wave_rate
 from lure.analysis.rod.response.recording import means
 from lure.errors import AssumptionError
+from lure.record import Record, quantity
 from lure.rod.motion import Boundary, Window, motion_windows
 from lure.rod.motion.chebyshev import basis
 from lure.rod.parameters import Rod
@@ -31,31 +31,20 @@ _QUIET = 2
 _KNOWN = 1e-9
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Rest:
-    """Where one motion ends.
+class Rest(Record):
+    """Where one motion ends."""
 
-    Attributes
-    ----------
-    low, high : float
-        Bounds of the resting place ``z`` [m]; equal, to rounding, if no contact follows.
-    impacts : int
-        Contacts that ended before the motion was left.
-    settled : bool
-        Whether no contact follows: in two round trips in succession there was none, and ``zeta <= 0``.
-    known : bool
-        Whether the bounds agree to 1e-9 of the largest ``|z|`` met, whether or not contact follows: a rod may creep out
-        of the obstacle for ever.
-    time : float
-        When the motion was left [s].
-    """
-
-    low: float
-    high: float
-    impacts: int
-    settled: bool
-    known: bool
-    time: float
+    low: float = quantity("Lower bound of the resting place ``z``", "m")
+    high: float = quantity("Upper bound; equal to the lower, to rounding, if no contact follows", "m")
+    impacts: int = quantity("Contacts that ended before the motion was left")
+    settled: bool = quantity(
+        "Whether no contact follows: in two round trips in succession there was none, and ``zeta <= 0``",
+    )
+    known: bool = quantity(
+        "Whether the bounds agree to 1e-9 of the largest ``|z|`` met, whether or not contact follows: a rod may "
+        "creep out of the obstacle for ever",
+    )
+    time: float = quantity("When the motion was left", "s")
 
     def __str__(self) -> str:
         if self.settled:

@@ -8,13 +8,12 @@ that the motion is chaotic nor that it is not.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import InputError
 from lure.expressions import Expression
+from lure.record import Record, quantity
 from lure.rod.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -23,24 +22,15 @@ _NOISE, _LARGE = 1e-13, 1e-2
 _FEWEST = 4
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Separation:
-    """How the distance of two nearby motions changed.
+class Separation(Record):
+    """How the distance of two nearby motions changed."""
 
-    Attributes
-    ----------
-    distance : ndarray
-        (R,) largest ``|z_2 - z_1|`` in each period of the watch [m].
-    rate : float
-        Slope of its logarithm over ``periods`` [1/s]; negative if the motions come together; nan if there were fewer
-        than 4 periods above rounding and below a hundredth of the range of ``z``.
-    periods : tuple of int
-        First period used, and the one after the last.
-    """
-
-    distance: Array
-    rate: float
-    periods: tuple[int, int]
+    distance: Array = quantity("(R,) largest ``|z_2 - z_1|`` in each period of the watch", "m")
+    rate: float = quantity(
+        "Slope of its logarithm over ``periods`` [1/s]; negative if the motions come together; nan if there were "
+        "fewer than 4 periods above rounding and below a hundredth of the range of ``z``",
+    )
+    periods: tuple[int, int] = quantity("First period used, and the one after the last")
 
     def __str__(self) -> str:
         first, last = self.periods

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -13,91 +12,59 @@ from scipy.integrate import quad
 from lure.analysis.rod.response.recording import Record
 from lure.analysis.rod.response.regime import Regime
 from lure.expressions import Expression
+from lure.record import Record as Result
+from lure.record import derived, quantity
 from lure.rod.scenario import Scenario
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Impulses:
-    """Impacts that begin during the watch; statistics over those that also end in it.
+class Impulses(Result):
+    """Impacts that begin during the watch; statistics over those that also end in it."""
 
-    Attributes
-    ----------
-    count : int
-        Contacts that begin.
-    unfinished : int
-        Of these, contacts that have not ended.
-    per_period : float
-        ``count`` per period of the force [-].
-    mean, deviation, least, largest : float
-        Of the impulse ``A int p dt`` of one contact [N s]; nan without any.
-    peak_stress : float
-        Largest contact stress of them all [Pa]; 0 without any.
-    """
-
-    count: int
-    unfinished: int
-    per_period: float
-    mean: float
-    deviation: float
-    least: float
-    largest: float
-    peak_stress: float
+    count: int = quantity("Contacts that begin", key="impacts")
+    unfinished: int = quantity("Of these, contacts that have not ended", key="")
+    per_period: float = quantity("``count`` per period of the force", "1", key="impacts_per_period")
+    mean: float = quantity("Mean of ``A int p dt`` of one contact [N s]; nan without any", key="impulse_mean_Ns")
+    deviation: float = quantity("Its standard deviation [N s]; nan without any", key="impulse_deviation_Ns")
+    least: float = quantity("The least of them [N s]; nan without any", key="impulse_least_Ns")
+    largest: float = quantity("The largest of them [N s]; nan without any", key="impulse_largest_Ns")
+    peak_stress: float = quantity("Largest contact stress of them all [Pa]; 0 without any", key="peak_stress_Pa")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Balance:
+class Balance(Result):
     """Momentum per period of the force [N s], averaged over the last periods watched, a whole number of repetitions.
 
     In a motion that repeats the dashpots take none on average, since ``k int u_t dt`` is ``k`` times the change of
     ``u``, and momentum comes back: **the mean contact impulse is that of the force.**  So a force of mean 0 has no
     periodic response with contact: the rod walks away from the obstacle until it no longer reaches it.
-
-    Attributes
-    ----------
-    contact : float
-        ``A int p dt``, by integration of the motion.
-    force : float
-        ``int g dt``, by quadrature of the formula.
-    dashpot : float
-        ``k int u_t(t, 0) dt + k_L int u_t(t, L) dt``.
     """
 
-    contact: float
-    force: float
-    dashpot: float
+    contact: float = quantity("``A int p dt``, by integration of the motion")
+    force: float = quantity("``int g dt``, by quadrature of the formula")
+    dashpot: float = quantity("``k int u_t(t, 0) dt + k_L int u_t(t, L) dt``")
 
     @property
+    @derived()
     def left(self) -> float:
         """``force - dashpot - contact``: the gain of momentum per period."""
         return self.force - self.dashpot - self.contact
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Spectrum:
-    """Amplitudes of ``z`` during the watch.
+class Spectrum(Result):
+    """Amplitudes of ``z`` during the watch."""
 
-    Attributes
-    ----------
-    frequency : ndarray
-        (m,) [Hz], from 0 on.
-    amplitude : ndarray
-        (m,) of ``amplitude cos(2 pi frequency t + phase)`` [m]; at 0 the mean.
-    phase : ndarray
-        (m,) with ``t = 0`` at the start of the motion [rad].
-    periods : int
-        Periods of the force transformed: a whole number of periods of the motion if it repeats.
-    window : {"none", "hann"}
-        Hann's window is laid over motions that do not repeat; a line is then spread over three neighbours, and its
-        amplitude is that of the middle one.
-    """
-
-    frequency: Array
-    amplitude: Array
-    phase: Array
-    periods: int
-    window: str
+    frequency: Array = quantity("frequency, from 0 on", "Hz", dims="frequency")
+    amplitude: Array = quantity(
+        "amplitude of ``z``, as in ``amplitude cos(2 pi frequency t + phase)``; at 0 the mean", "m", dims="frequency"
+    )
+    phase: Array = quantity("phase of ``z``, ``t = 0`` at the start of the motion", "rad", dims="frequency")
+    periods: int = quantity("Periods of the force transformed: a whole number of periods of the motion if it repeats", key="")
+    window: str = quantity(
+        "Hann's window is laid over motions that do not repeat; a line is then spread over three neighbours, and "
+        "its amplitude is that of the middle one",
+        key="",
+    )
 
     def harmonic(self, order: int, period: float) -> float:
         """Amplitude at ``order`` times the frequency of the force [m]; nan above the spectrum.

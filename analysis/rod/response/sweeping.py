@@ -2,55 +2,48 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+import math
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from lure.analysis.rod.response.model import plain
 from lure.analysis.rod.response.plan import Plan
 from lure.analysis.rod.response.recording import Array, Progress
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
-from lure.record import by_value
+from lure.record import Column, Page, Record, derived, numbered, quantity
+from lure.rod import datasets
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.plots.style import Axes
 
+_LISTED = 40
 Order = Literal["separate", "up", "down"]
 ORDERS: tuple[Order, ...] = ("separate", "up", "down")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Sweep:
-    """How a parameter is varied.
+class Sweep(Record):
+    """How a parameter is varied."""
 
-    Attributes
-    ----------
-    plan : Plan
-        How long to wait and to watch at each value; ``separation`` is not used.
-    order : {"separate", "up", "down"}
-        ``separate``: each value starts from the same initial data.  ``up``, ``down``: one motion, in which the force
-        goes through the values in ascending or descending order, so that each value starts from where the one before
-        has ended; up and down may differ (hysteresis).  The rod cannot change in the middle of its motion: only symbols
-        of the force can be swept.
-    start : Scenario
-        Initial data and body force.
-    workers : int
-        Processes that share the values of a separate sweep; the result does not depend on it.  A script that asks for
-        more than one needs the usual ``if __name__ == "__main__":``.
-    progress : callable or None
-        Called as ``progress(text, share)``.
-    """
-
-    plan: Plan = field(default_factory=Plan)
-    order: Order = "separate"
-    start: Scenario = field(default_factory=Scenario)
-    workers: int = 1
-    progress: Progress | None = None
+    plan: Plan = quantity(
+        "How long to wait and to watch at each value; ``separation`` is not used",
+        default_factory=Plan,
+    )
+    order: Order = quantity(
+        "``separate``: each value starts from the same initial data. ``up``, ``down``: one motion, in which the "
+        "force goes through the values in ascending or descending order, so that each value starts from where the "
+        "one before has ended; up and down may differ (hysteresis). The rod cannot change in the middle of its "
+        "motion: only symbols of the force can be swept",
+        default="separate",
+    )
+    start: Scenario = quantity("Initial data and body force", default_factory=Scenario)
+    workers: int = quantity(
+        "Processes that share the values of a separate sweep; the result does not depend on it. A script that "
+        'asks for more than one needs the usual ``if __name__ == "__main__":``',
+        default=1,
+    )
+    progress: Progress | None = quantity("Called as ``progress(text, share)``", default=None)
 
     def __post_init__(self) -> None:
         if self.order not in ORDERS:
@@ -58,71 +51,45 @@ class Sweep:
         if isinstance(self.workers, bool) or not isinstance(self.workers, int) or not 1 <= self.workers <= 64:
             raise InputError(f"workers is {self.workers!r}; give a whole number from 1 to 64")
 
-    def _repr_html_(self) -> str:
-        from lure.analysis.rod.response.export import sweep_html
-
-        return sweep_html(self)
-
-
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Point:
-    """What was seen at one value.
-
-    Attributes
-    ----------
-    value : float
-        Of the parameter.
-    poincare : ndarray
-        (R+1, 2) points ``(z, z')`` at whole periods of the force [m, m/s]; (0, 2) if the motion could not be followed.
-    regime, multiple, trend : str, int or None, str
-        As in :class:`Regime` and :class:`Transients`.
-    duty, impacts, peak_stress : float
-        Share of time in contact [-], impacts per period [-], largest stress [Pa].
-    problem : str
-        Why the motion could not be followed, or nothing.
-    """
-
-    value: float
-    poincare: Array
-    regime: str = "not followed"
-    multiple: int | None = None
-    trend: str = ""
-    duty: float = np.nan
-    impacts: float = np.nan
-    peak_stress: float = np.nan
-    problem: str = ""
+    def _page(self) -> Page:
+        rows = [("order", self.order), ("plan", self.plan), ("processes", self.workers)]
+        return Page("how a parameter is varied", rows, notes=("A request: nothing was computed yet.",))
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Bifurcation:
-    """Stroboscopic points against a parameter; make one with :func:`bifurcation`.
+class Point(Record):
+    """What was seen at one value."""
 
-    Attributes
-    ----------
-    parameter : str
-        Its name.
-    force : str
-        Formula of ``g``, with the symbol.
-    values : tuple of float
-        Values asked for, in the order in which they were taken.
-    points : tuple of Point
-        What was seen at those that were done, in that order.
-    order : {"separate", "up", "down"}
-        How each value started.
-    complete : bool
-        Whether all values were done; if not, it was interrupted.
-    """
+    value: float = quantity("value of the parameter")
+    poincare: Array = quantity(
+        "(R+1, 2) points ``(z, z')`` at whole periods of the force [m, m/s]; (0, 2) if the motion could not be followed"
+    )
+    regime: str = quantity("kind of motion seen, as in :class:`Regime`", "1", default="not followed")
+    multiple: int | None = quantity("periods of the force in a repetition; nan if none was seen", "1", default=None)
+    trend: str = quantity(
+        "whether it was still changing, as in :class:`Transients`", "1", key="transients", name="transients", default=""
+    )
+    duty: float = quantity("share of time in contact", "1", key="contact_duty", default=math.nan)
+    impacts: float = quantity(
+        "impacts that begin, per period of the force", "1", key="impacts_per_period", default=math.nan
+    )
+    peak_stress: float = quantity("largest stress of these impacts", "Pa", key="peak_stress_Pa", default=math.nan)
+    problem: str = quantity("why the motion could not be followed, or nothing", "1", default="")
 
-    parameter: str
-    force: str
-    values: tuple[float, ...]
-    points: tuple[Point, ...]
-    order: Order
-    complete: bool
+
+class Bifurcation(Record):
+    """Stroboscopic points against a parameter; make one with :func:`bifurcation`."""
+
+    parameter: str = quantity("Its name")
+    force: str = quantity("Formula of ``g``, with the symbol")
+    values: tuple[float, ...] = quantity("Values asked for, in the order in which they were taken")
+    points: tuple[Point, ...] = quantity(
+        "What was seen at those that were done, in that order", dims="value", each=Point
+    )
+    order: Order = quantity("How each value started")
+    complete: bool = quantity("Whether all values were done; if not, it was interrupted")
 
     @property
+    @derived()
     def evidence(self) -> Evidence:
         """OBSERVED: one motion at each value, for a finite time."""
         return Evidence.OBSERVED
@@ -154,42 +121,49 @@ class Bifurcation:
             "these starts only."
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
-        return {
-            "parameter": self.parameter,
-            "force": self.force,
-            "order": self.order,
-            "complete": self.complete,
-            "values": list(self.values),
-            "points": [
-                {
-                    "value": point.value,
-                    "regime": point.regime,
-                    "multiple": point.multiple,
-                    "transients": point.trend,
-                    "contact_duty": plain(point.duty),
-                    "impacts_per_period": plain(point.impacts),
-                    "peak_stress_Pa": plain(point.peak_stress),
-                    "problem": point.problem,
-                    "poincare": point.poincare.tolist(),
-                }
-                for point in self.points
-            ],
-            "evidence": str(self.evidence),
+    def _columns(self) -> dict[str, Column]:
+        points = self.points
+        strobe = np.full((len(points), max((len(point.poincare) for point in points), default=0), 2), np.nan)
+        for i, point in enumerate(points):
+            strobe[i, : len(point.poincare)] = point.poincare
+        both, text = ("value", "period"), "at whole periods of the force; nan beyond the last"
+        unit = datasets.UNITS.get(self.parameter, "unit of the symbol in the force")
+        return super()._columns() | {
+            "value": Column(("value",), [point.value for point in points], unit, f"parameter {self.parameter}"),
+            "period": numbered("period", strobe.shape[1], "number of the stroboscopic point"),
+            "poincare_z": Column(both, strobe[:, :, 0], "m", f"z {text}"),
+            "poincare_v": Column(both, strobe[:, :, 1], "m s-1", f"z' {text}"),
         }
 
-    def to_xarray(self) -> xarray.Dataset:
-        """What was seen at each value as an ``xarray.Dataset``, along ``value`` and ``period``, with units.
+    def _attributes(self) -> dict[str, object]:
+        return {
+            "subject": "rod",
+            "evidence": str(self.evidence),
+            "comment": "At each value one motion of the rod itself from one start; nothing is said between the values.",
+            "parameter": self.parameter,
+            "force_g": self.force,
+            "order": self.order,
+            "complete": int(self.complete),
+        }
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.rod.response.export import bifurcation_dataset
-
-        return bifurcation_dataset(self)
+    def _page(self) -> Page:
+        points = self.points
+        step = max(1, -(-len(points) // _LISTED))
+        rows = [
+            (
+                f"{point.value:.6g}",
+                point.problem or point.regime,
+                "-" if point.multiple is None else point.multiple,
+                f"{100 * point.duty:.3g} %",
+                f"{point.impacts:.3g}",
+                f"{point.peak_stress:.4g}" if point.impacts > 0 else "-",
+            )
+            for point in points[::step]
+        ]
+        head = (self.parameter, "seen", "repeats after", "in contact", "impacts a period", "peak stress of these [Pa]")
+        notes = [] if step == 1 else [f"Shown is one value in {step}."]
+        title = f"response of the rod itself against {self.parameter}, g = {self.force}"
+        return Page(title, rows, head, "OBSERVED", (*notes, *str(self).split("\n")))
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Stroboscopic points against the parameter; see :func:`lure.analysis.plots.plot_bifurcation`.
@@ -202,8 +176,3 @@ class Bifurcation:
         from lure.analysis.plots.rod_response import plot_bifurcation
 
         return plot_bifurcation(self, ax=ax)
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.rod.response.export import bifurcation_html
-
-        return bifurcation_html(self)

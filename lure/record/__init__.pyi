@@ -1,0 +1,15 @@
+from lure.record.base import Page as Page
+from lure.record.base import Record as Record
+from lure.record.base import derived as derived
+from lure.record.base import quantity as quantity
+from lure.record.values import Column as Column
+from lure.record.values import by_value as by_value
+from lure.record.values import dataset as dataset
+from lure.record.values import finite as finite
+from lure.record.values import html_table as html_table
+from lure.record.values import numbered as numbered
+from lure.record.values import plain as plain
+from lure.record.values import read_only as read_only
+from lure.record.values import rounded as rounded
+from lure.record.values import same as same
+from lure.record.values import xarray_or_refusal as xarray_or_refusal
