@@ -59,7 +59,9 @@ class Spectrum(Result):
         "amplitude of ``z``, as in ``amplitude cos(2 pi frequency t + phase)``; at 0 the mean", "m", dims="frequency"
     )
     phase: Array = quantity("phase of ``z``, ``t = 0`` at the start of the motion", "rad", dims="frequency")
-    periods: int = quantity("Periods of the force transformed: a whole number of periods of the motion if it repeats", key="")
+    periods: int = quantity(
+        "Periods of the force transformed: a whole number of periods of the motion if it repeats", key=""
+    )
     window: str = quantity(
         "Hann's window is laid over motions that do not repeat; a line is then spread over three neighbours, and "
         "its amplitude is that of the middle one",
