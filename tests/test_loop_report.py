@@ -7,6 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from html.parser import HTMLParser
 from importlib import resources
+from types import SimpleNamespace
 
 import jsonschema
 import numpy as np
@@ -299,6 +300,13 @@ def test_the_describing_function_is_a_hint_for_odd_laws_in_continuous_time(repor
     assert "odd laws" in balance_hints(reports["contact"].analysis.subject)[0]
     assert balance_hints(reports["discrete law"].analysis.subject) == ()
     assert balance_hints(reports["proved"].analysis.subject) == ()
+
+
+@pytest.mark.parametrize(("number", "said"), [(1, "b0; it"), (4, "b0; b1; b2; b3; it"), (6, "b3; and 2 more; it")])
+def test_of_many_balances_four_are_listed_and_the_others_counted(reports, monkeypatch, number, said):
+    found = SimpleNamespace(balances=tuple(f"b{i}" for i in range(number)))
+    monkeypatch.setattr("lure.analysis.report.loop.balance.describing_hint", lambda block, law: found)
+    assert said in balance_hints(reports["law"].analysis.subject)[0]
 
 
 # page -----------------------------------------------------------------------------------------------------------------

@@ -12,8 +12,9 @@ from html import unescape
 import pytest
 from markupsafe import Markup
 
-from lure import builtin_system
+from lure import StateSpaceBlock, builtin_system
 from lure.analysis import analyse, max_sector, max_slope
+from lure.analysis.questions.state_space import growing_gain
 from lure.analysis.report import build_report, claims
 from lure.analysis.report.document import document
 from lure.analysis.report.html import page
@@ -23,6 +24,7 @@ from lure.analysis.report.loop.write import loop_page
 from lure.files import parse_system
 from lure.files.builtin import builtin_loop, loop_names
 from lure.rod.systems import rod_from_exact
+from lure.rod.transfer import RodBlock
 
 SEARCHED = {"ct-3", "ct-4", "ct-5", "ct-6", "ct-7", "dt-1", "dt-2", "dt-3", "dt-5", "dt-6", "integrator-lead"}
 SEARCHED |= {"kalman-fitts", "leonov-bragin-kuznetsov"}  # seconds each
@@ -278,6 +280,44 @@ def test_what_is_never_stable_is_told_so(plant):
     assert str(found.verdict) == found.to_dict()["verdict"] == "REFUTED"
     assert str(found).startswith("Not stable for phi, time-invariant, in the sector [0, k], whatever k > 0")
     assert found.refutation.certificate["proof"]["gain"] == "0"
+    row = table_of(found)
+    assert (row["proved up to k ="], row["why"]) == ("nothing is proved", found.reason or "-")
+    assert (row["evidence"], row["refuted from k ="]) == ("certified", "0")
+    assert "phi = 0" in row["refuted by"]
+
+
+@pytest.mark.parametrize(
+    ("damping", "ends"), [("2e-4", (math.inf, math.inf)), ("0", (0, math.inf)), ("-1", (0, math.inf))]
+)
+def test_every_linear_gain_is_stable_for_a_rod_that_is_damped_and_unknown_for_another(damping, ends):
+    paper = builtin_system("paper-rod").rod
+    block = RodBlock(rod_from_exact({**paper.exact, "damping": Fraction(damping)}))
+    found = max_sector(block, criterion="popov")
+    assert (found.hurwitz.low, found.hurwitz.high) == ends
+    assert table_of(found)["linear gains"] == f"stable up to {'inf' if ends[0] else '0'}"
+
+
+def test_a_gain_that_the_checker_refuses_is_no_counterexample(monkeypatch):
+    # 1/(s+1)^3 in Jordan's form: with the gain k the roots of (s+1)^3 = -k, on the axis for k = 8, to its right beyond
+    block = StateSpaceBlock([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0, -1.0]], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+    found = growing_gain(block, Fraction(0))
+    assert 8 <= found.k < 8.1
+    assert found.refutation.certificate["verdict"] == "REFUTED"
+    growing_gain.cache_clear()
+
+    def refusing(block, witness):
+        raise ArithmeticError("refused")
+
+    monkeypatch.setattr("lure.analysis.questions.state_space._settled", refusing)
+    assert growing_gain(block, Fraction(0)) is None
+    growing_gain.cache_clear()
+
+
+def table_of(found):
+    """The cells of an answer's table by their names."""
+    rows = re.findall(r"<tr>(.*?)</tr>", found._repr_html_().partition("</table>")[0], re.DOTALL)
+    cells = [[plain(cell) for cell in re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row, re.DOTALL)] for row in rows]
+    return {cell[0]: cell[1] for cell in cells}
 
 
 def one_question(found):
@@ -290,8 +330,11 @@ def one_question(found):
     assert exact(found.proved_text) <= top
     assert data["largest"] == [found.largest.low, found.largest.high]
     assert table["low"].values[0] == found.largest.low
-    shown = plain(found._repr_html_())
-    assert all(text in shown for text in (found.proved_text, found.refuted_text, plain(str(found))))
+    row = table_of(found)
+    assert (row["proved up to k ="], row["refuted from k ="]) == (found.proved_text, found.refuted_text)
+    assert row["proved by"].partition(",")[0] == found.criterion == found.proof.theorem
+    assert (row["evidence"], row["in a sentence"]) == ("certified", plain(str(found)))
+    assert near(exact(row["linear gains"].removeprefix("stable up to ")), Fraction(8))
 
 
 # rods -----------------------------------------------------------------------------------------------------------------
@@ -337,6 +380,11 @@ def test_a_rod_is_told_as_its_certificates_have_it(name):
         row.answer for row in rows if "motion" in row.text and row.evidence is not None and "compared" not in row.text
     }
     assert stated == ({"PROVED"} if verdict == "PROVED" else set())
+    # without damping the rod flies away at any speed: a double zero; with k != 0 the residue at zero is A/k, simple
+    zero = next(row for row in rows if "zero eigenvalue" in row.text)
+    assert zero.text == f"the zero eigenvalue is {'double' if name == 'free' else 'simple'}"
+    assert zero.answer == ("checked" if name in ("free", "pushed") else "PROVED")
+    assert data["spectrum"]["zero_multiplicity"] == (2 if name == "free" else 1)
 
 
 @pytest.mark.parametrize("name", RODS)
@@ -358,6 +406,8 @@ def test_the_numbers_of_a_rods_criteria_are_safe_to_quote_and_the_same_everywher
             )
             kind = "rod" if row["model"] == "rod" else "rod-scheme"
             assert result.shown.certificate["system"]["kind"] == kind
+        whys = f"In the {result.model}, {result.reason}." in " ".join(str(report).split())
+        assert whys == (result.theta is None) == (row["theta"] is None)
         if row["margin"] is None:
             continue
         low, high = row["margin_bracket"]

@@ -10,15 +10,17 @@ import jsonschema
 import pytest
 from lure.rod.parameters.systems import rod_from_exact
 
-from lure import Scenario, builtin_system
-from lure.analysis.report import ContradictionError, build, build_report, document
+from lure import Scenario, builtin_system, upwind
+from lure.analysis.report import ContradictionError, build, build_report, confirmed, document
 from lure.analysis.report.claims import claims
+from lure.analysis.report.comparison import compared
 from lure.analysis.report.confirmed import confirmation_data, confirmation_sentence
 from lure.analysis.report.document import to_json
 from lure.analysis.report.html import page
 from lure.analysis.rod.confirmation import confirm
 from lure.analysis.rod.confirmation.result import Quantity
 from lure.analysis.rod.confirmation.rod_side import contradictions_of_rest, contradictions_of_rod
+from lure.analysis.rod.simulation import simulate
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
 
@@ -229,3 +231,42 @@ def test_a_force_as_printed_acts_on_the_rod_as_the_scheme_feels_it():
     )
     assert printed.curves.z == pytest.approx(same.curves.z, rel=1e-12)
     assert confirmation_data(build_report(system).confirmation)["kind"] == "load"
+
+
+# a motion of energy E1 after E0 grew by 100 (E1/E0 - 1) %, and from 0 by no share at all
+@pytest.mark.parametrize(
+    ("start", "end", "said"),
+    [(1.0, 1.5, " by 50 %"), (1.0, 3.0, " to 3 J"), (2.0, 2.0, " by 0 %"), (0.0, 3.0, " to 3 J")],
+)
+def test_growth_is_a_share_or_the_last_energy(start, end, said):
+    assert confirmed._growth(Quantity(start=start, end=end, against=0.0, allowance=0.0, scale=end)) == said
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (0.0, "1e-14"),
+        (1e-14, "1e-14"),
+        (1.1e-14, "1e-13"),
+        (2e-3, "1e-2"),
+        (0.05, "1e-1"),
+        (0.1, "1e-1"),
+        (0.14, "0.2"),
+        (0.26, "0.3"),
+    ],
+)
+def test_an_error_is_not_printed_smaller_than_it_is(error, said):
+    assert confirmed._order(error) == said
+
+
+@pytest.mark.parametrize(
+    ("settings", "held"),
+    [
+        ({}, ("energy identity", "Popov-Lyapunov function", "zeta", "resting place")),
+        ({"damping": 0}, ("energy identity",)),
+        ({"scenario": Scenario.parse()}, ()),
+    ],
+)
+def test_what_a_simulation_was_held_against(settings, held):
+    scheme = upwind(system(**settings).rod, 10)
+    assert compared(simulate(scheme, system(**settings).scenario, until=1e-3)) == held

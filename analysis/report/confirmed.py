@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from lure.analysis.numerics.doubles import json_number
@@ -127,7 +128,7 @@ def _order(value: float) -> str:
     for exponent in range(-14, 0):
         if value <= 10.0**exponent:
             return f"1e{exponent}"
-    return f"{value:.1g}"
+    return f"{math.ceil(10.0 * value) / 10.0:.2g}"
 
 
 def _scheme_loss(scheme: Side | None) -> str:
