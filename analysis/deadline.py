@@ -11,6 +11,8 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from types import FrameType
 
+from lure.errors import InputError
+
 _AGAIN = 0.5  # [s] until a search that swallowed the first TimeoutError gets another
 _END: ContextVar[float] = ContextVar("_END", default=math.inf)
 
@@ -18,6 +20,24 @@ _END: ContextVar[float] = ContextVar("_END", default=math.inf)
 def time_left() -> float:
     """Seconds until the time allowed is over, negative afterwards; ``inf`` without a limit."""
     return _END.get() - time.monotonic()
+
+
+def check_seconds(seconds: object) -> None:
+    """Refuse what is no time allowed.
+
+    Parameters
+    ----------
+    seconds : object
+        A positive number, or None for no limit.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    number = isinstance(seconds, int | float) and not isinstance(seconds, bool) and 0 < seconds < math.inf
+    if seconds is not None and not number:
+        raise InputError(f"seconds is {seconds!r:.40}; give a positive number of seconds, or None for no limit")
 
 
 def checkpoint() -> None:

@@ -2,15 +2,17 @@
 
 import math
 from fractions import Fraction
+from types import SimpleNamespace
 
 import pytest
 from bound_laws import INF, laws
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lure.analysis.nonlinearity import law_bounds, violation
+from lure.analysis.nonlinearity import bounds, law_bounds, search, violation
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector, SlopeBounds
+from lure.errors import InputError
 from lure.nonlinearities import (
     Cubic,
     DeadZone,
@@ -290,3 +292,21 @@ def test_documents_and_sentences():
     assert document["slope_lower"]["attained"] is True
     assert "[1/17, 1]" in str(found)
     assert "certified" in str(found)
+
+
+def test_when_the_time_is_over_the_bounds_hold_and_are_said_to_be_the_best_so_far(monkeypatch):
+    text = "sigma*(1 + log(2 + sin(1/(sigma**2 + 0.01))))"
+    whole = law_bounds(text)
+    looks = iter(range(10**9))
+    monkeypatch.setattr(search, "time", SimpleNamespace(monotonic=lambda: next(looks)))  # a second for every look
+    monkeypatch.setattr(bounds, "time", SimpleNamespace(monotonic=lambda: 0))
+    for seconds in (1, 60):
+        found = law_bounds(text, seconds=seconds)
+        assert "the time allowed ended the search (LURE-I007)" in found.notes[-1]
+        assert found.sector_lower.outer <= whole.sector_lower.outer
+        assert found.sector_upper.outer >= whole.sector_upper.outer
+        assert found.sector_upper.gap > whole.sector_upper.gap
+    assert law_bounds(text, seconds=10**9) == whole
+    for wrong in (0, -1, math.inf, math.nan, True, "1"):
+        with pytest.raises(InputError, match=r"^seconds is .*; give a positive number of seconds"):
+            law_bounds("sin(sigma)", seconds=wrong)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lure.analysis.cli.commands import Json, Quiet
+from lure.analysis.cli.commands import Json, Quiet, Seconds, check_seconds
 from lure.analysis.cli.commands import app as app
 from lure.analysis.cli.progress import refused
 from lure.analysis.cli.texts import SECTOR
@@ -198,12 +198,14 @@ def sector(
     ] = "0",
     confidence: Annotated[float, typer.Option("--confidence", metavar="C", help="Of the measured bounds.")] = 0.95,
     fit: Annotated[bool, typer.Option("--fit", help="Fit normal compliance to the file.")] = False,
+    seconds: Seconds = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
     """Bound a law, or measured data; 11 if a bound that was to hold does not, 10 if that is open."""
     if (file is None) == (expr is None):
         raise refused("give a law with --expr, or a file of measured data, and not both; see lure sector --help")
+    check_seconds(seconds)
     _check_figure(plot, replace=replace)
     if expr is None:
         assert file is not None, "one of the two is given"
@@ -234,7 +236,7 @@ def sector(
     claim = None if within is None else _claim(within, slope=slope)
     from lure.analysis.nonlinearity import law_bounds, violation
 
-    found = law_bounds(expr, on=interval)
+    found = law_bounds(expr, on=interval, seconds=seconds)
     verdict = None if claim is None else found.within(claim)
     shown = None if claim is None else violation(expr, claim, on=interval, found=found)
     quantity: Quantity = "slope" if slope else "sector"

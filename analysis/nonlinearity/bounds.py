@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
+from lure.analysis.deadline import check_seconds
 from lure.analysis.nonlinearity import sampled as blackbox
 from lure.analysis.nonlinearity.extremes import BITS, Candidate, Cover, End, largest, least
 from lure.analysis.nonlinearity.hull import hull, tightened
@@ -207,10 +210,16 @@ def _same(left: Bound | tuple[Fraction, Fraction], right: Bound | tuple[Fraction
 
 
 _TIGHT = Fraction(1, 10**9)
+_LATE = "the time allowed ended the search (LURE-I007): these are the best bounds so far"
 
 
 def law_bounds(
-    law: object, *, on: object = None, lipschitz: float | Fraction | None = None, samples: int = 4001
+    law: object,
+    *,
+    on: object = None,
+    lipschitz: float | Fraction | None = None,
+    samples: int = 4001,
+    seconds: float | None = None,
 ) -> LawBounds:
     r"""Sector and slope bounds of a law, from both sides, with the places where they are attained.
 
@@ -229,6 +238,9 @@ def law_bounds(
         For a callable: a constant ``L`` with ``|phi(x) - phi(y)| <= L |x - y|`` that the user vouches for.
     samples : int
         For a callable: how many points are asked before the sample is refined.
+    seconds : float, optional
+        Time allowed to the search for the bounds of a formula.  When it is over, what was shown until then is returned:
+        bounds that hold and are wider, or infinite, and ``notes`` say so.
 
     Returns
     -------
@@ -257,12 +269,16 @@ def law_bounds(
     >>> print(law_bounds("x/(1 + x**2)").sector, law_bounds("x/(1 + x**2)").slope)
     [0, 1] [-0.125, 1]
     """
+    check_seconds(seconds)
+    effort = Effort(until=math.inf if seconds is None else time.monotonic() + seconds)
     interval = domain(on)
     low, high = (-math.inf, math.inf) if interval is None else interval
     if isinstance(law, Quantiser):
         found = quantiser_bounds(law, interval)
     elif (known := known_law(law, low, high)) is not None:
-        found = bounds_of_known(known, low, high)
+        found = bounds_of_known(known, low, high, effort)
+        if effort.late:
+            found = replace(found, notes=(*found.notes, _LATE))
     else:
         return _of_callable(law, interval, lipschitz, samples)
     if lipschitz is not None:

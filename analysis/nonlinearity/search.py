@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -213,9 +214,23 @@ _EXPANDING = 20  # what an expansion costs beside an evaluation on a box, about
 
 @dataclass(slots=True)
 class Effort:
-    """How much work may still be done, in operations of a formula evaluated on a box; shared by several searches."""
+    """How much work may still be done, in operations of a formula evaluated on a box; shared by several searches.
+
+    ``until`` is the end of the time allowed, on the clock of ``time.monotonic``.
+    """
 
     left: float = math.inf
+    until: float = math.inf
+
+    @property
+    def late(self) -> bool:
+        """Whether the time allowed is over."""
+        return self.until < math.inf and time.monotonic() >= self.until
+
+    @property
+    def spent(self) -> bool:
+        """Whether nothing may be done any more."""
+        return self.left <= 0 or self.late
 
 
 def extremes(
@@ -290,7 +305,7 @@ class _Search:
         scale = max((abs(value) for value in limits if isinstance(value, Fraction)), default=Fraction(0))
         for _ in range(MOST_BOXES):
             top, _, region = heap[0]
-            if region.closed or self.effort.left <= 0 or (_near(best, -top, scale) and not region.unknown):
+            if region.closed or self.effort.spent or (_near(best, -top, scale) and not region.unknown):
                 break
             heapq.heappop(heap)
             parts = self._refined(region)
@@ -352,7 +367,7 @@ class _Search:
         last = stage
         for last in range(stage, _DEEPEST, 2):
             region = self._end(end, side, last)
-            if self.effort.left <= 0:
+            if self.effort.spent:
                 break
             if isinstance(region.cover.low, Fraction) or isinstance(region.cover.high, Fraction):
                 return last, region

@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from lure.analysis.certificates.codes import OUT_OF_TIME
 from lure.analysis.certificates.systems import laws_of
 from lure.analysis.counterexamples.linear import refutes_lower
+from lure.analysis.deadline import check_seconds
 from lure.analysis.inequality.checks import require_solution
 from lure.analysis.questions.conclusion import (
     Conclusion,
@@ -213,24 +214,6 @@ def _checked(criterion: object, search: object, seconds: object, **flags: object
     if not isinstance(criterion, str):
         raise InputError(f"criterion is {criterion!r:.40}; give its name as text")
     check_seconds(seconds)
-
-
-def check_seconds(seconds: object) -> None:
-    """Refuse what is no time allowed.
-
-    Parameters
-    ----------
-    seconds : object
-        A positive number, or None for no limit.
-
-    Raises
-    ------
-    InputError
-        It is something else.
-    """
-    number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
-    if seconds is not None and not (number and 0 < cast("float", seconds) < math.inf):
-        raise InputError(f"seconds is {seconds!r:.40}; give a positive number of seconds, or None for no limit")
 
 
 def _block(block: object) -> Block:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lure.analysis.certificates.sealing import Failure, guarded
-from lure.analysis.deadline import time_limit
+from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.inequality.gains import GainInterval, gain_intervals
 from lure.analysis.inequality.plant import Case, Plant
 from lure.analysis.numerics.doubles import json_number
@@ -22,7 +22,7 @@ from lure.analysis.questions.findings import asked_row, decided
 from lure.analysis.questions.largest import UNFINISHED, Largest, Stopped, proved_up_to
 from lure.analysis.questions.models import Asked
 from lure.analysis.questions.problem import Subject, loop_given, subject
-from lure.analysis.questions.questions import ContradictionError, check_seconds, found_for, largest_of
+from lure.analysis.questions.questions import ContradictionError, found_for, largest_of
 from lure.analysis.theorems.table import BEST, Question
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.errors import AssumptionError
