@@ -41,31 +41,21 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 CACHE = ROOT / "build" / "mutants"
+_NAMED = """
+analysis answers answers_capped answers_conclusion answers_wording conclusion findings loop_report one_answer
+python_door report report_confirmation report_honesty report_opening results_html results_xarray showing"""
 TESTS = tuple(
-    f"tests/test_{name}.py"
-    for name in (
-        "analysis",
-        "answers",
-        "answers_capped",
-        "answers_conclusion",
-        "answers_wording",
-        "conclusion",
-        "findings",
-        "loop_report",
-        "one_answer",
-        "python_door",
-        "report",
-        "report_confirmation",
-        "report_honesty",
-        "report_opening",
-        "results_html",
-        "results_xarray",
-        "showing",
-    )
-    if (ROOT / f"tests/test_{name}.py").exists()
+    path.relative_to(ROOT).as_posix()
+    for name in _NAMED.split()
+    for path in sorted((ROOT / "tests").rglob(f"test_{name}.py"))
 )
-ROOMS = ("lure.analysis.questions", "lure.analysis.rod.conclusion", "lure.analysis.report")
-DRAWN = ("diagram", "figures", "pdf", "reporting")  # pictures and files, no words
+ROOMS = (
+    "lure.analysis.questions",
+    "lure.analysis.rod.questions",
+    "lure.analysis.rod.conclusion",
+    "lure.analysis.report",
+)
+DRAWN = ("diagram", "figures", "output", "pdf", "reporting")  # pictures and files, no words
 SINGLE = {
     "lure.analysis.certificates.sealing": ("contains", "_inside"),
     "lure.analysis.numerics.doubles": ("_bound", "_directed"),

@@ -8,7 +8,6 @@ from importlib import resources
 
 import jsonschema
 import pytest
-from lure.rod.parameters.systems import rod_from_exact
 
 from lure import Scenario, builtin_system, upwind
 from lure.analysis.report import ContradictionError, build, build_report, confirmed, document
@@ -23,6 +22,7 @@ from lure.analysis.rod.confirmation.rod_side import contradictions_of_rest, cont
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
+from lure.rod.systems import rod_from_exact
 
 SCHEMA = json.loads(resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8"))
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
