@@ -255,7 +255,8 @@ import sys, time
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from test_output import write
-from lure.analysis.output import placing, replaced
+from lure.analysis import output as placing
+from lure.analysis.output import replaced
 if {two_steps}:
     placing.exchange = lambda first, second: False
     rename = Path.rename

@@ -33,7 +33,8 @@ from lure.errors import InputError
 from lure.files.builtin import builtin_loops
 from lure.files.system import LoopSystem
 from lure.record import html_table, plain, xarray_or_refusal
-from lure.rod.systems import builtin_systems
+from lure.nonlinearities import shifted_law
+from lure.rod.systems import builtin_systems, paper_rod
 
 HOSTILE = "<script>alert('\"&')</script>"
 THIRD = lure.RationalBlock([1], [1, 3, 2, 0])
@@ -95,7 +96,7 @@ SYSTEMS = {
     "constant": lure.RationalBlock([3], [1]),
     "delay": lure.DelayBlock.parse("exp(-s/2)/(s + 1)"),
     "state space": lure.StateSpaceBlock([[0, 1], [-2, -3]], [0, 1], [1, 0]),
-    "linear": lure.upwind(lure.systems.paper_rod(), 3).block,
+    "linear": lure.upwind(paper_rod(), 3).block,
     "data": lure.FrequencyData([0, 2], [complex(math.inf, 0), 1j], error=[0.0, math.inf]),
     "sector": lure.Sector(0, math.inf),
     "sector of a third": lure.Sector(-math.inf, Fraction(1, 3)),
@@ -111,7 +112,7 @@ SYSTEMS = {
     "quantiser": lure.Quantiser(step=1),
     "formula": lure.ExpressionLaw("sigma/(1 + abs(sigma))", sector=lure.Sector(0, 1)),
     "contradicted": lure.ExpressionLaw("2*max(sigma, 0)", sector=lure.Sector(0, 1)),
-    "shifted": lure.laws.shifted_law(lure.Tanh(), 1),
+    "shifted": shifted_law(lure.Tanh(), 1),
     "contact": lure.NormalCompliance(Fraction(4), 2),
     "loop": lure.Loop(THIRD, lure.Saturation()),
     "loop of a stranger": lure.Loop(THIRD, Odd()),
@@ -365,7 +366,7 @@ def test_the_answer_about_every_named_loop_is_a_page_and_plain_data(name):
 
 
 def test_the_rod_and_its_scheme_say_which_they_are():
-    rod = lure.systems.paper_rod()
+    rod = paper_rod()
     _, text = read(lure.RodBlock(rod)._repr_html_())
     assert "The rod itself, without a grid." in text
     assert "-0.999667" in text  # a = (k - Z)/(k + Z) = (2e-4 - 1.2)/(2e-4 + 1.2)

@@ -33,7 +33,7 @@ SYSTEMS = {
     "StateSpaceBlock": lambda: lure.StateSpaceBlock([[-1.0]], [1], [1]),
     "FrequencyData": lambda: lure.FrequencyData([1.0, 2.0], [1, 2j], error=[0, np.nan]),
     "LinearBlock": lambda: lure.LinearBlock(-np.eye(2), np.ones(2), np.ones(2), np.ones(2)),
-    "UpwindScheme": lambda: lure.rod.upwind(rod().rod, 5),  # sparse matrices
+    "UpwindScheme": lambda: lure.upwind(rod().rod, 5),  # sparse matrices
     "RodBlock": lambda: lure.RodBlock(rod().rod),
     "Rod": lambda: rod().rod,
     "RodSystem": rod,
@@ -144,7 +144,7 @@ def test_equal_by_value_means_every_entry():
     assert Loop(LAG, Saturation()) == Loop(LAG, Saturation())
     assert Loop(LAG, Saturation()) != Loop(LAG, Saturation(limit=2))
     assert builtin_loop("contact") != builtin_loop("dead-zone")
-    assert lure.rod.upwind(rod().rod, 5) != lure.rod.upwind(rod().rod, 6)
+    assert lure.upwind(rod().rod, 5) != lure.upwind(rod().rod, 6)
     assert same((1, [np.nan]), (1, [np.nan]))
     assert not same((1, [0.0]), (1, [0.0, 0.0]))
     assert not same({"a": 1}, {"b": 1})
