@@ -32,8 +32,8 @@ from lure.analysis.verdict import Bracket
 from lure.errors import InputError
 from lure.files.builtin import builtin_loops
 from lure.files.system import LoopSystem
-from lure.record import html_table, plain, xarray_or_refusal
 from lure.nonlinearities import shifted_law
+from lure.record import html_table, plain, xarray_or_refusal
 from lure.rod.systems import builtin_systems, paper_rod
 
 HOSTILE = "<script>alert('\"&')</script>"
