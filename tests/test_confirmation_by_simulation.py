@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from lure import (
+    Cubic,
     DeadZone,
     ExpressionLaw,
     LawClass,
@@ -130,6 +131,19 @@ def test_a_root_with_a_residual_is_no_root():
     assert np.isnan(bracketed_root(law, 1.0, 1.0))
     with pytest.raises(InputError, match="has no solution"):
         simulate_loop(RationalBlock([1, 1], [1, F(-1, 2)], dt=1), law, [1.0], 3.0)
+
+
+# sigma + phi(sigma) = 2.5 sigma + sigma^3 has exactly one root for every y, here near y^(1/3), far below y.
+@pytest.mark.parametrize("y", [1e-9, 0.3, 9.277e11, -4.1e30])
+def test_the_root_of_a_steep_law_is_found_however_large_the_state(y):
+    root = bracketed_root(Cubic(linear=1.5, cubic=1), 1.0, y)
+    assert 2.5 * root + root**3 == pytest.approx(y, rel=1e-9)
+
+
+def test_a_solution_that_leaves_the_range_of_doubles_gives_no_warning():
+    # 1/(s+1)^4 is unstable with every gain above 4, and the gain of the cubic grows with sigma
+    found = tried(RationalBlock([1], [1, 4, 6, 4, 1]), Cubic(linear=3, cubic=1))
+    assert any(run.finding is Finding.GROWS for run in found.trajectories)
 
 
 def test_the_class_of_no_law_is_tried_with_its_members(proof):

@@ -370,7 +370,8 @@ def _alike(one: Run, other: Run) -> bool:
 
 def _trajectory(loop: BatchLoop, run: Run) -> Trajectory:
     t, sigma = (run.t[0], run.sigma[0]) if run.t else (np.zeros(1), np.zeros(1))
-    mu = -np.asarray(loop.values(sigma), dtype=float)
+    with np.errstate(all="ignore"):  # a solution that grows may end beyond the range of doubles
+        mu = -np.asarray(loop.values(sigma), dtype=float)
     return Trajectory(
         t=t * loop.seconds,
         sigma=sigma,

@@ -287,9 +287,11 @@ def bracketed_root(law: Law, d: float, y: float) -> float:
             reach *= 2
         if not (math.isfinite(reach) and excess(reach) * excess(-reach) <= 0):
             return math.nan
-    root = float(brentq(excess, -reach, reach, xtol=max(1e-15 * abs(y), 5e-324), rtol=1e-14, maxiter=2000))
-    size = abs(root) + abs(d * float(law(root))) + abs(y)
-    return root if abs(excess(root)) <= RESIDUAL * size else math.nan
+    for absolute in (max(1e-15 * abs(y), 5e-324), 5e-324):  # of a steep law the root is much smaller than y
+        root = float(brentq(excess, -reach, reach, xtol=absolute, rtol=1e-14, maxiter=2000))
+        if abs(excess(root)) <= RESIDUAL * (abs(root) + abs(d * float(law(root))) + abs(y)):
+            return root
+    return math.nan
 
 
 def _sigma(law: Graph, d: float, y: Reals) -> Reals:
