@@ -8,8 +8,6 @@ from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
 
-import numpy as np
-
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.matrix import matrix_draft
@@ -19,6 +17,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.theorems.table import Upper, row_of
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.arrays import np
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
 from lure.plants.state_space import StateSpaceBlock

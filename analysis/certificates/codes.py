@@ -319,6 +319,13 @@ CODES = (
             "Please report it with the command and what it prints.",
         ),
     ),
+    Code(
+        identifier="LURE-I028",
+        title="a package is missing",
+        happened="The search computes with a package, numpy or scipy, that cannot be imported here.",
+        means=_OURS + " It was left out; what was shown without it stands.",
+        tries=("Install lure with the packages it asks for: pip install lure",),
+    ),
 )
 
 
@@ -351,6 +358,7 @@ UNDAMPED = REGISTRY["LURE-I024"]
 RANGE = REGISTRY["LURE-I025"]
 DISAGREEMENT = REGISTRY["LURE-I026"]
 UNEXPECTED = REGISTRY["LURE-I027"]
+NO_PACKAGE = REGISTRY["LURE-I028"]
 
 # Which failure names the outcome, first to last: what makes the rest doubtful, what may have hidden a proof, what is
 # known of the loop, and in the end that nothing was found or nothing applied.
@@ -359,6 +367,7 @@ WORST = (
     OUT_OF_TIME,
     OUT_OF_MEMORY,
     UNEXPECTED,
+    NO_PACKAGE,
     EVERY_FINITE,
     SEVERAL_SOLUTIONS,
     ROUGH_LAW,
@@ -388,6 +397,7 @@ WORST = (
 _TYPES: tuple[tuple[str, Code], ...] = (
     ("TimeoutError", OUT_OF_TIME),
     ("MemoryError", OUT_OF_MEMORY),
+    ("ModuleNotFoundError", NO_PACKAGE),
     ("RecursionError", OUT_OF_MEMORY),
     ("Rejected", REJECTED),
     ("Malformed", REJECTED),

@@ -7,16 +7,14 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
 from flint import arb_mat
-from numpy.typing import NDArray
-from scipy.linalg import matrix_balance
 
 from lure.analysis.certificates.blocks import realised
 from lure.analysis.certificates.riccati import Lyapunov, doubles
 from lure.analysis.certificates.systems import text
 from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
+from lure.arrays import Reals, linalg, np
 from lure.errors import AssumptionError
 
 BITS = 256
@@ -24,7 +22,6 @@ MOST_STEPS = 8
 FINE = 1.0 / 8  # of the right-hand side 1: how far off the Lyapunov equation may be
 START_BITS = 24
 
-Array = NDArray[np.float64]
 Rows = list[list[Fraction]]
 
 
@@ -67,7 +64,7 @@ def growth_proof(system: Mapping[str, Any], gain: Fraction) -> dict[str, Any]:
     closed = np.array([[float(v) for v in row] for row in A])
     if not np.isfinite(closed).all():
         raise AssumptionError("the closed loop is too much for doubles; rescale the units of the block")
-    _, (units, _) = matrix_balance(closed, permute=False, separate=True)
+    _, (units, _) = linalg.matrix_balance(closed, permute=False, separate=True)
     scaled = [[v * Fraction(units[j]) / Fraction(units[i]) for j, v in enumerate(row)] for i, row in enumerate(A)]
     P, start = _form(scaled, discrete=discrete)
     top = float(np.max(units))
@@ -87,7 +84,7 @@ def growth_proof(system: Mapping[str, Any], gain: Fraction) -> dict[str, Any]:
     }
 
 
-def _form(A: Rows, *, discrete: bool) -> tuple[Rows, Array]:
+def _form(A: Rows, *, discrete: bool) -> tuple[Rows, Reals]:
     """``P`` with ``A'P + PA`` near -1 (``A'P A - P``), and a state for which it is negative."""
     equation, n = Lyapunov.of(_floats(A), discrete=discrete), len(A)
     with working_precision(BITS), np.errstate(all="ignore"):
@@ -107,10 +104,10 @@ def _form(A: Rows, *, discrete: bool) -> tuple[Rows, Array]:
     raise AssumptionError("no form that falls was found: with this gain the loop is too close to its limit")
 
 
-def _fall(A: arb_mat, P: arb_mat, *, discrete: bool) -> Array:
+def _fall(A: arb_mat, P: arb_mat, *, discrete: bool) -> Reals:
     moved = A.transpose() * P
     return doubles(P - moved * A if discrete else -(moved + moved.transpose()))
 
 
-def _floats(rows: Rows) -> Array:
+def _floats(rows: Rows) -> Reals:
     return np.array([[float(v) for v in row] for row in rows])

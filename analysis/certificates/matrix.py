@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.blocks import realised
 from lure.analysis.certificates.riccati import MOST_IN_BALLS, Inequality, Rounded, solutions
@@ -18,6 +16,7 @@ from lure.analysis.certificates.systems import system_of, text
 from lure.analysis.numerics.exact_matrix import column_of, integer_multiple, null_space
 from lure.analysis.rod.certificates import energy_matrix
 from lure.analysis.theorems.table import Upper
+from lure.arrays import np
 from lure.errors import AssumptionError
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock

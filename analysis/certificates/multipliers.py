@@ -6,14 +6,9 @@ import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import schur
-from scipy.linalg.lapack import ztrtrs
-from scipy.optimize import minimize_scalar
-
 from lure.analysis.theorems.table import Multiplier, Upper, row_of
 from lure.analysis.verdict import Answer, Verdict
+from lure.arrays import NDArray, Reals, linalg, np, optimize
 from lure.classes import Sector
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayBlock
@@ -30,10 +25,8 @@ MOST_POINTS = 1000
 LOWEST = 6
 SAME = 1e-9
 
-Vector = NDArray[np.float64]
 
-
-def slack(A: Vector, b: Vector, q: Vector, r: float) -> tuple[float, float]:
+def slack(A: Reals, b: Reals, q: Reals, r: float) -> tuple[float, float]:
     r"""``(eps, delta)``, about largest, with ``r - delta + 2 Re q x >= eps |x|^2`` for ``x = (i omega - A)^{-1} b``.
 
     Parameters
@@ -52,7 +45,7 @@ def slack(A: Vector, b: Vector, q: Vector, r: float) -> tuple[float, float]:
     AssumptionError
         ``r + 2 Re q x`` is not positive at one of them, or all eigenvalues of ``A`` are zero.
     """
-    triangle, basis = schur(A, output="complex")
+    triangle, basis = linalg.schur(A, output="complex")
     inward, outward = basis.conj().T @ b, q @ basis
     points = _frequencies(np.diag(triangle))
 
@@ -60,7 +53,7 @@ def slack(A: Vector, b: Vector, q: Vector, r: float) -> tuple[float, float]:
         """``r + 2 Re q x`` and ``|x|^2`` at one frequency."""
         shifted = -triangle
         shifted.flat[:: b.size + 1] += 1j * omega
-        x, _ = ztrtrs(shifted, inward)
+        x, _ = linalg.lapack.ztrtrs(shifted, inward)
         return r + 2.0 * float((outward @ x).real), float(np.vdot(x, x).real)
 
     seen = [at(omega) for omega in points.tolist()]
@@ -75,17 +68,18 @@ def slack(A: Vector, b: Vector, q: Vector, r: float) -> tuple[float, float]:
     return (min(room) / 2 if room else 1.0), delta
 
 
-def _dips(function: Callable[[float], float], points: Vector, values: Vector) -> list[float]:
+def _dips(function: Callable[[float], float], points: Reals, values: Reals) -> list[float]:
     """Where the lowest local minima are, between the neighbours of the points that show them."""
     inner = 1 + np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]))
     found = []
     for i in sorted(inner.tolist(), key=lambda i: float(values[i]))[:LOWEST]:
         within = (float(points[i - 1]), float(points[i + 1]))
-        found.append(minimize_scalar(function, bounds=within, method="bounded", options={"xatol": 1e-9 * within[1]}).x)
+        near = {"xatol": 1e-9 * within[1]}
+        found.append(optimize.minimize_scalar(function, bounds=within, method="bounded", options=near).x)
     return [float(x) for x in found]
 
 
-def _frequencies(poles: NDArray[np.complex128]) -> Vector:
+def _frequencies(poles: NDArray[np.complex128]) -> Reals:
     """Zero, the frequencies of the poles and points about them, as close as their damping, and some far away."""
     size, width, at = np.abs(poles), np.abs(poles.real), np.abs(poles.imag)
     size = np.unique(size[size > 0])
@@ -99,7 +93,7 @@ def _frequencies(poles: NDArray[np.complex128]) -> Vector:
     return apart(np.concatenate([[0.0], size[0] / far, size, between, size[-1] * far, close[close > 0]]))
 
 
-def apart(points: Vector) -> Vector:
+def apart(points: Reals) -> Reals:
     """Points in ascending order, one of those that differ by rounding alone: neighbours then enclose a minimum.
 
     Parameters

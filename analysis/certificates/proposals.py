@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
-import numpy as np
-
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import CONVENTION, FORMAT, Proved
 from lure.analysis.certificates.covers import Uncovered, cover_proof, has_delays
@@ -19,6 +17,7 @@ from lure.analysis.certificates.systems import laws_of, system_of, text
 from lure.analysis.deadline import checkpoint
 from lure.analysis.theorems.table import Multiplier, Upper, row_of
 from lure.analysis.verdict import Answer
+from lure.arrays import np
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayBlock

@@ -9,7 +9,6 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any, Literal, cast
 
-import numpy as np
 from flint import arb, arb_mat, fmpq_poly
 
 from lure.analysis.certificates.arithmetic import Rejected
@@ -28,6 +27,7 @@ from lure.analysis.numerics.polynomial import exact_midpoint, real_roots
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.theorems.dead_time import DelayPlant
 from lure.analysis.verdict import Evidence, Witness
+from lure.arrays import np
 from lure.errors import AssumptionError
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.delay import DelayBlock

@@ -9,19 +9,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
-import numpy as np
 from flint import acb_mat, arb, arb_mat
-from numpy.typing import NDArray
-from scipy.linalg import matrix_balance, schur, solve_triangular
 
 from lure.analysis.certificates.multipliers import slack
 from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
+from lure.arrays import NDArray, Reals, linalg, np
 from lure.errors import AssumptionError
 
 # Lyapunov's equation in doubles, from one Schur form: steps of an iteration whose residuals have more digits.
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,12 +29,12 @@ class Lyapunov:
     discrete: bool
 
     @classmethod
-    def of(cls, A: Array, *, discrete: bool) -> Lyapunov:
+    def of(cls, A: Reals, *, discrete: bool) -> Lyapunov:
         """The equation."""
-        triangle, basis = schur(A, output="complex")
+        triangle, basis = linalg.schur(A, output="complex")
         return cls(triangle, basis, discrete)
 
-    def solution(self, F: Array) -> Array:
+    def solution(self, F: Reals) -> Reals:
         """``X``, column by column in the basis of the Schur form; not finite where there is none."""
         T, n = self.triangle, len(F)
         right, X = self.basis.conj().T @ F @ self.basis, np.zeros((n, n), dtype=complex)
@@ -51,12 +47,12 @@ class Lyapunov:
                 side, matrix = -right[:, j] - before, T + T[j, j].conj() * unit
             if not np.all(np.diag(matrix)):
                 return np.full((n, n), np.nan)
-            X[:, j] = solve_triangular(matrix, side, trans="C", check_finite=False)
+            X[:, j] = linalg.solve_triangular(matrix, side, trans="C", check_finite=False)
         found = (self.basis @ X @ self.basis.conj().T).real
         return np.asarray((found + found.T) / 2)
 
 
-def doubles(M: arb_mat) -> Array:
+def doubles(M: arb_mat) -> Reals:
     """The midpoints of a matrix of balls, rounded.
 
     Parameters
@@ -129,7 +125,7 @@ class Inequality:
         A, c = np.array([[float(v) for v in row] for row in self.A]), np.array([float(v) for v in self.c])
         bordered = np.zeros((n + 1, n + 1))
         bordered[:n, :n], bordered[:n, n], bordered[n, :n] = A, [float(v) for v in self.b], c + theta * (c @ A)
-        even, (units, _) = matrix_balance(bordered, permute=False, separate=True)
+        even, (units, _) = linalg.matrix_balance(bordered, permute=False, separate=True)
         units = units[:n] / units[n]
         doubt = SURE * float(np.max(units * (np.abs(c) + abs(theta) * (np.abs(c) @ np.abs(A)))))
         return Scaled(A=even[:n, :n], b=even[:n, n], q=even[n, :n], r=float(self.r), units=units, doubt=doubt)
@@ -163,7 +159,7 @@ class Scaled:
         weight = np.outer(self.q, self.q) / r + eps * np.eye(n)
         hamiltonian = np.block([[moved, np.outer(self.b, self.b) / r], [-weight, -moved.T]])
         with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError, ValueError):
-            _, vectors, stable = schur(hamiltonian, sort="lhp", output="real", check_finite=True)
+            _, vectors, stable = linalg.schur(hamiltonian, sort="lhp", output="real", check_finite=True)
             if stable != n:
                 return None
             found = np.linalg.solve(vectors[:n, :n].T, vectors[n:, :n].T)

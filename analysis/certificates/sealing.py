@@ -76,7 +76,14 @@ def guarded(search: str, work: Callable[[], T], *, passing: tuple[type[Exception
         if isinstance(error, (KeyboardInterrupt, SystemExit, GeneratorExit, *passing)):
             raise
         sentence = " ".join(str(error).split())
-        named = type(error).__name__ in ("AssumptionError", "InputError", "Rejected", "Malformed", "Uncovered")
+        named = type(error).__name__ in (
+            "AssumptionError",
+            "InputError",
+            "Rejected",
+            "Malformed",
+            "Uncovered",
+            "ModuleNotFoundError",
+        )
         detail = sentence if named and sentence else f"{type(error).__name__}: {sentence}".rstrip(": ")
         return Failure(search=search, code=code_for(error), detail=detail[:400])
 

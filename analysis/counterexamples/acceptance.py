@@ -8,15 +8,13 @@ from fractions import Fraction
 from itertools import pairwise
 from types import MappingProxyType
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from lure.analysis.counterexamples.linear import realisation
 from lure.analysis.counterexamples.oscillation import orbit_witness
 from lure.analysis.counterexamples.piecewise import Flow, Passage, PiecewiseLoop, returns
 from lure.analysis.counterexamples.simulated import Block, Law, graph_of, simulate_loop
 from lure.analysis.counterexamples.validated import Itinerary, proved, refined
 from lure.analysis.verdict import Evidence, Witness
+from lure.arrays import ArrayLike, np
 
 PERIODS = 200
 SMOOTH_PERIODS = 40

@@ -15,12 +15,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
-import numpy as np
-from scipy.linalg import expm
-
 from lure.analysis.counterexamples.recheck import Run, closes, confirmed, judge, lasts, periodic, steadiness
 from lure.analysis.counterexamples.simulated import Law, graph_of
-from lure.analysis.counterexamples.trajectories import BatchLoop, Finding, OutOfBudget, Reals, Trajectory
+from lure.analysis.counterexamples.trajectories import BatchLoop, Finding, OutOfBudget, Trajectory
+from lure.arrays import Reals, linalg, np
 from lure.plants.rational import RationalBlock
 
 # First states for simulations: along modes of the loop, where harmonic balance points, at scales of the law.
@@ -175,7 +173,7 @@ def _peaks(loop: BatchLoop, gain: float) -> Reals:
         for _ in range(40):
             powers.append(powers[-1] @ matrix)
         return np.array(powers)
-    return np.array([row @ expm(matrix * t) for t in (0.0, *np.geomspace(1e-3, 20.0, 40))])
+    return np.array([row @ linalg.expm(matrix * t) for t in (0.0, *np.geomspace(1e-3, 20.0, 40))])
 
 
 Conclusion = Literal["0 attracts", "converges to equilibria", "bounded", ""]

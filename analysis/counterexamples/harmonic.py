@@ -5,16 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lure.analysis.counterexamples.orbit_continuation import Orbit
 from lure.analysis.deadline import checkpoint
+from lure.arrays import Complexes, NDArray, Reals, np
 
 # Periodic orbits of relay loops, the limit of steep saturations: where the search for orbits of laws starts.
 
-Reals = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 NEWTON_STEPS = 30
 STARTS = 800
@@ -136,7 +132,7 @@ class RelayOrbits:
         return valid
 
 
-HARMONICS = np.arange(1, 8, 2)
+HARMONICS = (1, 3, 5, 7)
 SAMPLES = 128
 HARMONIC_STARTS = 600
 STEPS = 40
@@ -219,8 +215,8 @@ class HarmonicBalance:
         half = [int(i) for i in switches if i < first + FINE_SAMPLES // 2]
         step = 2 * math.pi / omega / FINE_SAMPLES
         durations = np.diff([*half, first + FINE_SAMPLES // 2]) * step
-        s = 1j * omega * HARMONICS
-        inner = points / np.polyval(self.numerator, s) * np.exp(1j * HARMONICS * phase[first])
+        s = 1j * omega * np.array(HARMONICS)
+        inner = points / np.polyval(self.numerator, s) * np.exp(1j * np.array(HARMONICS) * phase[first])
         state = np.array([(inner * s**j).sum().real for j in range(len(self.denominator) - 1)])
         if len(half) < 2 or not np.isfinite(state).all():
             return None

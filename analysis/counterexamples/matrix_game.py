@@ -5,22 +5,19 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import Literal
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Literal, TypeAlias
 
 from lure.analysis.deadline import checkpoint
+from lure.arrays import NDArray, Reals, np
 
 # In which order the values of a periodic orbit can lie: the finite choice behind every monotone law through it.
 
-Floats = NDArray[np.float64]
 Family = Literal["monotone", "odd", "sector"]
 
 EXHAUSTIVE = 3_000_000  # entries of the matrices of all patterns of one period, if all are to be tried
 
 
-def basis(values: Floats, family: Family) -> Floats:
+def basis(values: Reals, family: Family) -> Reals:
     r"""Matrices ``V`` with ``w = V d``, ``d >= 0``, for all ``w`` ordered as the rows of ``values``.
 
     ``monotone``: the order of the values and zero; ``d`` are the steps between neighbours.  ``odd``: the signs and the
@@ -60,7 +57,7 @@ def pattern_count(p: int, family: Family) -> int:
     return math.factorial(p - 1) * (p + 1 if family == "monotone" else 2 ** (p - 1))
 
 
-def all_patterns(p: int, family: Family) -> Floats:
+def all_patterns(p: int, family: Family) -> Reals:
     """One representative of every pattern of ``p`` values, up to shifts in time and (not ``monotone``) a common sign.
 
     The first value is the largest, or the largest in magnitude.
@@ -76,7 +73,7 @@ def all_patterns(p: int, family: Family) -> Floats:
     return (ranks[:, None, :] * signs[None, :, :]).reshape(-1, p)
 
 
-def sinusoids(p: int, turns: float, family: Family) -> Floats:
+def sinusoids(p: int, turns: float, family: Family) -> Reals:
     """The patterns of ``cos(2 pi turns t / p + phase)``, for ``monotone`` with every offset.
 
     Between multiples of ``pi/(2 p)`` of the phase the order of the values, and of the magnitudes, stays the same.
@@ -89,10 +86,10 @@ def sinusoids(p: int, turns: float, family: Family) -> Floats:
     return np.vstack([ranks - below for below in range(p + 1)])
 
 
-def neighbours(values: Floats, family: Family) -> Floats:
+def neighbours(values: Reals, family: Family) -> Reals:
     """Patterns one exchange of neighbours, one step of zero or one sign away from one pattern (p,)."""
     p = len(values)
-    found: list[Floats] = []
+    found: list[Reals] = []
     if family != "monotone":
         found += list(values * (1 - 2 * np.eye(p)))
     if family != "sector":
@@ -109,7 +106,7 @@ def neighbours(values: Floats, family: Family) -> Floats:
     return np.array(found)
 
 
-Places = NDArray[np.intp]
+Places: TypeAlias = "NDArray[np.intp]"
 
 _TINY = 1e-11
 _CHUNK = 1 << 22  # entries of a stack of games worked on at a time
@@ -127,11 +124,11 @@ class Solved:
         (m, n), nonnegative, each row of sum 1.
     """
 
-    value: Floats
-    mixture: Floats
+    value: Reals
+    mixture: Reals
 
 
-def solve_games(games: Floats) -> Solved:
+def solve_games(games: Reals) -> Solved:
     r"""``max_d min_i (B d)_i`` over mixtures ``d >= 0``, ``sum d = 1``, for every ``B`` of the stack.
 
     The value is nonnegative exactly if ``B d >= 0`` has a solution ``d >= 0`` other than 0.  Floating point: a
@@ -156,7 +153,7 @@ def solve_games(games: Floats) -> Solved:
     return Solved(value, mixture)
 
 
-def _solve(games: Floats) -> tuple[Floats, Floats]:
+def _solve(games: Reals) -> tuple[Reals, Reals]:
     count, n, _ = games.shape
     scale = np.maximum(np.abs(games).max(axis=(1, 2)), 1e-300)
     tableau = np.ones((count, n + 1, n + 1))
@@ -192,13 +189,13 @@ def _solve(games: Floats) -> tuple[Floats, Floats]:
     return value, mixture
 
 
-def _duals(costs: Floats, labels: Places, n: int) -> Floats:
+def _duals(costs: Reals, labels: Places, n: int) -> Reals:
     found = np.zeros((len(costs), 2 * n))
     np.put_along_axis(found, labels, np.maximum(costs, 0), axis=1)
     return found[:, n:]
 
 
-def _tightest(tableau: Floats, column: Places) -> tuple[Places, NDArray[np.bool_]]:
+def _tightest(tableau: Reals, column: Places) -> tuple[Places, NDArray[np.bool_]]:
     """The row that leaves where ``column`` enters, and whether there is one."""
     n = tableau.shape[1] - 1
     entering = tableau[np.arange(len(tableau)), :n, column]
@@ -207,7 +204,7 @@ def _tightest(tableau: Floats, column: Places) -> tuple[Places, NDArray[np.bool_
     return ratio.argmin(axis=1), np.asarray(some.any(axis=1))
 
 
-def _pivot(tableau: Floats, row: Places, column: Places) -> None:
+def _pivot(tableau: Reals, row: Places, column: Places) -> None:
     """One exchange in every tableau, in place: ``column`` enters, ``row`` leaves."""
     every = np.arange(len(tableau))
     entering, pivot = tableau[every, :, column], tableau[every, row, column]

@@ -8,16 +8,12 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lure.analysis.counterexamples.linear import Exponential, doubles
 from lure.analysis.counterexamples.piecewise import PiecewiseLoop
 from lure.analysis.counterexamples.validated import Itinerary
 from lure.analysis.deadline import checkpoint
+from lure.arrays import Reals, np
 from lure.errors import InputError
-
-Reals = NDArray[np.float64]
 
 NEWTON_STEPS = 15
 

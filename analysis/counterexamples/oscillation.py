@@ -9,9 +9,7 @@ from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
 
-import numpy as np
-
-from lure.analysis.counterexamples.harmonic import HarmonicBalance, Reals, RelayOrbit, RelayOrbits
+from lure.analysis.counterexamples.harmonic import HarmonicBalance, RelayOrbit, RelayOrbits
 from lure.analysis.counterexamples.linear import Realisation, companion, doubles
 from lure.analysis.counterexamples.orbit_continuation import Orbit, followed, settled
 from lure.analysis.counterexamples.piecewise import PiecewiseLoop, saturation
@@ -22,6 +20,7 @@ from lure.analysis.inequality.gains import hurwitz_limit
 from lure.analysis.inequality.plant import Plant
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Evidence, Witness
+from lure.arrays import Reals, np
 from lure.errors import InputError
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalBlock

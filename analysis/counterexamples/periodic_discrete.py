@@ -8,10 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-import numpy as np
 from flint import fmpq, fmpq_mat
-from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from lure.analysis.counterexamples.linear import linear_witness, refutes_lower
 from lure.analysis.counterexamples.matrix_game import (
@@ -28,12 +25,12 @@ from lure.analysis.counterexamples.orbit import PiecewiseLinear, orbit_witness, 
 from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.verdict import Witness
+from lure.arrays import NDArray, Reals, np, optimize
 from lure.errors import InputError
 from lure.plants.rational import RationalBlock
 
 # From a periodic orbit in floating point to one in rationals, checked exactly.
 
-Floats = NDArray[np.float64]
 
 _LARGEST_EXACT = 12  # rows of a matrix whose characteristic polynomial is factored
 
@@ -58,8 +55,8 @@ class Proposal:
     q: int
     twist: int
     family: Family
-    values: Floats
-    mixture: Floats
+    values: Reals
+    mixture: Reals
 
 
 def exact_orbit(block: RationalBlock, lower: Fraction, proposal: Proposal, *, odd: bool = False) -> Witness | None:
@@ -177,7 +174,7 @@ _BATCH = 20_000
 class _Room:
     """Where one kind of orbit is looked for: ``w = -u`` with ``w[t + q] = twist w[t]``."""
 
-    response: Floats
+    response: Reals
     harmonics: NDArray[np.complex128]
     q: int
     twist: int
@@ -197,7 +194,7 @@ class _Room:
         delayed = (roots[:, None] ** -np.arange(1, self.q)[None, :] * shifted[:, None]).real
         columns = np.hstack([delayed, -delayed]) if self.family == "odd" else delayed
         count = columns.shape[1]
-        found = linprog(
+        found = optimize.linprog(
             np.r_[np.zeros(count), -1],
             A_ub=np.vstack([np.hstack([columns, np.ones((self.q, 1))]), np.r_[np.ones(count), 0]]),
             b_ub=np.r_[shifted.real, 1],
@@ -375,7 +372,7 @@ def _best_pattern(room: _Room, floor: float) -> Proposal | None:
     return best
 
 
-def _climb(room: _Room, seeds: Floats, floor: float) -> Proposal | None:
+def _climb(room: _Room, seeds: Reals, floor: float) -> Proposal | None:
     """Steepest ascent of the game's value over neighbouring patterns, from the best seed; the floor rises with it."""
     best: Proposal | None = None
     current, held = seeds, -np.inf
@@ -393,12 +390,12 @@ def _climb(room: _Room, seeds: Floats, floor: float) -> Proposal | None:
     return best
 
 
-def _matrices(room: _Room, values: Floats, reach: float) -> Floats:
+def _matrices(room: _Room, values: Reals, reach: float) -> Reals:
     V = basis(values, room.family)
     return np.asarray(np.rint(np.linalg.inv(V)) @ (-room.response - reach * np.eye(room.q)) @ V)
 
 
-def _reach(room: _Room, values: Floats, floor: float) -> Proposal | None:
+def _reach(room: _Room, values: Reals, floor: float) -> Proposal | None:
     """The largest ``1/k`` above the floor over these patterns.
 
     A game of positive value at ``1/k`` has a mixture with ``A d >= (1/k + gain) d``: the best of them raises the

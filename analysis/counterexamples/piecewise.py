@@ -7,15 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import expm
-
 from lure.analysis.counterexamples.linear import Realisation, Row
+from lure.arrays import ArrayLike, Reals, linalg, np
 from lure.errors import InputError
 from lure.nonlinearities.piecewise_linear import Graph
-
-Vector = NDArray[np.float64]
 
 TAYLOR = 16
 BLOCK = 64
@@ -91,7 +86,7 @@ class Passage:
     piece: int
     start: float
     duration: float
-    state: Vector
+    state: Reals
 
 
 class Flow:
@@ -104,15 +99,15 @@ class Flow:
         self.order = n
         self.generators = [np.array([[float(v) for v in row] for row in g]) for g in loop.generators]
         self.steps: list[float] = []
-        self.powers: list[Vector] = []
-        self.outputs: list[Vector] = []
-        self.taylor: list[Vector] = []
+        self.powers: list[Reals] = []
+        self.outputs: list[Reals] = []
+        self.taylor: list[Reals] = []
         self.quickest = 0.0
         for G in self.generators:
             size = max(1e-12, float(np.abs(np.linalg.eigvals(G)).max()))
             self.quickest, step = max(self.quickest, 4 * size), 0.25 / size
             powers = [np.eye(n + 1)]
-            E = expm(G * step)
+            E = linalg.expm(G * step)
             for _ in range(BLOCK):
                 powers.append(E @ powers[-1])
             terms = [np.eye(n + 1)]
@@ -123,7 +118,7 @@ class Flow:
             self.outputs.append(np.array([self.row @ P for P in powers[1:]]))
             self.taylor.append(np.array(terms))
 
-    def piece_of(self, state: Vector) -> int:
+    def piece_of(self, state: Reals) -> int:
         """The piece of ``(x, 1)``; on a level, the one the motion enters."""
         y = float(self.row @ state)
         below, upto = int(np.searchsorted(self.levels, y, "left")), int(np.searchsorted(self.levels, y, "right"))
@@ -144,7 +139,7 @@ class Flow:
             piece += 1 if level == (self.levels[piece] if piece < len(self.levels) else math.inf) else -1
         return found
 
-    def states_at(self, passage: Passage, after: Vector) -> Vector:
+    def states_at(self, passage: Passage, after: Reals) -> Reals:
         """The states, one a row, at ascending times after the start of a passage."""
         step = self.steps[passage.piece]
         state, begun, found = np.append(passage.state, 1.0), 0, []
@@ -156,7 +151,7 @@ class Flow:
             found.append(self._advance(passage.piece, state, float(t) - begun * step)[:-1])
         return np.array(found).reshape(len(after), self.order)
 
-    def sampled(self, passages: Sequence[Passage], times: Vector) -> Vector:
+    def sampled(self, passages: Sequence[Passage], times: Reals) -> Reals:
         """The states, one a row, at ascending times of a solution given by its stays; NaN after the last stay."""
         found = np.full((len(times), self.order), np.nan)
         begins = np.array([passage.start for passage in passages])
@@ -183,8 +178,8 @@ class Flow:
         return found
 
     def _leave(
-        self, piece: int, state: Vector, longest: float, start: float | None
-    ) -> tuple[float, Vector, float | None]:
+        self, piece: int, state: Reals, longest: float, start: float | None
+    ) -> tuple[float, Reals, float | None]:
         """How long the motion stays on the piece, where it leaves it, and across which level (None: it stays)."""
         low = self.levels[piece - 1] if piece > 0 else -math.inf
         high = self.levels[piece] if piece < len(self.levels) else math.inf
@@ -202,7 +197,7 @@ class Flow:
             return elapsed + i * step + t, self._advance(piece, state, t), level
         return longest, state, None
 
-    def _crossing(self, piece: int, state: Vector, level: float, *, deflate: bool) -> float:
+    def _crossing(self, piece: int, state: Reals, level: float, *, deflate: bool) -> float:
         """Where ``y`` meets the level within one step; ``deflate``: other than at 0, where it starts."""
         p = (self.row @ self.taylor[piece]) @ state
         p[0] = 0.0 if deflate else p[0] - level
@@ -224,7 +219,7 @@ class Flow:
             t = new
         return t
 
-    def _advance(self, piece: int, state: Vector, t: float) -> Vector:
+    def _advance(self, piece: int, state: Reals, t: float) -> Reals:
         """The state after a time within one step."""
         return np.asarray(np.tensordot(t ** np.arange(TAYLOR), self.taylor[piece], 1) @ state)
 

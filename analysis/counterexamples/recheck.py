@@ -7,10 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-import numpy as np
-
 from lure.analysis.counterexamples.simulated import graph_of
-from lure.analysis.counterexamples.trajectories import BatchLoop, Finding, OutOfBudget, Reals
+from lure.analysis.counterexamples.trajectories import BatchLoop, Finding, OutOfBudget
+from lure.arrays import Reals, np
 from lure.plants.rational import RationalBlock
 
 # What one run of a loop shows: convergence, rest elsewhere, growth, undiminished oscillation, or nothing yet.

@@ -8,14 +8,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
-
 from lure.analysis.counterexamples.linear import Realisation, companion, doubles, realisation
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop
 from lure.analysis.verdict import Witness
+from lure.arrays import ArrayLike, Reals, integrate, np, optimize
 from lure.errors import InputError
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalBlock
@@ -98,7 +94,6 @@ def law_of(witness: Witness) -> Graph:
     return Graph.through(points, *(Fraction(str(witness.data.get(side, 0))) for side in ("left_slope", "right_slope")))
 
 
-Reals = NDArray[np.float64]
 Law = Callable[[ArrayLike], Reals] | Graph
 Block = RationalBlock | tuple[ArrayLike, ArrayLike, ArrayLike]
 
@@ -221,7 +216,9 @@ def _integrated(system: Realisation, law: Law, start: Reals, instants: Reals) ->
     ends = []
     for rtol in (RTOL, 100 * RTOL):
         span = (0.0, float(instants[-1]))
-        run = solve_ivp(velocity, span, start, method="DOP853", t_eval=instants, rtol=rtol, atol=rtol * 1e-3 * size)
+        run = integrate.solve_ivp(
+            velocity, span, start, method="DOP853", t_eval=instants, rtol=rtol, atol=rtol * 1e-3 * size
+        )
         ends.append(run)
     fine, rough = ends
     states = np.full((len(instants), len(start)), np.nan)
@@ -288,7 +285,7 @@ def bracketed_root(law: Law, d: float, y: float) -> float:
         if not (math.isfinite(reach) and excess(reach) * excess(-reach) <= 0):
             return math.nan
     for absolute in (max(1e-15 * abs(y), 5e-324), 5e-324):  # of a steep law the root is much smaller than y
-        root = float(brentq(excess, -reach, reach, xtol=absolute, rtol=1e-14, maxiter=2000))
+        root = float(optimize.brentq(excess, -reach, reach, xtol=absolute, rtol=1e-14, maxiter=2000))
         if abs(excess(root)) <= RESIDUAL * (abs(root) + abs(d * float(law(root))) + abs(y)):
             return root
     return math.nan

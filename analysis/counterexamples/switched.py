@@ -9,9 +9,7 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import cast
 
-import numpy as np
 from flint import arb_mat
-from numpy.typing import NDArray
 
 from lure.analysis.counterexamples.linear import Realisation, balls, companion, doubles, linear_witness, refutes_lower
 from lure.analysis.counterexamples.orbit import shifted_block
@@ -24,6 +22,7 @@ from lure.analysis.numerics.doubles import rounded_up, short
 from lure.analysis.numerics.polynomial import positive_root_count, real_roots, to_fmpq
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Evidence, Witness
+from lure.arrays import np
 from lure.errors import InputError
 from lure.plants.rational import RationalBlock
 
@@ -152,8 +151,6 @@ def _short(value: float, bits: int) -> Fraction:
     mantissa, exponent = math.frexp(value)
     return Fraction(round(math.ldexp(mantissa, bits))) * Fraction(2) ** (exponent - bits)
 
-
-Floats = NDArray[np.float64]
 
 SWITCHED_DISCRETE_MAX_ORDER = 60  # above it the companion form in doubles is no guide
 MAX_PERIOD = 10  # every pattern up to it is tried,

@@ -6,14 +6,9 @@ import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize
-
 from lure.analysis.counterexamples.linear import Exponential, Realisation, doubles
 from lure.analysis.deadline import checkpoint
-
-Matrix = NDArray[np.float64]
+from lure.arrays import NDArray, Reals, np, optimize
 
 MAX_SWITCHES = 12
 RUNGS = 45
@@ -26,7 +21,7 @@ GRID_COST = 1_500  # a grid of 48 x 48 products, in exponentials
 class Pattern:
     """Durations in which the gain is ``lower, k, lower, k, ...``, and the ``k`` at which the loop starts to grow."""
 
-    times: Matrix
+    times: Reals
     k: float
 
 
@@ -64,7 +59,7 @@ class SwitchingSearch:
             self.known[k] = Exponential(doubles(self.system.closed(Fraction(k))))
         return self.known[k]
 
-    def growth(self, times: Matrix, k: float) -> float:
+    def growth(self, times: Reals, k: float) -> float:
         """Logarithm of the spectral radius over the period, per unit of time; ``-inf`` once the work is used up.
 
         What may be rounding is none: over short periods, or with a pole on the axis, it would seem to grow.
@@ -79,7 +74,7 @@ class SwitchingSearch:
         grown = math.log(radius)
         return grown / float(times.sum()) if abs(grown) > ROUNDING else 0.0
 
-    def transition(self, times: Matrix, k: float) -> Matrix:
+    def transition(self, times: Reals, k: float) -> Reals:
         """The matrix of one period."""
         pair = self.closed(float(self.lower)), self.closed(k)
         product = np.eye(self.system.order)
@@ -122,7 +117,7 @@ class SwitchingSearch:
         found = max((self.faster(times, k) for times in starts), key=lambda times: self.growth(times, k))
         return Pattern(found, k) if self.growth(found, k) > 0 else None
 
-    def best_of_grid(self, k: float) -> Matrix:
+    def best_of_grid(self, k: float) -> Reals:
         """The two durations of a grid with the largest growth."""
         self.spent[0] += GRID_COST
         pair = self.closed(float(self.lower)), self.closed(k)
@@ -138,15 +133,15 @@ class SwitchingSearch:
         j, i = np.unravel_index(int(rate.argmax()), rate.shape)
         return np.array([times[i], times[j]])
 
-    def faster(self, times: Matrix, k: float) -> Matrix:
+    def faster(self, times: Reals, k: float) -> Reals:
         """Times near the given ones with the largest growth."""
 
-        def slowness(logarithms: Matrix) -> float:
+        def slowness(logarithms: Reals) -> float:
             """Negative growth, for a minimiser."""
             return -self.growth(np.exp(logarithms), k) if np.abs(logarithms).max() < 60 else math.inf
 
         options = {"xatol": 1e-7, "fatol": 1e-14, "maxiter": 150 * len(times)}
-        found: Matrix = minimize(slowness, np.log(times), method="Nelder-Mead", options=options).x
+        found: Reals = optimize.minimize(slowness, np.log(times), method="Nelder-Mead", options=options).x
         return np.exp(found)
 
     def polish(self, pattern: Pattern) -> Pattern:
@@ -167,7 +162,9 @@ class SwitchingSearch:
             high, low = low, max(self.circle, self.above(low, 0.5))
         if low >= high or not self.growth(pattern.times, low) < 0 < self.growth(pattern.times, high):
             return pattern.k
-        return float(brentq(lambda k: self.growth(pattern.times, k), low, high, xtol=1e-13 * (high - low), rtol=1e-13))
+        return float(
+            optimize.brentq(lambda k: self.growth(pattern.times, k), low, high, xtol=1e-13 * (high - low), rtol=1e-13)
+        )
 
     def more_switches(self, pattern: Pattern) -> Pattern | None:
         """A pattern with a smaller ``k`` that the switching function leads to, or None."""
@@ -194,7 +191,7 @@ class _Bins:
         with np.errstate(all="ignore"):
             self.steps = [search.closed(gain).over(self.width) for gain in (float(search.lower), k)]
 
-    def improved(self, times: Matrix) -> Matrix | None:
+    def improved(self, times: Reals) -> Reals | None:
         """Durations after the gain of every bin has been given the sign of the switching function, while that helps."""
         choice = (np.searchsorted(np.cumsum(times), self.edges, side="right") % 2).astype(int)
         radius, slope = self.slope(choice)
@@ -212,7 +209,7 @@ class _Bins:
                 break
         return None if choice is first else self.durations(choice)
 
-    def slope(self, choice: NDArray[np.int_]) -> tuple[float, Matrix]:
+    def slope(self, choice: NDArray[np.int_]) -> tuple[float, Reals]:
         """Spectral radius, and its first-order change if a bin went from ``lower`` to ``k``."""
         n = len(self.steps[0])
         before = [np.eye(n)]
@@ -232,7 +229,7 @@ class _Bins:
             row = row @ self.steps[choice[i]]
         return float(abs(value)), slopes
 
-    def durations(self, choice: NDArray[np.int_]) -> Matrix | None:
+    def durations(self, choice: NDArray[np.int_]) -> Reals | None:
         """Lengths of the runs, from the start of a run of ``lower``."""
         starts = np.flatnonzero((choice == 0) & (np.roll(choice, 1) == 1))
         if len(starts) == 0:
@@ -242,12 +239,12 @@ class _Bins:
         return np.diff(np.concatenate([[0], edges, [len(turned)]])) * self.width
 
 
-def _radius(matrix: Matrix) -> float:
+def _radius(matrix: Reals) -> float:
     """Spectral radius; 0 for a matrix that is not finite, so that it is never taken for growth."""
     return float(np.abs(np.linalg.eigvals(matrix)).max()) if np.isfinite(matrix).all() else 0.0
 
 
-def _eigenvectors(matrix: Matrix) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
+def _eigenvectors(matrix: Reals) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
     """Eigenvalues, left eigenvectors as rows with ``y x = 1``, right eigenvectors as columns."""
     values, right = np.linalg.eig(matrix)
     left = np.linalg.pinv(right)

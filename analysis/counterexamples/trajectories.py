@@ -9,20 +9,15 @@ from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import ODEintWarning, odeint
-from scipy.linalg import matrix_balance
-
 from lure.analysis.counterexamples.linear import Realisation, doubles
 from lure.analysis.counterexamples.piecewise import BLOCK, Flow, PiecewiseLoop
 from lure.analysis.counterexamples.simulated import Law, bracketed_root, graph_of
+from lure.arrays import ArrayLike, Reals, integrate, linalg, np
 from lure.errors import InputError
 from lure.nonlinearities import Tanh
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalBlock
 
-Reals = NDArray[np.float64]
 Values = Callable[[ArrayLike], Reals]
 
 _BLOCKS = 100
@@ -119,7 +114,7 @@ class BatchLoop:
         scale = [unit**power for power in powers_of_unit]  # x_i = scale_i x~_i, time = unit times the scaled one
         try:
             rough = _similar(exact, scale, unit)
-            _, (powers, _) = matrix_balance(doubles(rough.A).reshape(n, n), permute=False, separate=True)
+            _, (powers, _) = linalg.matrix_balance(doubles(rough.A).reshape(n, n), permute=False, separate=True)
             self.system = _similar(exact, [v * Fraction(float(w)) for v, w in zip(scale, powers, strict=True)], unit)
             self.A = doubles(self.system.A).reshape(n, n)
             self.b, self.c = (np.array([float(v) for v in side]) for side in (self.system.b, self.system.c))
@@ -234,10 +229,10 @@ class BatchLoop:
             return np.asarray(rates.ravel())
 
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ODEintWarning)
+            warnings.simplefilter("ignore", integrate.ODEintWarning)
             band = {"ml": n - 1, "mu": n - 1} if runs > 1 else {}
             weights = np.maximum(rtol * _ABSOLUTE * np.repeat(size, n, axis=1), 1e-280).ravel()
-            found, info = odeint(
+            found, info = integrate.odeint(
                 velocity, states.ravel(), times, rtol=rtol, atol=weights, full_output=True, mxstep=100_000, **band
             )
         path = np.swapaxes(found.reshape(samples, runs, n), 0, 1).copy()

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeVar
 
-import numpy as np
 from flint import acb, arb, arb_series, fmpq_poly
 
 from lure.analysis.numerics.minimum import Minimum, minimum
 from lure.analysis.numerics.polynomial import X, even_odd, from_descending, root_counts
 from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.verdict import Bracket
+from lure.arrays import np
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayBlock
 

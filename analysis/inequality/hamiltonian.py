@@ -10,15 +10,13 @@ from itertools import product
 from types import MappingProxyType
 from typing import Literal
 
-import numpy as np
 from flint import fmpq
-from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import eig, eigvals, schur, solve_triangular
 
 from lure.analysis.inequality.multiplier_search import Cut, Found, mixture, search
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.numerics.refined import Refined, exact_dot
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.arrays import ArrayLike, NDArray, linalg, np
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError, InputError
 
@@ -29,7 +27,7 @@ GOLDEN_STEPS = 40
 LOWEST = 6
 WATCHED = 24
 ROUNDING = fmpq(1, 2**52)
-SHARP, FLANKS = 1e-2, np.array([-2.5, -1.0, -0.4, 0.4, 1.0, 2.5])
+SHARP, FLANKS = 1e-2, [-2.5, -1.0, -0.4, 0.4, 1.0, 2.5]
 FAR = 40
 
 
@@ -135,7 +133,7 @@ class HamiltonianFamily:
             )
         if not all(np.isfinite(part).all() for part in (a, b, c, d)):
             raise InputError("an entry of A, B, C or D is not finite; give finite numbers")
-        triangle, basis = schur(a, output="complex")
+        triangle, basis = linalg.schur(a, output="complex")
         _demand_stable(a, certain=not proposing)
         marks, bare = _marks(np.diag(triangle)), np.zeros(0, dtype=complex)
         family = cls(a, b, c, float(d.ravel()[0]), marks, bare, triangle, basis.conj().T @ b, c @ basis, basis)
@@ -144,7 +142,7 @@ class HamiltonianFamily:
     def response(self, omega: float) -> complex:
         """``H(i omega)``."""
         shifted = 1j * omega * np.eye(self.B.size) - self.triangle
-        return complex(self.outward @ solve_triangular(shifted, self.inward, check_finite=False)) + self.direct
+        return complex(self.outward @ linalg.solve_triangular(shifted, self.inward, check_finite=False)) + self.direct
 
     @property
     def refined(self) -> Refined:
@@ -154,7 +152,7 @@ class HamiltonianFamily:
             """``(i omega - A)^-1 v``, or with the transposed matrix."""
             basis = self.basis.conj() if trans else self.basis
             shifted = 1j * omega * np.eye(self.B.size) - self.triangle
-            inner = solve_triangular(shifted, basis.conj().T @ v, trans=trans, check_finite=False)
+            inner = linalg.solve_triangular(shifted, basis.conj().T @ v, trans=trans, check_finite=False)
             return np.asarray(basis @ inner)
 
         return Refined(self.A, self.B, self.C, self.direct, solve, lambda omega, v: solve(omega, v, 1))
@@ -230,7 +228,7 @@ class HamiltonianFamily:
             return np.abs(np.diag(self.triangle))
         corner = self.A - np.outer(self.B, row) / weight
         matrix = np.block([[corner, -np.outer(self.B, self.B) / weight], [np.outer(row, row) / weight, -corner.T]])
-        found = eigvals(matrix, check_finite=False)
+        found = linalg.eigvals(matrix, check_finite=False)
         near = np.abs(found.real) <= NEAR_AXIS * np.abs(found)
         return np.unique(np.abs(found.imag[near & (found.imag != 0)]))
 
@@ -274,7 +272,7 @@ def _floor(family: HamiltonianFamily, found: Found) -> float:
 
 def _demand_stable(A: NDArray[np.float64], *, certain: bool) -> None:
     """Refuse a matrix that is not Hurwitz, to be certain by more than rounding moves its eigenvalues."""
-    poles, left, right = eig(A, left=True, right=True, check_finite=False)
+    poles, left, right = linalg.eig(A, left=True, right=True, check_finite=False)
     aligned = np.abs(np.einsum("ij,ij->j", left.conj(), right))
     with np.errstate(divide="ignore"):
         moved = 4.0 * np.finfo(float).eps * np.linalg.norm(A, 2) / aligned
@@ -302,7 +300,7 @@ def _dips(values: NDArray[np.float64]) -> list[int]:
 def _marks(poles: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Zero, the frequencies of the poles and the flanks of sharp resonances, points between them, and some far away."""
     sharp = poles[np.abs(poles.real) < SHARP * np.abs(poles)]
-    flanks = np.abs(sharp.imag)[:, None] + sharp.real[:, None] * FLANKS
+    flanks = np.abs(sharp.imag)[:, None] + sharp.real[:, None] * np.array(FLANKS)
     marks = np.unique(np.concatenate([np.abs(poles), np.abs(poles.imag), flanks.ravel()]))
     marks = marks[marks > 1e-12 * marks[-1]]
     far = np.geomspace(1.5, 1e7, FAR)

@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-import numpy as np
 from flint import acb, arb, fmpq
-from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from lure.analysis.inequality.unit_circle import DiscreteBlock
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.theorems.fir import SampledResponse
-
-Array = NDArray[np.float64]
+from lure.arrays import Reals, np, optimize
 
 BITS = 128
 ROUNDS = 30
@@ -124,7 +120,7 @@ def _vanishes(steps: int, period: int, sign: int) -> bool:
     return (sign == 1 and steps % period == 0) or (sign == -1 and 2 * steps % (2 * period) == period)
 
 
-def _best_weights(A: Array, B: Array) -> tuple[Array, float] | None:
+def _best_weights(A: Reals, B: Reals) -> tuple[Reals, float] | None:
     """Weights and the largest ``x > 0`` with ``(A + x B) weights <= 0``, by Dinkelbach's method."""
     count = A.shape[1]
     weights, x = np.full(count, 1 / count), 0.0
@@ -133,7 +129,7 @@ def _best_weights(A: Array, B: Array) -> tuple[Array, float] | None:
     for _ in range(ROUNDS):
         current = A + x * B
         slack = np.maximum(B @ weights, 1e-9) * scale.max()
-        result = linprog(
+        result = optimize.linprog(
             np.append(np.zeros(count), -1.0),
             A_ub=np.column_stack([current, slack]) / scale[:, None],
             b_ub=np.zeros(len(A)),

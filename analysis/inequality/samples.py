@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.arrays import np
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
 from lure.plants.frequency_data import FrequencyData

@@ -9,7 +9,6 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import Literal
 
-import numpy as np
 from flint import acb, acb_mat, arb, fmpq
 
 from lure.analysis.deadline import checkpoint
@@ -18,6 +17,7 @@ from lure.analysis.inequality.multiplier_search import CAP, Cut, search
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.arrays import np
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
 from lure.plants.state_space import StateSpaceBlock

@@ -7,13 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-import numpy as np
 from flint import fmpq, fmpq_poly
-from numpy.typing import NDArray
 
 from lure.analysis.inequality.checks import check_plant
 from lure.analysis.numerics.polynomial import from_descending, to_fmpq, to_fraction
 from lure.analysis.numerics.trigonometric import Laurent
+from lure.arrays import NDArray, np
 from lure.errors import AssumptionError, InputError
 from lure.plants.rational import RationalBlock
 

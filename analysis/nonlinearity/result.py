@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-import numpy as np
-
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.verdict import Evidence, Verdict
+from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError
 from lure.record import html_table

@@ -7,11 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
 from lure.analysis.nonlinearity.result import Extreme, LawBounds, short
 from lure.analysis.verdict import Evidence
+from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import AssumptionError, InputError
 
 DECADES = 9

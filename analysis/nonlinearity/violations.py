@@ -7,14 +7,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
-import numpy as np
-
 from lure.analysis.nonlinearity.bounds import law_bounds
 from lure.analysis.nonlinearity.extremes import BITS, End
 from lure.analysis.nonlinearity.known import Value, domain, known_law
 from lure.analysis.nonlinearity.result import Bound, Extreme, LawBounds, Quantity, as_double, short
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Evidence, Verdict
+from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.nonlinearities import Quantiser

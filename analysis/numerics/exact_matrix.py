@@ -8,10 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lure.analysis.verdict import Evidence
+from lure.arrays import NDArray, np
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.plants.block import LinearBlock

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
+from lure.arrays import Complexes, Reals, np
 
-Reals = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-_UNIT = float(np.finfo(float).eps)
+_UNIT = sys.float_info.epsilon
 _SPLIT = 134217729.0  # 2^27 + 1 cuts a double into two halves whose products are exact (Dekker 1971)
 
 

@@ -6,8 +6,6 @@ import math
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from lure.analysis.certificates import codes
 from lure.analysis.inequality.gains import GainInterval
 from lure.analysis.numerics.doubles import bound_below
@@ -15,6 +13,7 @@ from lure.analysis.questions.conclusion import Conclusion
 from lure.analysis.questions.largest import Largest, proved_up_to
 from lure.analysis.questions.problem import Subject
 from lure.analysis.verdict import Verdict
+from lure.arrays import np
 from lure.classes import LawClass
 from lure.nonlinearities.protocol import Nonlinearity
 

@@ -67,6 +67,8 @@ class Findings:
         Whether every step was made that could have found more.
     stopped : {"time", "interrupt"} or None
         What ended the search early.
+    left_out : str
+        The steps that could not be made, because a package is missing, and which.
     """
 
     asked: Asked
@@ -76,6 +78,7 @@ class Findings:
     witnesses: list[Witness] = field(default_factory=list)
     complete: bool = False
     stopped: Stopped | None = None
+    left_out: str = ""
 
     @property
     def proved(self) -> float:
@@ -137,7 +140,10 @@ def find(asking: Sequence[Asked], *, seconds: float | None = None, tell: Tell | 
                 checkpoint()
                 if tell is not None:
                     tell(f"{_title(step.findings.asked)}: {step.name}", number / most)
-                step.work()
+                try:
+                    step.work()
+                except ModuleNotFoundError as missing:
+                    step.findings.left_out += f"{step.name} left out: {missing}; "
     except TimeoutError:
         _stop(found, "time")
     except KeyboardInterrupt:

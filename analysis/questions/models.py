@@ -26,7 +26,7 @@ from lure.rod.upwind import UpwindScheme
 
 REFUSED = "does not apply"
 NOT_NEEDED = "not needed"
-EXPECTED = (AssumptionError, InputError, OverflowError)  # said by the question itself
+EXPECTED = (AssumptionError, InputError, OverflowError, ModuleNotFoundError)  # said by the question itself
 Search = Literal["linear", "full"]
 Block = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData | UpwindScheme | RodBlock
 
@@ -88,7 +88,7 @@ def answer_of(row: Theorem, asked: Asked) -> Answer | str:
 
     try:
         found = guarded(row.name, lambda: _largest(row, asked), passing=(*EXPECTED, TimeoutError))
-    except (AssumptionError, InputError) as refusal:
+    except (AssumptionError, InputError, ModuleNotFoundError) as refusal:
         return str(refusal)
     return f"the search failed: {found}" if isinstance(found, Failure) else found
 

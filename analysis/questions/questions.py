@@ -316,8 +316,10 @@ def largest_of(findings: Findings) -> Largest:
 
 def _reason(findings: Findings, best: Answer) -> str:
     """Why nothing more was shown: where nothing was, and the time is over, that."""
-    if findings.stopped is None or best.verdict is Verdict.PROVED:
+    if best.verdict is Verdict.PROVED:
         return best.reason
+    if findings.stopped is None:
+        return findings.left_out + best.reason
     return f"the time allowed is over ({OUT_OF_TIME.identifier})" if findings.stopped == "time" else "interrupted"
 
 

@@ -9,8 +9,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from lure.analysis.certificates.sealing import Failure, guarded
 from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.inequality.gains import GainInterval, gain_intervals
@@ -25,6 +23,7 @@ from lure.analysis.questions.problem import Subject, loop_given, subject
 from lure.analysis.questions.questions import ContradictionError, found_for, largest_of
 from lure.analysis.theorems.table import BEST, Question
 from lure.analysis.verdict import Bracket, Evidence, Verdict
+from lure.arrays import np
 from lure.errors import AssumptionError
 from lure.exact import exact_number
 from lure.plants.delay import DelayBlock

@@ -6,11 +6,10 @@ import math
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-
 from lure.analysis.certificates.riccati import Rounded
 from lure.analysis.certificates.systems import laws_of, system_of, text
 from lure.analysis.inequality.checks import CriterionResult
+from lure.arrays import np
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
 from lure.rod.parameters import Rod

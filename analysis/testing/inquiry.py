@@ -10,8 +10,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.testing.message import message, number
 from lure.analysis.testing.result import HISTORY, Checked, LawViolation, Violation
@@ -29,8 +27,9 @@ from lure.analysis.testing.search import (
     worst_pair,
     worst_point,
 )
-from lure.analysis.testing.subject import Array, NotANumber, Subject, subject
+from lure.analysis.testing.subject import NotANumber, Subject, subject
 from lure.analysis.verdict import Evidence, Verdict
+from lure.arrays import Reals, np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact
@@ -367,7 +366,7 @@ def _found(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Vi
 
 
 def _bad_point(
-    measure: Chord | Mirror, x: Array, inquiry: Inquiry, context: tuple[Domain, Decision]
+    measure: Chord | Mirror, x: Reals, inquiry: Inquiry, context: tuple[Domain, Decision]
 ) -> Violation | None:
     worst = worst_point(measure, x)
     if worst[0] <= 0:
@@ -391,7 +390,7 @@ def _bad_point(
     return _violation(inquiry, measure.subject, (sigma,), found, context, worst)
 
 
-def _bad_slope(measure: Quotient, x: Array, inquiry: Inquiry, context: tuple[Domain, Decision]) -> Violation | None:
+def _bad_slope(measure: Quotient, x: Reals, inquiry: Inquiry, context: tuple[Domain, Decision]) -> Violation | None:
     worst = worst_pair(measure, x)
     if worst[0] <= 0:
         return None

@@ -7,10 +7,9 @@ import textwrap
 from collections.abc import Sequence
 from fractions import Fraction
 
-import numpy as np
-
 from lure.analysis.testing.result import Violation
-from lure.analysis.testing.subject import Array, NotANumber
+from lure.analysis.testing.subject import NotANumber
+from lure.arrays import Reals, np
 
 # A law, its bounds and a point, drawn with characters for a terminal of 80 columns.
 
@@ -47,7 +46,7 @@ def ascii_plot(violation: Violation) -> str:
     return sheet.text(_legend(violation))
 
 
-def values_where_defined(violation: Violation, x: Array) -> Array:
+def values_where_defined(violation: Violation, x: Reals) -> Reals:
     """Values of the law, nan where it has none.
 
     Parameters
@@ -66,7 +65,7 @@ def values_where_defined(violation: Violation, x: Array) -> Array:
     return values
 
 
-def heights(violation: Violation, phi: Array) -> tuple[float, float]:
+def heights(violation: Violation, phi: Reals) -> tuple[float, float]:
     """The range of values worth drawing: that of the law and of the broken bound, cut where it dwarfs the point.
 
     Parameters
@@ -121,7 +120,7 @@ class _Sheet:
         if where is not None:
             self.rows[where[0]][where[1]] = sign
 
-    def curve(self, x: Array, y: Array, sign: str) -> None:
+    def curve(self, x: Reals, y: Reals, sign: str) -> None:
         """A character at each of the points."""
         for a, b in zip(x, y, strict=True):
             self.put(float(a), float(b), sign)

@@ -8,10 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
-from lure.analysis.testing.subject import Array, Subject
+from lure.analysis.testing.subject import Subject
+from lure.arrays import NDArray, Reals, np
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 
@@ -121,11 +119,11 @@ class Limits:
         """1 if there is an upper bound, -1 if there is a lower one."""
         return tuple(side for side, bound in ((1, self.upper), (-1, self.lower)) if abs(bound) != math.inf)
 
-    def outside(self, values: Array) -> Array:
+    def outside(self, values: Reals) -> Reals:
         """Signed distance to the limits without the tolerance, positive outside; ``-inf`` where nothing bounds."""
         return np.maximum(values - float(self.upper), float(self.lower) - values)
 
-    def allowance(self, values: Array, coarseness: float) -> Array:
+    def allowance(self, values: Reals, coarseness: float) -> Reals:
         """The tolerance, and what rounding may do to a value whatever the law."""
         return self.tolerance + coarseness * _RELATIVE * np.maximum(np.abs(values), self.size)
 
@@ -138,11 +136,11 @@ class Chord:
     limits: Limits
     noise: float
 
-    def quantity(self, x: Array) -> Array:
+    def quantity(self, x: Reals) -> Reals:
         """The chord slopes."""
         return np.asarray(self.subject(x) / x)
 
-    def allowance(self, x: Array, values: Array) -> Array:
+    def allowance(self, x: Reals, values: Reals) -> Reals:
         """Tolerance and rounding."""
         return np.asarray(self.limits.allowance(values, self.subject.coarseness) + self.noise / np.abs(x))
 
@@ -155,11 +153,11 @@ class Mirror:
     limits: Limits
     noise: float
 
-    def quantity(self, x: Array) -> Array:
+    def quantity(self, x: Reals) -> Reals:
         """The sums."""
         return self.subject(x) + self.subject(-x)
 
-    def allowance(self, x: Array, values: Array) -> Array:
+    def allowance(self, x: Reals, values: Reals) -> Reals:
         """Tolerance and rounding."""
         sizes = np.maximum(np.abs(self.subject(x)), np.abs(values))
         return self.limits.allowance(sizes, self.subject.coarseness) + 2 * self.noise
@@ -173,12 +171,12 @@ class Quotient:
     limits: Limits
     noise: float
 
-    def quantity(self, x: Array, phi: Array) -> Array:
+    def quantity(self, x: Reals, phi: Reals) -> Reals:
         """The difference quotients of consecutive points."""
         with np.errstate(over="ignore"):
             return np.diff(phi) / np.diff(x)
 
-    def allowance(self, x: Array, phi: Array, values: Array) -> Array:
+    def allowance(self, x: Reals, phi: Reals, values: Reals) -> Reals:
         """Tolerance and rounding: of the values, and of the argument inside the law."""
         steps = np.diff(x)
         coarse = self.subject.coarseness
@@ -188,7 +186,7 @@ class Quotient:
             return self.limits.allowance(values, coarse) + (2 * self.noise + 1e-15 * sizes + argument) / steps
 
 
-def rounding(subject: Subject, x: Array, where: Domain) -> float:
+def rounding(subject: Subject, x: Reals, where: Domain) -> float:
     """The absolute rounding error granted to a law in doubles: 4e-15 of its largest value near 0."""
     inner = x[np.abs(x) <= where.rounding_scale]
     return subject.coarseness * _ABSOLUTE * float(np.abs(subject(inner)).max(initial=0.0))
@@ -205,7 +203,7 @@ Worst: TypeAlias = tuple[float, tuple[float, ...]]
 """The largest excess over limits and allowance (positive: a violation), and the point or pair where it is."""
 
 
-def worst_point(measure: Chord | Mirror, x: Array) -> Worst:
+def worst_point(measure: Chord | Mirror, x: Reals) -> Worst:
     """The worst point found: on the grid, next to what looks like jumps, and at local maxima between the points.
 
     Parameters
@@ -235,7 +233,7 @@ def worst_point(measure: Chord | Mirror, x: Array) -> Worst:
     return best
 
 
-def worst_pair(measure: Quotient, x: Array) -> Worst:
+def worst_pair(measure: Quotient, x: Reals) -> Worst:
     """The worst pair found: consecutive points, then ever closer ones where the quotient is largest or changes most.
 
     Parameters
@@ -264,7 +262,7 @@ def worst_pair(measure: Quotient, x: Array) -> Worst:
     return best
 
 
-def _worst(measure: Chord | Mirror, x: Array, values: Array) -> Worst:
+def _worst(measure: Chord | Mirror, x: Reals, values: Reals) -> Worst:
     if x.size == 0:
         return -np.inf, ()
     excess = measure.limits.outside(values) - measure.allowance(x, values)
@@ -272,7 +270,7 @@ def _worst(measure: Chord | Mirror, x: Array, values: Array) -> Worst:
     return float(excess[i]), (float(x[i]),)
 
 
-def _worst_of_pairs(measure: Quotient, x: Array, phi: Array) -> Worst:
+def _worst_of_pairs(measure: Quotient, x: Reals, phi: Reals) -> Worst:
     values = measure.quantity(x, phi)
     excess = measure.limits.outside(values) - measure.allowance(x, phi, values)
     excess[np.isnan(excess)] = -np.inf
@@ -280,7 +278,7 @@ def _worst_of_pairs(measure: Quotient, x: Array, phi: Array) -> Worst:
     return float(excess[i]), (float(x[i]), float(x[i + 1]))
 
 
-def _beside_jumps(measure: Chord | Mirror, x: Array, values: Array) -> Array:
+def _beside_jumps(measure: Chord | Mirror, x: Reals, values: Reals) -> Reals:
     """Points on both sides of the largest changes between neighbours of one sign."""
     changes = np.where(x[:-1] * x[1:] > 0, np.abs(np.diff(values)), 0.0)
     chosen = np.argsort(-changes)[:_JUMPS]
@@ -301,7 +299,7 @@ def _beside_jumps(measure: Chord | Mirror, x: Array, values: Array) -> Array:
     return np.concatenate(met)
 
 
-def _peaks(measure: Chord | Mirror, x: Array, values: Array, side: int) -> Array:
+def _peaks(measure: Chord | Mirror, x: Reals, values: Reals, side: int) -> Reals:
     """Points towards the local maxima of the values, by a bounded search between the neighbours of the largest."""
     from scipy.optimize import minimize_scalar
 
@@ -321,7 +319,7 @@ def _peaks(measure: Chord | Mirror, x: Array, values: Array, side: int) -> Array
     return np.array(met)
 
 
-def _local_maxima(values: Array) -> NDArray[np.intp]:
+def _local_maxima(values: Reals) -> NDArray[np.intp]:
     """Indices of local maxima that are higher than a neighbour, the highest first."""
     padded = np.concatenate([[-np.inf], values, [-np.inf]])
     left, right = values - padded[:-2], values - padded[2:]

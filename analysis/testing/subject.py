@@ -7,14 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-import numpy as np
-from numpy.typing import NDArray
-
+from lure.arrays import Reals, np
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.expressions.tree import names
 
-Array = NDArray[np.float64]
 _PROBES = (-1.25, -0.5, 0.0, 0.5, 1.25)
 _MOST_BREAKPOINTS = 1000
 
@@ -61,7 +58,7 @@ class Subject:
     coarseness: float = 1.0
     evaluations: int = 0
 
-    def __call__(self, sigma: Array) -> Array:
+    def __call__(self, sigma: Reals) -> Reals:
         """Values at a one-dimensional array of points.
 
         Raises
@@ -77,7 +74,7 @@ class Subject:
             return np.array([self.at(float(point)) for point in sigma])
         return values
 
-    def anyhow(self, sigma: Array) -> Array:
+    def anyhow(self, sigma: Reals) -> Reals:
         """Values of a law that takes arrays, infinite or nan where floating point has no better."""
         values = self._array(sigma)
         return np.full(sigma.shape, np.nan) if values is None else values
@@ -101,7 +98,7 @@ class Subject:
             raise NotANumber(sigma, f"is {value!r:.60}" if number is None else f"is {number}")
         return number
 
-    def _array(self, sigma: Array) -> Array | None:
+    def _array(self, sigma: Reals) -> Reals | None:
         """Values for an array; None if they are not real numbers of its shape."""
         try:
             with np.errstate(all="ignore"):

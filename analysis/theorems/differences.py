@@ -8,9 +8,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from types import MappingProxyType
 
-import numpy as np
 from flint import fmpq_poly
-from numpy.typing import NDArray
 
 from lure.analysis.inequality.checks import finite_bounds
 from lure.analysis.inequality.gains import hurwitz_limit
@@ -26,14 +24,14 @@ from lure.analysis.numerics.trigonometric import (
 )
 from lure.analysis.theorems.fir import SampledResponse
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.arrays import Reals, np
 from lure.classes import LawClass, Sector, SlopeBounds
 from lure.plants.rational import RationalBlock
 
 # What Tsypkin's and the Jury-Lee criterion share: one weight ``q >= 0`` on a difference of successive samples.
 
-Array = NDArray[np.float64]
 
-WEIGHTS = np.concatenate([[0.0], np.logspace(-6, 8, 57)])
+WEIGHTS = [0.0, *(10 ** (i / 4) for i in range(-24, 33))]
 GOLDEN_STEPS = 50
 NEARBY = (0.0, *(sign * 10.0**-power for power in range(3, 9) for sign in (-1, 1)))
 GOLDEN = (math.sqrt(5) - 1) / 2
@@ -170,7 +168,7 @@ class _Sampled:
         response = SampledResponse.of(*multiplier.discrete.coefficients())
         return cls(response, multiplier, float(np.max(np.abs(response.at(response.omega)))))
 
-    def at(self, omega: Array, q: float) -> Array:
+    def at(self, omega: Reals, q: float) -> Reals:
         """Its values at ``omega`` for one ``q``, in floating point."""
         z, H = np.exp(1j * omega), self.response.at(omega)
         difference = self.multiplier.difference
@@ -180,15 +178,15 @@ class _Sampled:
             Q = float(self.multiplier.loss) * np.abs((z - 1) * H) ** 2
             return np.asarray((np.sqrt(R * R + 4 * q * Q) - R) / 2)
 
-    def inverse_reach(self, q: float) -> tuple[float, Array]:
+    def inverse_reach(self, q: float) -> tuple[float, Reals]:
         """The largest value over all frequencies, and the frequencies of the local maxima."""
         return self.response.maximum(lambda omega: self.at(omega, q))
 
 
-def _best_weight(sampled: _Sampled) -> tuple[float, float, Array]:
-    values = [sampled.inverse_reach(float(q))[0] for q in WEIGHTS]
+def _best_weight(sampled: _Sampled) -> tuple[float, float, Reals]:
+    values = [sampled.inverse_reach(q)[0] for q in WEIGHTS]
     best = int(np.argmin(values))
-    left, right = float(WEIGHTS[max(best - 1, 0)]), float(WEIGHTS[min(best + 1, len(WEIGHTS) - 1)])
+    left, right = WEIGHTS[max(best - 1, 0)], WEIGHTS[min(best + 1, len(WEIGHTS) - 1)]
     a, b = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
     at_a, at_b = sampled.inverse_reach(a)[0], sampled.inverse_reach(b)[0]
     for _ in range(GOLDEN_STEPS):
@@ -200,7 +198,7 @@ def _best_weight(sampled: _Sampled) -> tuple[float, float, Array]:
             left, a, at_a = a, b, at_b
             b = left + GOLDEN * (right - left)
             at_b = sampled.inverse_reach(b)[0]
-    weight, inverse = min((a, at_a), (b, at_b), (float(WEIGHTS[best]), values[best]), key=lambda pair: pair[1])
+    weight, inverse = min((a, at_a), (b, at_b), (WEIGHTS[best], values[best]), key=lambda pair: pair[1])
     near = [sampled.inverse_reach(weight * (1 + step))[1] for step in NEARBY]
     return weight, inverse, np.concatenate(near)
 

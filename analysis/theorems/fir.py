@@ -7,15 +7,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-import numpy as np
 from flint import fmpq_poly
-from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.unit_circle import DiscreteBlock
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.trigonometric import Laurent, nonnegative_on_circle, positive_on_circle
+from lure.arrays import NDArray, Reals, np, optimize
 
 # Multipliers of finite impulse response with exact taps, and the exact test of the Zames-Falb inequality.
 
@@ -97,8 +95,6 @@ def certifies_every(discrete: DiscreteBlock, multiplier: Multiplier, *, odd: boo
     )
 
 
-Array = NDArray[np.float64]
-
 NORM = 1 - 1e-9
 COARSE, FINE = 200, 4000
 ZOOMS, ZOOM_POINTS = 5, 17
@@ -118,12 +114,12 @@ class SampledResponse:
         Frequencies [rad per sample], ascending, 0 and pi included.
     """
 
-    numerator: Array
-    denominator: Array
-    omega: Array
+    numerator: Reals
+    denominator: Reals
+    omega: Reals
 
     @classmethod
-    def of(cls, numerator: Array, denominator: Array) -> SampledResponse:
+    def of(cls, numerator: Reals, denominator: Reals) -> SampledResponse:
         """The response of ``numerator / denominator``."""
         parts = [np.linspace(0, np.pi, FINE)]
         spread = np.concatenate([-np.logspace(-3, 2, 60)[::-1], [0.0], np.logspace(-3, 2, 60)])
@@ -131,19 +127,19 @@ class SampledResponse:
             parts.append(abs(np.angle(pole)) + max(abs(1 - abs(pole)), 1e-12) * spread)
         return cls(numerator, denominator, np.unique(np.clip(np.concatenate(parts), 0, np.pi)))
 
-    def at(self, omega: Array) -> NDArray[np.complex128]:
+    def at(self, omega: Reals) -> NDArray[np.complex128]:
         """``H`` at these frequencies; not finite where a pole is too near for doubles."""
         z = np.exp(1j * omega)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return np.asarray(np.polyval(self.numerator, z) / np.polyval(self.denominator, z))
 
-    def maximum(self, f: Callable[[Array], Array]) -> tuple[float, Array]:
+    def maximum(self, f: Callable[[Reals], Reals]) -> tuple[float, Reals]:
         """The largest value of ``f`` seen, refined between grid points, and the frequencies of its local maxima.
 
         Values that are not numbers are passed over.
         """
 
-        def g(omega: Array) -> Array:
+        def g(omega: Reals) -> Reals:
             """The function to be maximised, ``-inf`` where it is not a number."""
             found = f(omega)
             return np.where(np.isnan(found), -np.inf, found)
@@ -173,17 +169,17 @@ class Proposal:
     """
 
     shifts: tuple[int, ...]
-    taps: Array
+    taps: Reals
     inverse: float
-    tight: Array
+    tight: Reals
 
 
-def evaluated(response: SampledResponse, shifts: tuple[int, ...], taps: Array) -> Proposal:
+def evaluated(response: SampledResponse, shifts: tuple[int, ...], taps: Reals) -> Proposal:
     """The proposal of these taps: ``1/k`` above the largest ``-Re[M H]/Re[M]``, refined between grid points."""
     used = np.flatnonzero(taps)
     where = np.asarray(shifts, dtype=float)[used]
 
-    def ratio(omega: Array) -> Array:
+    def ratio(omega: Reals) -> Reals:
         """``1/k`` that each frequency asks for; ``inf`` where the multiplier cannot serve it."""
         M = 1 - np.exp(-1j * omega[:, None] * where) @ taps[used]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -239,7 +235,7 @@ def best_taps(response: SampledResponse, length: int, *, odd: bool, start: Propo
     return best
 
 
-def _linear_program(G: NDArray[np.complex128], omega: Array, best: Proposal, *, odd: bool) -> Array | None:
+def _linear_program(G: NDArray[np.complex128], omega: Reals, best: Proposal, *, odd: bool) -> Reals | None:
     omega, G = omega[np.isfinite(G)], G[np.isfinite(G)]
     if not math.isfinite(best.inverse):
         return None
@@ -251,7 +247,7 @@ def _linear_program(G: NDArray[np.complex128], omega: Array, best: Proposal, *, 
         rows = np.hstack([rows, -rows])
     weight = np.maximum((1 - shifted @ best.taps).real, 1e-9) * abs(best.inverse) / scale
     count = rows.shape[1]
-    result = linprog(
+    result = optimize.linprog(
         np.append(np.zeros(count), -1.0),
         A_ub=np.vstack([np.column_stack([rows, weight]), np.append(np.ones(count), 0.0)]),
         b_ub=np.append(G.real / scale, NORM),

@@ -8,9 +8,6 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.plant import Plant
 from lure.analysis.numerics.polynomial import to_descending
@@ -18,14 +15,13 @@ from lure.analysis.theorems.kernels import Delay, Gamma, Kernel, Multiplier
 from lure.analysis.theorems.park import park_largest
 from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.verdict import Answer, Verdict
+from lure.arrays import NDArray, Reals, np
 from lure.plants.rational import RationalBlock
 
 # Points in floating point: frequencies around resonances, maxima of a function of the delay.
 
-Floats = NDArray[np.float64]
 
-
-def peaks(f: Callable[[Floats], Floats], points: Floats, *, least: float, count: int) -> list[tuple[float, float]]:
+def peaks(f: Callable[[Reals], Reals], points: Reals, *, least: float, count: int) -> list[tuple[float, float]]:
     """The highest local maxima of ``f`` and where they are: on the points, then refined between neighbours."""
     values = f(points)
     inner = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:]) & (values[1:-1] > least)) + 1
@@ -40,9 +36,9 @@ def peaks(f: Callable[[Floats], Floats], points: Floats, *, least: float, count:
     return found
 
 
-def around(roots: NDArray[np.complex128], count: int) -> Floats:
+def around(roots: NDArray[np.complex128], count: int) -> Reals:
     """Frequencies around lightly damped roots, closer and closer."""
-    found: list[Floats] = [np.zeros(0)]
+    found: list[Reals] = [np.zeros(0)]
     for root in roots:
         frequency, damping = float(root.imag), abs(float(root.real))
         if frequency > 2 * damping > 0:
@@ -51,7 +47,7 @@ def around(roots: NDArray[np.complex128], count: int) -> Floats:
     return np.concatenate(found)
 
 
-def increasing(*parts: Sequence[float] | Floats) -> Floats:
+def increasing(*parts: Sequence[float] | Reals) -> Reals:
     """All finite frequencies of several arrays that are not negative, in ascending order, each once."""
     omega = np.unique(np.concatenate([np.asarray(part, dtype=float) for part in parts]))
     return np.asarray(omega[np.isfinite(omega) & (omega >= 0)])
@@ -69,8 +65,8 @@ def short(value: float) -> Fraction:
 class Scaled:
     """``H(unit s) / gain`` in doubles, of size about 1, and the way back; both factors are powers of two."""
 
-    numerator: Floats
-    denominator: Floats
+    numerator: Reals
+    denominator: Reals
     unit: Fraction
     gain: Fraction
 
@@ -211,8 +207,8 @@ class Search:
         Whether to add rows and columns for longer.
     """
 
-    numerator: Floats
-    denominator: Floats
+    numerator: Reals
+    denominator: Reals
     odd: bool
     family: Family
     full: bool = False
@@ -220,9 +216,9 @@ class Search:
     unit: float = field(init=False)
     low: float = field(init=False)
     far: float = field(init=False)
-    rows: Floats = field(init=False)
+    rows: Reals = field(init=False)
     columns: list[Column] = field(init=False)
-    lags: Floats = field(init=False)
+    lags: Reals = field(init=False)
 
     def __post_init__(self) -> None:
         self.poles = np.roots(self.denominator).astype(complex)
@@ -240,7 +236,7 @@ class Search:
         self.lags = np.concatenate([np.geomspace(1e-2, 1, 200), np.linspace(1, HORIZON, 3000)[1:]]) / self.unit
         self.columns = self._first_columns()
 
-    def response(self, omega: Floats) -> NDArray[np.complex128]:
+    def response(self, omega: Reals) -> NDArray[np.complex128]:
         """``H(i w)``."""
         s = 1j * omega
         return np.asarray(np.polyval(self.numerator, s) / np.polyval(self.denominator, s))
@@ -305,7 +301,7 @@ class Search:
     def _closed_loop(self, k: float) -> NDArray[np.complex128]:
         return np.asarray(np.roots(np.polyadd(self.denominator, k * self.numerator)))
 
-    def _fine(self, k: float) -> Floats:
+    def _fine(self, k: float) -> Reals:
         return increasing(
             np.geomspace(self.low / 1e3, self.far * 1e3, 3000),
             np.linspace(0, self.far / 2, 4000),
@@ -314,8 +310,8 @@ class Search:
         )
 
     def _solve(
-        self, k: float, rows: Floats
-    ) -> tuple[float, Multiplier, tuple[Floats, NDArray[np.complex128], float]] | None:
+        self, k: float, rows: Reals
+    ) -> tuple[float, Multiplier, tuple[Reals, NDArray[np.complex128], float]] | None:
         from scipy.optimize import linprog
 
         checkpoint()
@@ -350,7 +346,7 @@ class Search:
     def _theta_unit(self) -> float:
         return 1 / self.unit
 
-    def _at_infinity(self, k: float) -> Floats:
+    def _at_infinity(self, k: float) -> Reals:
         """The inequality in the limit, relative to ``1/k + D``: delays at their worst phase, gamma kernels gone."""
         degree = len(self.denominator) - 1
         top = np.concatenate([np.zeros(degree + 1 - len(self.numerator)), self.numerator])
@@ -359,7 +355,7 @@ class Search:
         masses = [1.0 if isinstance(kernel, Delay) else 0.0 for _, kernel in self.columns]
         return np.array([*masses, -slope * self._theta_unit / (1 / k + D), 1.0])
 
-    def _rounded(self, x: Floats) -> Multiplier:
+    def _rounded(self, x: Reals) -> Multiplier:
         whole = 2**COEFFICIENT_BITS
         terms = []
         for value, (sign, kernel) in zip(x, self.columns, strict=False):
@@ -372,7 +368,7 @@ class Search:
         theta = float(x[len(self.columns)]) * self._theta_unit
         return Multiplier(Fraction(theta).limit_denominator(10**12) if theta else Fraction(0), tuple(terms))
 
-    def _priced(self, omega: Floats, prices: NDArray[np.complex128], far: float) -> list[Column]:
+    def _priced(self, omega: Reals, prices: NDArray[np.complex128], far: float) -> list[Column]:
         """Delays whose price says that they help."""
         if self.family in ("none", "gamma"):
             return []
@@ -381,7 +377,7 @@ class Search:
         for direction in (1, -1):
             for sign in (1, -1) if self.odd else (1,):
 
-                def gain(lags: Floats, direction: int = direction, sign: int = sign) -> Floats:
+                def gain(lags: Reals, direction: int = direction, sign: int = sign) -> Reals:
                     """What a delay would earn at the prices of the frequencies."""
                     waves = np.exp(-1j * direction * np.outer(lags, omega))
                     return np.asarray(-sign * (waves @ prices).real - far)
@@ -393,12 +389,12 @@ class Search:
         found.sort(key=lambda pair: -pair[0])
         return [column for _, column in found[:NEW_COLUMNS]]
 
-    def _split(self, multiplier: Multiplier, omega: Floats, H: NDArray[np.complex128]) -> tuple[Floats, Floats]:
+    def _split(self, multiplier: Multiplier, omega: Reals, H: NDArray[np.complex128]) -> tuple[Reals, Reals]:
         """``Re(M H) + theta Re(i w H)`` and ``Re M``."""
         M = multiplier.at(omega)
         return (M * H).real + float(multiplier.theta) * (1j * omega * H).real, M.real
 
-    def _dips(self, multiplier: Multiplier, k: float, fine: Floats, t: float) -> tuple[Proposal, Floats]:
+    def _dips(self, multiplier: Multiplier, k: float, fine: Reals, t: float) -> tuple[Proposal, Reals]:
         H = self.response(fine)
         fixed, gain = self._split(multiplier, fine, H)
         values = (fixed + gain / k) / np.abs(H + 1 / k)

@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeVar
 
-import numpy as np
 from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_poly
-from numpy.typing import ArrayLike, NDArray
 
 from lure.analysis.inequality.plant import Plant
 from lure.analysis.numerics.polynomial import (
@@ -25,6 +23,7 @@ from lure.analysis.numerics.polynomial import (
 )
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Bracket
+from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 
 # Multipliers of Zames and Falb with kernels whose L1 norm is known exactly, and the Popov term beside them.

@@ -8,8 +8,6 @@ from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
 
-import numpy as np
-
 from lure.analysis.inequality.checks import finite_bounds
 from lure.analysis.inequality.gains import hurwitz_limit
 from lure.analysis.inequality.phase_limit import lowest_phase_limit
@@ -27,6 +25,7 @@ from lure.analysis.theorems.fir import (
     inequality,
 )
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.arrays import np
 from lure.classes import LawClass, SlopeBounds
 from lure.errors import InputError
 from lure.plants.rational import RationalBlock

@@ -11,9 +11,7 @@ from fractions import Fraction
 from numbers import Integral
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.expressions import rigorous as balls
 from lure.expressions import rigorous as exact

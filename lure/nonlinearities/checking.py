@@ -8,9 +8,7 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from lure.arrays import NDArray, np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number

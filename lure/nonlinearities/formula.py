@@ -11,9 +11,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any, TypeAlias
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.expressions import Expression

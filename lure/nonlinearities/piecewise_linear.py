@@ -7,13 +7,12 @@ from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lure.arrays import ArrayLike, NDArray, is_array, np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import exact_number
@@ -23,7 +22,7 @@ from lure.nonlinearities.points_file import Points, points_from_csv
 # Piecewise linear graphs through the origin: everything about them is exact and read off the points.
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Graph:
     """A continuous piecewise linear function with ``phi(0) = 0``.
 
@@ -33,7 +32,7 @@ class Graph:
         Points of the graph in ascending order, the origin among them.
     slopes : tuple of Fraction
         Slope left of the first knot, between the knots, right of the last: one more than there are knots.
-    table : NDArray[np.float64]
+    rows : tuple of tuple of float
         Rows for floats: the knots; then for each of the slopes the point of its segment nearest to 0, the value and the
         primitive there, and the slope itself.
     """
@@ -41,7 +40,7 @@ class Graph:
     knots: tuple[Fraction, ...]
     values: tuple[Fraction, ...]
     slopes: tuple[Fraction, ...]
-    table: tuple[NDArray[np.float64], ...] = field(init=False, repr=False, compare=False)
+    rows: tuple[tuple[float, ...], ...] = field(init=False, repr=False, compare=False)
 
     @classmethod
     def through(cls, points: Sequence[tuple[Fraction, Fraction]], left: Fraction, right: Fraction) -> Graph:
@@ -62,7 +61,12 @@ class Graph:
         integrals = self._integrals()
         columns = [(self.knots[a], self.values[a], integrals[a], s) for a, s in zip(anchors, self.slopes, strict=True)]
         rows = (self.knots, *zip(*columns, strict=True))
-        object.__setattr__(self, "table", tuple(np.array([float(number) for number in row]) for row in rows))
+        object.__setattr__(self, "rows", tuple(tuple(map(float, row)) for row in rows))
+
+    @cached_property
+    def table(self) -> tuple[NDArray[np.float64], ...]:
+        """``rows`` as arrays."""
+        return tuple(np.array(row) for row in self.rows)
 
     def _integrals(self) -> list[Fraction]:
         """``int_0^knot phi`` at each knot."""
@@ -479,11 +483,11 @@ def outer_slopes(points: Points) -> tuple[Fraction, Fraction]:
 
 def _ascending(points: Sequence[Sequence[Parameter]]) -> list[tuple[Fraction, Fraction]]:
     name = "PiecewiseLinear.points"
-    if isinstance(points, str) or not isinstance(points, Sequence | np.ndarray) or len(points) == 0:
+    if isinstance(points, str) or not (isinstance(points, Sequence) or is_array(points)) or len(points) == 0:
         raise InputError(f"{name} is {points!r:.60}; give a list of at least one pair [sigma, phi]")
     table: list[tuple[Fraction, Fraction]] = []
     for i, point in enumerate(points):
-        if isinstance(point, str) or not isinstance(point, Sequence | np.ndarray) or len(point) != 2:
+        if isinstance(point, str) or not (isinstance(point, Sequence) or is_array(point)) or len(point) != 2:
             raise InputError(f"{name}[{i}] is {point!r:.60}; give a pair [sigma, phi]")
         x, y = exact_parameter(point[0], f"{name}[{i}][0]"), exact_parameter(point[1], f"{name}[{i}][1]")
         table.append((x, y))

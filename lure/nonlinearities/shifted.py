@@ -7,9 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import LawClass, Sector, SlopeBounds
 from lure.exact import Exact, exact_number
 from lure.nonlinearities.base import Law, number_text

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.record import by_value, html_table, plain
 
@@ -67,7 +65,7 @@ class LinearBlock:
 
     def dense(self) -> NDArray[np.float64]:
         """``A`` as an (n, n) array [1/s]."""
-        return self.A if isinstance(self.A, np.ndarray) else np.asarray(self.A.toarray())
+        return np.asarray(self.A.toarray() if hasattr(self.A, "toarray") else self.A)
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H(s)`` by one sparse solve a point; not finite where a pivot of ``sI - A`` is exactly zero."""
@@ -102,7 +100,7 @@ class LinearBlock:
         return {"kind": "linear block", "order": self.order, **{name: plain(m) for name, m in matrices.items()}}
 
     def _repr_html_(self) -> str:
-        stored = "dense" if isinstance(self.A, np.ndarray) else f"sparse, {self.A.nnz} entries"
+        stored = f"sparse, {self.A.nnz} entries" if hasattr(self.A, "nnz") else "dense"
         rows = [("states", self.order), ("A", stored), ("time", "continuous")]
         notes = ["In a loop mu = -phi(sigma)."]
         return html_table("y' = A y + b1 mu + b2 g, sigma = c^T y", rows, notes=notes)

@@ -118,8 +118,9 @@ def as_block(source: object, *, dt: object = None) -> AnyBlock:
     if isinstance(source, str):
         return _from_text(source, dt)
     for module, convert in (("control", _from_control), ("scipy.signal", _from_scipy)):
-        if module in sys.modules:  # an object of a package that is not loaded cannot exist
-            found = convert(sys.modules[module], source, dt)
+        package = sys.modules.get(module)
+        if package is not None:  # an object of a package that is not loaded cannot exist
+            found = convert(package, source, dt)
             if found is not None:
                 return found
     if isinstance(source, tuple | list):

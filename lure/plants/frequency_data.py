@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.plants.rational import time_text
 from lure.record import by_value, html_table, plain, xarray_or_refusal

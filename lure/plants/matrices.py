@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal, cast
 
-import numpy as np
-
+from lure.arrays import is_array, np
 from lure.errors import InputError
 from lure.plants.rational import RationalBlock
 from lure.plants.realisation import Realisation, Row
@@ -119,7 +118,7 @@ def float_block(
         Shapes do not fit, or an entry is not a finite real number.
     """
     dense = A.toarray() if hasattr(A, "toarray") else A
-    if isinstance(dense, np.ndarray) and dense.dtype.kind in "iuf":
+    if is_array(dense) and dense.dtype.kind in "iuf":
         state, n = dense, dense.shape[0]
         if dense.shape != (n, n):
             raise InputError(f"A is not square: it is {' x '.join(map(str, dense.shape))}")

@@ -9,9 +9,7 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 from lure.plants.realisation import Realisation, companion

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
+from lure.arrays import NDArray, np
 from lure.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,7 +16,7 @@ if TYPE_CHECKING:
     from lure.plants.rational import RationalBlock
 
 Row = tuple[Fraction, ...]
-Doubles = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]
+Doubles: TypeAlias = "tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]"
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import sampling_period, time_text
@@ -106,7 +105,7 @@ def _product(real: NDArray[np.float64], values: NDArray[np.complex128]) -> NDArr
 
 MAX_STATES = 5000
 _BATCH_ENTRIES = 1 << 19  # of the solutions held at once, n for each point
-_UNIT = float(np.finfo(float).eps)
+_UNIT = sys.float_info.epsilon
 
 
 @by_value

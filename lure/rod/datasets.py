@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
+from lure.arrays import ArrayLike, Reals, np
 from lure.record import Column as Column
 from lure.record import dataset as dataset
 from lure.record import numbered as numbered
@@ -20,7 +18,6 @@ if TYPE_CHECKING:
     from lure.rod.motion.impacts import Impact
     from lure.rod.scenario import Scenario
 
-Array = NDArray[np.float64]
 UNITS = {
     "youngs_modulus": "Pa",
     "density": "kg m-3",
@@ -191,7 +188,7 @@ def impact_dicts(impacts: Iterable[Impact]) -> list[dict[str, object]]:
     return [{name: plain(getattr(impact, name)) for name in names} for impact in impacts]
 
 
-def loop_response(name: str, t: Array, z: Array, stress: Array, force: ArrayLike | None) -> control.TimeResponseData:
+def loop_response(name: str, t: Reals, z: Reals, stress: Reals, force: ArrayLike | None) -> control.TimeResponseData:
     """A motion as python-control has it: the output ``sigma = z`` and the inputs ``mu = -p(z)`` and ``g`` of the block.
 
     Parameters
@@ -210,7 +207,7 @@ def loop_response(name: str, t: Array, z: Array, stress: Array, force: ArrayLike
 
 
 def time_response(
-    name: str, t: Array, outputs: Mapping[str, Array], inputs: Mapping[str, Array]
+    name: str, t: Reals, outputs: Mapping[str, Reals], inputs: Mapping[str, Reals]
 ) -> control.TimeResponseData:
     """A motion as ``control.TimeResponseData``; labels carry the units.
 

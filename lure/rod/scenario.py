@@ -6,9 +6,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
+from lure.arrays import NDArray, np
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.record import by_value

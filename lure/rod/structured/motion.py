@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lure.arrays import Reals
 from lure.errors import InputError
 from lure.record import html_table
 from lure.rod import datasets
-from lure.rod.datasets import Array as Array_export
 from lure.rod.datasets import Column
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.structured.contact import FLOOR, Crossing, Stretch, Undecided, fewest_cells, halved, longest, next_contact
@@ -168,7 +168,7 @@ def scheme_words(scheme: UpwindScheme) -> str:
     return f"the upwind scheme{printed} of {scheme.cells} cells, whose waves lose more energy than the rod's"
 
 
-def _stress(run: StructuredMotion) -> Array_export:
+def _stress(run: StructuredMotion) -> Reals:
     return run.scheme.rod.law(run.z)
 
 

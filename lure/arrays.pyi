@@ -1,0 +1,15 @@
+from typing import Any
+
+import numpy
+from numpy.typing import ArrayLike as ArrayLike
+from numpy.typing import NDArray as NDArray
+from typing_extensions import TypeIs
+
+np = numpy
+linalg: Any
+optimize: Any
+integrate: Any
+Reals = NDArray[numpy.float64]
+Complexes = NDArray[numpy.complex128]
+
+def is_array(value: object) -> TypeIs[NDArray[Any]]: ...
