@@ -3,38 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lure.errors import AssumptionError
-from lure.record import html_table, plain, xarray_or_refusal
+from lure.record import Column, Page, Record, quantity
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodBlock
 from lure.rod.upwind import UpwindScheme, upwind
 
-if TYPE_CHECKING:
-    import xarray
-
 LISTED_MODES = 10
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class ModePair:
-    """One wave mode in the scheme and in the rod.
+class ModePair(Record):
+    """One wave mode in the scheme and in the rod."""
 
-    Attributes
-    ----------
-    number : int
-        0 is the non-oscillating mode (``k < Z`` only), then 1, 2, .. by frequency.
-    scheme : complex
-        Eigenvalue of the scheme [1/s].
-    rod : complex
-        Pole of the rod [1/s].
-    """
-
-    number: int
-    scheme: complex
-    rod: complex
+    number: int = quantity("0 is the non-oscillating mode (``k < Z`` only), then 1, 2, .. by frequency")
+    scheme: complex = quantity("Eigenvalue of the scheme", "s-1")
+    rod: complex = quantity("Pole of the rod", "s-1")
 
     @property
     def numerical_share(self) -> float:
@@ -42,38 +27,27 @@ class ModePair:
         return 1.0 - self.rod.real / self.scheme.real if self.scheme.real else math.nan
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class RodSpectrum:
-    """Spectrum of the rod's block, from closed forms (no eigenvalue solver).
+class RodSpectrum(Record):
+    """Spectrum of the rod's block, from closed forms (no eigenvalue solver)."""
 
-    Attributes
-    ----------
-    zero_multiplicity : int
-        Algebraic multiplicity of the eigenvalue 0, the same for scheme and rod: 1 for ``k != 0``, 2 for ``k = 0``.
-        Decided from the exact value of ``k``.
-    residue_at_zero : float or None
-        ``rho_0 = A/k`` [m/(Pa s)]; None where the zero is double.
-    decay_scheme, decay_rod : float
-        ``-max Re`` over the wave eigenvalues [1/s]: negative if one grows, zero for ``k = 0``, ``inf`` for the matched
-        rod.  For ``k < -Z`` the few cells of a scheme may damp what grows in the rod.
-    elastic_scheme : complex
-        First oscillating mode of the scheme [1/s]; real where the scheme has none, as ``-s`` for ``k = Z``.
-    elastic_rod : complex or None
-        First oscillating mode of the rod [1/s]; None for ``k = Z``.
-    modes : tuple of ModePair
-        The lowest modes, one of each conjugate pair; empty for ``k = Z``.
-    jordan_size : int
-        Size of the Jordan block at ``-s``: ``2N`` for ``k = Z``, else 1.
-    """
-
-    zero_multiplicity: int
-    residue_at_zero: float | None
-    decay_scheme: float
-    decay_rod: float
-    elastic_scheme: complex
-    elastic_rod: complex | None
-    modes: tuple[ModePair, ...]
-    jordan_size: int
+    zero_multiplicity: int = quantity(
+        "Algebraic multiplicity of the eigenvalue 0, the same for scheme and rod: 1 for ``k != 0``, 2 for ``k = "
+        "0``. Decided from the exact value of ``k``"
+    )
+    residue_at_zero: float | None = quantity("``rho_0 = A/k`` [m/(Pa s)]; None where the zero is double")
+    decay_scheme: float = quantity(
+        "``-max Re`` over the wave eigenvalues of the scheme [1/s]: negative if one grows, zero for ``k = 0``"
+    )
+    decay_rod: float = quantity(
+        "The same of the rod [1/s]; ``inf`` for the matched one.  For ``k < -Z`` the few cells of a scheme may "
+        "damp what grows in the rod"
+    )
+    elastic_scheme: complex = quantity(
+        "First oscillating mode of the scheme [1/s]; real where the scheme has none, as ``-s`` for ``k = Z``"
+    )
+    elastic_rod: complex | None = quantity("First oscillating mode of the rod [1/s]; None for ``k = Z``")
+    modes: tuple[ModePair, ...] = quantity("The lowest modes, one of each conjugate pair; empty for ``k = Z``")
+    jordan_size: int = quantity("Size of the Jordan block at ``-s``: ``2N`` for ``k = Z``, else 1")
 
     @property
     def unstable(self) -> bool:
@@ -89,37 +63,24 @@ class RodSpectrum:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; a complex eigenvalue is the pair of its parts [1/s]."""
-        names = ("zero_multiplicity", "residue_at_zero", "decay_scheme", "decay_rod", "elastic_scheme", "elastic_rod",
-                 "jordan_size")  # fmt: skip
-        modes = [{"number": m.number, "scheme": plain(m.scheme), "rod": plain(m.rod)} for m in self.modes]
-        known = {name: plain(getattr(self, name)) for name in names}
-        return {"kind": "spectrum of the rod", "evidence": "computed", **known, "modes": modes, "sentence": str(self)}
+        return {"kind": "spectrum of the rod", "evidence": "computed", **super().to_dict(), "sentence": str(self)}
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The lowest modes of scheme and rod over ``mode``, as real variables that netCDF can hold.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        xr = xarray_or_refusal("RodSpectrum.to_xarray")
-        unit = {"units": "1/s"}
-        variables = {
-            f"{name}_{part}": ("mode", [getattr(getattr(m, name), part) for m in self.modes], unit)
-            for name in ("scheme", "rod")
+    def _columns(self) -> dict[str, Column]:
+        return {
+            f"{name}_{part}": Column(("mode",), [getattr(getattr(m, name), part) for m in self.modes], "1/s", text)
+            for name, text in (("scheme", "eigenvalue of the scheme"), ("rod", "pole of the rod"))
             for part in ("real", "imag")
-        }
-        attributes = {"decay_scheme": self.decay_scheme, "decay_rod": self.decay_rod, "comment": str(self)}
-        made: xarray.Dataset = xr.Dataset(variables, coords={"mode": [m.number for m in self.modes]}, attrs=attributes)
-        return made
+        } | {"mode": Column(("mode",), [m.number for m in self.modes], "1", "number of the mode")}
 
-    def _repr_html_(self) -> str:
+    def _attributes(self) -> dict[str, object]:
+        return {"decay_scheme": self.decay_scheme, "decay_rod": self.decay_rod, "comment": str(self)}
+
+    def _page(self) -> Page:
         rows = [(m.number, f"{m.scheme:.6g}", f"{m.rod:.6g}", f"{100 * m.numerical_share:.3g} %") for m in self.modes]
         zero = {1: "simple", 2: "double"}[self.zero_multiplicity]
         note = f"The zero eigenvalue is {zero} in both (exact). A mode of the scheme is not one of the rod. {self}."
         head = ("mode", "scheme [1/s]", "rod [1/s]", "damping that the rod lacks")
-        return html_table("Spectrum of the rod's block, scheme against rod", rows, head=head, notes=[note])
+        return Page("Spectrum of the rod's block, scheme against rod", rows, head=head, notes=[note])
 
 
 def wave_mode(rod: Rod, number: int, cells: int | None) -> complex:

@@ -93,7 +93,7 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
     inline : bool
         Whether what the value, a record, declares is taken in as if it stood here.
     each : type, optional
-        Type of the records of a tuple along ``dims``: each of their numbers becomes a variable.
+        Type of the records of a tuple along ``dims``: each of their single numbers and texts becomes a variable.
     default, default_factory
         As for :func:`dataclasses.field`.
     """
@@ -101,7 +101,7 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
         meaning=meaning,
         unit=unit,
         dims=None if dims is None else tuple(dims.split()),
-        key="" if key is None and dims is not None and each is None else key,
+        key="" if key is None and dims and each is None else key,
         name=name,
         label=label,
         form=form,
@@ -262,18 +262,18 @@ class Record:
 
 
 def _in_a_row(records: Sequence[Record], declared: Declared) -> dict[str, Column]:
-    """A variable for each number and text that the records of a tuple declare with a unit."""
+    """A variable for each single number and text that the records of a tuple declare."""
     assert declared.each is not None, "asked with a type only"
     assert declared.dims is not None, "asked with dimensions only"
     np, found = import_module("numpy"), {}
+    kinds = {each.name: str(each.type) for each in fields(declared.each)}
     for name, inner in declared.each._declared():
-        if inner.unit:
+        if inner.dims == ():
             values = [getattr(record, name) for record in records]
-            values = [math.nan if value is None else value for value in values]
-            kind = object if any(isinstance(value, str) for value in values) else None
-            kind = kind or (bool if values and all(isinstance(value, bool) for value in values) else float)
+            kind = {"bool": bool, "int": int, "str": object}.get(kinds.get(name, ""), float)
+            known = np.array([math.nan if value is None else value for value in values], dtype=kind)
             label = declared.dims[0] if inner.name == "*" else declared.name + (inner.name or name)
-            found[label] = Column(declared.dims, np.array(values, dtype=kind), inner.unit, _words(inner.meaning))
+            found[label] = Column(declared.dims, known, inner.unit, _words(inner.meaning))
     return found
 
 

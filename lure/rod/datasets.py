@@ -28,20 +28,17 @@ UNITS = {
     "exponent": "1",
     "gap": "m",
 }
-# quantity: name in the Dataset, unit, meaning with its sign
+# a curve of a motion: meaning with its sign, unit; its name in a Dataset is the key, but for the stress
 SERIES = {
-    "u_end": ("u_end", "m", "displacement u(t, L) of the end x = L, positive along x"),
-    "z": ("z", "m", "contact coordinate u(t, L) - gap, positive in contact with a compliant obstacle"),
-    "v_end": ("v_end", "m s-1", "velocity of the end x = L, positive along x; at a jump the value after it"),
-    "stress": (
-        "contact_stress",
-        "Pa",
-        "contact stress p(z) of the obstacle, positive in compression: E u_x(t, L) = -p",
-    ),
-    "dashpot_force": ("dashpot_force", "N", "k u_t(t, 0), what the dashpot at x = 0 holds back"),
-    "v_0": ("v_0", "m s-1", "velocity of the end x = 0, positive along x; at a jump the value after it"),
-    "energy": ("energy", "J", "kinetic, elastic and contact energy of the object that moves"),
+    "u_end": ("displacement u(t, L) of the end x = L, positive along x", "m"),
+    "z": ("contact coordinate u(t, L) - gap, positive in contact with a compliant obstacle", "m"),
+    "v_end": ("velocity of the end x = L, positive along x; at a jump the value after it", "m s-1"),
+    "stress": ("contact stress p(z) of the obstacle, positive in compression: E u_x(t, L) = -p", "Pa"),
+    "dashpot_force": ("k u_t(t, 0), what the dashpot at x = 0 holds back", "N"),
+    "v_0": ("velocity of the end x = 0, positive along x; at a jump the value after it", "m s-1"),
+    "energy": ("kinetic, elastic and contact energy of the object that moves", "J"),
 }
+STRESS = "contact_stress"
 _IMPACTS = {
     "start": ("impact_start", "s", "instant of contact"),
     "end": ("impact_end", "s", "instant of release, or the end of the motion if impact_closed is 0"),
@@ -69,8 +66,11 @@ def series(values: Mapping[str, ArrayLike | None]) -> dict[str, Column]:
     values : Mapping
         (samples,) each, by the keys of :data:`SERIES`.
     """
-    named = ((SERIES[key], values.get(key)) for key in SERIES)
-    return {name: Column(("t",), found, unit, text) for (name, unit, text), found in named if found is not None}
+    given = {key: found for key in SERIES if (found := values.get(key)) is not None}
+    return {
+        STRESS if key == "stress" else key: Column(("t",), found, SERIES[key][1], SERIES[key][0])
+        for key, found in given.items()
+    }
 
 
 def fields(values: Mapping[str, ArrayLike]) -> dict[str, Column]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,13 +11,12 @@ from numpy.typing import NDArray
 from lure.analysis.rod.comparison.modes import ModeDecay
 from lure.analysis.rod.comparison.reference import Reference
 from lure.analysis.rod.comparison.settling_claim import SettlingRow
-from lure.record import by_value
-from lure.rod.parameters import PARAMETERS, Rod
+from lure.record import Column, Page, Record, derived, quantity
+from lure.rod import datasets
+from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
@@ -33,81 +31,54 @@ EVIDENCE = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Order:
-    """Observed order of the L2 error of ``u(t, L)`` against the next coarser model of the family.
+class Order(Record):
+    """Observed order of the L2 error of ``u(t, L)`` against the next coarser model of the family."""
 
-    Attributes
-    ----------
-    coarser : int
-        Its size.
-    before : float or None
-        Up to the first kink or contact; None without samples there, or if an error is down to that of the integrator.
-    whole : float or None
-        Over the whole run.
-    """
-
-    coarser: int
-    before: float | None
-    whole: float | None
+    coarser: int = quantity("Its size")
+    before: float | None = quantity(
+        "Up to the first kink or contact; None without samples there, or if an error is down to that of the integrator"
+    )
+    whole: float | None = quantity("Over the whole run")
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Row:
-    """One approximation of the motion.
+class Row(Record):
+    """One approximation of the motion."""
 
-    Attributes
-    ----------
-    family : str
-        ``"scheme"`` or ``"Galerkin P1"``, ``"Galerkin P2"``, ``"Galerkin cosine"``.
-    size : int
-        ``N`` cells, or dimension ``m``.
-    width : float
-        Cell or element length [m].
-    integrator : str
-        What took the steps.
-    u : ndarray or None
-        (samples,) ``u(t, L)`` [m]; None for a model that could not be run.
-    largest_error, l2_error : float
-        Largest ``|u - u_exact|`` at the samples, and its root mean square over the time [m]; nan if not run.
-    before_error : float or None
-        The same mean up to the first kink or contact [m].
-    energy_error : float or None
-        Largest difference of the energies, relative to the largest energy of the rod.
-    energy_end : float or None
-        Energy at the end [J].
-    decay : tuple of float or None
-        Decay rates of the elastic modes 1, 2, 3 in flight [1/s].
-    contacts : tuple of (float, float)
-        Contacts of this motion [s].
-    cpu_seconds : float
-        CPU time of the process, with the assembly of the model [s].
-    steps, evaluations : int or None
-        Time steps and evaluations of the right-hand side; None where there are none or they are not counted.
-    order : Order or None
-        Against the next coarser row; None for the coarsest.
-    refused : str
-        Why it was not run, or nothing.
-    """
+    family: str = quantity('``"scheme"`` or ``"Galerkin P1"``, ``"Galerkin P2"``, ``"Galerkin cosine"``')
+    size: int = quantity("N cells of a scheme, or dimension of a Galerkin space", "1", dims="", name="cells")
+    width: float = quantity("cell or element length", "m", dims="")
+    integrator: str = quantity("What took the steps")
+    u: Array | None = quantity(
+        "(samples,) ``u(t, L)`` [m]; None for a model that could not be run", key="", default=None
+    )
+    largest_error: float = quantity(
+        "largest ``|u(t, L) - exact|`` at the samples; nan if not run", "m", dims="", default=math.nan
+    )
+    l2_error: float = quantity(
+        "root mean square of ``u(t, L) - exact`` over the time; nan if not run", "m", dims="", default=math.nan
+    )
+    before_error: float | None = quantity(
+        "the same up to the first kink or contact", "m", dims="", key="l2_error_before_event", default=None
+    )
+    energy_error: float | None = quantity(
+        "largest difference of the energies over the rod's largest", "1", dims="", default=None
+    )
+    energy_end: float | None = quantity("energy at the end", "J", dims="", default=None)
+    decay: ModeDecay = quantity("Decay rates of the elastic modes 1, 2, 3 in flight", "s-1", default=())
+    contacts: tuple[tuple[float, float], ...] = quantity("Contacts of this motion", "s", default=())
+    cpu_seconds: float = quantity(
+        "CPU time of the process, with the assembly of the model", "s", dims="", name="cpu", default=0.0
+    )
+    steps: int | None = quantity("time steps; None (nan) where there are none", "1", dims="", default=None)
+    evaluations: int | None = quantity("Evaluations of the right-hand side; None if not counted", default=None)
+    order: Order | None = quantity("Against the next coarser row; None for the coarsest", default=None)
+    refused: str = quantity("Why it was not run, or nothing", plainly=lambda why: why or None, default="")
 
-    family: str
-    size: int
-    width: float
-    integrator: str
-    u: Array | None = None
-    largest_error: float = float("nan")
-    l2_error: float = float("nan")
-    before_error: float | None = None
-    energy_error: float | None = None
-    energy_end: float | None = None
-    decay: ModeDecay = ()
-    contacts: tuple[tuple[float, float], ...] = ()
-    cpu_seconds: float = 0.0
-    steps: int | None = None
-    evaluations: int | None = None
-    order: Order | None = None
-    refused: str = ""
+    @property
+    @derived()
+    def evidence(self) -> str:
+        """OBSERVED: one motion of a discrete model."""
+        return "OBSERVED"
 
     @property
     def label(self) -> str:
@@ -115,39 +86,20 @@ class Row:
         return f"scheme, N = {self.size}" if self.family == "scheme" else f"{self.family}, m = {self.size}"
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Comparison:
-    """The exact motion of a rod and what approximations make of it; made by :func:`.compare`.
+class Comparison(Record):
+    """The exact motion of a rod and what approximations make of it; made by :func:`.compare`."""
 
-    Attributes
-    ----------
-    rod : Rod
-        The rod.
-    scenario : Scenario
-        Loads and initial data.
-    until : float
-        End of the run [s].
-    exact : Reference
-        The motion of the rod, with its samples.
-    decay : tuple of float or None
-        Decay rates of the rod's modes 1, 2, 3 in flight [1/s].
-    rows : tuple of Row
-        Schemes by size, then Galerkin models.
-    settling : tuple of SettlingRow
-        How each lets the released end settle; empty unless this is the release of the paper, in free flight.
-    settling_statement : str
-        What this shows of the paper's settling time, or nothing.
-    """
-
-    rod: Rod
-    scenario: Scenario
-    until: float
-    exact: Reference
-    decay: ModeDecay
-    rows: tuple[Row, ...]
-    settling: tuple[SettlingRow, ...] = ()
-    settling_statement: str = ""
+    rod: Rod = quantity("The rod", plainly=datasets.rod_dict)
+    scenario: Scenario = quantity("Loads and initial data", plainly=datasets.scenario_dict)
+    until: float = quantity("End of the run", "s")
+    exact: Reference = quantity("The motion of the rod, with its samples", key="")
+    decay: ModeDecay = quantity("Decay rates of the rod's modes 1, 2, 3 in flight", "s-1", key="")
+    rows: tuple[Row, ...] = quantity("Schemes by size, then Galerkin models", dims="model", each=Row)
+    settling: tuple[SettlingRow, ...] = quantity(
+        "How each lets the released end settle; empty unless this is the release of the paper, in free flight",
+        default=(),
+    )
+    settling_statement: str = quantity("What this shows of the paper's settling time, or nothing", default="")
 
     @property
     def t(self) -> Array:
@@ -171,12 +123,11 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, in types that JSON has."""
-        exact, motion = self.exact, self.exact.motion
-        loads = ("force", "body_force", "displacement", "velocity")
-        return {
-            "rod": {name: getattr(self.rod, name) for name in PARAMETERS},
-            "scenario": {name: getattr(self.scenario, name).source for name in loads},
-            "until": self.until,
+        exact, motion, found = self.exact, self.exact.motion, super().to_dict()
+        for row, said in zip(self.rows, found["rows"], strict=True):
+            for name in ("largest_error", "l2_error"):
+                said[f"{name}_relative"] = None if row.refused else self.relative(getattr(row, name))
+        return found | {
             "samples": int(exact.t.size),
             "amplitude": exact.amplitude,
             "first_event": None if exact.event is None else {"t": exact.event.t, "kind": exact.event.kind},
@@ -190,24 +141,52 @@ class Comparison:
                 "contacts": [list(contact) for contact in self.contacts],
                 "cpu_seconds": exact.cpu_seconds,
             },
-            "rows": [_plain_row(self, row) for row in self.rows],
-            "settling": [dataclasses.asdict(row) for row in self.settling],
-            "settling_statement": self.settling_statement,
             "energies": ENERGIES,
             "evidence": EVIDENCE,
         }
 
-    def to_xarray(self) -> xarray.Dataset:
-        """All curves ``u(t, L)`` and numbers as an ``xarray.Dataset``, along ``t`` [s] and ``model``, with units.
+    def _columns(self) -> dict[str, Column]:
+        """All curves ``u(t, L)`` and numbers, along ``t`` and ``model``."""
+        rows, of, t = self.rows, ("model",), self.t
+        curves = np.array([np.full(t.size, np.nan) if row.u is None else row.u for row in rows]).reshape(-1, t.size)
+        orders = [math.nan if row.order is None or row.order.whole is None else row.order.whole for row in rows]
+        exact = "exact displacement u(t, L) of the rod itself, positive along x"
+        return super()._columns() | {
+            "u_exact": Column(("t",), self.exact.u, "m", exact),
+            "u_end": Column(("model", "t"), curves, "m", "displacement u(t, L) of the model; nan if it was not run"),
+            "contacts": Column(of, [len(row.contacts) for row in rows], "1", "number of contacts of this motion"),
+            "order": Column(of, orders, "1", "observed order of l2_error against the coarser row"),
+            "t": Column(("t",), t, "s", datasets.TIME),
+            "model": Column(of, np.array([row.label for row in rows], dtype=object), "1", "approximation"),
+        }
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.rod.comparison.export import comparison_dataset
+    def _attributes(self) -> dict[str, object]:
+        return {
+            "title": "The exact motion of a rod and its approximations",
+            "subject": "rod; every row of model is a discrete model of it",
+            "evidence": "observed; u_exact computed",
+            "comment": f"{EVIDENCE} {ENERGIES}",
+            "amplitude": self.exact.amplitude,
+            "amplitude_units": "m",
+            "exact_error": self.exact.motion.error,
+            "exact_error_units": "m",
+            **datasets.rod_attributes(self.rod),
+            **datasets.scenario_attributes(self.scenario),
+        }
 
-        return comparison_dataset(self)
+    def _page(self) -> Page:
+        first = self.exact.energy[0]
+        kept = f"{self.exact.energy[-1] / first:.4g}" if first else "-"
+        rows: list[tuple[object, ...]] = [("the rod itself, exact", "-", "-", "-", kept, len(self.contacts))]
+        for row in self.rows:
+            order = "-" if row.order is None or row.order.whole is None else f"{row.order.whole:.2f}"
+            kept = "-" if row.energy_end is None or not first else f"{row.energy_end / first:.4g}"
+            cells = (f"{row.largest_error:.3g}", f"{row.l2_error:.3g}", order, kept, len(row.contacts))
+            rows.append((row.label, *((row.refused, "-", "-", "-", "-") if row.refused else cells)))
+        head = ("motion of", "largest error of u(t, L) [m]", "L2 error [m]", "order", "energy kept", "contacts")
+        notes = [text for text in (self.settling_statement, EVIDENCE, ENERGIES) if text]
+        title = f"the end of the rod up to {self.until:g} s, amplitude {self.exact.amplitude:.4g} m"
+        return Page(title, rows, head, "OBSERVED", notes)
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
         """The end of the rod by every method, the errors below; see :func:`lure.analysis.plots.plot_comparison`.
@@ -220,33 +199,3 @@ class Comparison:
         from lure.analysis.plots.rod_comparison import plot_comparison
 
         return plot_comparison(self, ax=ax)
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.rod.comparison.export import comparison_html
-
-        return comparison_html(self)
-
-
-def _plain_row(found: Comparison, row: Row) -> dict[str, Any]:
-    ran = not row.refused
-    return {
-        "family": row.family,
-        "size": row.size,
-        "width": row.width,
-        "integrator": row.integrator,
-        "evidence": "OBSERVED",
-        "largest_error": row.largest_error if ran else None,
-        "largest_error_relative": found.relative(row.largest_error) if ran else None,
-        "l2_error": row.l2_error if ran else None,
-        "l2_error_relative": found.relative(row.l2_error) if ran else None,
-        "l2_error_before_event": row.before_error,
-        "energy_error": row.energy_error,
-        "energy_end": row.energy_end,
-        "decay": list(row.decay),
-        "contacts": [list(contact) for contact in row.contacts],
-        "cpu_seconds": row.cpu_seconds,
-        "steps": row.steps,
-        "evaluations": row.evaluations,
-        "order": None if row.order is None else dataclasses.asdict(row.order),
-        "refused": row.refused or None,
-    }

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from lure.analysis.rod.comparison.modes import GalerkinModes
 from lure.analysis.rod.paper.settling import PAPER_SETTLING, Settling
+from lure.record import Record, quantity
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.systems import builtin_system
@@ -14,26 +13,15 @@ COARSE = 10
 _SETTLED, _RINGS = 0.05, 0.9
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SettlingRow:
-    """How one method lets the released end come to rest.
+class SettlingRow(Record):
+    """How one method lets the released end come to rest."""
 
-    Attributes
-    ----------
-    method : str
-        The method, with its size.
-    band_5 : float or None
-        Time after which the ringing stays within 5 % of its initial size [s]; None where it was not computed.
-    fast : float or None
-        Time constant of the first elastic mode [s].
-    left : float
-        Largest ringing from the paper's ``t = 1.11e-3 s`` on, as a share of the initial one [-].
-    """
-
-    method: str
-    band_5: float | None
-    fast: float | None
-    left: float
+    method: str = quantity("The method, with its size")
+    band_5: float | None = quantity(
+        "Time after which the ringing stays within 5 % of its initial size; None where it was not computed", "s"
+    )
+    fast: float | None = quantity("Time constant of the first elastic mode", "s")
+    left: float = quantity("Largest ringing from the paper's ``t = 1.11e-3 s`` on, as a share of the initial one [-]")
 
 
 def from_closed_form(method: str, settling: Settling) -> SettlingRow:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    import xarray
+from lure.analysis.verdict import Evidence
+from lure.record import Column, Page, Record, derived, quantity
 
+if TYPE_CHECKING:
     from lure.analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
@@ -19,166 +19,124 @@ Kind = Literal["decay", "undamped", "growth", "load"]
 AGREEMENT = 1e-9
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Quantity:
-    """Something that must not rise (or, for the energy of a rod with ``k < 0``, not fall) along a motion.
+class Quantity(Record):
+    """Something that must not rise (or, for the energy of a rod with ``k < 0``, not fall) along a motion."""
 
-    Attributes
-    ----------
-    start, end : float
-        Its first and its last value.
-    against : float
-        Largest step between two samples in the direction in which it must not go, zero if there is none, relative to
-        ``scale``.
-    allowance : float
-        What the arithmetic may be expected to add to that, relative to ``scale``.
-    scale : float
-        Its largest size.
-    """
-
-    start: float
-    end: float
-    against: float
-    allowance: float
-    scale: float
+    start: float = quantity("Its first value")
+    end: float = quantity("Its last value")
+    against: float = quantity(
+        "Largest step between two samples in the direction in which it must not go, zero if there is none, "
+        "relative to ``scale``"
+    )
+    allowance: float = quantity("What the arithmetic may be expected to add to that, relative to ``scale``")
+    scale: float = quantity("Its largest size")
 
     @property
+    @derived()
     def holds(self) -> bool:
         """Whether it goes nowhere it must not, up to rounding."""
         return self.against <= self.allowance
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Rest:
-    """A resting place that was predicted, and what the motion shows.
+class Rest(Record):
+    """A resting place that was predicted, and what the motion shows."""
 
-    Attributes
-    ----------
-    predicted : float
-        From the initial data and the impulses of the contacts alone, ``zeta(0) - (1/k) sum of impulses`` [m].
-    shown : float
-        ``z`` of the motion when its ringing has decayed [m].
-    at : float
-        When [s].
-    way : str
-        How the motion was continued to then.
-    difference : float
-        ``|predicted - shown|``, relative to the scale.
-    allowance : float
-        What the arithmetic may be expected to add to that, relative to the scale.
-    scale : float
-        Largest ``|z|`` along the motion or at rest [m].
-    """
-
-    predicted: float
-    shown: float
-    at: float
-    way: str
-    difference: float
-    allowance: float
-    scale: float
+    predicted: float = quantity(
+        "From the initial data and the impulses of the contacts alone, ``zeta(0) - (1/k) sum of impulses`` [m]"
+    )
+    shown: float = quantity("``z`` of the motion when its ringing has decayed", "m")
+    at: float = quantity("When", "s")
+    way: str = quantity("How the motion was continued to then")
+    difference: float = quantity("``|predicted - shown|``, relative to the scale")
+    allowance: float = quantity("What the arithmetic may be expected to add to that, relative to the scale")
+    scale: float = quantity("Largest ``|z|`` along the motion or at rest", "m")
 
     @property
+    @derived()
     def agrees(self) -> bool:
         """Whether the two agree to 1e-9."""
         return self.difference <= AGREEMENT
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Curves:
+class Curves(Record):
     """One motion, sampled, for figures: instants [s] and values; None for what is not defined."""
 
-    t: Array
-    z: Array
-    zeta: Array | None
-    energy: Array | None
-    lyapunov: Array | None
+    t: Array = quantity("time since the start of the motion", "s", dims="t")
+    z: Array = quantity("contact coordinate ``u(t, L) - gap``", "m", dims="t")
+    zeta: Array | None = quantity("deflated coordinate, which must not rise", "m", dims="t")
+    energy: Array | None = quantity("energy", "J", dims="t")
+    lyapunov: Array | None = quantity("Lyapunov function", "Pa s", dims="t")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Side:
-    """One of the two motions.
+class Side(Record):
+    """One of the two motions."""
 
-    Attributes
-    ----------
-    model : str
-        ``"rod"`` or ``"scheme, N = .."``.
-    until : float
-        How far it was followed [s].
-    contacts : int
-        Number of contacts until then.
-    highest : float
-        Largest ``z`` over all instants until then [m].
-    energy_residual : float
-        Largest error of the energy balance, relative to the largest energy that passed.
-    energy, lyapunov, zeta : Quantity or None
-        What must not rise; None where nothing is claimed.
-    lyapunov_theta : float or None
-        Multiplier of the Lyapunov function [s].
-    momentum : float or None
-        Largest ``|zeta(t) - zeta(0) + (1/k) int A p|``, relative to the largest ``|z|`` or ``|zeta|``: whether ``zeta``
-        is constant in free flight and falls by the impulse over ``k`` in a contact.
-    rest : Rest or None
-        The resting place; None if none is claimed or none was reached.
-    open_end : str or None
-        Why there is no resting place, or why the motion was not followed to the end.
-    curves : Curves
-        The motion, for figures.
-    """
-
-    model: str
-    until: float
-    contacts: int
-    highest: float
-    energy_residual: float
-    energy: Quantity | None
-    lyapunov: Quantity | None
-    lyapunov_theta: float | None
-    zeta: Quantity | None
-    momentum: float | None
-    rest: Rest | None
-    open_end: str | None
-    curves: Curves
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Confirmation:
-    """Two motions from the same data side by side; OBSERVED, it can contradict a verdict and never proves one.
-
-    Attributes
-    ----------
-    kind : {"decay", "undamped", "growth", "load"}
-        What is confirmed: ``k > 0``, ``k = 0`` or ``k < 0`` without loads; or a motion under load.
-    rod, scheme : Side or None
-        The two motions; None if there is none.
-    rod_skipped, scheme_skipped : str or None
-        Why.
-    contradictions : tuple of str
-        Ways in which the motion of the rod, or a resting place, contradicts what was shown, beyond rounding.
-    """
-
-    kind: Kind
-    rod: Side | None
-    scheme: Side | None
-    rod_skipped: str | None
-    scheme_skipped: str | None
-    contradictions: tuple[str, ...]
+    model: str = quantity('``"rod"`` or ``"scheme, N = .."``')
+    until: float = quantity("How far it was followed", "s")
+    contacts: int = quantity("Number of contacts until then")
+    highest: float = quantity("Largest ``z`` over all instants until then", "m")
+    energy_residual: float = quantity("Largest error of the energy balance, relative to the largest energy that passed")
+    energy: Quantity | None = quantity("Energy, which must not rise; None where nothing is claimed")
+    lyapunov: Quantity | None = quantity("Lyapunov function, which must not rise; None where nothing is claimed")
+    lyapunov_theta: float | None = quantity("Multiplier of the Lyapunov function", "s")
+    zeta: Quantity | None = quantity("``zeta``, which must not rise; None where nothing is claimed")
+    momentum: float | None = quantity(
+        "Largest ``|zeta(t) - zeta(0) + (1/k) int A p|``, relative to the largest ``|z|`` or ``|zeta|``: whether "
+        "``zeta`` is constant in free flight and falls by the impulse over ``k`` in a contact"
+    )
+    rest: Rest | None = quantity("The resting place; None if none is claimed or none was reached")
+    open_end: str | None = quantity("Why there is no resting place, or why the motion was not followed to the end")
+    curves: Curves = quantity("The motion, for figures", key="")
 
     @property
+    def shown(self) -> str:
+        """What is said of the resting place."""
+        rest = self.rest
+        if rest is None:
+            return self.open_end or "not claimed"
+        return f"predicted {rest.predicted:.9g} m, shown {rest.shown:.9g} m" + ("" if rest.agrees else ": DIFFERENT")
+
+
+class Confirmation(Record):
+    """Two motions from the same data side by side; OBSERVED, it can contradict a verdict and never proves one."""
+
+    kind: Kind = quantity("What is confirmed: ``k > 0``, ``k = 0`` or ``k < 0`` without loads; or a motion under load")
+    rod: Side | None = quantity("The motion of the rod; None if there is none")
+    scheme: Side | None = quantity("The motion of the scheme; None if there is none")
+    rod_skipped: str | None = quantity("Why there is none of the rod")
+    scheme_skipped: str | None = quantity("Why there is none of the scheme")
+    contradictions: tuple[str, ...] = quantity(
+        "Ways in which the motion of the rod, or a resting place, contradicts what was shown, beyond rounding"
+    )
+
+    @property
+    @derived()
+    def evidence(self) -> Evidence:
+        """OBSERVED: two motions."""
+        return Evidence.OBSERVED
+
+    @property
+    @derived()
+    def comment(self) -> str:
+        """What they do not show."""
+        return (
+            "One motion of the rod itself and one of its N-cell scheme, from the same data; they can contradict a "
+            "verdict and prove nothing of other motions."
+        )
+
+    @property
+    @derived()
     def compared(self) -> tuple[str, ...]:
         """What the motion of the rod was held against, and passed; empty for a rod that stays at rest."""
         if self.rod is None or not self.rod.curves.z.size or self._still:
             return ()
         found = ["energy balance"]
-        for name, quantity in (
-            ("energy", self.rod.energy),
-            ("Lyapunov functional", self.rod.lyapunov),
-            ("zeta", self.rod.zeta),
-        ):
-            found += [name] if quantity is not None else []
+        watched = {"energy": self.rod.energy, "Lyapunov functional": self.rod.lyapunov, "zeta": self.rod.zeta}
+        found += [name for name, claimed in watched.items() if claimed is not None]
         return (*found, "resting place") if self.rod.rest is not None else tuple(found)
 
     @property
+    @derived()
     def agrees(self) -> bool | None:
         """Whether the motion of the rod bears out all that it was held against; None where that is nothing."""
         if self.contradictions:
@@ -189,23 +147,40 @@ class Confirmation:
     def _still(self) -> bool:
         return self.rod is not None and self.rod.energy is not None and self.rod.energy.scale == 0.0
 
-    def to_dict(self) -> dict[str, object]:
-        """What is said of the two motions as plain JSON data; the curves are in :meth:`to_xarray`."""
-        from lure.analysis.rod.confirmation.export import confirmation_dict
+    @property
+    def _sides(self) -> dict[str, Side]:
+        return {name: side for name, side in (("rod", self.rod), ("scheme", self.scheme)) if side is not None}
 
-        return confirmation_dict(self)
+    def _columns(self) -> dict[str, Column]:
+        """The curves of both motions, each along a time of its own."""
+        return {
+            f"{key}_{name}": column._replace(dims=(f"t_{name}",), meaning=f"{column.meaning}, {side.model}")
+            for name, side in self._sides.items()
+            for key, column in side.curves._columns().items()
+        }
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The curves of both motions as an ``xarray.Dataset``, each along a time of its own [s], with units.
+    def _attributes(self) -> dict[str, object]:
+        more = {"kind": self.kind, "contradictions": "; ".join(self.contradictions)}
+        return {"subject": "rod and scheme", **super()._attributes(), **more}
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.rod.confirmation.export import confirmation_dataset
-
-        return confirmation_dataset(self)
+    def _page(self) -> Page:
+        sides = self._sides.values()
+        rows: list[tuple[object, ...]] = [
+            ("followed up to", *(f"{side.until:g} s" for side in sides)),
+            ("contacts", *(side.contacts for side in sides)),
+            ("largest z", *(f"{side.highest:.6g} m" for side in sides)),
+            ("energy balance", *(f"to {side.energy_residual:.1g}" for side in sides)),
+        ]
+        for name, text in (("energy", "energy"), ("lyapunov", "Lyapunov function"), ("zeta", "zeta")):
+            claims = [getattr(side, name) for side in sides]
+            said = ("not claimed" if it is None else "as claimed" if it.holds else "AGAINST the claim" for it in claims)
+            rows.append((text, *said))
+        rows.append(("resting place", *(side.shown for side in sides)))
+        reasons = (("rod", self.rod_skipped), ("scheme", self.scheme_skipped))
+        skipped = [f"The {name} was not followed: {why}" for name, why in reasons if why]
+        against = [f"Contradiction: {text}" for text in self.contradictions] or ["No contradiction was seen."]
+        head, notes = ("", *(side.model for side in sides)), (*skipped, *against, self.comment)
+        return Page(f"motions beside what was shown, {self.kind}", rows, head, "OBSERVED", notes)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """The contact coordinate of both; see :func:`lure.analysis.plots.plot_both_ends`.
@@ -218,8 +193,3 @@ class Confirmation:
         from lure.analysis.plots.rod_comparison import plot_both_ends
 
         return plot_both_ends(self, ax=ax)
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.rod.confirmation.export import confirmation_html
-
-        return confirmation_html(self)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Any, Literal
+
+import numpy as np
 
 from lure.analysis.rod.paper.settling import Settling
 from lure.analysis.verdict import Evidence
+from lure.record import Column, Page, Record, derived, quantity
 from lure.rod.upwind import Form
-
-if TYPE_CHECKING:
-    import xarray
 
 SCHEMA = "lure-paper/1"
 _WIDTH = 112
+_COMMENT = (
+    "A variant says what moved: the N-cell scheme (OBSERVED) or the rod itself (COMPUTED); a peak of the one is not a "
+    "peak of the other."
+)
 Variant = Literal[
     "as-printed",
     "as-printed-200",
@@ -37,79 +40,43 @@ TITLES: dict[Variant, str] = {
 }
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Peak:
-    """How far the end of the rod gets in figure 8, 9 or 10, in one variant.
+class Peak(Record):
+    """How far the end of the rod gets in figure 8, 9 or 10, in one variant."""
 
-    Attributes
-    ----------
-    figure : int
-        8, 9 or 10.
-    variant : str
-        ``as-printed`` drops the factor ``s`` from the force; ``rescaled`` divides the force by ``c 10/L = 60000 1/s``.
-    cells : int or None
-        ``N``; None for the rod itself.
-    form : {"corrected", "as-printed"} or None
-        Form of the scheme; None for the rod itself.
-    amplitude : float
-        Amplitude of the force [N].
-    largest_z : float
-        Largest ``z = u(t, L) - gap`` on ``[0, 5 s]`` [m].
-    at : float
-        When [s].
-    contacts : int
-        Number of contact intervals.
-    evidence : Evidence
-        COMPUTED for the rod (step halved), OBSERVED for a simulation.
-    """
-
-    figure: int
-    variant: Variant
-    cells: int | None
-    form: Form | None
-    amplitude: float
-    largest_z: float
-    at: float
-    contacts: int
-    evidence: Evidence
+    figure: int = quantity("8, 9 or 10", key="")
+    variant: Variant = quantity(
+        "``as-printed`` drops the factor ``s`` from the force; ``rescaled`` divides it by ``c 10/L = 60000 1/s``",
+        key="",
+    )
+    cells: int | None = quantity("``N``; None for the rod itself")
+    form: Form | None = quantity("Form of the scheme; None for the rod itself")
+    amplitude: float = quantity("Amplitude of the force", "N", key="force_amplitude")
+    largest_z: float = quantity("largest ``z = u(t, L) - gap`` on ``[0, 5 s]``", "m")
+    at: float = quantity("instant of largest_z", "s")
+    contacts: int = quantity("number of contact intervals", key="contact_count")
+    evidence: Evidence = quantity("COMPUTED for the rod (step halved), OBSERVED for a simulation")
 
     @property
+    @derived()
     def contact(self) -> bool:
         """Whether the end reaches into the obstacle."""
         return self.largest_z > 0
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PaperClaim:
-    """One claim of the paper and what becomes of it.
+class PaperClaim(Record):
+    """One claim of the paper and what becomes of it."""
 
-    Attributes
-    ----------
-    key : str
-        Short name.
-    where : str
-        Place in the paper.
-    claim : str
-        The claim.
-    as_printed, corrected, rod : str
-        What the system as printed gives, what the corrected one gives, what the rod itself does.
-    survives : bool
-        Whether the claim holds for the corrected scheme at every ``N`` and for the rod, with the printed parameters.
-    sentence : str
-        The finding in one sentence, with its number.
-    evidence : Evidence
-        What the finding rests on.
-    """
-
-    key: str
-    where: str
-    claim: str
-    as_printed: str
-    corrected: str
-    rod: str
-    survives: bool
-    sentence: str
-    evidence: Evidence
+    key: str = quantity("Short name")
+    where: str = quantity("Place in the paper")
+    claim: str = quantity("The claim")
+    as_printed: str = quantity("What the system as printed gives")
+    corrected: str = quantity("What the corrected one gives")
+    rod: str = quantity("What the rod itself does")
+    survives: bool = quantity(
+        "Whether the claim holds for the corrected scheme at every ``N`` and for the rod, with the printed parameters"
+    )
+    sentence: str = quantity("The finding in one sentence, with its number")
+    evidence: Evidence = quantity("What the finding rests on")
 
     def __str__(self) -> str:
         mark = "survives" if self.survives else "FAILS"
@@ -122,23 +89,14 @@ class PaperClaim:
         return "\n".join(lines)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PaperTable:
-    """The paper, reproduced: its claims, the peaks of figures 8 to 10, the settling of figures 6 and 7.
+class PaperTable(Record):
+    """The paper, reproduced: its claims, the peaks of figures 8 to 10, the settling of figures 6 and 7."""
 
-    Attributes
-    ----------
-    claims : tuple of PaperClaim
-        In the order of the paper.
-    peaks : tuple of Peak
-        Figures 8 to 10, every variant.
-    settling : tuple of Settling
-        The scheme with ``N = 10`` and ``N = 200``, and the rod itself.
-    """
-
-    claims: tuple[PaperClaim, ...]
-    peaks: tuple[Peak, ...]
-    settling: tuple[Settling, ...]
+    claims: tuple[PaperClaim, ...] = quantity("In the order of the paper")
+    peaks: tuple[Peak, ...] = quantity("Figures 8 to 10, every variant")
+    settling: tuple[Settling, ...] = quantity(
+        "The scheme with ``N = 10`` and ``N = 200``, and the rod itself", dims="model", each=Settling
+    )
 
     def claim(self, key: str) -> PaperClaim:
         """The claim with that short name.
@@ -160,64 +118,44 @@ class PaperTable:
         """
         return {(peak.figure, peak.variant): peak for peak in self.peaks}[figure, variant]
 
-    def to_dict(self) -> dict[str, object]:
+    def to_dict(self) -> dict[str, Any]:
         """Plain JSON data: ``schema``, ``claims``, ``figures`` (number, then variant) and ``settling``."""
         figures: dict[str, dict[str, object]] = {}
         for peak in self.peaks:
-            figures.setdefault(str(peak.figure), {})[peak.variant] = {
-                "largest_z": peak.largest_z,
-                "at": peak.at,
-                "contact": peak.contact,
-                "contact_count": peak.contacts,
-                "cells": peak.cells,
-                "form": peak.form,
-                "force_amplitude": peak.amplitude,
-                "evidence": str(peak.evidence),
-            }
-        names = ("key", "where", "claim", "as_printed", "corrected", "rod", "survives", "sentence")
-        return {
-            "schema": SCHEMA,
-            "claims": [
-                {name: getattr(claim, name) for name in names} | {"evidence": str(claim.evidence)}
-                for claim in self.claims
-            ],
-            "figures": figures,
-            "settling": [
-                {
-                    "model": "rod" if found.cells is None else "scheme",
-                    "cells": found.cells,
-                    "rest_position": found.rest,
-                    "slow_time_constant": found.slow,
-                    "elastic_time_constant": found.fast,
-                    "settling_time_5_percent": found.band_5,
-                    "settling_time_2_percent": found.band_2,
-                    "ringing_left_at_1.11e-3_s": found.left,
-                }
-                for found in self.settling
-            ],
+            figures.setdefault(str(peak.figure), {})[peak.variant] = peak.to_dict()
+        found = super().to_dict()
+        return {"schema": SCHEMA, "claims": found["claims"], "figures": figures, "settling": found["settling"]}
+
+    def _columns(self) -> dict[str, Column]:
+        """Peaks along ``figure`` and ``variant``, nan where a variant was not run; settling along ``model``."""
+        figures = sorted({peak.figure for peak in self.peaks})
+        variants = [variant for variant in TITLES if any(peak.variant == variant for peak in self.peaks)]
+        found = {name: np.full((len(figures), len(variants)), np.nan) for name in ("largest_z", "at", "contacts")}
+        for peak in self.peaks:
+            for name, values in found.items():
+                values[figures.index(peak.figure), variants.index(peak.variant)] = getattr(peak, name)
+        both, titles = ("figure", "variant"), np.array([TITLES[variant] for variant in variants], dtype=object)
+        models = ["the rod itself" if row.cells is None else f"scheme, N = {row.cells}" for row in self.settling]
+        return super()._columns() | {
+            "largest_z": Column(both, found["largest_z"], "m", "largest z = u(t, L) - gap on [0, 5 s]; nan if not run"),
+            "at": Column(both, found["at"], "s", "instant of largest_z"),
+            "contacts": Column(both, found["contacts"], "1", "number of contact intervals"),
+            "figure": Column(("figure",), figures, "1", "number of the figure"),
+            "variant": Column(("variant",), titles, "1", "what moved, and with which force"),
+            "model": Column(("model",), np.array(models, dtype=object), "1", "what settles"),
         }
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Peaks of the figures and settling times as an ``xarray.Dataset`` with units.
+    def _attributes(self) -> dict[str, object]:
+        return {"title": "The paper, reproduced", "comment": _COMMENT}
 
-        Returns
-        -------
-        xarray.Dataset
-            Peaks along ``figure`` and ``variant``, nan and False where a variant was not run; settling along ``model``.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.rod.paper.export import table_dataset
-
-        return table_dataset(self)
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.rod.paper.export import table_html
-
-        return table_html(self)
+    def _page(self) -> Page:
+        rows = [
+            (claim.claim, claim.where, "survives" if claim.survives else "FAILS", claim.sentence, claim.evidence)
+            for claim in self.claims
+        ]
+        survivors = sum(claim.survives for claim in self.claims)
+        title = f"{survivors} of {len(self.claims)} claims of the paper survive"
+        return Page(title, rows, head=("claim", "where", "", "finding", "evidence"), notes=(_COMMENT,))
 
     def peak_table(self) -> str:
         """Largest ``z`` of figures 8 to 10 in every variant, as text."""

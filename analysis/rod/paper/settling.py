@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError
+from lure.record import Record, quantity
 from lure.rod.free_motion import free_motion
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario, initial_state
@@ -23,39 +24,34 @@ _PER_TRANSIT = 64
 Signal = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Settling:
+class Settling(Record):
     r"""How the released end comes to rest, without force or contact: a slow drift and a ringing.
 
     ``u(t, L) = rest + drift e^{-t/slow} + ringing(t)``: the drift is the one non-oscillating mode, the ringing is all
     the others.
-
-    Attributes
-    ----------
-    cells : int or None
-        ``N`` of the scheme; None for the rod itself.
-    rest : float
-        Where the end comes to rest, ``u(inf, L)`` [m].
-    drift : float
-        Coefficient of the non-oscillating mode [m].
-    slow : float
-        Time constant of the non-oscillating mode [s].
-    fast : float
-        Time constant of the first oscillating mode [s].
-    band_5, band_2 : float
-        Time after which the ringing stays within 5 % (2 %) of its initial size [s].
-    left : float
-        Largest ringing from the paper's ``t = 1.11e-3 s`` on, as a share of the initial ringing [-].
     """
 
-    cells: int | None
-    rest: float
-    drift: float
-    slow: float
-    fast: float
-    band_5: float
-    band_2: float
-    left: float
+    cells: int | None = quantity("``N`` of the scheme; None for the rod itself")
+    rest: float = quantity("where the released end comes to rest, ``u(inf, L)``", "m", dims="", key="rest_position")
+    drift: float = quantity("Coefficient of the non-oscillating mode", "m", key="")
+    slow: float = quantity("time constant of the mode that does not oscillate", "s", dims="", key="slow_time_constant")
+    fast: float = quantity("time constant of the first oscillating mode", "s", dims="", key="elastic_time_constant")
+    band_5: float = quantity(
+        "time after which the ringing stays within 5 % of its initial size", "s", dims="", key="settling_time_5_percent"
+    )
+    band_2: float = quantity(
+        "time after which the ringing stays within 2 % of its initial size", "s", dims="", key="settling_time_2_percent"
+    )
+    left: float = quantity(
+        "largest ringing from the paper's 1.11e-3 s on, as a share of the initial one",
+        "1",
+        dims="",
+        key="ringing_left_at_1.11e-3_s",
+    )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data."""
+        return {"model": "rod" if self.cells is None else "scheme", **super().to_dict()}
 
 
 def scheme_settling(rod: Rod, scenario: Scenario, cells: int) -> Settling:

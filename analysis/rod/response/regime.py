@@ -27,12 +27,12 @@ class Regime(Record):
         key="regime",
     )
     multiple: int | None = quantity(
-        "``n``: it repeats after ``n`` periods of the force and was not seen to after fewer; None if it does not",
+        "``n``: it repeats after ``n`` periods of the force and was not seen to after fewer; None if it does not"
     )
     mismatch: float = quantity(
         "Largest distance of ``z`` from the last ``n`` periods, over all phases of the periods that were seen to "
         "repeat, relative to ``range``; for the best ``n`` and all periods if the motion was not seen to repeat "
-        "[-]",
+        "[-]"
     )
     seen: int = quantity("Number of the last periods that agree", key="periods_seen")
     range: float = quantity("Largest minus least ``z`` during the watch, without the drift", "m", key="range_m")

@@ -38,11 +38,11 @@ class Rest(Record):
     high: float = quantity("Upper bound; equal to the lower, to rounding, if no contact follows", "m")
     impacts: int = quantity("Contacts that ended before the motion was left")
     settled: bool = quantity(
-        "Whether no contact follows: in two round trips in succession there was none, and ``zeta <= 0``",
+        "Whether no contact follows: in two round trips in succession there was none, and ``zeta <= 0``"
     )
     known: bool = quantity(
         "Whether the bounds agree to 1e-9 of the largest ``|z|`` met, whether or not contact follows: a rod may "
-        "creep out of the obstacle for ever",
+        "creep out of the obstacle for ever"
     )
     time: float = quantity("When the motion was left", "s")
 

@@ -28,7 +28,7 @@ class Separation(Record):
     distance: Array = quantity("(R,) largest ``|z_2 - z_1|`` in each period of the watch", "m")
     rate: float = quantity(
         "Slope of its logarithm over ``periods`` [1/s]; negative if the motions come together; nan if there were "
-        "fewer than 4 periods above rounding and below a hundredth of the range of ``z``",
+        "fewer than 4 periods above rounding and below a hundredth of the range of ``z``"
     )
     periods: tuple[int, int] = quantity("First period used, and the one after the last")
 

@@ -27,8 +27,7 @@ class Sweep(Record):
     """How a parameter is varied."""
 
     plan: Plan = quantity(
-        "How long to wait and to watch at each value; ``separation`` is not used",
-        default_factory=Plan,
+        "How long to wait and to watch at each value; ``separation`` is not used", default_factory=Plan
     )
     order: Order = quantity(
         "``separate``: each value starts from the same initial data. ``up``, ``down``: one motion, in which the "
@@ -63,17 +62,26 @@ class Point(Record):
     poincare: Array = quantity(
         "(R+1, 2) points ``(z, z')`` at whole periods of the force [m, m/s]; (0, 2) if the motion could not be followed"
     )
-    regime: str = quantity("kind of motion seen, as in :class:`Regime`", "1", default="not followed")
-    multiple: int | None = quantity("periods of the force in a repetition; nan if none was seen", "1", default=None)
+    regime: str = quantity("kind of motion seen, as in :class:`Regime`", "1", dims="", default="not followed")
+    multiple: int | None = quantity(
+        "periods of the force in a repetition; nan if none was seen", "1", dims="", default=None
+    )
     trend: str = quantity(
-        "whether it was still changing, as in :class:`Transients`", "1", key="transients", name="transients", default=""
+        "whether it was still changing, as in :class:`Transients`",
+        "1",
+        dims="",
+        key="transients",
+        name="transients",
+        default="",
     )
-    duty: float = quantity("share of time in contact", "1", key="contact_duty", default=math.nan)
+    duty: float = quantity("share of time in contact", "1", dims="", key="contact_duty", default=math.nan)
     impacts: float = quantity(
-        "impacts that begin, per period of the force", "1", key="impacts_per_period", default=math.nan
+        "impacts that begin, per period of the force", "1", dims="", key="impacts_per_period", default=math.nan
     )
-    peak_stress: float = quantity("largest stress of these impacts", "Pa", key="peak_stress_Pa", default=math.nan)
-    problem: str = quantity("why the motion could not be followed, or nothing", "1", default="")
+    peak_stress: float = quantity(
+        "largest stress of these impacts", "Pa", dims="", key="peak_stress_Pa", default=math.nan
+    )
+    problem: str = quantity("why the motion could not be followed, or nothing", "1", dims="", default="")
 
 
 class Bifurcation(Record):

@@ -2,148 +2,118 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.record import by_value
+from lure.record import Column, Page, Record, derived, quantity
+from lure.rod import datasets
+from lure.rod.datasets import SERIES, STRESS
+from lure.rod.structured.motion import scheme_words
 from lure.rod.upwind import Form, UpwindScheme
 
 if TYPE_CHECKING:
     import control
-    import xarray
 
     from lure.analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 
 _TRUSTED_RESIDUAL = 1e-7
+SUBJECT, EVIDENCE = "scheme", "observed"
+_NUMBERS = (
+    "max_gap_coordinate",
+    "energy_residual",
+    "energy_increase",
+    "zeta_increase",
+    "lyapunov_increase",
+    "lyapunov_theta",
+    "bound",
+    "rest_position",
+    "rest_limit",
+    "event_resolution",
+    "error_estimate",
+)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Contact:
-    """One stretch of contact.
+class Contact(Record):
+    """One stretch of contact."""
 
-    Attributes
-    ----------
-    start, end : float
-        When the end of the rod touched and left the obstacle [s].
-    peak_penetration : float
-        Largest ``z`` in between, over all instants [m].
-    impulse : float
-        ``A int p dt`` [N s].
-    open : bool
-        Whether the run began or ended in this contact, so that it is seen in part only.
-    """
-
-    start: float
-    end: float
-    peak_penetration: float
-    impulse: float
-    open: bool
+    start: float = quantity("instant of contact", "s", dims="")
+    end: float = quantity("instant of release, or the end of the run", "s", dims="")
+    peak_penetration: float = quantity("largest ``z`` over all instants of the contact", "m", dims="")
+    impulse: float = quantity("impulse ``A int p dt`` given to the obstacle", "N s", dims="")
+    open: bool = quantity(
+        "whether the run began or ended in this contact, so that it is seen in part only", "1", dims=""
+    )
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Trajectory:
+class Trajectory(Record):
     r"""A simulated motion of the ``N``-cell scheme, with what holds along it.
 
     It is OBSERVED evidence: it can contradict a verdict (:func:`contradictions`) and never proves one.  It is a motion
     of the scheme, whose waves lose more energy than the rod's.
-
-    Attributes
-    ----------
-    scheme : UpwindScheme
-        What moved.
-    cells, form, damping, loaded
-        ``N``, the form of the scheme, ``k`` [N s/m], and whether a load acts.
-    t, z, u_end, p : ndarray
-        (samples,) instants [s], ``z = u(t,L) - gap`` [m], ``u(t,L)`` [m], contact stress [Pa].
-    force : ndarray
-        (samples,) the force ``g`` on the end ``x = 0`` [N].
-    energy : ndarray
-        (samples,) :func:`lure.analysis.rod.energy.discrete_energy` [J].
-    zeta : ndarray or None
-        (samples,) :func:`lure.analysis.rod.energy.deflated_coordinate` [m]; None for ``k = 0``.
-    lyapunov : ndarray or None
-        (samples,) :func:`lure.analysis.rod.energy.lyapunov_function` [Pa s]; None for ``k <= 0`` or under load.
-    lyapunov_theta : float or None
-        Its multiplier ``theta_E`` [s].
-    contacts : tuple of Contact
-        Every stretch of contact.
-    contact : bool
-        Whether there was any.
-    max_gap_coordinate : float
-        Largest ``z`` over all instants, not over samples [m].
-    energy_residual : float
-        Largest error of the integrated energy identity, ``|E(t) - E(0) + int (dissipation - supply)|``, over the ends
-        of all steps, relative to the largest of the energies and of the two integrals.  The integrals are Gauss
-        quadratures of the motion with the law and the loads themselves.
-    energy_increase, zeta_increase, lyapunov_increase : float or None
-        Largest rise between two samples [J], [m], [Pa s], zero if there is none; None where none is forbidden
-        (under load, and for ``k < 0``; for ``k = 0`` only the energy is watched).
-    energy_allowance, zeta_allowance, lyapunov_allowance : float
-        What the arithmetic may be expected to add to those [J], [m], [Pa s].
-    bound : float or None
-        Largest ``|z|`` that the Lyapunov function allows, given its first value [m].
-    rest_position : float or None
-        ``zeta`` at the end: where the rod comes to rest if no contact follows [m]; None under load and for ``k <= 0``.
-    rest_limit : float or None
-        The rod comes to rest at or below this, ``min(0, zeta)``, whatever follows [m].
-    rest_is_final : bool
-        Whether no contact can follow: the waves left, undamped, do not reach the obstacle.
-    event_resolution : float
-        How far rounding may have moved a beginning or an end of contact [s]; zero without events.
-    error_estimate : float
-        Largest difference of ``z`` from a second run with other, shorter steps [m]: observed, not proved.  nan if there
-        was none, because the first took too many steps.
-    method : str
-        How the motion was computed, and how it is known that no contact was missed.
-    ended_early : str or None
-        Why the run stopped before its end, if it did.
-    frames_t, frames_x, frames_r1, frames_r2, frames_v : ndarray
-        (frames,), (N+1,) and (frames, N+1): both waves and the velocity in space and time [s], [m], [m/s]; empty unless
-        frames were asked for.
     """
 
-    scheme: UpwindScheme
-    cells: int
-    form: Form
-    damping: float
-    loaded: bool
-    t: Array
-    z: Array
-    u_end: Array
-    p: Array
-    force: Array
-    energy: Array
-    zeta: Array | None
-    lyapunov: Array | None
-    lyapunov_theta: float | None
-    contacts: tuple[Contact, ...]
-    max_gap_coordinate: float
-    energy_residual: float
-    energy_increase: float | None
-    zeta_increase: float | None
-    lyapunov_increase: float | None
-    energy_allowance: float
-    zeta_allowance: float
-    lyapunov_allowance: float
-    bound: float | None
-    rest_position: float | None
-    rest_limit: float | None
-    rest_is_final: bool
-    event_resolution: float
-    error_estimate: float
-    method: str
-    ended_early: str | None
-    frames_t: Array
-    frames_x: Array
-    frames_r1: Array
-    frames_r2: Array
-    frames_v: Array
+    scheme: UpwindScheme = quantity("What moved", key="rod", plainly=lambda scheme: datasets.rod_dict(scheme.rod))
+    cells: int = quantity("``N``")
+    form: Form = quantity("The form of the scheme")
+    damping: float = quantity("``k``", "N s m-1", key="")
+    loaded: bool = quantity("Whether a load acts")
+    t: Array = quantity(datasets.TIME, "s", dims="t")
+    z: Array = quantity(*SERIES["z"], dims="t")
+    u_end: Array = quantity(*SERIES["u_end"], dims="t")
+    p: Array = quantity(*SERIES["stress"], dims="t", name=STRESS)
+    force: Array = quantity("force g on the end x = 0, positive along x", "N", dims="t")
+    energy: Array = quantity(*SERIES["energy"], dims="t")
+    zeta: Array | None = quantity(
+        "deflated coordinate, constant in free flight without load; None for ``k = 0``", "m", dims="t"
+    )
+    lyapunov: Array | None = quantity(
+        "Popov-Lyapunov function with the multiplier lyapunov_theta; None for ``k <= 0`` or under load",
+        "Pa s",
+        dims="t",
+    )
+    lyapunov_theta: float | None = quantity("Its multiplier ``theta_E``", "s")
+    contacts: tuple[Contact, ...] = quantity("Every stretch of contact", dims="contact", name="contact_", each=Contact)
+    max_gap_coordinate: float = quantity("Largest ``z`` over all instants, not over samples", "m")
+    energy_residual: float = quantity(
+        "Largest error of the integrated energy identity, ``|E(t) - E(0) + int (dissipation - supply)|``, over the "
+        "ends of all steps, relative to the largest of the energies and of the two integrals.  The integrals are Gauss "
+        "quadratures of the motion with the law and the loads themselves"
+    )
+    energy_increase: float | None = quantity(
+        "Largest rise of the energy between two samples [J], zero if there is none; None where none is forbidden "
+        "(under load, and for ``k < 0``; for ``k = 0`` only the energy is watched)"
+    )
+    zeta_increase: float | None = quantity("The same of ``zeta``", "m")
+    lyapunov_increase: float | None = quantity("The same of the Popov-Lyapunov function", "Pa s")
+    energy_allowance: float = quantity("What the arithmetic may be expected to add to the energy", "J", key="")
+    zeta_allowance: float = quantity("The same for ``zeta``", "m", key="")
+    lyapunov_allowance: float = quantity("The same for the Popov-Lyapunov function", "Pa s", key="")
+    bound: float | None = quantity("Largest ``|z|`` that the Lyapunov function allows, given its first value", "m")
+    rest_position: float | None = quantity(
+        "``zeta`` at the end: where the rod comes to rest if no contact follows [m]; None under load and for ``k <= 0``"
+    )
+    rest_limit: float | None = quantity(
+        "The rod comes to rest at or below this, ``min(0, zeta)``, whatever follows", "m"
+    )
+    rest_is_final: bool = quantity("Whether no contact can follow: the waves left, undamped, do not reach the obstacle")
+    event_resolution: float = quantity(
+        "How far rounding may have moved a beginning or an end of contact [s]; zero without events"
+    )
+    error_estimate: float = quantity(
+        "Largest difference of ``z`` from a second run with other, shorter steps [m]: observed, not proved.  nan if "
+        "there was none, because the first took too many steps"
+    )
+    method: str = quantity("How the motion was computed, and how it is known that no contact was missed")
+    ended_early: str | None = quantity("Why the run stopped before its end, if it did")
+    frames_t: Array = quantity("time of a frame; none unless frames were asked for", "s", dims="frame", name="frame")
+    frames_x: Array = quantity(datasets.PLACE, "m", dims="x", name="x")
+    frames_r1: Array = quantity("forward wave ``r1 = v - c w``", "m s-1", dims="frame x", name="r1")
+    frames_r2: Array = quantity("backward wave ``r2 = v + c w``", "m s-1", dims="frame x", name="r2")
+    frames_v: Array = quantity("velocity, positive along x", "m s-1", dims="frame x", name="v")
 
     @property
     def contact(self) -> bool:
@@ -160,35 +130,58 @@ class Trajectory:
             f"{self.energy_residual:.1g}"
         )
 
-    def to_dict(self) -> dict[str, object]:
+    @property
+    @derived()
+    def comment(self) -> str:
+        """What the motion shows, and what it does not."""
+        return datasets.what_it_shows(SUBJECT, scheme_words(self.scheme), EVIDENCE)
+
+    def to_dict(self) -> dict[str, Any]:
         """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
-        from lure.analysis.rod.simulation.export import trajectory_dict
+        more = {"subject": SUBJECT, "evidence": EVIDENCE, "until": float(self.t[-1]), "samples": self.t.size}
+        return more | super().to_dict()
 
-        return trajectory_dict(self)
+    def _columns(self) -> dict[str, Column]:
+        found = super()._columns()
+        return found if self.frames_t.size else {k: v for k, v in found.items() if not {"frame", "x"} & {*v.dims}}
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The motion as an ``xarray.Dataset`` with units, signs and every parameter.
-
-        Returns
-        -------
-        xarray.Dataset
-            Dimensions ``t`` [s], ``contact`` and, if frames were kept, ``frame`` [s] and ``x`` [m]; the attributes say
-            that it is OBSERVED and a motion of the scheme, not of the rod.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.rod.simulation.export import trajectory_dataset
-
-        return trajectory_dataset(self)
+    def _attributes(self) -> dict[str, object]:
+        about = scheme_words(self.scheme)
+        words = {"subject": SUBJECT, "about": about, "evidence": EVIDENCE, "method": self.method}
+        numbers = {name: getattr(self, name) for name in _NUMBERS}
+        return {
+            **datasets.motion_attributes("Simulated motion of the upwind scheme", **words),
+            **datasets.rod_attributes(self.scheme.rod),
+            **{name: value for name, value in numbers.items() if value is not None},
+            "method_cells": self.cells,
+            "method_form": self.form,
+            "loaded": int(self.loaded),
+        } | ({"ended_early": self.ended_early} if self.ended_early else {})
 
     def to_control(self) -> control.TimeResponseData:
         """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
-        from lure.analysis.rod.simulation.export import trajectory_response
+        return datasets.loop_response(f"the scheme, N = {self.cells}", self.t, self.z, self.p, self.force)
 
-        return trajectory_response(self)
+    def _page(self) -> Page:
+        against, about = contradictions(self), scheme_words(self.scheme)
+        rows: list[tuple[str, object]] = [
+            ("what moved", about),
+            ("time", f"0 s to {self.t[-1]:g} s, {self.t.size} samples" + (", under load" if self.loaded else "")),
+            ("contacts", len(self.contacts) or "none"),
+            ("largest z", f"{self.max_gap_coordinate:.9g} m, over all instants"),
+            ("error of z", f"{self.error_estimate:.1g} m, the difference from a second run with shorter steps"),
+            ("energy identity", f"relative residual {self.energy_residual:.1g}"),
+        ]
+        if self.rest_limit is not None:
+            final = (
+                f"at z = {self.rest_position:.9g} m" if self.rest_is_final else f"at some z <= {self.rest_limit:.6g} m"
+            )
+            rows.append(("comes to rest", final))
+        if self.ended_early:
+            rows.append(("ended early", self.ended_early))
+        rows.append(("against what was shown", "; ".join(against) or "nothing contradicts, which proves nothing"))
+        title = f"simulated motion of the scheme, N = {self.cells}"
+        return Page(title, rows, verdict="OBSERVED", notes=(self.comment,))
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """The end of the rod; see :func:`lure.analysis.plots.plot_end_motion`.
@@ -201,11 +194,6 @@ class Trajectory:
         from lure.analysis.plots.rod_motion import plot_end_motion
 
         return plot_end_motion(self, ax=ax)
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.rod.simulation.export import trajectory_html
-
-        return trajectory_html(self)
 
 
 def contradictions(trajectory: Trajectory) -> tuple[str, ...]:
