@@ -88,7 +88,7 @@ SWAPS: dict[type, tuple[type, ...]] = {
     ast.Mult: (ast.Div,),
     ast.Div: (ast.Mult,),
 }
-_TYPED = ("isinstance", "getattr", "hasattr")  # exchanged arguments of these fail wherever the line is reached
+_TYPED = ("isinstance", "getattr", "hasattr", "min", "max")  # exchanged arguments of these always fail, or never
 NAMES = {"min": "max", "max": "min", "any": "all", "all": "any"}
 _LOOP = '[plant]\ntransfer = "{}"\n{}'
 BUILT_IN = ("biproper", "contact", "dead-zone", "double-zero", "integrator-resonance", "triple-lag", "unstable-lag")

@@ -29,6 +29,7 @@ from lure.rod.transfer import RodBlock
 SEARCHED = {"ct-3", "ct-4", "ct-5", "ct-6", "ct-7", "dt-1", "dt-2", "dt-3", "dt-5", "dt-6", "integrator-lead"}
 SEARCHED |= {"kalman-fitts", "leonov-bragin-kuznetsov"}  # seconds each
 LAW = '[nonlinearity]\nkind = "{}"\n{}\n'
+DT_6 = '[plant]\ntransfer = "(2*z+0.92)/(z^2-0.5*z)"\ndt = 1\n[class]\n'
 FILES = {
     "checked": '[plant]\ntransfer = "1/(s+1)^3"\n' + LAW.format("tanh", "gain = 3\nscale = 0.5"),
     "declared": '[plant]\ntransfer = "(s+2)/(s+1)"\n'
@@ -41,6 +42,9 @@ FILES = {
     "third": '[plant]\ntransfer = "4/((s-1)*(s/3+1))"\n[class]\nsector = ["1/3", 0.9]\ntime_varying = true\n',
     "beyond": '[plant]\ntransfer = "1/(s*(s+1)*(s+2))"\n[class]\nsector = [0, 7]\n',
     "between": '[plant]\ntransfer = "1/(s+1)^3"\n[class]\nsector = [0, 5]\ntime_varying = true\n',
+    # slopes up to 0.91 for monotone phi, refuted from there on, and up to 1.08 for odd ones; the sector ends before 0.9
+    "odd alone": f"{DT_6}sector = [0, 1]\nslope = [0, 1]\nodd = true\n",
+    "odd not promised": f"{DT_6}sector = [0, 1]\nslope = [0, 1]\n",
     "late": '[plant]\ntransfer = "exp(-s)/(s+1)"\n[class]\nsector = [0, 1]\n',
     "matrices": "[plant]\nA = [[-1, 1], [0, -2]]\nB = [0, 1]\nC = [1, 0]\n[class]\nsector = [0, 1]\n",
     "endless": '[plant]\ntransfer = "(s+1)/(s*(s+2))"\n[class]\nsector = [0, inf]\n',
@@ -249,9 +253,20 @@ def test_the_certificates_are_listed_once_each_with_what_they_claim(name):
     [
         (
             "PROVED",
-            {"checked", "declared", "rough and sampled", "zero only", "odd", "slope", "third", "late", "matrices"},
+            {
+                "checked",
+                "declared",
+                "odd alone",
+                "rough and sampled",
+                "zero only",
+                "odd",
+                "slope",
+                "third",
+                "late",
+                "matrices",
+            },
         ),
-        ("REFUTED", {"beyond"}),
+        ("REFUTED", {"beyond", "odd not promised"}),
         ("INCONCLUSIVE", {"rough", "between"}),
     ],
 )
