@@ -8,7 +8,7 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-EXPORT = re.compile(r"^from ([\w.]+) import (\w+) as (\w+)", re.MULTILINE)
+EXPORT = re.compile(r"^from ([\w.]+) import (\w+) as \2$", re.MULTILINE)
 
 
 def lazy_exports(package: str, file: str) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
@@ -28,17 +28,13 @@ def lazy_exports(package: str, file: str) -> tuple[Callable[[str], object], Call
     tuple
         The two functions and the list, to be bound to these names.
     """
-    homes = {
-        name: (module, inner)
-        for module, inner, name in EXPORT.findall(Path(file).with_suffix(".pyi").read_text("utf-8"))
-    }
+    homes = {name: module for module, name in EXPORT.findall(Path(file).with_suffix(".pyi").read_text("utf-8"))}
 
     def attribute(name: str) -> object:
         """The name, from its module."""
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        module, inner = homes[name]
-        return getattr(import_module(module), inner)
+        return getattr(import_module(homes[name]), name)
 
     def names() -> list[str]:
         """What the package has and exports."""

@@ -1,6 +1,7 @@
 from lure.analysis.measured.compliance import fit_compliance as fit_compliance
 from lure.analysis.measured.compliance_fit import ComplianceFit as ComplianceFit
 from lure.analysis.measured.compliance_fit import Parameter as Parameter
+from lure.analysis.measured.example import EXAMPLE as EXAMPLE
 from lure.analysis.measured.example import example_measurements as example_measurements
 from lure.analysis.measured.loops import hysteresis_of as hysteresis_of
 from lure.analysis.measured.margin import MeasuredMargin as MeasuredMargin

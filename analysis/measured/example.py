@@ -17,7 +17,7 @@ from lure.analysis.measured.reading import read_measurements
 
 # The data set that comes with the package.
 
-PATH = Path(__file__).with_name("example.csv")
+EXAMPLE = Path(__file__).with_name("example.csv")
 """The file that :func:`lure.analysis.measured.example_measurements` reads; also ``lure.analysis.measured.EXAMPLE``."""
 
 
@@ -34,7 +34,7 @@ def example_measurements(*, area: float | None = None) -> Measurements:
     >>> len(example_measurements())
     241
     """
-    return read_measurements(PATH, area=area)
+    return read_measurements(EXAMPLE, area=area)
 
 
 EPS = 2.5e-7
