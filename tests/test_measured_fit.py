@@ -11,7 +11,7 @@ from measuring import compliance_data, covers
 from lure import AssumptionError, InputError
 from lure.analysis.measured import Measurements, example_measurements, fit_compliance, sector_of
 from lure.analysis.measured.example import EPS as PAD_EPS
-from lure.analysis.measured.example import EXPONENT, GAP, KNOCKS, PATH, example_text
+from lure.analysis.measured.example import EXPONENT, GAP, KNOCKS, EXAMPLE, example_text
 from lure.analysis.verdict import Evidence
 
 # The box around a region of confidence 95 % for three parameters: independent ones lie in it with probability
@@ -82,11 +82,11 @@ def test_the_interval_ends_where_the_profile_crosses_its_level():
 
 
 def test_the_example_is_what_its_script_makes_and_the_fit_finds_how():
-    assert PATH.read_text(encoding="utf-8") == example_text()
+    assert EXAMPLE.read_text(encoding="utf-8") == example_text()
     fit = fit_compliance(example_measurements())
     assert all(covers(fit, (PAD_EPS, GAP, EXPONENT)))
     assert [o.index for o in fit.outliers] == sorted(KNOCKS)
-    lines = PATH.read_text(encoding="utf-8").split("\n")
+    lines = EXAMPLE.read_text(encoding="utf-8").split("\n")
     for outlier in fit.outliers:
         assert float(lines[outlier.line - 1].split(",")[2]) == pytest.approx(
             example_measurements().load[outlier.index], rel=1e-12
