@@ -109,13 +109,14 @@ class Kinds(SphinxDirective):
         for name, entry in _KINDS.items():
             needed = ", ".join(f"``{key}``" for key in entry.needs)
             more = ", ".join(f"``{key}``" for key in entry.keys if key not in (*entry.needs, "kind"))
-            role = "class" if isinstance(entry.make, type) else "func"
-            made = f"{entry.make.__module__}.{entry.make.__qualname__}"
+            make = getattr(entry.make, "func", entry.make)  # of a partial: what it calls
+            role = "class" if isinstance(make, type) else "func"
+            made = f"{make.__module__}.{make.__qualname__}"
             stands_for = {
                 "_expression": ":class:`~lure.ExpressionLaw`",
-                "_piecewise_linear": ":class:`~lure.PiecewiseLinear`",
+                "_through_points": ":class:`~lure.PiecewiseLinear`",
             }
-            seen = stands_for.get(entry.make.__qualname__, f":{role}:`~{made}`")
+            seen = stands_for.get(make.__qualname__, f":{role}:`~{made}`")
             lines += _row(f'``"{name}"``', needed, more, seen)
         others = ", ".join(f'``"{word}"`` for ``"{name}"``' for word, name in sorted(_SPELLINGS.items()))
         lines += [
