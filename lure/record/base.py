@@ -95,7 +95,7 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
     each : type, optional
         Type of the records of a tuple along ``dims``: each of their single numbers and texts becomes a variable.
     default, default_factory
-        As for :func:`dataclasses.field`.
+        As for ``dataclasses.field``.
     """
     declared = Declared(
         meaning=meaning,
@@ -160,7 +160,7 @@ class Record:
     A field made with :func:`quantity`, or a property marked with :func:`derived`, declares its meaning, unit, dimension
     and rounding.  From that follow the docstring, plain data, JSON, a Dataset, a table and text; equality, hash, copies
     and pickles are by value.  Where the declarations do not say all, a subclass overrides :meth:`to_dict`,
-    :meth:`_columns`, :meth:`_attributes` or :meth:`_page`.
+    ``_columns``, ``_attributes`` or ``_page``.
 
     Examples
     --------
