@@ -11,7 +11,7 @@ from measuring import compliance_data, covers
 from lure import AssumptionError, InputError
 from lure.analysis.measured import Measurements, example_measurements, fit_compliance, sector_of
 from lure.analysis.measured.example import EPS as PAD_EPS
-from lure.analysis.measured.example import EXPONENT, GAP, KNOCKS, EXAMPLE, example_text
+from lure.analysis.measured.example import EXAMPLE, EXPONENT, GAP, KNOCKS, example_text
 from lure.analysis.verdict import Evidence
 
 # The box around a region of confidence 95 % for three parameters: independent ones lie in it with probability
