@@ -1,4 +1,3 @@
-from lure.analysis.certificates.certify import certify as certify
 from lure.analysis.certificates.checker import Proved as Proved
 from lure.analysis.certificates.checker import Refuted as Refuted
 from lure.analysis.certificates.checker import check as check
@@ -22,6 +21,7 @@ from lure.analysis.questions import LoopAnalysis as LoopAnalysis
 from lure.analysis.questions import analyse as analyse
 from lure.analysis.questions import max_sector as max_sector
 from lure.analysis.questions import max_slope as max_slope
+from lure.analysis.questions.certify import certify as certify
 from lure.analysis.report import report_on as report_on
 from lure.analysis.rod.comparison import compare as compare
 from lure.analysis.rod.response import basin as basin

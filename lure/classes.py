@@ -243,3 +243,38 @@ class LawClass:
             ("time", "phi may depend on it" if self.time_varying else "phi does not depend on it"),
         ]
         return html_table(f"Class of laws: {self}", rows)
+
+
+@dataclass(frozen=True, slots=True)
+class Diagonal:
+    """The classes of several nonlinearities, one for each channel: ``mu_i = -phi_i(sigma_i)``.
+
+    Parameters
+    ----------
+    classes : tuple of LawClass
+        One for each channel.
+    repeated : bool
+        Whether all channels have the same nonlinearity; then their classes are equal.
+
+    Raises
+    ------
+    InputError
+        There is no class, or ``repeated`` ones differ.
+
+    Examples
+    --------
+    >>> print(Diagonal((LawClass(sector=Sector(0, 2)),)))
+    phi in the sector [0, 2]
+    """
+
+    classes: tuple[LawClass, ...]
+    repeated: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.classes:
+            raise InputError("Diagonal has no class; give one for each channel")
+        if self.repeated and len(set(self.classes)) > 1:
+            raise InputError(f"Diagonal repeats one nonlinearity, and its classes differ: {self}")
+
+    def __str__(self) -> str:
+        return "; ".join(map(str, self.classes))

@@ -40,10 +40,10 @@ import numpy as np
 
 from lure import as_block
 from lure.analysis.certificates import checker  # what is checked: called to compare, never to compute
-from lure.analysis.certificates.certify import text_of
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.plots.loops import plot_loop_popov
 from lure.analysis.plots.style import BLUE, GREEN, GREY, VERMILLION, finish_axes
+from lure.analysis.questions.certify import text_of
 
 
 def times(p, q):

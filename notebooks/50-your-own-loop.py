@@ -166,7 +166,7 @@ import tempfile
 from pathlib import Path
 
 from lure.analysis.certificates import checker
-from lure.analysis.certificates.certify import text_of
+from lure.analysis.questions.certify import text_of
 
 answer = certify(block, LawClass(sector=bounds.sector))
 print(answer)

@@ -1,7 +1,7 @@
 """What the tests of certify share: blocks whose limits are known, and the question."""
 
 from lure import LawClass, RationalBlock, Sector
-from lure.analysis.certificates.certify import Ways, certify
+from lure.analysis.questions.certify import Ways, certify
 
 THIRD = RationalBlock([1], [1, 3, 2, 0])  # Routh and Popov: 6
 

@@ -27,14 +27,14 @@ from lure import (
 )
 from lure.analysis import check
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.certify import certify
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.systems import laws_of
 from lure.analysis.questions import advice, analyse, max_sector, max_slope, table
 from lure.analysis.questions import findings as decision
-from lure.analysis.questions.conclusion import MismatchError, conclusion_of, inquiry_about, law_class_of
-from lure.analysis.questions.problem import Subject
+from lure.analysis.questions.certify import certify
+from lure.analysis.questions.conclusion import MismatchError, conclusion_of, law_class_of
+from lure.analysis.questions.problem import Problem, Subject
 from lure.analysis.questions.table import analysis_dict, class_dict, table_row
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.files.builtin import builtin_loop
@@ -106,7 +106,7 @@ def proofs():
 )
 def test_a_proof_is_one_of_the_classes_inside_its_own(proofs, which, asked, verdict):
     block, proof = proofs[which]
-    found = conclusion_of(inquiry_about(block, asked), proof)
+    found = conclusion_of(Problem.about(block, asked), proof)
     assert found.verdict is verdict
     assert (found.shown is proof) == (found.verdict is Verdict.PROVED)
     if found.verdict is Verdict.PROVED:  # in words: the class and the numbers of the certificate
@@ -122,10 +122,10 @@ def test_a_proof_is_one_of_the_classes_inside_its_own(proofs, which, asked, verd
 def test_a_certificate_about_another_loop_is_a_bug_and_no_answer(proofs):
     _, proof = proofs["popov"]
     with pytest.raises(MismatchError, match="another system"):
-        conclusion_of(inquiry_about(RationalBlock([1], [1, 3, 2, 1]), sector(0, 5)), proof)
+        conclusion_of(Problem.about(RationalBlock([1], [1, 3, 2, 1]), sector(0, 5)), proof)
     with pytest.raises(MismatchError, match="no proof and no refutation"):
-        conclusion_of(inquiry_about(THIRD, sector(0, 5)), type("Forged", (), {"certificate": proof.certificate})())
-    nothing = conclusion_of(inquiry_about(THIRD, sector(0, 5)), None)
+        conclusion_of(Problem.about(THIRD, sector(0, 5)), type("Forged", (), {"certificate": proof.certificate})())
+    nothing = conclusion_of(Problem.about(THIRD, sector(0, 5)), None)
     assert nothing.verdict is Verdict.INCONCLUSIVE
     with pytest.raises(TypeError, match="do not fit"):
         replace(nothing, verdict=Verdict.PROVED)
@@ -150,7 +150,7 @@ def test_a_refutation_is_one_of_the_classes_around_its_own(asked, verdict):
     # phi = 6 sigma is odd, has slope 6, and lies in the sector [0, 6]
     shown = max_sector(THIRD).refutation
     assert shown.certificate["laws"]["sector"] == ["0", "6"]
-    found = conclusion_of(inquiry_about(THIRD, asked), shown)
+    found = conclusion_of(Problem.about(THIRD, asked), shown)
     assert found.verdict is verdict
     if verdict is Verdict.REFUTED:
         assert found.headline == "Some odd linear phi with slope in [0, 6] destabilises the loop: phi = 6 sigma."
@@ -177,9 +177,9 @@ def test_other_equilibria_refute_nothing_where_an_end_of_the_class_is_critical()
         draft=True,
     )
     assert "equilibria other than 0" in shown.claim
-    assert conclusion_of(inquiry_about(lag, sector(0, 2)), shown).verdict is Verdict.REFUTED
-    assert conclusion_of(inquiry_about(lag, sector(0, 3)), shown).verdict is Verdict.REFUTED
-    shifted = conclusion_of(inquiry_about(lag, sector(-1, 2)), shown)
+    assert conclusion_of(Problem.about(lag, sector(0, 2)), shown).verdict is Verdict.REFUTED
+    assert conclusion_of(Problem.about(lag, sector(0, 3)), shown).verdict is Verdict.REFUTED
+    shifted = conclusion_of(Problem.about(lag, sector(-1, 2)), shown)
     assert shifted.headline.startswith("Some phi, time-invariant, in the sector [0, 2] gives the loop other equilibria")
 
 
@@ -339,7 +339,7 @@ def test_what_is_only_declared_is_said_to_be_so():
 
 
 def test_a_law_outside_the_class_is_not_proved_by_it():
-    inquiry = inquiry_about(THIRD, sector(0, 5), nonlinearity=Saturation(gain=7))
+    inquiry = Problem.about(THIRD, sector(0, 5), nonlinearity=Saturation(gain=7))
     found = conclusion_of(inquiry, max_sector(THIRD).proof)
     assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.FOREIGN_LAW)
     assert "is none of them" in found.reason
@@ -428,7 +428,7 @@ def test_how_far_a_criterion_reaches_is_said_of_the_larger_class():
     tsypkin = max_slope(one_sided, criterion="tsypkin", search="linear")  # slopes >= 0 without a bound, sector to 3.8
     assert tsypkin.proof.certificate["laws"]["slope"][1] in ("finite", "inf")
     assert tsypkin.proved_text.startswith("3.79999")
-    said = conclusion_of(inquiry_about(one_sided, LawClass.slope_restricted(0, 3)), tsypkin.proof, reach=tsypkin.proof)
+    said = conclusion_of(Problem.about(one_sided, LawClass.slope_restricted(0, 3)), tsypkin.proof, reach=tsypkin.proof)
     assert f"which reaches {tsypkin.proved_text}." in said.sentence
 
 

@@ -13,15 +13,16 @@ from scipy.optimize import OptimizeResult
 
 from lure import LawClass, RationalBlock, Sector, StateSpaceBlock
 from lure.analysis import max_sector, max_slope
-from lure.analysis.certificates.certify import Ways, certify
 from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.certificates.second import recheck
 from lure.analysis.numerics import precision
+from lure.analysis.questions.certify import Ways, certify
 from lure.analysis.verdict import Verdict
 from lure.errors import AssumptionError, InputError
 
 # loaded here, so that their names can be replaced below
-from lure.analysis.certificates import asking as asking_matrices, countering, riccati, multipliers as slack  # noqa: F401  # isort: skip
+from lure.analysis.certificates import riccati, multipliers as slack  # noqa: F401  # isort: skip
+from lure.analysis.questions import candidates, counterexample_search  # noqa: F401  # isort: skip
 from lure.analysis.inequality import phase_limit  # noqa: F401  # isort: skip
 
 THIRD = RationalBlock([1], [1, 3, 2, 0])

@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 
 from lure import LawClass, RationalBlock, Sector
-from lure.analysis.certificates.certify import Ways, certify
+from lure.analysis.questions.certify import Ways, certify
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 CHECK = jsonschema.Draft202012Validator(SCHEMA)

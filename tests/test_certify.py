@@ -27,12 +27,12 @@ from lure import (
 )
 from lure.analysis.certificates import codes, sealing
 from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.certify import METHODS, Ways, certify, text_of
 from lure.analysis.certificates.checker import Proved, Refuted, check
-from lure.analysis.certificates.problem import posed
 from lure.analysis.certificates.sealing import contains
 from lure.analysis.certificates.systems import law_of, laws_of
 from lure.analysis.inequality.gains import hurwitz_limit
+from lure.analysis.questions.certify import METHODS, Ways, certify, text_of
+from lure.analysis.questions.problem import posed
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError
 

@@ -42,7 +42,7 @@ def test_an_unknown_code_is_one_sentence_with_the_nearest(lure):
 
 @pytest.mark.parametrize("code", codes.CODES, ids=str)
 def test_the_commands_of_an_explanation_are_understood(lure, tmp_path, monkeypatch, code):
-    from lure.analysis.certificates import certify
+    from lure.analysis.questions import certify
 
     open_ended = certify.Certification(verdict=Verdict.INCONCLUSIVE, code=code, detail="not asked")
     monkeypatch.setattr(certify, "certify", lambda *_arguments, **_options: open_ended)

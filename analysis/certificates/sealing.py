@@ -25,7 +25,7 @@ from lure.analysis.certificates.states import classes
 from lure.analysis.deadline import time_left
 
 if TYPE_CHECKING:
-    from lure.analysis.certificates.problem import Question
+    from lure.analysis.questions.problem import Problem
 
 # Searches that may fail in any way, kept from taking the answer with them: an exception becomes a code.
 
@@ -143,12 +143,12 @@ def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
 Draft = Mapping[str, Any]
 
 
-def sealed(question: Question, draft: Draft) -> Proved | Refuted:
+def sealed(question: Problem, draft: Draft) -> Proved | Refuted:
     """What the checker makes of a draft, stated for exactly the class asked about; else for a larger one.
 
     Parameters
     ----------
-    question : Question
+    question : Problem
         The question.
     draft : Mapping
         A certificate without what the checker fills in, of a proof or a refutation.

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from lure.record import html_table, plain
 
 if TYPE_CHECKING:
-    from lure.analysis.certificates.certify import Certification
     from lure.analysis.certificates.checker import Checked
     from lure.analysis.certificates.sealing import Failure
+    from lure.analysis.questions.certify import Certification
 
 _CLAIM = "Not shown is anything beyond the claim: a rate of decay, a bound on a motion, external inputs."
 _AGAIN = "Check it again with lure.analysis.check(certificate), or with checker.py and nothing but Python."

@@ -28,9 +28,9 @@ from lure.analysis.cli.texts import wrapped
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lure.analysis.certificates.certify import Certification, Method
     from lure.analysis.certificates.codes import Code
     from lure.analysis.certificates.proposals import Numbers
+    from lure.analysis.questions.certify import Certification, Method
     from lure.classes import LawClass
 
 # What ``lure verify`` does with one file: read it, have it checked, say what came of it.
@@ -270,9 +270,9 @@ def certify(
         raise refused("no class of laws is given; give one, such as --sector 0 5.9 or --slope 0 1")
     if str(output) != "-":
         _check_target(output, force=force)
-    from lure.analysis.certificates.certify import Ways, text_of
-    from lure.analysis.certificates.certify import certify as run
     from lure.analysis.cli.progress import progress
+    from lure.analysis.questions.certify import Ways, text_of
+    from lure.analysis.questions.certify import certify as run
 
     kind = cast("Method", method)  # one of them: _check_options
     ways = Ways(criterion=criterion, method=kind, finite=finite, seconds=seconds, numbers=_numbers(loop))

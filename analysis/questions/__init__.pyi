@@ -1,4 +1,6 @@
 from lure.analysis.questions.largest import Largest as Largest
+from lure.analysis.questions.problem import Problem as Problem
+from lure.analysis.questions.questions import answer as answer
 from lure.analysis.questions.questions import max_sector as max_sector
 from lure.analysis.questions.questions import max_slope as max_slope
 from lure.analysis.questions.table import LoopAnalysis as LoopAnalysis

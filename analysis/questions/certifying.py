@@ -22,16 +22,15 @@ from lure.rod.upwind import UpwindScheme
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.proposals import Certified
-    from lure.analysis.questions.conclusion import Inquiry
-    from lure.analysis.questions.models import Asked
+    from lure.analysis.questions.problem import Problem
 
 
-def proved_answer(asked: Asked, answer: Answer) -> Answer:
+def proved_answer(asked: Problem, answer: Answer) -> Answer:
     """The answer with what the checker accepted of it; INCONCLUSIVE where it accepted nothing.
 
     Parameters
     ----------
-    asked : Asked
+    asked : Problem
         The question.
     answer : Answer
         What a criterion says.
@@ -44,11 +43,14 @@ def proved_answer(asked: Asked, answer: Answer) -> Answer:
     from lure.analysis.certificates.proposals import certified
     from lure.analysis.certificates.sealing import Failure, guarded
 
-    block = asked.block
+    block = asked.plant
     if isinstance(block, StateSpaceBlock):
         from lure.analysis.certificates.by_matrices import certified_by_matrix
 
-        return certified_by_matrix(block, answer)
+        by_matrix = guarded(answer.criterion, lambda: certified_by_matrix(block, answer), passing=(TimeoutError,))
+        if isinstance(by_matrix, Failure):
+            return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {by_matrix}")
+        return by_matrix
     if answer.verdict is not Verdict.PROVED or not isinstance(
         block, RationalBlock | DelayBlock | UpwindScheme | RodBlock
     ):
@@ -89,14 +91,14 @@ def unbounded_proof(block: RationalBlock, answer: Answer, *, time_varying: bool)
     return None if isinstance(found, Failure) or found.upper != "inf" else found.proved
 
 
-def restated(shown: Proved | Refuted, asked: Inquiry) -> Proved | Refuted:
+def restated(shown: Proved | Refuted, asked: Problem) -> Proved | Refuted:
     """What was accepted, stated for exactly the class asked about and the nonlinearity given, where that is accepted.
 
     Parameters
     ----------
     shown : Proved or Refuted
         What was accepted, of another class as a rule.
-    asked : Inquiry
+    asked : Problem
         What is asked.
     """
     from lure.analysis.certificates.sealing import guarded, settled
@@ -122,12 +124,12 @@ def _reach(answer: Answer, found: Certified) -> Bracket:
     return largest
 
 
-def refuted_witness(asked: Asked, witness: Witness) -> Witness:
+def refuted_witness(asked: Problem, witness: Witness) -> Witness:
     """The witness with what the checker accepted of it; COMPUTED where it accepted nothing.
 
     Parameters
     ----------
-    asked : Asked
+    asked : Problem
         The question.
     witness : Witness
         A destabilising member.
@@ -135,7 +137,7 @@ def refuted_witness(asked: Asked, witness: Witness) -> Witness:
     from lure.analysis.certificates.checker import Refuted
     from lure.analysis.certificates.sealing import guarded
 
-    block = asked.block
+    block = asked.plant
     if witness.evidence is not Evidence.CERTIFIED or not isinstance(block, RationalBlock | DelayBlock):
         return witness
     for candidate in (witness, *_just_above(block, witness)):

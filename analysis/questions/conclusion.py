@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import contains
 from lure.analysis.certificates.states import classes, keeps
-from lure.analysis.certificates.systems import laws_of, system_of
 from lure.analysis.numerics.doubles import bound_below
+from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.wording import class_words, counterexample, destroys, direct_term, meaning, proviso
 from lure.analysis.theorems.table import TABLE
 from lure.analysis.verdict import Evidence, Verdict
@@ -35,41 +35,6 @@ _NEAR = (-100, 100)
 
 class MismatchError(RuntimeError):
     """A certificate about another system was offered as an answer: a bug, and nothing is said."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Inquiry:
-    """What is asked: is the loop stable for every law of the class, or with the nonlinearity that was given.
-
-    Attributes
-    ----------
-    system : Mapping
-        The linear block, as it stands in a certificate.
-    laws : Mapping
-        The class, as it stands in a certificate.
-    nonlinearity : Nonlinearity or None
-        The one in the loop, if one was given; it belongs to the class.
-    subject : str
-        What moves, where it is an approximation of something else.
-    assuming : bool
-        Whether the answer may assume of the laws what a theorem needs beyond their class, and say so.
-    spelled : Mapping of Fraction to str
-        Bounds of the class with the text that the reader gave them.
-    """
-
-    system: Mapping[str, Any]
-    laws: Mapping[str, Any]
-    nonlinearity: Nonlinearity | None = None
-    subject: str = ""
-    assuming: bool = False
-    spelled: Mapping[Fraction, str] = field(default_factory=dict)
-
-    @property
-    def name(self) -> str:
-        """The nonlinearity in words; empty if there is none."""
-        from lure.nonlinearities.properties import law_text
-
-        return "" if self.nonlinearity is None else law_text(self.nonlinearity)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -131,51 +96,8 @@ class Conclusion:
         return self.sentence
 
 
-def inquiry_about(
-    block: object, law_class: LawClass, *, nonlinearity: Nonlinearity | None = None, finite: bool = False
-) -> Inquiry:
-    """The question about a block and a class, in the terms of certificates.
-
-    Parameters
-    ----------
-    block : RationalBlock, DelayBlock, StateSpaceBlock, UpwindScheme or RodBlock
-        The linear block.
-    law_class : LawClass
-        The class.
-    nonlinearity : Nonlinearity, optional
-        The one in the loop.  One that is not known to be locally Lipschitz widens the class to laws of any regularity.
-    finite : bool
-        Whether an infinite upper end means every law with some finite bound.
-    """
-    ends = [end for each in (law_class.sector, law_class.slope) if each is not None for end in (each.lower, each.upper)]
-    doubles = {Fraction(end): f"{end:.7g}" for end in ends if isinstance(end, float) and math.isfinite(end)}
-    return Inquiry(
-        system=system_of(block),
-        laws=laws_of(law_class, unbounded=not finite, rough=is_rough(nonlinearity, law_class)),
-        nonlinearity=nonlinearity,
-        spelled={end: text for end, text in doubles.items() if "e" not in text and float(text) == end},
-    )
-
-
-def is_rough(nonlinearity: Nonlinearity | None, law_class: LawClass) -> bool:
-    """Whether the nonlinearity is not known to be locally Lipschitz; one that says nothing of it is taken to be.
-
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity or None
-        The nonlinearity.
-    law_class : LawClass
-        A class that contains it.
-    """
-    from lure.analysis.nonlinearity.membership import Status, membership
-
-    if nonlinearity is None:
-        return False
-    return membership(nonlinearity, law_class).regular("locally Lipschitz") is Status.VIOLATED
-
-
 def conclusion_of(
-    asked: Inquiry,
+    asked: Problem,
     accepted: Proved | Refuted | None,
     *,
     reach: Proved | None = None,
@@ -185,7 +107,7 @@ def conclusion_of(
 
     Parameters
     ----------
-    asked : Inquiry
+    asked : Problem
         What was asked.
     accepted : Proved, Refuted or None
         What the checker accepted; None for nothing.
@@ -219,7 +141,7 @@ def conclusion_of(
     return _refuted(asked, accepted, beside)
 
 
-def _proved(asked: Inquiry, shown: Proved, reach: Proved | None) -> Conclusion:
+def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
     laws = shown.certificate["laws"]
     about = class_words(laws, spelled=asked.spelled)
     law, name, standing, words, assumed = asked.nonlinearity, asked.name, "", "", proviso(shown)
@@ -273,7 +195,7 @@ def _proved(asked: Inquiry, shown: Proved, reach: Proved | None) -> Conclusion:
     )
 
 
-def _refuted(asked: Inquiry, shown: Refuted, beside: Refuted | None) -> Conclusion:
+def _refuted(asked: Problem, shown: Refuted, beside: Refuted | None) -> Conclusion:
     laws = shown.certificate["laws"]
     about = class_words(laws, inwards=False, spelled=asked.spelled)
     if not contains(asked.laws, laws):
@@ -299,13 +221,13 @@ def _refuted(asked: Inquiry, shown: Refuted, beside: Refuted | None) -> Conclusi
 
 
 def undecided(
-    asked: Inquiry, reason: str, *, code: Code = codes.NO_MULTIPLIER, evidence: Evidence = Evidence.CERTIFIED
+    asked: Problem, reason: str, *, code: Code = codes.NO_MULTIPLIER, evidence: Evidence = Evidence.CERTIFIED
 ) -> Conclusion:
     """That nothing is decided, and why.
 
     Parameters
     ----------
-    asked : Inquiry
+    asked : Problem
         What was asked.
     reason : str
         Why, in words that follow a colon.
@@ -327,7 +249,7 @@ def undecided(
     )
 
 
-def _critical_end(asked: Inquiry) -> bool:
+def _critical_end(asked: Problem) -> bool:
     """Whether a gain at an end of the class leaves a pole at 0 (``z = 1``) and otherwise stable ones, or may do so."""
     from lure.analysis.certificates.arithmetic import extended
     from lure.analysis.certificates.blocks import block, critical_end

@@ -16,11 +16,10 @@ from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.advice import serves, why
 from lure.analysis.questions.certifying import proved_answer, restated, unbounded_proof
-from lure.analysis.questions.conclusion import Conclusion, conclusion_of, inquiry_about, undecided
+from lure.analysis.questions.conclusion import Conclusion, conclusion_of, undecided
 from lure.analysis.questions.largest import Largest, Stopped, meet
 from lure.analysis.questions.models import (
     NOT_NEEDED,
-    Asked,
     answer_of,
     critical,
     hurwitz,
@@ -29,7 +28,7 @@ from lure.analysis.questions.models import (
     rank,
     silent,
 )
-from lure.analysis.questions.problem import Subject
+from lure.analysis.questions.problem import Problem, Subject
 from lure.analysis.theorems.table import BEST, Theorem, theorems_for
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
 from lure.classes import LawClass, Sector
@@ -53,7 +52,7 @@ class Findings:
 
     Attributes
     ----------
-    asked : Asked
+    asked : Problem
         The question.
     hurwitz : Bracket
         Supremum of the ``k`` for which the linear gains in ``[lower, k]`` are stable; ``[lower, inf]`` until known.
@@ -71,7 +70,7 @@ class Findings:
         The steps that could not be made, because a package is missing, and which.
     """
 
-    asked: Asked
+    asked: Problem
     hurwitz: Bracket
     critical: bool = True
     answers: list[Answer] = field(default_factory=list)
@@ -106,12 +105,12 @@ class _Step:
     work: Callable[[], None]
 
 
-def find(asking: Sequence[Asked], *, seconds: float | None = None, tell: Tell | None = None) -> list[Findings]:
+def find(asking: Sequence[Problem], *, seconds: float | None = None, tell: Tell | None = None) -> list[Findings]:
     """What is found for several questions about one block, stage by stage, the first question first in each.
 
     Parameters
     ----------
-    asking : sequence of Asked
+    asking : sequence of Problem
         The questions; what they have in common is computed once.
     seconds : float or None
         Time allowed.
@@ -156,7 +155,7 @@ def find(asking: Sequence[Asked], *, seconds: float | None = None, tell: Tell | 
     return found
 
 
-def _at_most(asked: Asked) -> float:
+def _at_most(asked: Problem) -> float:
     return double_below(asked.lower)
 
 
@@ -165,14 +164,14 @@ def _stop(found: list[Findings], why: Stopped) -> None:
         each.stopped = None if each.complete or each.closed else why
 
 
-def _theorems(asked: Asked) -> list[Theorem]:
-    asking = theorems_for(asked.block, asked.question, asked.criterion, time_varying=asked.time_varying)
+def _theorems(asked: Problem) -> list[Theorem]:
+    asking = theorems_for(asked.plant, asked.question, asked.criterion, time_varying=asked.time_varying)
     if not asking:
         raise AssumptionError(f"no criterion called {asked.criterion} applies to this block; try {BEST}")
     return asking
 
 
-def _title(asked: Asked) -> str:
+def _title(asked: Problem) -> str:
     if asked.question == "sector":
         return "sector, time-varying" if asked.time_varying else "sector"
     return "slope, odd" if asked.odd else "slope"
@@ -237,7 +236,7 @@ def _counterexamples(found: Findings, shared: _Shared) -> None:
     those.
     """
     asked = found.asked
-    flow = isinstance(asked.block, RationalBlock) and asked.block.dt is None
+    flow = isinstance(asked.plant, RationalBlock) and asked.plant.dt is None
     if flow and not asked.time_varying and meet(shared.slopes.get(asked.lower, -math.inf), found.refuted):
         return
     found.witnesses += nonlinear_witnesses(asked)
@@ -265,7 +264,7 @@ def decided(about: Subject, rows: list[Largest]) -> Conclusion:
     if law_class is None or asked is None:
         best = max(rows, key=lambda row: (row.verdict is Verdict.PROVED, row.largest.low, not row.time_varying))
         return best.conclusion
-    inquiry = inquiry_about(about.block, law_class, nonlinearity=about.law)
+    inquiry = Problem.about(about.block, law_class, nonlinearity=about.law, membership=about.membership)
     ordered = [asked, *(row for row in rows if row is not asked)]
     missed: list[Conclusion] = []
     for proof in _proofs(about, ordered, law_class):

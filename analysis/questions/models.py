@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from fractions import Fraction
-from typing import Literal
 
 from lure.analysis.inequality.plant import Plant
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.questions.certifying import refuted_witness
+from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.state_space import growing_gain, state_space_answer
 from lure.analysis.rod.questions import rod_hurwitz, rod_largest
-from lure.analysis.theorems.table import Question, Theorem
+from lure.analysis.theorems.table import Theorem
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
 from lure.classes import LawClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
@@ -27,26 +25,11 @@ from lure.rod.upwind import UpwindScheme
 REFUSED = "does not apply"
 NOT_NEEDED = "not needed"
 EXPECTED = (AssumptionError, InputError, OverflowError, ModuleNotFoundError)  # said by the question itself
-Search = Literal["linear", "full"]
-Block = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData | UpwindScheme | RodBlock
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Asked:
-    """A question: the largest ``k`` of the classes ``[lower, k]`` for a block."""
-
-    block: Block
-    question: Question
-    criterion: str
-    lower: Fraction
-    odd: bool
-    time_varying: bool
-    search: Search
-
-
-def hurwitz(asked: Asked) -> Bracket:
+def hurwitz(asked: Problem) -> Bracket:
     """Supremum of the ``k`` such that every linear gain in ``[lower, k]`` is stable (in the critical case: but 0)."""
-    block = asked.block
+    block = asked.plant
     if isinstance(block, RationalBlock):
         from lure.analysis.inequality.gains import hurwitz_limit
 
@@ -66,9 +49,9 @@ def hurwitz(asked: Asked) -> Bracket:
     return Bracket(0.0, math.inf)
 
 
-def critical(asked: Asked) -> bool:
+def critical(asked: Problem) -> bool:
     """Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): laws of the class add equilibria."""
-    block = asked.block
+    block = asked.plant
     if isinstance(block, RationalBlock):
         return Plant.of(block).shifted(asked.lower).case == "critical"
     if isinstance(block, DelayBlock):
@@ -76,7 +59,7 @@ def critical(asked: Asked) -> bool:
     return isinstance(block, UpwindScheme | RodBlock)
 
 
-def answer_of(row: Theorem, asked: Asked) -> Answer | str:
+def answer_of(row: Theorem, asked: Problem) -> Answer | str:
     """What one criterion says, before the checker has seen it; that it refuses or fails, and why, as text.
 
     Raises
@@ -93,8 +76,8 @@ def answer_of(row: Theorem, asked: Asked) -> Answer | str:
     return f"the search failed: {found}" if isinstance(found, Failure) else found
 
 
-def _largest(row: Theorem, asked: Asked) -> Answer:
-    block = asked.block
+def _largest(row: Theorem, asked: Problem) -> Answer:
+    block = asked.plant
     if isinstance(block, RationalBlock | DelayBlock):
         return row.reach(block, lower=asked.lower, odd=asked.odd)
     if isinstance(block, UpwindScheme | RodBlock):
@@ -112,9 +95,9 @@ def rank(answer: Answer) -> tuple[bool, bool, float, float]:
     return answer.verdict is not Verdict.PROVED, silent, -answer.largest.low, -answer.largest.high
 
 
-def linear_witnesses(asked: Asked, limit: Bracket) -> list[Witness]:
+def linear_witnesses(asked: Problem, limit: Bracket) -> list[Witness]:
     """The smallest destabilising linear gain of the class, if there is one."""
-    block, found = asked.block, None
+    block, found = asked.plant, None
     if isinstance(block, RationalBlock):
         from lure.analysis.counterexamples.linear import linear_witness
 
@@ -126,7 +109,7 @@ def linear_witnesses(asked: Asked, limit: Bracket) -> list[Witness]:
     return [] if found is None else [refuted_witness(asked, found)]
 
 
-def nonlinear_witnesses(asked: Asked) -> list[Witness]:
+def nonlinear_witnesses(asked: Problem) -> list[Witness]:
     """Other destabilising members of the class, with more than a simulation behind them.
 
     Raises
@@ -137,7 +120,7 @@ def nonlinear_witnesses(asked: Asked) -> list[Witness]:
     from lure.analysis.certificates.sealing import Failure, guarded
     from lure.analysis.counterexamples.search import refute
 
-    block = asked.block
+    block = asked.plant
     if not isinstance(block, RationalBlock):
         return []
     kind = {"slope": asked.question == "slope", "odd": asked.odd, "time_varying": asked.time_varying}
@@ -162,18 +145,18 @@ def _dead_time_gain(block: DelayBlock, limit: Bracket) -> Witness:
     )
 
 
-def _from_zero(asked: Asked) -> None:
+def _from_zero(asked: Problem) -> None:
     if asked.lower != 0:
         raise AssumptionError(
-            f"for a {type(asked.block).__name__} the classes begin at 0; got lower = {float(asked.lower):g}: close a "
+            f"for a {type(asked.plant).__name__} the classes begin at 0; got lower = {float(asked.lower):g}: close a "
             "loop with that gain in the model first"
         )
 
 
-def silent(name: str, asked: Asked, reason: str, *, theorem: str = REFUSED) -> Answer:
+def silent(name: str, asked: Problem, reason: str, *, theorem: str = REFUSED) -> Answer:
     """The answer of a criterion that says nothing: it refuses, it failed, or it was not asked."""
     lower = float(asked.lower)
-    computed, sampled = isinstance(asked.block, StateSpaceBlock), isinstance(asked.block, FrequencyData)
+    computed, sampled = isinstance(asked.plant, StateSpaceBlock), isinstance(asked.plant, FrequencyData)
     slope = SlopeBounds(lower, math.inf) if asked.question == "slope" else None
     return Answer(
         criterion=name,

@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Literal
 
-from lure.analysis.nonlinearity.membership import Membership, examined
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.sealing import Failure, guarded
+from lure.analysis.certificates.systems import law_of, laws_of, system_of
+from lure.analysis.nonlinearity.membership import Membership, Status, examined, membership
 from lure.analysis.questions.state_space import by_matrices
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.analysis.theorems.table import BEST, TABLE, Question, theorems_for
+from lure.classes import Diagonal, LawClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.files.system import LoopSystem
 from lure.loop import Loop
@@ -15,9 +27,248 @@ from lure.nonlinearities.protocol import Nonlinearity
 from lure.nonlinearities.reading import as_law
 from lure.plants import as_block
 from lure.plants.delay import DelayBlock
+from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
 from lure.rod.systems import RodSystem
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme, upwind
+
+Kind = Literal["sector", "slope", "class"]
+Search = Literal["linear", "full"]
+Block = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData | UpwindScheme | RodBlock
+_EVERY = LawClass(sector=Sector(0, math.inf))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Problem:
+    r"""A question about the loop ``sigma = H mu``, ``mu = -phi(sigma)``; plain data, which pickles and compares.
+
+    Attributes
+    ----------
+    plant : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+        The linear part ``H``.
+    classes : Diagonal
+        The class of each nonlinearity; where the largest upper end is asked for, with the upper end ``inf``.
+    kind : {"sector", "slope", "class"}
+        The largest ``k`` with a stable class ``[lower, k]``, a sector or slope bounds; or whether this class is stable.
+    nonlinearity : Nonlinearity or None
+        The one in the loop, if one was given; it belongs to the class.
+    membership : Membership or None
+        What is known of it as a member of the class.
+    untested : bool
+        Whether an attempt to test what is declared of it failed: then nothing is proved for it.
+    refusals : tuple of Failure
+        What is known to stand in the way before any search.
+    criterion : str
+        The criterion asked for, or ``best``.
+    method : str
+        The kind of proof asked for, or ``best``.
+    search : {"linear", "full"}
+        Where to look for destabilising members.
+    finite : bool
+        Whether an infinite upper end means every law with some finite bound.
+    """
+
+    plant: Block
+    classes: Diagonal
+    kind: Kind
+    nonlinearity: Nonlinearity | None = None
+    membership: Membership | None = None
+    untested: bool = False
+    refusals: tuple[Failure, ...] = ()
+    criterion: str = BEST
+    method: str = BEST
+    search: Search = "full"
+    finite: bool = False
+
+    @classmethod
+    def largest(  # noqa: PLR0913  (a plant and six settings of a question)
+        cls,
+        plant: Block,
+        kind: Question,
+        *,
+        lower: Fraction,
+        odd: bool = False,
+        time_varying: bool = False,
+        criterion: str = BEST,
+        search: Search = "full",
+    ) -> Problem:
+        """The question for the largest ``k`` of the classes ``[lower, k]``.
+
+        Parameters
+        ----------
+        plant : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+            The linear part.
+        kind : {"sector", "slope"}
+            What ``[lower, k]`` bounds.
+        lower : Fraction
+            Lower end of the classes.
+        odd, time_varying : bool
+            What else the class assumes, or allows.
+        criterion : str
+            The criterion asked for, or ``best``.
+        search : {"linear", "full"}
+            Where to look for destabilising members.
+        """
+        slope = SlopeBounds(lower, math.inf) if kind == "slope" else None
+        law_class = LawClass(sector=Sector(lower, math.inf), slope=slope, odd=odd, time_varying=time_varying)
+        classes = Diagonal((law_class,))
+        return cls(plant=plant, classes=classes, kind=kind, criterion=criterion, search=search, finite=True)
+
+    @property
+    def law_class(self) -> LawClass:
+        """The class of the only channel."""
+        (found,) = self.classes.classes
+        return found
+
+    @classmethod
+    def about(
+        cls,
+        plant: Block,
+        law_class: LawClass,
+        *,
+        nonlinearity: Nonlinearity | None = None,
+        membership: Membership | None = None,
+    ) -> Problem:
+        """The question whether the loop is stable for every law of a class, or with the nonlinearity that was given.
+
+        Parameters
+        ----------
+        plant : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+            The linear part.
+        law_class : LawClass
+            The class.
+        nonlinearity : Nonlinearity, optional
+            The one in the loop.  One that is not known to be locally Lipschitz widens the class to laws of any
+            regularity.
+        membership : Membership, optional
+            What is known of it as a member of the class.
+        """
+        classes = Diagonal((law_class,))
+        return cls(plant=plant, classes=classes, kind="class", nonlinearity=nonlinearity, membership=membership)
+
+    @property
+    def question(self) -> Question:
+        """What bounds the class: a sector alone, or the slope too."""
+        return "sector" if self.law_class.slope is None else "slope"
+
+    @property
+    def lower(self) -> Fraction:
+        """The lower end of the class, where it is finite."""
+        return Fraction((self.law_class.slope or self.law_class.sector).lower)
+
+    @property
+    def odd(self) -> bool:
+        """Whether the class assumes ``phi(-sigma) = -phi(sigma)``."""
+        return self.law_class.odd
+
+    @property
+    def time_varying(self) -> bool:
+        """Whether the class allows ``phi`` to depend on time."""
+        return self.law_class.time_varying
+
+    @property
+    def linear(self) -> bool:
+        """Whether constant gains alone are asked about, by the criterion."""
+        return any(row.linear for row in TABLE if row.name == self.criterion)
+
+    @property
+    def assuming(self) -> bool:
+        """Whether the answer may assume of the laws what a theorem needs beyond their class, and say so."""
+        return self.kind != "class"
+
+    @cached_property
+    def rough(self) -> bool:
+        """Whether the nonlinearity is not known to be locally Lipschitz."""
+        return not self.untested and is_rough(self.nonlinearity, self.law_class)
+
+    @property
+    def provable(self) -> bool:
+        """Whether the nonlinearity has the regularity that the theorems assume; it is known, or none was given."""
+        return not self.untested and (not self.rough or _next_state_is_defined(self.plant))
+
+    @cached_property
+    def system(self) -> Mapping[str, Any]:
+        """The plant as it stands in a certificate; empty for measured data, of which no certificate speaks."""
+        return {} if isinstance(self.plant, FrequencyData) else system_of(self.plant)
+
+    @cached_property
+    def laws(self) -> Mapping[str, Any]:
+        """The class as it stands in a certificate."""
+        return laws_of(self.law_class, unbounded=not self.finite, linear=self.linear, rough=self.rough)
+
+    @cached_property
+    def law(self) -> Mapping[str, Any] | None:
+        """The nonlinearity as it stands in a certificate, where its membership can be checked."""
+        return law_of(self.nonlinearity)
+
+    @property
+    def name(self) -> str:
+        """The nonlinearity in words; empty if there is none."""
+        from lure.nonlinearities.properties import law_text
+
+        return "" if self.nonlinearity is None else law_text(self.nonlinearity)
+
+    @property
+    def subject(self) -> str:
+        """What moves, where it is an approximation of something else; else empty."""
+        return f"the scheme with {self.plant.cells} cells" if isinstance(self.plant, UpwindScheme) else ""
+
+    @property
+    def spelled(self) -> Mapping[Fraction, str]:
+        """Bounds of the class with the text that the reader gave them."""
+        bounds = [each for each in (self.law_class.sector, self.law_class.slope) if each is not None]
+        ends = [end for each in bounds for end in (each.lower, each.upper)]
+        doubles = {Fraction(end): f"{end:.7g}" for end in ends if isinstance(end, float) and math.isfinite(end)}
+        return {end: text for end, text in doubles.items() if "e" not in text and float(text) == end}
+
+    @cached_property
+    def text(self) -> str:
+        """The question as JSON with sorted keys: the same text for the same question, whatever object holds it."""
+        dt = str(getattr(self.plant, "dt", None))
+        plant: object = {**self.system, "dt": dt}
+        if isinstance(self.plant, FrequencyData):
+            response = [[value.real.hex(), value.imag.hex()] for value in self.plant.response.tolist()]
+            plant = {"omega": [w.hex() for w in self.plant.omega.tolist()], "response": response, "dt": dt}
+        given = None if self.nonlinearity is None else self.law or repr(self.nonlinearity)
+        options = {name: getattr(self, name) for name in ("kind", "criterion", "method", "search", "finite")}
+        classes = [laws_of(each, unbounded=not self.finite) for each in self.classes.classes]
+        whole = {**options, "plant": plant, "classes": classes, "repeated": self.classes.repeated, "given": given}
+        return json.dumps(whole, sort_keys=True)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of ``text``, 64 hexadecimal digits."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Problem) and self.text == other.text
+
+    def __hash__(self) -> int:
+        return hash(self.text)
+
+
+def is_rough(nonlinearity: Nonlinearity | None, law_class: LawClass) -> bool:
+    """Whether the nonlinearity is not known to be locally Lipschitz; one that says nothing of it is taken to be.
+
+    Parameters
+    ----------
+    nonlinearity : Nonlinearity or None
+        The nonlinearity.
+    law_class : LawClass
+        A class that contains it.
+    """
+    if nonlinearity is None:
+        return False
+    return membership(nonlinearity, law_class).regular("locally Lipschitz") is Status.VIOLATED
+
+
+def _next_state_is_defined(block: Block) -> bool:
+    """Whether the loop has exactly one solution whatever the law is: in discrete time, without a direct term."""
+    direct = block.feedthrough if isinstance(block, RationalBlock) else getattr(block, "D", None)
+    return getattr(block, "dt", None) is not None and direct == 0
+
 
 # A plant and a nonlinearity, each in whatever form a user has it, as one loop.
 
@@ -184,3 +435,89 @@ def certifiable(block: object) -> RationalBlock | DelayBlock | StateSpaceBlock:
         f"a {type(block).__name__} gives computed numbers, and nothing certified can be said of it; give coefficients, "
         "matrices, or a formula"
     )
+
+
+def posed(
+    loop: object,
+    law_class: LawClass | None,
+    *,
+    criterion: str,
+    finite: bool,
+    method: str = BEST,
+) -> Problem:
+    """The question whether a loop is stable for every law of a class.
+
+    Parameters
+    ----------
+    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.plants.as_block` takes
+        The loop.  A ``RodSystem`` means the rod itself, for a named criterion or a proof by matrices its scheme.
+    law_class : LawClass or None
+        The class; None for the class of the loop, or the smallest its law is known to belong to.  A class given here
+        leaves the law of the loop out.
+    criterion : str
+        The criterion asked for; ``hurwitz`` is about linear gains alone.
+    finite : bool
+        Whether an infinite upper end means every law with some finite bound.
+    method : str
+        The kind of proof asked for, or ``best``.
+
+    Raises
+    ------
+    InputError
+        The loop is none, there is no class, or no such criterion.
+    """
+    named = [row for row in TABLE if row.name == criterion]
+    block, law, own = _parts(loop, scheme=criterion != BEST or method == "matrix")
+    if isinstance(block, RationalBlock) and (criterion == BEST or any(row.matrix for row in named)):
+        block = by_matrices(block) or block
+    refusals, member, untested = list[Failure](), None, False
+    if law_class is not None:
+        law = None
+    elif law is not None:
+        known = guarded("the law", lambda: examined(law, own), passing=(InputError,))
+        if isinstance(known, Failure):
+            refusals, law_class, untested = [known], own or LawClass(sector=law.sector), True
+        else:
+            law, law_class, member = known.nonlinearity, known.law_class, known.membership
+    else:
+        law_class = own
+    if law_class is None:
+        raise InputError("no class of laws is given; give one such as a sector [0, 5.9], or a law")
+    with suppress(AssumptionError):  # what does not apply is a result; a name that does not exist is a mistake
+        theorems_for(block, "sector" if law_class.slope is None else "slope", criterion)
+    if any(row.linear for row in named):  # the nonlinearity plays no part
+        law, member, untested = None, None, False
+    if not untested and is_rough(law, law_class) and not _next_state_is_defined(block):
+        words = str(getattr(law, "regularity", "unknown"))
+        known_as = "not known to be locally Lipschitz" if words == "unknown" else words
+        detail = f"it is {known_as}; in continuous time, or with H(inf) != 0, the theorems assume that it is locally "
+        detail += "Lipschitz"
+        refusals.append(Failure(search="the law", code=codes.ROUGH_LAW, detail=detail))
+    if isinstance(block, FrequencyData):
+        detail = f"H is known at {len(block.omega)} frequencies, and nothing is known between them"
+        refusals.append(Failure(search="the block", code=codes.SAMPLED, detail=detail))
+    return Problem(
+        plant=block,
+        classes=Diagonal((law_class,)),
+        kind="class",
+        nonlinearity=law,
+        membership=member,
+        untested=untested,
+        refusals=tuple(refusals),
+        criterion=criterion,
+        method=method,
+        finite=finite,
+    )
+
+
+def _parts(loop: object, *, scheme: bool) -> tuple[Block, Nonlinearity | None, LawClass | None]:
+    """Block, law and class of whatever describes a loop."""
+    if isinstance(loop, RodSystem):
+        return upwind(loop.rod, loop.cells) if scheme else RodBlock(loop.rod), loop.rod.law, _EVERY
+    if isinstance(loop, UpwindScheme | RodBlock):
+        return loop, None, _EVERY
+    if isinstance(loop, LoopSystem):
+        return loop.block, loop.nonlinearity, loop.law_class
+    if isinstance(loop, Loop):
+        return as_block(loop.block), loop.nonlinearity, None
+    return as_block(loop), None, None

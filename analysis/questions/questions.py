@@ -9,26 +9,24 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lure.analysis.certificates.codes import OUT_OF_TIME
-from lure.analysis.certificates.systems import laws_of
 from lure.analysis.counterexamples.linear import refutes_lower
 from lure.analysis.deadline import check_seconds
 from lure.analysis.inequality.checks import require_solution
 from lure.analysis.questions.conclusion import (
     Conclusion,
-    Inquiry,
     MismatchError,
     conclusion_of,
-    inquiry_about,
     undecided,
 )
 from lure.analysis.questions.findings import Findings, Tell, find
 from lure.analysis.questions.largest import Largest
-from lure.analysis.questions.models import Asked, Block, Search, silent
+from lure.analysis.questions.models import silent
+from lure.analysis.questions.problem import Block, Problem, Search
 from lure.analysis.questions.state_space import by_matrices
 from lure.analysis.questions.wording import proviso
 from lure.analysis.theorems.table import BEST
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import Diagonal, LawClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 from lure.plants import as_block
@@ -39,6 +37,8 @@ from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
+    from lure.analysis.certificates.proposals import Numbers
+    from lure.analysis.questions.certify import Certification
 
 
 class ContradictionError(RuntimeError):
@@ -110,14 +110,13 @@ def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
     PROVED 6.0 1.5
     """
     _checked(criterion, search, seconds, time_varying=time_varying)
-    return _answer(
-        Asked(
-            block=_block(block),
-            question="sector",
-            criterion=criterion,
+    return _largest(
+        Problem.largest(
+            _block(block),
+            "sector",
             lower=exact_number(lower, "lower"),
-            odd=False,
             time_varying=time_varying,
+            criterion=criterion,
             search=search,
         ),
         seconds,
@@ -189,14 +188,13 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
     PROVED popov 3.0 3.0
     """
     _checked(criterion, search, seconds, odd=odd)
-    return _answer(
-        Asked(
-            block=_block(block),
-            question="slope",
-            criterion=criterion,
+    return _largest(
+        Problem.largest(
+            _block(block),
+            "slope",
             lower=exact_number(lower, "lower"),
             odd=odd,
-            time_varying=False,
+            criterion=criterion,
             search=search,
         ),
         seconds,
@@ -223,18 +221,54 @@ def _block(block: object) -> Block:
     return (by_matrices(found) or found) if isinstance(found, RationalBlock) else found
 
 
-def _answer(asked: Asked, seconds: float | None, progress: Tell | None) -> Largest:
-    if isinstance(asked.block, RationalBlock):
-        require_solution(asked.block, asked.lower)
+def answer(
+    problem: Problem, *, seconds: float | None = None, numbers: Numbers = "rationals", progress: Tell | None = None
+) -> Largest | Certification:
+    """The answer to a problem: of the largest class a ``Largest``, of one given class a ``Certification``.
+
+    Parameters
+    ----------
+    problem : Problem
+        The question.
+    seconds : float or None
+        Time allowed; when it is over the best answer so far is returned.
+    numbers : {"rationals", "decimals as written", "doubles, exactly"}
+        Where the numbers came from, for the certificate of a given class.
+    progress : callable, optional
+        Called as ``progress(step, done)`` when a step begins, ``0 <= done <= 1``; 0 where that is not known.
+
+    Raises
+    ------
+    InputError, AssumptionError, ContradictionError, KeyboardInterrupt
+        As :func:`max_sector`.
+
+    Examples
+    --------
+    >>> problem = Problem.largest(RationalBlock([1], [1, 3, 2, 0]), "sector", lower=Fraction(0))
+    >>> print(answer(problem).verdict)
+    PROVED
+    """
+    if problem.kind == "class":
+        from lure.analysis.questions.certify import certification
+
+        return certification(problem, seconds=seconds, numbers=numbers, progress=progress)
+    return _largest(problem, seconds, progress)
+
+
+def _largest(asked: Problem, seconds: float | None, progress: Tell | None) -> Largest:
+    if isinstance(asked.plant, RationalBlock):
+        require_solution(asked.plant, asked.lower)
     return largest_of(found_for([asked], seconds=seconds, progress=progress)[0])
 
 
-def found_for(asking: Sequence[Asked], *, seconds: float | None = None, progress: Tell | None = None) -> list[Findings]:
+def found_for(
+    asking: Sequence[Problem], *, seconds: float | None = None, progress: Tell | None = None
+) -> list[Findings]:
     """What is found for questions about one block; numbers beyond the range of doubles are refused in a sentence.
 
     Parameters
     ----------
-    asking : sequence of Asked
+    asking : sequence of Problem
         The questions.
     seconds : float or None
         Time allowed.
@@ -250,7 +284,7 @@ def found_for(asking: Sequence[Asked], *, seconds: float | None = None, progress
         return find(asking, seconds=seconds, tell=progress)
     except OverflowError:
         raise InputError(
-            f"a gain or frequency of {asking[0].block} exceeds the range of doubles, 1e-308 to 1e308; rescale the units"
+            f"a gain or frequency of {asking[0].plant} exceeds the range of doubles, 1e-308 to 1e308; rescale the units"
         ) from None
 
 
@@ -276,10 +310,10 @@ def largest_of(findings: Findings) -> Largest:
     if best.verdict is Verdict.PROVED and refuted_at is not None and best.largest.low >= refuted_at:
         raise ContradictionError(
             f"{best.criterion} proves [{asked.lower}, {best.largest.low!r}], and {first} destabilises at "
-            f"{refuted_at!r}; one of the two is wrong: please report the block {asked.block}"
+            f"{refuted_at!r}; one of the two is wrong: please report the block {asked.plant}"
         )
     ceiling = min(limit.high, math.inf if refuted_at is None else refuted_at)
-    if asked.criterion != BEST or isinstance(asked.block, FrequencyData):
+    if asked.criterion != BEST or isinstance(asked.plant, FrequencyData):
         ceiling = min(ceiling, best.largest.high)
     never = first is not None and (limit.high <= asked.lower or refutes_lower(first))
     refuted = first if never and first is not None and first.refutation is not None else None
@@ -309,7 +343,7 @@ def largest_of(findings: Findings) -> Largest:
         reason=_reason(findings, best),
         conclusion=conclusion,
         stopped=findings.stopped,
-        subject=_subject(asked.block),
+        subject=asked.subject,
         trivial=trivial,
     )
 
@@ -323,24 +357,18 @@ def _reason(findings: Findings, best: Answer) -> str:
     return f"the time allowed is over ({OUT_OF_TIME.identifier})" if findings.stopped == "time" else "interrupted"
 
 
-def _subject(block: Block) -> str:
-    return f"the scheme with {block.cells} cells" if isinstance(block, UpwindScheme) else ""
-
-
 def _concluded(
-    asked: Asked, best: Answer, shown: Proved | Refuted | None, trivial: Witness | None = None
+    asked: Problem, best: Answer, shown: Proved | Refuted | None, trivial: Witness | None = None
 ) -> Conclusion:
     """What follows for the largest class, the one that the answer says is proved."""
     low, finite = best.largest.low, best.verdict is Verdict.PROVED and best.largest.low < math.inf
     sector = Sector(asked.lower, low if finite and asked.lower < Fraction(low) else math.inf)
     slope = SlopeBounds(sector.lower, sector.upper) if asked.question == "slope" else None
     law_class = LawClass(sector=sector, slope=slope, odd=asked.odd, time_varying=asked.time_varying)
+    about = replace(asked, classes=Diagonal((law_class,)))
     if shown is None:
-        laws = laws_of(law_class, unbounded=False)
-        return undecided(Inquiry(system={}, laws=laws), best.reason, evidence=best.evidence)
-    inquiry = inquiry_about(asked.block, law_class, finite=True)
-    beside = None if trivial is None else trivial.refutation
-    found = conclusion_of(replace(inquiry, subject=_subject(asked.block), assuming=True), shown, beside=beside)
+        return undecided(about, best.reason, evidence=best.evidence)
+    found = conclusion_of(about, shown, beside=None if trivial is None else trivial.refutation)
     if found.verdict is Verdict.INCONCLUSIVE:
-        raise MismatchError(f"{found} Please report the block {asked.block}")
+        raise MismatchError(f"{found} Please report the block {asked.plant}")
     return found

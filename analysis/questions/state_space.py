@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.verdict import Answer, Witness
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, InputError
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
 
@@ -80,6 +80,14 @@ def growing_gain(block: StateSpaceBlock, lower: Fraction) -> Witness | None:
     TimeoutError
         The time allowed is over.
     """
+    from lure.analysis.certificates.sealing import Failure, guarded
+
+    passing = (AssumptionError, InputError, OverflowError, ModuleNotFoundError, TimeoutError)
+    found = guarded("linear gains", partial(_growing, block, lower), passing=passing)
+    return None if isinstance(found, Failure) else found
+
+
+def _growing(block: StateSpaceBlock, lower: Fraction) -> Witness | None:
     from lure.analysis.certificates.checker import Refuted
     from lure.analysis.certificates.sealing import guarded
     from lure.analysis.counterexamples.linear import growing_gains

@@ -18,10 +18,9 @@ from lure.analysis.questions.advice import hints
 from lure.analysis.questions.conclusion import Conclusion
 from lure.analysis.questions.findings import asked_row, decided
 from lure.analysis.questions.largest import UNFINISHED, Largest, Stopped, proved_up_to
-from lure.analysis.questions.models import Asked
-from lure.analysis.questions.problem import Subject, loop_given, subject
+from lure.analysis.questions.problem import Problem, Subject, loop_given, subject
 from lure.analysis.questions.questions import ContradictionError, found_for, largest_of
-from lure.analysis.theorems.table import BEST, Question
+from lure.analysis.theorems.table import Question
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.arrays import np
 from lure.errors import AssumptionError
@@ -396,15 +395,7 @@ def analyse(
     if isinstance(block, DelayBlock):  # its criteria begin at 0, whatever the class
         lower = dict.fromkeys(lower, Fraction(0))
     questions = [
-        Asked(
-            block=block,
-            question=question,
-            criterion=BEST,
-            lower=lower[question],
-            odd=odd,
-            time_varying=varying,
-            search="full",
-        )
+        Problem.largest(block, question, lower=lower[question], odd=odd, time_varying=varying)
         for question, odd, varying in _ROWS
     ]
     rows = [largest_of(each) for each in found_for(questions, seconds=seconds, progress=progress)]

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from lure.analysis.certificates.certify import text_of
 from lure.analysis.certificates.checker import Checked, Proved, Refuted
 from lure.analysis.certificates.sealing import guarded, settled
 from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.questions.certify import text_of
 from lure.analysis.rod.certificates import inequality_draft, negative_damping_draft
 from lure.analysis.verdict import Verdict
 from lure.rod.transfer import RodBlock

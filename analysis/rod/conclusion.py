@@ -6,7 +6,7 @@ The verdict, the class and the first sentence are those of the certificates; wha
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import cast
 
 from lure.analysis.certificates import codes
@@ -14,7 +14,8 @@ from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.sealing import guarded, settled
 from lure.analysis.inequality.checks import CriterionResult, destabilising_example, without_damping
 from lure.analysis.questions.conclusion import Conclusion as Found
-from lure.analysis.questions.conclusion import conclusion_of, inquiry_about, undecided
+from lure.analysis.questions.conclusion import conclusion_of, undecided
+from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.wording import interval
 from lure.analysis.rod.certificates import energy_theorem_draft, negative_damping_draft
 from lure.analysis.verdict import Evidence, Verdict
@@ -197,11 +198,10 @@ def concluded(block: RodBlock | UpwindScheme, shown: Proved | Refuted | str) -> 
     shown : Proved, Refuted or str
         What the checker accepted of it, or why that is nothing.
     """
-    subject = f"the scheme with {block.cells} cells" if isinstance(block, UpwindScheme) else ""
-    asked = inquiry_about(block, LawClass(sector=Sector(0, math.inf)), nonlinearity=block.rod.law)
+    asked = Problem.about(block, LawClass(sector=Sector(0, math.inf)), nonlinearity=block.rod.law)
     if isinstance(shown, str):
         return undecided(asked, shown, code=codes.NO_MULTIPLIER if block.rod.exact["damping"] else codes.UNDAMPED)
-    return conclusion_of(replace(asked, subject=subject), shown)
+    return conclusion_of(asked, shown)
 
 
 def _statement(scheme: UpwindScheme, found: Found, second: Found) -> str:

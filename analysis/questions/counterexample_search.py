@@ -10,11 +10,11 @@ from typing import Any
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.certificates.problem import Question
 from lure.analysis.certificates.proposals import Numbers
 from lure.analysis.certificates.refutations import refutation_draft
 from lure.analysis.certificates.sealing import Failure, sealed
 from lure.analysis.certificates.systems import system_of
+from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayBlock
@@ -24,12 +24,12 @@ from lure.rod.transfer import RodBlock
 from lure.rod.upwind import UpwindScheme
 
 
-def linear_refutation(question: Question, numbers: Numbers) -> Proved | Refuted | None:
+def linear_refutation(question: Problem, numbers: Numbers) -> Proved | Refuted | None:
     """A constant gain of the class with which the loop does not come to rest; of a rod, a dashpot that feeds energy in.
 
     Parameters
     ----------
-    question : Question
+    question : Problem
         The question.
     numbers : str
         Where the numbers came from.
@@ -39,7 +39,7 @@ def linear_refutation(question: Question, numbers: Numbers) -> Proved | Refuted 
     Refuted or None
         None if every gain is stable, or the block has none that is looked at.
     """
-    block = question.block
+    block = question.plant
     if isinstance(block, RodBlock | UpwindScheme):
         if block.rod.exact["damping"] >= 0:
             return None
@@ -55,12 +55,12 @@ def linear_refutation(question: Question, numbers: Numbers) -> Proved | Refuted 
     return sealed(question, refutation_draft(block, witness, question.laws, numbers=numbers))
 
 
-def counterexample(question: Question, numbers: Numbers) -> Proved | Refuted | Failure | None:
+def counterexample(question: Problem, numbers: Numbers) -> Proved | Refuted | Failure | None:
     """A law of the class, not a constant gain, that destabilises.
 
     Parameters
     ----------
-    question : Question
+    question : Problem
         The question.
     numbers : str
         Where the numbers came from.
@@ -72,7 +72,7 @@ def counterexample(question: Question, numbers: Numbers) -> Proved | Refuted | F
     """
     from lure.analysis.counterexamples.search import refute
 
-    block, asked = question.block, question.law_class
+    block, asked = question.plant, question.law_class
     bounds = asked.slope or asked.sector
     if not isinstance(block, RationalBlock) or bounds.lower == -math.inf:
         return None
@@ -102,7 +102,7 @@ def _failure(code: codes.Code, detail: str) -> Failure:
     return Failure(search="counterexamples", code=code, detail=detail)
 
 
-def _growing(block: StateSpaceBlock, question: Question) -> Witness | None:
+def _growing(block: StateSpaceBlock, question: Problem) -> Witness | None:
     """The smallest gain of the class with which a motion of a block given by matrices grows."""
     from lure.analysis.questions.state_space import growing_gain
 
@@ -113,7 +113,7 @@ def _growing(block: StateSpaceBlock, question: Question) -> Witness | None:
     return found if found is not None and found.k <= bounds.upper else None
 
 
-def _gain(block: RationalBlock, question: Question) -> Witness | None:
+def _gain(block: RationalBlock, question: Problem) -> Witness | None:
     """The smallest gain of the sector that is not stable; for a sector without a lower end some gain."""
     from lure.analysis.counterexamples.linear import linear_witness
     from lure.analysis.inequality.gains import unstable_gain
@@ -128,24 +128,16 @@ def _gain(block: RationalBlock, question: Question) -> Witness | None:
     return None if some is None else replace(some, data={"gain": str(gain), "lower": str(gain - 1)})
 
 
-def _with_dead_time(block: DelayBlock, question: Question) -> Witness | None:
-    from lure.analysis.questions.models import Asked, hurwitz, linear_witnesses
+def _with_dead_time(block: DelayBlock, question: Problem) -> Witness | None:
+    from lure.analysis.questions.models import hurwitz, linear_witnesses
 
-    asked = Asked(
-        block=block,
-        question="sector",
-        criterion="best",
-        lower=Fraction(0),
-        odd=False,
-        time_varying=False,
-        search="linear",
-    )
+    asked = Problem.largest(block, "sector", lower=Fraction(0), search="linear")
     sector, found = question.law_class.sector, linear_witnesses(asked, hurwitz(asked))
     return found[0] if found and sector.lower <= found[0].k <= sector.upper else None
 
 
 def _draft(
-    block: RodBlock | UpwindScheme, proof: dict[str, Any], question: Question, numbers: Numbers
+    block: RodBlock | UpwindScheme, proof: dict[str, Any], question: Problem, numbers: Numbers
 ) -> dict[str, Any]:
     return {
         "verdict": "REFUTED",

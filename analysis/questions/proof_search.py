@@ -9,13 +9,13 @@ from functools import partial
 from typing import Any
 
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.asking import LONG, questions
 from lure.analysis.certificates.checker import Proved, Refuted
-from lure.analysis.certificates.countering import counterexample, linear_refutation
 from lure.analysis.certificates.covers import cover_proof
-from lure.analysis.certificates.problem import Question
 from lure.analysis.certificates.proposals import Numbers, certified, energy_draft
 from lure.analysis.certificates.sealing import Failure, guarded, sealed
+from lure.analysis.questions.candidates import LONG, questions
+from lure.analysis.questions.counterexample_search import counterexample, linear_refutation
+from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import Upper, row_of
 from lure.analysis.verdict import Answer, Verdict
 from lure.errors import AssumptionError
@@ -31,15 +31,13 @@ Draft = dict[str, Any]
 Asked = tuple[str, Upper, Callable[[], Answer]]
 
 
-def searches(question: Question, *, method: str, numbers: Numbers) -> Iterator[tuple[str, Search]]:
+def searches(question: Problem, *, numbers: Numbers) -> Iterator[tuple[str, Search]]:
     """What to try for a question, in order, each with its name.
 
     Parameters
     ----------
-    question : Question
+    question : Problem
         The question.
-    method : str
-        The kind of proof, or ``best``.
     numbers : str
         Where the numbers came from.
 
@@ -48,7 +46,7 @@ def searches(question: Question, *, method: str, numbers: Numbers) -> Iterator[t
     tuple of str, callable
         The callable returns what the checker accepted, a failure, or None where there was nothing to find.
     """
-    block, proofs = question.block, not question.rough
+    block, proofs, method = question.plant, question.provable, question.method
     if isinstance(block, FrequencyData):
         return
     later: list[Asked] = []
@@ -75,32 +73,32 @@ def searches(question: Question, *, method: str, numbers: Numbers) -> Iterator[t
         yield "every finite bound", lambda: _every_finite(question)
 
 
-def _proofs(question: Question, asked: list[Asked], method: str, numbers: Numbers) -> Iterator[tuple[str, Search]]:
+def _proofs(question: Problem, asked: list[Asked], method: str, numbers: Numbers) -> Iterator[tuple[str, Search]]:
     for each in asked:
         yield each[0], partial(_proof, question, each, method, numbers)
 
 
-def _questions(question: Question, *, finite: bool) -> Iterator[Asked]:
-    block = question.block
+def _questions(question: Problem, *, finite: bool) -> Iterator[Asked]:
+    block = question.plant
     assert isinstance(block, RationalBlock | DelayBlock | UpwindScheme)
     return questions(block, question.law_class, question.criterion, finite=finite)
 
 
-def _proof(question: Question, asked: Asked, method: str, numbers: Numbers) -> Proved | Refuted | Failure:
+def _proof(question: Problem, asked: Asked, method: str, numbers: Numbers) -> Proved | Refuted | Failure:
     """A criterion asked, and what it proves put before the checker."""
     name, upper, ask = asked
     answer = ask()
-    row = row_of(answer.criterion, question.block)
+    row = row_of(answer.criterion, question.plant)
     if answer.verdict is not Verdict.PROVED and not (row.linear and _all_gains(answer, upper)):
         return Failure(search=name, code=codes.NO_MULTIPLIER, detail=answer.reason or "it does not reach the class")
     if row.composed and not _solvable(question):
         detail = f"{row.name} proves the class for the laws with which sigma + H(inf) phi(sigma) is increasing only"
         return Failure(search=name, code=codes.SEVERAL_SOLUTIONS, detail=detail)
     if method == "matrix":
-        from lure.analysis.certificates.asking import draft_by_matrix
+        from lure.analysis.questions.candidates import draft_by_matrix
 
         return sealed(question, draft_by_matrix(question, answer, numbers))
-    block = question.block
+    block = question.plant
     assert isinstance(block, RationalBlock | DelayBlock | UpwindScheme)
     found = certified(block, answer, upper, numbers=numbers)
     if found.upper != upper:
@@ -115,9 +113,9 @@ def _proof(question: Question, asked: Asked, method: str, numbers: Numbers) -> P
     return sealed(question, draft)
 
 
-def _energy(question: Question, numbers: Numbers) -> Proved | Refuted | Failure:
+def _energy(question: Problem, numbers: Numbers) -> Proved | Refuted | Failure:
     """The energy theorem of the rod."""
-    block = question.block
+    block = question.plant
     assert isinstance(block, RodBlock | UpwindScheme)
     if block.rod.exact["damping"] == 0:
         detail = "the dashpot has k = 0, and the energy does not fall"
@@ -125,9 +123,9 @@ def _energy(question: Question, numbers: Numbers) -> Proved | Refuted | Failure:
     return sealed(question, energy_draft(block, numbers=numbers))
 
 
-def _solvable(question: Question) -> bool:
+def _solvable(question: Problem) -> bool:
     """Whether the class makes ``sigma + D phi(sigma)`` increasing, as some theorems assume where ``D != 0``."""
-    block, slope = question.block, question.law_class.slope
+    block, slope = question.plant, question.law_class.slope
     if not isinstance(block, RationalBlock) or block.feedthrough == 0:
         return True
     ends = () if slope is None else (slope.lower, slope.upper)
@@ -140,14 +138,14 @@ def _all_gains(answer: Answer, upper: Upper) -> bool:
     return low == math.inf if isinstance(upper, str) else upper <= low
 
 
-def _by_matrices(question: Question, numbers: Numbers) -> Iterator[tuple[str, Search]]:
-    from lure.analysis.certificates.asking import matrix_drafts
+def _by_matrices(question: Problem, numbers: Numbers) -> Iterator[tuple[str, Search]]:
+    from lure.analysis.questions.candidates import matrix_drafts
 
     for name, draft in matrix_drafts(question, numbers):
         yield name, partial(_computed, question, name, draft)
 
 
-def _computed(question: Question, name: str, draft: Callable[[], Draft]) -> Proved | Refuted | Failure:
+def _computed(question: Problem, name: str, draft: Callable[[], Draft]) -> Proved | Refuted | Failure:
     """A draft that floating point proposes; where it proposes none, that is a hint and nothing more."""
     try:
         return sealed(question, draft())
@@ -157,9 +155,9 @@ def _computed(question: Question, name: str, draft: Callable[[], Draft]) -> Prov
         return Failure(search=name, code=codes.COMPUTED if unknown else code, detail=str(refusal))
 
 
-def _every_finite(question: Question) -> Failure | None:
+def _every_finite(question: Problem) -> Failure | None:
     """Whether the class would be proved if each of its laws had a bound."""
-    block = question.block
+    block = question.plant
     if isinstance(block, RodBlock | StateSpaceBlock | FrequencyData):
         return None
     for name, _, ask in _questions(question, finite=True):

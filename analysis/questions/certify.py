@@ -11,17 +11,14 @@ from typing import Any, Literal, get_args
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.checker import ORIGINS, Proved, Refuted
 from lure.analysis.certificates.codes import Code
-from lure.analysis.certificates.problem import Question, posed
 from lure.analysis.certificates.proposals import Numbers
 from lure.analysis.certificates.sealing import Failure, guarded
-from lure.analysis.certificates.searching import searches
-from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import time_limit
-from lure.analysis.questions.conclusion import Inquiry, conclusion_of
-from lure.analysis.questions.problem import class_given, loop_given
+from lure.analysis.questions.conclusion import conclusion_of
+from lure.analysis.questions.problem import Problem, class_given, loop_given, posed
+from lure.analysis.questions.proof_search import searches
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError
-from lure.plants.frequency_data import FrequencyData
 
 Method = Literal["best", "polynomial", "matrix", "cover", "structure"]
 METHODS: tuple[str, ...] = get_args(Method)
@@ -169,13 +166,37 @@ def certify(
     law_class = class_given(nonlinearity)
     if law_class is None:
         loop = loop_given(loop, nonlinearity)
-    question = posed(loop, law_class, criterion=chosen.criterion, finite=chosen.finite, method=chosen.method)
-    say = progress or (lambda _name: None)
+    problem = posed(loop, law_class, criterion=chosen.criterion, finite=chosen.finite, method=chosen.method)
+    told = None if progress is None else lambda step, _done: progress(step)
+    return certification(problem, seconds=chosen.seconds, numbers=chosen.numbers, progress=told)
+
+
+def certification(
+    problem: Problem,
+    *,
+    seconds: float | None = None,
+    numbers: Numbers = "rationals",
+    progress: Callable[[str, float], None] | None = None,
+) -> Certification:
+    """What comes of a question about one class.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of the kind ``class``.
+    seconds : float or None
+        Time allowed.
+    numbers : {"rationals", "decimals as written", "doubles, exactly"}
+        Where the numbers came from, for the file.
+    progress : callable, optional
+        Told each search as it begins, with 0: how many follow is not known.
+    """
+    say = progress or (lambda _step, _done: None)
 
     def limited() -> Certification:
         """The searches, within the time allowed."""
-        with time_limit(chosen.seconds) as over:
-            return _searched(question, chosen, over, say)
+        with time_limit(seconds) as over:
+            return _searched(problem, numbers, over, say)
 
     found = guarded("the search", limited)
     return found if isinstance(found, Certification) else _inconclusive([found])
@@ -200,20 +221,19 @@ def _value(value: object) -> str:
     return json.dumps(value)
 
 
-def _searched(question: Question, ways: Ways, over: Callable[[], bool], say: Callable[[str], None]) -> Certification:
-    failures: list[Failure] = list(question.refusals)
-    asked = _inquiry(question)
-    pending: Iterator[tuple[str, Callable[[], Proved | Refuted | Failure | None]]] = searches(
-        question, method=ways.method, numbers=ways.numbers
-    )
+def _searched(
+    problem: Problem, numbers: Numbers, over: Callable[[], bool], say: Callable[[str, float], None]
+) -> Certification:
+    failures: list[Failure] = list(problem.refusals)
+    pending: Iterator[tuple[str, Callable[[], Proved | Refuted | Failure | None]]] = searches(problem, numbers=numbers)
     for name, search in pending:
         if over():
             failures.append(Failure(search=name, code=codes.OUT_OF_TIME, detail="the time allowed is over"))
             break
-        say(name)
+        say(name, 0.0)
         found = guarded(name, search)
         if isinstance(found, Proved | Refuted):
-            follows = conclusion_of(asked, found)
+            follows = conclusion_of(problem, found)
             if follows.shown is not None:
                 return Certification(
                     verdict=follows.verdict,
@@ -228,13 +248,6 @@ def _searched(question: Question, ways: Ways, over: Callable[[], bool], say: Cal
             if found.code is codes.OUT_OF_TIME:
                 break
     return _inconclusive(failures)
-
-
-def _inquiry(question: Question) -> Inquiry:
-    """The question, to compare with what is accepted."""
-    sampled = isinstance(question.block, FrequencyData)  # of which no certificate speaks
-    system = {} if sampled else system_of(question.block)
-    return Inquiry(system=system, laws=question.laws, nonlinearity=question.nonlinearity)
 
 
 def _inconclusive(failures: list[Failure]) -> Certification:

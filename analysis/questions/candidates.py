@@ -11,8 +11,8 @@ from typing import Any
 
 from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.multipliers import rod_theta
-from lure.analysis.certificates.problem import Question as Question_asking_matrices
 from lure.analysis.certificates.proposals import Numbers
+from lure.analysis.questions.problem import Problem
 from lure.analysis.rod.certificates import energy_theta
 from lure.analysis.rod.questions import rod_largest
 from lure.analysis.theorems.table import Question, Theorem, Upper, row_of, theorems_for
@@ -112,12 +112,12 @@ Draft = dict[str, Any]
 _GUESSES = ("1", "1/10", "10")  # [s]
 
 
-def matrix_drafts(question: Question_asking_matrices, numbers: Numbers) -> Iterator[tuple[str, Callable[[], Draft]]]:
+def matrix_drafts(question: Problem, numbers: Numbers) -> Iterator[tuple[str, Callable[[], Draft]]]:
     """Drafts of proofs by matrices for a block without an exact criterion behind them, cheapest first.
 
     Parameters
     ----------
-    question : Question
+    question : Problem
         About a ``StateSpaceBlock`` or an ``UpwindScheme``.
     numbers : str
         Where the numbers came from.
@@ -128,7 +128,7 @@ def matrix_drafts(question: Question_asking_matrices, numbers: Numbers) -> Itera
         The name of the criterion, and what makes the draft or raises ``AssumptionError``.
     """
     wanted, varying = question.criterion, question.law_class.time_varying
-    continuous = getattr(question.block, "dt", None) is None
+    continuous = getattr(question.plant, "dt", None) is None
     if wanted in ("best", "circle"):
         yield "circle, by matrices", lambda: _draft(question, None, numbers)
     if wanted in ("best", "popov") and not varying and continuous:
@@ -136,12 +136,12 @@ def matrix_drafts(question: Question_asking_matrices, numbers: Numbers) -> Itera
             yield f"popov, by matrices, theta = {float(theta):.6g}", partial(_draft, question, theta, numbers)
 
 
-def draft_by_matrix(question: Question_asking_matrices, answer: Answer, numbers: Numbers) -> Draft:
+def draft_by_matrix(question: Problem, answer: Answer, numbers: Numbers) -> Draft:
     """A draft by a matrix for what a criterion proved.
 
     Parameters
     ----------
-    question : Question
+    question : Problem
         About a rational block.
     answer : Answer
         Of the circle or Popov's criterion, PROVED for the class.
@@ -153,7 +153,7 @@ def draft_by_matrix(question: Question_asking_matrices, answer: Answer, numbers:
     AssumptionError
         It is another criterion, or no matrix was found.
     """
-    row = row_of(answer.criterion, question.block)
+    row = row_of(answer.criterion, question.plant)
     if not row.matrix:
         raise AssumptionError(
             f"the criterion {answer.criterion} needs no matrix: --method polynomial or cover shows it"
@@ -165,8 +165,8 @@ def draft_by_matrix(question: Question_asking_matrices, answer: Answer, numbers:
     return _draft(question, theta, numbers)
 
 
-def _draft(question: Question_asking_matrices, theta: Fraction | None, numbers: Numbers) -> Draft:
-    block, sector = question.block, question.law_class.sector
+def _draft(question: Problem, theta: Fraction | None, numbers: Numbers) -> Draft:
+    block, sector = question.plant, question.law_class.sector
     if not isinstance(block, RationalBlock | StateSpaceBlock | UpwindScheme):
         raise AssumptionError(
             f"a proof by matrices is for blocks with finitely many states, not a {type(block).__name__}"
@@ -179,9 +179,9 @@ def _draft(question: Question_asking_matrices, theta: Fraction | None, numbers: 
     return {**draft, "numbers": numbers}
 
 
-def _thetas(question: Question_asking_matrices) -> Iterator[Fraction]:
+def _thetas(question: Problem) -> Iterator[Fraction]:
     """Popov multipliers worth a try: the energy's of a rod, the one that floating point finds best, some guesses."""
-    block = question.block
+    block = question.plant
     if isinstance(block, UpwindScheme):
         yield rod_theta(block.rod)
         yield energy_theta(block)
