@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lure.analysis.rod.runs.sampled import SampledRun
-from lure.rod import datasets
-from lure.rod.datasets import Column
 from lure.rod.motion import Motion
 
 if TYPE_CHECKING:
@@ -70,39 +68,4 @@ def run_dataset(run: SampledRun, *, title: str = "Motion of a rod against an obs
     InputError
         xarray is not installed.
     """
-    variables = datasets.series({name: getattr(run, name) for name in datasets.SERIES})
-    variables |= datasets.impact_columns(run.impacts)
-    coordinates = {
-        "t": Column(("t",), run.t, "s", datasets.TIME),
-        "impact": datasets.numbered("impact", len(run.impacts)),
-    }
-    if run.along is not None:
-        coordinates["x"] = Column(("x",), run.along.x, "m", datasets.PLACE)
-        variables |= datasets.fields({name: getattr(run.along, name) for name in ("v", "w", "u")})
-    return datasets.dataset(variables, coordinates, attributes(run, title))
-
-
-def attributes(run: SampledRun, title: str) -> dict[str, str | int | float]:
-    """Global attributes: what moved, how that is known, and every number that went in.
-
-    Parameters
-    ----------
-    run : SampledRun
-        The motion.
-    title : str
-        Its title.
-    """
-    found: dict[str, str | int | float] = {
-        **datasets.motion_attributes(
-            title, subject=run.subject, about=run.about, evidence=str(run.evidence), method=run.method
-        ),
-        **datasets.rod_attributes(run.rod),
-        **datasets.scenario_attributes(run.scenario),
-    }
-    if run.energy_residual is not None:
-        found["energy_residual"] = run.energy_residual
-    if run.error is not None:
-        found |= {"error_estimate": run.error, "error_estimate_units": "m", "error_estimate_of": run.error_is}
-    if run.note:
-        found["note"] = run.note
-    return found | {f"method_{name}": value for name, value in run.details.items()}
+    return run.to_xarray().assign_attrs(title=title)

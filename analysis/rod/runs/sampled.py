@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,6 +12,9 @@ from numpy.typing import NDArray
 
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
+from lure.record import Column, Page, Record, plain, quantity
+from lure.rod import datasets
+from lure.rod.datasets import SERIES, STRESS
 from lure.rod.motion import Impact
 from lure.rod.motion.sampling import check_places as check_places
 from lure.rod.motion.sampling import check_samples as check_samples
@@ -21,7 +23,6 @@ from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
     import control
-    import xarray
 
     from lure.analysis.plots.style import Axes
 
@@ -32,84 +33,48 @@ _APART = 0.5  # transits L/c
 LOADED_CELLS = 1000  # of the scheme, above which it is followed by its structure and only its end is kept
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Along:
-    """What was kept along the rod, at the samples in time.
+class Along(Record):
+    """What was kept along the rod, at the samples in time."""
 
-    Attributes
-    ----------
-    x : ndarray
-        (n,) places [m].
-    v, w, u : ndarray
-        (samples, n) velocity [m/s], strain ``u_x`` [-], displacement [m].
-    """
-
-    x: Array
-    v: Array
-    w: Array
-    u: Array
+    x: Array = quantity(datasets.PLACE, "m", dims="x")
+    v: Array = quantity("velocity, positive along x", "m s-1", dims="t x")
+    w: Array = quantity("strain ``u_x``, positive in tension", "1", dims="t x")
+    u: Array = quantity("displacement, positive along x", "m", dims="t x")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SampledRun:
-    """One motion at increasing instants, with its contacts; it shows this motion and proves nothing of others.
+class SampledRun(Record):
+    """One motion at increasing instants, with its contacts; it shows this motion and proves nothing of others."""
 
-    Attributes
-    ----------
-    subject : {"rod", "scheme", "Galerkin space"}
-        Which object moved.  A motion of the scheme or of a Galerkin space is not one of the rod.
-    about : str
-        The object in words.
-    evidence : Evidence
-        ``COMPUTED`` with an error estimate, else ``OBSERVED``.
-    method : str
-        How the motion was computed.
-    rod : Rod
-        The parameters.
-    scenario : Scenario
-        Loads and initial data.
-    t, z, u_end, stress : ndarray
-        (samples,) instants [s], ``z = u(t,L) - gap`` [m], ``u(t,L)`` [m], contact stress ``p >= 0`` [Pa].
-    v_end, v_0, dashpot_force, energy : ndarray or None
-        (samples,) ``u_t(t,L)`` [m/s], ``u_t(t,0)`` [m/s], ``k u_t(t,0)`` [N], energy of the object [J]; None where the
-        method does not give them.
-    impacts : tuple of Impact
-        Every contact.  ``impulse`` and ``peak_stress`` are nan where the method does not give them.
-    energy_residual : float or None
-        Error of the energy balance, relative.
-    error : float or None
-        Estimate of the error of ``z`` [m]; of the time integration alone where the object is not the rod.
-    error_is : str
-        What ``error`` estimates.
-    details : Mapping
-        Settings of the method, numbers or text.
-    note : str
-        What was put in place of the data, or nothing.
-    along : Along or None
-        Fields, if asked for.
-    """
-
-    subject: Subject
-    about: str
-    evidence: Evidence
-    method: str
-    rod: Rod
-    scenario: Scenario
-    t: Array
-    z: Array
-    u_end: Array
-    stress: Array
-    v_end: Array | None = None
-    v_0: Array | None = None
-    dashpot_force: Array | None = None
-    energy: Array | None = None
-    impacts: tuple[Impact, ...] = ()
-    energy_residual: float | None = None
-    error: float | None = None
-    error_is: str = ""
-    details: Mapping[str, str | int | float] = field(default_factory=lambda: MappingProxyType({}))
-    note: str = ""
-    along: Along | None = None
+    subject: Subject = quantity(
+        "Which object moved. A motion of the scheme or of a Galerkin space is not one of the rod"
+    )
+    about: str = quantity("The object in words")
+    evidence: Evidence = quantity("``COMPUTED`` with an error estimate, else ``OBSERVED``")
+    method: str = quantity("How the motion was computed")
+    rod: Rod = quantity("The parameters")
+    scenario: Scenario = quantity("Loads and initial data")
+    t: Array = quantity(datasets.TIME, "s", dims="t")
+    z: Array = quantity(*SERIES["z"], dims="t")
+    u_end: Array = quantity(*SERIES["u_end"], dims="t")
+    stress: Array = quantity(*SERIES["stress"], dims="t", name=STRESS)
+    v_end: Array | None = quantity(*SERIES["v_end"], dims="t", default=None)
+    v_0: Array | None = quantity(*SERIES["v_0"], dims="t", default=None)
+    dashpot_force: Array | None = quantity(*SERIES["dashpot_force"], dims="t", default=None)
+    energy: Array | None = quantity(*SERIES["energy"], dims="t", default=None)
+    impacts: tuple[Impact, ...] = quantity(
+        "Every contact. ``impulse`` and ``peak_stress`` are nan where the method does not give them", default=()
+    )
+    energy_residual: float | None = quantity("Error of the energy balance, relative", default=None)
+    error: float | None = quantity(
+        "Estimate of the error of ``z`` [m]; of the time integration alone where the object is not the rod",
+        default=None,
+    )
+    error_is: str = quantity("What ``error`` estimates", default="")
+    details: Mapping[str, str | int | float] = quantity(
+        "Settings of the method, numbers or text", default_factory=lambda: MappingProxyType({})
+    )
+    note: str = quantity("What was put in place of the data, or nothing", default="")
+    along: Along | None = quantity("Fields, if asked for", inline=True, default=None)
 
     @property
     def until(self) -> float:
@@ -132,28 +97,33 @@ class SampledRun:
     def to_dict(self) -> dict[str, Any]:
         """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
         from lure.analysis.rod.runs.summary import summary_dict
-        from lure.record import plain
 
         found: Any = plain(summary_dict(self, self.about))
         return {"subject": self.subject, "evidence": str(self.evidence), **found}
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The motion as :func:`lure.analysis.rod.runs.run_dataset` has it.
+    def _columns(self) -> dict[str, Column]:
+        """Samples along ``t``, contacts along ``impact`` (nan: the method does not tell), fields along ``x``."""
+        return super()._columns() | datasets.impact_columns(self.impacts)
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.rod.runs.dataset import run_dataset
-
-        return run_dataset(self)
+    def _attributes(self) -> dict[str, object]:
+        """What moved, how that is known, and every number that went in."""
+        words = {"subject": self.subject, "about": self.about, "evidence": str(self.evidence), "method": self.method}
+        found: dict[str, object] = {
+            **datasets.motion_attributes("Motion of a rod against an obstacle", **words),
+            **datasets.rod_attributes(self.rod),
+            **datasets.scenario_attributes(self.scenario),
+        }
+        if self.energy_residual is not None:
+            found["energy_residual"] = self.energy_residual
+        if self.error is not None:
+            found |= {"error_estimate": self.error, "error_estimate_units": "m", "error_estimate_of": self.error_is}
+        if self.note:
+            found["note"] = self.note
+        return found | {f"method_{name}": value for name, value in self.details.items()}
 
     def to_control(self) -> control.TimeResponseData:
         """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
-        from lure.rod.datasets import loop_response
-
-        return loop_response(self.about, self.t, self.z, self.stress, self.scenario.force(t=self.t))
+        return datasets.loop_response(self.about, self.t, self.z, self.stress, self.scenario.force(t=self.t))
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """The end of the rod and its contacts; see :func:`lure.analysis.plots.plot_run_end`.
@@ -167,10 +137,10 @@ class SampledRun:
 
         return plot_run_end(self, ax=ax)
 
-    def _repr_html_(self) -> str:
-        from lure.analysis.rod.runs.summary import summary_html
+    def _page(self) -> Page:
+        from lure.analysis.rod.runs.summary import summary_page
 
-        return summary_html(self)
+        return summary_page(self)
 
 
 def instants(since: float, until: float, samples: int) -> Array:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lure.analysis.rod.runs.dataset import attributes
 from lure.analysis.rod.runs.sampled import SampledRun
-from lure.record import html_table
-from lure.rod.datasets import what_it_shows
+from lure.record import Page, finite
+from lure.rod.datasets import impact_dicts, what_it_shows
 
 _REST = 1e-28  # of the largest energy: velocities below 1e-14 of the largest
 
@@ -91,16 +90,6 @@ def summary_dict(run: SampledRun, name: str) -> dict[str, Any]:
         Name of the system.
     """
     stress, where = run.largest_stress
-    impacts = [
-        {
-            "start": impact.start,
-            "end": impact.end,
-            "impulse": _known(impact.impulse),
-            "peak_stress": _known(impact.peak_stress),
-            "closed": impact.closed,
-        }
-        for impact in run.impacts
-    ]
     return {
         "system": name,
         "until": run.until,
@@ -112,15 +101,15 @@ def summary_dict(run: SampledRun, name: str) -> dict[str, Any]:
         },
         "largest_stress": stress,
         "largest_stress_is": where,
-        "impulse": _known(run.impulse),
-        "impacts": impacts,
+        "impulse": finite(run.impulse),
+        "impacts": impact_dicts(run.impacts),
         "energy_residual": run.energy_residual,
         "error": run.error,
-        "attributes": attributes(run, f"Motion of {name}"),
+        "attributes": run._attributes() | {"title": f"Motion of {name}"},
     }
 
 
-def summary_html(run: SampledRun) -> str:
+def summary_page(run: SampledRun) -> Page:
     """A table for notebooks: the same lines.
 
     Parameters
@@ -133,8 +122,4 @@ def summary_html(run: SampledRun) -> str:
     lines = [line.partition(": ") for line in summary_lines(run, run.subject)[1:-1]]
     said += [(name, text) for name, _, text in lines]
     notes = (what_it_shows(run.subject, run.about, str(run.evidence)),)
-    return html_table(f"motion of the {run.subject}", said, verdict=str(run.evidence).upper(), notes=notes)
-
-
-def _known(value: float) -> float | None:
-    return None if math.isnan(value) else value
+    return Page(f"motion of the {run.subject}", said, verdict=str(run.evidence).upper(), notes=notes)

@@ -11,22 +11,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.record import html_table, plain
+from lure.record import Column, Page, Record, derived, plain, quantity
 from lure.rod import datasets
 from lure.rod.cellular.network import CellularNetwork, Signal
-from lure.rod.datasets import Column
 
 if TYPE_CHECKING:
     import control
-    import xarray
 
 # What Chua and Yang's energy says about a network, and under which hypotheses.
 
 Array: TypeAlias = NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class ChuaYang:
+class ChuaYang(Record):
     r"""Whether the hypotheses of Chua and Yang's convergence theorem hold.
 
     With the saturating output (41), constant bias and input, ``T^C`` diagonal and positive and ``T^A``, laid over the
@@ -38,12 +35,6 @@ class ChuaYang:
     to an equilibrium if the equilibria are isolated.  If moreover ``T^A_ii > C_i``, no cell of a stable equilibrium has
     ``|x_i| < 1``: the outputs are -1 or +1.  Nothing follows where a hypothesis fails; such a network may oscillate.
 
-    Attributes
-    ----------
-    obstacle : str or None
-        The first hypothesis that fails, in words; None if all hold.
-    binary : bool
-        Whether ``T^A_ii > C_i`` for all cells.  Says something only where ``obstacle`` is None.
 
     References
     ----------
@@ -51,8 +42,8 @@ class ChuaYang:
     3-5.
     """
 
-    obstacle: str | None
-    binary: bool
+    obstacle: str | None = quantity("The first hypothesis that fails, in words; None if all hold")
+    binary: bool = quantity("Whether ``T^A_ii > C_i`` for all cells. Says something only where ``obstacle`` is None")
 
     @property
     def holds(self) -> bool:
@@ -136,8 +127,6 @@ def chua_yang_energy(network: CellularNetwork, x: ArrayLike, u: Signal = 0.0) ->
     return float(0.5 * quadratic - network.drive(0.0, u) @ f)
 
 
-# A motion of a cellular network as a Dataset, plain data, a python-control response, an HTML table.
-
 SUBJECT, EVIDENCE = "cellular network", "observed"
 STATE, TIME = "unit of the states of the network", "unit of time in which the templates are rates"
 _SOURCE = (
@@ -145,130 +134,81 @@ _SOURCE = (
     "as equation (40) of Danciu, Matei, Micu, Roventa has it"
 )
 _METHOD = "integrated by scipy, relative tolerance 1e-10 a step"
-
-
-def _about(motion: CellularMotion) -> str:
-    return f"the cellular network of {' x '.join(map(str, motion.x.shape[1:]))} cells"
-
-
-def _rest(motion: CellularMotion) -> str:
-    if motion.steady is None:
-        return "not looked for: bias or input change in time"
-    return "looks at rest, which does not prove convergence" if motion.steady else "still moving"
-
-
-def motion_dataset(motion: CellularMotion) -> xarray.Dataset:
-    """The Dataset of :meth:`lure.rod.cellular.CellularMotion.to_xarray`.
-
-    Raises
-    ------
-    InputError
-        xarray is not installed.
-    """
-    cells = ("cell",) if motion.x.ndim == 2 else ("row", "column")
-    of = ("t", *cells)
-    variables = {
-        "x": Column(of, motion.x, STATE, "state x of each cell"),
-        "output": Column(of, motion.output, STATE, "output f(x) of each cell"),
-        "rate": Column((), motion.rate, f"{STATE} / {TIME}", "largest |x'| at the end"),
-    }
-    coordinates = {"t": Column(("t",), motion.t, TIME, "time since the start")}
-    for name, size in zip(cells, motion.x.shape[1:], strict=True):
-        coordinates[name] = Column((name,), np.arange(size), "1", f"number of the {name}, from 0")
-    words = {"subject": SUBJECT, "about": _about(motion), "evidence": EVIDENCE, "method": _METHOD}
-    attributes: dict[str, object] = {**datasets.motion_attributes("Motion of a cellular network", **words)}
-    return datasets.dataset(variables, coordinates, attributes | {"references": _SOURCE, "rest": _rest(motion)})
-
-
-def motion_dict(motion: CellularMotion) -> dict[str, object]:
-    """What is said of the motion, with the last states and without the curves, as plain JSON data."""
-    return {
-        "subject": SUBJECT,
-        "evidence": EVIDENCE,
-        "shape": list(motion.x.shape[1:]),
-        "until": float(motion.t[-1]),
-        "samples": motion.t.size,
-        "state_end": plain(motion.x[-1]),
-        "output_end": plain(motion.output[-1]),
-        "rate": plain(motion.rate),
-        "steady": motion.steady,
-        "comment": datasets.what_it_shows(SUBJECT, _about(motion), EVIDENCE),
-    }
-
-
-def motion_response(motion: CellularMotion) -> control.TimeResponseData:
-    """The python-control response of :meth:`lure.rod.cellular.CellularMotion.to_control`."""
-    indices = np.ndindex(motion.x.shape[1:])
-    labels = [f"f(x[{', '.join(map(str, index))}])" for index in indices]
-    flat = motion.output.reshape(motion.t.size, -1).T
-    return datasets.time_response(_about(motion), motion.t, dict(zip(labels, flat, strict=True)), {})
-
-
-def motion_html(motion: CellularMotion) -> str:
-    """A table for notebooks."""
-    last = motion.output[-1]
-    rows = [
-        ("what moved", _about(motion)),
-        ("time", f"0 to {motion.t[-1]:g} ({TIME}), {motion.t.size} samples"),
-        ("outputs at the end", f"{last.min():.6g} to {last.max():.6g}"),
-        ("largest |x'| at the end", f"{motion.rate:.2g}"),
-        ("rest", _rest(motion)),
-    ]
-    notes = (datasets.what_it_shows(SUBJECT, _about(motion), EVIDENCE),)
-    return html_table("motion of a cellular network", rows, verdict="OBSERVED", notes=notes)
-
-
 _RELATIVE, _ABSOLUTE = 1e-10, 1e-13
 _STIFF = 2e4  # fastest rate times span, beyond which an implicit method is used
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class CellularMotion:
-    """A computed motion of a cellular network: OBSERVED evidence.
+class CellularMotion(Record):
+    """A computed motion of a cellular network: OBSERVED evidence."""
 
-    Attributes
-    ----------
-    t : ndarray
-        (k,) instants; the last is the end of the run, earlier than asked for if the network came to rest.
-    x : ndarray
-        ``(k, *shape)`` states.
-    output : ndarray
-        ``(k, *shape)`` outputs ``f(x)``.
-    rate : float
-        Largest ``|x'|`` at the end.
-    steady : bool or None
-        Whether the run ended because ``rate`` fell to the level asked for; None where bias or input change in time and
-        rest was not looked for.  It does not prove convergence: a state that passes a saddle slowly enough, or was
-        placed on an unstable equilibrium, looks the same.
-    """
+    t: Array = quantity(
+        "time since the start; the last is the end of the run, earlier than asked for if the network came to rest",
+        TIME,
+        dims="t",
+    )
+    x: Array = quantity("``(k, *shape)`` states", key="state_end", plainly=lambda x: plain(x[-1]))
+    output: Array = quantity("``(k, *shape)`` outputs ``f(x)``", key="output_end", plainly=lambda f: plain(f[-1]))
+    rate: float = quantity("largest ``|x'|`` at the end", f"{STATE} / {TIME}", dims="", key="rate")
+    steady: bool | None = quantity(
+        "Whether the run ended because ``rate`` fell to the level asked for; None where bias or input change in "
+        "time and rest was not looked for. It does not prove convergence: a state that passes a saddle slowly "
+        "enough, or was placed on an unstable equilibrium, looks the same"
+    )
 
-    t: Array
-    x: Array
-    output: Array
-    rate: float
-    steady: bool | None
+    @property
+    def about(self) -> str:
+        """Which object moves, in words."""
+        return f"the cellular network of {' x '.join(map(str, self.x.shape[1:]))} cells"
 
-    def to_dict(self) -> dict[str, object]:
+    @property
+    @derived()
+    def comment(self) -> str:
+        """What the motion shows, and what it does not."""
+        return datasets.what_it_shows(SUBJECT, self.about, EVIDENCE)
+
+    @property
+    def rest(self) -> str:
+        """Whether the network looks at rest at the end, in words."""
+        if self.steady is None:
+            return "not looked for: bias or input change in time"
+        return "looks at rest, which does not prove convergence" if self.steady else "still moving"
+
+    def to_dict(self) -> dict[str, Any]:
         """What is said of the motion, with the last states, as plain JSON data; the curves are in :meth:`to_xarray`."""
-        return motion_dict(self)
+        more = {"shape": list(self.x.shape[1:]), "until": float(self.t[-1]), "samples": self.t.size}
+        return {"subject": SUBJECT, "evidence": EVIDENCE, **more, **super().to_dict()}
 
-    def to_xarray(self) -> xarray.Dataset:
-        """States and outputs as an ``xarray.Dataset`` along ``t`` and ``cell``, or ``row`` and ``column``.
+    def _columns(self) -> dict[str, Column]:
+        """States and outputs along ``t`` and ``cell``, or ``row`` and ``column``."""
+        cells = ("cell",) if self.x.ndim == 2 else ("row", "column")
+        numbers = zip(cells, self.x.shape[1:], strict=True)
+        return super()._columns() | {
+            "x": Column(("t", *cells), self.x, STATE, "state x of each cell"),
+            "output": Column(("t", *cells), self.output, STATE, "output f(x) of each cell"),
+            **{name: Column((name,), np.arange(n), "1", f"number of the {name}, from 0") for name, n in numbers},
+        }
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        return motion_dataset(self)
+    def _attributes(self) -> dict[str, object]:
+        words = {"subject": SUBJECT, "about": self.about, "evidence": EVIDENCE, "method": _METHOD}
+        found = datasets.motion_attributes("Motion of a cellular network", **words)
+        return {**found, "references": _SOURCE, "rest": self.rest}
 
     def to_control(self) -> control.TimeResponseData:
         """The outputs of all cells, row by row, as python-control has them; no inputs."""
-        return motion_response(self)
+        labels = [f"f(x[{', '.join(map(str, index))}])" for index in np.ndindex(self.x.shape[1:])]
+        flat = self.output.reshape(self.t.size, -1).T
+        return datasets.time_response(self.about, self.t, dict(zip(labels, flat, strict=True)), {})
 
-    def _repr_html_(self) -> str:
-
-        return motion_html(self)
+    def _page(self) -> Page:
+        last = self.output[-1]
+        rows = [
+            ("what moved", self.about),
+            ("time", f"0 to {self.t[-1]:g} ({TIME}), {self.t.size} samples"),
+            ("outputs at the end", f"{last.min():.6g} to {last.max():.6g}"),
+            ("largest |x'| at the end", f"{self.rate:.2g}"),
+            ("rest", self.rest),
+        ]
+        return Page("motion of a cellular network", rows, verdict="OBSERVED", notes=(self.comment,))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

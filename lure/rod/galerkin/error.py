@@ -5,20 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import InputError
 from lure.expressions import Expression
+from lure.record import Column, Page, Record, derived, quantity
 from lure.rod.free_motion import FreeMotion
 from lure.rod.galerkin.model import GalerkinModel
 from lure.rod.galerkin.spaces import quadrature
 from lure.rod.scenario import Scenario
-
-if TYPE_CHECKING:
-    import xarray
 
 Array = NDArray[np.float64]
 
@@ -43,71 +40,85 @@ class KnownState:
     kinks: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class StateError:
-    """Distance of a Galerkin state from a known one.
+class StateError(Record):
+    """Distance of a Galerkin state from a known one."""
 
-    Attributes
-    ----------
-    h1 : float
-        ``(int (u_x - u_mx)^2 dx + (u - u_m)(L)^2/L)^(1/2)``, a norm equivalent to that of H1 [m^(1/2)].
-    l2 : float
-        ``(int (u_t - b.w)^2 dx)^(1/2)`` [m^(3/2)/s].
-    """
+    h1: float = quantity(
+        "error of the displacement, ``(int (u_x - u_mx)^2 dx + (u - u_m)(L)^2/L)^(1/2)``, a norm equivalent to that of "
+        "H1",
+        "m0.5",
+        dims="",
+        name="h1_error",
+    )
+    l2: float = quantity(
+        "error of the velocity in L2, ``(int (u_t - b.w)^2 dx)^(1/2)``", "m1.5 s-1", dims="", name="l2_error"
+    )
 
-    h1: float
-    l2: float
 
-
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Convergence:
+class Convergence(Record):
     """Errors of a family of Galerkin spaces at one instant.
 
     Observed orders are what these runs show, in the family they were taken from; they prove no rate.
-
-    Attributes
-    ----------
-    widths : tuple of float
-        ``h`` [m], decreasing.
-    errors : tuple of StateError
-        One for each.
     """
 
-    widths: tuple[float, ...]
-    errors: tuple[StateError, ...]
+    widths: tuple[float, ...] = quantity(
+        "element length ``h``, decreasing", "m", dims="width", name="width", key="widths"
+    )
+    errors: tuple[StateError, ...] = quantity("One for each", dims="width", each=StateError, key="")
 
     @property
+    @derived()
+    def evidence(self) -> str:
+        """Observed."""
+        return "observed"
+
+    @property
+    @derived()
+    def comment(self) -> str:
+        """What they do not show."""
+        return "Observed orders are what these runs show, in the family they were taken from; they prove no rate."
+
+    @property
+    @derived()
+    def h1_errors(self) -> list[float]:
+        """Errors in H1 [m^(1/2)]."""
+        return [error.h1 for error in self.errors]
+
+    @property
+    @derived()
+    def l2_errors(self) -> list[float]:
+        """Errors of the velocity in L2 [m^(3/2)/s]."""
+        return [error.l2 for error in self.errors]
+
+    @property
+    @derived()
     def h1_orders(self) -> Array:
         """Observed orders in H1 between neighbours, ``ln(e_1/e_2)/ln(h_1/h_2)``."""
-        return self._orders([error.h1 for error in self.errors])
+        return self._orders(self.h1_errors)
 
     @property
+    @derived()
     def l2_orders(self) -> Array:
         """Observed orders of the velocity in L2 between neighbours."""
-        return self._orders([error.l2 for error in self.errors])
+        return self._orders(self.l2_errors)
 
-    def to_dict(self) -> dict[str, object]:
-        """Widths, errors and observed orders as plain JSON data."""
-        from lure.rod.galerkin.export import convergence_dict
+    def _columns(self) -> dict[str, Column]:
+        """Along the width; orders against the next coarser space."""
+        text = "observed order in {} against the next coarser space"
+        return super()._columns() | {
+            "h1_order": Column(("width",), np.append(np.nan, self.h1_orders), "1", text.format("H1")),
+            "l2_order": Column(("width",), np.append(np.nan, self.l2_orders), "1", text.format("L2")),
+        }
 
-        return convergence_dict(self)
-
-    def to_xarray(self) -> xarray.Dataset:
-        """The same as an ``xarray.Dataset`` along the width ``h`` [m]; orders against the next coarser space.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.rod.galerkin.export import convergence_dataset
-
-        return convergence_dataset(self)
-
-    def _repr_html_(self) -> str:
-        from lure.rod.galerkin.export import convergence_html
-
-        return convergence_html(self)
+    def _page(self) -> Page:
+        orders = (
+            ["", *(f"{order:.3f}" for order in self.h1_orders)],
+            ["", *(f"{order:.3f}" for order in self.l2_orders)],
+        )
+        numbers = zip(self.widths, self.h1_errors, orders[0], self.l2_errors, orders[1], strict=True)
+        rows = [(f"{width:.4g}", f"{h1:.3g}", before, f"{l2:.3g}", after) for width, h1, before, l2, after in numbers]
+        head = ("h [m]", "H1 error [m^0.5]", "order", "L2 error of the velocity [m^1.5/s]", "order")
+        return Page("errors of Galerkin spaces", rows, head, "OBSERVED", (self.comment,))
 
     def _orders(self, errors: list[float]) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):

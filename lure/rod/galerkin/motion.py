@@ -13,75 +13,90 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
+from lure.record import Column, Page, Record, derived, numbered, plain, quantity
+from lure.rod import datasets
 from lure.rod.galerkin.model import INTEGRALS, Equations, GalerkinModel
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
     import control
-    import xarray
+
+    from lure.rod.galerkin.spaces import NonuniformRod
 
 # What a Galerkin run returns: coefficients, the end of the rod, energy, and the bound of Lemma 3.2.
 
 Array = NDArray[np.float64]
 Method = Literal["DOP853", "Radau"]
+SUBJECT, EVIDENCE = "Galerkin space", "observed"
+_ROUNDING = 1e-9
 METHODS: tuple[Method, ...] = ("DOP853", "Radau")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Touch:
-    """One stretch of contact, ``z > 0``.
+def _rod(rod: NonuniformRod) -> dict[str, object]:
+    return {
+        "length": rod.length,
+        "area": str(rod.area),
+        "youngs_modulus": str(rod.youngs_modulus),
+        "density": str(rod.density),
+        "damping": rod.damping,
+        "compliance": 1.0 / rod.law.stiffness,
+        "exponent": rod.law.exponent,
+        "gap": rod.gap,
+    }
 
-    Attributes
-    ----------
-    start, end : float
-        [s]; 0 and the end of the run if it began or was cut there.
-    """
 
-    start: float
-    end: float
+class Touch(Record):
+    """One stretch of contact, ``z > 0``."""
+
+    start: float = quantity("instant of contact; 0 if the run began in it", "s", dims="")
+    end: float = quantity("instant of release, or the end of the run", "s", dims="")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class GalerkinRun:
+class GalerkinRun(Record):
     """A motion of ``u_m``, with what the existence proof says of it.
 
     It is a motion of the semi-discrete problem: OBSERVED evidence about the rod, at best.  That its energy obeys the
     bound of Lemma 3.2 shows that the run is sound, not that it is near the motion of the rod.
-
-    Attributes
-    ----------
-    model : GalerkinModel
-        The rod and the space.
-    scenario : Scenario
-        Loads and initial data.
-    t : ndarray
-        (samples,) instants [s].
-    states : ndarray
-        (samples, 2m+5) rows of ``lure.rod.galerkin.model.Equations``.
-    contacts : tuple of Touch
-        Every stretch of contact, in order.
-    steps : int
-        Time steps taken.
-    method : {"DOP853", "Radau"}
-        Integrator.
     """
 
-    model: GalerkinModel
-    scenario: Scenario
-    t: Array
-    states: Array
-    contacts: tuple[Touch, ...]
-    steps: int
-    method: Method
+    model: GalerkinModel = quantity("The rod and the space", key="rod", plainly=lambda model: plain(_rod(model.rod)))
+    scenario: Scenario = quantity("Loads and initial data", plainly=datasets.scenario_dict)
+    t: Array = quantity(datasets.TIME, "s", dims="t")
+    states: Array = quantity("(samples, 2m+5) rows of ``lure.rod.galerkin.model.Equations``", key="")
+    contacts: tuple[Touch, ...] = quantity(
+        "Every stretch of contact, in order",
+        dims="contact",
+        name="contact_",
+        each=Touch,
+        plainly=lambda contacts: [[touch.start, touch.end] for touch in contacts],
+    )
+    steps: int = quantity("Time steps taken")
+    method: Method = quantity("Integrator", key="")
 
     @property
+    def about(self) -> str:
+        """Which object moves, in words."""
+        return f"the Galerkin space {self.model.space.name} of dimension {self.model.space.order}, not the rod"
+
+    @property
+    def how(self) -> str:
+        """How the motion was computed."""
+        name = self.model.space.name
+        kind = "cosine modes" if name == "cosine" else f"{name} elements"
+        return (
+            f"weak form in {kind}, integrated by scipy's {self.method} between contacts and releases, located as events"
+        )
+
+    @property
+    @derived("m", dims="t basis")
     def coefficients(self) -> Array:
-        """(samples, m) ``a``, coefficients of the displacement [m]."""
+        """(samples, m) coefficients ``a`` of the displacement ``u_m = sum a_j w_j`` [m]."""
         return self.states[:, : self.model.space.order]
 
     @property
+    @derived("m s-1", dims="t basis")
     def velocities(self) -> Array:
-        """(samples, m) ``b = a'``, coefficients of the velocity [m/s]."""
+        """(samples, m) coefficients ``b = a'`` of the velocity [m/s]."""
         return self.states[:, self.model.space.order : 2 * self.model.space.order]
 
     @property
@@ -105,21 +120,25 @@ class GalerkinRun:
         return self.model.energy(self.coefficients, self.velocities)
 
     @property
+    @derived("J", dims="t")
     def dissipated(self) -> Array:
-        """(samples,) ``int_0^t k u_t(s,0)^2 ds``, lost in the dashpot [J]."""
+        """(samples,) energy lost in the dashpot since the start, ``int_0^t k u_t(s,0)^2 ds`` [J]."""
         return self.states[:, -5]
 
     @property
+    @derived("J", dims="t")
     def supplied(self) -> Array:
-        """(samples,) ``int_0^t (g u_t(s,0) + int f u_t dx) ds``, work of the loads [J]."""
+        """(samples,) work of the loads since the start, ``int_0^t (g u_t(s,0) + int f u_t dx) ds`` [J]."""
         return self.states[:, -4]
 
     @property
+    @derived("N s", dims="t")
     def impulse(self) -> Array:
-        """(samples,) ``int_0^t A(L) p ds``, given to the obstacle [N s]."""
+        """(samples,) impulse given to the obstacle since the start, ``int_0^t A(L) p ds`` [N s]."""
         return self.states[:, -1]
 
     @property
+    @derived()
     def energy_residual(self) -> float:
         """Largest ``|E_m(t) - E_m(0) + dissipated - supplied|`` over the samples, relative to the largest of these [-].
 
@@ -131,8 +150,9 @@ class GalerkinRun:
         return float(np.abs(energy - energy[0] + self.dissipated - self.supplied).max()) / size if size else 0.0
 
     @property
+    @derived("J", dims="t", name="energy_bound")
     def gronwall_bound(self) -> Array | None:
-        """(samples,) :meth:`bound` at the lemma's own rate, 1/s [J]; None where :meth:`bound` has none."""
+        """(samples,) bound of Lemma 3.2 on the energy, :meth:`bound` at the rate 1/s [J]; None where it has none."""
         try:
             return self.bound()
         except AssumptionError:
@@ -176,40 +196,86 @@ class GalerkinRun:
         with np.errstate(over="ignore", divide="ignore"):
             return np.asarray(np.exp(np.log(base) + rate * self.t))
 
-    def to_dict(self) -> dict[str, object]:
-        """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
-        from lure.rod.galerkin.export import run_dict
+    @property
+    @derived(key="energy_within_bound")
+    def within_bound(self) -> bool | None:
+        """Whether the energy at the samples obeys the bound of Lemma 3.2, to rounding; None without a bound.
 
-        return run_dict(self)
-
-    def to_xarray(self) -> xarray.Dataset:
-        """The motion as an ``xarray.Dataset``: the ends, the energy account and all coefficients, with units.
-
-        Returns
-        -------
-        xarray.Dataset
-            Dimensions ``t`` [s], ``basis`` (with the coordinate ``node`` [m] for elements) and ``contact``; the
-            attributes say that it is OBSERVED and a motion in this space, not of the rod.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
+        At the start the two are equal.
         """
-        from lure.rod.galerkin.export import run_dataset
+        bound, energy = self.gronwall_bound, self.energy
+        return None if bound is None else bool((energy <= bound + _ROUNDING * float(energy.max())).all())
 
-        return run_dataset(self)
+    def to_dict(self) -> dict[str, Any]:
+        """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
+        return super().to_dict() | {
+            "subject": SUBJECT,
+            "evidence": EVIDENCE,
+            "space": self.model.space.name,
+            "order": self.model.space.order,
+            "until": float(self.t[-1]),
+            "samples": self.t.size,
+            "largest_z_at_samples": float(self.z.max()),
+            "energy_start": float(self.energy[0]),
+            "energy_end": float(self.energy[-1]),
+            "method": self.how,
+            "comment": datasets.what_it_shows(SUBJECT, self.about, EVIDENCE),
+        }
+
+    def _columns(self) -> dict[str, Column]:
+        """The ends, the energy account and all coefficients, along ``t``, ``basis`` and ``contact``."""
+        space, v_0 = self.model.space, self.velocities @ self.model.space.left
+        found = super()._columns() | datasets.series(
+            {
+                "u_end": self.u_end,
+                "z": self.z,
+                "v_end": self.velocities @ space.right,
+                "stress": self.contact_stress,
+                "dashpot_force": self.model.rod.damping * v_0,
+                "v_0": v_0,
+                "energy": self.energy,
+            }
+        )
+        found["basis"] = numbered("basis", space.order, f"number of the function w_j of the space {space.name}")
+        if space.name != "cosine":
+            nodes = np.linspace(0.0, space.length, space.order)
+            found["node"] = Column(("basis",), nodes, "m", "place of the node at which w_j is 1", aside=True)
+        return found
+
+    def _attributes(self) -> dict[str, object]:
+        space, exponent = self.model.space, self.model.rod.law.exponent
+        words = {"subject": SUBJECT, "about": self.about, "evidence": EVIDENCE, "method": self.how}
+        return {
+            **datasets.motion_attributes("Motion in a Galerkin space", **words),
+            **{f"rod_{name}": value for name, value in _rod(self.model.rod).items()},
+            **{f"rod_{name}_units": unit for name, unit in datasets.UNITS.items()},
+            **({} if exponent == 1.0 else {"rod_compliance_units": f"m{exponent:g} Pa-1"}),
+            **datasets.scenario_attributes(self.scenario),
+            "energy_residual": self.energy_residual,
+            "method_space": space.name,
+            "method_order": space.order,
+            "method_steps": self.steps,
+        }
 
     def to_control(self) -> control.TimeResponseData:
         """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
-        from lure.rod.galerkin.export import run_response
+        name = self.about.removesuffix(", not the rod")
+        return datasets.loop_response(name, self.t, self.z, self.contact_stress, self.scenario.force(t=self.t))
 
-        return run_response(self)
-
-    def _repr_html_(self) -> str:
-        from lure.rod.galerkin.export import run_html
-
-        return run_html(self)
+    def _page(self) -> Page:
+        said = {None: "not claimed here", True: "holds", False: "VIOLATED"}[self.within_bound]
+        rows = [
+            ("what moved", self.about),
+            ("time", f"0 s to {self.t[-1]:g} s, {self.t.size} samples"),
+            ("force g(t) [N]", self.scenario.force),
+            ("contacts", len(self.contacts) or "none"),
+            ("largest z", f"{self.z.max():.9g} m, at the samples"),
+            ("energy", f"{self.energy[0]:.6g} J at the start, {self.energy[-1]:.6g} J at the end"),
+            ("energy identity", f"relative residual {self.energy_residual:.1g}"),
+            ("bound of Lemma 3.2 at the samples", said),
+        ]
+        notes = (datasets.what_it_shows(SUBJECT, self.about, EVIDENCE),)
+        return Page(f"motion of u_m, {self.steps} steps of {self.method}", rows, verdict="OBSERVED", notes=notes)
 
     def __str__(self) -> str:
         """One sentence."""

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.arrays import Reals
 from lure.errors import InputError
-from lure.record import html_table
+from lure.record import Column, Page, Record, derived, quantity
 from lure.rod import datasets
-from lure.rod.datasets import Column
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.structured.contact import FLOOR, Crossing, Stretch, Undecided, fewest_cells, halved, longest, next_contact
 from lure.rod.structured.flight import Force, FreeFlight, force_of, free_flight
@@ -23,7 +21,6 @@ from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     import control
-    import xarray
 
 # From event to event: clock, samples and contacts of a run.
 
@@ -153,9 +150,9 @@ def _after(flight: FreeFlight, mean: Mean) -> Ring:
     return free_flight(scheme, flight.jumped(mean)).ring
 
 
-# A motion of the scheme with contact as a Dataset, plain data, a python-control response, an HTML table.
-
 SUBJECT, EVIDENCE = "scheme", "observed"
+
+
 METHOD = (
     "exact in time by the f-circulant structure of the scheme, from event to event; contact and release located as "
     "events"
@@ -168,140 +165,86 @@ def scheme_words(scheme: UpwindScheme) -> str:
     return f"the upwind scheme{printed} of {scheme.cells} cells, whose waves lose more energy than the rod's"
 
 
-def _stress(run: StructuredMotion) -> Reals:
-    return run.scheme.rod.law(run.z)
-
-
-def run_dataset(run: StructuredMotion) -> xarray.Dataset:
-    """The Dataset of :meth:`lure.rod.structured.StructuredMotion.to_xarray`.
-
-    Raises
-    ------
-    InputError
-        xarray is not installed.
-    """
-    rod, stress = run.scheme.rod, _stress(run)
-    ends = {"u_end": run.z + rod.gap, "z": run.z, "v_end": run.wave - rod.mobility * stress, "stress": stress}
-    variables = datasets.series(ends)
-    starts, stops = ([contact[i] for contact in run.contacts] for i in (0, 1))
-    variables |= {
-        "wave": Column(("t",), run.wave, "m s-1", "last forward wave y_N"),
-        "contact_start": Column(("contact",), starts, "s", "instant of contact"),
-        "contact_end": Column(("contact",), stops, "s", "instant of release, or the end"),
-    }
-    coordinates = {
-        "t": Column(("t",), run.t, "s", datasets.TIME),
-        "contact": datasets.numbered("contact", len(run.contacts)),
-    }
-    title = "Motion of the upwind scheme against an obstacle"
-    about = scheme_words(run.scheme)
-    attributes: dict[str, object] = {
-        **datasets.motion_attributes(title, subject=SUBJECT, about=about, evidence=EVIDENCE, method=METHOD),
-        **datasets.rod_attributes(rod),
-        **(datasets.scenario_attributes(run.scenario) if run.scenario else {}),
-        "method_cells": run.scheme.cells,
-        "method_form": run.scheme.form,
-    }
-    return datasets.dataset(variables, coordinates, attributes)
-
-
-def run_dict(run: StructuredMotion) -> dict[str, object]:
-    """What is said of the motion, without the curves, as plain JSON data."""
-    return {
-        "subject": SUBJECT,
-        "evidence": EVIDENCE,
-        "cells": run.scheme.cells,
-        "form": run.scheme.form,
-        "rod": datasets.rod_dict(run.scheme.rod),
-        "scenario": datasets.scenario_dict(run.scenario) if run.scenario else None,
-        "until": float(run.t[-1]),
-        "samples": run.t.size,
-        "contacts": [list(contact) for contact in run.contacts],
-        "largest_z_at_samples": float(run.z.max()),
-        "z_end": float(run.z[-1]),
-        "method": METHOD,
-        "comment": datasets.what_it_shows(SUBJECT, scheme_words(run.scheme), EVIDENCE),
-    }
-
-
-def run_response(run: StructuredMotion) -> control.TimeResponseData:
-    """The python-control response of :meth:`lure.rod.structured.StructuredMotion.to_control`."""
-    force = run.scenario.force(t=run.t) if run.scenario else 0.0
-    return datasets.loop_response(f"the scheme, N = {run.scheme.cells}", run.t, run.z, _stress(run), force)
-
-
-def run_html(run: StructuredMotion) -> str:
-    """A table for notebooks."""
-    about = scheme_words(run.scheme)
-    rows = [
-        ("what moved", about),
-        ("time", f"0 s to {run.t[-1]:g} s, {run.t.size} samples"),
-        ("force g(t) [N]", run.scenario.force if run.scenario else 0),
-        ("contacts", len(run.contacts) or "none"),
-        ("largest z", f"{run.z.max():.9g} m, at the samples"),
-        ("z at the end", f"{run.z[-1]:.9g} m"),
-    ]
-    notes = (datasets.what_it_shows(SUBJECT, about, EVIDENCE),)
-    return html_table(f"motion of the scheme, N = {run.scheme.cells}", rows, verdict="OBSERVED", notes=notes)
-
-
 _MOST = 20_000
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class StructuredMotion:
-    """A motion of the scheme with contact, known at samples; OBSERVED evidence.
+class StructuredMotion(Record):
+    """A motion of the scheme with contact, known at samples; OBSERVED evidence."""
 
-    Attributes
-    ----------
-    scheme : UpwindScheme
-        What moved.
-    scenario : Scenario or None
-        Force and initial data; None where a state was given, without a force.
-    t : ndarray
-        (k,) samples [s].
-    z, wave : ndarray
-        (k,) contact coordinate [m] and last forward wave ``y_N`` [m/s].
-    contacts : tuple of (float, float)
-        Beginning and end of every contact [s]; the last may end with the run.
-    state : ndarray
-        (2N+1,) at the end, in the ordering of the scheme.
-    """
+    scheme: UpwindScheme = quantity("What moved", key="rod", plainly=lambda scheme: datasets.rod_dict(scheme.rod))
+    scenario: Scenario | None = quantity(
+        "Force and initial data; None where a state was given, without a force",
+        plainly=lambda scenario: scenario and datasets.scenario_dict(scenario),
+    )
+    t: Array = quantity(datasets.TIME, "s", dims="t")
+    z: Array = quantity(*datasets.SERIES["z"], dims="t")
+    wave: Array = quantity("last forward wave ``y_N``", "m s-1", dims="t")
+    contacts: tuple[tuple[float, float], ...] = quantity(
+        "Beginning and end of every contact; the last may end with the run", "s"
+    )
+    state: Array = quantity("(2N+1,) at the end, in the ordering of the scheme", key="")
 
-    scheme: UpwindScheme
-    scenario: Scenario | None
-    t: Array
-    z: Array
-    wave: Array
-    contacts: tuple[tuple[float, float], ...]
-    state: Array
+    @property
+    @derived(*datasets.SERIES["stress"][1:], dims="t", name=datasets.STRESS)
+    def stress(self) -> Array:
+        """The contact stress ``p(z)`` of the obstacle, positive in compression: ``E u_x(t, L) = -p``."""
+        return self.scheme.rod.law(self.z)
 
-    def to_dict(self) -> dict[str, object]:
+    @property
+    @derived()
+    def comment(self) -> str:
+        """What the motion shows, and what it does not."""
+        return datasets.what_it_shows(SUBJECT, scheme_words(self.scheme), EVIDENCE)
+
+    def to_dict(self) -> dict[str, Any]:
         """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
-        return run_dict(self)
+        return super().to_dict() | {
+            "subject": SUBJECT,
+            "evidence": EVIDENCE,
+            "cells": self.scheme.cells,
+            "form": self.scheme.form,
+            "until": float(self.t[-1]),
+            "samples": self.t.size,
+            "largest_z_at_samples": float(self.z.max()),
+            "z_end": float(self.z[-1]),
+            "method": METHOD,
+        }
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The motion of the end ``x = L`` as an ``xarray.Dataset`` with units and every parameter.
+    def _columns(self) -> dict[str, Column]:
+        """The motion of the end ``x = L`` along ``t``, and the contacts."""
+        rod, (starts, ends) = self.scheme.rod, ([contact[i] for contact in self.contacts] for i in (0, 1))
+        more = {"u_end": self.z + rod.gap, "v_end": self.wave - rod.mobility * self.stress}
+        return super()._columns() | {
+            **datasets.series(more),
+            "contact_start": Column(("contact",), starts, "s", "instant of contact"),
+            "contact_end": Column(("contact",), ends, "s", "instant of release, or the end"),
+        }
 
-        Returns
-        -------
-        xarray.Dataset
-            Dimensions ``t`` [s] and ``contact``; the attributes say that it is OBSERVED and of the scheme, not the rod.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        return run_dataset(self)
+    def _attributes(self) -> dict[str, object]:
+        about, title = scheme_words(self.scheme), "Motion of the upwind scheme against an obstacle"
+        return {
+            **datasets.motion_attributes(title, subject=SUBJECT, about=about, evidence=EVIDENCE, method=METHOD),
+            **datasets.rod_attributes(self.scheme.rod),
+            **(datasets.scenario_attributes(self.scenario) if self.scenario else {}),
+            "method_cells": self.scheme.cells,
+            "method_form": self.scheme.form,
+        }
 
     def to_control(self) -> control.TimeResponseData:
         """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
-        return run_response(self)
+        force = self.scenario.force(t=self.t) if self.scenario else 0.0
+        return datasets.loop_response(f"the scheme, N = {self.scheme.cells}", self.t, self.z, self.stress, force)
 
-    def _repr_html_(self) -> str:
-
-        return run_html(self)
+    def _page(self) -> Page:
+        rows = [
+            ("what moved", scheme_words(self.scheme)),
+            ("time", f"0 s to {self.t[-1]:g} s, {self.t.size} samples"),
+            ("force g(t) [N]", self.scenario.force if self.scenario else 0),
+            ("contacts", len(self.contacts) or "none"),
+            ("largest z", f"{self.z.max():.9g} m, at the samples"),
+            ("z at the end", f"{self.z[-1]:.9g} m"),
+        ]
+        return Page(f"motion of the scheme, N = {self.scheme.cells}", rows, verdict="OBSERVED", notes=(self.comment,))
 
 
 def structured_motion(
