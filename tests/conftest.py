@@ -10,7 +10,7 @@ import pytest
 from hypothesis import settings
 
 from lure.analysis.cli import main
-from lure.rod.motion import choice, solve
+from lure.rod.motion import engine, motion
 
 os.environ["MPLBACKEND"] = "agg"  # figures are files, also where a display is at hand
 
@@ -28,7 +28,7 @@ def pytest_configure(config):
     """Put the way that was asked for in place of the choice by cost."""
     way = config.getoption("--motion")
     if way is not None:
-        solve.compilation_pays = lambda problem, wish: choice.compilation_pays(
+        motion.compilation_pays = lambda problem, wish: engine.compilation_pays(
             problem, (way == "compiled") if wish is None else wish
         )
 

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from motions import WITH_NUMBA, other_rod, unit_rod
 
 from lure import InputError, PiecewiseLinear, Scenario, builtin_system
-from lure.rod.motion import Boundary, Numerics, choice, exact_motion, motion_windows
-from lure.rod.motion.panels import Panels
+from lure.rod.motion import Boundary, Numerics, engine, exact_motion, motion_windows
+from lure.rod.motion.motion import _problem
 from lure.rod.motion.record import Windows, record_of
-from lure.rod.motion.solve import _problem
+from lure.rod.motion.sources import Panels
 
 PLAIN, COMPILED = Numerics(compiled=False), Numerics(compiled=True)
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")
@@ -105,8 +105,6 @@ def test_the_engine_is_the_same_code_without_compilation():
 @WITH_NUMBA
 @pytest.mark.parametrize(("windows", "pieces", "panels"), [(1, 600, 1), (7, 700, 40), (500, 5000, 300)])
 def test_chunks_do_not_matter(monkeypatch, windows, pieces, panels):
-    from lure.rod.motion import engine
-
     rod = other_rod(compliance=1e-3)
     whole = exact_motion(rod, LOADED, 150.0, numerics=COMPILED)
     monkeypatch.setattr(engine, "_WINDOWS", windows)
@@ -122,8 +120,6 @@ def test_chunks_do_not_matter(monkeypatch, windows, pieces, panels):
 
 @WITH_NUMBA
 def test_room_grows_for_a_round_trip_of_very_many_pieces(monkeypatch):
-    from lure.rod.motion import engine
-
     scenario = Scenario.parse(force="0.3*sin(700*t)", velocity="0.4")
     whole = exact_motion(unit_rod(gap=0.1), scenario, 9.0, numerics=COMPILED)
     assert max(len(window.wave) for window in whole.fields.windows) > 200
@@ -230,17 +226,23 @@ def test_panels_hold_the_load(force):
 
 def test_compilation_is_chosen_where_it_pays(monkeypatch):
     problem = SimpleNamespace(transits=100.0, law=SimpleNamespace(segments=[SimpleNamespace(power=1.0)]))
-    monkeypatch.setattr(choice, "find_spec", lambda _: object())
-    monkeypatch.setitem(sys.modules, "lure.rod.motion.kernel_window", None)
+    monkeypatch.setattr(engine, "find_spec", lambda _: object())
+    monkeypatch.setattr(engine, "_KERNELS", {})
+    monkeypatch.setattr(engine, "compiled_kernel", lambda powers: "with" if powers else "without")
     for transits, kept, pays in ((2000, True, False), (6000, True, True), (6000, False, False), (90_000, False, True)):
         problem.transits = transits
-        monkeypatch.setattr(choice, "_kept", lambda kept=kept: kept)
-        assert choice.compilation_pays(problem, None) is pays
-        assert choice.compilation_pays(problem, False) is False
-        assert choice.compilation_pays(problem, True) is True
-    problem.law.segments[0].power = 2.0
-    assert choice.compilation_pays(problem, True) is False
-    monkeypatch.setattr(choice, "find_spec", lambda _: None)
-    assert choice.compilation_pays(problem, None) is False
+        monkeypatch.setattr(engine, "_on_disk", lambda made, kept=kept: kept and made == "without")
+        assert engine.compilation_pays(problem, None) is pays
+        assert engine.compilation_pays(problem, False) is False
+        assert engine.compilation_pays(problem, True) is True
+    problem.law.segments[0].power, problem.transits = 2.0, 6000
+    monkeypatch.setattr(engine, "_on_disk", lambda made: made == "without")
+    assert engine.compilation_pays(problem, None) is False  # what is on disk knows no power laws
+    monkeypatch.setattr(engine, "_KERNELS", {False: SimpleNamespace(signatures=[()])})
+    assert engine.compilation_pays(problem, None) is False
+    problem.law.segments[0].power = 1.0
+    assert engine.compilation_pays(problem, None) is True
+    monkeypatch.setattr(engine, "find_spec", lambda _: None)
+    assert engine.compilation_pays(problem, None) is False
     with pytest.raises(InputError, match=r'needs numba: pip install "lure\[fast\]"'):
-        choice.compilation_pays(problem, True)
+        engine.compilation_pays(problem, True)

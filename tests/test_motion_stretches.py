@@ -11,8 +11,8 @@ from motions import WITH_NUMBA, unit_rod
 
 from lure import InputError, PiecewiseLinear, Scenario, builtin_system
 from lure.rod.motion import Boundary, Numerics, exact_motion
-from lure.rod.motion.quiet_load import QuietLoads
-from lure.rod.motion.solve import _problem
+from lure.rod.motion.motion import _problem
+from lure.rod.motion.quiet_map import QuietLoads
 from lure.rod.motion.stretch import Stretch
 
 pytestmark = WITH_NUMBA

@@ -15,7 +15,7 @@ from lure.rod.parameters import PARAMETERS, Rod
 if TYPE_CHECKING:
     import control
 
-    from lure.rod.motion.impacts import Impact
+    from lure.rod.motion.end_law import Impact
     from lure.rod.scenario import Scenario
 
 UNITS = {

@@ -11,7 +11,7 @@ from lure.analysis.rod.confirmation.functionals import zeta_gain
 from lure.analysis.rod.confirmation.later import Flight, flight_after
 from lure.errors import AssumptionError, InputError
 from lure.rod.motion import Window, motion_windows
-from lure.rod.motion.chebyshev import Array, right_ends
+from lure.rod.motion.pieces import Array, right_ends
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.transfer import RodBlock

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.analysis.rod.confirmation.track import Track
 from lure.errors import AssumptionError
-from lure.rod.motion.chebyshev import Array
+from lure.rod.motion.pieces import Array
 from lure.rod.parameters import Rod
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from lure.analysis.rod.confirmation.functionals import zeta_gain
 from lure.rod.motion import Window
-from lure.rod.motion.chebyshev import Array, basis, restricted, right_ends, upper_bounds
+from lure.rod.motion.pieces import Array, basis, restricted, right_ends, upper_bounds
 from lure.rod.parameters import Rod
 
 _HALVINGS = 44

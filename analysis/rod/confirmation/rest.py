@@ -13,8 +13,7 @@ from lure.analysis.rod.simulation import Trajectory
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.rod.motion import Window
-from lure.rod.motion.chebyshev import Array, basis, right_ends
-from lure.rod.motion.pieces import distinct, fitted
+from lure.rod.motion.pieces import Array, basis, distinct, fitted, right_ends
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.structured import structured_motion

@@ -14,7 +14,7 @@ from lure.analysis.rod.confirmation.rest import rest_of_rod
 from lure.analysis.rod.confirmation.result import AGREEMENT, Array, Curves, Kind, Quantity, Side
 from lure.analysis.rod.confirmation.track import Track
 from lure.rod.motion import Window
-from lure.rod.motion.chebyshev import right_ends
+from lure.rod.motion.pieces import right_ends
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 

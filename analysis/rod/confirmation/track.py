@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.rod.motion import Window
-from lure.rod.motion.chebyshev import Array, basis, values
-from lure.rod.motion.pieces import distinct, fitted
+from lure.rod.motion.pieces import Array, basis, distinct, fitted, values
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 

@@ -21,7 +21,7 @@ from lure.analysis.rod.response.recording import means
 from lure.errors import AssumptionError
 from lure.record import Record, quantity
 from lure.rod.motion import Boundary, Window, motion_windows
-from lure.rod.motion.chebyshev import basis
+from lure.rod.motion.pieces import basis
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 

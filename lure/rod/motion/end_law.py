@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from lure.errors import InputError
 from lure.nonlinearities import GraphLaw
+from lure.rod.datasets import impact_dicts
 from lure.rod.parameters import Rod
 
 _STIFFEST = 1e12  # a boundary layer of this many times less than T is narrower than the doubles near T can show
@@ -146,3 +147,36 @@ def _graph(law: GraphLaw, mobility: float, transit: float) -> tuple[Segment, ...
             )
         )
     return tuple(found)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Impact:
+    """One contact.
+
+    Attributes
+    ----------
+    start, end : float
+        From contact to release [s].
+    impulse : float
+        ``A int p dt`` [N s].
+    peak_stress : float
+        Largest ``p`` [Pa].
+    closed : bool
+        Whether the end has left the obstacle; if not, ``end`` is where the motion ends or the start of the window after
+        which it goes on.
+    """
+
+    start: float
+    end: float
+    impulse: float
+    peak_stress: float
+    closed: bool
+
+    def to_dict(self) -> dict[str, object]:
+        """The contact as plain JSON data; None where the method does not tell."""
+        return impact_dicts((self,))[0]
+
+    def _repr_html_(self) -> str:
+        from lure.rod.motion.sampling import impact_html
+
+        return impact_html(self)

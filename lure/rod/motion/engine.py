@@ -1,25 +1,29 @@
-"""The compiled engine: how its round trips become records."""
+"""The engine: how the round trips of the kernel become records, compiled or as they stand."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from array import array
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.rod.motion.chebyshev import largest
-from lure.rod.motion.engine_skip import at_hand, skipped
-from lure.rod.motion.impacts import Impact
-from lure.rod.motion.jit import plain
-from lure.rod.motion.kernel_data import (
+from lure.rod.motion.end_law import Impact
+from lure.rod.motion.kernel_piece import MOST_POWERED
+from lure.rod.motion.kernel_series import (
     BLOCK,
     COEF,
     COUNT,
     CROSSINGS,
+    DEGREE,
+    ECHO,
     ENDINGS,
     ENDS,
     ENERGY,
@@ -27,6 +31,7 @@ from lure.rod.motion.kernel_data import (
     HIGHEST,
     IMPACT,
     IMPACTS,
+    LARGEST,
     LATER,
     LAW,
     MARKS,
@@ -42,6 +47,7 @@ from lure.rod.motion.kernel_data import (
     OUT_MARKS,
     OUT_NUMBERS,
     OUT_PIECES,
+    PARTS,
     PEAK,
     PIECE,
     REST,
@@ -50,7 +56,10 @@ from lure.rod.motion.kernel_data import (
     SEGMENT_SIZE,
     SEGMENTS,
     SINCE,
+    SIZE,
+    START,
     STATE,
+    STOP,
     STORED,
     TRANSIT,
     TRANSITS,
@@ -58,52 +67,92 @@ from lure.rod.motion.kernel_data import (
     VALUE,
     WAVE,
     WINDOWS,
+    WORK,
+    WORK_REST,
     WORST,
+    Counts,
     Room,
     memory,
 )
-from lure.rod.motion.kernel_entry import stored
-from lure.rod.motion.kernel_window import CHATTER, DONE, FULL, NEAR, run
-from lure.rod.motion.ledger import LEAST_ENERGY
-from lure.rod.motion.panels import NO_LOAD, Load, Panels, block_count
-from lure.rod.motion.pieces import Pieces
-from lure.rod.motion.quiet import Search
-from lure.rod.motion.record import Record
+from lure.rod.motion.kernel_trip import (
+    CHATTER,
+    DONE,
+    FULL,
+    HUGE,
+    LARGEST_WAVE,
+    MANY,
+    NEAR,
+    STIFF,
+    run,
+    run_powers,
+    stored,
+)
+from lure.rod.motion.pieces import Array, Pieces, largest
+from lure.rod.motion.quiet import Quietness, Search
+from lure.rod.motion.record import Level, Record, State
+from lure.rod.motion.sources import NO_LOAD, Load, Panels, Problem, block_count
 from lure.rod.motion.stretch import Stretch
-from lure.rod.motion.windows import Problem, first_state
 
-_WINDOWS, _PIECES = 4096, 8192
+_WINDOWS, _PIECES = 4096, 8192  # room in the record of compiled code,
+_FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked for windows one by one
 _PANELS = 20_000
 _MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
 _MOST_PACE = 1024
 _NOISE = 4e-16  # of the initial wave: what its fit leaves of coefficients that are zero
+_TRIP, _COMPILE, _LOAD = 5e-4, 20.0, 1.0  # [s] a round trip without compilation, compilation, loading what was compiled
+_PIECE, _COMPILED_PIECE = 1e-4, 5e-7  # [s] a piece of a round trip
+LEAST_ENERGY = 1e-290  # [J]: below, doubles lose digits
+
+Kernel = Callable[[Array, Counts, Array, Counts, int], int]
+_KERNELS: dict[bool, Kernel] = {}
 
 
 class Engine:
-    """One motion by compiled code.
+    """One motion.
 
     Attributes
     ----------
+    compiled : bool
+        Whether the kernel is compiled.
     f, q : ndarray
-        Its memory, see :mod:`lure.rod.motion.kernel_data`; the sums in it hold for what has been done so far.
+        Its memory, see :mod:`lure.rod.motion.kernel_series`; the sums in it hold for what has been done so far.
     """
 
-    def __init__(self, problem: Problem, *, stretches: bool = True) -> None:
-        self._problem = problem
-        self._search = Search(problem) if stretches else None
+    def __init__(self, problem: Problem, *, compiled: bool, stretches: bool = True) -> None:
+        self._problem, self.compiled = problem, compiled
+        self._search = Search(problem, _COMPILED_PIECE if compiled else _PIECE) if stretches else None
         self._asked, self._load, self._most_blocks = range(0), NO_LOAD, 1
+        self._given: tuple[Load | None, Any] = None, None
         wave, error = problem.sources.initial_wave()
         room = Room(
             degree=problem.sources.degree,
             segments=len(problem.law.segments),
             pieces=max(64, 2 * len(wave.series)),
-            windows=_WINDOWS,
-            recorded=_PIECES,
+            windows=_WINDOWS if compiled else _FEW_WINDOWS,
+            recorded=_PIECES if compiled else _FEW_PIECES,
         )
-        self._room = room
-        self.f, self.q = memory(room)
+        self._remember(room)
         self._begin(wave, error)
         self._panels = Panels(sources=problem.sources, transits=problem.transits, scale=largest(wave.series))
+
+    def _remember(self, room: Room) -> None:
+        """Make the memory; what stands in ``array`` is read and written faster by the kernel as it stands."""
+        self._room = room
+        self.f, self.q = memory(room)
+        self._memory: tuple[Any, Any] = self.f, self.q
+        if not self.compiled:
+            self._memory = array("d", self.f.tobytes()), array("q", self.q.tobytes())
+            self.f, self.q = np.frombuffer(self._memory[0]), np.frombuffer(self._memory[1], dtype=np.int64)
+
+    def _kernel(self, load: Load, stop: int) -> int:
+        """Go on to a round trip: see :func:`lure.rod.motion.kernel_trip.run`."""
+        if self.compiled:
+            return compiled_kernel(_powers(self._problem))(self.f, self.q, *load, stop)
+        if load is not self._given[0]:
+            self._given = load, (load[0].tolist(), load[1].tolist())
+        with np.errstate(all="ignore"):  # as in compiled code
+            f, q, (table, heads) = *self._memory, self._given[1]
+            return run_powers(f, q, table, heads, stop)
 
     def _begin(self, wave: Pieces, error: float) -> None:
         f, q, problem = self.f, self.q, self._problem
@@ -117,11 +166,11 @@ class Engine:
             rod.mobility * problem.share,
             problem.transits,
         )
-        law = [(s.low, s.high, s.origin, s.push, s.rate, float(s.touching)) for s in problem.law.segments]
+        law = [(s.low, s.high, s.origin, s.push, s.rate, s.power, float(s.touching)) for s in problem.law.segments]
         f[q[LAW] : q[LAW] + SEGMENT_SIZE * len(law)] = np.ravel(law)
         q[SEGMENT], q[COUNT], q[MERGED] = first.segment, len(wave.series), 8
         f[VALUE], f[REST], f[LATER] = first.zeta.value, first.zeta.rest, error
-        f[STORED] = plain(stored)(f, q, law[first.segment][ORIGIN] + first.zeta.value)
+        f[STORED] = stored(f, q, law[first.segment][ORIGIN] + first.zeta.value)
         seen = np.abs(wave.series) > _NOISE * largest(wave.series)
         degree = np.where(seen.any(axis=1), self._room.degree - seen[:, ::-1].argmax(axis=1), 0)
         sizes = np.abs(wave.series).sum(axis=1)
@@ -177,21 +226,21 @@ class Engine:
             load = self._loads(number, stop)
             reach = BLOCK * self._asked.stop if len(load[1]) else stop
             self.q[WINDOWS : IMPACTS + 1] = 0
-            status = run(self.f, self.q, *load, min(stop, reach))
+            status = self._kernel(load, min(stop, reach))
             if self.q[WINDOWS]:
                 yield self._record(number)
             elif status == FULL:
                 self._enlarge()
             if status not in (DONE, FULL):
-                raise _refusal(status, int(self.q[TRIP]), float(self.f[SCALE]))
+                raise self._refusal(status)
 
     def _record(self, number: int) -> Record:
         f, q = self.f, self.q
         windows, pieces, numbers, impacts = q[WINDOWS : IMPACTS + 1].tolist()
 
-        def table(array: NDArray[Any], start: int, rows: int, width: int) -> NDArray[Any]:
+        def table(source: NDArray[Any], start: int, rows: int, width: int) -> NDArray[Any]:
             """A copy of what is filled."""
-            return array[q[start] : q[start] + rows * width].reshape(rows, width).copy()
+            return source[q[start] : q[start] + rows * width].reshape(rows, width).copy()
 
         heads, marks = table(q, OUT_PIECES, pieces, PIECE), table(q, OUT_MARKS, windows, MARKS)
         ends = table(f, OUT_ENDS, pieces, ENDS)
@@ -214,8 +263,7 @@ class Engine:
         """Twice the room, for a round trip of very many pieces."""
         f, q = self.f, self.q
         pieces = 2 * self._room.pieces
-        self._room = replace(self._room, pieces=pieces, recorded=max(self._room.recorded, 4 * pieces))
-        self.f, self.q = memory(self._room)
+        self._remember(replace(self._room, pieces=pieces, recorded=max(self._room.recorded, 4 * pieces)))
         self.f[:WAVE], self.q[:STATE] = f[:WAVE], q[:STATE]
         for old, new, name, length in (
             (f, self.f, LAW, SEGMENT_SIZE * int(q[SEGMENTS])),
@@ -223,6 +271,27 @@ class Engine:
             (q, self.q, OLD_DEGREES, int(q[COUNT])),
         ):
             new[self.q[name] : self.q[name] + length] = old[q[name] : q[name] + length]
+
+    def _refusal(self, status: int) -> Exception:
+        trip, wave = int(self.q[TRIP]), self._problem.share * float(self.f[LARGEST])
+        power = self._problem.law.segments[int(self.q[SEGMENT])].power
+        if status == HUGE:
+            return InputError(
+                f"the wave in round trip {trip} is {self.f[SCALE]:.3g} m/s, more than 1e+100; give smaller "
+                "data or loads"
+            )
+        return AssumptionError(
+            {
+                CHATTER: f"the end passes from contact to flight 4000 times in round trip {trip}, which is chattering; "
+                "follow a shorter time",
+                NEAR: "the end of the rod keeps within rounding of the obstacle over a long time, so that contact "
+                "cannot be told from free flight; change the gap or the data a little",
+                STIFF: f"a wave of {wave:.3g} m/s is stopped by the power law m = {power:g} within too short a way for "
+                "double precision; give a larger compliance, or a rigid obstacle",
+                MANY: f"contact with the power law m = {power:g} needs more than {MOST_POWERED} pieces in a round "
+                "trip; give another compliance, stiffer or softer, or m = 1",
+            }[status]
+        )
 
     @property
     def open_impact(self) -> Impact | None:
@@ -255,15 +324,133 @@ class Engine:
         return float(self.f[WORST] / max(self.f[ENERGY], LEAST_ENERGY))
 
 
-def _refusal(status: int, trip: int, scale: float) -> Exception:
-    if status == CHATTER:
-        return AssumptionError(
-            f"the end passes from contact to flight 4000 times in round trip {trip}, which is chattering; "
-            "follow a shorter time"
+def at_hand(f: Array, q: Counts, impact: Impact | None) -> tuple[Pieces, State]:
+    """What comes back in the next round trip, without its load, and the end of the rod."""
+    table = _table(f, q)
+    degrees = q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(table), None]
+    series = np.where(np.arange(q[DEGREE] + 1) <= degrees, table[:, COEF:], 0.0)
+    zeta = Level(value=float(f[VALUE]), rest=float(f[REST]))
+    wave = Pieces(np.append(table[:, START], table[-1, STOP]), series)
+    return wave, State(segment=int(q[SEGMENT]), zeta=zeta, impact=impact)
+
+
+def skipped(f: Array, q: Counts, problem: Problem, found: Quietness) -> None:
+    """Put the motion after a stretch in the place of that before it, and enter what the stretch adds to the sums."""
+    series, count, table = found.wave.series, len(found.stretch), _table(f, q)
+    sizes = np.abs(series).sum(axis=1)
+    table[:, SIZE], table[:, COEF:] = sizes, series
+    q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(series)] = found.stretch.powers.quiet.degree
+    q[TRIP] += count
+    f[VALUE], f[REST] = found.state.zeta.value, found.state.zeta.rest
+    f[SCALE] = max(abs(f[ECHO]) ** count * f[SCALE], float(sizes.max()))
+    if found.state.impact is not None:
+        impact = found.state.impact
+        q[OPEN] = 1
+        f[SINCE : PEAK + 1] = impact.start, impact.end, impact.impulse, impact.peak_stress * f[MOBILITY]
+    f[HIGHEST] = max(f[HIGHEST], found.largest)
+    f[ERROR] += found.stretch.error * count + f[LATER] * f[TRANSIT]
+    f[LATER] = 0.0
+    _balanced(f, q, problem, found)
+
+
+def _balanced(f: Array, q: Counts, problem: Problem, found: Quietness) -> None:
+    """The energy balance."""
+    stretch, zeta, term = found.stretch, found.state.zeta, found.work
+    origin = problem.law.segments[found.state.segment].origin
+    begun = float(stretch.states[0, stretch.powers.quiet.waves]) + float(stretch.rests[0])
+    before = stored(f, q, origin + begun)
+    after = stored(f, q, origin + (zeta.value + zeta.rest))
+    off = f[WORK] + f[WORK_REST] - (before - f[STORED])
+    f[WORST] = max(f[WORST], abs(off + found.imbalance[0]), abs(off + found.imbalance[1]))
+    total = f[WORK] + term
+    f[WORK_REST] += (f[WORK] - total) + term if abs(f[WORK]) >= abs(term) else (term - total) + f[WORK]
+    f[WORK] = total
+    f[ENERGY] = max(f[ENERGY], found.passed, abs(before), abs(after), abs(f[STORED]))
+
+
+def _table(f: Array, q: Counts) -> Array:
+    """The pieces of the wave that comes back (COUNT, COEF + N + 1), in their place."""
+    count, width = int(q[COUNT]), int(q[DEGREE]) + 1 + COEF
+    return f[q[OLD] : q[OLD] + count * width].reshape(count, width)
+
+
+def compilation_pays(problem: Problem, wish: bool | None) -> bool:  # noqa: FBT001  (an option passed on)
+    """Whether to compile: if asked to, or if it costs less than it saves.
+
+    Raises
+    ------
+    InputError
+        Compilation is asked for and numba is not installed.
+    """
+    if wish is False:
+        return False
+    if find_spec("numba") is None:
+        if wish:
+            raise InputError('Numerics.compiled needs numba: pip install "lure[fast]"')
+        return False
+    if wish or getattr(_KERNELS.get(_powers(problem)), "signatures", None):
+        return True
+    seconds = 0.5 * problem.transits * _TRIP
+    return seconds > _COMPILE or (seconds > _LOAD and bool(_on_disk(compiled_kernel(_powers(problem)))))
+
+
+def _powers(problem: Problem) -> bool:
+    return any(segment.power != 1.0 for segment in problem.law.segments)
+
+
+def compiled_kernel(powers: bool) -> Kernel:  # noqa: FBT001  (one of two kernels)
+    """The kernel with or without power laws, compiled at its first call with all it calls, and kept on disk."""
+    if powers in _KERNELS:
+        return _KERNELS[powers]
+    from numba import njit
+
+    _register()
+    function = run_powers if powers else run
+    try:
+        made: Any = njit(cache=True, error_model="numpy")(function)
+    except RuntimeError:  # there is no place on disk to keep it
+        made = njit(error_model="numpy")(function)
+    # numba looks at the file of the function only: what was compiled before another file changed is forgotten
+    newest = max(path.stat().st_mtime for path in Path(__file__).parent.glob("kernel_*.py"))
+    for path in _on_disk(made):
+        if path.stat().st_mtime < newest:
+            path.unlink(missing_ok=True)
+    _KERNELS[powers] = made
+    return cast(Kernel, made)
+
+
+@cache
+def _register() -> None:
+    """Let numba compile the functions of the kernel where compiled code calls them; they stay as they are."""
+    from numba.extending import register_jitable
+
+    for function, inline in PARTS:
+        register_jitable(error_model="numpy", forceinline=inline)(function)
+
+
+def _on_disk(made: Any) -> list[Path]:  # noqa: ANN401  (numba has no types)
+    """Index files of what earlier processes compiled."""
+    place = getattr(getattr(made, "stats", None), "cache_path", None)
+    return list(Path(str(place)).glob(f"*.{made.__name__}-*.nbi")) if place else []
+
+
+def first_state(problem: Problem) -> State:
+    """Segment and place of the end at the start.
+
+    Raises
+    ------
+    InputError
+        It begins inside a rigid obstacle.
+    """
+    rod, segments = problem.sources.rod, problem.law.segments
+    z = problem.sources.scenario.contact_coordinate(rod)
+    if not z < LARGEST_WAVE:
+        raise InputError(
+            f"initial.u0 and rod.gap put the end at z = {z:.3g} m, beyond {LARGEST_WAVE:g}; give smaller data"
         )
-    if status == NEAR:
-        return AssumptionError(
-            "the end of the rod keeps within rounding of the obstacle over a long time, so that contact cannot be "
-            "told from free flight; change the gap or the data a little"
+    j = max(next(i for i, segment in enumerate(segments) if z <= segment.high), 0)
+    if math.isinf(segments[j].rate):
+        raise InputError(
+            f"initial.u0 and rod.gap put the end {z:.4g} m inside the obstacle, which is rigid; give a larger gap"
         )
-    return InputError(f"the wave in round trip {trip} is {scale:.3g} m/s, more than 1e+100; give smaller data or loads")
+    return State(segment=j, zeta=Level(value=z - segments[j].origin))

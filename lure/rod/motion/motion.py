@@ -1,7 +1,10 @@
-"""The answer: what is known of a motion at any time and place."""
+"""The exact motion of a rod: what may be asked for, and what is known of it at any time and place."""
 
 from __future__ import annotations
 
+import sys
+from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,17 +13,20 @@ from numpy.typing import ArrayLike
 
 from lure.errors import InputError
 from lure.record import by_value
-from lure.rod.motion.chebyshev import Array
-from lure.rod.motion.end_law import Boundary
+from lure.rod.motion.end_law import Boundary, Impact, end_law
+from lure.rod.motion.engine import Engine, compilation_pays
 from lure.rod.motion.fields import Fields
-from lure.rod.motion.impacts import Impact
-from lure.rod.motion.record import Series
+from lure.rod.motion.pieces import Array
+from lure.rod.motion.record import Series, Trips, Window, Windows, impacts_of, timeline
+from lure.rod.motion.sources import Problem, sources
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
     import control
     import xarray
+
+_MOST_TRIPS = 10_000_000
 
 
 @by_value
@@ -208,3 +214,189 @@ class Motion:
         if not np.all((times >= self.since) & (times <= self.until)):
             raise InputError(f"t leaves the motion; give times in [{self.since:g}, {self.until:g}] s")
         return self.fields.at_end(times / self.rod.travel_time, name)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Numerics:
+    """How a motion is computed; the answer does not depend on it beyond its error.
+
+    Attributes
+    ----------
+    degree : int
+        Degree of the Chebyshev series on a piece, from 8 to 40.
+    keep : int or None
+        Number of the last round trips that are kept for evaluation, at least 2; None for all.  With a number, memory
+        does not grow with ``until``, except by the impacts.
+    on_window : callable or None
+        Called with every window, for many at a time and before it is dropped.
+    on_progress : callable or None
+        Called now and then with the time reached [s]; unlike ``on_window`` it costs nothing.
+    compiled : bool or None
+        Whether numba compiles the kernel (``pip install "lure[fast]"``): half a microsecond a round trip in flight,
+        and about as much for each piece between kinks in the wave, in place of some 0.2 ms, for some 20 s at the first
+        call ever, which are kept on disk.  None compiles if that takes less time than it saves: what this process or,
+        for motions of more than 2000 round trips, an earlier one has compiled is used, and motions of more than 40 000
+        are compiled for.  It is the same code either way, and gives the same numbers to rounding;
+        ``Motion.compiled`` says which way was taken.
+    stretches : bool
+        Whether many round trips are passed over at once where nothing can happen in them: without a body force, under
+        a force that is a sum of exponentials, sines and powers between its breakpoints, at a cost that hardly depends
+        on their number.
+    """
+
+    degree: int = 16
+    keep: int | None = None
+    on_window: Callable[[Window], None] | None = None
+    on_progress: Callable[[float], None] | None = None
+    compiled: bool | None = None
+    stretches: bool = True
+
+    def __post_init__(self) -> None:
+        if isinstance(self.degree, bool) or not isinstance(self.degree, int) or not 8 <= self.degree <= 40:
+            raise InputError(f"Numerics.degree is {self.degree!r}; give a whole number from 8 to 40")
+        if self.keep is not None and (isinstance(self.keep, bool) or not isinstance(self.keep, int) or self.keep < 2):
+            raise InputError(f"Numerics.keep is {self.keep!r}; give None or a whole number from 2 on")
+        if not (self.compiled is None or isinstance(self.compiled, bool)):
+            raise InputError(f"Numerics.compiled is {self.compiled!r}; give None, True or False")
+        if not isinstance(self.stretches, bool):
+            raise InputError(f"Numerics.stretches is {self.stretches!r}; give True or False")
+
+
+def motion_windows(
+    rod: Rod, scenario: Scenario, until: float, *, boundary: Boundary | None = None, degree: int = 16
+) -> Iterator[Window]:
+    """The windows of a motion one by one, in memory that does not grow; see :func:`exact_motion`.
+
+    Parameters
+    ----------
+    rod, scenario, until, boundary
+        The rod, its loads and initial data, the end of the motion [s], and what happens at its ends.
+    degree : int
+        Degree of the Chebyshev series on a piece.
+    """
+    problem = _problem(rod, scenario, until, boundary or Boundary(), degree)
+    engine = Engine(problem, compiled=compilation_pays(problem, None))
+    return (window for record in engine.records() for window in Windows(record))
+
+
+def exact_motion(
+    rod: Rod,
+    scenario: Scenario,
+    until: float,
+    *,
+    boundary: Boundary | None = None,
+    numerics: Numerics | None = None,
+) -> Motion:
+    r"""Motion of the rod with contact on ``[0, until]``, to rounding and the error of its series.
+
+    .. math:: W(t) &= -a\,V(t - 2T) + 2 b\,g(t - T) + \ldots, \\
+        z' &= W - d\,p(z), \qquad V = W - 2 d\,p(z).
+
+    Between events the equation of ``z`` is a quadrature (free flight), linear (normal compliance with ``m = 1`` and
+    piecewise linear laws) or trivial (rigid obstacle, ``z = 0`` while the stress ``W/d`` is positive); a power law is
+    solved by collocation with adaptive pieces.  Contact and release are found by bounds on the series over whole
+    intervals; an excursion below rounding (grazing) counts as none.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod; any damping but ``-Z``.
+    scenario : Scenario
+        Loads and initial data.  Kinks and jumps of ``g``, ``u0``, ``u1`` that their formulas do not show are found by
+        halving; the body force may have conditions in ``t`` alone and in ``x`` alone.
+    until : float
+        End of the motion [s], at most 10 000 000 round trips.
+    boundary : Boundary, optional
+        Clamped end, dashpot at ``x = L``, rigid obstacle, another law.
+    numerics : Numerics, optional
+        Degree of the series, and what is kept.
+
+    Returns
+    -------
+    Motion
+        Evidence: COMPUTED, floating point with an estimate of the local errors and an energy balance.
+
+    Raises
+    ------
+    InputError
+        ``until`` is not a positive number or too far, data are not finite, or the end begins inside a rigid obstacle.
+    AssumptionError
+        Contact and flight alternate more than 4000 times in a round trip, or cannot be told apart.
+
+    Examples
+    --------
+    The paper's rod, released: free flight between -e/2 and e/2.
+
+    >>> from lure import builtin_system
+    >>> system = builtin_system("paper-rod")
+    >>> motion = exact_motion(system.rod, system.scenario, until=2.5e-3)
+    >>> T = system.rod.travel_time
+    >>> motion.end_displacement([0.0, T, 2 * T]).round(8), motion.impacts
+    (array([-1.000e-04,  1.000e-04, -9.993e-05]), ())
+    """
+    boundary, numerics = boundary or Boundary(), numerics or Numerics()
+    problem = _problem(rod, scenario, until, boundary, numerics.degree)
+    engine = Engine(problem, compiled=compilation_pays(problem, numerics.compiled), stretches=numerics.stretches)
+    record, impacts = _kept(engine, problem, numerics)
+    return Motion(
+        rod=rod,
+        scenario=scenario,
+        boundary=boundary,
+        until=float(until),
+        since=2.0 * rod.travel_time * record.number,
+        impacts=impacts,
+        crossings=engine.crossings,
+        energy_residual=engine.energy_residual,
+        error=engine.error + problem.law.error * engine.largest_wave,
+        note=problem.law.note,
+        compiled=engine.compiled,
+        fields=Fields(sources=problem.sources, share=problem.share, record=record),
+    )
+
+
+def _kept(engine: Engine, problem: Problem, numerics: Numerics) -> tuple[Trips, tuple[Impact, ...]]:
+    """The round trips that are kept, and all impacts."""
+    kept, total = deque[Trips](), 0
+    impacts: list[Impact] = []
+    for record in engine.records():
+        impacts += impacts_of(record.impacts)
+        if numerics.on_window is not None:
+            for window in Windows(record):
+                numerics.on_window(window)
+        if numerics.on_progress is not None:
+            numerics.on_progress(_reached(problem, record.number + len(record)))
+        kept.append(record)
+        total += len(record)
+        while numerics.keep is not None and total - len(kept[0]) >= numerics.keep:
+            total -= len(kept.popleft())
+    if engine.open_impact is not None:
+        impacts.append(engine.open_impact)
+    whole = timeline(tuple(kept))
+    return whole if numerics.keep is None else whole.last(numerics.keep), tuple(impacts)
+
+
+def _reached(problem: Problem, trips: int) -> float:
+    """Time [s] after so many round trips."""
+    return problem.sources.rod.travel_time * min(2.0 * trips, problem.transits)
+
+
+def _problem(rod: Rod, scenario: Scenario, until: float, boundary: Boundary, degree: int) -> Problem:
+    if isinstance(until, bool) or not isinstance(until, int | float) or not 0.0 < until <= sys.float_info.max:
+        shown = repr(until) if not isinstance(until, int) or abs(until) < 10**12 else "a very long whole number"
+        raise InputError(f"until is {shown}; give a positive number of seconds, up to 1.8e308")
+    transits = float(until) / rod.travel_time
+    if abs(transits - round(transits)) <= 4e-16 * transits:  # no round trip of rounding errors alone
+        transits = float(round(transits))
+    if transits > 2.0 * _MOST_TRIPS:
+        raise InputError(
+            f"until = {until:g} s is {transits / 2.0:.3g} round trips; give at most "
+            f"{2.0 * _MOST_TRIPS * rod.travel_time:.3g} s"
+        )
+    if transits < 1e-9:
+        raise InputError(f"until = {until:g} s is {transits:.3g} of one transit; give at least 1e-9 of it")
+    return Problem(
+        sources=sources(rod, scenario, boundary, float(until), degree),
+        law=end_law(rod, boundary),
+        share=1.0 / (1.0 + boundary.end_damping / rod.impedance),
+        transits=transits,
+    )

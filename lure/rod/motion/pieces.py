@@ -1,15 +1,18 @@
-"""A function of time as Chebyshev series on pieces, which jumps and kinks separate."""
+"""Chebyshev series on ``[-1, 1]``, many at once, and functions of time as such series on pieces."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
 
 from lure.errors import InputError
-from lure.rod.motion.chebyshev import Array, basis, restricted, tails, values
 
+Array = NDArray[np.float64]
 SAME = 2e-15  # edges closer than this, of a window of length 2, are one
 NARROWEST = 1e-13
 _MOST = 5000
@@ -18,6 +21,139 @@ _LOOKS = 2048
 _DENORMAL = 1e-320
 _NEAR_END = 1e-6  # distance of the outermost checks from the ends, in half widths,
 _CLEAR_OF_END = 2e-14  # but not less than this, for an end is known to rounding only
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Basis:
+    """Points and matrices of one degree ``N``; make one with :func:`basis`.
+
+    Attributes
+    ----------
+    degree : int
+        ``N``.
+    inner : ndarray
+        (N+1,) zeros of ``T_{N+1}``, ascending: data are read there, never on a jump at the end of a piece.
+    ends : ndarray
+        (N+1,) extrema of ``T_N``, ascending, both ends included.
+    from_inner, from_ends : ndarray
+        (N+1, N+1) from values at those points to coefficients.
+    integral : ndarray
+        (N+1, N+1) from coefficients to those of ``int_{-1}^x``, without its term of degree ``N+1``.
+    derivative : ndarray
+        (N+1, N+1) from coefficients to those of the derivative.
+    collocation : ndarray
+        (N, N) from values at ``ends[1:]`` to the integral from -1 of their interpolant there.
+    at_ends, at_gauss : ndarray
+        (N+1, N+1) from coefficients to values at ``ends`` and at the Gauss points.
+    gauss, weights : ndarray
+        (N+1,) Gauss points and weights.
+    """
+
+    degree: int
+    inner: Array
+    ends: Array
+    from_inner: Array
+    from_ends: Array
+    integral: Array
+    derivative: Array
+    collocation: Array
+    at_ends: Array
+    at_gauss: Array
+    gauss: Array
+    weights: Array
+
+
+@lru_cache(maxsize=8)
+def basis(degree: int) -> Basis:
+    """The points and matrices of the degree."""
+    n = degree + 1
+    inner = -np.cos(np.pi * (np.arange(n) + 0.5) / n)
+    ends = -np.cos(np.pi * np.arange(n) / degree)
+    ends[0], ends[-1] = -1.0, 1.0
+    unit = np.eye(n)
+    integral = np.column_stack([chebyshev.chebint(row, lbnd=-1)[:n] for row in unit])
+    derivative = np.zeros((n, n))
+    for k in range(1, n):
+        derivative[:k, k] = chebyshev.chebder(unit[k])[:k]
+    gauss, weights = np.polynomial.legendre.leggauss(n)
+    right = _inverse(ends[1:], degree - 1)
+    primitives = np.column_stack([chebyshev.chebint(column, lbnd=-1) for column in right.T])
+    return Basis(
+        degree=degree,
+        inner=inner,
+        ends=ends,
+        from_inner=_inverse(inner, degree),
+        from_ends=_inverse(ends, degree),
+        integral=np.asarray(integral, dtype=float),
+        derivative=derivative,
+        collocation=np.asarray(chebyshev.chebvander(ends[1:], degree) @ primitives, dtype=float),
+        at_ends=np.asarray(chebyshev.chebvander(ends, degree), dtype=float),
+        at_gauss=np.asarray(chebyshev.chebvander(gauss, degree), dtype=float),
+        gauss=gauss,
+        weights=weights,
+    )
+
+
+def _inverse(points: Array, degree: int) -> Array:
+    """From values at the points to coefficients."""
+    return np.asarray(np.linalg.inv(chebyshev.chebvander(points, degree)), dtype=float)
+
+
+def products(size: int) -> Array:
+    """Integrals of ``T_i T_j`` (size, size) over ``[-1, 1]``."""
+    i, j = np.arange(size, dtype=float)[:, None], np.arange(size, dtype=float)[None, :]
+    even = (i + j) % 2 == 0
+    return np.where(even, 1.0 / (1.0 - (i + j) ** 2 * even) + 1.0 / (1.0 - (i - j) ** 2 * even), 0.0)
+
+
+def values(coefficients: Array, x: Array) -> Array:
+    """Values (m, j) of m series (m, N+1) at their own points ``x`` (m, j), by Clenshaw's recurrence."""
+    total, before = np.zeros_like(x), np.zeros_like(x)
+    for k in range(coefficients.shape[1] - 1, 0, -1):
+        total, before = 2.0 * x * total - before + coefficients[:, k, None], total
+    return np.asarray(x * total - before + coefficients[:, 0, None])
+
+
+def right_ends(coefficients: Array) -> Array:
+    """Values (m,) at 1."""
+    return np.asarray(coefficients.sum(axis=1))
+
+
+def left_ends(coefficients: Array) -> Array:
+    """Values (m,) at -1."""
+    return np.asarray(coefficients[:, ::2].sum(axis=1) - coefficients[:, 1::2].sum(axis=1))
+
+
+def restricted(coefficients: Array, low: Array, high: Array) -> Array:
+    """The series (m, N+1) on ``[low, high]`` (m,), a part of ``[-1, 1]`` each, as series on ``[-1, 1]``."""
+    space = basis(coefficients.shape[1] - 1)
+    x = low[:, None] + 0.5 * (high - low)[:, None] * (space.inner + 1.0)
+    return np.asarray(values(coefficients, x) @ space.from_inner.T)
+
+
+def largest(coefficients: Array) -> float:
+    """A bound on ``|f|`` for all series: the largest sum of ``|c_k|``."""
+    return float(np.abs(coefficients).sum(axis=1).max(initial=0.0))
+
+
+def tails(coefficients: Array) -> Array:
+    """Size (m,) of the last two coefficients: what is left out is of that order or less if they fall off."""
+    return np.asarray(np.abs(coefficients[:, -2:]).max(axis=1))
+
+
+def upper_bounds(series: Array) -> Array:
+    """Upper bounds (m,) on the largest value on each piece: the larger end where the derivative keeps its sign."""
+    size = np.abs(series)
+    top = series[:, 0] + size[:, 1:].sum(axis=1)
+    ends = np.maximum(left_ends(series), right_ends(series))
+    return np.where(directions(series) != 0, ends, top)
+
+
+def directions(series: Array) -> Array:
+    """1 or -1 (m,) where the function certainly rises or falls on the whole piece, else 0."""
+    slope = series @ basis(series.shape[1] - 1).derivative.T
+    rest = np.abs(slope[:, 1:]).sum(axis=1)
+    return np.where(np.abs(slope[:, 0]) >= rest, np.sign(slope[:, 0]), 0.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -161,29 +297,3 @@ def fitted(
         np.array([*(piece[0] for piece in done), edges[-1]]),
         np.array([piece[2] for piece in done]),
     ), error
-
-
-def merged(pieces: Pieces, tolerance: float) -> Pieces:
-    """The same function to the tolerance, neighbours made one piece where one series will do."""
-    for first in (0, 1):
-        pairs = np.arange(first, len(pieces.series) - 1, 2)
-        if not pairs.size:
-            return pieces
-        space = basis(pieces.series.shape[1] - 1)
-        low, high = pieces.edges[pairs], pieces.edges[pairs + 2]
-        points = low[:, None] + 0.5 * (high - low)[:, None] * (space.inner + 1.0)
-        series = pieces(points.ravel()).reshape(points.shape) @ space.from_inner.T
-        good = np.ones(len(pairs), dtype=bool)
-        for part in (0, 1):
-            start, stop = pieces.edges[pairs + part], pieces.edges[pairs + part + 1]
-            a, b = (
-                2.0 * (start - low) / (high - low) - 1.0,
-                2.0 * (stop - low) / (high - low) - 1.0,
-            )
-            again = restricted(series, a, b)
-            good &= np.abs(again - pieces.series[pairs + part]).sum(axis=1) <= tolerance
-        drop = pairs[good] + 1
-        kept = pieces.series.copy()
-        kept[pairs[good]] = series[good]
-        pieces = Pieces(np.delete(pieces.edges, drop), np.delete(kept, drop, axis=0))
-    return pieces

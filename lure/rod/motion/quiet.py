@@ -1,4 +1,4 @@
-"""How far nothing happens: bounds over whole round trips, 64 at a time, and what the sums of a motion gain by it."""
+"""How far nothing happens: states block after block, bounds over whole round trips, and what the sums gain by it."""
 
 from __future__ import annotations
 
@@ -7,22 +7,119 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lure.rod.motion.chebyshev import Array
-from lure.rod.motion.impacts import Impact
-from lure.rod.motion.pieces import Pieces
-from lure.rod.motion.quiet_load import QuietLoads
-from lure.rod.motion.quiet_map import Coefficients, quiet
-from lure.rod.motion.quiet_powers import Powers, passed, work
-from lure.rod.motion.quiet_walk import TOP, Walk, travel
-from lure.rod.motion.segment_motion import Level
-from lure.rod.motion.stretch import BLOCK, BLOCK_POWER, Stretch
-from lure.rod.motion.stretch_peaks import peak
-from lure.rod.motion.windows import Problem, State
+from lure.rod.motion.end_law import Impact
+from lure.rod.motion.pieces import Array, Pieces
+from lure.rod.motion.quiet_map import Coefficients, Powers, QuietLoads, passed, quiet, work
+from lure.rod.motion.record import Level, State
+from lure.rod.motion.sources import Problem
+from lure.rod.motion.stretch import BLOCK, BLOCK_POWER, Stretch, peak
 
+TOP = 1e-16  # of the wave: what its last coefficients may be
+_CHUNK, _LARGE = 64, 100
+_MARGIN = 1e-12
+_CANCELLED = 4e-16
 LEAST = 16
 _MOST_PIECES, _MOST_STATES = 64, 400
 _NOISE = 1e-17
 _CLEAR, _CLEAR_IN_CONTACT = 2.0, 4.0  # distances, in swings of a round trip, below which nothing is tried
+
+
+class Walk:
+    """States block after block, up to the first round trip that is not certainly quiet."""
+
+    def __init__(self, powers: Powers, number: int) -> None:
+        self.powers, self.number = powers, number
+        self.states: list[Array] = []
+        self.rests: list[Array] = []
+        self.tops: list[Array] = []
+        self.starts: list[Array] = []
+        self.loads: list[Array] = []
+        self._tables()
+
+    def _tables(self) -> None:
+        """``zeta`` in each round trip of a block, less that in the first; bounds on what ``zeta`` does in any."""
+        powers, q = self.powers, self.powers.quiet
+        w, size = q.waves, powers.states.count + 1
+        inside, forced = np.zeros((1, q.size)), np.zeros((1, size))
+        series, constant = q.travel, q.steady
+        swing, more = np.abs(series).sum(axis=1), np.zeros((q.pieces, size))
+        more[:, -1] = np.abs(constant).sum(axis=1)
+        for k in range(BLOCK_POWER):
+            p = powers[k]
+            step = powers.step(p.m)
+            # row w of B + D, the identity taken off, then what is inside carried over
+            row = np.zeros(q.size)
+            row += p.rows[0] if q.segment.rate == 0.0 else p.rows[w]
+            later = inside * p.beta + inside[:, p.place] @ p.rows + row
+            load = inside @ p.load + forced @ step + p.load[w]
+            inside, forced = np.vstack((inside, later)), np.vstack((forced, load))
+            more = swing @ np.abs(p.load) + more @ np.maximum(np.abs(step), np.eye(size))
+            swing = swing * np.maximum(1.0, np.abs(p.beta)) + swing[:, p.place] @ np.abs(p.rows)
+        self._inside, self._forced, self._swing, self._more = inside, forced, swing, more
+
+    def along(self, X: Array, rest: float, most: int) -> int:
+        """Number of quiet round trips, at most ``most``."""
+        q, done = self.powers.quiet, 0
+        w, segment = q.waves, q.segment
+        low, high = segment.low - segment.origin, segment.high - segment.origin
+        self.ahead, self.ahead_rest = X, rest
+        blocks = _CHUNK if q.size < _LARGE else 1
+        while done < most:
+            n = self.number + done
+            blocks = min(blocks * 8, _CHUNK, -(-(most - done) // BLOCK))
+            u = self.powers.at(self.powers.number_of(n, blocks))
+            states, rests = self._chunk(u)
+            self.loads.append(u)
+            swing = (np.abs(states) @ self._swing.T + np.abs(u) @ self._more.T).max(axis=1)
+            zeta = states @ self._inside.T + u @ self._forced.T + (states[:, w] + rests)[:, None]
+            margin = _MARGIN * (np.abs(zeta).max(axis=1) + swing)
+            tops = zeta + (swing + margin)[:, None]
+            quiet = tops < high
+            if low > -math.inf:
+                quiet &= zeta - (swing + margin)[:, None] > low
+            sizes = np.abs(states[:, :w]).reshape(blocks, q.pieces, -1)
+            fine = sizes[:, :, -1].max(axis=1) <= TOP * sizes.sum(axis=2).max(axis=1) if q.degree else True
+            if segment.rate > 0.0:
+                quiet &= np.reshape(fine, (-1, 1))
+            self.states.append(states)
+            self.rests.append(rests)
+            self.tops.append(tops.ravel())
+            self.starts.append(zeta.ravel())
+            loud = np.flatnonzero(~quiet.ravel())
+            if loud.size:
+                return min(most, done + int(loud[0]))
+            done += BLOCK * blocks
+        return most
+
+    def _chunk(self, u: Array) -> tuple[Array, Array]:
+        """States (blocks, S) given those of the load; ``ahead`` is the one after them."""
+        powers, q, blocks = self.powers, self.powers.quiet, len(u)
+        states, k, filled = np.empty((blocks + 1, q.size)), BLOCK_POWER, 1
+        states[0] = self.ahead
+        while filled < blocks + 1:
+            count = min(filled, blocks + 1 - filled)
+            states[filled : filled + count] = powers[k].applied(states[:count], u[:count])
+            filled, k = filled + count, k + 1
+        rests = np.zeros(blocks + 1)
+        if q.segment.rate == 0.0:
+            travelled = travel(powers, BLOCK_POWER, states[:-1], u)
+            sums = self.ahead_rest + np.concatenate(([0.0], np.cumsum(travelled)))
+            start = states[0, q.waves]
+            value = start + sums
+            back = value - start
+            rests = (start - (value - back)) + (sums - back)
+            states[:, q.waves] = value
+        self.ahead, self.ahead_rest = states[-1], float(rests[-1])
+        return states[:-1], rests[:-1]
+
+
+def travel(powers: Powers, k: int, X: Array, u: Array) -> Array:
+    """What ``zeta`` travels in flight over ``2**k`` round trips; ways there and back that differ by rounding cancel."""
+    gone, q = powers[k], powers.quiet
+    parts = X[:, : q.waves] * gone.rows[0, : q.waves]
+    way = parts.sum(axis=1)
+    way[np.abs(way) <= _CANCELLED * np.abs(parts).sum(axis=1)] = 0.0
+    return np.asarray(way + u @ gone.load[q.waves])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -53,10 +150,10 @@ class Quietness:
 
 
 class Search:
-    """Looks for stretches of one motion."""
+    """Looks for stretches of one motion; a piece of a round trip costs the kernel ``piece`` [s]."""
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem, self._loads = problem, QuietLoads(problem.sources)
+    def __init__(self, problem: Problem, piece: float) -> None:
+        self._problem, self._loads, self._piece = problem, QuietLoads(problem.sources), piece
         rod = problem.sources.rod
         self._numbers = Coefficients(
             transit=rod.travel_time,
@@ -74,10 +171,10 @@ class Search:
         return self._loads.known
 
     def worth(self, state: State, pieces: int, degree: int) -> int:
-        """Round trips of compiled code that cost as much as a search."""
+        """Round trips of the kernel that cost as much as a search."""
         size = pieces * (degree + 2) + 1
         contact = self._problem.law.segments[state.segment].rate > 0.0
-        return int((6e-4 + (6e-10 * size**3 + 6e-4 if contact else 0.0)) / (5e-7 * pieces + 5e-7))
+        return int((6e-4 + (6e-10 * size**3 + 6e-4 if contact else 0.0)) / (self._piece * (pieces + 1)))
 
     def after(self, number: int, wave: Pieces, state: State) -> Quietness | None:
         """The stretch that begins with a round trip, given what comes back in it; None if there is none of 16."""

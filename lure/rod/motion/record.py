@@ -2,21 +2,90 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Literal, Protocol, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.rod.motion.chebyshev import Array
-from lure.rod.motion.impacts import Impact
-from lure.rod.motion.segment_motion import Level
-from lure.rod.motion.windows import State, Window
+from lure.rod.motion.end_law import Impact
+from lure.rod.motion.pieces import Array
 
 Series = Literal["wave", "returned", "push", "z"]
 _COLUMNS = {"wave": 0, "z": 1, "push": 2}
 _MANY = 100_000
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Window:
+    """One round trip.
+
+    Attributes
+    ----------
+    number : int
+        It spans ``2T number`` to ``2T number + span T``.
+    edges : ndarray
+        (m+1,) from 0 to ``span``, at most 2 [transits].
+    wave, returned, push, z : ndarray
+        (m, N+1) Chebyshev series on the pieces: ``W = r1(t, L)``, ``V = r2(t, L)``, ``d p`` [m/s] with ``d`` reduced by
+        a dashpot at ``x = L``, and the contact coordinate [m].
+    impacts : tuple of Impact
+        Those that ended here.
+    crossings : int
+        Passages from one segment of the law to another.
+    error : float
+        Estimate of the local errors made here, as a change of ``V`` times its duration [m].
+    end : State
+        The end of the rod after this window.
+    """
+
+    number: int
+    edges: Array
+    wave: Array
+    returned: Array
+    push: Array
+    z: Array
+    impacts: tuple[Impact, ...]
+    crossings: int
+    error: float
+    end: State
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class State:
+    """Where the end of the rod is.
+
+    Attributes
+    ----------
+    segment : int
+        Segment of the law.
+    zeta : Level
+        ``z`` from the origin of the segment [m].
+    impact : Impact or None
+        The contact that goes on.
+    """
+
+    segment: int
+    zeta: Level
+    impact: Impact | None = None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Level:
+    """A number with its rounding remainder: positions in free flight are sums of very many small travels."""
+
+    value: float
+    rest: float = 0.0
+
+    def plus(self, travel: float) -> Level:
+        """The sum, with what rounding lost kept in ``rest``."""
+        small = travel + self.rest
+        total = self.value + small
+        back = total - self.value
+        return Level(value=total, rest=(self.value - (total - back)) + (small - back))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -284,3 +353,73 @@ def record_of(windows: Collection[Window], share: float) -> Record:
         ),
         impacts=np.array(rows).reshape(-1, 4),
     )
+
+
+class Timeline:
+    """Round trips in several parts; see :class:`lure.rod.motion.record.Record`."""
+
+    def __init__(self, parts: Sequence[Trips]) -> None:
+        self._parts = list(parts)
+        self._starts = [part.number for part in parts]
+        self._firsts = np.array(self._starts, dtype=float)
+
+    @property
+    def number(self) -> int:
+        """The first round trip."""
+        return self._starts[0]
+
+    @property
+    def stop(self) -> float:
+        """Where the last round trip ends, from its start [transits]."""
+        return self._parts[-1].stop
+
+    @property
+    def impacts(self) -> Array:
+        """(I, 4) start, end, impulse and peak stress of the impacts that ended here."""
+        return np.concatenate([part.impacts for part in self._parts])
+
+    def __len__(self) -> int:
+        """Number of round trips."""
+        return self._starts[-1] + len(self._parts[-1]) - self._starts[0]
+
+    def at(self, t: Array, name: Series) -> Array:
+        """Values (n,) at instants (n,) [transits]; on an edge those from the right."""
+        found = np.empty(len(t))
+        trip = np.floor(0.5 * t)
+        part = np.clip(np.searchsorted(self._firsts, trip, side="right") - 1, 0, None)
+        order = np.argsort(part, kind="stable")
+        ends = np.flatnonzero(np.diff(part[order])) + 1
+        for some in np.split(order, ends) if len(t) else ():
+            found[some] = self._parts[part[some[0]]].at(t[some], name)
+        return found
+
+    def edges(self, i: int) -> Array:
+        """Edges of the pieces of the i-th round trip."""
+        part = self._part(i)
+        return part.edges(i + self.number - part.number)
+
+    def window(self, i: int) -> Window:
+        """The i-th round trip on its own."""
+        part = self._part(i)
+        return part.window(i + self.number - part.number)
+
+    def last(self, count: int) -> Trips:
+        """The last round trips."""
+        start, parts = max(self._starts[-1] + len(self._parts[-1]) - count, self.number), []
+        for part in self._parts:
+            stop = part.number + len(part)
+            if stop > start:
+                parts.append(part.last(stop - start) if part.number < start else part)
+        return timeline(parts)
+
+    def _part(self, i: int) -> Trips:
+        return self._parts[bisect_right(self._starts, i + self.number) - 1]
+
+
+def timeline(parts: Sequence[Trips]) -> Trips:
+    """The parts as one; records next to each other are joined."""
+    found: list[Trips] = []
+    for plain, some in groupby(parts, key=lambda part: isinstance(part, Record)):
+        group = list(some)
+        found += [joined_records([part for part in group if isinstance(part, Record)])] if plain else group
+    return found[0] if len(found) == 1 else Timeline(found)

@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     import control
     import xarray
 
-    from lure.rod.motion.end_law import Boundary
-    from lure.rod.motion.impacts import Impact
+    from lure.rod.motion.end_law import Boundary, Impact
     from lure.rod.motion.motion import Motion
 
 MOST_SAMPLES = 1_000_000

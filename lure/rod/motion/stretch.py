@@ -7,11 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.rod.motion.chebyshev import Array
-from lure.rod.motion.impacts import Impact
-from lure.rod.motion.quiet_powers import Powers
-from lure.rod.motion.record import Record, Series
-from lure.rod.motion.windows import Window
+from lure.rod.motion.end_law import Impact
+from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds
+from lure.rod.motion.quiet_map import Powers
+from lure.rod.motion.record import Record, Series, Window
 
 BLOCK_POWER, FINE_POWER = 6, 3
 BLOCK, FINE = 2**BLOCK_POWER, 2**FINE_POWER
@@ -202,8 +201,6 @@ class Stretch:
     def _peaks(self) -> Array:
         """Largest stress [Pa] of the impact up to the end of each round trip."""
         if "peaks" not in self._made:
-            from lure.rod.motion.stretch_peaks import running_peaks
-
             self._made["peaks"] = running_peaks(self)
         peaks = self._made["peaks"]
         assert isinstance(peaks, np.ndarray)
@@ -244,3 +241,60 @@ class Stretch:
             impact=before,
             _made={},
         )
+
+
+def running_peaks(stretch: Stretch) -> Array:
+    """Largest stress (count,) [Pa] of the impact up to the end of each round trip."""
+    segment, impact = stretch.powers.quiet.segment, stretch.impact
+    best = -np.inf if impact is None else impact.peak_stress * stretch.mobility
+    found = []
+    for low in range(0, len(stretch), CHUNK):
+        zeta = stretch.series(stretch.every(low, min(low + CHUNK, len(stretch))))[1]
+        push = segment.rate * zeta
+        push[:, :, 0] += segment.push
+        flat = push.reshape(-1, push.shape[2])
+        least = np.maximum(left_ends(flat), right_ends(flat)).reshape(push.shape[:2]).max(axis=1)
+        most = upper_bounds(flat).reshape(push.shape[:2]).max(axis=1)
+        before = np.maximum.accumulate(np.append(best, least))[:-1]
+        for i in np.flatnonzero(most > np.maximum(before, least)):
+            least[i] = max(least[i], largest_value(push[i]))
+        found.append(np.maximum.accumulate(np.append(best, least))[1:])
+        best = float(found[-1][-1])
+    return np.concatenate(found) / stretch.mobility
+
+
+def peak(stretch: Stretch, tops: Array, best: float) -> float:
+    """The largest ``zeta`` of the stretch, given upper bounds (count,) round trip by round trip, and a value it has."""
+    some = np.flatnonzero(tops > best)
+    for low in range(0, len(some), CHUNK):
+        X, rest = stretch.states_in(some[low : low + CHUNK])
+        X[:, stretch.powers.quiet.waves] += rest
+        zeta = stretch.series(X)[1]
+        flat = zeta.reshape(-1, zeta.shape[2])
+        flat = flat[flat[:, 0] + np.abs(flat[:, 1:]).sum(axis=1) > best]
+        if len(flat):
+            best = max(best, float(right_ends(flat).max()))
+            flat = flat[upper_bounds(flat) > best]
+        if len(flat):
+            best = max(best, largest_value(flat))
+    return best
+
+
+def largest_value(series: Array) -> float:
+    """The largest value on any piece, to rounding: pieces that may hold it are halved while a bound exceeds the best.
+
+    >>> largest_value(np.array([[0.0, 0.5, -0.5]]))  # -x^2 + x/2 + 1/2 is largest at x = 1/4
+    0.5625
+    """
+    space = basis(series.shape[1] - 1)
+    best = -np.inf
+    for _ in range(40):
+        sampled = series @ space.at_ends.T
+        best = max(best, float(sampled.max(initial=-np.inf)))
+        size = float(np.abs(series).sum(axis=1).max(initial=0.0))
+        open_ = series[upper_bounds(series) > best + 1e-15 * size]
+        if not len(open_):
+            break
+        low, high = np.full(len(open_), -1.0), np.zeros(len(open_))
+        series = np.concatenate((restricted(open_, low, high), restricted(open_, high, -low)))
+    return best
