@@ -32,10 +32,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from lure import Rod, Scenario, builtin_system, upwind
-from lure.analysis.plots.rod_comparison import plot_comparison
-from lure.analysis.plots.rod_response import plot_history, plot_poincare
 from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, finish_axes
 from lure.analysis.rod.comparison import compare, integrate
+from lure.analysis.rod.plots.comparison import plot_comparison
+from lure.analysis.rod.plots.response import plot_history, plot_poincare
 from lure.analysis.rod.response import Plan, response
 from lure.rod.motion import Boundary, Numerics, exact_motion
 

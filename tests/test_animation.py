@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from lure.rod.parameters.motion import Boundary, exact_motion
+from lure.rod.motion import Boundary, exact_motion
 from matplotlib.figure import Figure
 from PIL import Image
 from refusals import refusal
 from runs import thrown, thrown_end
 
 from lure import Scenario
-from lure.analysis.plots.rod_animation import animate, exaggeration, frame
-from lure.analysis.plots.rod_run import (
+from lure.analysis.rod.plots.animation import animate, exaggeration, frame
+from lure.analysis.rod.plots.run import (
     envelope,
     plot_run_dashpot,
     plot_run_end,

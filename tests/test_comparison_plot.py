@@ -8,13 +8,13 @@ from matplotlib import pyplot
 from matplotlib.figure import Figure
 
 from lure import Rod, Scenario, builtin_system
-from lure.analysis.plots.rod_comparison import (
+from lure.analysis.rod.comparison import compare
+from lure.analysis.rod.plots.comparison import (
     comparison_file,
     plot_comparison,
     plot_comparison_end,
     plot_comparison_error,
 )
-from lure.analysis.rod.comparison import compare
 from lure.rod.systems import rod_from_exact
 
 PAPER = builtin_system("paper-rod")

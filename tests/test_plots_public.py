@@ -1,4 +1,4 @@
-"""Every figure is handed out by `lure.analysis.plots`, and none of it waits for matplotlib."""
+"""Every figure is handed out by its package, and none of it waits for matplotlib."""
 
 import ast
 import subprocess
@@ -8,11 +8,13 @@ from pathlib import Path
 import pytest
 
 import lure.analysis.plots
+import lure.analysis.rod.plots
 
-FOLDER = Path(lure.analysis.plots.__file__).parent
+PACKAGES = (lure.analysis.plots, lure.analysis.rod.plots)
 DRAWN = sorted(
-    (path.stem, node.name)
-    for path in FOLDER.glob("*.py")
+    (package.__name__, path.stem, node.name)
+    for package in PACKAGES
+    for path in Path(package.__file__).parent.glob("*.py")
     for node in ast.parse(path.read_text(encoding="utf-8")).body
     if isinstance(node, ast.FunctionDef) and node.name.startswith("plot_")
 )
@@ -22,11 +24,11 @@ def test_there_are_figures():
     assert len(DRAWN) > 30
 
 
-@pytest.mark.parametrize(("home", "name"), DRAWN)
-def test_every_figure_is_handed_out(home, name):
-    found = getattr(lure.analysis.plots, name)
-    assert found.__module__ == f"lure.analysis.plots.{home}"
-    assert name in dir(lure.analysis.plots)
+@pytest.mark.parametrize(("package", "home", "name"), DRAWN)
+def test_every_figure_is_handed_out(package, home, name):
+    found = getattr(sys.modules[package], name)
+    assert found.__module__ == f"{package}.{home}"
+    assert name in dir(sys.modules[package])
 
 
 def test_what_is_not_there_is_an_attribute_error():
@@ -35,7 +37,7 @@ def test_what_is_not_there_is_an_attribute_error():
 
 
 def test_every_figure_can_be_imported_first_and_without_matplotlib():
-    names = ", ".join(name for _, name in DRAWN)
-    code = f"import sys; from lure.analysis.plots import {names}; print('matplotlib' in sys.modules)"
+    imports = "; ".join(f"from {package} import {name}" for package, _, name in DRAWN)
+    code = f"import sys; {imports}; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("False\n", "")

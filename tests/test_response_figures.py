@@ -6,13 +6,13 @@ from functools import partial
 
 import numpy as np
 import pytest
-from lure.rod.parameters.motion import Boundary
+from lure.rod.motion import Boundary
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 from motions import unit_rod
 
 from lure.analysis.plots import render
-from lure.analysis.plots.rod_response import (
+from lure.analysis.rod.plots.response import (
     plot_basin,
     plot_bifurcation,
     plot_history,

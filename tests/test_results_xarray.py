@@ -14,7 +14,7 @@ from results import FREE, RESULTS, STRUCK, cells, scheme
 
 from lure import Numerics, Scenario, exact_motion, initial_state
 from lure.analysis.measured import Measurements, report_of, sector_of
-from lure.analysis.plots.rod_motion import plot_convergence, plot_motion
+from lure.analysis.rod.plots.motion import plot_convergence, plot_motion
 from lure.analysis.rod.runs import motion_dataset, run_dataset, sampled_motion
 from lure.record import plain
 from lure.rod.galerkin import NonuniformRod, galerkin

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray
 from commands import names
-from lure.rod.parameters.motion import exact_motion
+from lure.rod.motion import exact_motion
 
 from lure.files import find_system
 

@@ -18,8 +18,8 @@ from lure.analysis.cli.texts import AS_PRINTED, BASIN, BIFURCATION, COMPARE, RES
 
 if TYPE_CHECKING:
     from lure.analysis.plots import Draw
-    from lure.analysis.plots.rod_comparison import FileKind
     from lure.analysis.rod.comparison import Comparison
+    from lure.analysis.rod.plots.comparison import FileKind
     from lure.analysis.rod.response import Basin, Bifurcation, Plan, Response
     from lure.analysis.rod.response.sweeping import Order
     from lure.analysis.rod.runs import Performed, Request
@@ -141,7 +141,7 @@ def _checked_plot(plot: Path | None, *, replace: bool) -> FileKind | None:
 
 
 def _draw(found: Comparison, plot: Path, kind: FileKind, *, replace: bool) -> None:
-    from lure.analysis.plots.rod_comparison import comparison_file
+    from lure.analysis.rod.plots.comparison import comparison_file
     from lure.analysis.rod.runs.writing import written
 
     picture = comparison_file(found, kind)
@@ -361,7 +361,7 @@ def response(
     scenario = _scenario(chosen, force)
     with progress(quiet=quiet) as tell:
         found = run(chosen.rod, scenario, plan=plan, progress=tell)
-    from lure.analysis.plots.rod_response import plot_response
+    from lure.analysis.rod.plots.response import plot_response
 
     _responding_say(found, as_json=as_json, note=_note(chosen, force))
     _responding_draw(plot, partial(plot_response, found), (9.6, 7.0), quiet=quiet, as_json=as_json, replace=replace)
@@ -404,7 +404,7 @@ def bifurcation(
     with progress(quiet=quiet) as tell:
         sweep = Sweep(plan=plan, order=cast("Order", way), start=chosen.scenario, workers=workers, progress=tell)
         found = run(chosen.rod, text, parameter, values, sweep=sweep)
-    from lure.analysis.plots.rod_response import plot_bifurcation
+    from lure.analysis.rod.plots.response import plot_bifurcation
 
     _responding_say(found, as_json=as_json, note=_note(chosen, force))
     if found.points:
@@ -440,7 +440,7 @@ def basin(
 
     with progress(quiet=quiet) as tell:
         found = run(chosen.rod, offsets, velocities, start=chosen.scenario, progress=tell)
-    from lure.analysis.plots.rod_response import plot_basin
+    from lure.analysis.rod.plots.response import plot_basin
 
     _responding_say(found, as_json=as_json)
     if (found.impacts >= 0).any():

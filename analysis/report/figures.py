@@ -8,23 +8,11 @@ from functools import partial
 from typing import Literal
 
 from lure.analysis.inequality.checks import CriterionResult, Model
-from lure.analysis.plots import (
-    Draw,
-    Picture,
-    drawing_frequencies,
-    plot_damping,
-    plot_decay,
-    plot_end_motion,
-    plot_nyquist,
-    plot_popov_expression,
-    plot_rest,
-    plot_spectrum,
-    plot_surface,
-    render,
-)
-from lure.analysis.plots.rod_comparison import plot_both_decays, plot_both_ends
-from lure.analysis.plots.rod_frequency import plot_rod_nyquist, plot_rod_popov
+from lure.analysis.plots import Draw, Picture, drawing_frequencies, plot_nyquist, plot_popov_expression, render
 from lure.analysis.report.model import StabilityReport
+from lure.analysis.rod.plots import plot_damping, plot_decay, plot_end_motion, plot_rest, plot_spectrum, plot_surface
+from lure.analysis.rod.plots.comparison import plot_both_decays, plot_both_ends
+from lure.analysis.rod.plots.frequency import plot_rod_nyquist, plot_rod_popov
 from lure.rod.transfer import RodBlock
 from lure.rod.upwind import UpwindScheme
 

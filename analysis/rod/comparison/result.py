@@ -189,13 +189,13 @@ class Comparison(Record):
         return Page(title, rows, head, "OBSERVED", notes)
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """The end of the rod by every method, the errors below; see :func:`lure.analysis.plots.plot_comparison`.
+        """The end of the rod by every method, the errors below; see :func:`lure.analysis.rod.plots.plot_comparison`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.rod_comparison import plot_comparison
+        from lure.analysis.rod.plots.comparison import plot_comparison
 
         return plot_comparison(self, ax=ax)

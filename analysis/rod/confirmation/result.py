@@ -183,13 +183,13 @@ class Confirmation(Record):
         return Page(f"motions beside what was shown, {self.kind}", rows, head, "OBSERVED", notes)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The contact coordinate of both; see :func:`lure.analysis.plots.plot_both_ends`.
+        """The contact coordinate of both; see :func:`lure.analysis.rod.plots.plot_both_ends`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.rod_comparison import plot_both_ends
+        from lure.analysis.rod.plots.comparison import plot_both_ends
 
         return plot_both_ends(self, ax=ax)

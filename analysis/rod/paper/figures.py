@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lure.analysis.plots.rod_paper import EndCurve, plot_end_curves, plot_end_envelope, plot_waves
 from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, Draw
 from lure.analysis.rod.paper.model import Variant
 from lure.analysis.rod.paper.runs import RELEASE, PaperRuns
 from lure.analysis.rod.paper.settling import PAPER_SETTLING
+from lure.analysis.rod.plots.paper import EndCurve, plot_end_curves, plot_end_envelope, plot_waves
 
 _ZOOM = 1.2e-3
 _WAVES = {3: "r1", 4: "r2", 5: "v"}

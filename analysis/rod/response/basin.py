@@ -102,14 +102,14 @@ class Basin(Record):
         return Page("resting places of the rod", rows, verdict="COMPUTED", notes=notes)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Resting places over the initial data; see :func:`lure.analysis.plots.plot_basin`.
+        """Resting places over the initial data; see :func:`lure.analysis.rod.plots.plot_basin`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.rod_response import plot_basin
+        from lure.analysis.rod.plots.response import plot_basin
 
         return plot_basin(self, ax=ax)
 

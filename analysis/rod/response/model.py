@@ -168,13 +168,13 @@ class Response(Record):
         return Page("response of the rod to a periodic load", rows, verdict="OBSERVED", notes=(f"One {_WATCHED}.",))
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """History, stroboscopic points, spectrum and impulses; see :func:`lure.analysis.plots.plot_response`.
+        """History, stroboscopic points, spectrum and impulses; see :func:`lure.analysis.rod.plots.plot_response`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.rod_response import plot_response
+        from lure.analysis.rod.plots.response import plot_response
 
         return plot_response(self, ax=ax)

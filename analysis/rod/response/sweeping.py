@@ -174,13 +174,13 @@ class Bifurcation(Record):
         return Page(title, rows, head, "OBSERVED", (*notes, *str(self).split("\n")))
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Stroboscopic points against the parameter; see :func:`lure.analysis.plots.plot_bifurcation`.
+        """Stroboscopic points against the parameter; see :func:`lure.analysis.rod.plots.plot_bifurcation`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.rod_response import plot_bifurcation
+        from lure.analysis.rod.plots.response import plot_bifurcation
 
         return plot_bifurcation(self, ax=ax)

@@ -71,7 +71,7 @@ def _check_film(path: Path, suffix: str) -> None:
             "of PNG frames"
         )
     if suffix == ".mp4":
-        from lure.analysis.plots.rod_animation import has_ffmpeg
+        from lure.analysis.rod.plots.animation import has_ffmpeg
 
         if not has_ffmpeg():
             raise InputError(
@@ -126,19 +126,19 @@ def write_results(done: Performed, wanted: Wanted, *, tell: Callable[..., None] 
         run = done.run if wanted.fields else replace(done.run, along=None)
         write_dataset(run_dataset(run, title=title), places["output"])
     if "plot" in places:
-        from lure.analysis.plots.rod_run import run_page
+        from lure.analysis.rod.plots.run import run_page
 
         say("figure")
         shown, energies = _for_plot(done, span)
         _figure(partial(run_page, shown, energies=energies, title=title), places["plot"], (6.4, 7.2))
     if "space-time" in places:
-        from lure.analysis.plots.rod_run import space_time_page
+        from lure.analysis.rod.plots.run import space_time_page
 
         say("space-time diagram")
         diagram = film(done, span, frames=_ROWS, displaced=False)
         _figure(partial(space_time_page, diagram, title=title), places["space-time"], (6.4, 6.4))
     if "animation" in places:
-        from lure.analysis.plots.rod_animation import animate
+        from lure.analysis.rod.plots.animation import animate
 
         say("frames")
         first, last = span or usual_span(done.run)

@@ -126,14 +126,14 @@ class SampledRun(Record):
         return datasets.loop_response(self.about, self.t, self.z, self.stress, self.scenario.force(t=self.t))
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The end of the rod and its contacts; see :func:`lure.analysis.plots.plot_run_end`.
+        """The end of the rod and its contacts; see :func:`lure.analysis.rod.plots.plot_run_end`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.rod_run import plot_run_end
+        from lure.analysis.rod.plots.run import plot_run_end
 
         return plot_run_end(self, ax=ax)
 

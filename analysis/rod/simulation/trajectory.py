@@ -184,14 +184,14 @@ class Trajectory(Record):
         return Page(title, rows, verdict="OBSERVED", notes=(self.comment,))
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The end of the rod; see :func:`lure.analysis.plots.plot_end_motion`.
+        """The end of the rod; see :func:`lure.analysis.rod.plots.plot_end_motion`.
 
         Parameters
         ----------
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.rod_motion import plot_end_motion
+        from lure.analysis.rod.plots.motion import plot_end_motion
 
         return plot_end_motion(self, ax=ax)
 

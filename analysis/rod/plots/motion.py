@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.plots.rod_run import draw_obstacle, envelope
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,
@@ -22,6 +21,7 @@ from lure.analysis.plots.style import (
     room_below,
     scaled_unit,
 )
+from lure.analysis.rod.plots.run import draw_obstacle, envelope
 from lure.errors import InputError
 from lure.rod.cellular.motion import CellularMotion
 from lure.rod.galerkin import Convergence, GalerkinRun

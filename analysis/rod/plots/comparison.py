@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.plots.rod_run import draw_obstacle
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,
@@ -28,6 +27,7 @@ from lure.analysis.plots.style import (
     render,
     scaled_unit,
 )
+from lure.analysis.rod.plots.run import draw_obstacle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

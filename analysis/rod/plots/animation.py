@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lure.analysis.plots.rod_run import COLOURS, colour_top, head, shade_contacts
 from lure.analysis.plots.style import BLUE, GREY, VERMILLION, finish_axes, number, padded
+from lure.analysis.rod.plots.run import COLOURS, colour_top, head, shade_contacts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
