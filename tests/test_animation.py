@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from lure.rod.motion import Boundary, exact_motion
 from matplotlib.figure import Figure
 from PIL import Image
 from refusals import refusal
@@ -29,6 +28,7 @@ from lure.analysis.rod.runs import Along, Performed, Request, perform, sampled_m
 from lure.analysis.rod.runs.drawing import drawn_instants
 from lure.analysis.rod.runs.film import Film, film, usual_span
 from lure.files import find_system
+from lure.rod.motion import Boundary, exact_motion
 
 STRUCK = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9"])
 T = STRUCK.rod.travel_time

@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from lure.rod.motion import Boundary
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 from motions import unit_rod
@@ -22,6 +21,7 @@ from lure.analysis.rod.plots.response import (
     plot_response_spectrum,
 )
 from lure.analysis.rod.response import Plan, Sweep, basin, bifurcation, response
+from lure.rod.motion import Boundary
 
 MATCHED = unit_rod(damping=1.0, gap=0)
 RIGID = Plan(settle=20, run=8, samples=16, boundary=Boundary(rigid=True))

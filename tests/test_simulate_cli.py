@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import xarray
 from commands import names
-from lure.rod.motion import exact_motion
 
 from lure.files import find_system
+from lure.rod.motion import exact_motion
 
 STRIKE = ("--set", "rod.gap=5e-5", "--set", "rod.compliance=1e-9")
 SHORT = ("--until", "5e-4", "--samples", "21")

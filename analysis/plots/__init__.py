@@ -1,4 +1,4 @@
-"""Figures: results in, axes out.  Here and in the rod's figures alone matplotlib is imported, and only when something is drawn.
+"""Figures: results in, axes out.  matplotlib is imported here and for the rod's figures only, when something is drawn.
 
 Every function draws on the axes it is given (a new pyplot figure without them), returns them, shows nothing and leaves
 matplotlib's settings alone.
