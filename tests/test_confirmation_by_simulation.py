@@ -260,6 +260,6 @@ def test_rounding_at_the_bend_where_solutions_come_to_rest_is_no_oscillation():
 
 
 def test_a_slope_just_below_that_of_a_counterexample_is_not_accused_by_its_orbit():
-    # dt-2, odd: proved up to 1.105648654, refuted from 1.105648656: begun on the orbit of the counterexample, a solution
+    # dt-2: proved up to 1.105648654, refuted from 1.105648656: begun on the orbit of the counterexample, a solution
     # with the proved slope misses itself by 1e-9 after a period, and converges
     assert observed(analyse(builtin_loop("dt-2"))).trajectories
