@@ -3,100 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.analysis.measured.mean_law import Noise
-from lure.analysis.measured.measured_sector import Outlier
+from lure.analysis.measured.measured_sector import Outlier, left_out
 from lure.analysis.measured.measurements import Direction, Measurements
-from lure.analysis.numerics.doubles import json_number
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError
 from lure.nonlinearities.protocol import NormalCompliance
-from lure.record import by_value
+from lure.record import Column, Page, Record, derived, quantity
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.plots.measured import Axes
 
 NAMES = ("eps", "gap", "m")
 _MISFIT = 0.01
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Parameter:
-    """A fitted parameter.
+class Parameter(Record):
+    """A fitted parameter."""
 
-    Attributes
-    ----------
-    value : float
-        Its best value.
-    error : float
-        Standard uncertainty, linearised.
-    single : tuple of float
-        Interval for this parameter alone, from its profile likelihood; ends may be infinite.
-    joint : tuple of float
-        Side of the box around the likelihood region of all three parameters: all three lie within theirs at once with
-        at least the confidence.
-    """
-
-    value: float
-    error: float
-    single: tuple[float, float]
-    joint: tuple[float, float]
+    value: float = quantity("Its best value")
+    error: float = quantity("Standard uncertainty, linearised", key="standard_uncertainty")
+    single: tuple[float, float] = quantity(
+        "Interval for this parameter alone, from its profile likelihood; ends may be infinite"
+    )
+    joint: tuple[float, float] = quantity(
+        "Side of the box around the likelihood region of all three parameters: all three lie within theirs at "
+        "once with at least the confidence"
+    )
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class ComplianceFit:
-    """``p = max(u - gap, 0)^m / eps`` fitted to measurements; see :func:`fit_compliance` for the assumptions.
+class ComplianceFit(Record):
+    """``p = max(u - gap, 0)^m / eps`` fitted to measurements; see :func:`fit_compliance` for the assumptions."""
 
-    Attributes
-    ----------
-    measurements : Measurements
-        The rows fitted.
-    confidence : float
-        Of the intervals.
-    parameters : Mapping of str to Parameter
-        ``eps`` [m^m / unit of the load], ``gap`` [m], ``m`` [-].
-    correlation : ndarray
-        (3, 3) of ``log eps``, ``gap``, ``m``, linearised.
-    noise : Noise
-        Standard deviation of a reading.
-    scores : ndarray
-        (n,) residuals in standard deviations.
-    outliers : tuple of Outlier
-        Rows left out; ``index`` is that in the whole file.
-    misfit : float
-        p-value of this law against a free one: small means that the data contradict the law.
-    explained : float
-        Weighted share of the variance of the load that the law explains.
-    in_contact : int
-        Rows beyond the fitted gap.
-    branch : str or None
-        The branch fitted, None for all rows.
-    note : str
-        A remark on hysteresis, or nothing.
-    """
-
-    measurements: Measurements
-    confidence: float
-    parameters: Mapping[str, Parameter]
-    correlation: NDArray[np.float64]
-    noise: Noise
-    scores: NDArray[np.float64]
-    outliers: tuple[Outlier, ...]
-    misfit: float
-    explained: float
-    in_contact: int
-    branch: Direction | None
-    note: str
+    measurements: Measurements = quantity("The rows fitted", key="rows", plainly=len)
+    confidence: float = quantity("Of the intervals")
+    parameters: Mapping[str, Parameter] = quantity("``eps`` [m^m / unit of the load], ``gap`` [m], ``m`` [-]", key="")
+    correlation: NDArray[np.float64] = quantity("(3, 3) of ``log eps``, ``gap``, ``m``, linearised", key="")
+    noise: Noise = quantity("Standard deviation of a reading")
+    scores: NDArray[np.float64] = quantity("(n,) residuals in standard deviations", key="")
+    outliers: tuple[Outlier, ...] = quantity("Rows left out; ``index`` is that in the whole file")
+    misfit: float = quantity("p-value of this law against a free one: small means that the data contradict the law")
+    explained: float = quantity("Weighted share of the variance of the load that the law explains")
+    in_contact: int = quantity("Rows beyond the fitted gap")
+    branch: Direction | None = quantity("The branch fitted, None for all rows")
+    note: str = quantity("A remark on hysteresis, or nothing", key="")
 
     @property
+    @derived()
     def evidence(self) -> Evidence:
         """OBSERVED: a fit proves nothing of the law."""
         return Evidence.OBSERVED
@@ -125,6 +83,7 @@ class ComplianceFit:
         return not self.note and self.misfit >= _MISFIT
 
     @property
+    @derived()
     def conclusion(self) -> str:
         """The fit in a sentence, with what it rests on."""
         eps, gap, m = (self.parameters[name] for name in NAMES)
@@ -150,53 +109,54 @@ class ComplianceFit:
 
         return plot_compliance(self, ax=ax)
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Rows with the fitted load, and the parameters with their intervals, as an ``xarray.Dataset`` with units.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.measured.export import fit_dataset
-
-        return fit_dataset(self)
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.measured.export import fit_html
-
-        return fit_html(self)
-
     def to_dict(self) -> dict[str, Any]:
         """The fit as plain data; infinite numbers are the text ``inf``."""
-        unit = self.measurements.unit
-        units = {"eps": f"m^m/{unit}", "gap": "m", "m": "1"}
-        return {
-            "evidence": str(self.evidence),
-            "confidence": self.confidence,
-            "branch": self.branch,
-            "parameters": {
-                name: {
-                    "value": found.value,
-                    "standard_uncertainty": json_number(found.error),
-                    "single": [json_number(end) for end in found.single],
-                    "joint": [json_number(end) for end in found.joint],
-                    "unit": units[name],
-                }
-                for name, found in self.parameters.items()
-            },
+        units = {"eps": f"m^m/{self.measurements.unit}", "gap": "m", "m": "1"}
+        return super().to_dict() | {
+            "parameters": {name: found.to_dict() | {"unit": units[name]} for name, found in self.parameters.items()},
             "correlation": {"of": ["log eps", "gap", "m"], "matrix": self.correlation.tolist()},
-            "noise": {"constant": self.noise.constant, "proportional": self.noise.proportional},
-            "outliers": [{"row": o.index, "line": o.line, "deviations": o.score} for o in self.outliers],
-            "rows": len(self.measurements),
-            "in_contact": self.in_contact,
-            "misfit": self.misfit,
-            "explained": self.explained,
-            "warnings": list(self.warnings),
-            "conclusion": self.conclusion,
         }
 
+    def _columns(self) -> dict[str, Column]:
+        """Rows with the fitted load, and the three parameters, which have units of their own, with their intervals."""
+        data, of = self.measurements, ("parameter", "parameter_")
+        found = data._columns() | {
+            "fitted_load": Column(("row",), self(data.displacement), data.unit, "load of the fitted law"),
+            "fit_score": Column(("row",), self.scores, "1", "residual of the fit in standard deviations"),
+            "correlation": Column(of, self.correlation, "1", "correlation of log eps, gap and m, linearised"),
+            "end": Column(("end",), np.array(["low", "high"], dtype=object), "1", "end of an interval"),
+        }
+        units = {"eps": f"m{self.parameters['m'].value:.6g} {data.unit}-1", "gap": "m", "m": "1"}
+        for name, parameter in self.parameters.items():
+            unit, joint = units[name], f"interval of {name} with all three inside at once"
+            error = f"standard uncertainty of {name}, linearised"
+            found[f"fit_{name}"] = Column((), parameter.value, unit, f"fitted {name} of max(u - gap, 0)^m / eps")
+            found[f"fit_{name}_error"] = Column((), parameter.error, unit, error)
+            found[f"fit_{name}_joint"] = Column(("end",), parameter.joint, unit, joint)
+        names = np.array(["log eps", "gap", "m"], dtype=object)
+        return found | {dim: Column((dim,), names, "1", "parameter of the law") for dim in of}
+
+    def _attributes(self) -> dict[str, object]:
+        return self.measurements._attributes() | {
+            "title": "Normal compliance fitted to measurements",
+            "evidence": str(self.evidence),
+            "comment": self.conclusion,
+            "confidence": self.confidence,
+            "warnings": "; ".join(self.warnings),
+        }
+
+    def _page(self) -> Page:
+        units = {"eps": f"m^m/{self.measurements.unit}", "gap": "m", "m": "1"}
+        rows = [
+            (f"{name} [{units[name]}]", f"{p.value:.6g}", f"{p.error:.2g}", _span(p.single, 5), _span(p.joint, 5))
+            for name, p in self.parameters.items()
+        ]
+        head = ("parameter", "value", "uncertainty", "interval, alone", "interval, all three at once")
+        notes = [self.conclusion, *self.warnings, *left_out(self.outliers)]
+        return Page("p = max(u - gap, 0)^m / eps, fitted", rows, head, "OBSERVED", notes)
+
     @property
+    @derived()
     def warnings(self) -> tuple[str, ...]:
         """What speaks against the fit."""
         found = [self.note] if self.note else []
@@ -228,5 +188,5 @@ class ComplianceFit:
         return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])
 
 
-def _span(ends: tuple[float, float]) -> str:
-    return f"[{ends[0]:.4g}, {ends[1]:.4g}]"
+def _span(ends: tuple[float, float], digits: int = 4) -> str:
+    return f"[{ends[0]:.{digits}g}, {ends[1]:.{digits}g}]"

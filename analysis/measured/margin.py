@@ -3,53 +3,45 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lure.analysis.measured.measured_sector import MEMORY, MeasuredSector
-from lure.analysis.numerics.doubles import json_number, text_below
+from lure.analysis.numerics.doubles import text_below
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError
-from lure.record import by_value
+from lure.record import Page, Record, derived, plain, quantity, rounded
 
 if TYPE_CHECKING:
     from lure.analysis.questions import Largest
     from lure.plants.block import Block
+    from lure.record.values import Towards
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class MeasuredMargin:
-    """A measured sector beside the largest sector for which a loop is proved stable.
+class MeasuredMargin(Record):
+    """A measured sector beside the largest sector for which a loop is proved stable."""
 
-    Attributes
-    ----------
-    measured : MeasuredSector
-        The measurements.
-    sector : Sector
-        What is compared: the measured bounds times ``gain``, with the lower one raised to 0 if ``vouched``.
-    proved : Largest
-        The answer of :func:`lure.analysis.max_sector`: from the lower end of ``sector``, or 0 if that is above it.
-    gain : float
-        Unit of ``phi`` in the loop per unit of the load.
-    vouched : bool
-        Whether ``sigma phi(sigma) >= 0`` is the word of the user.
-    """
-
-    measured: MeasuredSector
-    sector: Sector
-    proved: Largest
-    gain: float
-    vouched: bool
+    measured: MeasuredSector = quantity("The measurements", key="")
+    sector: Sector = quantity(
+        "What is compared: the measured bounds times ``gain``, with the lower one raised to 0 if ``vouched``",
+        plainly=lambda sector: plain([float(sector.lower), float(sector.upper)]),
+    )
+    proved: Largest = quantity(
+        "The answer of :func:`lure.analysis.max_sector`: from the lower end of ``sector``, or 0 if that is above it"
+    )
+    gain: float = quantity("Unit of ``phi`` in the loop per unit of the load")
+    vouched: bool = quantity("Whether ``sigma phi(sigma) >= 0`` is the word of the user")
 
     @property
+    @derived()
     def evidence(self) -> Evidence:
         """OBSERVED: the chain is as strong as the measurements."""
         return Evidence.OBSERVED
 
     @property
+    @derived()
     def margin(self) -> float:
         """Largest proved upper bound over the measured one, less 1; negative where that is not inside."""
         if self.proved.verdict is not Verdict.PROVED or self.sector.upper == math.inf:
@@ -59,11 +51,13 @@ class MeasuredMargin:
         return float(self.proved.largest.low / float(self.sector.upper)) - 1
 
     @property
+    @derived()
     def inside(self) -> bool:
         """Whether the measured sector lies inside the proved one and the element showed no memory."""
         return self.measured.memoryless and self.proved.verdict is Verdict.PROVED and self.margin >= 0
 
     @property
+    @derived()
     def conclusion(self) -> str:
         """What follows, and on which conditions."""
         if not self.measured.memoryless:
@@ -101,23 +95,16 @@ class MeasuredMargin:
             "vouched=True: the sector then begins at 0, on your word."
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """The comparison as plain data."""
-        return {
-            "evidence": str(self.evidence),
-            "sector": [json_number(float(self.sector.lower)), json_number(float(self.sector.upper))],
-            "gain": self.gain,
-            "vouched": self.vouched,
-            "inside": self.inside,
-            "margin": json_number(self.margin),
-            "proved": self.proved.to_dict(),
-            "conclusion": self.conclusion,
-        }
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.measured.export import margin_html
-
-        return margin_html(self)
+    def _page(self) -> Page:
+        margin = "any amount" if math.isinf(self.margin) else f"{100 * self.margin:.3g} %"
+        measured = _interval(float(self.sector.lower), float(self.sector.upper), ("below", "above"))
+        rows = [
+            ("measured, times gain", measured, self.evidence),
+            ("proved stable", _interval(float(self.proved.lower), self.proved.largest.low), self.proved.evidence),
+            ("room above the measured one", margin if self.inside else "-", ""),
+        ]
+        verdict, head = "INSIDE" if self.inside else "NOTHING FOLLOWS", ("sector", "", "evidence")
+        return Page("measured sector beside the proved one", rows, head, verdict, (self.conclusion,))
 
     def __str__(self) -> str:
         return self.conclusion
@@ -192,6 +179,11 @@ def margin_of(
     return MeasuredMargin(
         measured=replace(measured), sector=Sector(scaled[0], upper), proved=proved, gain=float(exact), vouched=vouched
     )
+
+
+def _interval(low: float, high: float, towards: tuple[Towards, Towards] = ("above", "below")) -> str:
+    """What is proved, rounded inwards, if not said otherwise."""
+    return f"[{rounded(low, towards[0], 6)}, {rounded(high, towards[1], 6)}]"
 
 
 def _shown(sector: Sector) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.record import by_value
+from lure.record import Record, by_value, quantity
 
 # How much one reading scatters: a constant part and a part in proportion to the load.
 
@@ -26,20 +26,11 @@ _FLOOR = 0.05
 _ROUNDS = 4
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Noise:
-    """Standard deviation ``constant + proportional |f|`` of a reading about the mean law ``f``.
+class Noise(Record):
+    """Standard deviation ``constant + proportional |f|`` of a reading about the mean law ``f``."""
 
-    Attributes
-    ----------
-    constant : float
-        [unit of the load].
-    proportional : float
-        [-].
-    """
-
-    constant: float
-    proportional: float
+    constant: float = quantity("The part that every reading has", "unit of the load")
+    proportional: float = quantity("The part in proportion to the load", "1")
 
     def __call__(self, mean: Array) -> Array:
         """Standard deviation [unit of the load] where the law has the value ``mean``, elementwise."""

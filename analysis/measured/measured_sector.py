@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lure.analysis.measured.mean_law import BENT, MeanLaw
-from lure.analysis.measured.measurements import Measurements
-from lure.analysis.numerics.doubles import json_number
+from lure.analysis.measured.measurements import SHOWN, Measurements
 from lure.analysis.verdict import Evidence
 from lure.classes import Sector, SlopeBounds
-from lure.record import by_value
+from lure.record import Column, Page, Record, derived, plain, quantity, rounded
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.plots.measured import Axes
 
+_SIDES = ("lower", "upper", "slope_lower", "slope_upper")
 _ASSUMED = (
     "each load is f(sigma) plus an independent normal error of mean 0 and standard deviation s0 + s1 |f|, unknown",
     "displacements have no error, or one whose effect on the load is part of that scatter",
@@ -34,115 +33,71 @@ TO_TRY = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Bound:
+class Bound(Record):
     """A bound with its confidence, the extreme of the fitted law, and the ``sigma`` [m] that sets the bound."""
 
-    bound: float
-    fitted: float
-    at: float
+    bound: float = quantity("The bound")
+    fitted: float = quantity("The extreme of the fitted law")
+    at: float = quantity("``sigma`` that sets the bound", "m")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Outlier:
-    """A reading left out of the fit.
+class Outlier(Record):
+    """A reading left out of the fit."""
 
-    Attributes
-    ----------
-    index : int
-        Its row, from 0.
-    line : int
-        Its line in the file, from 1.
-    score : float
-        Its residual in standard deviations.
-    """
-
-    index: int
-    line: int
-    score: float
+    index: int = quantity("Its row, from 0", key="row")
+    line: int = quantity("Its line in the file, from 1")
+    score: float = quantity("Its residual in standard deviations", key="deviations")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Hysteresis:
-    """How far loading and unloading lie apart.
+class Hysteresis(Record):
+    """How far loading and unloading lie apart."""
 
-    Attributes
-    ----------
-    width : float
-        Largest difference of the mean loads at one displacement [unit of the load].
-    at : float
-        Where, displacement [m].
-    share : float
-        The width as a share of the largest mean load.
-    dissipated : float
-        Area between loading and unloading [unit of the load times m], over the displacements of both.
-    rows : tuple of int
-        Rows on loading and on unloading.
-    branches : int
-        How many branches there are.
-    """
-
-    width: float
-    at: float
-    share: float
-    dissipated: float
-    rows: tuple[int, int]
-    branches: int
+    width: float = quantity("Largest difference of the mean loads at one displacement", "unit of the load")
+    at: float = quantity("Where, displacement", "m")
+    share: float = quantity("The width as a share of the largest mean load")
+    dissipated: float = quantity(
+        "Area between loading and unloading, over the displacements of both", "unit of the load times m"
+    )
+    rows: tuple[int, int] = quantity("Rows on loading and on unloading", key="")
+    branches: int = quantity("How many branches there are")
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class MeasuredSector:
-    """Bounds on the chords and slopes of the mean law behind measurements; see :func:`sector_of` for the assumptions.
+class MeasuredSector(Record):
+    """Bounds on chords and slopes of the mean law behind measurements; see :func:`sector_of` for the assumptions."""
 
-    Attributes
-    ----------
-    measurements : Measurements
-        What they are about.
-    confidence : float
-        With which all four bounds hold at once, if the assumptions do and the law is ``resolved``.
-    origin : float
-        Displacement [m] at which ``sigma = 0``.
-    lower, upper : Bound
-        Of ``f(sigma)/sigma`` [unit of the load / m].
-    slope_lower, slope_upper : Bound
-        Of the slope.
-    laws : tuple of MeanLaw
-        The fitted law; with hysteresis that of loading and that of unloading.
-    outliers : tuple of Outlier
-        Readings left out.
-    hysteresis : Hysteresis or None
-        Where the branches lie apart.
-    warnings : tuple of str
-        Assumptions that the data contradict, and what was done.
-    multipliers : tuple of float
-        For each law, how many standard errors the simultaneous intervals reach to either side.
-    """
-
-    measurements: Measurements
-    confidence: float
-    origin: float
-    lower: Bound
-    upper: Bound
-    slope_lower: Bound
-    slope_upper: Bound
-    laws: tuple[MeanLaw, ...]
-    outliers: tuple[Outlier, ...]
-    hysteresis: Hysteresis | None
-    warnings: tuple[str, ...]
-    multipliers: tuple[float, ...]
+    measurements: Measurements = quantity("What they are about")
+    confidence: float = quantity(
+        "With which all four bounds hold at once, if the assumptions do and the law is ``resolved``"
+    )
+    origin: float = quantity("Displacement [m] at which ``sigma = 0``")
+    lower: Bound = quantity("Lower bound of ``f(sigma)/sigma``", "unit of the load / m")
+    upper: Bound = quantity("Upper bound of the same", "unit of the load / m")
+    slope_lower: Bound = quantity("Lower bound of the slope", "unit of the load / m")
+    slope_upper: Bound = quantity("Upper bound of the slope", "unit of the load / m")
+    laws: tuple[MeanLaw, ...] = quantity(
+        "The fitted law; with hysteresis that of loading and that of unloading", key=""
+    )
+    outliers: tuple[Outlier, ...] = quantity("Readings left out")
+    hysteresis: Hysteresis | None = quantity("Where the branches lie apart")
+    warnings: tuple[str, ...] = quantity("Assumptions that the data contradict, and what was done")
+    multipliers: tuple[float, ...] = quantity(
+        "For each law, how many standard errors the simultaneous intervals reach to either side", key=""
+    )
 
     @property
+    @derived()
     def evidence(self) -> Evidence:
         """OBSERVED: a sample proves nothing for every ``sigma``."""
         return Evidence.OBSERVED
 
     @property
+    @derived()
     def memoryless(self) -> bool:
         """Whether no hysteresis was seen; not seeing it does not prove that there is none."""
         return self.hysteresis is None
 
     @property
+    @derived()
     def resolved(self) -> bool:
         """Whether twice as many pieces fit no better; where they do, the bounds are estimates without a confidence."""
         return all(law.curved >= BENT for law in self.laws)
@@ -163,6 +118,7 @@ class MeasuredSector:
         return f"with {100 * self.confidence:g} % confidence" if self.stated else "without a stated confidence"
 
     @property
+    @derived()
     def assumptions(self) -> tuple[str, ...]:
         """What the confidence rests on."""
         law = "f is one law without memory,"
@@ -173,6 +129,7 @@ class MeasuredSector:
         return (*_ASSUMED[:2], _ASSUMED[2].format(law))
 
     @property
+    @derived()
     def domain(self) -> tuple[float, float]:
         """Between which ``sigma`` [m] there are measurements."""
         u = self.measurements.displacement
@@ -189,6 +146,7 @@ class MeasuredSector:
         return SlopeBounds(self.slope_lower.bound, self.slope_upper.bound)
 
     @property
+    @derived()
     def conclusion(self) -> str:
         """What holds, and on which conditions."""
         low, high = self.domain
@@ -245,54 +203,65 @@ class MeasuredSector:
 
     def to_dict(self) -> dict[str, Any]:
         """The result as plain data; infinite numbers are the text ``inf``."""
-        bounds = {name: getattr(self, name) for name in ("lower", "upper", "slope_lower", "slope_upper")}
-        return {
-            "measurements": self.measurements.to_dict(),
+        laws = [
+            {"knots": plain(law.knots), "values": plain(law.values), "noise": plain(law.noise), "curved": law.curved}
+            for law in self.laws
+        ]
+        return super().to_dict() | {
             "confidence": self.confidence if self.stated else None,
-            "resolved": self.resolved,
-            "evidence": str(self.evidence),
-            "origin": self.origin,
-            "domain": list(self.domain),
             "unit": self.measurements.stiffness_unit,
-            **{
-                name: {"bound": json_number(b.bound), "fitted": json_number(b.fitted), "at": b.at}
-                for name, b in bounds.items()
-            },
-            "laws": [
-                {
-                    "knots": law.knots.tolist(),
-                    "values": law.values.tolist(),
-                    "noise": {"constant": law.noise.constant, "proportional": law.noise.proportional},
-                    "curved": law.curved,
-                }
-                for law in self.laws
-            ],
-            "outliers": [{"row": o.index, "line": o.line, "deviations": o.score} for o in self.outliers],
-            "memoryless": self.memoryless,
-            "hysteresis": None
-            if self.hysteresis is None
-            else {name: getattr(self.hysteresis, name) for name in ("width", "at", "share", "dissipated", "branches")},
-            "assumptions": list(self.assumptions),
+            "laws": laws,
             "warnings": [*([MEMORY, TO_TRY] if self.hysteresis else []), *self.warnings],
-            "conclusion": self.conclusion,
         }
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Rows with the mean law, its error and outliers, and the four bounds, as an ``xarray.Dataset`` with units.
+    def _columns(self) -> dict[str, Column]:
+        """Rows with the mean law, its error and outliers, and the four bounds; nan on rows of the other branch."""
+        data, of = self.measurements, ("row",)
+        rows = [np.arange(len(data))] if self.memoryless else [data.rows("loading"), data.rows("unloading")]
+        mean, error, score = (np.full(len(data), np.nan) for _ in range(3))
+        for law, part in zip(self.laws, rows, strict=True):
+            sigma = data.displacement[part] - self.origin
+            mean[part], error[part], score[part] = law(sigma), law.error(sigma), law.scores
+        outlier = np.zeros(len(data), dtype=bool)
+        outlier[[one.index for one in self.outliers]] = True
+        shift, unit, place = data.displacement - self.origin, data.stiffness_unit, data.displacement_unit
+        sides, to = [getattr(self, name) for name in _SIDES], ("bound",)
+        return data._columns() | {
+            "sigma": Column(of, shift, place, "displacement less the origin"),
+            "mean": Column(of, mean, data.unit, "fitted mean law, of the branch where there are two"),
+            "error": Column(of, error, data.unit, "standard error of the mean law, for one place alone"),
+            "score": Column(of, score, "1", "residual in standard deviations"),
+            "outlier": Column(of, outlier, "1", "whether the row was left out"),
+            "limit": Column(to, [side.bound for side in sides], unit, "bound on chords or slopes of the mean law"),
+            "fitted": Column(to, [side.fitted for side in sides], unit, "extreme of the fitted law"),
+            "limit_at": Column(to, [side.at for side in sides], place, "sigma that sets the bound"),
+            "bound": Column(to, np.array(_SIDES, dtype=object), "1", "of f(sigma)/sigma, or of the slope"),
+        }
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.measured.export import sector_dataset
+    def _attributes(self) -> dict[str, object]:
+        return self.measurements._attributes() | {
+            "title": "Sector of a measured law",
+            "evidence": str(self.evidence),
+            "comment": self.conclusion,
+            "confidence": self.confidence if self.stated else "none is stated",
+            "origin": self.origin,
+            "origin_units": self.measurements.displacement_unit,
+            "assumptions": "; ".join(self.assumptions),
+            "warnings": "; ".join(self.warnings),
+            "memoryless": int(self.memoryless),
+        }
 
-        return sector_dataset(self)
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.measured.export import sector_html
-
-        return sector_html(self)
+    def _page(self) -> Page:
+        unit, place = self.measurements.stiffness_unit, self.measurements.displacement_unit
+        rows = []
+        for name in _SIDES:
+            side: Bound = getattr(self, name)
+            bound = rounded(side.bound, "below" if name.endswith("lower") else "above", 6)
+            rows.append((name.replace("_", ", "), bound, f"{side.fitted:.6g}", f"{side.at:.4g} {place}"))
+        head = ("bound", f"{self.how_sure} [{unit}]", f"of the fitted law [{unit}]", "set at sigma")
+        notes = [self.conclusion, *([MEMORY, TO_TRY] if self.hysteresis else []), *self.warnings]
+        notes += [*left_out(self.outliers), *(f"Assumed: {text}." for text in self.assumptions)]
+        return Page(f"sector of {self.measurements.source}", rows, head, "OBSERVED", notes)
 
     def __str__(self) -> str:
         unit = self.measurements.unit
@@ -321,13 +290,16 @@ class MeasuredSector:
         return "\n".join([*lines, *(f"  assumed: {text}" for text in rests)])
 
 
-def _down(value: float, digits: int = 4) -> str:
-    from lure.analysis.numerics.doubles import text_below
+def left_out(outliers: tuple[Outlier, ...]) -> list[str]:
+    """A sentence about the rows left out, if there are any."""
+    shown = ", ".join(f"line {one.line} ({one.score:+.1f} deviations)" for one in outliers[:SHOWN])
+    more = f", ... ({len(outliers)} in all)" if len(outliers) > SHOWN else ""
+    return [f"Outliers, left out: {shown}{more}."] if outliers else []
 
-    return text_below(value, digits) if math.isfinite(value) else f"{value:g}"
+
+def _down(value: float) -> str:
+    return rounded(value, "below", 4)
 
 
-def _up(value: float, digits: int = 4) -> str:
-    from lure.analysis.numerics.doubles import text_above
-
-    return text_above(value, digits) if math.isfinite(value) else f"{value:g}"
+def _up(value: float) -> str:
+    return rounded(value, "above", 4)

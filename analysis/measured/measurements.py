@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,70 +10,48 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.record import by_value
+from lure.record import Column, Page, Record, quantity
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.plots.style import Axes
 
 Array = NDArray[np.float64]
 _LOAD_UNITS = ("N", "Pa", "N m", "V", "A", "1")
 _DISPLACEMENT_UNITS = ("m", "rad", "m/s", "V", "A", "1")
 Direction = Literal["loading", "unloading"]
+SHOWN = 8
 _TURN = 0.1
 _ROWS = 5  # a branch has at least so many on average; rows in no order have about two
 _SMALLEST = 1e-100  # what is squared and divided below stays a double
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
+class Branch(Record, kw_only=False):
     """Rows ``start`` to ``stop`` (excluded) on which the displacement rises (loading) or falls (unloading)."""
 
-    direction: Direction
-    start: int
-    stop: int
+    direction: Direction = quantity("Which")
+    start: int = quantity("First row")
+    stop: int = quantity("The row after the last")
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False)  # without slots, for the cached property
-class Measurements:
-    """Displacement and load, in the order in which they were recorded.
+class Measurements(Record):
+    """Displacement and load, in the order in which they were recorded."""
 
-    Attributes
-    ----------
-    displacement : ndarray
-        (n,) ``sigma`` before the origin is taken off, mostly [m], positive towards the obstacle.
-    load : ndarray
-        (n,) ``phi``: force [N] or stress [Pa], positive in compression, or what else comes out.
-    unit : {"N", "Pa", "N m", "V", "A", "1"}
-        Unit of the load.
-    lines : ndarray of int
-        (n,) lines of the file, counted from 1; 1 to n where there is no file.
-    source : str
-        Name of the file, or ``arrays``.
-    columns : tuple of str
-        Headings of the two columns.
-    notes : tuple of str
-        What was assumed or left out in reading.
-    displacement_unit : {"m", "rad", "m/s", "V", "A", "1"}
-        Unit of the displacement.
-    numbers : tuple of int
-        Numbers of the two columns, counted from 1; empty where there is no file.
-    reasons : tuple of str
-        Why these columns; empty likewise.
-    """
-
-    displacement: Array
-    load: Array
-    unit: str
-    lines: NDArray[np.int64]
-    source: str = "arrays"
-    columns: tuple[str, str] = ("displacement", "load")
-    notes: tuple[str, ...] = ()
-    displacement_unit: str = "m"
-    numbers: tuple[int, ...] = ()
-    reasons: tuple[str, ...] = ()
+    displacement: Array = quantity(
+        "(n,) ``sigma`` before the origin is taken off, mostly [m], positive towards the obstacle", key=""
+    )
+    load: Array = quantity(
+        "(n,) ``phi``: force [N] or stress [Pa], positive in compression, or what else comes out", key=""
+    )
+    unit: str = quantity("Unit of the load")
+    lines: NDArray[np.int64] = quantity("(n,) lines of the file, counted from 1; 1 to n where there is no file", key="")
+    source: str = quantity("Name of the file, or ``arrays``", default="arrays")
+    columns: tuple[str, str] = quantity("Headings of the two columns", default=("displacement", "load"))
+    notes: tuple[str, ...] = quantity("What was assumed or left out in reading", default=())
+    displacement_unit: str = quantity("Unit of the displacement", default="m")
+    numbers: tuple[int, ...] = quantity(
+        "Numbers of the two columns, counted from 1; empty where there is no file", key="column_numbers", default=()
+    )
+    reasons: tuple[str, ...] = quantity("Why these columns; empty likewise", default=())
 
     def __post_init__(self) -> None:
         for values, unit in ((self.displacement, self.displacement_unit), (self.load, self.unit)):
@@ -180,30 +158,45 @@ class Measurements:
         rows : ndarray of int
             Their indices.
         """
-        return Measurements(
-            displacement=self.displacement[rows],
-            load=self.load[rows],
-            unit=self.unit,
-            lines=self.lines[rows],
-            source=self.source,
-            columns=self.columns,
-            notes=self.notes,
-            displacement_unit=self.displacement_unit,
-            numbers=self.numbers,
-            reasons=self.reasons,
-        )
+        return replace(self, displacement=self.displacement[rows], load=self.load[rows], lines=self.lines[rows])
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The rows as an ``xarray.Dataset`` along ``row``, with units, lines of the file and branches.
+    def to_dict(self) -> dict[str, Any]:
+        """What was read, without the rows."""
+        return super().to_dict() | {
+            "rows": len(self),
+            "displacement": [float(self.displacement.min()), float(self.displacement.max())],
+            "load": [float(self.load.min()), float(self.load.max())],
+            "branches": [branch.to_dict() for branch in self.branches],
+        }
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.measured.export import measurements_dataset
+    def _columns(self) -> dict[str, Column]:
+        """The rows with the lines of the file and the branches."""
+        of, branch = ("row",), np.full(len(self), "", dtype=object)
+        for part in self.branches:
+            branch[part.start : part.stop] = part.direction
+        towards = "displacement u, positive towards the obstacle"
+        return {
+            "displacement": Column(of, self.displacement, self.displacement_unit, towards),
+            "load": Column(of, self.load, self.unit, "load, positive in compression"),
+            "line": Column(of, self.lines, "1", "line of the file, from 1"),
+            "branch": Column(of, branch, "1", "loading or unloading; empty where the rows form no branches"),
+            "row": Column(of, np.arange(len(self)), "1", "row, from 0"),
+        }
 
-        return measurements_dataset(self)
+    def _attributes(self) -> dict[str, object]:
+        origin = {"source": self.source, "columns": ", ".join(self.columns), "notes": "; ".join(self.notes)}
+        return {"title": "Measured law", "evidence": "observed", **origin}
+
+    def _page(self) -> Page:
+        u, p = self.displacement, self.load
+        rows = [
+            ("rows", len(self)),
+            ("columns", ", ".join(self.columns)),
+            ("displacement", f"{u.min():.4g} to {u.max():.4g} {self.displacement_unit}"),
+            ("load", f"{p.min():.4g} {self.unit} to {p.max():.4g} {self.unit}"),
+            ("branches", ", ".join(b.direction for b in self.branches[:SHOWN]) or "one sweep, or in no order"),
+        ]
+        return Page(f"measurements from {self.source}", rows, verdict="OBSERVED", notes=self.notes)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Load against displacement; see :func:`lure.analysis.plots.plot_measurements`.
@@ -217,11 +210,6 @@ class Measurements:
 
         return plot_measurements(self, ax=ax)
 
-    def _repr_html_(self) -> str:
-        from lure.analysis.measured.export import measurements_html
-
-        return measurements_html(self)
-
     def __len__(self) -> int:
         return self.displacement.size
 
@@ -233,22 +221,6 @@ class Measurements:
         parts.append(f"load {p.min():.4g} .. {p.max():.4g} {self.unit}")
         parts.append(f"{len(self.branches)} branches" if self.branches else "one sweep, or in no order")
         return "\n".join([", ".join(parts), *filter(None, [self.named]), *self.notes])
-
-    def to_dict(self) -> dict[str, Any]:
-        """What was read, without the rows."""
-        return {
-            "source": self.source,
-            "rows": len(self),
-            "columns": list(self.columns),
-            "unit": self.unit,
-            "displacement_unit": self.displacement_unit,
-            "column_numbers": list(self.numbers),
-            "reasons": list(self.reasons),
-            "displacement": [float(self.displacement.min()), float(self.displacement.max())],
-            "load": [float(self.load.min()), float(self.load.max())],
-            "branches": [{"direction": b.direction, "start": b.start, "stop": b.stop} for b in self.branches],
-            "notes": list(self.notes),
-        }
 
 
 def _turning_points(u: Array) -> list[int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from lure.analysis.measured.measurements import Measurements
 from lure.analysis.measured.reading import read_measurements
 from lure.analysis.measured.sector import sector_of
 from lure.errors import AssumptionError, InputError
-from lure.record import by_value
+from lure.record import Record, quantity
 
 if TYPE_CHECKING:
     import xarray
@@ -23,21 +22,11 @@ if TYPE_CHECKING:
 SCHEMA = "lure-measured/1"
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class MeasuredReport:
-    """The measurements, their sector, and the fit of normal compliance where it was asked for.
+class MeasuredReport(Record):
+    """The measurements, their sector, and the fit of normal compliance where it was asked for."""
 
-    Attributes
-    ----------
-    sector : MeasuredSector
-        Bounds on the mean law; holds the measurements.
-    fit : ComplianceFit or None
-        The fit.
-    """
-
-    sector: MeasuredSector
-    fit: ComplianceFit | None
+    sector: MeasuredSector = quantity("Bounds on the mean law; holds the measurements")
+    fit: ComplianceFit | None = quantity("The fit")
 
     @property
     def measurements(self) -> Measurements:
@@ -58,11 +47,7 @@ class MeasuredReport:
 
     def to_dict(self) -> dict[str, Any]:
         """The report as plain data."""
-        return {
-            "schema": SCHEMA,
-            "sector": self.sector.to_dict(),
-            "fit": None if self.fit is None else self.fit.to_dict(),
-        }
+        return {"schema": SCHEMA, **super().to_dict()}
 
     def to_xarray(self) -> xarray.Dataset:
         """The Dataset of the sector, with that of the fit in it where there is one.
@@ -72,14 +57,19 @@ class MeasuredReport:
         InputError
             xarray is not installed.
         """
-        from lure.analysis.measured.export import report_dataset
-
-        return report_dataset(self)
+        whole = self.sector.to_xarray()
+        if self.fit is None:
+            return whole
+        fitted = self.fit.to_xarray()
+        if self.fit.branch is not None:  # rows of one branch only
+            fitted = fitted.rename({"row": "fit_row", "displacement": "fit_displacement", "load": "fit_load"})
+            fitted = fitted.drop_vars(["line", "branch"])
+        merged: xarray.Dataset = whole.merge(fitted, combine_attrs="override", compat="equals")
+        return merged.assign_attrs(fit_comment=self.fit.conclusion)
 
     def _repr_html_(self) -> str:
-        from lure.analysis.measured.export import report_html
-
-        return report_html(self)
+        parts = [self.measurements, self.sector, self.fit] if self.fit else [self.measurements, self.sector]
+        return "\n".join(part._repr_html_() for part in parts)
 
     def __str__(self) -> str:
         parts = [str(self.measurements), str(self.sector)]
