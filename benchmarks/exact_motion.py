@@ -1,4 +1,4 @@
-"""Claim: the exact motion of figure 8 takes a two-thousandth of LSODA's time on 200 cells or less, with less error.
+"""Claim: the exact motion of figure 8 takes a five-hundredth of LSODA's time on 200 cells or less, with less error.
 
 The paper's rod under the corrected force, ``g = (2/60000) sin 4t`` N, for 2 s: five contacts, the last for good.  The
 work is ``z`` at 2001 instants, motion and samples together.  The peers integrate the scheme with 200 cells at the
@@ -9,8 +9,11 @@ The exact motion is compared with itself at degree 32 and with an independent so
 move by whole cells, extrapolated from 16 and 32 cells a transit), whose coarsest form shows what characteristics alone
 give: most of it.
 
-Further claims: 10 s in under 0.1 s once compiled, and memory that does not grow with the time where round trips are
-not kept.  Last, tables of the cost against the number of cells and against the time, with fitted slopes, and the
+The ratio is taken in one run and with a margin: between machines, and between quiet and busy ones, it was from 1000 to
+3000.
+
+Further claims: 10 s cost at most five times as much as 2 s once compiled, what is not compiled at most a tenth of
+LSODA's time, and memory that does not grow with the time where round trips are not kept.  Last, tables of the cost against the number of cells and against the time, with fitted slopes, and the
 distance of the scheme from the rod: the rod keeps its waves, of 1e-4 m, far longer than the scheme does, so that z
 hardly comes nearer before thousands of cells.  Process time throughout, ours the best of five.
 """
@@ -30,7 +33,7 @@ from lure.rod.motion import Motion, Numerics, exact_motion
 from lure.rod.structured import structured_motion
 
 CELLS, UNTIL, SAMPLES, TOLERANCE = 200, 2.0, 2001, 1e-6
-RATIO, LONG, LONGEST, GROWTH = 2_000, 10.0, 0.1, 10.0
+RATIO, PLAIN_RATIO, LONG, LONGEST, GROWTH = 500, 10, 10.0, 5.0, 10.0
 AGREEMENT, SOLVED = 1e-12, 1e-5
 AMPLITUDE, OMEGA, DISPLACEMENT = 2 / 60000, 4.0, "0.0001 - 0.0002*x"
 OWN = "event-exact scheme"
@@ -125,9 +128,11 @@ def peers(whole: float, error: float) -> tuple[bool, Found]:
         print(f"  {row}  {added:.1e} m, {answer.calls:,} calls")
         holds = holds and added < SOLVED and error < away
     slow = found["LSODA"][CELLS].cpu
-    print(f"  ratio to LSODA {slow / whole:,.0f}   (claim: at least {RATIO:,})")
+    plain = best(lambda: exact(numerics=Numerics(compiled=False)).z(TIMES), 3)
+    print(f"  ratio to LSODA {slow / whole:,.0f}   (claim: at least {RATIO:,})", end="")
+    print(f"; as it stands, not compiled, {plain:.4f} s: {slow / plain:,.0f}   (claim: at least {PLAIN_RATIO})")
     print(f"    = {slow / own.cpu:.3g} (the same scheme, from event to event) x {own.cpu / whole:.3g} (no scheme)")
-    return holds and slow >= RATIO * whole, found
+    return holds and slow >= RATIO * whole and slow >= PLAIN_RATIO * plain, found
 
 
 def slope(sizes: Sequence[float], costs: Sequence[float]) -> float:
@@ -186,9 +191,9 @@ def against_time(short: float, long: float) -> bool:
         costs.append(best(partial(exact, until), 3))
     print("cost of the exact motion against t_end (CPU s, compiled before)")
     text = ", ".join(f"{until:g} s: {cost:.4f}" for until, cost in zip(ends, costs, strict=True))
-    print(f"  {text}; slope {slope(ends, costs):.2f}   (claim: {LONG:g} s under {LONGEST:g})")
+    print(f"  {text}; slope {slope(ends, costs):.2f}   (claim: {LONG:g} s at most {LONGEST:g} times {UNTIL:g} s)")
     print(f"  memory, four round trips kept: 1 s {short:.1f} MB, 20 s {long:.1f} MB   (claim: within {GROWTH:g} MB)")
-    return costs[ends.index(LONG)] < LONGEST and long - short < GROWTH
+    return costs[ends.index(LONG)] <= LONGEST * costs[ends.index(UNTIL)] and long - short < GROWTH
 
 
 def main() -> int:
