@@ -11,9 +11,9 @@ from motions import WITH_NUMBA, unit_rod
 
 from lure import InputError, PiecewiseLinear, Scenario, builtin_system
 from lure.rod.motion import Boundary, Numerics, exact_motion
+from lure.rod.motion.event_free_interval import EventFreeInterval
+from lure.rod.motion.event_free_map import EventFreeLoads
 from lure.rod.motion.motion import _problem
-from lure.rod.motion.quiet_map import QuietLoads
-from lure.rod.motion.stretch import Stretch
 
 pytestmark = WITH_NUMBA
 ON, OFF = Numerics(compiled=True), Numerics(compiled=True, stretches=False)
@@ -24,7 +24,7 @@ SOFT = Boundary(law=PiecewiseLinear([(0, 0), (Fraction(1, 10), Fraction(1, 50))]
 def stretches(motion):
     """Those of a motion."""
     record = motion.fields.record
-    return [part for part in getattr(record, "_parts", [record]) if isinstance(part, Stretch)]
+    return [part for part in getattr(record, "_parts", [record]) if isinstance(part, EventFreeInterval)]
 
 
 def quiet_trips(motion):
@@ -218,7 +218,7 @@ def test_the_states_are_the_force():
     rod = unit_rod(damping=0.3)
     text = "0.3*t**2 - t*exp(-0.2*t)*sin(0.7*t + 1) + 2 + where(t < 12, 0, 1)"
     sources = _problem(rod, Scenario.parse(force=text), 50.0, Boundary(), 16).sources
-    loads = QuietLoads(sources)
+    loads = EventFreeLoads(sources)
     edges = np.array([0.0, 0.3, 1.0, 1.9, 2.0])
     for number in (1, 5, 6, 7, 20):
         states, end = loads.over(number)

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
 from lure.rod.motion.end_law import Impact
+from lure.rod.motion.event_free import EventFree, Search
+from lure.rod.motion.event_free_interval import EventFreeInterval
 from lure.rod.motion.kernel_piece import MOST_POWERED
 from lure.rod.motion.kernel_series import (
     BLOCK,
@@ -88,10 +90,8 @@ from lure.rod.motion.kernel_trip import (
     stored,
 )
 from lure.rod.motion.pieces import Array, Pieces, largest
-from lure.rod.motion.quiet import Quietness, Search
 from lure.rod.motion.record import Level, Record, State
 from lure.rod.motion.sources import NO_LOAD, Load, Panels, Problem, block_count
-from lure.rod.motion.stretch import Stretch
 
 _WINDOWS, _PIECES = 4096, 8192  # room in the record of compiled code,
 _FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked for windows one by one
@@ -178,7 +178,7 @@ class Engine:
         f[q[OLD] : q[OLD] + pieces.size] = pieces.ravel()
         q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(degree)] = degree
 
-    def records(self) -> Iterator[Record | Stretch]:
+    def records(self) -> Iterator[Record | EventFreeInterval]:
         """The round trips, many at a time.
 
         Raises
@@ -198,10 +198,10 @@ class Engine:
                 found = search.after(trip, wave, state)
                 pace = min(2 * pace, _MOST_PACE)
                 if found is not None:
-                    if len(found.stretch) > search.worth(state, len(wave.series), found.stretch.powers.quiet.degree):
+                    if len(found.interval) > search.worth(state, len(wave.series), found.interval.powers.map.degree):
                         pace = 2
                     skipped(self.f, self.q, self._problem, found)
-                    yield found.stretch
+                    yield found.interval
                     continue
             yield from self._until(min(trip + pace, total))
 
@@ -334,12 +334,12 @@ def at_hand(f: Array, q: Counts, impact: Impact | None) -> tuple[Pieces, State]:
     return wave, State(segment=int(q[SEGMENT]), zeta=zeta, impact=impact)
 
 
-def skipped(f: Array, q: Counts, problem: Problem, found: Quietness) -> None:
-    """Put the motion after a stretch in the place of that before it, and enter what the stretch adds to the sums."""
-    series, count, table = found.wave.series, len(found.stretch), _table(f, q)
+def skipped(f: Array, q: Counts, problem: Problem, found: EventFree) -> None:
+    """Put the motion after an interval in the place of that before it, and enter what it adds to the sums."""
+    series, count, table = found.wave.series, len(found.interval), _table(f, q)
     sizes = np.abs(series).sum(axis=1)
     table[:, SIZE], table[:, COEF:] = sizes, series
-    q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(series)] = found.stretch.powers.quiet.degree
+    q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(series)] = found.interval.powers.map.degree
     q[TRIP] += count
     f[VALUE], f[REST] = found.state.zeta.value, found.state.zeta.rest
     f[SCALE] = max(abs(f[ECHO]) ** count * f[SCALE], float(sizes.max()))
@@ -348,16 +348,16 @@ def skipped(f: Array, q: Counts, problem: Problem, found: Quietness) -> None:
         q[OPEN] = 1
         f[SINCE : PEAK + 1] = impact.start, impact.end, impact.impulse, impact.peak_stress * f[MOBILITY]
     f[HIGHEST] = max(f[HIGHEST], found.largest)
-    f[ERROR] += found.stretch.error * count + f[LATER] * f[TRANSIT]
+    f[ERROR] += found.interval.error * count + f[LATER] * f[TRANSIT]
     f[LATER] = 0.0
     _balanced(f, q, problem, found)
 
 
-def _balanced(f: Array, q: Counts, problem: Problem, found: Quietness) -> None:
+def _balanced(f: Array, q: Counts, problem: Problem, found: EventFree) -> None:
     """The energy balance."""
-    stretch, zeta, term = found.stretch, found.state.zeta, found.work
+    interval, zeta, term = found.interval, found.state.zeta, found.work
     origin = problem.law.segments[found.state.segment].origin
-    begun = float(stretch.states[0, stretch.powers.quiet.waves]) + float(stretch.rests[0])
+    begun = float(interval.states[0, interval.powers.map.waves]) + float(interval.rests[0])
     before = stored(f, q, origin + begun)
     after = stored(f, q, origin + (zeta.value + zeta.rest))
     off = f[WORK] + f[WORK_REST] - (before - f[STORED])

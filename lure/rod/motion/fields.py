@@ -163,7 +163,26 @@ def _kinks(sources: Sources) -> list[float]:
 
 
 def squares_over_a_transit(sources: Sources, share: float, trips: Trips, t: Array) -> Array:
-    """``int_0^1 (V(t - s)^2 + W(t + s)^2) ds`` (n,) at instants (n,) [transits] that the round trips cover."""
+    r"""``int_0^1 (V(t - s)^2 + W(t + s)^2) ds`` (n,) at instants (n,) [transits] that the round trips cover.
+
+    Without loads along the rod this is its energy,
+
+    .. math:: \int_0^L (\rho v^2 + E w^2)\,dx = \frac{\rho c}{2} \int_0^T \big(V(t - s)^2 + W(t + s)^2\big)\,ds,
+
+    for the backward wave at ``x`` left the end ``(L - x)/c`` ago and the forward wave will be there in as long.  Both
+    are polynomials on pieces, whose squares Gauss quadrature integrates exactly, whatever kinks there are.
+
+    Parameters
+    ----------
+    sources : Sources
+        Loads and initial data.
+    share : float
+        ``1/(1 + k_L/Z)``.
+    trips : Trips
+        The round trips.
+    t : ndarray
+        (n,) instants [transits].
+    """
     if isinstance(trips, Record):
         return _squares(sources, trips, t)
     total = np.empty(len(t))

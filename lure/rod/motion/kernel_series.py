@@ -266,14 +266,18 @@ def product(f: Array, q: Counts, first: tuple[int, int], second: tuple[int, int]
 NEVER, UNDECIDED = 2.0, 3.0
 _MOST_INTERVALS = 20_000
 _THINNEST = 1e-14
-_FLAT = 0.25
+_FLAT = 0.25  # of the tolerance: what varies less is not halved, for its sign of slope may be rounding
 _MOST_HALVES = 400
 _LEVEL = 4e-15
 
 
 @kernel
 def first_rise(f: Array, q: Counts, c: int, n: int, tolerance: float) -> float:
-    """The zero before the first excursion above ``tolerance``; ``NEVER``, or ``UNDECIDED`` after 20000 intervals."""
+    """The zero before the first excursion above ``tolerance``; ``NEVER``, or ``UNDECIDED`` after 20000 intervals.
+
+    By bounds on whole intervals, not by samples: an interval is halved until every part is below, or rises through
+    zero.  An excursion above zero that stays below the tolerance, the rounding of ``f``, counts as none (grazing).
+    """
     if f[c] + variation(f, c, n) <= tolerance:
         return NEVER
     depth, seen, below = 1, 0, -1.0

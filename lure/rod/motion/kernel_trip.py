@@ -210,7 +210,11 @@ def _window(f: Array, q: Counts, loads: tuple[Array, Counts], powers: int | None
 
 @kernel
 def _followed(f: Array, q: Counts, pieces: int, powers: int | None) -> int:
-    """Arc after arc, piece after piece."""
+    """Arc after arc, piece after piece.
+
+    Where a boundary layer ``exp(-rate t)`` is not resolved the piece is cut at multiples of ``3/rate``, and halved
+    where that is not enough: the echoes of a layer after ``n`` round trips are Laguerre functions, with ``n`` zeros.
+    """
     i, at, cuts, events, fresh, layer = ZERO, q[NOW], 0, 0, True, 2.0
     low = f[at + START]
     # when the arc began, until when it is kept; see _turned
@@ -504,7 +508,12 @@ def _touched(f: Array, q: Counts, span: Span, np_: int) -> None:
 
 @kernel
 def entered(f: Array, q: Counts) -> None:
-    """Enter the round trip in the record, and in the energy balance."""
+    """Enter the round trip in the record, and in the energy balance.
+
+    The balance, ``Z/4 int (W^2 - V^2) dt - k_L int z'^2 dt - A [P(z)]`` since the start, is zero in exact numbers.  The
+    waves bring what they carry from ``x = 0`` and along the rod without change, so that an error of the motion can only
+    be here: in the solution of ``z' = W - d p(z)`` and in the instants of contact and release.
+    """
     w, crossings, error = q[WINDOWS], max(q[ARCS] - 1, 0), f[TRANSIT] * f[MISSED]
     at = q[OUT_MARKS] + MARKS * w
     q[at], q[at + 1], q[at + 2], q[at + 3] = q[SEGMENT], q[OPEN], crossings, q[IMPACTS]

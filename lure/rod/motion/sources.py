@@ -216,7 +216,7 @@ class Problem:
 def along_path(
     rate: Callable[[Array, Array], Array], path: Path, breaks: tuple[tuple[float, ...], tuple[float, ...]]
 ) -> Array:
-    """Integrals (n,) of ``rate(t - s, x - step s)`` over ``0 <= s <= length``.
+    """Integrals (n,) of ``rate(t - s, x - step s)`` over ``0 <= s <= length``: Gauss panels between its breaks.
 
     Parameters
     ----------
@@ -257,7 +257,12 @@ def _panels(rate: Callable[[Array, Array], Array], path: Path, edges: Array) -> 
 
 @dataclass(kw_only=True, slots=True)
 class Panels:
-    """Makes the panels of one motion, block after block.
+    """Makes the loads of one motion as Chebyshev series on panels, block after block, over many round trips at once.
+
+    A panel reaches over up to 16 round trips if the load is made of sines, cosines, sums and products, which 29 points
+    show as they are; of other formulas (a pulse ``exp(-t**2)`` may hide between points) a panel reaches over one round
+    trip at most, as in :meth:`Sources.loads`.  What a block of 16 round trips needs does not depend on how many blocks
+    are asked for at once.
 
     Attributes
     ----------

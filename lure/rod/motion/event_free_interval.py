@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.rod.motion.end_law import Impact
+from lure.rod.motion.event_free_map import Powers
 from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds
-from lure.rod.motion.quiet_map import Powers
 from lure.rod.motion.record import Record, Series, Window
 
 BLOCK_POWER, FINE_POWER = 6, 3
@@ -19,7 +19,7 @@ _MANY = 4096
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Stretch:
+class EventFreeInterval:
     """Round trips ``number .. number + count - 1``, as :class:`lure.rod.motion.record.Record` has them.
 
     Attributes
@@ -63,7 +63,7 @@ class Stretch:
     @property
     def stop(self) -> float:
         """Where the last round trip ends, from its start [transits]."""
-        return float(self.powers.quiet.edges[-1])
+        return float(self.powers.map.edges[-1])
 
     @property
     def impacts(self) -> Array:
@@ -72,7 +72,7 @@ class Stretch:
 
     def edges(self, i: int) -> Array:
         """Edges of the pieces of the i-th round trip."""
-        return self.powers.quiet.edges
+        return self.powers.map.edges
 
     def at(self, t: Array, name: Series) -> Array:
         """Values (n,) at instants (n,) [transits]; on an edge those from the right."""
@@ -80,34 +80,36 @@ class Stretch:
         return np.concatenate(parts) if parts else np.empty(0)
 
     def _at(self, t: Array, name: Series) -> Array:
-        quiet, share = self.powers.quiet, self.share
+        trip_map, share = self.powers.map, self.share
         trip = np.clip(np.floor(0.5 * t).astype(np.int64) - self.number, 0, self.count - 1)
         local = t - 2.0 * (trip + self.number)
-        piece = np.clip(np.searchsorted(quiet.edges, local, side="right") - 1, 0, quiet.pieces - 1)
-        low, high = quiet.edges[piece], quiet.edges[piece + 1]
+        piece = np.clip(np.searchsorted(trip_map.edges, local, side="right") - 1, 0, trip_map.pieces - 1)
+        low, high = trip_map.edges[piece], trip_map.edges[piece + 1]
         x = np.clip(((local - low) - (high - local)) / (high - low), -1.0, 1.0)
         X, rest = self.states_in(trip)
-        n = quiet.degree + 1
-        own = X[:, : quiet.waves].reshape(len(X), -1, n)[np.arange(len(X)), piece]
-        table = np.ones((quiet.start.shape[1], len(x)))
+        n = trip_map.degree + 1
+        own = X[:, : trip_map.waves].reshape(len(X), -1, n)[np.arange(len(X)), piece]
+        table = np.ones((trip_map.start.shape[1], len(x)))
         table[1] = x
         for k in range(2, len(table)):
             table[k] = 2.0 * x * table[k - 1] - table[k - 2]
         wave = (table[:n].T * own).sum(axis=1)
         if name == "wave":
             return np.asarray(wave)
-        zeta = X[:, quiet.waves] + (rest + self._begun(X, piece))
-        series = np.einsum("ski,si->ks", quiet.own[piece], own) + quiet.level[piece].T + quiet.start[piece].T * zeta
+        zeta = X[:, trip_map.waves] + (rest + self._begun(X, piece))
+        series = (
+            np.einsum("ski,si->ks", trip_map.own[piece], own) + trip_map.level[piece].T + trip_map.start[piece].T * zeta
+        )
         zeta = zeta + (table * series).sum(axis=0)
         if name == "z":
-            return np.asarray(quiet.segment.origin + zeta)
-        push = quiet.segment.push + quiet.segment.rate * zeta
+            return np.asarray(trip_map.segment.origin + zeta)
+        push = trip_map.segment.push + trip_map.segment.rate * zeta
         return np.asarray(push if name == "push" else (2.0 * share - 1.0) * wave - 2.0 * push)
 
     def _begun(self, X: Array, piece: NDArray[np.int64]) -> Array:
         """``zeta`` at the start of a piece, less that at the start of the round trip."""
-        quiet = self.powers.quiet
-        return np.asarray((X @ quiet.begins[:-1].T)[np.arange(len(X)), piece] + quiet.begin[piece])
+        trip_map = self.powers.map
+        return np.asarray((X @ trip_map.begins[:-1].T)[np.arange(len(X)), piece] + trip_map.begin[piece])
 
     def states_in(self, trip: NDArray[np.int64]) -> tuple[Array, Array]:
         """States (n, S) in round trips counted from the first, and what rounding lost of ``zeta``."""
@@ -145,21 +147,21 @@ class Stretch:
         low, high = first // BLOCK, -(-stop // BLOCK)
         blocks = np.arange(low, high)
         table = self._spread(self.states[low:high], blocks * BLOCK, 0)
-        table[:, self.powers.quiet.waves] += np.repeat(self.rests[low:high], BLOCK)
+        table[:, self.powers.map.waves] += np.repeat(self.rests[low:high], BLOCK)
         return table[first - low * BLOCK : stop - low * BLOCK]
 
     def series(self, X: Array) -> tuple[Array, Array]:
         """``W`` (n, P, degree+1) and ``zeta`` (n, P, K) on the pieces, for states (n, S)."""
-        quiet = self.powers.quiet
-        travel, constant = quiet.travel, quiet.steady
-        zeta = (X @ travel.reshape(-1, quiet.size).T).reshape(len(X), *constant.shape) + constant
-        zeta[:, :, 0] += X[:, quiet.waves, None]
-        return X[:, : quiet.waves].reshape(len(X), quiet.pieces, -1), zeta
+        trip_map = self.powers.map
+        travel, constant = trip_map.travel, trip_map.steady
+        zeta = (X @ travel.reshape(-1, trip_map.size).T).reshape(len(X), *constant.shape) + constant
+        zeta[:, :, 0] += X[:, trip_map.waves, None]
+        return X[:, : trip_map.waves].reshape(len(X), trip_map.pieces, -1), zeta
 
     def record(self, first: int, stop: int) -> Record:
         """Some of the round trips, counted from the first, piece by piece."""
-        quiet, count = self.powers.quiet, stop - first
-        segment, P = quiet.segment, quiet.pieces
+        trip_map, count = self.powers.map, stop - first
+        segment, P = trip_map.segment, trip_map.pieces
         X = self.every(first, stop + 1) if stop < BLOCK * len(self.states) else self._with_last(first, stop)
         wave, zeta = self.series(X[:-1])
         push = segment.rate * zeta if segment.rate else np.zeros((count, P, 1))
@@ -171,10 +173,10 @@ class Stretch:
         degree = np.tile([wave.shape[2] - 1, z.shape[2] - 1, push.shape[2] - 1], (count * P, 1))
         T = self.powers.numbers.transit
         endings = np.zeros((count, 7))
-        endings[:, 0], endings[:, 1] = self.error, X[1:, quiet.waves]
+        endings[:, 0], endings[:, 1] = self.error, X[1:, trip_map.waves]
         if segment.touching:
             since = T * 2.0 * self.number if self.impact is None else self.impact.start
-            endings[:, 3], endings[:, 5] = since, X[1:, quiet.waves + 1]
+            endings[:, 3], endings[:, 5] = since, X[1:, trip_map.waves + 1]
             endings[:, 4] = T * 2.0 * (self.number + np.arange(first, stop) + 1.0)
             endings[:, 6] = self._peaks()[first:stop]
         marks = np.zeros((count, 4), dtype=np.int64)
@@ -184,8 +186,8 @@ class Stretch:
             share=self.share,
             width=self.width,
             first=P * np.arange(count + 1),
-            low=np.tile(quiet.edges[:-1], count),
-            high=np.tile(quiet.edges[1:], count),
+            low=np.tile(trip_map.edges[:-1], count),
+            high=np.tile(trip_map.edges[1:], count),
             start=coef.shape[2] * np.arange(count * P),
             degree=degree,
             coef=coef.ravel(),
@@ -223,7 +225,7 @@ class Stretch:
         assert isinstance(record, Record)
         return record.window(i - chunk * CHUNK)
 
-    def last(self, count: int) -> Record | Stretch:
+    def last(self, count: int) -> Record | EventFreeInterval:
         """The last round trips."""
         if count >= self.count:
             return self
@@ -243,13 +245,13 @@ class Stretch:
         )
 
 
-def running_peaks(stretch: Stretch) -> Array:
+def running_peaks(interval: EventFreeInterval) -> Array:
     """Largest stress (count,) [Pa] of the impact up to the end of each round trip."""
-    segment, impact = stretch.powers.quiet.segment, stretch.impact
-    best = -np.inf if impact is None else impact.peak_stress * stretch.mobility
+    segment, impact = interval.powers.map.segment, interval.impact
+    best = -np.inf if impact is None else impact.peak_stress * interval.mobility
     found = []
-    for low in range(0, len(stretch), CHUNK):
-        zeta = stretch.series(stretch.every(low, min(low + CHUNK, len(stretch))))[1]
+    for low in range(0, len(interval), CHUNK):
+        zeta = interval.series(interval.every(low, min(low + CHUNK, len(interval))))[1]
         push = segment.rate * zeta
         push[:, :, 0] += segment.push
         flat = push.reshape(-1, push.shape[2])
@@ -260,16 +262,16 @@ def running_peaks(stretch: Stretch) -> Array:
             least[i] = max(least[i], largest_value(push[i]))
         found.append(np.maximum.accumulate(np.append(best, least))[1:])
         best = float(found[-1][-1])
-    return np.concatenate(found) / stretch.mobility
+    return np.concatenate(found) / interval.mobility
 
 
-def peak(stretch: Stretch, tops: Array, best: float) -> float:
-    """The largest ``zeta`` of the stretch, given upper bounds (count,) round trip by round trip, and a value it has."""
+def peak(interval: EventFreeInterval, tops: Array, best: float) -> float:
+    """The largest ``zeta``, given upper bounds (count,) round trip by round trip, and a value that it has."""
     some = np.flatnonzero(tops > best)
     for low in range(0, len(some), CHUNK):
-        X, rest = stretch.states_in(some[low : low + CHUNK])
-        X[:, stretch.powers.quiet.waves] += rest
-        zeta = stretch.series(X)[1]
+        X, rest = interval.states_in(some[low : low + CHUNK])
+        X[:, interval.powers.map.waves] += rest
+        zeta = interval.series(X)[1]
         flat = zeta.reshape(-1, zeta.shape[2])
         flat = flat[flat[:, 0] + np.abs(flat[:, 1:]).sum(axis=1) > best]
         if len(flat):

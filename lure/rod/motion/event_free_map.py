@@ -5,6 +5,8 @@ states ``u`` of the load give those of the next: ``X' = (B + D) X + F u`` with t
 Powers keep ``B`` and ``D`` apart, so that rounding of what does not change does not add up:
 ``D_2m = B_m D_m + D_m B_m + D_m^2``.
 
+A force that is a sum of ``w t^K e^{lambda t}`` is, in round trip ``n``, a sum of ``v_k(n) = n^k e^{2 lambda T n}``
+times fixed functions of the time inside the round trip, and ``v(n + m) = U_m v(n)`` by the binomial theorem.
 """
 
 from __future__ import annotations
@@ -37,7 +39,7 @@ _MORE = 10
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class LoadStates:
-    """What a force adds to the wave, between two of its breakpoints.
+    """What a force adds to the wave, between two of its breakpoints: states that a constant matrix moves on.
 
     Attributes
     ----------
@@ -124,7 +126,7 @@ def _monomials() -> Array:
     return np.array(columns, dtype=float).T
 
 
-class QuietLoads:
+class EventFreeLoads:
     """The force of a motion, piece by piece as states."""
 
     def __init__(self, sources: Sources) -> None:
@@ -184,7 +186,7 @@ class Coefficients:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Quiet:
+class EventFreeMap:
     """Functions of the state of one round trip.
 
     Attributes
@@ -246,7 +248,7 @@ def _travel(found: tuple[Array, Array, Array], begins: Array, begin: Array) -> t
     return series, constant
 
 
-def quiet(segment: Segment, edges: Array, degree: int, numbers: Coefficients) -> Quiet | None:
+def event_free_map(segment: Segment, edges: Array, degree: int, numbers: Coefficients) -> EventFreeMap | None:
     """The functions on a segment that is straight; None if ``zeta`` needs a much higher degree than ``W``."""
     half = 0.5 * numbers.transit * np.diff(edges)
     stiff, n = segment.rate * half, degree + 1
@@ -284,7 +286,7 @@ def quiet(segment: Segment, edges: Array, degree: int, numbers: Coefficients) ->
             begins[p + 1, p * n : (p + 1) * n] += own_ends[p]
             begin[p + 1] = (1.0 + held_ends[p]) * begin[p] + level_ends[p]
     travel, steady = _travel((own, start, level), begins, begin)
-    return Quiet(
+    return EventFreeMap(
         edges=edges,
         degree=degree,
         segment=segment,
@@ -351,7 +353,7 @@ class Powers:
 
     Attributes
     ----------
-    quiet : Quiet
+    map : EventFreeMap
         The round trip.
     numbers : Coefficients
         Its physics.
@@ -361,7 +363,7 @@ class Powers:
         (P, degree+1, states) what the load adds to ``W``.
     """
 
-    quiet: Quiet
+    map: EventFreeMap
     numbers: Coefficients
     states: LoadStates
     series: Array
@@ -395,7 +397,7 @@ class Powers:
         return self.steps[m]
 
     def _first(self) -> Power:
-        q, numbers = self.quiet, self.numbers
+        q, numbers = self.map, self.numbers
         segment, n, w = q.segment, q.degree + 1, q.waves
         flat = segment.rate == 0.0
         beta = np.ones(q.size)
@@ -431,7 +433,7 @@ class Powers:
 
 def work(powers: Powers) -> Array:
     """``int d p z' dt Z/share`` over a round trip as a quadratic form (S+r, S+r) of ``(X, u)`` [J]."""
-    q, numbers = powers.quiet, powers.numbers
+    q, numbers = powers.map, powers.numbers
     segment, n, P = q.segment, q.degree + 1, q.pieces
     series, constant = q.travel, q.steady
     K, size = series.shape[1], q.size + powers.states.count + 1
@@ -451,7 +453,7 @@ def work(powers: Powers) -> Array:
 
 def passed(powers: Powers, X: Array) -> Array:
     """``Z/4 int W^2 dt`` (n,) over round trips [J]."""
-    q = powers.quiet
+    q = powers.map
     wave = X[:, : q.waves].reshape(len(X), q.pieces, -1)
     half = 0.125 * powers.numbers.impedance * powers.numbers.transit * np.diff(q.edges)
     return np.asarray((((wave @ products(q.degree + 1)) * wave).sum(axis=2)) @ half)

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from lure.rod.motion.end_law import Impact
+from lure.rod.motion.event_free_interval import BLOCK, BLOCK_POWER, EventFreeInterval, peak
+from lure.rod.motion.event_free_map import Coefficients, EventFreeLoads, Powers, event_free_map, passed, work
 from lure.rod.motion.pieces import Array, Pieces
-from lure.rod.motion.quiet_map import Coefficients, Powers, QuietLoads, passed, quiet, work
 from lure.rod.motion.record import Level, State
 from lure.rod.motion.sources import Problem
-from lure.rod.motion.stretch import BLOCK, BLOCK_POWER, Stretch, peak
 
 TOP = 1e-16  # of the wave: what its last coefficients may be
 _CHUNK, _LARGE = 64, 100
@@ -25,7 +25,7 @@ _CLEAR, _CLEAR_IN_CONTACT = 2.0, 4.0  # distances, in swings of a round trip, be
 
 
 class Walk:
-    """States block after block, up to the first round trip that is not certainly quiet."""
+    """States block after block, up to the first round trip that is not certainly free of events."""
 
     def __init__(self, powers: Powers, number: int) -> None:
         self.powers, self.number = powers, number
@@ -38,7 +38,7 @@ class Walk:
 
     def _tables(self) -> None:
         """``zeta`` in each round trip of a block, less that in the first; bounds on what ``zeta`` does in any."""
-        powers, q = self.powers, self.powers.quiet
+        powers, q = self.powers, self.powers.map
         w, size = q.waves, powers.states.count + 1
         inside, forced = np.zeros((1, q.size)), np.zeros((1, size))
         series, constant = q.travel, q.steady
@@ -58,8 +58,8 @@ class Walk:
         self._inside, self._forced, self._swing, self._more = inside, forced, swing, more
 
     def along(self, X: Array, rest: float, most: int) -> int:
-        """Number of quiet round trips, at most ``most``."""
-        q, done = self.powers.quiet, 0
+        """Number of round trips without events, at most ``most``."""
+        q, done = self.powers.map, 0
         w, segment = q.waves, q.segment
         low, high = segment.low - segment.origin, segment.high - segment.origin
         self.ahead, self.ahead_rest = X, rest
@@ -74,18 +74,18 @@ class Walk:
             zeta = states @ self._inside.T + u @ self._forced.T + (states[:, w] + rests)[:, None]
             margin = _MARGIN * (np.abs(zeta).max(axis=1) + swing)
             tops = zeta + (swing + margin)[:, None]
-            quiet = tops < high
+            free = tops < high
             if low > -math.inf:
-                quiet &= zeta - (swing + margin)[:, None] > low
+                free &= zeta - (swing + margin)[:, None] > low
             sizes = np.abs(states[:, :w]).reshape(blocks, q.pieces, -1)
             fine = sizes[:, :, -1].max(axis=1) <= TOP * sizes.sum(axis=2).max(axis=1) if q.degree else True
             if segment.rate > 0.0:
-                quiet &= np.reshape(fine, (-1, 1))
+                free &= np.reshape(fine, (-1, 1))
             self.states.append(states)
             self.rests.append(rests)
             self.tops.append(tops.ravel())
             self.starts.append(zeta.ravel())
-            loud = np.flatnonzero(~quiet.ravel())
+            loud = np.flatnonzero(~free.ravel())
             if loud.size:
                 return min(most, done + int(loud[0]))
             done += BLOCK * blocks
@@ -93,7 +93,7 @@ class Walk:
 
     def _chunk(self, u: Array) -> tuple[Array, Array]:
         """States (blocks, S) given those of the load; ``ahead`` is the one after them."""
-        powers, q, blocks = self.powers, self.powers.quiet, len(u)
+        powers, q, blocks = self.powers, self.powers.map, len(u)
         states, k, filled = np.empty((blocks + 1, q.size)), BLOCK_POWER, 1
         states[0] = self.ahead
         while filled < blocks + 1:
@@ -115,7 +115,7 @@ class Walk:
 
 def travel(powers: Powers, k: int, X: Array, u: Array) -> Array:
     """What ``zeta`` travels in flight over ``2**k`` round trips; ways there and back that differ by rounding cancel."""
-    gone, q = powers[k], powers.quiet
+    gone, q = powers[k], powers.map
     parts = X[:, : q.waves] * gone.rows[0, : q.waves]
     way = parts.sum(axis=1)
     way[np.abs(way) <= _CANCELLED * np.abs(parts).sum(axis=1)] = 0.0
@@ -123,12 +123,12 @@ def travel(powers: Powers, k: int, X: Array, u: Array) -> Array:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Quietness:
-    """A stretch, and the motion after it.
+class EventFree:
+    """An interval without events, and the motion after it.
 
     Attributes
     ----------
-    stretch : Stretch
+    interval : EventFreeInterval
         The round trips.
     wave : Pieces
         What comes back in the next, without its load.
@@ -140,7 +140,7 @@ class Quietness:
         Largest energy of a round trip [J], largest wave [m/s].
     """
 
-    stretch: Stretch
+    interval: EventFreeInterval
     wave: Pieces
     state: State
     work: float
@@ -150,10 +150,10 @@ class Quietness:
 
 
 class Search:
-    """Looks for stretches of one motion; a piece of a round trip costs the kernel ``piece`` [s]."""
+    """Looks for event-free intervals of one motion; a piece of a round trip costs the kernel ``piece`` [s]."""
 
     def __init__(self, problem: Problem, piece: float) -> None:
-        self._problem, self._loads, self._piece = problem, QuietLoads(problem.sources), piece
+        self._problem, self._loads, self._piece = problem, EventFreeLoads(problem.sources), piece
         rod = problem.sources.rod
         self._numbers = Coefficients(
             transit=rod.travel_time,
@@ -176,8 +176,8 @@ class Search:
         contact = self._problem.law.segments[state.segment].rate > 0.0
         return int((6e-4 + (6e-10 * size**3 + 6e-4 if contact else 0.0)) / (self._piece * (pieces + 1)))
 
-    def after(self, number: int, wave: Pieces, state: State) -> Quietness | None:
-        """The stretch that begins with a round trip, given what comes back in it; None if there is none of 16."""
+    def after(self, number: int, wave: Pieces, state: State) -> EventFree | None:
+        """The interval that begins with a round trip, given what comes back in it; None if there is none of 16."""
         segment = self._problem.law.segments[state.segment]
         if math.isinf(segment.rate) or segment.power != 1.0 or len(wave.series) > _MOST_PIECES or wave.edges[-1] != 2.0:
             return None
@@ -201,16 +201,16 @@ class Search:
             degree = max(_seen(wave.series, sizes, TOP), _seen(now, sizes, TOP)) + 1
         if degree >= wave.series.shape[1] or (not flat and len(sizes) * (degree + 1) > _MOST_STATES):
             return None
-        found = quiet(segment, wave.edges, degree, self._numbers)
+        found = event_free_map(segment, wave.edges, degree, self._numbers)
         if found is None:
             return None
         padded = np.pad(series[:, : degree + 1], ((0, 0), (0, max(degree + 1 - series.shape[1], 0)), (0, 0)))
-        powers = Powers(quiet=found, numbers=self._numbers, states=states, series=padded)
-        with np.errstate(over="ignore", invalid="ignore"):  # a load that grows beyond all numbers ends the stretch
+        powers = Powers(map=found, numbers=self._numbers, states=states, series=padded)
+        with np.errstate(over="ignore", invalid="ignore"):  # a load that grows beyond all numbers ends the interval
             return self._followed(powers, number, most, wave, state)
 
-    def _followed(self, powers: Powers, number: int, most: int, wave: Pieces, state: State) -> Quietness | None:
-        q = powers.quiet
+    def _followed(self, powers: Powers, number: int, most: int, wave: Pieces, state: State) -> EventFree | None:
+        q = powers.map
         X = np.zeros(q.size)
         X[: q.waves] = (
             wave.series[:, : q.degree + 1].ravel()
@@ -225,16 +225,16 @@ class Search:
             return None
         return self._summed(walk, count, wave, state)
 
-    def _summed(self, walk: Walk, count: int, wave: Pieces, state: State) -> Quietness:
+    def _summed(self, walk: Walk, count: int, wave: Pieces, state: State) -> EventFree:
         powers, number, T = walk.powers, walk.number, self._numbers.transit
-        q = powers.quiet
+        q = powers.map
         blocks = -(-count // BLOCK)
         states, rests = np.concatenate(walk.states)[:blocks], np.concatenate(walk.rests)[:blocks]
         sizes = np.abs(states[:, : q.waves]).reshape(blocks, q.pieces, -1)
         top = float(sizes[:, :, -1].max()) if q.segment.rate > 0.0 else 0.0
         loads = float(np.abs(powers.series).sum(axis=1).max(initial=0.0))
         error = 2.0 * T * (top + _NOISE * loads)
-        stretch = Stretch(
+        interval = EventFreeInterval(
             powers=powers,
             number=number,
             count=count,
@@ -254,7 +254,7 @@ class Search:
         if q.segment.touching:
             before = state.impact
             tops, starts = (np.concatenate(parts)[:count] for parts in (walk.tops, walk.starts))
-            highest = peak(stretch, tops, float(starts.max())) if q.segment.rate > 0.0 else 0.0
+            highest = peak(interval, tops, float(starts.max())) if q.segment.rate > 0.0 else 0.0
             highest = (q.segment.push + q.segment.rate * highest) / self._numbers.mobility
             impact = Impact(
                 start=2.0 * T * number if before is None else before.start,
@@ -264,8 +264,8 @@ class Search:
                 closed=False,
             )
         done, low, high = forms
-        return Quietness(
-            stretch=stretch,
+        return EventFree(
+            interval=interval,
             wave=end,
             state=State(segment=state.segment, zeta=Level(value=float(last[q.waves]), rest=rest), impact=impact),
             work=done,
@@ -275,9 +275,9 @@ class Search:
         )
 
     def _ended(self, walk: Walk, count: int) -> tuple[Array, float, tuple[float, float, float]]:
-        """The state after the stretch, what rounding lost of ``zeta``; work and the range of its imbalance."""
+        """The state after the interval, what rounding lost of ``zeta``; work and the range of its imbalance."""
         powers = walk.powers
-        q = powers.quiet
+        q = powers.map
         segment, blocks = q.segment, count // BLOCK
         states, rests = np.concatenate(walk.states), np.concatenate(walk.rests)
         working = bool(segment.rate or segment.push)
@@ -326,7 +326,7 @@ def _seen(series: Array, sizes: Array, share: float = _NOISE) -> int:
 
 def _forms(powers: Powers) -> list[Array]:
     """The work over 1, 2, 4, ..., 64 round trips."""
-    found, size = [work(powers)], powers.quiet.size
+    found, size = [work(powers)], powers.map.size
     for k in range(BLOCK_POWER):
         power = powers[k]
         whole = np.zeros_like(found[0])
