@@ -1,25 +1,28 @@
 """numpy and scipy, each loaded when it is first used: what is exact does without them."""
 
 import sys
+from functools import cached_property
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 
 class _Later:
-    """The names of a module; the first that is asked for imports it."""
+    """The names of a module, which the first that is asked for imports."""
 
     def __init__(self, module: str) -> None:
-        self._module = module
+        self._name = module
+
+    @cached_property
+    def _module(self) -> ModuleType:
+        try:
+            return import_module(self._name)
+        except ModuleNotFoundError as error:
+            package = self._name.partition(".")[0]
+            raise ModuleNotFoundError(f"this step needs {package}, which cannot be imported", name=package) from error
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401  (whatever the module calls by that name)
-        try:
-            module = import_module(self._module)
-        except ModuleNotFoundError as error:
-            package = self._module.partition(".")[0]
-            raise ModuleNotFoundError(f"this step needs {package}, which cannot be imported", name=package) from error
-        found = getattr(module, name)
-        setattr(self, name, found)
-        return found
+        return getattr(self._module, name)
 
 
 np, linalg, optimize, integrate = map(_Later, ("numpy", "scipy.linalg", "scipy.optimize", "scipy.integrate"))

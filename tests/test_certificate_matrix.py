@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.linalg
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -268,7 +269,7 @@ def never(matrix, **options):
 
 @pytest.mark.parametrize("solver", [garbage, not_a_number, never])
 def test_a_solver_that_fails_costs_an_answer_and_never_makes_one(monkeypatch, solver):
-    monkeypatch.setattr(riccati, "schur", solver)
+    monkeypatch.setattr(riccati, "linalg", SimpleNamespace(**vars(scipy.linalg) | {"schur": solver}))
     monkeypatch.setattr(riccati, "PRECISIONS", ())
     with pytest.raises(AssumptionError, match="no matrix P was found"):
         matrix_draft(LAG, Fraction(7), theta=Fraction(1))
@@ -278,7 +279,7 @@ def test_a_solver_that_fails_costs_an_answer_and_never_makes_one(monkeypatch, so
 def test_more_digits_serve_where_doubles_find_nothing(monkeypatch, name):
     block = plant(name)
     answer = popov_largest(block)
-    monkeypatch.setattr(riccati, "schur", never)
+    monkeypatch.setattr(riccati, "linalg", SimpleNamespace(**vars(scipy.linalg) | {"schur": never}))
     k = Fraction(answer.largest.low) * (1 - Fraction(1, 10**6))
     assert isinstance(proved(matrix_draft(block, k, theta=Fraction(answer.parameters["theta"]))), Proved)
 

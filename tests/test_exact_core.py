@@ -73,6 +73,15 @@ def test_what_is_exact_holds_no_array(module):
     assert "lure.arrays" not in needed(module)
 
 
+@pytest.mark.parametrize("module", files(["analysis/certificates/second/*.py"]))
+def test_the_second_checker_shares_nothing_with_the_search_or_the_first_checker(module):
+    tree = ast.parse((ROOT / module).read_text(encoding="utf-8"))
+    names = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    names |= {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    foreign = {name for name in names if not f"{name}.".startswith("lure.analysis.certificates.second.")}
+    assert {name.split(".")[0] for name in foreign} <= {"flint", *sys.stdlib_module_names}
+
+
 def test_each_pattern_names_something():
     assert [pattern for pattern in (*CORE, *EXACT) if not list(ROOT.glob(pattern))] == []
 

@@ -14,10 +14,17 @@ from typing import Literal
 
 from flint import fmpq_poly
 
+from lure.analysis.certificates.second.numerics import (
+    X,
+    even_odd,
+    nonnegative_from_zero,
+    nonnegative_on_circle,
+    positive_from_zero,
+    positive_on_circle,
+    to_fmpq,
+)
 from lure.analysis.certificates.second.reading import require, tick
 from lure.analysis.certificates.second.systems import Shifted
-from lure.analysis.numerics.polynomial import X, even_odd, positive_from_zero, positive_root_count, to_fmpq
-from lure.analysis.numerics.trigonometric import nonnegative_on_circle, positive_on_circle
 
 # Whether a polynomial is positive on ``[0, inf)`` or on ``[-1, 1]``, by its isolated roots; and whether two agree.
 
@@ -39,7 +46,7 @@ def holds_from_zero(p: fmpq_poly, full: int, need: Need, *, allowed: int = 1) ->
         By how much the degree may fall short for ``decaying``.
     """
     if need == "nonnegative":
-        return _nonnegative(p)
+        return nonnegative_from_zero(p)
     return positive_from_zero(p) and p.degree() >= full - (allowed if need == "decaying" else 0)
 
 
@@ -78,15 +85,6 @@ def half_line(p: fmpq_poly) -> fmpq_poly:
         tick()
         total += c * fmpq_poly([1, -1]) ** i * fmpq_poly([1, 1]) ** (degree - i)
     return total
-
-
-def _nonnegative(p: fmpq_poly) -> bool:
-    """Whether ``p(x) >= 0`` for every ``x >= 0``: no positive root of odd multiplicity, and the sign right far out."""
-    if p.degree() < 0:
-        return True
-    _, factors = p.numer().factor_squarefree()
-    odd = [fmpq_poly(factor) for factor, multiplicity in factors if int(multiplicity) % 2]
-    return bool(p[p.degree()] > 0) and all(positive_root_count(factor) == 0 for factor in odd)
 
 
 def _without(p: fmpq_poly, factor: fmpq_poly) -> fmpq_poly:

@@ -11,7 +11,6 @@ from typing import Literal, cast
 
 from lure.analysis.certificates.second.axis import Need
 from lure.analysis.certificates.second.reading import NotShown, flag, listed, number, record, require
-from lure.nonlinearities.piecewise_linear import Graph
 
 # The sentences a certificate may conclude with, and what has to be positive for which upper bound.
 
@@ -80,6 +79,47 @@ Upper = Fraction | Literal["finite", "inf"]
 Lower = Fraction | Literal["-inf"]
 
 
+@dataclass(frozen=True, slots=True)
+class Graph:
+    """A continuous piecewise-linear law.
+
+    Attributes
+    ----------
+    knots, values : tuple of Fraction
+        Points of the graph in ascending order, the origin among them.
+    slopes : tuple of Fraction
+        Left of the first knot, between the knots, right of the last.
+    """
+
+    knots: tuple[Fraction, ...]
+    values: tuple[Fraction, ...]
+    slopes: tuple[Fraction, ...]
+
+    def at(self, sigma: Fraction) -> Fraction:
+        """``phi(sigma)``."""
+        i = bisect_left(self.knots, sigma)
+        anchor = min(i, len(self.knots) - 1)
+        return self.values[anchor] + self.slopes[i] * (sigma - self.knots[anchor])
+
+    @property
+    def kinks(self) -> list[tuple[Fraction, Fraction, Fraction]]:
+        """Where the slope changes: ``sigma``, ``phi`` and the slope to the right."""
+        sides = pairwise(self.slopes)
+        return [(x, y, k) for x, y, (h, k) in zip(self.knots, self.values, sides, strict=True) if h != k]
+
+    @property
+    def chords(self) -> list[Fraction]:
+        """All values at which ``phi(sigma)/sigma``, monotone between the knots, can be extreme."""
+        at_zero = self.knots.index(Fraction(0))
+        limits = [self.slopes[i] for i in (0, -1, at_zero, at_zero + 1)]
+        return limits + [y / x for x, y in zip(self.knots, self.values, strict=True) if x != 0]
+
+    @property
+    def odd(self) -> bool:
+        """Whether ``phi(-sigma) = -phi(sigma)``."""
+        return self.slopes[0] == self.slopes[-1] and all(self.at(-x) == -self.at(x) for x in self.knots)
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Laws:
     """Laws with ``phi(0) = 0`` and the bounds of ``phi(sigma)/sigma`` and of the difference quotients.
@@ -120,11 +160,10 @@ class Laws:
 
     def has(self, law: Graph) -> bool:
         """Whether a piecewise-linear law is in the class."""
-        chords = [chord for chord, _ in law.chords]
-        inside = at_least(min(chords), self.lower) and at_most(max(chords), self.upper)
+        inside = at_least(min(law.chords), self.lower) and at_most(max(law.chords), self.upper)
         if self.slope is not None:
             inside = inside and at_least(min(law.slopes), self.slope[0]) and at_most(max(law.slopes), self.slope[1])
-        return inside and (law.odd or not self.odd) and (law.is_line or not self.linear)
+        return inside and (law.odd or not self.odd) and (not law.kinks or not self.linear)
 
 
 def at_most(bound: Upper, limit: Upper) -> bool:
@@ -185,20 +224,17 @@ def graph(points: object, left: object, right: object) -> Graph:
     require(all(len(pair) == 2 for pair in pairs), "a point of the law is not a pair")
     through = [(pair[0], pair[1]) for pair in pairs]
     require(all(p[0] < q[0] for p, q in pairwise(through)), "the points of the law do not ascend")
-    slopes = number(left), number(right)
-    if through:
-        x = [sigma for sigma, _ in through]
-        i = bisect_left(x, Fraction(0))
-        if i < len(x) and x[i] == 0:
-            at_zero = through[i][1]
-        elif 0 < i < len(x):
-            (x0, y0), (x1, y1) = through[i - 1], through[i]
-            at_zero = y0 - x0 * (y1 - y0) / (x1 - x0)
-        else:
-            sigma, value = through[0] if i == 0 else through[-1]
-            at_zero = value - slopes[0 if i == 0 else 1] * sigma
-        require(at_zero == 0, "the law does not vanish at 0")
-    return Graph.through(through, *slopes)
+    through = through or [(Fraction(0), Fraction(0))]
+    given = _through(through, number(left), number(right))
+    require(given.at(Fraction(0)) == 0, "the law does not vanish at 0")
+    if Fraction(0) in given.knots:
+        return given
+    return _through(sorted([*through, (Fraction(0), Fraction(0))]), given.slopes[0], given.slopes[-1])
+
+
+def _through(points: list[tuple[Fraction, Fraction]], left: Fraction, right: Fraction) -> Graph:
+    inner = [(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(points)]
+    return Graph(tuple(x for x, _ in points), tuple(y for _, y in points), (left, *inner, right))
 
 
 def _bounds(value: object) -> tuple[Lower, Upper]:

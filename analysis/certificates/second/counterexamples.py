@@ -9,9 +9,11 @@ from flint import arb_mat
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second import structure
-from lure.analysis.certificates.second.classes import Laws, graph
+from lure.analysis.certificates.second.classes import Graph, Laws, graph
 from lure.analysis.certificates.second.gains import Kind, critical_end, positive_root, require_crossing, unstable_kind
 from lure.analysis.certificates.second.matrix import require_growth
+from lure.analysis.certificates.second.numerics import ball, balls, to_fraction, working_precision
+from lure.analysis.certificates.second.orbits import require_periodic, stays_of
 from lure.analysis.certificates.second.reading import (
     Document,
     NotShown,
@@ -24,12 +26,6 @@ from lure.analysis.certificates.second.reading import (
     require,
 )
 from lure.analysis.certificates.second.systems import Rational, RodData, System
-from lure.analysis.counterexamples.linear import balls
-from lure.analysis.counterexamples.piecewise import PiecewiseLoop
-from lure.analysis.counterexamples.validated import Itinerary, proved, refined
-from lure.analysis.numerics.polynomial import to_fraction
-from lure.analysis.numerics.precision import ball, working_precision
-from lure.nonlinearities.piecewise_linear import Graph
 
 # Periodic motions with a piecewise-linear law: exact in discrete time, proved by Krawczyk's test in continuous.
 
@@ -53,7 +49,7 @@ def orbit_kind(proof: Mapping[str, object], system: Rational, laws: Laws) -> Kin
     u, sigma = numbers(found["u"]), numbers(found["sigma"])
     period = len(u)
     require(0 < period == len(sigma) <= LONGEST, "u and sigma have no common period")
-    require(all(-law.exact(s) == value for s, value in zip(sigma, u, strict=True)), "u is not -phi(sigma)")
+    require(all(-law.at(s) == value for s, value in zip(sigma, u, strict=True)), "u is not -phi(sigma)")
     n, d = system.polynomials
     shared = n.gcd(d) if n.degree() >= 0 else d
     top, bottom = ([to_fraction(c) for c in (side // shared).coeffs()] for side in (n, d))
@@ -84,19 +80,12 @@ def require_flow_orbit(proof: Mapping[str, object], system: Rational, laws: Laws
     number(found["radius"])
     for row in listed(found["inverse"]):
         numbers(row)
-    orbit = Itinerary(
-        pieces=tuple(count(piece) for piece in listed(found["pieces"])),
-        durations=tuple(numbers(found["durations"])),
-        state=tuple(numbers(found["state"])),
-        half=flag(found["half"]),
-    )
-    order = system.realisation.order
-    require(len(orbit.state) == order > 0 and len(orbit.durations) == len(orbit.pieces) > 1, "the orbit has gaps")
-    require(all(duration > 0 for duration in orbit.durations), "a duration is not positive")
-    loop = PiecewiseLoop.of(system.realisation, _law(found, laws))
-    if not proved(loop, orbit):
-        better = refined(loop, orbit)
-        require(better is not None and proved(loop, better), "no periodic orbit is proved to exist")
+    pieces, half = [count(piece) for piece in listed(found["pieces"])], flag(found["half"])
+    durations, state = numbers(found["durations"]), numbers(found["state"])
+    require(len(state) == system.states.order > 0 and len(durations) == len(pieces) > 1, "the orbit has gaps")
+    require(all(duration > 0 for duration in durations), "a duration is not positive")
+    stays = stays_of(system.states, _law(found, laws), pieces, half=half)
+    require_periodic(system.states, stays, state, durations, half=half)
 
 
 def _law(found: Mapping[str, object], laws: Laws) -> Graph:
@@ -168,7 +157,7 @@ def _require_switched(proof: Mapping[str, object], system: Rational, laws: Laws)
     found = record(proof, *names)
     count(found["squarings"])
     require(count(found["bits"], least=2) <= LARGEST_COUNT, "bits is too large")
-    gains, n = numbers(found["gains"]), system.realisation.order
+    gains, n = numbers(found["gains"]), system.states.order
     times = [Fraction(1)] * len(gains) if system.discrete else numbers(found["times"])
     require(0 < len(gains) == len(times) <= COUNTEREXAMPLES_LONGEST and n > 0, "gains and times do not fit")
     require(all(time > 0 for time in times), "a time is not positive")
@@ -181,7 +170,7 @@ def _require_switched(proof: Mapping[str, object], system: Rational, laws: Laws)
             steps: dict[tuple[Fraction, Fraction], arb_mat] = {}
             for gain, time in zip(gains, times, strict=True):
                 if (gain, time) not in steps:
-                    closed = balls(system.realisation.closed(gain))
+                    closed = balls(system.states.closed(gain))
                     steps[gain, time] = closed if system.discrete else (closed * ball(time)).exp()
                 product = steps[gain, time] * product
             for _ in range(SQUARINGS):

@@ -9,9 +9,16 @@ from fractions import Fraction
 from flint import arb, arb_series, fmpq_poly
 
 from lure.analysis.certificates.second.axis import Curve, Need
+from lure.analysis.certificates.second.numerics import (
+    SERIES_TERMS,
+    X,
+    ball,
+    positive_from_zero,
+    to_fmpq,
+    to_fraction,
+    working_precision,
+)
 from lure.analysis.certificates.second.reading import NotShown, count, listed, number, record, require, tick
-from lure.analysis.numerics.polynomial import X, positive_from_zero, to_fmpq, to_fraction
-from lure.analysis.numerics.precision import SERIES_TERMS, ball, working_precision
 
 BITS = 256
 MOST_BOXES = 60_000

@@ -9,11 +9,15 @@ from typing import Literal
 from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.classes import Laws
+from lure.analysis.certificates.second.numerics import (
+    ball,
+    positive_from_zero,
+    positive_roots,
+    to_fmpq,
+    working_precision,
+)
 from lure.analysis.certificates.second.reading import NotShown, require
 from lure.analysis.certificates.second.systems import Delayed, Rational, require_well_posed, shifted
-from lure.analysis.inequality.plant import closed_loop_poles
-from lure.analysis.numerics.polynomial import positive_from_zero, real_roots, to_fmpq
-from lure.analysis.numerics.precision import ball, working_precision
 
 BITS = (128, 512, 2048, 8192)
 CROSSING_BITS = 512
@@ -39,15 +43,13 @@ def require_every_gain_stable(system: Rational, laws: Laws) -> None:
     block = shifted(system, laws.lower)
     require(block.case == "stable" and block.plant is not None, "the loop is not stable at the lower bound")
     assert block.plant is not None
-    response = block.plant.response()
-    if isinstance(laws.upper, Fraction):
-        test, strict = response.D + to_fmpq(laws.upper - laws.lower) * response.U, True
-        at_infinity = bool(test[response.D.degree()] > 0)
-    else:
-        test, strict = response.U, False
-        at_infinity = bool(test[response.D.degree()] >= 0)
+    square, real, imaginary = block.plant.response()
+    strict = isinstance(laws.upper, Fraction)
+    test = square + to_fmpq(laws.upper - laws.lower) * real if isinstance(laws.upper, Fraction) else real
+    far = test[square.degree()]
+    at_infinity = bool(far > 0 if strict else far >= 0)
     require(at_infinity, "a gain of the class has a root at infinity")
-    require(_at_crossings(test, response.W, strict=strict), "a gain of the class has roots on the axis")
+    require(_at_crossings(test, imaginary, strict=strict), "a gain of the class has roots on the axis")
 
 
 def _at_crossings(test: fmpq_poly, crossings: fmpq_poly, *, strict: bool) -> bool:
@@ -55,7 +57,7 @@ def _at_crossings(test: fmpq_poly, crossings: fmpq_poly, *, strict: bool) -> boo
     if crossings.degree() < 0:
         return positive_from_zero(test) if strict else False
     common = crossings.gcd(test) if test.degree() >= 0 else crossings
-    if strict and any(root >= 0 for root in real_roots(common)):
+    if strict and (positive_roots(common) or common(fmpq(0)) == 0):
         return False
     if not (test[0] > 0 if strict else test[0] >= 0):
         return False
@@ -66,7 +68,7 @@ def _at_crossings(test: fmpq_poly, crossings: fmpq_poly, *, strict: bool) -> boo
     for bits in BITS:
         with working_precision(bits):
             value = arb_poly(test)
-            values = [value(root) for root in real_roots(rest) if root > 0] if rest.degree() > 0 else []
+            values = [value(root) for root, _ in positive_roots(rest)]
             if all(v > 0 for v in values):
                 return True
             if any(v < 0 for v in values):
@@ -83,11 +85,11 @@ def unstable_kind(system: Rational, gain: Fraction) -> Kind:
         The loop is asymptotically stable, or has no solution.
     """
     require(1 + gain * system.feedthrough != 0, "with this gain the loop has no solution")
-    counts = closed_loop_poles(system.plant, gain)
+    closed = system.plant.shifted(gain)
+    counts = closed.counts
     require(counts.right + counts.axis > 0, "the loop with this gain is asymptotically stable")
-    mapped = system.plant.shifted(gain).d
     at_zero = 0
-    while mapped[at_zero] == 0:
+    while closed.d[at_zero] == 0:
         at_zero += 1
     if counts.right > 0 or counts.axis > at_zero:
         return "no rest"
@@ -220,7 +222,7 @@ def _at(p: fmpq_poly, s: acb) -> acb:
 
 
 def _semisimple(system: Rational, gain: Fraction, multiplicity: int) -> bool:
-    rows = system.realisation.closed(gain)
+    rows = system.states.closed(gain)
     shift = Fraction(int(system.discrete))
     matrix = fmpq_mat(
         [[to_fmpq(v - (shift if i == j else 0)) for j, v in enumerate(row)] for i, row in enumerate(rows)]

@@ -19,6 +19,7 @@ from fractions import Fraction
 from flint import arb, arb_mat, fmpz
 
 from lure.analysis.certificates.second.classes import Claim, Laws
+from lure.analysis.certificates.second.numerics import ball, balls, working_precision
 from lure.analysis.certificates.second.reading import (
     NotShown,
     count,
@@ -30,9 +31,7 @@ from lure.analysis.certificates.second.reading import (
     tick,
     whole,
 )
-from lure.analysis.certificates.second.systems import Case, Rational
-from lure.analysis.counterexamples.linear import Row, balls
-from lure.analysis.numerics.precision import ball, working_precision
+from lure.analysis.certificates.second.systems import Case, Rational, Row
 
 BITS = (256, 1024, 4096)
 DIRECT = 6
@@ -111,7 +110,7 @@ def require_growth(system: Rational, laws: Laws, proof: object) -> None:
         One of these is not shown.
     """
     found = record(proof, "method", "gain", "P", "start")
-    gain, start, r = number(found["gain"]), numbers(found["start"]), system.realisation
+    gain, start, r = number(found["gain"]), numbers(found["start"]), system.states
     require(laws.has_gain(gain), "the gain is not in the class")
     require(1 + gain * r.d != 0, "with this gain the loop has no solution")
     rows = _triangle(found["P"], r.order)
@@ -190,7 +189,7 @@ def _form(state: State, P: arb_mat, ease: Fraction, theta: Fraction, *, discrete
 
 def _shifted(system: Rational, lower: Fraction) -> list[State]:
     """The loop after the shift; with a direct term the factor ``1/(1 + l D)`` may belong to ``b`` or to ``c``."""
-    r = system.realisation
+    r = system.states
     beta = 1 / (1 + lower * r.d)
     A = r.closed(lower) if lower else r.A
     return [

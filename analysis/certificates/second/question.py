@@ -11,6 +11,7 @@ from flint import fmpq_poly
 from lure.analysis.certificates.second.axis import Need, holds_from_zero, require_same
 from lure.analysis.certificates.second.classes import Claim
 from lure.analysis.certificates.second.cover import read_boxes
+from lure.analysis.certificates.second.numerics import X, even_odd
 from lure.analysis.certificates.second.reading import (
     Document,
     NotShown,
@@ -24,7 +25,6 @@ from lure.analysis.certificates.second.reading import (
     whole,
 )
 from lure.analysis.certificates.second.systems import Delayed, Rational, Shifted
-from lure.analysis.numerics.polynomial import X, even_odd
 
 # Zames-Falb multipliers as written in a certificate, and whether they are legal for a class of laws.
 

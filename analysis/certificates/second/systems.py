@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -11,22 +11,118 @@ from typing import Literal
 
 from flint import fmpq, fmpq_mat, fmpq_poly
 
-from lure.analysis.certificates.second.reading import NotShown, count, listed, number, numbers, record, require
-from lure.analysis.counterexamples.linear import Realisation, Row, companion
-from lure.analysis.inequality.plant import Plant
-from lure.analysis.numerics.polynomial import (
+from lure.analysis.certificates.second.numerics import (
+    Counts,
+    X,
+    even_odd,
     from_descending,
-    is_hurwitz,
-    root_counts,
-    to_descending,
+    half_plane_counts,
     to_fmpq,
     to_fraction,
 )
-from lure.plants.rational import RationalBlock
+from lure.analysis.certificates.second.reading import NotShown, count, listed, number, numbers, record, require
 
 # The linear part of a certificate: rational, with dead time, or the rod.
 
 LARGEST_SCHEME = 1000  # cells, for matrices
+LARGEST_ORDER = 1000
+Row = tuple[Fraction, ...]
+Case = Literal["stable", "critical"]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class States:
+    """``x' = A x + b mu``, ``sigma = c x + d mu`` (in discrete time ``x+``), every entry exact."""
+
+    A: tuple[Row, ...]
+    b: Row
+    c: Row
+    d: Fraction
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.b)
+
+    def closed(self, gain: Fraction) -> tuple[Row, ...]:
+        """``A - b c g/(1 + g d)``: the loop with ``mu = -g sigma``; needs ``1 + g d != 0``."""
+        share = gain / (1 + gain * self.d)
+        return tuple(
+            tuple(a - share * bi * cj for a, cj in zip(row, self.c, strict=True))
+            for row, bi in zip(self.A, self.b, strict=True)
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plant:
+    """``n/d`` in the variable ``s``; in discrete time mapped by ``z = (1 + s)/(1 - s)``, the unit disc to the left.
+
+    Attributes
+    ----------
+    n, d : fmpq_poly
+        Common factors kept.
+    degree : int
+        Of ``d``, but for roots at infinity (``z = -1``).
+    """
+
+    n: fmpq_poly
+    d: fmpq_poly
+    degree: int
+
+    @classmethod
+    def of(cls, n: fmpq_poly, d: fmpq_poly, *, discrete: bool) -> Plant:
+        """The plant of a transfer function."""
+        degree = d.degree()
+        return (
+            cls(n=_mapped(n, degree), d=_mapped(d, degree), degree=degree) if discrete else cls(n=n, d=d, degree=degree)
+        )
+
+    def shifted(self, gain: Fraction) -> Plant:
+        """``n / (d + g n)``: the same loop for ``phi - g sigma``."""
+        return Plant(n=self.n, d=self.d + to_fmpq(gain) * self.n, degree=self.degree)
+
+    @cached_property
+    def hidden(self) -> fmpq_poly:
+        """The common factor of ``n`` and ``d``."""
+        return self.n.gcd(self.d) if self.n.degree() >= 0 else self.d
+
+    @cached_property
+    def counts(self) -> Counts:
+        """The roots of ``d``; those at infinity count as on the axis."""
+        if self.d.degree() < 0:
+            return Counts(0, self.degree, 0)
+        found = half_plane_counts(self.d)
+        return Counts(found.left, found.axis + self.degree - self.d.degree(), found.right)
+
+    @property
+    def case(self) -> Case | None:
+        """Every root stable, or one simple one at 0 besides; None for any other."""
+        if (self.counts.right, self.counts.axis) == (0, 0):
+            return "stable"
+        simple = (self.counts.right, self.counts.axis) == (0, 1) and self.d.degree() == self.degree
+        return "critical" if simple and self.d[0] == 0 else None
+
+    @property
+    def residue(self) -> Fraction:
+        """At a simple pole ``s = 0``."""
+        return to_fraction(self.n[0] / self.d[1])
+
+    def response(self) -> tuple[fmpq_poly, fmpq_poly, fmpq_poly]:
+        """``|d|^2``, ``Re(n conj(d))`` and ``-w Im(n conj(d))`` in ``x = w^2``, without common powers of ``x``."""
+        (ne, no), (de, do) = even_odd(self.n), even_odd(self.d)
+        found = de * de + X * do * do, ne * de + X * no * do, X * (ne * do - no * de)
+        while found[0].degree() > 0 and all(p[0] == 0 for p in found):
+            found = found[0] // X, found[1] // X, found[2] // X
+        return found
+
+
+def _mapped(p: fmpq_poly, degree: int) -> fmpq_poly:
+    """``(1 - s)^degree p((1 + s)/(1 - s))``."""
+    up, down = fmpq_poly([1, 1]), fmpq_poly([1, -1])
+    found, factor = fmpq_poly([]), down ** (degree - max(p.degree(), 0))
+    for c in reversed(p.coeffs()):
+        found, factor = found * up + c * factor, factor * down
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,14 +133,14 @@ class Rational:
     ----------
     discrete : bool
         Whether the variable is ``z``.
-    realisation : Realisation
+    states : States
         State equations; for transfer functions the controllable companion form of the monic ``d``.
     given : tuple of fmpq_poly or None
         ``(n, d)`` where the file gives them.
     """
 
     discrete: bool
-    realisation: Realisation
+    states: States
     given: tuple[fmpq_poly, fmpq_poly] | None
 
     @cached_property
@@ -52,7 +148,7 @@ class Rational:
         """``(n, d)``: with matrices ``d = det(s - A)`` and ``n = det(s - A + b c) - det(s - A) + D d``."""
         if self.given is not None:
             return self.given
-        r = self.realisation
+        r = self.states
         A = fmpq_mat([[to_fmpq(v) for v in row] for row in r.A])
         looped = fmpq_mat(
             [[to_fmpq(v - bi * cj) for v, cj in zip(row, r.c, strict=True)] for row, bi in zip(r.A, r.b, strict=True)]
@@ -63,13 +159,12 @@ class Rational:
     @property
     def feedthrough(self) -> Fraction:
         """``D = H(inf)``."""
-        return self.realisation.d
+        return self.states.d
 
     @cached_property
     def plant(self) -> Plant:
-        """The same for :mod:`lure.analysis.inequality.plant`."""
-        n, d = self.polynomials
-        return Plant.of(RationalBlock(to_descending(n), to_descending(d), 1 if self.discrete else None))
+        """For poles and responses."""
+        return Plant.of(*self.polynomials, discrete=self.discrete)
 
     def closed(self, gain: Fraction) -> fmpq_poly:
         """The characteristic polynomial ``d + gain n`` of the loop with a linear law."""
@@ -125,8 +220,8 @@ class RodData:
         A[2 * N][N - 1] = Fraction(1)
         b, c = [Fraction(0)] * (2 * N + 1), [Fraction(0)] * (2 * N + 1)
         b[N], b[2 * N], c[2 * N] = 2 * s * d, d, Fraction(1)
-        state = Realisation(tuple(map(tuple, A)), tuple(b), tuple(c), Fraction(0))
-        return Rational(discrete=False, realisation=state, given=None)
+        state = States(A=tuple(map(tuple, A)), b=tuple(b), c=tuple(c), d=Fraction(0))
+        return Rational(discrete=False, states=state, given=None)
 
 
 def square_root(value: Fraction) -> Fraction:
@@ -163,17 +258,26 @@ def read_system(value: Mapping[str, object]) -> System:
 
 def _rational(n: fmpq_poly, d: fmpq_poly, *, discrete: bool) -> Rational:
     require(d.degree() >= 0 and n.degree() <= d.degree(), "the transfer function is not proper")
-    block = RationalBlock(to_descending(n), to_descending(d), 1 if discrete else None)
-    return Rational(discrete=discrete, realisation=companion(block), given=(n, d))
+    require(d.degree() <= LARGEST_ORDER, "the order is too large")
+    return Rational(discrete=discrete, states=_companion(n, d), given=(n, d))
+
+
+def _companion(n: fmpq_poly, d: fmpq_poly) -> States:
+    """The controllable companion form: ``x = (y, y', ..)`` with ``d(p) y = mu``, ``sigma = n(p) y``, ``d`` monic."""
+    order = d.degree()
+    low, top = ([to_fraction(p[i] / d[order]) for i in range(order + 1)] for p in (d, n))
+    one = [[Fraction(int(j == i)) for j in range(order)] for i in range(order)]
+    rows = [*map(tuple, one[1:]), tuple(-v for v in low[:order])] if order else []
+    c = tuple(t - top[order] * v for t, v in zip(top[:order], low, strict=False))
+    return States(A=tuple(rows), b=tuple(one[-1]) if order else (), c=c, d=top[order])
 
 
 def _state_space(found: Mapping[str, object]) -> Rational:
     A = [tuple(numbers(row)) for row in listed(found["A"])]
     b, c = tuple(numbers(found["b"])), tuple(numbers(found["c"]))
     require(len(A) > 0 and all(len(row) == len(A) for row in (*A, b, c)), "the shapes of A, b, c do not fit")
-    rows: Sequence[Row] = A
-    state = Realisation(tuple(rows), b, c, number(found["d"]))
-    return Rational(discrete=_discrete(found["time"]), realisation=state, given=None)
+    state = States(A=tuple(A), b=b, c=c, d=number(found["d"]))
+    return Rational(discrete=_discrete(found["time"]), states=state, given=None)
 
 
 def _delayed(found: Mapping[str, object]) -> Delayed:
@@ -195,9 +299,6 @@ def _delayed(found: Mapping[str, object]) -> Delayed:
 def _discrete(time: object) -> bool:
     require(time in ("continuous", "discrete"), "time is neither continuous nor discrete")
     return time == "discrete"
-
-
-Case = Literal["stable", "critical"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -244,11 +345,11 @@ def shifted(system: Rational | Delayed, lower: Fraction) -> Shifted:
     require(1 + lower * system.feedthrough != 0, "1 + l H(inf) vanishes: the loop is not well posed at its lower gain")
     plant = system.plant.shifted(lower)
     case = plant.case
-    if case == "unstable":
+    if case is None:
         raise NotShown("the loop with the lower gain has a pole on the axis or beyond that is no simple one at 0")
     if case == "critical":
         require(plant.residue > 0, "the residue at the pole 0 is not positive")
-        require(is_hurwitz(plant.hidden), "a hidden mode is not strictly stable")
+        require(half_plane_counts(plant.hidden).left == plant.hidden.degree(), "a hidden mode is not strictly stable")
     n, _ = system.polynomials
     return Shifted(n=((Fraction(0), n),), d=system.closed(lower), discrete=system.discrete, plant=plant, case=case)
 
@@ -261,7 +362,7 @@ def require_well_posed(direct: Fraction, lower: Fraction, upper: Fraction | str)
 
 
 def _shifted_delayed(system: Delayed) -> Shifted:
-    counts = root_counts(system.d)
+    counts = half_plane_counts(system.d)
     critical = counts.axis == 1 and system.d[0] == 0
     require(counts.right == 0 and (counts.axis == 0 or critical), "a pole is not stable")
     if critical:

@@ -13,6 +13,7 @@ from lure.analysis.certificates.second.axis import Need, half_line, holds_on_cir
 from lure.analysis.certificates.second.classes import Laws
 from lure.analysis.certificates.second.cover import require_cover
 from lure.analysis.certificates.second.matrix import require_matrix
+from lure.analysis.certificates.second.numerics import Laurent, X, to_fmpq
 from lure.analysis.certificates.second.question import (
     Question,
     read_kernels,
@@ -22,10 +23,15 @@ from lure.analysis.certificates.second.question import (
     require_written,
 )
 from lure.analysis.certificates.second.reading import Document, NotShown, number, record, require
-from lure.analysis.certificates.second.systems import Case, Delayed, Rational, Shifted, require_well_posed, shifted
-from lure.analysis.counterexamples.linear import Realisation
-from lure.analysis.numerics.polynomial import X, to_fmpq
-from lure.analysis.numerics.trigonometric import Laurent
+from lure.analysis.certificates.second.systems import (
+    Case,
+    Delayed,
+    Rational,
+    Shifted,
+    States,
+    require_well_posed,
+    shifted,
+)
 
 # The theorems in discrete time: their inequality on the unit circle, a polynomial in ``c = cos w`` on ``[-1, 1]``.
 
@@ -271,6 +277,6 @@ def _mirrored(system: Rational | Delayed) -> Rational | Delayed:
     """The block ``-H``."""
     if isinstance(system, Delayed):
         return replace(system, terms=tuple((delay, -n) for delay, n in system.terms))
-    r = system.realisation
+    r = system.states
     given = None if system.given is None else (-system.given[0], system.given[1])
-    return replace(system, realisation=Realisation(r.A, r.b, tuple(-v for v in r.c), -r.d), given=given)
+    return replace(system, states=States(A=r.A, b=r.b, c=tuple(-v for v in r.c), d=-r.d), given=given)

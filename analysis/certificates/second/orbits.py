@@ -1,0 +1,232 @@
+"""Periodic motions of loops with a piecewise-linear law, proved to exist by Krawczyk's test on all their switches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+
+from flint import arb, arb_mat
+
+from lure.analysis.certificates.second.classes import Graph
+from lure.analysis.certificates.second.numerics import ball, balls, working_precision
+from lure.analysis.certificates.second.reading import require, tick
+from lure.analysis.certificates.second.systems import States
+
+BITS = 256
+NEWTON_STEPS = 40
+RADII = (-BITS // 2, -BITS // 4, -BITS // 8)  # binary exponents, relative to the size of the unknown
+DEEPEST = 24
+MOST_UNKNOWNS = 1000
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Stay:
+    """One stay on a piece, ``(x, 1)' = G (x, 1)``.
+
+    Attributes
+    ----------
+    G : tuple of tuples
+        ``[[A - k b c/(1 + k D), -b q/(1 + k D)], [0, 0]]`` where ``phi = k sigma + q``.
+    low, high : Fraction or None
+        Between which ``y = c x = sigma + D phi(sigma)`` lies on the piece.
+    entry : Fraction
+        ``y`` at the beginning.
+    enters_up, leaves_up : bool
+        Whether ``y`` ascends there, and at the end.
+    """
+
+    G: tuple[tuple[Fraction, ...], ...]
+    low: Fraction | None
+    high: Fraction | None
+    entry: Fraction
+    enters_up: bool
+    leaves_up: bool
+
+
+def stays_of(system: States, law: Graph, pieces: Sequence[int], *, half: bool) -> list[Stay]:
+    """The stays of an orbit that visits these pieces, counted from the left, the kinks of the law between them.
+
+    Parameters
+    ----------
+    system : States
+        The linear part.
+    law : Graph
+        The law.
+    pieces : sequence of int
+        Each beside the one before.
+    half : bool
+        Whether they make half a period, after which the state is the negative of the first.
+
+    Raises
+    ------
+    NotShown
+        ``1 + D slope > 0`` fails on a piece, the pieces do not follow one another, or half a period needs an odd law.
+    """
+    require(all(1 + system.d * k > 0 for k in law.slopes), "1 + D slope is not positive on every piece")
+    require(law.odd or not half, "half a period needs an odd law")
+    kinks = law.kinks
+    levels = [x + system.d * w for x, w, _ in kinks]
+    path = [*pieces, len(kinks) - pieces[0] if half else pieces[0]]
+    require(all(0 <= p <= len(kinks) for p in path), "there is no such piece")
+    require(all(abs(p - q) == 1 for p, q in pairwise(path)), "the pieces do not follow one another")
+    ups = [q > p for p, q in pairwise(path)]
+    ends = [levels[min(p, q)] for p, q in pairwise(path)]
+    lines = [(law.knots[0], law.values[0], law.slopes[0]), *kinks]
+    found = []
+    for i, piece in enumerate(pieces):
+        x, w, k = lines[piece]
+        force = (w - k * x) / (1 + k * system.d)
+        rows = [(*row, -force * b) for row, b in zip(system.closed(k), system.b, strict=True)]
+        found.append(
+            Stay(
+                G=(*rows, (Fraction(0),) * (system.order + 1)),
+                low=levels[piece - 1] if piece > 0 else None,
+                high=levels[piece] if piece < len(levels) else None,
+                entry=ends[i - 1] if i else -ends[-1] if half else ends[-1],
+                enters_up=ups[i - 1] if i else ups[-1] != half,
+                leaves_up=ups[i],
+            )
+        )
+    return found
+
+
+def require_periodic(
+    system: States, stays: Sequence[Stay], state: Sequence[Fraction], durations: Sequence[Fraction], *, half: bool
+) -> None:
+    r"""Check that there is a periodic motion with these stays, near a first state and durations.
+
+    The states at the beginnings of the stays and the durations ``z = (x_0, .., x_{m-1}, t_0, .., t_{m-1})`` solve
+    ``exp(G_i t_i) x_i = x_{i+1}``, ``x_m = +-x_0``, and ``c x_i = entry_i``.  Krawczyk's operator
+    ``z - Y F(z) + (1 - Y F'(Z)) (Z - z)`` maps a box ``Z`` into its interior: there is one zero in it.  Then
+    ``c x(t)`` is shown to stay on each piece.
+
+    Parameters
+    ----------
+    system : States
+        The linear part.
+    stays : sequence of Stay
+        The pieces.
+    state : sequence of Fraction
+        (n,), approximate.
+    durations : sequence of Fraction
+        As many as stays, approximate.
+    half : bool
+        Whether ``x_m = -x_0``.
+
+    Raises
+    ------
+    NotShown
+        It is not proved.
+    """
+    n, m = system.order, len(stays)
+    require(m * (n + 1) <= MOST_UNKNOWNS, "the orbit has too many switches for this order")
+    with working_precision(BITS):
+        equations = _Equations(system, stays, half=half)
+        box = equations.enclosed(equations.near([ball(v) for v in state], [ball(t) for t in durations]))
+        require(all(t > 0 for t in box[n * m :]), "a duration is not shown to be positive")
+        for i, stay in enumerate(stays):
+            start = arb_mat([*([v] for v in box[n * i : n * (i + 1)]), [arb(1)]])
+            require(equations.on_its_piece(i, stay, start, box[n * m + i]), "y is not shown to stay on a piece")
+
+
+class _Equations:
+    """The equations of an orbit, and the enclosure of their solution, at the working precision."""
+
+    def __init__(self, system: States, stays: Sequence[Stay], *, half: bool) -> None:
+        self.n, self.m, self.sign = system.order, len(stays), -1 if half else 1
+        self.row = balls([[*system.c, Fraction(0)]])
+        self.generators = [balls(stay.G) for stay in stays]
+        self.entries = [ball(stay.entry) for stay in stays]
+
+    def at(self, z: Sequence[arb]) -> tuple[arb_mat, arb_mat]:
+        """``F(z)`` and ``F'(z)``."""
+        n, m = self.n, self.m
+        values, slopes = list[arb](), [[arb(0)] * (m * (n + 1)) for _ in range(m * (n + 1))]
+        for i, G in enumerate(self.generators):
+            tick()
+            step = (G * z[n * m + i]).exp()
+            end = step * arb_mat([*([v] for v in z[n * i : n * (i + 1)]), [arb(1)]])
+            push, sign, after = G * end, self.sign if i == m - 1 else 1, (i + 1) % m
+            for j in range(n):
+                row = slopes[n * i + j]
+                values.append(end[j, 0] - sign * z[n * after + j])
+                for k in range(n):
+                    row[n * i + k] += step[j, k]
+                row[n * after + j] -= sign
+                row[n * m + i] = push[j, 0]
+        for i, entry in enumerate(self.entries):
+            values.append(sum((self.row[0, k] * z[n * i + k] for k in range(n)), -entry))
+            slopes[n * m + i][n * i : n * (i + 1)] = [self.row[0, k] for k in range(n)]
+        return arb_mat([[v] for v in values]), arb_mat(slopes)
+
+    def near(self, state: Sequence[arb], durations: Sequence[arb]) -> list[arb]:
+        """Exact numbers near a solution, by Newton's method from the orbit followed once; nothing rests on it."""
+        states, at = list[arb](), arb_mat([*([v] for v in state), [arb(1)]])
+        for G, t in zip(self.generators, durations, strict=True):
+            states += [at[j, 0].mid() for j in range(self.n)]
+            at = (G * t).exp() * at
+        z = [*states, *(t.mid() for t in durations)]
+        for _ in range(NEWTON_STEPS):
+            values, slopes = self.at(z)
+            step = slopes.mid().solve(values.mid()).mid()
+            z = [(v - step[j, 0]).mid() for j, v in enumerate(z)]
+            if all(abs(step[j, 0]) <= size * arb(2) ** (-BITS // 2) for j, size in enumerate(self._sizes(z))):
+                break
+        return z
+
+    def _sizes(self, z: Sequence[arb]) -> list[arb]:
+        count = self.n * self.m
+        return [max(abs(v) for v in z[:count])] * count + [abs(t) for t in z[count:]]
+
+    def enclosed(self, z: Sequence[arb]) -> list[arb]:
+        """Balls around exact numbers that hold a solution.
+
+        Raises
+        ------
+        NotShown
+            No radius tried leads to any.
+        """
+        values, slopes = self.at(z)
+        inverse = slopes.mid().inv().mid()
+        correction, sizes, order = inverse * values, self._sizes(z), len(z)
+        for exponent in RADII:
+            box = [v + (size * arb(2) ** exponent).mid() * arb(0, 1) for v, size in zip(z, sizes, strict=True)]
+            moved = inverse * self.at(box)[1]
+            left = arb_mat([[int(i == j) - moved[i, j] for j in range(order)] for i in range(order)])
+            spread = left * arb_mat([[whole - v] for whole, v in zip(box, z, strict=True)])
+            image = [v - correction[j, 0] + spread[j, 0] for j, v in enumerate(z)]
+            if all(whole.contains_interior(part) for whole, part in zip(box, image, strict=True)):
+                return image
+        require(False, "no periodic orbit is proved to exist")  # noqa: FBT003
+        return []
+
+    def on_its_piece(self, i: int, stay: Stay, start: arb_mat, duration: arb) -> bool:
+        """Whether ``y`` is on the piece during a stay; at its ends it is on the levels, exactly.
+
+        On each part ``y(t) = y(middle) + y'(..) (t - middle)``; parts are halved until that decides.  At the ends the
+        sign of ``y'`` does.
+        """
+        G, end = self.generators[i], duration.upper()
+        low, high = (None if side is None else ball(side) for side in (stay.low, stay.high))
+        pending = [(0, 0)]
+        while pending:
+            tick()
+            depth, part = pending.pop()
+            count = 2**depth
+            span = (end * part / count).union(end * (part + 1) / count)
+            middle = span.mid()
+            slope = (self.row * G * ((G * span).exp() * start))[0, 0]
+            y = (self.row * ((G * middle).exp() * start))[0, 0] + slope * (span - middle)
+            rises, falls, first, last = slope > 0, slope < 0, part == 0, part == count - 1
+            above = low is None or y > low or (first and stay.enters_up and rises)
+            above = above or (last and not stay.leaves_up and falls)
+            below = high is None or y < high or (first and not stay.enters_up and falls)
+            below = below or (last and stay.leaves_up and rises)
+            if above and below:
+                continue
+            if depth == DEEPEST:
+                return False
+            pending += [(depth + 1, 2 * part), (depth + 1, 2 * part + 1)]
+        return True
