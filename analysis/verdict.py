@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import total_ordering
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
-from lure.analysis.numerics.doubles import json_number, text_above, text_below
+from lure.analysis.numerics.doubles import json_number
+from lure.analysis.numerics.evidence import INFINITE as INFINITE
+from lure.analysis.numerics.evidence import Bracket as Bracket
+from lure.analysis.numerics.evidence import Evidence as Evidence
+from lure.analysis.wording import BEYOND, class_words
 from lure.classes import LawClass
+from lure.record import html_table, plain
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -39,78 +42,6 @@ class Verdict(Enum):
 
     def __str__(self) -> str:
         return self.value
-
-
-@total_ordering
-class Evidence(Enum):
-    """What a claim rests on, weakest first: ``OBSERVED < COMPUTED < CERTIFIED``.
-
-    ``CERTIFIED``: exact or rigorous (ball) arithmetic over the whole claim.  ``COMPUTED``: floating point with an error
-    estimate.  ``OBSERVED``: a simulation or a sample.
-    """
-
-    OBSERVED = "observed"
-    COMPUTED = "computed"
-    CERTIFIED = "certified"
-
-    def __lt__(self, other: object) -> bool:
-        if not isinstance(other, Evidence):
-            return NotImplemented
-        order = [Evidence.OBSERVED, Evidence.COMPUTED, Evidence.CERTIFIED]
-        return order.index(self) < order.index(other)
-
-    def __str__(self) -> str:
-        return self.value
-
-
-@dataclass(frozen=True, slots=True)
-class Bracket:
-    """An interval that contains a number: ``low <= number <= high``; ``inf`` stands for itself.
-
-    Parameters
-    ----------
-    low, high : float
-        The ends, ``low <= high``.
-
-    Raises
-    ------
-    ValueError
-        A bound is NaN, or ``low > high``.
-
-    Examples
-    --------
-    >>> print(Bracket(1.0, 1.0 + 1e-9))
-    1 .. 1.000000001
-    """
-
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        if not self.low <= self.high:
-            raise ValueError(f"Bracket needs low <= high; got {self.low}, {self.high}")
-
-    @property
-    def middle(self) -> float:
-        """Midpoint; ``inf`` if the upper bound is."""
-        return self.low if self.low == self.high else 0.5 * self.low + 0.5 * self.high
-
-    @property
-    def width(self) -> float:
-        """``high - low``; zero where both are the same infinity."""
-        return 0.0 if self.low == self.high else self.high - self.low
-
-    def __str__(self) -> str:
-        if self.low == self.high:
-            return f"{self.low:.15g}" if float(f"{self.low:.15g}") == self.low else repr(self.low)
-        return f"{text_below(self.low)} .. {text_above(self.high)}"
-
-    def to_dict(self) -> dict[str, object]:
-        """Plain JSON data; an infinite bound is the text ``inf``."""
-        return {"low": json_number(self.low), "high": json_number(self.high)}
-
-
-INFINITE = Bracket(math.inf, math.inf)
 
 
 # Destabilising members of a class of laws: the other side of every answer.
@@ -230,11 +161,32 @@ class Answer:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; infinite numbers are the text ``inf``."""
-        from lure.analysis.questions.largest import answer_dict
-
-        return answer_dict(self)
+        return {
+            "criterion": self.criterion,
+            "theorem": self.theorem,
+            "largest": [json_number(self.largest.low), json_number(self.largest.high)],
+            "class": str(self.law_class) if self.proof is None else class_words(self.proof.certificate["laws"]),
+            "verdict": str(self.verdict),
+            "evidence": str(self.evidence),
+            "needs": list(self.needs),
+            "theta": json_number(self.theta),
+            "multiplier": self.multiplier,
+            "parameters": plain(self.parameters),
+            "margin": None if self.margin is None else [json_number(self.margin.low), json_number(self.margin.high)],
+            "worst_frequency": json_number(self.worst_frequency),
+            "hypotheses": list(self.hypotheses),
+            "reason": self.reason,
+        }
 
     def _repr_html_(self) -> str:
-        from lure.analysis.questions.largest import answer_html
-
-        return answer_html(self)
+        rows: list[tuple[str, object]] = [
+            ("class", self.law_class),
+            ("evidence", self.evidence),
+            ("largest k", self.largest),
+            ("multiplier", self.multiplier or "-"),
+            ("margin", "-" if self.margin is None else self.margin),
+            ("theorem", self.theorem),
+            ("reason", self.reason),
+            *(("hypothesis", text) for text in self.hypotheses),
+        ]
+        return html_table(f"{self.criterion} criterion", rows, verdict=str(self.verdict), notes=[BEYOND])

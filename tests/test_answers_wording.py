@@ -5,13 +5,14 @@ from types import SimpleNamespace
 
 import pytest
 
+from lure.analysis import wording
 from lure.analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES, FINITE_ENERGY, MOVES, OTHERS, UNSOLVABLE
 from lure.analysis.certificates.sealing import contains
 from lure.analysis.certificates.states import assumed, classes, keeps
 from lure.analysis.numerics.doubles import bound_above, bound_below
-from lure.analysis.questions import analyse, wording
-from lure.analysis.questions.wording import class_words, counterexample, destroys, interval, meaning, proviso
+from lure.analysis.questions import analyse
 from lure.analysis.verdict import Verdict
+from lure.analysis.wording import class_words, counterexample, destroys, interval, meaning, proviso
 
 PLAIN = {"sector": ["0", "2"], "slope": None, "odd": False, "time_varying": False, "linear": False}
 

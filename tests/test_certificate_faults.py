@@ -23,7 +23,7 @@ from lure.errors import AssumptionError, InputError
 # loaded here, so that their names can be replaced below
 from lure.analysis.certificates import riccati, multipliers as slack  # noqa: F401  # isort: skip
 from lure.analysis.questions import candidates, counterexample_search  # noqa: F401  # isort: skip
-from lure.analysis.inequality import phase_limit  # noqa: F401  # isort: skip
+from lure.analysis.theorems import phase_limit  # noqa: F401  # isort: skip
 
 THIRD = RationalBlock([1], [1, 3, 2, 0])
 MASS = RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], 1)

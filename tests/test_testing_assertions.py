@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import Cubic, Expression, NormalCompliance, Quantiser, Saturation, Sector, SlopeBounds, Tanh
+from lure.analysis.nonlinearity.parity import known_odd
 from lure.analysis.testing import LawViolation, assert_in_sector, assert_monotone, assert_odd, assert_slope_restricted
-from lure.analysis.testing.inquiry import known_odd
 from lure.analysis.testing.strategies import monotone_graphs, sector_graphs
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from plants import DISCRETE, discrete
 
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.phase_limit import lowest_phase_limit, phase_limit
 from lure.analysis.inequality.unit_circle import DiscreteBlock
 from lure.analysis.theorems.differences import tsypkin_largest
 from lure.analysis.theorems.fir import Multiplier, certifies
+from lure.analysis.theorems.phase_limit import lowest_phase_limit, phase_limit
 from lure.analysis.theorems.zames_falb_discrete import zames_falb_discrete_criterion, zames_falb_discrete_largest
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import SlopeBounds

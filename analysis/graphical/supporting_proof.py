@@ -109,9 +109,7 @@ def drawn_dict(response: Drawn, kind: str, own: dict[str, object]) -> dict[str, 
     own : dict
         The numbers of its line or region, by name.
     """
-    from lure.analysis.questions.largest import answer_dict
-
-    answer = answer_dict(response.answer) if isinstance(response.answer, Answer) else response.answer
+    answer = response.answer.to_dict() if isinstance(response.answer, Answer) else response.answer
     return {
         "kind": kind,
         "block": block_text(response.block),

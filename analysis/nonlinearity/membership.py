@@ -13,6 +13,7 @@ from typing import Literal, TypeVar
 from lure.analysis.nonlinearity.bounds import bounds_of_known, cuts_of, has_values, jumps_of, law_bounds
 from lure.analysis.nonlinearity.extremes import BITS, Candidate
 from lure.analysis.nonlinearity.known import Known, Value, known_law
+from lure.analysis.nonlinearity.parity import known_odd
 from lure.analysis.nonlinearity.pieces import Piece
 from lure.analysis.nonlinearity.rational import TooLarge
 from lure.analysis.nonlinearity.result import Bound, Extreme, LawBounds, above, below, short, stated
@@ -20,7 +21,6 @@ from lure.analysis.nonlinearity.search import Effort, NotEnclosed
 from lure.analysis.nonlinearity.violations import Violation, violation
 from lure.analysis.nonlinearity.zero_set import ZeroSet, zero_set
 from lure.analysis.numerics.precision import working_precision
-from lure.analysis.testing.inquiry import known_odd
 from lure.analysis.verdict import Verdict
 from lure.classes import LawClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError

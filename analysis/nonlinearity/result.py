@@ -12,8 +12,7 @@ from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError
-from lure.record import html_table
-from lure.rod.datasets import Column, dataset
+from lure.record import Column, dataset, html_table
 
 if TYPE_CHECKING:
     import xarray

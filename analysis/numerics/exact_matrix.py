@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, cast
 
-from lure.analysis.verdict import Evidence
+from lure.analysis.numerics.evidence import Evidence
 from lure.arrays import NDArray, np
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number

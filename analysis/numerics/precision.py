@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from flint import arb, ctx, fmpq
 
-from lure.analysis.verdict import Bracket
+from lure.analysis.numerics.evidence import Bracket
 
 SERIES_TERMS = 10
 

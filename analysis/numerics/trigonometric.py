@@ -8,9 +8,9 @@ from fractions import Fraction
 
 from flint import arb, arb_poly, fmpq, fmpq_poly, fmpz_poly
 
+from lure.analysis.numerics.evidence import Bracket
 from lure.analysis.numerics.polynomial import exact_midpoint, positive_root_count, real_roots, to_fraction
 from lure.analysis.numerics.precision import outward, working_precision
-from lure.analysis.verdict import Bracket
 
 BITS = (192, 768, 3072)
 ONE_MINUS_TWO_V = fmpq_poly([1, -2])

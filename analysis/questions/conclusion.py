@@ -17,9 +17,9 @@ from lure.analysis.certificates.sealing import contains
 from lure.analysis.certificates.states import classes, keeps
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.problem import Problem
-from lure.analysis.questions.wording import class_words, counterexample, destroys, direct_term, meaning, proviso
 from lure.analysis.theorems.table import TABLE
 from lure.analysis.verdict import Evidence, Verdict
+from lure.analysis.wording import class_words, counterexample, destroys, direct_term, meaning, proviso
 from lure.classes import LawClass, Sector, SlopeBounds
 from lure.nonlinearities.protocol import Nonlinearity
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Literal
 from lure.analysis.certificates.arithmetic import extended
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below, json_number
 from lure.analysis.questions.conclusion import Conclusion, MismatchError
-from lure.analysis.questions.wording import class_words, kind_words
 from lure.analysis.theorems.table import Question
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
+from lure.analysis.wording import BEYOND, kind_words
 from lure.record import html_table, plain, xarray_or_refusal
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 # Answers as tables for a notebook and as datasets: the verdict, what it rests on, and what it does not say.
 
-_BEYOND = "Not shown: a rate of decay, a bound on the size of the motion, anything about external inputs."
 _CHECK = "Check it again: lure.analysis.check(result.{}.certificate), in exact arithmetic."
 
 
@@ -48,7 +47,7 @@ def largest_html(found: Largest) -> str:
         ("linear gains", f"stable up to {bound_below(found.hurwitz.low)}"),
         ("in a sentence", str(found)),
     ]
-    notes = [_BEYOND]
+    notes = [BEYOND]
     notes += [_CHECK.format("proof")] if proved else []
     notes += [_CHECK.format("refutation")] if found.refutation is not None else []
     head = ("criterion", "verdict", "evidence", "largest k", "why")
@@ -61,27 +60,6 @@ def largest_html(found: Largest) -> str:
     title = f"{found.about} [{found.lower}, k]" + (f", {found.subject}" if found.subject else "")
     table = html_table(title, rows, verdict=str(found.verdict), notes=notes)
     return table + html_table("Every criterion that was tried", tried, head=head)
-
-
-def answer_html(answer: Answer) -> str:
-    """One criterion's answer.
-
-    Parameters
-    ----------
-    answer : Answer
-        The answer.
-    """
-    rows: list[tuple[str, object]] = [
-        ("class", answer.law_class),
-        ("evidence", answer.evidence),
-        ("largest k", answer.largest),
-        ("multiplier", answer.multiplier or "-"),
-        ("margin", "-" if answer.margin is None else answer.margin),
-        ("theorem", answer.theorem),
-        ("reason", answer.reason),
-        *(("hypothesis", text) for text in answer.hypotheses),
-    ]
-    return html_table(f"{answer.criterion} criterion", rows, verdict=str(answer.verdict), notes=[_BEYOND])
 
 
 def analysis_html(found: LoopAnalysis) -> str:
@@ -348,7 +326,7 @@ class Largest:
             "refuted_text": self.refuted_text,
             "reason": self.reason,
             "stopped": self.stopped,
-            "answers": [answer_dict(answer) for answer in self.answers],
+            "answers": [answer.to_dict() for answer in self.answers],
             "sentence": str(self),
             **({"subject": self.subject} if self.subject else {}),
         }
@@ -476,32 +454,6 @@ def _witness_dict(witness: Witness) -> dict[str, Any]:
         "evidence": str(witness.evidence),
         "description": witness.description,
         "data": plain(witness.data),
-    }
-
-
-def answer_dict(answer: Answer) -> dict[str, Any]:
-    """One criterion's answer as plain data.
-
-    Parameters
-    ----------
-    answer : Answer
-        The answer.
-    """
-    return {
-        "criterion": answer.criterion,
-        "theorem": answer.theorem,
-        "largest": [json_number(answer.largest.low), json_number(answer.largest.high)],
-        "class": str(answer.law_class) if answer.proof is None else class_words(answer.proof.certificate["laws"]),
-        "verdict": str(answer.verdict),
-        "evidence": str(answer.evidence),
-        "needs": list(answer.needs),
-        "theta": json_number(answer.theta),
-        "multiplier": answer.multiplier,
-        "parameters": plain(answer.parameters),
-        "margin": None if answer.margin is None else [json_number(answer.margin.low), json_number(answer.margin.high)],
-        "worst_frequency": json_number(answer.worst_frequency),
-        "hypotheses": list(answer.hypotheses),
-        "reason": answer.reason,
     }
 
 

@@ -23,9 +23,9 @@ from lure.analysis.questions.largest import Largest
 from lure.analysis.questions.models import silent
 from lure.analysis.questions.problem import Block, Problem, Search
 from lure.analysis.questions.state_space import by_matrices
-from lure.analysis.questions.wording import proviso
 from lure.analysis.theorems.table import BEST
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
+from lure.analysis.wording import proviso
 from lure.classes import Diagonal, LawClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number

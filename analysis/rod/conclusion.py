@@ -16,9 +16,9 @@ from lure.analysis.inequality.checks import CriterionResult, destabilising_examp
 from lure.analysis.questions.conclusion import Conclusion as Found
 from lure.analysis.questions.conclusion import conclusion_of, undecided
 from lure.analysis.questions.problem import Problem
-from lure.analysis.questions.wording import interval
 from lure.analysis.rod.certificates import energy_theorem_draft, negative_damping_draft
 from lure.analysis.verdict import Evidence, Verdict
+from lure.analysis.wording import interval
 from lure.classes import LawClass, Sector
 from lure.rod.scenario import Scenario
 from lure.rod.transfer import RodBlock

@@ -10,7 +10,6 @@ from types import MappingProxyType
 
 from lure.analysis.inequality.checks import finite_bounds
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.phase_limit import lowest_phase_limit
 from lure.analysis.inequality.unit_circle import DiscreteBlock, below, largest_certified
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.numerics.trigonometric import least_on_circle
@@ -24,6 +23,7 @@ from lure.analysis.theorems.fir import (
     evaluated,
     inequality,
 )
+from lure.analysis.theorems.phase_limit import lowest_phase_limit
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import np
 from lure.classes import LawClass, SlopeBounds

@@ -49,9 +49,8 @@ def paper_page(table: PaperTable, drawn: list[tuple[PaperFigure, Picture]]) -> s
     """
     from jinja2 import Environment, StrictUndefined
 
-    here = resources.files("lure.analysis")
-    style = here.joinpath("report", "style.css").read_text("utf-8")
-    template = here.joinpath("rod", "paper", "paper.html.j2").read_text("utf-8")
+    style = resources.files("lure.analysis.report").joinpath("style.css").read_text("utf-8")
+    template = resources.files("lure.analysis.rod.paper").joinpath("paper.html.j2").read_text("utf-8")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     peaks = [
         (title, [table.peak(figure, variant) for figure in FORCED])

@@ -12,6 +12,8 @@ from lure.analysis.numerics.doubles import bound_above, bound_below
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
 
+BEYOND = "Not shown: a rate of decay, a bound on the size of the motion, anything about external inputs."
+
 Laws = Mapping[str, Any]
 Spelled = Mapping[Fraction, str]
 
