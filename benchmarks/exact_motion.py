@@ -31,7 +31,7 @@ from peers.shifted import shifted_waves
 
 from lure import Scenario, builtin_system, upwind
 from lure.rod.motion import Motion, Numerics, exact_motion
-from lure.rod.structured import structured_motion
+from lure.rod.scheme import structured_motion
 
 CELLS, UNTIL, SAMPLES, TOLERANCE = 200, 2.0, 2001, 1e-6
 RATIO, PLAIN_RATIO, LONG, LONGEST, GROWTH = 500, 100, 10.0, 5.0, 10.0

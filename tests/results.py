@@ -19,7 +19,7 @@ from lure.files import find_system
 from lure.rod.cellular import CellularNetwork, Template
 from lure.rod.derivation import misprints
 from lure.rod.galerkin import convergence, formula_state, galerkin
-from lure.rod.structured import structured_motion
+from lure.rod.scheme import structured_motion
 
 # struck once, at 0.156 ms in the scheme of 10 cells
 STRUCK = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9", "force.g=0.01*sin(4000*t)"])

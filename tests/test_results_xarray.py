@@ -19,7 +19,7 @@ from lure.analysis.rod.runs import motion_dataset, run_dataset, sampled_motion
 from lure.record import plain
 from lure.rod.galerkin import NonuniformRod, galerkin
 from lure.rod.motion import Boundary
-from lure.rod.structured import structured_motion
+from lure.rod.scheme import structured_motion
 
 PLAIN = [name for name, make in RESULTS.items() if name != "sweep"]
 TABLES = [

@@ -11,13 +11,12 @@ from simulated import FLYING, reference, rod
 
 from lure import Scenario, upwind
 from lure.analysis.rod.simulation import contradictions, simulate
-from lure.analysis.rod.simulation.certify import first_root, mesh_of, peak, rounding, scan
-from lure.analysis.rod.simulation.contact import radau_points
-from lure.analysis.rod.simulation.flow import _added, flow
-from lure.analysis.rod.simulation.loads import loads_of
-from lure.analysis.rod.simulation.plan import plan_steps
-from lure.analysis.rod.simulation.poisson import chebyshev_sequences, chebyshev_values, poisson_columns, poisson_rows
-from lure.analysis.rod.simulation.ring import ring_of
+from lure.rod.scheme.crossing import first_root, mesh_of, peak, rounding, scan
+from lure.rod.scheme.flow import _added, flow
+from lure.rod.scheme.loads import loads_of
+from lure.rod.scheme.poisson import chebyshev_sequences, chebyshev_values, poisson_columns, poisson_rows
+from lure.rod.scheme.register import ShiftRegister
+from lure.rod.scheme.steps import plan_steps, radau_points
 
 
 @pytest.mark.parametrize("cells", [1, 3, 40])
@@ -121,7 +120,9 @@ def test_steps_end_where_a_load_changes_its_formula():
     scheme = upwind(rod(gap=100), 5)
     jumping = Scenario.parse(force="where(t < 1.3, 0.5, -0.2)")
     loads = loads_of(scheme, jumping, 9.0, 1e-12)
-    segments = list(flow(plan_steps(ring_of(scheme), longest=64.0, tolerance=1e-11), loads, np.zeros(11), 30.0))
+    segments = list(
+        flow(plan_steps(ShiftRegister(scheme=scheme), longest=64.0, tolerance=1e-11), loads, np.zeros(11), 30.0)
+    )
     assert len(segments) < 6
     assert min(abs(segment.stop(scheme.rate) - 1.3) for segment in segments) < 1e-15
 

@@ -8,11 +8,10 @@ from simulated import FLYING, rod
 
 from lure import Rod, Scenario, builtin_system, initial_state, upwind
 from lure.analysis.rod.simulation import contradictions, simulate
-from lure.analysis.rod.simulation.flow import flow
-from lure.analysis.rod.simulation.loads import loads_of
-from lure.analysis.rod.simulation.plan import plan_steps
-from lure.analysis.rod.simulation.rest import highest_ever
-from lure.analysis.rod.simulation.ring import Inputs, ring_of, shifted
+from lure.rod.scheme.flow import flow
+from lure.rod.scheme.loads import loads_of
+from lure.rod.scheme.register import Inputs, RegisterState, ShiftRegister, shifted
+from lure.rod.scheme.steps import plan_steps
 from lure.rod.upwind import ORDERINGS
 
 
@@ -58,9 +57,9 @@ def test_where_no_contact_can_follow_none_does(motion):
 
 @given(seed=st.integers(0, 10**6), cells=st.integers(1, 12), damping=st.sampled_from([0.01, 0.4, 1.0, 3.0, 90.0]))
 def test_the_shift_register_bounds_every_later_coordinate(seed, cells, damping):
-    ring = ring_of(upwind(rod(damping=damping), cells))
+    ring = ShiftRegister(scheme=upwind(rod(damping=damping), cells))
     state = np.random.default_rng(seed).standard_normal(2 * cells + 1)
-    bound = highest_ever(ring, state)
+    bound = RegisterState(register=ring, waves=state[:-1], gap=float(state[-1])).largest_gap()
     rounds = shifted(ring, state[:, None], 6 * cells + 1, Inputs()).gap.max()  # three round trips hold the largest
     settled = state[-1] + (state[:cells].sum() + ring.echo * state[cells:-1].sum()) / ring.opening
     assert bound == pytest.approx(max(rounds, settled), rel=1e-9)
@@ -98,7 +97,7 @@ def test_the_motion_does_not_depend_on_the_units(length, time, mass):
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
 def test_the_motion_does_not_depend_on_the_steps(exponent):
     scheme = upwind(rod(exponent=exponent), 5)
-    ring, state = ring_of(scheme), initial_state(scheme, FLYING)
+    ring, state = ShiftRegister(scheme=scheme), initial_state(scheme, FLYING)
     state[-1] *= ring.rate
     loads = loads_of(scheme, FLYING, 6.0, 1e-13)
     ends = [

@@ -1,4 +1,4 @@
-"""lure.rod.structured: time jumps of the f-circulant ring by two ways, and the first contact of a free flight."""
+"""lure.rod.scheme: time jumps of the f-circulant ring by two ways, and the first contact of a free flight."""
 
 import math
 
@@ -14,8 +14,8 @@ from lure.analysis.numerics.precision import working_precision
 from lure.analysis.rod.energy import deflated_coordinate, discrete_energy
 from lure.analysis.rod.simulation import simulate
 from lure.expressions import Expression
-from lure.rod.structured import first_contact, free_flight
-from lure.rod.structured.ring import Mean, mean_of, poisson_weights
+from lure.rod.scheme import first_contact, free_flight
+from lure.rod.scheme.poisson import Mean, mean_of, poisson_weights
 from lure.rod.systems import paper_rod
 
 PAPER = builtin_system("paper-rod")
@@ -191,17 +191,17 @@ def test_the_first_contact_is_where_the_event_exact_simulation_sees_it(share, N,
 @given(k=st.one_of(st.sampled_from((0.0, Z)), st.floats(1e-3, 50.0)), N=st.integers(1, 30), seed=st.integers(0, 999))
 def test_the_bound_for_all_times_is_the_largest_value_of_the_register(k, N, seed):
     rng = np.random.default_rng(seed)
-    ring = free_flight(upwind(rod_with(k), N), rng.normal(size=2 * N + 1) + rng.normal()).ring
-    waves, gap, values = ring.waves.copy(), ring.gap, [ring.gap]
+    held = free_flight(upwind(rod_with(k), N), rng.normal(size=2 * N + 1) + rng.normal()).start
+    waves, gap, values = held.waves.copy(), held.gap, [held.gap]
     for _ in range(100 * 2 * N):
         gap += waves[N - 1]
-        waves = np.concatenate(([ring.echo * waves[-1]], waves[:-1]))
+        waves = np.concatenate(([held.register.echo * waves[-1]], waves[:-1]))
         values.append(gap)
-    bound, largest = ring.largest_gap(100), max(values)
+    bound, largest = held.largest_gap(100), max(values)
     allowed = 1e-9 * (1.0 + np.abs(values).max())
-    assert np.abs(ring.gaps(np.arange(len(values))) - values).max() < allowed
+    assert np.abs(held.gaps(np.arange(len(values))) - values).max() < allowed
     assert largest <= bound + allowed
-    if ring.echo**100 < 1e-12:  # it is approached by then, from one side or the other
+    if held.register.echo**100 < 1e-12:  # it is approached by then, from one side or the other
         assert bound <= max(largest, values[-1]) + allowed
 
 

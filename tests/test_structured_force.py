@@ -1,4 +1,4 @@
-"""lure.rod.structured with a force: the forced scheme against matrix exponentials, the other simulation and its
+"""lure.rod.scheme with a force: the forced scheme against matrix exponentials, the other simulation and its
 energy."""
 
 import math
@@ -16,9 +16,10 @@ from lure.analysis.rod.energy import discrete_energy
 from lure.analysis.rod.paper.modal import HarmonicForce, ModalBasis, modal_run
 from lure.analysis.rod.simulation import simulate
 from lure.expressions import Expression
-from lure.rod.structured import structured_motion
-from lure.rod.structured.flight import exponentials, force_of
-from lure.rod.structured.ring import mean_of, poisson_weights
+from lure.expressions.exponentials import exponentials
+from lure.rod.scheme import structured_motion
+from lure.rod.scheme.loads import force_of
+from lure.rod.scheme.poisson import mean_of, poisson_weights
 
 RELEASE = "0.0001 - 0.0002*x"
 FIGURE_8 = builtin_system("paper-rod-figure-8").rod

@@ -1,4 +1,4 @@
-"""lure.rod.structured.structured_motion: the scheme against its obstacle, event to event."""
+"""lure.rod.scheme.structured_motion: the scheme against its obstacle, event to event."""
 
 import math
 
@@ -12,10 +12,11 @@ from lure import InputError, Rod, Scenario, builtin_system, initial_state, upwin
 from lure.analysis.rod.energy import discrete_energy
 from lure.analysis.rod.simulation import simulate
 from lure.expressions import Expression
-from lure.rod.structured import contact, structured_motion
-from lure.rod.structured import motion as runs
-from lure.rod.structured.contact import Stretch, halved
-from lure.rod.structured.ring import Ring, parted
+from lure.rod.scheme import crossing, structured_motion
+from lure.rod.scheme import motion as runs
+from lure.rod.scheme.contact import Stretch, halved
+from lure.rod.scheme.poisson import parted
+from lure.rod.scheme.register import RegisterState, ShiftRegister
 
 DATA = builtin_system("paper-rod").scenario
 
@@ -32,13 +33,14 @@ def test_a_stretch_of_contact_is_the_matrix_exponential(k, N, share, seed):
     scheme = upwind(rod, N)
     y = np.random.default_rng(seed).normal(size=2 * N + 1)
     kappa = rod.mobility * rod.law.stiffness / scheme.rate
-    press = Stretch(ring=Ring(scheme=scheme, waves=y[:-1], gap=float(y[-1])), length=2 * N, kappa=kappa)
+    start = RegisterState(register=ShiftRegister(scheme=scheme), waves=y[:-1], gap=float(y[-1]))
+    press = Stretch(start=start, length=2 * N, kappa=kappa)
     tau = share * press.length
     closed = (scheme.A.toarray() - rod.law.stiffness * np.outer(scheme.b1, scheme.c)) / scheme.rate
     scale = np.append(np.ones(2 * N), scheme.rate)
     expected = expm(tau * scale[:, None] * closed / scale) @ y
-    ring = press.after(parted(tau))
-    assert np.abs(np.append(ring.waves, ring.gap) - expected).max() < 1e-12 * max(1.0, tau)
+    after = press.after(parted(tau))
+    assert np.abs(np.append(after.waves, after.gap) - expected).max() < 1e-12 * max(1.0, tau)
     assert np.allclose(press.end_at(parted(tau)), (expected[-1], expected[N - 1]), rtol=0, atol=1e-12 * max(1.0, tau))
 
 
@@ -165,7 +167,7 @@ def test_a_stretch_too_long_to_decide_is_halved(monkeypatch):
     whole = structured_motion(scheme, DATA, 1e-3, samples=5)
     halvings = []
     monkeypatch.setattr(runs, "halved", lambda length: halvings.append(length) or halved(length))
-    monkeypatch.setattr(contact, "_EFFORT", 12)
+    monkeypatch.setattr(crossing, "_EFFORT", 12)
     parts = structured_motion(scheme, DATA, 1e-3, samples=5)
     assert halvings
     assert len(parts.contacts) == len(whole.contacts) == 1

@@ -189,6 +189,11 @@ class UpwindScheme:
         return 2 * self.cells + 1
 
     @property
+    def force_gain(self) -> float:
+        """Wave sent out by a unit force, ``2 b``, or ``2 b/s`` as printed [m/(N s)]."""
+        return 2.0 * self.rod.input_gain / (1.0 if self.form == "corrected" else self.rate)
+
+    @property
     def permutation(self) -> NDArray[np.intp]:
         """``y_ordering = y_39[permutation]``."""
         return ordering_permutation(self.cells, self.ordering)

@@ -6,10 +6,10 @@ import time
 
 from lure.analysis.rod.comparison.scheme_run import SchemeRun
 from lure.analysis.rod.simulation import simulate
-from lure.analysis.rod.simulation.checks import LARGEST_CELLS, LARGEST_WORK
+from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK
 from lure.errors import InputError
 from lure.rod.scenario import Scenario
-from lure.rod.structured import structured_motion
+from lure.rod.scheme import structured_motion
 from lure.rod.upwind import UpwindScheme, upwind
 
 

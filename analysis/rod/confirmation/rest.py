@@ -16,7 +16,7 @@ from lure.rod.motion import Window
 from lure.rod.motion.pieces import Array, basis, distinct, fitted, right_ends
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
-from lure.rod.structured import structured_motion
+from lure.rod.scheme import structured_motion
 from lure.rod.upwind import UpwindScheme
 
 _LEFT = math.log(1e13)

@@ -26,7 +26,7 @@ from lure.errors import InputError
 from lure.rod.cellular.motion import CellularMotion
 from lure.rod.galerkin import Convergence, GalerkinRun
 from lure.rod.motion import Motion
-from lure.rod.structured import StructuredMotion
+from lure.rod.scheme import StructuredMotion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

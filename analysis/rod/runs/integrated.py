@@ -10,7 +10,7 @@ from lure.analysis.rod.runs.sampled import SampledRun, check_samples
 from lure.analysis.verdict import Evidence
 from lure.rod.motion import Impact
 from lure.rod.scenario import Scenario
-from lure.rod.structured.motion import scheme_words
+from lure.rod.scheme.motion import scheme_words
 from lure.rod.upwind import UpwindScheme
 
 RTOL = 1e-8

@@ -13,7 +13,7 @@ from lure.analysis.verdict import Evidence
 from lure.errors import InputError
 from lure.rod.motion import Impact
 from lure.rod.scenario import Scenario
-from lure.rod.structured.motion import METHOD, scheme_words
+from lure.rod.scheme.motion import METHOD, scheme_words
 from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def sampled_scheme(
 ) -> SampledRun:
     """Event-exact motion of the scheme.
 
-    By :func:`lure.analysis.rod.simulation.simulate`, or by :func:`lure.rod.structured.structured_motion` where that
+    By :func:`lure.analysis.rod.simulation.simulate`, or by :func:`lure.rod.scheme.structured_motion` where that
     would take
     minutes: above 1000 cells, and for long runs of many cells.  The
     latter tells the end ``x = L`` only, and no energy.
@@ -62,7 +62,7 @@ def sampled_scheme(
             f"fields is {places}; the scheme of {scheme.cells} cells has {nodes} nodes and nothing between them, give "
             f"{nodes}"
         )
-    from lure.analysis.rod.simulation.checks import LARGEST_WORK
+    from lure.analysis.rod.simulation.simulate import LARGEST_WORK
 
     if scheme.cells > LOADED_CELLS and places:
         raise InputError(f"fields is {places}; above {LOADED_CELLS} cells only the end of the rod is kept, give none")
@@ -134,7 +134,7 @@ def _along(run: Trajectory, wave_speed: float) -> Along:
 
 
 def _structured(scheme: UpwindScheme, scenario: Scenario, until: float, *, samples: int) -> SampledRun:
-    from lure.rod.structured import structured_motion
+    from lure.rod.scheme import structured_motion
 
     rod = scheme.rod
     run = structured_motion(scheme, scenario, until, samples=samples)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from lure.rod.motion.end_law import Segment
 from lure.rod.motion.pieces import Array, products
 from lure.rod.motion.sources import Sources
-from lure.rod.structured.flight import Sum, exponentials
+from lure.expressions.exponentials import Sum, exponentials
 
 _MOST_STATES = 12
 _MOST_POWER = 4

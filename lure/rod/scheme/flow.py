@@ -1,4 +1,4 @@
-"""The motion as a chain of steps that end where contact begins or ends."""
+"""The motion as a chain of steps that end where contact begins or ends, each known at every instant of it."""
 
 from __future__ import annotations
 
@@ -9,13 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.rod.simulation.certify import Scan, first_root, last_root, rounding, scan
-from lure.analysis.rod.simulation.contact import contact_step
-from lure.analysis.rod.simulation.loads import LoadFit, Loads, averaged, fit_loads
-from lure.analysis.rod.simulation.plan import Plan
-from lure.analysis.rod.simulation.poisson import poisson_rows
-from lure.analysis.rod.simulation.segment import Segment
-from lure.analysis.rod.simulation.steps import Step, Tables, exact_step, states_at
+from lure.rod.scheme.crossing import Mesh, Root, Scan, first_root, last_root, mesh_of, peak, rounding, scan
+from lure.rod.scheme.loads import LoadFit, Loads, averaged, fit_loads
+from lure.rod.scheme.poisson import poisson_rows
+from lure.rod.scheme.steps import Plan, Step, Tables, contact_step, exact_step, quadrature, states_at
 
 Array = NDArray[np.float64]
 
@@ -24,6 +21,78 @@ _FIRST, _FIRST_COLLOCATED = 2.0**-2, 2.0**-14  # shares of the longest step
 _RUNAWAY, _NOTHING = 1e30, 1e-100
 _NOISE = 3e-14
 _FORGIVEN = 30.0  # dips between collocation points, in units of the tolerance
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Segment:
+    """A step, cut where contact begins or ends; read-only.
+
+    Attributes
+    ----------
+    clock : tuple of float
+        Start in units of ``1/s``, as a number and what rounding has taken from it.
+    length : float
+        Length in the same units; the step itself may be longer.
+    contact : bool
+        Whether the end is in contact with the obstacle.
+    step : Step
+        The motion.
+    seen : Scan
+        The contact coordinate on the pieces of the whole step.
+    end : ndarray
+        (2N+1,) scaled state at the end.
+    event : Root or None
+        The crossing that ends the segment.
+    floor : float
+        Scaled coordinate below which a touch is not told from none.
+    """
+
+    clock: tuple[float, float]
+    length: float
+    contact: bool
+    step: Step
+    seen: Scan
+    end: Array
+    event: Root | None
+    floor: float
+
+    def tau(self, t: Array, rate: float) -> Array:
+        """Place of the instants ``t`` [s] in the segment."""
+        return np.asarray(np.clip((t * rate - self.clock[0]) - self.clock[1], 0.0, self.length))
+
+    def rows(self, tau: Array) -> Array:
+        """Poisson weights at places in the segment."""
+        return poisson_rows(tau, self.step.tables.columns)
+
+    def stop(self, rate: float) -> float:
+        """End of the segment [s]."""
+        return (self.clock[0] + (self.clock[1] + self.length)) / rate
+
+    def gauss(self) -> tuple[Array, Array, Array]:
+        """Quadrature points and weights on the segment, and the Poisson weights there."""
+        tables = self.step.tables
+        if self.length == tables.length:
+            return tables.gauss, tables.gauss_weights, tables.gauss_rows
+        points, weights = quadrature(self.length)
+        return points, weights, self.rows(points)
+
+    def bounds(self) -> tuple[float, float]:
+        """Largest value of the scaled coordinate at the edges, and a bound on the whole segment."""
+        seen = self.seen if self.length == self.step.tables.length else scan(self.step.gap, self._mesh())
+        return float(seen.values.max()), float(seen.uppers.max())
+
+    def peak(self, known: float) -> float:
+        """Largest scaled coordinate on the whole segment, or ``known`` if that is larger."""
+        mesh = self._mesh()
+        return peak(self.step.gap, mesh, known, rounding(self.step.gap, mesh))
+
+    def _mesh(self) -> Mesh:
+        tables = self.step.tables
+        if self.length == tables.length:
+            return tables.mesh
+        inside = tables.mesh.edges < self.length
+        inside[0] = True
+        return mesh_of(np.append(tables.mesh.edges[inside], self.length), tables.columns)
 
 
 def flow(plan: Plan, loads: Loads, state: Array, until: float) -> Iterator[Segment]:
@@ -45,9 +114,9 @@ def flow(plan: Plan, loads: Loads, state: Array, until: float) -> Iterator[Segme
     Segment
         In order, without gaps.  The chain ends early only where the state has grown by ``1e30``.
     """
-    ring = plan.ring
+    register = plan.register
     clock, contact = (0.0, 0.0), bool(state[-1] > 0.0)
-    stops = [*(t * ring.rate for t in loads.breakpoints), until]
+    stops = [*(t * register.rate for t in loads.breakpoints), until]
     wanted = _first_length(plan, contact=contact)
     largest, start = (0.0, 0.0), float(np.abs(state).max())
     speed = float(np.abs(state if contact else state[:-1]).max())
@@ -56,9 +125,9 @@ def flow(plan: Plan, loads: Loads, state: Array, until: float) -> Iterator[Segme
             stops.pop(0)
         left = (stops[0] - clock[0]) - clock[1]
         length = min(wanted, left)
-        kappa = ring.kappa if contact and plan.longest_contact else 0.0
+        kappa = register.kappa if contact and plan.longest_contact else 0.0
         tables = plan.tables(length, kappa, reused=length == wanted)
-        fit = fit_loads(loads, tables.grid, (clock[0] + clock[1]) / ring.rate, length / ring.rate, largest)
+        fit = fit_loads(loads, tables.grid, (clock[0] + clock[1]) / register.rate, length / register.rate, largest)
         largest = fit.largest
         if not fit.resolved and length > _FINEST:
             wanted = _shortened(wanted, 0.25 * length)
@@ -71,7 +140,7 @@ def flow(plan: Plan, loads: Loads, state: Array, until: float) -> Iterator[Segme
         yield segment
         state = np.where(np.abs(segment.end) < _NOTHING * start, 0.0, segment.end)
         speed = max(speed, float(np.abs(state[:-1]).max()))
-        start = max(start, ring.force_gain * largest[0], ring.body_gain * largest[1])
+        start = max(start, register.force_gain * largest[0], register.body_gain * largest[1])
         if not np.abs(state).max() <= _RUNAWAY * start:
             return
         if segment.event is not None:
@@ -114,9 +183,9 @@ def _advanced(plan: Plan, tables: Tables, fit: LoadFit, start: _Start) -> _Advan
         fit = averaged(fit)
     state, allowed = start.state, plan.tolerance * start.speed
     if not start.contact or plan.longest_contact:
-        step = exact_step(plan.ring, tables, state, fit, plan.ring.kappa if start.contact else 0.0)
+        step = exact_step(plan.register, tables, state, fit, plan.register.kappa if start.contact else 0.0)
         return _Advance(step=step, blur=0.0 if plan.longest_contact else allowed)
-    done = contact_step(plan.ring, exact_step(plan.ring, tables, state, fit, 0.0), plan.collocation(tables))
+    done = contact_step(plan.register, exact_step(plan.register, tables, state, fit, 0.0), plan.collocation(tables))
     if not done.converged:
         factor = 0.125
     elif done.error <= _NOISE * start.speed:
@@ -139,12 +208,12 @@ def _until_event(plan: Plan, done: _Advance, clock: tuple[float, float], *, cont
         if done.left or (done.blur > 0.0 and event is not None):
             event = last_root(heading, mesh, length if event is None else event.tau, exact, done.blur)
     if event is None:
-        end = states_at(plan.ring, step, mesh.rows[-1:])[0]
+        end = states_at(plan.register, step, mesh.rows[-1:])[0]
         if done.gap is not None:
             end[-1] = done.gap
     else:
         length = event.tau
-        end = states_at(plan.ring, step, poisson_rows(length, columns))[0]
+        end = states_at(plan.register, step, poisson_rows(length, columns))[0]
         end[-1] = 0.0
     return Segment(
         clock=clock,

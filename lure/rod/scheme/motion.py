@@ -14,9 +14,12 @@ from lure.errors import InputError
 from lure.record import Column, Page, Record, derived, quantity
 from lure.rod import datasets
 from lure.rod.scenario import Scenario, initial_state
-from lure.rod.structured.contact import FLOOR, Crossing, Stretch, Undecided, fewest_cells, halved, longest, next_contact
-from lure.rod.structured.flight import Force, FreeFlight, force_of, free_flight
-from lure.rod.structured.ring import Mean, Ring, parted
+from lure.rod.scheme.contact import Stretch, fewest_cells, halved, longest, next_contact
+from lure.rod.scheme.crossing import FLOOR, Crossing, Undecided
+from lure.rod.scheme.flight import FreeFlight, free_flight
+from lure.rod.scheme.loads import Force, force_of
+from lure.rod.scheme.poisson import Mean, parted, poisson_columns
+from lure.rod.scheme.register import RegisterState
 from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
@@ -69,49 +72,49 @@ class Run:
     def __post_init__(self) -> None:
         self.gaps, self.waves = np.empty(self.times.size), np.empty(self.times.size)
 
-    def moved(self, ring: Ring) -> Ring:
-        """The ring at the next event, the end of a stretch or of the run."""
+    def moved(self, start: RegisterState) -> RegisterState:
+        """The register at the next event, the end of a stretch or of the run."""
         begin, touched = self.clock, self.contact
         free = not touched and self.force is None
-        ring = self._flown(ring) if free else self._stretched(ring)
+        after = self._flown(start) if free else self._stretched(start)
         if touched:
             if self.stretches and self.stretches[-1][1] == begin:
                 begin = self.stretches.pop()[0]
             self.stretches.append((begin, self.clock))
         if self.contact is touched:
-            return ring
-        return replace(ring, gap=max(ring.gap, 0.0) if self.contact else min(ring.gap, 0.0))  # rounding has no say
+            return after
+        return replace(after, gap=max(after.gap, 0.0) if self.contact else min(after.gap, 0.0))  # rounding has no say
 
     def closed(self) -> tuple[tuple[float, float], ...]:
         """The contacts in seconds."""
         return tuple((float(begin / self.rate), float(end / self.rate)) for begin, end in self.stretches)
 
-    def _flown(self, ring: Ring) -> Ring:
+    def _flown(self, start: RegisterState) -> RegisterState:
         """Flight without a force up to the next contact or the end, in one jump."""
-        flight = FreeFlight(ring=ring)
+        flight = FreeFlight(start=start)
         touch = next_contact(flight, float(self.stop - self.clock))
         end = self.stop if touch is None else self.clock + touch.passed + Fraction(touch.tau)
         if touch is None or end >= self.stop:
             span = self.stop - self.clock
             self._sample(flight, self.stop)
-            return _after(flight, _mean(span))
+            return flight.after(_mean(span))
         self._sample(flight, end)
         self.contact = True
-        return _after(touch.flight, parted(touch.tau))
+        return touch.flight.after(parted(touch.tau))
 
-    def _stretched(self, ring: Ring) -> Ring:
+    def _stretched(self, start: RegisterState) -> RegisterState:
         """A stretch of contact, or of flight under the force."""
-        begin, end, scheme, contact = self.clock, self.stop, ring.scheme, self.contact
-        kappa = scheme.rod.mobility * scheme.rod.law.stiffness / scheme.rate if contact else 0.0
-        length = longest(scheme.cells, kappa)
+        begin, end, contact = self.clock, self.stop, self.contact
+        kappa = start.register.kappa if contact else 0.0
+        length = longest(start.register.cells, kappa)
         if self.force is not None:
             end = min(end, self.force.end(begin) or end)
             length = min(length, self.force.reach(begin))
         left = float(end - begin)
         while True:
-            entering = None if self.force is None else self.force.entering(begin, Stretch.columns_of(length))
-            stretch = Stretch(ring=ring, length=length, kappa=kappa, entering=entering)
-            gaps = stretch.streams[2]
+            entering = None if self.force is None else self.force.entering(begin, poisson_columns(length))
+            stretch = Stretch(start=start, length=length, kappa=kappa, entering=entering)
+            gaps = stretch.streams.gap
             search = Crossing(values=-gaps if contact else gaps, floor=FLOOR * stretch.rounding)
             try:
                 found = search.first(0.0, min(float(length), left))
@@ -144,15 +147,7 @@ def _mean(span: Fraction) -> Mean:
     return Mean(whole=whole, rest=float(span - whole))
 
 
-def _after(flight: FreeFlight, mean: Mean) -> Ring:
-    """The ring at the end of a flight."""
-    scheme = flight.ring.scheme
-    return free_flight(scheme, flight.jumped(mean)).ring
-
-
 SUBJECT, EVIDENCE = "scheme", "observed"
-
-
 METHOD = (
     "exact in time by the f-circulant structure of the scheme, from event to event; contact and release located as "
     "events"
@@ -303,21 +298,20 @@ def structured_motion(
                 "lure.analysis.rod.simulation.simulate takes any load, up to 1000 cells"
             )
         force, start = force_of(scheme, start.force, until), initial_state(scheme, start)
-    ring = free_flight(scheme, start).ring
+    held = free_flight(scheme, start).start
     times = np.linspace(0.0, until, samples)
     rate = Fraction(scheme.rate)
-    run = Run(rate=rate, times=times, stop=rate * Fraction(until), force=force, contact=ring.gap > 0.0)
+    run = Run(rate=rate, times=times, stop=rate * Fraction(until), force=force, contact=held.gap > 0.0)
     for _ in range(_MOST):
         if run.clock >= run.stop:
             break
-        ring = run.moved(ring)
+        held = run.moved(held)
     else:
         reached = float(run.clock / run.rate)
         raise InputError(
             f"until is {until:g} s, and {_MOST} flights and stretches of contact end at {reached:.6g} s; give an "
             "earlier end"
         )
-    state = np.append(ring.waves, ring.gap / scheme.rate)[scheme.permutation]
     return StructuredMotion(
         scheme=scheme,
         scenario=scenario,
@@ -325,7 +319,7 @@ def structured_motion(
         z=run.gaps / scheme.rate,
         wave=run.waves,
         contacts=run.closed(),
-        state=np.asarray(state),
+        state=held.state,
     )
 
 

@@ -11,16 +11,22 @@ in eight until it does, so that a crossing, or a pair of crossings, can hide onl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.rod.simulation.poisson import poisson_rows
+from lure.rod.scheme.poisson import parted, poisson_rows, poisson_weights, window
 
 Array = NDArray[np.float64]
 _PIECES = 8
 _NARROW = 1e-13
+FLOOR = 1e-12
+_EFFORT = 400
+_SHORT = 2.0
+_LEFT_OUT = 1e-15
 EPS = float(np.finfo(float).eps)
 
 
@@ -190,3 +196,87 @@ def _refined(gap: Array, bracket: tuple[float, float], at_left: float, floor: fl
     error = max(floor, blur)
     uncertain = max(abs(slope), np.sqrt(0.5 * error * bend))
     return Root(tau=tau, resolution=error / uncertain if uncertain > 0.0 else bracket[1] - bracket[0])
+
+
+class Undecided(Exception):
+    """The sequence is so much larger than its average that bounds of it settle nothing."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Crossing:
+    """The first crossing above zero of the Poisson average of a sequence.
+
+    Attributes
+    ----------
+    values : ndarray
+        The sequence, as far as the windows of the weights reach.
+    floor : float
+        What counts as zero.
+    effort : list of int
+        How many more intervals may be looked at.
+    """
+
+    values: Array
+    floor: float
+    effort: list[int] = field(default_factory=lambda: [_EFFORT])
+
+    def at(self, tau: float, differences: int = 0) -> float:
+        """The average at ``tau``, or that of the first difference, which is its slope."""
+        first, weights = poisson_weights(parted(tau))
+        values = self.values[first : first + weights.size + differences]
+        weights = weights[: values.size - differences]
+        return float(weights @ (np.diff(values, differences) if differences else values))
+
+    def first(self, left: float, right: float) -> float | None:
+        """The first crossing in ``[left, right]``; raises :class:`Undecided` if that takes too long."""
+        self.effort[0] -= 1
+        if self.effort[0] < 0:
+            raise Undecided
+        start, stop = window(left)[0], window(right)[1] + 3
+        inside = self.values[start:stop]
+        if inside.max() <= self.floor:
+            return None
+        width = right - left
+        chord = 0.125 * width * width
+        at_left, at_right = self.at(left), self.at(right)
+        if max(at_left, at_right) + chord * self.bend(left, right, 2) <= self.floor:
+            return None
+        if width <= _NARROW * max(1.0, right):
+            return right if at_right > self.floor else None
+        if at_right > self.floor and at_left <= self.floor:
+            slope = min(self.at(left, 1), self.at(right, 1))
+            if slope - chord * self.bend(left, right, 3) > 0.0:
+                return self.zero(left, right)
+        edges = np.linspace(left, right, _PIECES + 1)
+        for low, high in pairwise(edges.tolist()):
+            found = self.first(low, high)
+            if found is not None:
+                return found
+        return None
+
+    def bend(self, left: float, right: float, order: int) -> float:
+        """Bound of the derivative of that order on ``[left, right]``: no average of differences exceeds the largest.
+
+        On short intervals also ``e^{right - left}`` times their average at ``right``, since no weight exceeds its value
+        there by more; what the window leaves out of it is below rounding of the largest.
+        """
+        largest = float(np.abs(np.diff(self.values[window(left)[0] : window(right)[1] + 3], order)).max(initial=0.0))
+        if right - left > _SHORT:
+            return largest
+        first, weights = poisson_weights(parted(right))
+        sizes = np.abs(np.diff(self.values[first : first + weights.size + order], order))
+        average = float(weights[: sizes.size] @ sizes) + _LEFT_OUT * largest
+        return min(largest, math.exp(right - left) * average)
+
+    def zero(self, left: float, right: float) -> float:
+        """The one zero between a value that is not positive and one that is, by Newton's method kept in its bracket."""
+        tau = right
+        for _ in range(100):
+            value = self.at(tau)
+            left, right = (left, tau) if value > 0.0 else (tau, right)
+            if abs(value) <= 0.1 * self.floor or right - left <= _NARROW * max(1.0, right):
+                break
+            tau -= value / self.at(tau, 1)
+            if not left < tau < right:
+                tau = 0.5 * (left + right)
+        return tau
