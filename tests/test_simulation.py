@@ -34,7 +34,8 @@ def test_a_single_mode_decays_as_its_eigenvalue_says(cells):
 
 def test_a_constant_force_ends_in_the_speed_g_over_k():
     run = simulate(upwind(rod(damping=2.0, gap=1e6), 5), Scenario.parse(force=0.6), until=400.0, samples=3)
-    assert (run.z[2] - run.z[1]) / 200 == pytest.approx(0.6 / 2.0, rel=1e-12)
+    # z is about -1e6 m and known to some roundings of that, 1e-10 m each, in a difference of 60 m
+    assert (run.z[2] - run.z[1]) / 200 == pytest.approx(0.6 / 2.0, rel=1e-10)
     assert run.lyapunov is None
     assert run.rest_position is None
 

@@ -205,10 +205,16 @@ def test_figure_8_with_the_corrected_force():
 @pytest.mark.parametrize(
     ("scenario", "message"),
     [
-        (Scenario.parse(force="tanh(t)"), r"exp, sin and cos of straight lines.*analysis\.simulation\.simulate"),
-        (Scenario.parse(force="where(sin(t) > 0, 1, 0)"), r"where its pieces meet.*analysis\.simulation\.simulate"),
+        (
+            Scenario.parse(force="tanh(t)"),
+            r"exp, sin and cos of straight lines.*lure\.analysis\.rod\.simulation\.simulate",
+        ),
+        (
+            Scenario.parse(force="where(sin(t) > 0, 1, 0)"),
+            r"where its pieces meet.*lure\.analysis\.rod\.simulation\.simulate",
+        ),
         (Scenario.parse(force="exp(20000*t)"), r"beyond the range of doubles after 0\.03\d+ s; give an earlier end"),
-        (Scenario.parse(body_force="x"), r"force\.f is x; structured_motion takes no body force; analysis"),
+        (Scenario.parse(body_force="x"), r"force\.f is x; structured_motion takes no body force; lure"),
         # s = 6000 * 50 = 3e5 1/s: 6e5 1/s need more than 100 cells
         (Scenario.parse(force="sin(600000*t)"), "faster than the 50 cells are crossed; give at least 101 cells"),
     ],

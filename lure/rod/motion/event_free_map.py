@@ -21,10 +21,10 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from lure.expressions.exponentials import Sum, exponentials
 from lure.rod.motion.end_law import Segment
 from lure.rod.motion.pieces import Array, products
 from lure.rod.motion.sources import Sources
-from lure.expressions.exponentials import Sum, exponentials
 
 _MOST_STATES = 12
 _MOST_POWER = 4
