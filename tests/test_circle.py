@@ -156,32 +156,6 @@ def test_circle_stays_below_hurwitz_and_above_no_sample(block):
         assert F(high) - F(low) <= F(1, 10**10) * F(high)
 
 
-@given(stable_blocks(), st.sampled_from([0.125, 3.0, 1024.0]), st.sampled_from([0.25, 7.0]))
-def test_unit_of_time_and_split_of_the_gain(block, speed, gain):
-    def scaled(coefficients, factor):
-        return [
-            factor * c * F(speed) ** -power
-            for power, c in zip(range(len(coefficients))[::-1], coefficients, strict=True)
-        ]
-
-    assume(is_stable_gain(block, F(0)))  # rounded coefficients can put a weakly damped pole on the axis
-    other = RationalBlock(scaled(block.numerator, F(gain)), scaled(block.denominator, F(1)))
-    one, two = circle_largest(block).largest, circle_largest(other).largest
-    assert two.low * gain == pytest.approx(one.low, rel=1e-13)
-    assert two.high * gain == pytest.approx(one.high, rel=1e-13)
-
-
-@given(stable_blocks(largest=4), st.fractions(F(-1, 4), F(1, 4), max_denominator=16))
-def test_a_shift_of_the_loop_moves_the_sector(block, shift):
-    # n/(d + shift n) with the sector [0, K] is n/d with [shift, shift + K]
-    assume(shift and is_stable_gain(block, shift))
-    padded = (F(0),) * (block.order + 1 - len(block.numerator)) + block.numerator
-    inner = RationalBlock(block.numerator, [d + shift * n for n, d in zip(padded, block.denominator, strict=True)])
-    one, two = circle_largest(inner).largest, circle_largest(block, lower=shift).largest
-    assert float(shift) + one.low == pytest.approx(two.low, rel=1e-12)
-    assert float(shift) + one.high == pytest.approx(two.high, rel=1e-12)
-
-
 def in_region(points, k1, k2):
     """The classical geometry, for a stable block: signs of k1, k2 decide between half-plane, outside and inside."""
     if k1 == 0:

@@ -6,7 +6,6 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 from plants import CONTINUOUS, block, stable_plants
 
 from lure import Sector
@@ -102,15 +101,3 @@ def test_the_certified_slope_lies_strictly_inside_the_hurwitz_sector(plant):
         assert is_stable_gain(plant, Fraction(answer.largest.low))
         vertical = off_axis_criterion(plant, SlopeBounds(0, answer.largest.low), alpha=Fraction(0))
         assert vertical.margin.low <= 1e-9 / answer.largest.low  # no line is worse than the vertical one
-
-
-# H(s) -> H(c s) moves along the same curve
-@given(small, st.fractions(Fraction(1, 20), 20, max_denominator=20))
-def test_the_unit_of_time_does_not_matter(plant, factor):
-    order = plant.order
-    moved = block(
-        [c * factor ** (order - len(plant.numerator) + 1 + i) for i, c in enumerate(plant.numerator)],
-        [c * factor**i for i, c in enumerate(plant.denominator)],
-    )
-    one, other = off_axis_largest(plant), off_axis_largest(moved)
-    assert other.largest.low == pytest.approx(one.largest.low, rel=1e-9)

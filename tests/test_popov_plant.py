@@ -21,7 +21,6 @@ from lure.analysis.numerics.precision import working_precision
 from lure.analysis.theorems.popov import popov_criterion, popov_largest
 from lure.analysis.verdict import Evidence, Verdict
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
 
 
 # The plants of Chen and Wen, Park, Turner and others; each number is certified from both sides, the upper one by two
@@ -236,34 +235,6 @@ def test_the_bracket_is_narrow_and_both_signs_reach_at_least_as_far_as_one(plant
     circle = least_value(PopovInequality.of(plant, Fraction(0)).family, Fraction(0))
     if circle.low < 0:  # theta = 0 reaches -1 / circle.high or less
         assert one.largest.high >= -1 / circle.low * (1 - Fraction(1, 10**9))
-
-
-@given(stable_plants(critical=False), st.fractions(Fraction(1, 100), 100, max_denominator=100))
-def test_a_change_of_the_unit_of_time_scales_theta_alone(plant, speed):
-    order = plant.order
-    fast = RationalBlock(
-        [c * speed ** (order - len(plant.numerator) + 1 + i) for i, c in enumerate(plant.numerator)],
-        [c * speed**i for i, c in enumerate(plant.denominator)],
-    )
-    one, other = answer_for(plant), answer_for(fast)
-    assert other.largest.middle == pytest.approx(one.largest.middle, rel=1e-9)
-
-
-@given(stable_plants(), st.fractions(Fraction(1, 100), 100, max_denominator=100))
-def test_gain_moves_freely_between_block_and_sector(plant, gain):
-    louder = RationalBlock([gain * c for c in plant.numerator], plant.denominator)
-    one, other = answer_for(plant), answer_for(louder)
-    assert float(gain) * other.largest.middle == pytest.approx(one.largest.middle, rel=1e-9)
-
-
-# phi = k1 sigma + phi': the sector [k1, k1 + k] of H is the sector [0, k] of H/(1 + k1 H)
-@given(stable_plants(), st.fractions(-2, 2, max_denominator=10))
-def test_a_shift_of_the_sector_is_a_shift_of_the_block(plant, lower):
-    assume(1 + lower * plant.feedthrough != 0)
-    padded = [Fraction(0)] * (len(plant.denominator) - len(plant.numerator)) + list(plant.numerator)
-    shifted = RationalBlock(plant.numerator, [d + lower * n for d, n in zip(plant.denominator, padded, strict=True)])
-    one, other = answer_for(plant, lower=lower), answer_for(shifted)
-    assert one.largest.middle - float(lower) == pytest.approx(other.largest.middle, rel=1e-8, abs=1e-12)
 
 
 @given(stable_plants(), st.lists(st.floats(0.5, 0.999999), min_size=2, max_size=4))

@@ -96,17 +96,7 @@ def test_one_class(criterion):
 
 
 @pytest.mark.parametrize("largest", [tsypkin_largest, jury_lee_largest])
-def test_symmetries_and_refusals(largest):
-    plant = DISCRETE[2]
-    reach = largest(plant).largest.low
-    scaled = RationalBlock([1000 * c for c in plant.numerator], plant.denominator, dt=1)
-    assert largest(scaled).largest.low * 1000 == pytest.approx(reach, rel=1e-9)
-    lower = Fraction(1, 10)
-    n = (Fraction(0), *plant.numerator)
-    shifted = RationalBlock(plant.numerator, [d + lower * c for d, c in zip(plant.denominator, n, strict=True)], dt=1)
-    with_lower = largest(plant, lower=lower)
-    assert with_lower.largest.low == pytest.approx(0.1 + largest(shifted).largest.low, rel=1e-9)
-    assert with_lower.law_class.sector.lower == lower
+def test_refusals(largest):
     with pytest.raises(AssumptionError, match="z = 1"):
         largest(discrete([1], [1, -1]))
     with pytest.raises(InputError, match="dt is None"):

@@ -137,15 +137,6 @@ def test_odd_laws_do_not_distinguish_z_from_minus_z(example):
     assert here == pytest.approx(there, rel=1e-6)
 
 
-@pytest.mark.parametrize("gain", [Fraction(1, 10**9), Fraction(7), Fraction(10**9)])
-def test_gain_moves_between_block_and_law(gain):
-    plant = DISCRETE[2]
-    scaled = RationalBlock([gain * c for c in plant.numerator], plant.denominator, dt=1)
-    expected = reach(2, False).largest.low
-    found = zames_falb_discrete_largest(scaled, odd=False, taps=6).largest.low
-    assert found * float(gain) == pytest.approx(expected, rel=1e-6)
-
-
 def test_a_lower_slope_is_the_shifted_block():
     lower = Fraction(3, 10)
     plant = DISCRETE[6]
