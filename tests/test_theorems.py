@@ -210,7 +210,7 @@ def test_dead_time_leaves_the_criteria_about_sectors():
     block = DelayBlock.parse("exp(-s)/(s + 1)")
     assert [row.name for row in theorems_for(block, "slope", BEST)] == ["circle", "popov"]
     with pytest.raises(
-        AssumptionError, match="the criterion park is evaluated for rational blocks.*ask circle or popov"
+        AssumptionError, match=r"the criterion park is evaluated for rational blocks.*ask circle or popov"
     ):
         theorems_for(block, "slope", "park")
 
