@@ -3,110 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.verdict import Evidence, Verdict
-from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError
-from lure.record import Column, dataset, html_table
+from lure.record import Column, Page, Record, quantity
 
 if TYPE_CHECKING:
-    import xarray
-
-    from lure.analysis.nonlinearity.violations import Violation
     from lure.analysis.plots.style import Axes
 
-# Bounds of a law, and points beyond them, as Datasets and HTML tables.
-
 _SIDES = ("sector_lower", "sector_upper", "slope_lower", "slope_upper")
-_NOTHING = "A sample bounds nothing between its points."
-
-
-def _domain(found: LawBounds) -> str:
-    return "all real sigma" if found.on is None else f"sigma in [{short(found.on[0])}, {short(found.on[1])}]"
-
-
-def _known(found: Extreme) -> str:
-    return "exact" if found.exact else f"to within {found.gap:.1e}" if np.isfinite(found.gap) else "no bound is shown"
-
-
-def bounds_dataset(found: LawBounds) -> xarray.Dataset:
-    """The Dataset of :meth:`lure.analysis.nonlinearity.LawBounds.to_xarray`.
-
-    Raises
-    ------
-    InputError
-        xarray is not installed.
-    """
-    sides = [getattr(found, name) for name in _SIDES]
-    unit, of = "unit of phi / unit of sigma", ("bound",)
-    inner = [np.nan if side is None else as_double(side.inner) for side in sides]
-    outer = [np.nan if side is None else as_double(side.outer) for side in sides]
-    attained = [side is not None and side.attained for side in sides]
-    at = np.array(["" if side is None else side.where for side in sides], dtype=object)
-    variables = {
-        "inner": Column(of, inner, unit, "what is reached or approached, nearest double; nan where nothing was shown"),
-        "outer": Column(of, outer, unit, "what no value passes, nearest double; infinite for a sample"),
-        "attained": Column(of, attained, "1", "whether it is known that the law takes the bound at a point"),
-        "at": Column(of, at, "1", "where inner is reached or approached, in words"),
-    }
-    names = np.array(_SIDES, dtype=object)
-    coordinates = {"bound": Column(of, names, "1", "of phi(sigma)/sigma, or of difference quotients")}
-    attributes = {
-        "law": found.law,
-        "domain": _domain(found),
-        "evidence": str(found.evidence),
-        "assumptions": "; ".join(found.assumptions),
-        "notes": "; ".join(found.notes),
-        "comment": "Nearest doubles of the bounds; to_dict has the exact numbers, and sector and slope round outwards.",
-    }
-    return dataset(variables, coordinates, attributes)
-
-
-def bounds_html(found: LawBounds) -> str:
-    """A table for notebooks."""
-    rows = []
-    for name in _SIDES:
-        side = getattr(found, name)
-        label = name.replace("_", ", ")
-        cells = ("not shown", "", "") if side is None else _cells(side)
-        if side is not None and found.evidence is Evidence.CERTIFIED:
-            cells = (stated(side, -1 if "lower" in name else 1, certified=True), *cells[1:])
-        rows.append((label, *cells))
-    given = [f"Assumed: {text}." for text in found.assumptions]
-    sampled = [_NOTHING] if str(found.evidence) == "observed" else []
-    head = ("bound", "value", "where", "known")
-    title = f"{found.law}, {_domain(found)}"
-    verdict = str(found.evidence).upper()
-    return html_table(title, rows, head=head, verdict=verdict, notes=(*given, *found.notes, *sampled))
-
-
-def _cells(side: Extreme) -> tuple[str, str, str]:
-    return short(side.inner, digits=10), side.where, _known(side)
-
-
-def extreme_html(found: Extreme) -> str:
-    """A table for notebooks."""
-    value, where, known = _cells(found)
-    rows = [("value", value), ("where", where), ("known", known), ("attained", "yes" if found.attained else "no")]
-    return html_table("least or largest value", rows)
-
-
-def violation_html(found: Violation) -> str:
-    """A table for notebooks."""
-    ratio = "phi(sigma)/sigma" if found.quantity == "sector" else "(phi(x) - phi(y))/(x - y)"
-    rows = [
-        (ratio, short(found.value, digits=10)),
-        ("bound", short(found.bound, digits=10)),
-        ("at", ", ".join(short(point, digits=17) for point in found.points)),
-        ("evidence", found.evidence),
-    ]
-    verdict = "REFUTED" if found.evidence is Evidence.CERTIFIED else "OBSERVED"
-    return html_table(f"a {found.quantity} bound is passed", rows, verdict=verdict)
 
 
 Bound: TypeAlias = Fraction | float
@@ -118,26 +27,35 @@ _LARGEST = 1.7976931348623157e308
 QUANTITIES: tuple[Quantity, ...] = ("sector", "slope")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Extreme:
-    """A least or largest value over all ``sigma`` of the domain, enclosed.
+def _json(value: Bound) -> dict[str, object] | str:
+    """An exact number as text beside the nearest double, an infinity as text."""
+    if isinstance(value, float):
+        return "inf" if value > 0 else "-inf"
+    try:
+        nearest: object = float(value)
+    except OverflowError:
+        nearest = None
+    return {"exact": str(value), "double": nearest}
 
-    Attributes
-    ----------
-    inner : Fraction or float
-        What is reached or approached (inf or -inf for growth without bound), or beyond it.
-    outer : Fraction or float
-        What no value passes; the true bound lies between ``inner`` and ``outer``, which are equal where it is exact.
-    at : Fraction, pair of Fraction, or str
-        Where ``inner`` is reached or approached: a point, an interval that contains one, or words.
-    attained : bool
-        Whether it is known that the law takes the bound at a point, rather than approaches it.
-    """
 
-    inner: Bound
-    outer: Bound
-    at: Place
-    attained: bool
+def _places(at: Place) -> object:
+    return at if isinstance(at, str) else [_json(x) for x in ([at] if isinstance(at, Fraction) else at)]
+
+
+class Extreme(Record):
+    """A least or largest value over all ``sigma`` of the domain, enclosed."""
+
+    inner: Bound = quantity(
+        "What is reached or approached (inf or -inf for growth without bound), or beyond it", plainly=_json
+    )
+    outer: Bound = quantity(
+        "What no value passes; the true bound lies between ``inner`` and ``outer``, which are equal where it is exact",
+        plainly=_json,
+    )
+    at: Place = quantity(
+        "Where ``inner`` is reached or approached: a point, an interval that contains one, or words", plainly=_places
+    )
+    attained: bool = quantity("Whether it is known that the law takes the bound at a point, rather than approaches it")
 
     @property
     def exact(self) -> bool:
@@ -164,55 +82,48 @@ class Extreme:
         point = self.at if isinstance(self.at, Fraction) else (self.at[0] + self.at[1]) / 2
         return f"at sigma = {short(point, digits=10)}" if self.attained else f"near sigma = {short(point, digits=10)}"
 
-    def to_dict(self) -> dict[str, object]:
-        """Plain JSON: exact numbers as text beside the nearest double, infinities as text."""
-        at: object = self.at
-        if isinstance(self.at, Fraction):
-            at = [_json(self.at)]
-        elif isinstance(self.at, tuple):
-            at = [_json(x) for x in self.at]
-        return {"inner": _json(self.inner), "outer": _json(self.outer), "at": at, "attained": self.attained}
+    @property
+    def known(self) -> str:
+        """How well it is known, in words."""
+        if self.exact:
+            return "exact"
+        return f"to within {self.gap:.1e}" if math.isfinite(self.gap) else "no bound is shown"
 
-    def _repr_html_(self) -> str:
+    @property
+    def cells(self) -> tuple[str, str, str]:
+        """Value, place and how well it is known, for tables."""
+        return short(self.inner, digits=10), self.where, self.known
 
-        return extreme_html(self)
+    def _page(self) -> Page:
+        names = ("value", "where", "known", "attained")
+        rows = [*zip(names, (*self.cells, "yes" if self.attained else "no"), strict=True)]
+        return Page("least or largest value", rows)
 
     def __str__(self) -> str:
         return f"{short(self.inner, digits=10)} {self.where}"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class LawBounds:
-    """Sector and slope bounds of one law on one domain.
+class LawBounds(Record):
+    """Sector and slope bounds of one law on one domain."""
 
-    Attributes
-    ----------
-    law : str
-        The law in words.
-    sector_lower, sector_upper : Extreme
-        Infimum and supremum of ``phi(sigma)/sigma`` over the ``sigma != 0`` of the domain.
-    slope_lower, slope_upper : Extreme or None
-        Infimum and supremum of ``(phi(x) - phi(y))/(x - y)`` over the domain; None where nothing was shown or asked.
-    evidence : Evidence
-        CERTIFIED: every ``outer`` was shown in exact or ball arithmetic, under ``assumptions``.  OBSERVED: a sample;
-        then every ``outer`` is infinite, since a sample bounds nothing between its points.
-    on : tuple of Fraction, or None
-        The closed interval, None for all real numbers.
-    assumptions : tuple of str
-        What the user vouches for, in sentences; empty where nothing is assumed.
-    notes : tuple of str
-        What was not shown, in sentences.
-    """
-
-    law: str
-    sector_lower: Extreme
-    sector_upper: Extreme
-    slope_lower: Extreme | None
-    slope_upper: Extreme | None
-    evidence: Evidence
-    on: tuple[Fraction, Fraction] | None
-    assumptions: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    law: str = quantity("The law in words")
+    sector_lower: Extreme = quantity("Infimum of ``phi(sigma)/sigma`` over the ``sigma != 0`` of the domain")
+    sector_upper: Extreme = quantity("Supremum of the same")
+    slope_lower: Extreme | None = quantity(
+        "Infimum of ``(phi(x) - phi(y))/(x - y)`` over the domain; None where nothing was shown or asked"
+    )
+    slope_upper: Extreme | None = quantity("Supremum of the same; None likewise")
+    evidence: Evidence = quantity(
+        "CERTIFIED: every ``outer`` was shown in exact or ball arithmetic, under ``assumptions``. OBSERVED: a "
+        "sample; then every ``outer`` is infinite, since a sample bounds nothing between its points"
+    )
+    on: tuple[Fraction, Fraction] | None = quantity(
+        "The closed interval, None for all real numbers", plainly=lambda on: on and _places(on)
+    )
+    assumptions: tuple[str, ...] = quantity(
+        "What the user vouches for, in sentences; empty where nothing is assumed", default=()
+    )
+    notes: tuple[str, ...] = quantity("What was not shown, in sentences", default=())
 
     @property
     def sector(self) -> Sector:
@@ -253,30 +164,50 @@ class LawBounds:
             return Verdict.PROVED
         return Verdict.INCONCLUSIVE
 
-    def to_dict(self) -> dict[str, object]:
-        """Plain JSON."""
-        named = {
-            name: None if (found := getattr(self, name)) is None else found.to_dict()
-            for name in ("sector_lower", "sector_upper", "slope_lower", "slope_upper")
+    def _columns(self) -> dict[str, Column]:
+        """The four bounds along ``bound``: nearest doubles, and where they are reached."""
+        sides = [getattr(self, name) for name in _SIDES]
+        unit, of = "unit of phi / unit of sigma", ("bound",)
+        inner = [math.nan if side is None else as_double(side.inner) for side in sides]
+        outer = [math.nan if side is None else as_double(side.outer) for side in sides]
+        attained = [side is not None and side.attained for side in sides]
+        at = ["" if side is None else side.where for side in sides]
+        reached = "what is reached or approached, nearest double; nan where nothing was shown"
+        return {
+            "inner": Column(of, inner, unit, reached),
+            "outer": Column(of, outer, unit, "what no value passes, nearest double; infinite for a sample"),
+            "attained": Column(of, attained, "1", "whether it is known that the law takes the bound at a point"),
+            "at": Column(of, at, "1", "where inner is reached or approached, in words"),
+            "bound": Column(of, _SIDES, "1", "of phi(sigma)/sigma, or of difference quotients"),
         }
+
+    def _attributes(self) -> dict[str, object]:
+        comment = "Nearest doubles of the bounds; to_dict has the exact numbers, and sector and slope round outwards."
         return {
             "law": self.law,
-            "on": None if self.on is None else [_json(x) for x in self.on],
+            "domain": self._domain,
             "evidence": str(self.evidence),
-            "assumptions": list(self.assumptions),
-            **named,
-            "notes": list(self.notes),
+            "assumptions": "; ".join(self.assumptions),
+            "notes": "; ".join(self.notes),
+            "comment": comment,
         }
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The four bounds as an ``xarray.Dataset`` along ``bound``: nearest doubles, and where they are reached.
+    def _page(self) -> Page:
+        rows = []
+        for name in _SIDES:
+            side: Extreme | None = getattr(self, name)
+            cells = ("not shown", "", "") if side is None else side.cells
+            if side is not None and self.evidence is Evidence.CERTIFIED:
+                cells = (stated(side, -1 if "lower" in name else 1, certified=True), *cells[1:])
+            rows.append((name.replace("_", ", "), *cells))
+        given = [f"Assumed: {text}." for text in self.assumptions]
+        sampled = ["A sample bounds nothing between its points."] if self.evidence is Evidence.OBSERVED else []
+        head, notes = ("bound", "value", "where", "known"), (*given, *self.notes, *sampled)
+        return Page(f"{self.law}, {self._domain}", rows, head, str(self.evidence).upper(), notes)
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        return bounds_dataset(self)
+    @property
+    def _domain(self) -> str:
+        return "all real sigma" if self.on is None else f"sigma in [{short(self.on[0])}, {short(self.on[1])}]"
 
     def plot(self, law: object, *, ax: Axes | None = None) -> Axes:
         """The law with the wedge of its sector; see :func:`lure.analysis.plots.plot_law_sector`.
@@ -291,10 +222,6 @@ class LawBounds:
         from lure.analysis.plots.sectors import plot_law_sector
 
         return plot_law_sector(law, self, ax=ax)
-
-    def _repr_html_(self) -> str:
-
-        return bounds_html(self)
 
     def __str__(self) -> str:
         return "\n".join(self.lines(*QUANTITIES))
@@ -402,13 +329,3 @@ def _told(found: Extreme, *, certified: bool) -> str:
         value = f"{short(found.inner, digits=10)} " if certified else ""  # else it is in the line above
         return f"{value}seen {found.where}; no bound is shown"
     return f"{found.where}, known to within {found.gap:.1e}"
-
-
-def _json(value: Bound) -> dict[str, object] | str:
-    if isinstance(value, float):
-        return "inf" if value > 0 else "-inf"
-    try:
-        nearest: object = float(value)
-    except OverflowError:
-        nearest = None
-    return {"exact": str(value), "double": nearest}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 from lure.analysis.nonlinearity.bounds import law_bounds
@@ -17,49 +16,41 @@ from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.nonlinearities import Quantiser
+from lure.record import Page, Record
+from lure.record import quantity as declared
 
 _HALVINGS = 200
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Violation:
-    """A chord slope, or a difference quotient, beyond a bound.
+def _exact(value: Fraction) -> dict[str, object]:
+    return {"exact": str(value), "double": as_double(value)}
 
-    Attributes
-    ----------
-    quantity : {"sector", "slope"}
-        Whether it is ``phi(sigma)/sigma`` or ``(phi(x) - phi(y))/(x - y)``.
-    points : tuple of Fraction
-        ``sigma``, or ``x`` and ``y``.
-    value : Fraction
-        The chord slope or difference quotient, to about 40 digits where the law has no rational values.
-    bound : Fraction or infinity
-        The bound that is passed.
-    evidence : Evidence
-        CERTIFIED if exact or ball arithmetic shows that the value is beyond the bound, OBSERVED for a function that
-        is known by the doubles it returns.
-    """
 
-    quantity: Quantity
-    points: tuple[Fraction, ...]
-    value: Fraction
-    bound: Bound
-    evidence: Evidence
+class Violation(Record):
+    """A chord slope, or a difference quotient, beyond a bound."""
 
-    def to_dict(self) -> dict[str, object]:
-        """Plain JSON."""
-        return {
-            "quantity": self.quantity,
-            "points": [{"exact": str(x), "double": as_double(x)} for x in self.points],
-            "value": {"exact": str(self.value), "double": as_double(self.value)},
-            "bound": str(self.bound),
-            "evidence": str(self.evidence),
-        }
+    quantity: Quantity = declared("Whether it is ``phi(sigma)/sigma`` or ``(phi(x) - phi(y))/(x - y)``")
+    points: tuple[Fraction, ...] = declared("``sigma``, or ``x`` and ``y``", plainly=lambda xs: [*map(_exact, xs)])
+    value: Fraction = declared(
+        "The chord slope or difference quotient, to about 40 digits where the law has no rational values",
+        plainly=_exact,
+    )
+    bound: Bound = declared("The bound that is passed", plainly=str)
+    evidence: Evidence = declared(
+        "CERTIFIED if exact or ball arithmetic shows that the value is beyond the bound, OBSERVED for a function that "
+        "is known by the doubles it returns"
+    )
 
-    def _repr_html_(self) -> str:
-        from lure.analysis.nonlinearity.result import violation_html
-
-        return violation_html(self)
+    def _page(self) -> Page:
+        ratio = "phi(sigma)/sigma" if self.quantity == "sector" else "(phi(x) - phi(y))/(x - y)"
+        rows = [
+            (ratio, short(self.value, digits=10)),
+            ("bound", short(self.bound, digits=10)),
+            ("at", ", ".join(short(point, digits=17) for point in self.points)),
+            ("evidence", self.evidence),
+        ]
+        verdict = "REFUTED" if self.evidence is Evidence.CERTIFIED else "OBSERVED"
+        return Page(f"a {self.quantity} bound is passed", rows, verdict=verdict)
 
     def __str__(self) -> str:
         sign = ">" if self.value > self.bound else "<"

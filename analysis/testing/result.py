@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -12,6 +11,8 @@ from typing import TYPE_CHECKING
 
 from lure.analysis.testing.subject import Subject
 from lure.analysis.verdict import Evidence
+from lure.record import Page, Record
+from lure.record import quantity as declared
 
 if TYPE_CHECKING:
     from lure.analysis.plots.style import Axes
@@ -19,38 +20,21 @@ if TYPE_CHECKING:
 _REMEMBERED = 20
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Checked:
-    """An assertion that passed, and what that rests on.
+class Checked(Record):
+    """An assertion that passed, and what that rests on."""
 
-    Attributes
-    ----------
-    claim : str
-        What was asserted, ``tanh lies in the sector [0, 1]``.
-    evidence : Evidence
-        CERTIFIED: shown for every ``sigma`` of the interval, by exact or ball arithmetic.  OBSERVED: no violation was
-        found where it was looked for, which says nothing about the other points.
-    how : str
-        What was checked.
-    points : int
-        How many values of the law were looked at; 0 where none had to be.
-    """
+    claim: str = declared("What was asserted, ``tanh lies in the sector [0, 1]``")
+    evidence: Evidence = declared(
+        "CERTIFIED: shown for every ``sigma`` of the interval, by exact or ball arithmetic. OBSERVED: no "
+        "violation was found where it was looked for, which says nothing about the other points"
+    )
+    how: str = declared("What was checked")
+    points: int = declared("How many values of the law were looked at; 0 where none had to be")
 
-    claim: str
-    evidence: Evidence
-    how: str
-    points: int
-
-    def to_dict(self) -> dict[str, object]:
-        """The result as plain JSON data."""
-        return {"claim": self.claim, "evidence": str(self.evidence), "how": self.how, "points": self.points}
-
-    def _repr_html_(self) -> str:
-        from lure.record import html_table
-
+    def _page(self) -> Page:
         rows = [("how", self.how), ("evidence", self.evidence), ("values of the law looked at", self.points)]
         seen = () if self.evidence is Evidence.CERTIFIED else ("Nothing is said about the points not looked at.",)
-        return html_table(self.claim, rows, verdict=str(self.evidence).upper(), notes=seen)
+        return Page(self.claim, rows, verdict=str(self.evidence).upper(), notes=seen)
 
     def __str__(self) -> str:
         return f"{self.claim}: {self.how} ({self.evidence})"
@@ -77,53 +61,24 @@ class History:
 HISTORY = History()
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Violation:
-    """A point, or a pair of points, at which a law breaks what was asserted.
+class Violation(Record):
+    """A point, or a pair of points, at which a law breaks what was asserted."""
 
-    Attributes
-    ----------
-    kind : str
-        ``sector``, ``slope`` or ``odd``.
-    name : str
-        What the law is called.
-    claim, denial : str
-        What was asserted, and that it is not so.
-    quantity : str
-        What was measured, ``phi(sigma)/sigma``.
-    sigma, phi : tuple of float
-        The point or the pair, and the values there.
-    found : float
-        The quantity there.
-    lower, upper : float or Fraction
-        What it was allowed to be.
-    tolerance : float
-        By how much it was allowed to miss.
-    slope : float
-        Slope of the law at ``sigma``, a difference quotient; NaN if it has none.
-    on : tuple of float
-        The interval on which it was asserted.
-    how : str
-        How the violation was found, and what else is known.
-    subject : Subject
-        The law, for plots.
-    """
-
-    kind: str
-    name: str
-    claim: str
-    denial: str
-    quantity: str
-    sigma: tuple[float, ...]
-    phi: tuple[float, ...]
-    found: float
-    lower: float | Fraction
-    upper: float | Fraction
-    tolerance: float
-    slope: float
-    on: tuple[float, float]
-    how: str
-    subject: Subject = field(repr=False)
+    kind: str = declared("``sector``, ``slope`` or ``odd``")
+    name: str = declared("What the law is called")
+    claim: str = declared("What was asserted")
+    denial: str = declared("That it is not so")
+    quantity: str = declared("What was measured, ``phi(sigma)/sigma``")
+    sigma: tuple[float, ...] = declared("The point or the pair")
+    phi: tuple[float, ...] = declared("The values there")
+    found: float = declared("The quantity there")
+    lower: float | Fraction = declared("The least it was allowed to be")
+    upper: float | Fraction = declared("The largest it was allowed to be")
+    tolerance: float = declared("By how much it was allowed to miss")
+    slope: float = declared("Slope of the law at ``sigma``, a difference quotient; NaN if it has none")
+    on: tuple[float, float] = declared("The interval on which it was asserted")
+    how: str = declared("How the violation was found, and what else is known")
+    subject: Subject = declared("The law, for plots", key="")
 
     @property
     def bound(self) -> float | Fraction:
@@ -152,13 +107,6 @@ class Violation:
         x0, y0 = (self.sigma[0], self.phi[0]) if self.kind == "slope" else (0.0, 0.0)
         return [(x0, y0, float(slope)) for slope in (self.lower, self.upper) if abs(slope) != math.inf]
 
-    def to_dict(self) -> dict[str, object]:
-        """The violation as plain JSON data, without the law itself; infinite numbers are the text ``inf``."""
-        from lure.record import plain
-
-        names = ("kind", "name", "claim", "denial", "quantity", "sigma", "phi", "found", "lower", "upper", "tolerance")
-        return {name: plain(getattr(self, name)) for name in (*names, "slope", "on", "how")}
-
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """The law, the lines that bound it and the point; see :func:`lure.analysis.plots.plot_violation`.
 
@@ -171,9 +119,7 @@ class Violation:
 
         return plot_violation(self, ax=ax)
 
-    def _repr_html_(self) -> str:
-        from lure.record import html_table
-
+    def _page(self) -> Page:
         rows = [
             (self.quantity, f"{self.found:.10g}"),
             ("allowed", f"{float(self.lower):.10g} to {float(self.upper):.10g}"),
@@ -181,7 +127,7 @@ class Violation:
             ("phi(sigma)", ", ".join(f"{value:.17g}" for value in self.phi)),
             ("how", self.how),
         ]
-        return html_table(self.denial, rows, verdict="VIOLATED")
+        return Page(self.denial, rows, verdict="VIOLATED")
 
     def save(self, path: Path) -> None:
         """Draw the law and the point into a file.

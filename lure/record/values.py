@@ -163,7 +163,9 @@ class Column(NamedTuple):
         """The same as xarray takes it, with values of its own."""
         import numpy as np
 
-        return self.dims, np.array(self.values), {"units": self.unit, "long_name": self.meaning, **(self.more or {})}
+        text = isinstance(self.values, tuple | list) and any(isinstance(value, str) for value in self.values)
+        values = np.array(self.values, dtype=object if text else None)
+        return self.dims, values, {"units": self.unit, "long_name": self.meaning, **(self.more or {})}
 
 
 def dataset(

@@ -134,7 +134,7 @@ class PaperTable(Record):
         for peak in self.peaks:
             for name, values in found.items():
                 values[figures.index(peak.figure), variants.index(peak.variant)] = getattr(peak, name)
-        both, titles = ("figure", "variant"), np.array([TITLES[variant] for variant in variants], dtype=object)
+        both, titles = ("figure", "variant"), [TITLES[variant] for variant in variants]
         models = ["the rod itself" if row.cells is None else f"scheme, N = {row.cells}" for row in self.settling]
         return super()._columns() | {
             "largest_z": Column(both, found["largest_z"], "m", "largest z = u(t, L) - gap on [0, 5 s]; nan if not run"),

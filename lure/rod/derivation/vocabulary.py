@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import sympy as sp
 
 from lure.errors import InputError
-from lure.record import html_table
+from lure.record import Page, Record, derived, quantity
 
 Form = Literal["corrected", "as-printed"]
 FORMS: tuple[Form, ...] = ("corrected", "as-printed")
@@ -30,83 +29,49 @@ IMPEDANCE = area * sp.sqrt(rho * E)  # Z [N s/m]
 _MARK = sp.Symbol("lambda")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Step:
-    """One step of the derivation.
+class Step(Record):
+    """One step of the derivation."""
 
-    Attributes
-    ----------
-    title : str
-        What is being done.
-    statement : str
-        The formula claimed, with its equation number in the paper.
-    residual : sympy.Expr
-        Derived minus claimed, simplified.  Several claims in one step are the coefficients of a polynomial in
-        ``lambda``, so that the residual is zero only if every one of them is.
-    """
-
-    title: str
-    statement: str
-    residual: sp.Expr
+    title: str = quantity("What is being done")
+    statement: str = quantity("The formula claimed, with its equation number in the paper")
+    residual: sp.Expr = quantity(
+        "Derived minus claimed, simplified.  Several claims in one step are the coefficients of a polynomial in "
+        "``lambda``, so that the residual is zero only if every one of them is",
+        plainly=str,
+    )
 
     @property
+    @derived()
     def holds(self) -> bool:
         """Whether the residual simplified to zero; ``False`` leaves the residual to look at."""
         return bool(self.residual == 0)
 
-    def to_dict(self) -> dict[str, object]:
-        """The step as plain JSON data, formulas as text."""
-        return {
-            "title": self.title,
-            "statement": self.statement,
-            "residual": str(self.residual),
-            "holds": self.holds,
-        }
-
-    def _repr_html_(self) -> str:
+    def _page(self) -> Page:
         rows = [("claim", self.statement), ("residual", self.residual)]
-        return html_table(self.title, rows, verdict="HOLDS" if self.holds else "OPEN")
+        return Page(self.title, rows, verdict="HOLDS" if self.holds else "OPEN")
 
     def __str__(self) -> str:
         """One line: the claim, and what remains of it."""
         return f"{self.title}: {self.statement} [residual {self.residual}]"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Misprint:
-    """A formula of the paper that does not follow from its own premises.
+class Misprint(Record):
+    """A formula of the paper that does not follow from its own premises."""
 
-    Attributes
-    ----------
-    where : str
-        Equation numbers of the paper.
-    printed : sympy.Expr
-        As printed.
-    corrected : sympy.Expr
-        The same quantity as the derivation gives it.
-    explanation : str
-        Which premise decides, and how.
-    """
-
-    where: str
-    printed: sp.Expr
-    corrected: sp.Expr
-    explanation: str
+    where: str = quantity("Equation numbers of the paper")
+    printed: sp.Expr = quantity("As printed", plainly=str)
+    corrected: sp.Expr = quantity("The same quantity as the derivation gives it", plainly=str)
+    explanation: str = quantity("Which premise decides, and how")
 
     @property
+    @derived(plainly=str)
     def difference(self) -> sp.Expr:
         """``printed - corrected``, simplified; not identically zero."""
         return sp.factor(sp.simplify(self.printed - self.corrected))
 
-    def to_dict(self) -> dict[str, str]:
-        """The row of the misprint table as plain JSON data, formulas as text."""
-        names = ("where", "printed", "corrected", "difference", "explanation")
-        return {name: str(getattr(self, name)) for name in names}
-
-    def _repr_html_(self) -> str:
-        names = ("printed", "corrected", "difference")
-        rows = [(name, getattr(self, name)) for name in names]
-        return html_table(f"misprint in {self.where}", rows, notes=(self.explanation,))
+    def _page(self) -> Page:
+        rows = [(name, getattr(self, name)) for name in ("printed", "corrected", "difference")]
+        return Page(f"misprint in {self.where}", rows, notes=(self.explanation,))
 
     def __str__(self) -> str:
         """One line: where, what is printed, what it should be, why."""
