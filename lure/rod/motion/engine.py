@@ -198,8 +198,9 @@ class Engine:
                 found = search.after(trip, wave, state)
                 pace = min(2 * pace, _MOST_PACE)
                 if found is not None:
-                    if len(found.interval) > search.worth(state, len(wave.series), found.interval.powers.map.degree):
-                        pace = 2
+                    worth = search.worth(state, len(wave.series), found.interval.powers.map.degree)
+                    if len(found.interval) > worth:
+                        pace = max(2, worth // 4)  # an interval that a search is worth does not begin at every event
                     skipped(self.f, self.q, self._problem, found)
                     yield found.interval
                     continue
