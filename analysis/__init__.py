@@ -1,5 +1,23 @@
 """What can be said about a Lur'e loop, by what means, and with which margin."""
 
+from lure.extensions import extend
 from lure.lazy import lazy_exports
 
 __getattr__, __dir__, __all__ = lazy_exports(__name__, __file__)
+
+extend(
+    "drawing",
+    {
+        "lure.analysis.describing:DescribingHint": "lure.analysis.plots.responses:plot_hint",
+        "lure.analysis.graphical.nyquist:NyquistResponse": "lure.analysis.plots.responses:plot_nyquist_response",
+        "lure.analysis.graphical.popov:PopovResponse": "lure.analysis.plots.responses:plot_popov_response",
+        "lure.analysis.measured.compliance_fit:ComplianceFit": "lure.analysis.plots.measured:plot_compliance",
+        "lure.analysis.measured.measured_sector:MeasuredSector": "lure.analysis.plots.measured:plot_measured",
+        "lure.analysis.measured.measurements:Measurements": "lure.analysis.plots.measured:plot_measurements",
+        "lure.analysis.nonlinearity.result:LawBounds": "lure.analysis.plots.sectors:plot_law_sector",
+        "lure.analysis.questions.largest:Largest": "lure.analysis.plots.loops:plot_reach",
+        "lure.analysis.questions.table:LoopAnalysis": "lure.analysis.plots.loops:plot_reach",
+        "lure.analysis.testing.result:Violation": "lure.analysis.plots.sectors:plot_violation",
+    },
+)
+extend("file", {"builtins:object": "lure.analysis.plots.style:render"})

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lure.analysis.drawing import drawing
 from lure.analysis.inequality.plant import Plant, closed_loop_poles
 from lure.analysis.numerics.polynomial import exact_midpoint, real_roots, to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence
@@ -24,7 +25,7 @@ from lure.record import html_table, plain, xarray_or_refusal
 if TYPE_CHECKING:
     import xarray
 
-    from lure.analysis.plots.style import Axes
+    from lure.analysis.drawing import Axes
     from lure.plants.rational import RationalBlock
 
 # The gain of a law for the first harmonic of a sinusoid.
@@ -265,9 +266,8 @@ class DescribingHint:
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.responses import plot_hint
-
-        return plot_hint(self, ax=ax)
+        made: Axes = drawing(self)(self, ax=ax)
+        return made
 
     def _repr_html_(self) -> str:
         words = {True: "perhaps attracting", False: "perhaps repelling", None: "of unknown kind"}

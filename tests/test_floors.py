@@ -3,10 +3,15 @@
 import ast
 import re
 from collections import Counter, defaultdict
-from functools import cache
+from fractions import Fraction
+from functools import cache, partial
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+
+from lure.analysis.drawing import drawing
+from lure.extensions import SERVED, extension
 
 ROOT = Path(__file__).parents[1]
 ROD = {"lure/rod", "analysis/rod"}
@@ -15,21 +20,16 @@ TOP = {"lure", "analysis"}
 DEBTS = {  # (room, room it may not import): modules that do; entries may only shrink
     ("lure/loop", "lure/rod"): 1,
     ("lure/files", "lure/rod"): 5,
-    ("analysis/nonlinearity", "analysis/plots"): 1,
-    ("analysis/testing", "analysis/plots"): 1,
     ("analysis/inequality", "lure/rod"): 1,
     ("analysis/theorems", "lure/rod"): 1,
     ("analysis/theorems", "analysis/rod"): 1,
     ("analysis/certificates", "analysis/questions"): 2,
     ("analysis/certificates", "lure/rod"): 4,
     ("analysis/certificates", "analysis/rod"): 1,
-    ("analysis/questions", "analysis/plots"): 2,
     ("analysis/questions", "lure/rod"): 7,
     ("analysis/questions", "analysis/rod"): 2,
-    ("analysis/describing", "analysis/plots"): 1,
-    ("analysis/graphical", "analysis/plots"): 4,
+    ("analysis/graphical", "analysis/plots"): 1,
     ("analysis/graphical", "lure/rod"): 4,
-    ("analysis/measured", "analysis/plots"): 4,
     ("analysis/plots", "lure/rod"): 3,
     ("analysis/plots", "analysis/rod"): 1,
     ("analysis/report", "lure/rod"): 6,
@@ -180,3 +180,17 @@ def test_imports_point_down_and_no_general_room_knows_the_rod():
 
 def test_no_circle_between_rooms():
     assert in_circles(pair for pair in arrows() if pair not in DEBTS) == set()
+
+
+def test_whoever_serves_a_type_from_above_is_there_and_so_is_the_type():
+    assert {"drawing", "file"} <= set(SERVED)
+    for place in (place for served in SERVED.values() for pair in served.items() for place in pair):
+        module, name = place.split(":")
+        assert hasattr(import_module(module), name), place
+
+
+def test_the_nearest_base_that_is_served_is_found_and_else_nothing():
+    assert extension("file", partial(print)).__name__ == "render"
+    assert extension("drawing", Fraction(1)) is None
+    with pytest.raises(TypeError, match="no drawing of a Fraction"):
+        drawing(Fraction(1))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lure.analysis.drawing import drawing
 from lure.analysis.graphical.axis import Drawable, axis_values, drawable
 from lure.analysis.graphical.supporting_proof import (
     ROD,
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     import control
     import xarray
 
-    from lure.analysis.plots.responses import Axes
+    from lure.analysis.drawing import Axes
 
 # What a Nyquist plot shows, and what stands behind it.
 
@@ -169,9 +170,8 @@ class NyquistResponse:
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.responses import plot_nyquist_response
-
-        return plot_nyquist_response(self, ax=ax)
+        made: Axes = drawing(self)(self, ax=ax)
+        return made
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data, the curve with it; infinite numbers are the text ``inf``."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.analysis.drawing import drawing
 from lure.analysis.verdict import Answer, Evidence, Verdict
 from lure.errors import InputError
 from lure.exact import exact_number
@@ -22,8 +23,8 @@ from lure.record import plain, xarray_or_refusal
 from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
+    from lure.analysis.drawing import Draw
     from lure.analysis.graphical.axis import Drawable
-    from lure.analysis.plots.style import Draw
 
 # What the two responses share: the least value drawn, what stands behind the drawing, and its plain forms.
 
@@ -229,10 +230,8 @@ def with_figure(draw: Draw, table: str, *, alt: str) -> str:
     alt : str
         What the figure shows, for who cannot see it; also what its identifiers are salted with.
     """
-    from lure.analysis.plots.style import render
-
     name = "figure-" + hashlib.sha256((alt + table).encode()).hexdigest()[:12]
-    svg = render(draw, name=name, size=(5.4, 3.8)).svg
+    svg: str = drawing(draw, task="file")(draw, name=name, size=(5.4, 3.8)).svg
     label = f'role="img" aria-label="{html.escape(alt)}" style="max-width:100%;height:auto"'
     svg = svg[svg.index("<svg") :].replace("<svg", f"<svg {label}", 1)
     return f'<figure style="margin:0;max-width:40em">{svg}</figure>{table}'

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lure.analysis.drawing import drawing
 from lure.analysis.measured.mean_law import Noise
 from lure.analysis.measured.measured_sector import Outlier, left_out
 from lure.analysis.measured.measurements import Direction, Measurements
@@ -17,7 +18,7 @@ from lure.nonlinearities.protocol import NormalCompliance
 from lure.record import Column, Page, Record, derived, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.plots.measured import Axes
+    from lure.analysis.drawing import Axes
 
 NAMES = ("eps", "gap", "m")
 _MISFIT = 0.01
@@ -105,9 +106,8 @@ class ComplianceFit(Record):
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.measured import plot_compliance
-
-        return plot_compliance(self, ax=ax)
+        made: tuple[Axes, Axes] = drawing(self)(self, ax=ax)
+        return made
 
     def to_dict(self) -> dict[str, Any]:
         """The fit as plain data; infinite numbers are the text ``inf``."""

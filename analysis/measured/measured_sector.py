@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lure.analysis.drawing import drawing
 from lure.analysis.measured.mean_law import BENT, MeanLaw
 from lure.analysis.measured.measurements import SHOWN, Measurements
 from lure.analysis.verdict import Evidence
@@ -14,7 +15,7 @@ from lure.classes import Sector, SlopeBounds
 from lure.record import Column, Page, Record, derived, plain, quantity, rounded
 
 if TYPE_CHECKING:
-    from lure.analysis.plots.measured import Axes
+    from lure.analysis.drawing import Axes
 
 _SIDES = ("lower", "upper", "slope_lower", "slope_upper")
 _ASSUMED = (
@@ -197,9 +198,8 @@ class MeasuredSector(Record):
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.measured import plot_measured
-
-        return plot_measured(self, ax=ax)
+        made: tuple[Axes, Axes] = drawing(self)(self, ax=ax)
+        return made
 
     def to_dict(self) -> dict[str, Any]:
         """The result as plain data; infinite numbers are the text ``inf``."""

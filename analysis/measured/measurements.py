@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lure.analysis.drawing import drawing
 from lure.errors import InputError
 from lure.record import Column, Page, Record, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.plots.style import Axes
+    from lure.analysis.drawing import Axes
 
 Array = NDArray[np.float64]
 _LOAD_UNITS = ("N", "Pa", "N m", "V", "A", "1")
@@ -206,9 +207,8 @@ class Measurements(Record):
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.measured import plot_measurements
-
-        return plot_measurements(self, ax=ax)
+        made: Axes = drawing(self)(self, ax=ax)
+        return made
 
     def __len__(self) -> int:
         return self.displacement.size

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lure.analysis.drawing import drawing
 from lure.analysis.measured.compliance import fit_compliance
 from lure.analysis.measured.compliance_fit import ComplianceFit
 from lure.analysis.measured.measured_sector import MeasuredSector
@@ -17,7 +18,7 @@ from lure.record import Record, quantity
 if TYPE_CHECKING:
     import xarray
 
-    from lure.analysis.plots.measured import Axes
+    from lure.analysis.drawing import Axes
 
 SCHEMA = "lure-measured/1"
 
@@ -41,9 +42,8 @@ class MeasuredReport(Record):
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.measured import plot_measured
-
-        return plot_measured(self.sector, fit=self.fit, ax=ax)
+        made: tuple[Axes, Axes] = drawing(self.sector)(self.sector, fit=self.fit, ax=ax)
+        return made
 
     def to_dict(self) -> dict[str, Any]:
         """The report as plain data."""

@@ -6,6 +6,7 @@ import math
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from lure.analysis.drawing import drawing
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector, SlopeBounds
@@ -13,7 +14,7 @@ from lure.errors import AssumptionError
 from lure.record import Column, Page, Record, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.plots.style import Axes
+    from lure.analysis.drawing import Axes
 
 _SIDES = ("sector_lower", "sector_upper", "slope_lower", "slope_upper")
 
@@ -219,9 +220,8 @@ class LawBounds(Record):
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.sectors import plot_law_sector
-
-        return plot_law_sector(law, self, ax=ax)
+        made: Axes = drawing(self)(law, self, ax=ax)
+        return made
 
     def __str__(self) -> str:
         return "\n".join(self.lines(*QUANTITIES))

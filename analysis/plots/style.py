@@ -7,7 +7,9 @@ import math
 import re
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
+
+from lure.analysis.drawing import Draw as Draw
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
@@ -167,13 +169,6 @@ _SETTINGS: dict[str, object] = {
 }
 _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
 _PATH_DATA = re.compile(r' d="[^"]*"')
-
-
-class Draw(Protocol):
-    """A plot function with its results bound, e.g. ``partial(plot_spectrum, scheme)``."""
-
-    def __call__(self, *, ax: Axes) -> object:
-        """Draw on ``ax``."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

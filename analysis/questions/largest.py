@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from lure.analysis.certificates.arithmetic import extended
+from lure.analysis.drawing import drawing
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below, json_number
 from lure.analysis.questions.conclusion import Conclusion, MismatchError
 from lure.analysis.theorems.table import Question
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     import xarray
 
     from lure.analysis.certificates.checker import Proved, Refuted
-    from lure.analysis.plots.responses import Axes
+    from lure.analysis.drawing import Axes
     from lure.analysis.questions.table import LoopAnalysis
 
 # Answers as tables for a notebook and as datasets: the verdict, what it rests on, and what it does not say.
@@ -400,10 +401,10 @@ class Largest:
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.loops import plot_reach
         from lure.analysis.questions.table import class_name
 
-        return plot_reach([self], [class_name(self)], ax=ax)
+        made: Axes = drawing(self)([self], [class_name(self)], ax=ax)
+        return made
 
     def to_xarray(self) -> xarray.Dataset:
         """Every criterion that was tried, over the dimension ``criterion``.

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from lure.analysis.certificates.sealing import Failure, guarded
 from lure.analysis.deadline import check_seconds, time_limit
+from lure.analysis.drawing import drawing
 from lure.analysis.inequality.gains import GainInterval, gain_intervals
 from lure.analysis.inequality.plant import Case, Plant
 from lure.analysis.numerics.doubles import json_number
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.codes import Code
-    from lure.analysis.plots.responses import Axes
+    from lure.analysis.drawing import Axes
     from lure.classes import LawClass
 
 # A loop's analysis as plain data, the ``loop`` part of ``report.json``.
@@ -313,9 +314,8 @@ class LoopAnalysis:
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.loops import plot_reach
-
-        return plot_reach(self.rows, [class_name(row) for row in self.rows], ax=ax)
+        made: Axes = drawing(self)(self.rows, [class_name(row) for row in self.rows], ax=ax)
+        return made
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; infinite numbers are the text ``inf``."""

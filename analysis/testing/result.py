@@ -9,13 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lure.analysis.drawing import drawing
 from lure.analysis.testing.subject import Subject
 from lure.analysis.verdict import Evidence
 from lure.record import Page, Record
 from lure.record import quantity as declared
 
 if TYPE_CHECKING:
-    from lure.analysis.plots.style import Axes
+    from lure.analysis.drawing import Axes
 
 _REMEMBERED = 20
 
@@ -115,9 +116,8 @@ class Violation(Record):
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        from lure.analysis.plots.sectors import plot_violation
-
-        return plot_violation(self, ax=ax)
+        made: Axes = drawing(self)(self, ax=ax)
+        return made
 
     def _page(self) -> Page:
         rows = [
@@ -137,10 +137,7 @@ class Violation(Record):
         path : Path
             A name that ends in ``.png`` or ``.svg``; folders are made, and a file of this name is replaced.
         """
-        from lure.analysis.plots.sectors import plot_violation
-        from lure.analysis.plots.style import render
-
-        picture = render(partial(plot_violation, self), name=self.claim)
+        picture = drawing(self, task="file")(partial(drawing(self), self), name=self.claim)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(picture.png if path.suffix == ".png" else picture.svg.encode())
 

@@ -1,0 +1,39 @@
+"""Drawings as a result sees them: it asks for its own, and imports neither the plots nor matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+from lure.extensions import extension
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as Axes
+
+
+class Draw(Protocol):
+    """A plot function with its results bound, e.g. ``partial(plot_spectrum, scheme)``."""
+
+    def __call__(self, *, ax: Axes) -> object:
+        """Draw on ``ax``."""
+
+
+def drawing(of: object, *, task: str = "drawing") -> Callable[..., Any]:
+    """The function that draws a result, or does another task of a drawing for it.
+
+    Parameters
+    ----------
+    of : object
+        The result.
+    task : str
+        ``drawing``, or ``file`` for a picture of what a :class:`Draw` draws.
+
+    Raises
+    ------
+    TypeError
+        No room says how to draw it.
+    """
+    found = extension(task, of)
+    if found is None:
+        raise TypeError(f"there is no {task} of a {type(of).__name__}")
+    return found
