@@ -27,7 +27,7 @@ from lure.analysis.rod.comparison import compare as compare
 from lure.analysis.rod.response import basin as basin
 from lure.analysis.rod.response import bifurcation as bifurcation
 from lure.analysis.rod.response import resting_place as resting_place
-from lure.analysis.rod.simulation import simulate as simulate
+from lure.analysis.rod.trajectories import simulate as simulate
 from lure.analysis.theorems.passivity import passivity_indices as passivity_indices
 from lure.analysis.verdict import Bracket as Bracket
 from lure.analysis.verdict import Evidence as Evidence

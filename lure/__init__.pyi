@@ -1,3 +1,9 @@
+from lure.analysis.questions import analyse as analyse
+from lure.analysis.questions import max_sector as max_sector
+from lure.analysis.questions import max_slope as max_slope
+from lure.analysis.questions.certify import certify as certify
+from lure.analysis.report import report as report
+from lure.analysis.rod.trajectories import simulate as simulate
 from lure.classes import LawClass as LawClass
 from lure.classes import Sector as Sector
 from lure.classes import SlopeBounds as SlopeBounds

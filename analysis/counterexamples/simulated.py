@@ -158,15 +158,43 @@ def simulate_loop(block: Block, law: Law, x0: ArrayLike, until: float, *, sample
     >>> print(f"sigma({motion.t[-1]:.0f}) = {motion.sigma[-1]:.5f}, from {motion.sigma[0]:.0f}: observed, no proof")
     sigma(40) = -0.00051, from 1: observed, no proof
     """
-    system = realisation(block)
+    dt = float(block.dt) if isinstance(block, RationalBlock) and block.dt is not None else None
+    return solution(realisation(block), law, x0, until, dt=dt, samples=samples)
+
+
+def solution(  # noqa: PLR0913  (equations, law, from where, how far, and two settings)
+    system: Realisation, law: Law, x0: ArrayLike, until: float, *, dt: float | None, samples: int
+) -> Motion:
+    """The same for state equations.
+
+    Parameters
+    ----------
+    system : Realisation
+        The equations.
+    law : Graph, law of the library or callable
+        ``phi``.
+    x0 : array_like
+        (n,) first state.
+    until : float
+        Last instant [s].
+    dt : float or None
+        Sampling time [s]; None in continuous time.
+    samples : int
+        Number of instants recorded, in continuous time.
+
+    Raises
+    ------
+    InputError
+        As for :func:`simulate_loop`.
+    """
     start = np.asarray(x0, dtype=float).ravel()
     if start.shape != (system.order,) or not np.isfinite(start).all():
-        raise InputError(f"simulate_loop.x0 has shape {start.shape}; give {system.order} finite numbers")
+        raise InputError(f"x0 has shape {start.shape}; give {system.order} finite numbers")
     if not 0 < until < math.inf:
-        raise InputError(f"simulate_loop.until is {until:g}; give a positive time")
+        raise InputError(f"until is {until:g}; give a positive time")
     graph = graph_of(law)
-    if isinstance(block, RationalBlock) and block.dt is not None:
-        return _recursion(system, law, start, until, float(block.dt))
+    if dt is not None:
+        return _recursion(system, law, start, until, dt)
     instants = np.linspace(0.0, until, samples)
     if graph is not None and not graph.is_line:
         return followed(PiecewiseLoop.of(system, graph), start, instants)

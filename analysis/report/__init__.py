@@ -12,3 +12,5 @@ from lure.analysis.report.model import Simulation as Simulation
 from lure.analysis.report.model import StabilityReport as StabilityReport
 from lure.analysis.report.output import write_report as write_report
 from lure.analysis.report.reporting import report_on as report_on
+
+report = report_on  # its name in lure, where no module is in the way
