@@ -1,4 +1,4 @@
-"""lure.rod.motion, the compiled engine: the numbers of the plain path, whatever is kept and however it is cut in
+"""lure.rod.motion, the kernel compiled and as it stands: the same numbers, whatever is kept and however it is cut in
 chunks."""
 
 import os
@@ -77,6 +77,21 @@ def test_compiled_and_plain_give_the_same_motion(case):
     for a, b in zip(first, second, strict=True):
         assert (a.impulse, a.peak_stress) == pytest.approx((b.impulse, b.peak_stress), rel=1e-8, abs=1e-9)
         assert (a.start, a.closed) == (pytest.approx(b.start, abs=1e-8), b.closed)
+
+
+@WITH_NUMBA
+@pytest.mark.slow
+@pytest.mark.parametrize("exponent", [0.5, 1.5, 2.0])
+def test_power_laws_are_the_same_compiled(exponent):
+    rod = other_rod(compliance=1e-3, exponent=exponent)
+    ours, theirs = (exact_motion(rod, LOADED, 12.0, numerics=n) for n in (COMPILED, PLAIN))
+    assert (ours.compiled, theirs.compiled) == (True, False)
+    place, stress = differences(ours, theirs)
+    assert place < 1e-13
+    assert stress < 1e-10
+    assert [i.closed for i in ours.impacts] == [i.closed for i in theirs.impacts] != []
+    for a, b in zip(ours.impacts, theirs.impacts, strict=True):
+        assert (a.start, a.impulse, a.peak_stress) == pytest.approx((b.start, b.impulse, b.peak_stress), rel=1e-11)
 
 
 SAME_CODE = """
