@@ -3,21 +3,28 @@
 from functools import cache, partial
 
 import numpy as np
+import sympy
 from motions import unit_rod
 
-from lure import Scenario, Sector, exact_motion, upwind
-from lure.analysis.measured import example_measurements, fit_compliance, margin_of, report_of, sector_of
+from lure import Scenario, Sector, builtin_system, exact_motion, upwind
+from lure.analysis.measured import Measurements, example_measurements, fit_compliance, margin_of, report_of, sector_of
 from lure.analysis.nonlinearity import law_bounds, violation
 from lure.analysis.rod.comparison import compare
+from lure.analysis.rod.comparison.settling_claim import from_closed_form
 from lure.analysis.rod.confirmation import confirmation
-from lure.analysis.rod.response import Plan, Sweep, basin, bifurcation, response
-from lure.analysis.rod.runs import Request, perform
+from lure.analysis.rod.paper import PaperClaim, PaperTable, Peak
+from lure.analysis.rod.paper.settling import scheme_settling
+from lure.analysis.rod.response import Plan, Sweep, basin, bifurcation, response, resting_place
+from lure.analysis.rod.response.separation import separation
+from lure.analysis.rod.runs import Request, perform, sampled_motion
 from lure.analysis.rod.simulation import simulate
+from lure.analysis.rod.spectrum import rod_spectrum
 from lure.analysis.testing import LawViolation, assert_in_sector
+from lure.analysis.verdict import Evidence
 from lure.expressions import Expression
 from lure.files import find_system
-from lure.rod.cellular import CellularNetwork, Template
-from lure.rod.derivation import misprints
+from lure.rod.cellular import CellularNetwork, Template, chua_yang, edge_network
+from lure.rod.derivation import Step, misprints
 from lure.rod.galerkin import convergence, formula_state, galerkin
 from lure.rod.scheme import structured_motion
 
@@ -136,6 +143,26 @@ def broken():
     raise AssertionError("2 x lies in no sector [0, 1]")
 
 
+PAPER = builtin_system("paper-rod")
+
+
+def paper():
+    yes = dict.fromkeys(("key", "where", "claim", "as_printed", "corrected", "rod", "sentence"), "z < 0")
+    claim = PaperClaim(**yes, survives=False, evidence=Evidence.COMPUTED)
+    told = {"cells": None, "form": None, "amplitude": 1.0, "at": 2.0, "contacts": 3, "evidence": Evidence.COMPUTED}
+    peak = Peak(figure=8, variant="rod", largest_z=0.5, **told)
+    return PaperTable(claims=(claim,), peaks=(peak,), settling=(scheme_settling(PAPER.rod, PAPER.scenario, 10),))
+
+
+def memory():
+    """A loop: loading and unloading differ by more than noise."""
+    up = np.linspace(-2e-4, 1e-3, 120)
+    u = np.concatenate([up, up[::-1]])
+    bulge = 10 * np.clip(1 - np.abs(u - 5e-4) / 5e-4, 0, 1) * (np.arange(240) >= 120)
+    load = 1e5 * np.maximum(u, 0) - bulge + np.random.default_rng(0).standard_normal(240)
+    return sector_of(Measurements.from_arrays(u, load))
+
+
 RESULTS = {
     "exact motion": motion,
     "impact": lambda: motion().impacts[0],
@@ -166,4 +193,13 @@ RESULTS = {
     "checked": lambda: assert_in_sector("x/2", Sector(0, 1)),
     "broken": broken,
     "misprint": lambda: misprints()[0],
+    "step": lambda: Step(title="energy", statement="E' = -k v^2", residual=sympy.Symbol("x")),
+    "Chua and Yang": lambda: chua_yang(edge_network((3, 3))),
+    "spectrum": lambda: rod_spectrum(scheme()),
+    "paper": paper,
+    "settling": lambda: from_closed_form("scheme", scheme_settling(STRUCK.rod, PAPER.scenario, 10)),
+    "sampled fields": lambda: sampled_motion(motion(), 5, places=3),
+    "separation": lambda: separation(*np.random.default_rng(0).standard_normal((2, 9, 4)), 1.0),
+    "resting place": lambda: resting_place(unit_rod(damping=0.5, compliance=0.01), Scenario.parse(velocity=1)),
+    "memory": cache(memory),
 }

@@ -71,15 +71,6 @@ def read(result):
     return reader, "".join(reader.text)
 
 
-@pytest.mark.parametrize("name", RESULTS)
-def test_every_table_is_well_formed_and_runs_nothing(name):
-    reader, text = read(RESULTS[name]())
-    assert {"table", "caption", "th", "td"} <= reader.tags
-    assert not {"script", "style", "iframe", "a", "svg"} & reader.tags
-    assert "object at 0x" not in text
-    assert " nan" not in text
-
-
 @pytest.mark.parametrize("name", SAYS)
 def test_a_table_says_what_it_is_about_and_on_which_evidence(name):
     about, evidence = SAYS[name]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 
 from lure.arrays import Reals, np
 from lure.errors import InputError
@@ -51,7 +52,7 @@ class Subject:
 
     name: str
     law: object
-    call: Callable[..., object]
+    call: Callable[..., object] = field(compare=False)
     known: bool = False
     breakpoints: tuple[float, ...] = ()
     vectorised: bool = True
@@ -126,8 +127,7 @@ def subject(phi: object) -> Subject:
         phi = _parsed(phi)
     if isinstance(phi, Expression):
         variable = next(iter(names(phi.tree)), phi.variables[0])
-        expression = phi
-        return Subject(str(phi)[:60], phi, lambda sigma: expression(**{variable: sigma}), known=True)
+        return Subject(str(phi)[:60], phi, partial(_value, phi, variable), known=True)
     if not callable(phi):
         raise InputError(
             f"phi is {phi!r:.60}; give a function, a law of lure.nonlinearities or a formula in sigma as text"
@@ -139,6 +139,10 @@ def subject(phi: object) -> Subject:
     found.vectorised = known or _takes_arrays(found)
     found.coarseness = 1.0 if known else _coarseness(found)
     return found
+
+
+def _value(expression: Expression, variable: str, sigma: object) -> object:
+    return expression(**{variable: sigma})
 
 
 def _parsed(text: str) -> Expression:

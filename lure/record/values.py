@@ -333,6 +333,11 @@ def by_value(kind: type[T]) -> type[T]:
     def hashed(self: T) -> int:
         return hash(_digest(self))
 
+    def state(self: T) -> dict[str, Any]:
+        return {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]
+
+    if not hasattr(kind, "__slots__"):  # without what cached properties keep, which is made again
+        setattr(kind, "__getstate__", state)  # noqa: B010
     setattr(kind, "__eq__", equal)  # noqa: B010
     setattr(kind, "__hash__", hashed)  # noqa: B010
     return kind
@@ -375,7 +380,7 @@ def _same_arrays(one: object, other: object) -> bool:
 
 def _digest(value: object) -> object:
     """Something that can be hashed, equal where the values are the same."""
-    if isinstance(value, int | float | str | bytes | None):
+    if isinstance(value, int | float | Fraction | str | bytes | None):
         return value if value == value else "nan"
     if is_dataclass(value):
         parts = (_digest(getattr(value, field.name)) for field in fields(value) if field.compare)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.expressions import Expression
+from lure.record import by_value
 from lure.rod.galerkin.spaces import NonuniformRod, Quadrature, Space, SpaceName, interior_breakpoints, quadrature
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
@@ -26,6 +27,7 @@ Array = NDArray[np.float64]
 _ROUNDING, _ASIDE, _JUMP = 1e-15, 1e-9, 1e-6
 
 
+@by_value
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GalerkinModel:
     r"""A rod in ``V_m``; build it with :func:`galerkin`.

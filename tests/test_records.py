@@ -1,0 +1,161 @@
+"""Every record: its fields say what they are, and plain data, page, text, Dataset, copies and pickles follow."""
+
+import copy
+import dataclasses
+import importlib
+import json
+import pickle
+import pkgutil
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+import xarray
+from results import RESULTS
+
+import lure
+from lure.errors import InputError
+from lure.record import Record, plain
+
+HOSTILE = "<script>alert('\"&')</script>"
+VOID = {"br", "hr", "img"}
+
+
+class Reader(HTMLParser):
+    """Tags that do not match, and the text between them."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.tags, self.text = [], set(), []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.add(tag)
+        assert not [name for name, _ in attrs if name.startswith("on")]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def read(page):
+    reader = Reader()
+    reader.feed(page)
+    reader.close()
+    assert reader.open == []
+    return reader.tags, "".join(reader.text)
+
+
+def record_types():
+    """Every subclass of Record in the packages."""
+    for module in pkgutil.walk_packages(lure.__path__, "lure."):
+        home = Path(importlib.util.find_spec(module.name).origin)
+        if not module.ispkg and "(Record" in home.read_text(encoding="utf-8"):
+            importlib.import_module(module.name)
+    return sorted({f"{kind.__module__}.{kind.__qualname__}": kind for kind in descendants(Record)}.items())
+
+
+def descendants(kind):
+    for child in kind.__subclasses__():
+        if child.__module__.startswith("lure."):
+            yield child
+        yield from descendants(child)
+
+
+def inside(value):
+    """The records in a value: itself, and those in its fields."""
+    if isinstance(value, tuple | list):
+        for each in value:
+            yield from inside(each)
+    elif isinstance(value, dict):
+        yield from inside(list(value.values()))
+    elif isinstance(value, Record):
+        yield value
+        for each in dataclasses.fields(value):
+            yield from inside(getattr(value, each.name))
+
+
+@cache
+def samples():
+    found = {}
+    for make in RESULTS.values():
+        result = make()
+        for record in inside([result, *getattr(result, "branches", ())]):
+            found.setdefault(type(record), record)
+    return found
+
+
+TYPES = dict(record_types())
+
+
+@pytest.fixture(params=TYPES)
+def sample(request):
+    return samples()[TYPES[request.param]]
+
+
+@pytest.fixture(params=[*TYPES, *RESULTS])
+def result(request):
+    """One of each type, and every result that is tested anywhere, those that are no records among them."""
+    return RESULTS[request.param]() if request.param in RESULTS else samples()[TYPES[request.param]]
+
+
+def test_no_type_is_left_out():
+    assert {name for name, kind in TYPES.items() if kind not in samples()} == set()
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_every_field_says_what_it_is_in_the_docstring(name):
+    said = TYPES[name].__doc__
+    for each in dataclasses.fields(TYPES[name]):
+        assert each.metadata["declared"].meaning, each.name
+        assert f"\n{each.name} : " in said
+
+
+def test_plain_data_are_json_without_nan_and_infinity(result):
+    found = result.to_dict()
+    assert json.loads(json.dumps(found, allow_nan=False)) == plain(found)
+    if isinstance(result, Record):
+        assert json.loads(result.to_json()) == json.loads(json.dumps(found))
+
+
+def test_a_page_is_well_formed_and_runs_nothing(result):
+    tags, text = read(result._repr_html_())
+    assert {"table", "caption", "tbody"} <= tags
+    assert not {"script", "style", "iframe", "a", "svg"} & tags
+    assert "object at 0x" not in text
+    assert " nan" not in text
+
+
+def test_texts_from_outside_are_escaped(sample):
+    for each in dataclasses.fields(sample):
+        if isinstance(getattr(sample, each.name), str):
+            try:
+                page = dataclasses.replace(sample, **{each.name: HOSTILE})._repr_html_()
+            except (InputError, LookupError):  # it takes some words only
+                continue
+            assert "<script" not in page, each.name
+            read(page)
+
+
+def test_copies_and_pickles_are_equal_and_others_are_not(sample):
+    for again in (pickle.loads(pickle.dumps(sample)), copy.copy(sample), copy.deepcopy(sample)):
+        assert (again == sample) is True
+        assert hash(again) == hash(sample)
+    assert (sample == object()) is False
+    assert (sample != copy.copy(sample)) is False
+    assert "object at 0x" not in str(sample)
+
+
+def test_a_dataset_has_units_meanings_and_coordinates_and_comes_back(result):
+    if not hasattr(result, "to_xarray"):
+        pytest.skip("a part of another result")
+    found = result.to_xarray()
+    for label, variable in found.variables.items():
+        assert variable.attrs["units"], label
+        assert variable.attrs["long_name"], label
+    assert set(found.sizes) <= set(found.coords)
+    xarray.testing.assert_identical(xarray.Dataset.from_dict(found.to_dict()), found)
