@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 
-from lure.arrays import Reals, np
+from lure.arrays import ArrayLike, Reals, np
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.expressions.tree import names
@@ -141,7 +141,7 @@ def subject(phi: object) -> Subject:
     return found
 
 
-def _value(expression: Expression, variable: str, sigma: object) -> object:
+def _value(expression: Expression, variable: str, sigma: ArrayLike) -> object:
     return expression(**{variable: sigma})
 
 
