@@ -21,3 +21,4 @@ extend(
     },
 )
 extend("file", {"builtins:object": "lure.analysis.plots.style:render"})
+extend("report", {"lure.rod.systems:RodSystem": "lure.analysis.rod.report.output:reported"})

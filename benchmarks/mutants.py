@@ -53,7 +53,9 @@ ROOMS = (
     "lure.analysis.questions",
     "lure.analysis.rod.questions",
     "lure.analysis.rod.conclusion",
+    "lure.analysis.wording",
     "lure.analysis.report",
+    "lure.analysis.rod.report",
 )
 DRAWN = ("diagram", "figures", "output", "pdf", "reporting")  # pictures and files, no words
 SINGLE = {
@@ -370,7 +372,7 @@ def rods() -> dict[str, object]:
     from fractions import Fraction
 
     from lure import builtin_system
-    from lure.analysis.report import build_report
+    from lure.analysis.rod.report import build_report
     from lure.rod.systems import rod_from_exact
 
     paper = builtin_system("paper-rod")
@@ -386,15 +388,16 @@ def said(reports: dict[str, object]) -> list[str]:
     from markupsafe import Markup
 
     from lure.analysis import analyse, max_slope
-    from lure.analysis.report.certificates import certificate_files, checked_criteria
-    from lure.analysis.report.claims import claims
-    from lure.analysis.report.document import document
-    from lure.analysis.report.html import page
+    from lure.analysis.report.certificates import certificate_files
     from lure.analysis.report.loop.document import loop_document
     from lure.analysis.report.loop.model import LoopReport
     from lure.analysis.report.loop.write import loop_page
     from lure.analysis.rod.conclusion import conclusion
     from lure.analysis.rod.criteria import rod_criteria
+    from lure.analysis.rod.report.build import checked_criteria
+    from lure.analysis.rod.report.claims import claims
+    from lure.analysis.rod.report.document import document
+    from lure.analysis.rod.report.page import page
     from lure.files import parse_system
     from lure.files.builtin import builtin_loop
 

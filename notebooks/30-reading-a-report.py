@@ -33,8 +33,9 @@ from lure import LawClass, LoopSystem, RodBlock, Saturation, Sector, as_block, b
 from lure.analysis import Proved, Verdict, check
 from lure.analysis.plots import plot_popov, plot_reach
 from lure.analysis.questions.table import class_name
-from lure.analysis.report import build_loop_report, build_report, claims, write_loop_report, write_report
+from lure.analysis.report import build_loop_report, write_loop_report
 from lure.analysis.rod.plots import plot_both_decays, plot_both_ends, plot_damping
+from lure.analysis.rod.report import build_report, claims, write_report
 
 
 def say(*texts):

@@ -63,7 +63,7 @@ def reproduce_paper(directory, *, progress=None):
 """
 RUN = "import sys, types; from lure.analysis.cli import main\n{stub}\n{patch}\nsys.exit(main())"
 INSTALL = """
-for name in ("lure.analysis.report", "lure.analysis.rod.paper"):
+for name in ("lure.analysis.rod.report", "lure.analysis.rod.paper"):
     module = types.ModuleType(name)
     module.__dict__.update(build_report=build_report, write_report=write_report, reproduce_paper=reproduce_paper)
     sys.modules[name] = module
@@ -75,7 +75,7 @@ def stub(monkeypatch):
     """The stub in place of the analysis, its functions open to further patches."""
     module = ModuleType("stub")
     module.__dict__.update(_namespace(STUB))
-    monkeypatch.setitem(sys.modules, "lure.analysis.report", module)
+    monkeypatch.setitem(sys.modules, "lure.analysis.rod.report", module)
     monkeypatch.setitem(sys.modules, "lure.analysis.rod.paper", module)
     return module
 
@@ -242,7 +242,7 @@ def slow(report, directory):
     write_report(report, directory)
     print("written", file=sys.stderr, flush=True)
     time.sleep(60)
-sys.modules["lure.analysis.report"].write_report = slow
+sys.modules["lure.analysis.rod.report"].write_report = slow
 """
 
 
@@ -314,7 +314,7 @@ def paused(system, *, progress=None, command=None):
     progress("a stage [red]", 0.25)
     time.sleep(0.4)
     return build_report(system, command=command)
-sys.modules["lure.analysis.report"].build_report = paused
+sys.modules["lure.analysis.rod.report"].build_report = paused
 """
 
 

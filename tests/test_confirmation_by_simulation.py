@@ -28,7 +28,7 @@ from lure.analysis.counterexamples.simulated import bracketed_root, simulate_loo
 from lure.analysis.counterexamples.trajectories import Finding
 from lure.analysis.inequality.gains import gain_intervals
 from lure.analysis.report.loop.observed import observed
-from lure.analysis.report.model import ContradictionError
+from lure.analysis.report.parts import ContradictionError
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError
 from lure.files import parse_system

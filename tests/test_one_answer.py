@@ -15,12 +15,12 @@ from markupsafe import Markup
 from lure import StateSpaceBlock, builtin_system
 from lure.analysis import analyse, max_sector, max_slope
 from lure.analysis.questions.state_space import growing_gain
-from lure.analysis.report import build_report, claims
-from lure.analysis.report.document import document
-from lure.analysis.report.html import page
 from lure.analysis.report.loop.document import loop_document
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.write import loop_page
+from lure.analysis.rod.report import build_report, claims
+from lure.analysis.rod.report.document import document
+from lure.analysis.rod.report.page import page
 from lure.files import parse_system
 from lure.files.builtin import builtin_loop, loop_names
 from lure.rod.systems import rod_from_exact

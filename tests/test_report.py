@@ -15,11 +15,14 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 from lure import Scenario, builtin_system, builtin_systems
-from lure.analysis.report import ContradictionError, build, build_report, document, write_report
-from lure.analysis.report.claims import claims
-from lure.analysis.report.document import exact_text, to_json
-from lure.analysis.report.figures import specs as figure_specs
-from lure.analysis.report.html import format_number, page, prose
+from lure.analysis.report import ContradictionError
+from lure.analysis.report.html import format_number, prose
+from lure.analysis.report.parts import to_json
+from lure.analysis.rod.report import build, build_report, document, write_report
+from lure.analysis.rod.report.claims import claims
+from lure.analysis.rod.report.document import exact_text
+from lure.analysis.rod.report.figures import specs as figure_specs
+from lure.analysis.rod.report.page import page
 from lure.analysis.verdict import Verdict
 from lure.rod.systems import rod_from_exact
 

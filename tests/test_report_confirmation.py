@@ -10,15 +10,16 @@ import jsonschema
 import pytest
 
 from lure import Scenario, builtin_system, upwind
-from lure.analysis.report import ContradictionError, build, build_report, confirmed, document
-from lure.analysis.report.claims import claims
-from lure.analysis.report.comparison import compared
-from lure.analysis.report.confirmed import confirmation_data, confirmation_sentence
-from lure.analysis.report.document import to_json
-from lure.analysis.report.html import page
+from lure.analysis.report import ContradictionError
+from lure.analysis.report.parts import to_json
 from lure.analysis.rod.confirmation import confirm
 from lure.analysis.rod.confirmation.result import Quantity
 from lure.analysis.rod.confirmation.rod_side import contradictions_of_rest, contradictions_of_rod
+from lure.analysis.rod.report import build, build_report, confirmed, document
+from lure.analysis.rod.report.claims import claims
+from lure.analysis.rod.report.comparison import compared
+from lure.analysis.rod.report.confirmed import confirmation_data, confirmation_sentence
+from lure.analysis.rod.report.page import page
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
@@ -69,13 +70,13 @@ def test_agreement_is_what_the_json_says_and_a_contradiction_is_none(reports):
 def test_the_package_hands_out_claims_and_the_report_on_a_loop():
     import lure.analysis.report
     import lure.analysis.report.loop
+    import lure.analysis.rod.report
 
     for name in ("build_loop_report", "write_loop_report", "LoopReport"):
         assert getattr(lure.analysis.report, name) is getattr(lure.analysis.report.loop, name)
-    assert lure.analysis.report.claims is claims
-    assert (
-        lure.analysis.report.Claim(text="", model="rod", answer="agrees", evidence=Evidence.OBSERVED).criterion is None
-    )
+    assert lure.analysis.rod.report.claims is claims
+    claim = lure.analysis.rod.report.Claim(text="", model="rod", answer="agrees", evidence=Evidence.OBSERVED)
+    assert claim.criterion is None
 
 
 # u0(0) = 1e-4, no momentum: z rests at 1e-4 - 0.02 in both; the energy of the rod after 24 round trips is |a|^48 of the

@@ -26,8 +26,8 @@ from lure.analysis import (
 )
 from lure.analysis.certificates.showing import failure_dict, shown_dict, shown_html
 from lure.analysis.inequality.gains import gain_intervals
-from lure.analysis.report import build_report
 from lure.analysis.report.loop import LoopReport
+from lure.analysis.rod.report import build_report
 from lure.analysis.verdict import Bracket
 from lure.errors import InputError
 from lure.files.builtin import builtin_loops

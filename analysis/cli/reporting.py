@@ -9,8 +9,8 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lure.analysis.report import StabilityReport
     from lure.analysis.report.loop import LoopReport
+    from lure.analysis.rod.report import StabilityReport
     from lure.files.system import LoopSystem
     from lure.rod.systems import RodSystem
 
@@ -117,7 +117,7 @@ def _reporting(
     from lure.rod.systems import RodSystem
 
     if isinstance(system, RodSystem):
-        from lure.analysis.report import build_report, write_report
+        from lure.analysis.rod.report import build_report, write_report
 
         return build_report, write_report
     from lure.analysis.report.loop import build_loop_report, write_loop_report

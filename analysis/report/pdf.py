@@ -16,7 +16,7 @@ from markupsafe import Markup
 from lure.errors import InputError
 
 if TYPE_CHECKING:
-    from lure.analysis.report.figures import Figure
+    from lure.analysis.report.parts import Figure
 
 MARK = b"% lure-report/1\n"
 """Last line of a PDF of ours, a comment: such a file may be replaced."""

@@ -8,14 +8,12 @@ from pathlib import Path
 
 from lure.analysis.output import checked_target, replaced
 from lure.analysis.questions.problem import loop_given
-from lure.analysis.report.build import build_report
-from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
-from lure.analysis.report.model import StabilityReport
-from lure.analysis.report.output import write_report
+from lure.analysis.report.loop import build_loop_report, write_loop_report
+from lure.analysis.report.parts import Report
+from lure.extensions import extension
 from lure.files.system import LoopSystem
 from lure.loop import Loop
 from lure.plants import as_block
-from lure.rod.systems import RodSystem
 
 _COMMAND = "lure.analysis.report_on(plant, nonlinearity, output=...)"
 
@@ -26,7 +24,7 @@ def report_on(
     *,
     output: str | os.PathLike[str] | None = None,
     progress: Callable[[str, float], None] | None = None,
-) -> LoopReport | StabilityReport:
+) -> Report:
     """Everything that can be said of a loop or a rod, as ``lure report`` says it.
 
     Parameters
@@ -44,7 +42,7 @@ def report_on(
 
     Returns
     -------
-    LoopReport or StabilityReport
+    LoopReport, or of a rod lure.analysis.rod.report.StabilityReport
         ``verdict`` and everything on the page; ``str`` is what the command prints.
 
     Raises
@@ -66,12 +64,10 @@ def report_on(
     target = None if output is None else Path(output)
     if target is not None:
         checked_target(target)
-    if isinstance(loop, RodSystem):
-        rod = build_report(loop, progress=progress)
-        if target is not None:
-            with replaced(target) as directory:
-                write_report(rod, directory)
-        return rod
+    special = extension("report", loop)
+    if special is not None:
+        made: Report = special(loop, target, progress)
+        return made
     named = isinstance(loop, LoopSystem) and loop.nonlinearity is None and nonlinearity is None
     found = build_loop_report(_system(loop), progress=progress, command=None if named else _COMMAND)
     if target is not None:

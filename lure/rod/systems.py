@@ -85,7 +85,7 @@ class RodSystem:
         rows += [("force g", str(self.scenario.force), "N"), ("cells of the scheme", str(self.cells), "")]
         notes = [f"Source: {self.source}"] if self.source else []
         notes.append(
-            "lure.analysis.report.build.build_report(system) decides; the scheme and the rod are told apart there."
+            "lure.analysis.rod.report.build.build_report(system) decides; the scheme and the rod are told apart there."
         )
         return html_table(f"{self.name}: {self.title}", rows, head=("", "value", "unit"), notes=notes)
 

@@ -14,7 +14,7 @@ from lure.analysis.questions.table import analysis_dict
 from lure.analysis.report.certificates import certificate_list
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.plain import plain
-from lure.analysis.report.model import SCHEMA
+from lure.analysis.report.parts import SCHEMA
 from lure.loop import sector_shift
 from lure.nonlinearities import Property
 from lure.nonlinearities.protocol import Nonlinearity

@@ -20,8 +20,8 @@ from lure.analysis.plots.orbits import plot_law, plot_orbit_signals, plot_soluti
 from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
 from lure.analysis.questions import Largest
 from lure.analysis.questions.table import class_name
-from lure.analysis.report.figures import Figure, FigureSpec
 from lure.analysis.report.loop.model import LoopReport
+from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.verdict import Verdict, Witness
 from lure.loop import shifted_block
 from lure.plants.delay import DelayBlock

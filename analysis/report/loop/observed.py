@@ -17,7 +17,7 @@ from lure.analysis.counterexamples.simulated import Law, law_of, orbit_start
 from lure.analysis.counterexamples.trajectories import Finding, Trajectory, natural_frequency
 from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.questions import LoopAnalysis
-from lure.analysis.report.model import ContradictionError
+from lure.analysis.report.parts import ContradictionError
 from lure.analysis.verdict import Verdict, Witness
 from lure.classes import LawClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError

@@ -11,10 +11,7 @@ from markupsafe import Markup
 
 from lure.analysis.questions.largest import UNFINISHED
 from lure.analysis.report.certificates import certificate_files
-from lure.analysis.report.claims import LADDER
 from lure.analysis.report.diagram import block_diagram, class_graph, fits, law_graph
-from lure.analysis.report.document import to_json
-from lure.analysis.report.figures import Figure
 from lure.analysis.report.html import glyphs, inline, prose, shown, template
 from lure.analysis.report.loop.bars import Bar, bar
 from lure.analysis.report.loop.document import law_text, loop_document
@@ -31,7 +28,7 @@ from lure.analysis.report.loop.words import (
     own,
     reason,
 )
-from lure.analysis.report.output import write_files
+from lure.analysis.report.parts import LADDER, Figure, to_json, write_files
 from lure.analysis.report.pdf import embedded, pdf_of, printed_diagram
 
 Data = dict[str, Any]
@@ -109,7 +106,7 @@ def loop_page(data: Data, figures: tuple[Figure, ...], diagram: Markup, *, paper
         Whether the page is for :func:`lure.analysis.report.pdf.pdf_of`: figures are images then.
     """
     bars = _bars(data)
-    return template("loop/loop.html.j2").render(
+    return template("loop.html.j2", __package__).render(
         d=data,
         n=partial(shown, data),
         own=own(data),

@@ -5,15 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.report.comparison import compared
-from lure.analysis.report.model import StabilityReport
+from lure.analysis.rod.report.comparison import compared
+from lure.analysis.rod.report.model import StabilityReport
 from lure.analysis.verdict import Evidence, Verdict
-
-LADDER = (
-    ("certified", "exact or ball arithmetic over the whole claim, or a proof from exact hypotheses"),
-    ("computed", "floating point, compared with a second computation"),
-    ("observed", "one motion, of the rod or of its scheme; it can contradict a claim, never prove one"),
-)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

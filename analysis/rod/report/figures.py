@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import partial
-from typing import Literal
 
 from lure.analysis.inequality.checks import CriterionResult, Model
-from lure.analysis.plots import Draw, Picture, drawing_frequencies, plot_nyquist, plot_popov_expression, render
-from lure.analysis.report.model import StabilityReport
+from lure.analysis.plots import Draw, drawing_frequencies, plot_nyquist, plot_popov_expression, render
+from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.rod.plots import plot_damping, plot_decay, plot_end_motion, plot_rest, plot_spectrum, plot_surface
 from lure.analysis.rod.plots.comparison import plot_both_decays, plot_both_ends
 from lure.analysis.rod.plots.frequency import plot_rod_nyquist, plot_rod_popov
+from lure.analysis.rod.report.model import StabilityReport
 from lure.rod.transfer import RodBlock
 from lure.rod.upwind import UpwindScheme
-
-Section = Literal["frequency", "criteria", "spectrum", "confirmation", "simulation"]
 
 _NYQUIST = "For the circle criterion the curves have to stay out of the shaded half-plane."
 _POPOV = (
@@ -30,39 +27,6 @@ _EXPRESSION = (
 )
 _ENDS = "Dashpot at the left edge, obstacle at the right."
 _RESONANCES = "The elastic resonances, from half the first frequency up; mind the scale of the axes.{}"
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class FigureSpec:
-    """One figure before it is drawn.
-
-    Attributes
-    ----------
-    name : str
-        File name without its ending.
-    section : {"frequency", "criteria", "spectrum", "confirmation", "simulation"}
-        Where it stands in the report.
-    title : str
-        A few words above it.
-    caption : str
-        What to look at.
-    draw : callable
-        Draws on the axes it is given.
-    """
-
-    name: str
-    section: Section
-    title: str
-    caption: str
-    draw: Draw
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Figure:
-    """One figure, drawn."""
-
-    spec: FigureSpec
-    picture: Picture
 
 
 def figures(report: StabilityReport) -> tuple[Figure, ...]:

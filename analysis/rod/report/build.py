@@ -4,23 +4,30 @@ from __future__ import annotations
 
 import platform
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from importlib.metadata import version
 
 from lure import __version__
-from lure.analysis.report.certificates import checked_criteria
-from lure.analysis.report.model import ContradictionError, Simulation, StabilityReport
+from lure.analysis.certificates.checker import Proved, Refuted
+from lure.analysis.certificates.sealing import guarded, settled
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.report.parts import ContradictionError
+from lure.analysis.rod.certificates import inequality_draft, negative_damping_draft
 from lure.analysis.rod.conclusion import conclusion
 from lure.analysis.rod.confirmation import Confirmation, confirmation
 from lure.analysis.rod.criteria import response_check, rod_criteria
+from lure.analysis.rod.report.model import Simulation, StabilityReport
 from lure.analysis.rod.simulation import contradictions, simulate
 from lure.analysis.rod.spectrum import rod_spectrum
+from lure.analysis.verdict import Verdict
 from lure.errors import InputError
 from lure.rod.parameters import Rod
 from lure.rod.scenario import matching
 from lure.rod.systems import RodSystem
-from lure.rod.upwind import upwind
+from lure.rod.transfer import RodBlock
+from lure.rod.upwind import UpwindScheme, upwind
 
 PACKAGES = ("numpy", "scipy", "control", "python-flint", "sympy", "matplotlib", "jinja2")
 LARGEST_SIMULATED = 1000
@@ -131,3 +138,28 @@ def _confirmation(system: RodSystem, simulation: Simulation) -> Confirmation:
             f"wrong, and no report is written: {listed}"
         )
     return found
+
+
+def checked_criteria(scheme: UpwindScheme, results: Sequence[CriterionResult]) -> tuple[CriterionResult, ...]:
+    """Results for the rod and its scheme with what the checker accepted of them; INCONCLUSIVE where it was nothing.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme.
+    results : sequence of CriterionResult
+        What the criteria said.
+    """
+    return tuple(_checked(scheme, result) for result in results)
+
+
+def _checked(scheme: UpwindScheme, result: CriterionResult) -> CriterionResult:
+    if result.verdict is Verdict.INCONCLUSIVE:
+        return result
+    block = scheme if result.model == "scheme" else RodBlock(scheme.rod)
+    proved = result.verdict is Verdict.PROVED
+    draft = inequality_draft(block, result) if proved else negative_damping_draft(block, result.sector)
+    found = guarded(result.name, lambda: settled(draft))
+    if isinstance(found, Proved | Refuted):
+        return replace(result, shown=found)
+    return replace(result, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")

@@ -1,18 +1,22 @@
-"""The files of a report."""
+"""The files of a report on a rod."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable
 from pathlib import Path
 
+from lure.analysis.output import replaced
 from lure.analysis.report.certificates import certificate_files
-from lure.analysis.report.claims import claims
-from lure.analysis.report.document import document, to_json
-from lure.analysis.report.figures import Figure, figures
-from lure.analysis.report.html import page
-from lure.analysis.report.model import StabilityReport
+from lure.analysis.report.parts import to_json, write_files
 from lure.analysis.report.pdf import pdf_of
+from lure.analysis.rod.report.build import build_report
+from lure.analysis.rod.report.claims import claims
+from lure.analysis.rod.report.document import document
+from lure.analysis.rod.report.figures import figures
+from lure.analysis.rod.report.model import StabilityReport
+from lure.analysis.rod.report.page import page
+from lure.rod.systems import RodSystem
 
 
 def write_report(report: StabilityReport, directory: str | os.PathLike[str], *, pdf: bool = False) -> Path:
@@ -47,34 +51,22 @@ def write_report(report: StabilityReport, directory: str | os.PathLike[str], *, 
     return write_files(texts, drawn, directory, printed=printed)
 
 
-def write_files(
-    texts: Mapping[str, str],
-    drawn: tuple[Figure, ...],
-    directory: str | os.PathLike[str],
-    *,
-    printed: bytes | None = None,
-) -> Path:
-    """Write texts by name, and figures into ``figures/``; the page is ``report.html``.
+def reported(
+    system: RodSystem, target: Path | None, progress: Callable[[str, float], None] | None = None
+) -> StabilityReport:
+    """The report on a rod, written into a directory unless that is None; see :func:`lure.analysis.report_on`.
 
     Parameters
     ----------
-    texts : Mapping of str to str
-        Contents by path in that directory.
-    drawn : tuple of Figure
-        The figures.
-    directory : path
-        Where to write.
-    printed : bytes, optional
-        ``report.pdf``.
+    system : RodSystem
+        The rod, its scenario and discretisation.
+    target : Path or None
+        The directory, already checked.
+    progress : callable, optional
+        As for :func:`lure.analysis.rod.report.build_report`.
     """
-    target = Path(directory)
-    (target / "figures").mkdir(parents=True, exist_ok=True)
-    for figure in drawn:
-        (target / "figures" / f"{figure.spec.name}.svg").write_text(figure.picture.svg, encoding="utf-8")
-        (target / "figures" / f"{figure.spec.name}.png").write_bytes(figure.picture.png)
-    for name, text in texts.items():
-        (target / name).parent.mkdir(exist_ok=True)
-        (target / name).write_text(text, encoding="utf-8")
-    if printed is not None:
-        (target / "report.pdf").write_bytes(printed)
-    return target / "report.html"
+    report = build_report(system, progress=progress)
+    if target is not None:
+        with replaced(target) as directory:
+            write_report(report, directory)
+    return report

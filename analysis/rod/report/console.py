@@ -6,11 +6,11 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.report.comparison import compared
-from lure.analysis.report.confirmed import confirmation_sentence
+from lure.analysis.rod.report.comparison import compared
+from lure.analysis.rod.report.confirmed import confirmation_sentence
 
 if TYPE_CHECKING:
-    from lure.analysis.report.model import StabilityReport
+    from lure.analysis.rod.report.model import StabilityReport
 
 _WIDTH = 80
 _HEAD = ("criterion", "model", "verdict", "evidence", "theta", "margin", "reach")

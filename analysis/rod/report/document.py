@@ -5,14 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.doubles import json_number
 from lure.analysis.report.certificates import certificate_list
-from lure.analysis.report.comparison import compared
-from lure.analysis.report.confirmed import confirmation_data
-from lure.analysis.report.model import SCHEMA, StabilityReport
+from lure.analysis.report.parts import SCHEMA, Json
+from lure.analysis.rod.report.comparison import compared
+from lure.analysis.rod.report.confirmed import confirmation_data
+from lure.analysis.rod.report.model import StabilityReport
 from lure.analysis.verdict import Bracket
 from lure.expressions.tree import decimal
 from lure.rod.parameters import PARAMETERS
@@ -22,11 +23,10 @@ if TYPE_CHECKING:
     from lure.analysis.rod.simulation import Trajectory
 
 MOST_CONTACTS = 1000
-Json = dict[str, Any]
 
 
 def document(report: StabilityReport) -> Json:
-    """``report.json`` as a dictionary of plain values, described by ``schema.json`` beside this module.
+    """``report.json`` as a dictionary of plain values, described by ``schema.json`` of :mod:`lure.analysis.report`.
 
     Infinite numbers are the strings ``"inf"`` and ``"-inf"``, what is missing is None; there is no NaN.
 
@@ -55,17 +55,6 @@ def document(report: StabilityReport) -> Json:
         "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(system)},
         "versions": dict(report.versions),
     }
-
-
-def to_json(data: Json) -> str:
-    """``data`` as text; a NaN or an infinity in it is an error, not a token.
-
-    Parameters
-    ----------
-    data : dict
-        From :func:`document`.
-    """
-    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def exact_text(value: Fraction) -> str:

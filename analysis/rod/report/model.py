@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.report.console import summary
 from lure.analysis.rod.conclusion import Conclusion
 from lure.analysis.rod.confirmation import Confirmation
 from lure.analysis.rod.criteria import ResponseCheck
+from lure.analysis.rod.report.console import summary
 from lure.analysis.rod.spectrum import RodSpectrum
 from lure.analysis.verdict import Verdict
 from lure.record import html_table, xarray_or_refusal
@@ -24,12 +24,6 @@ if TYPE_CHECKING:
 
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.rod.simulation import Trajectory
-
-SCHEMA = "lure-report/1"
-
-
-class ContradictionError(RuntimeError):
-    """A motion contradicts a verdict: one of the two is wrong, and no report is written."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -53,7 +47,7 @@ class Simulation:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class StabilityReport:
-    """What was found about a system; :func:`lure.analysis.report.write_report` turns it into files.
+    """What was found about a system; :func:`lure.analysis.rod.report.write_report` turns it into files.
 
     Attributes
     ----------
@@ -109,7 +103,7 @@ class StabilityReport:
 
     def to_dict(self) -> dict[str, Any]:
         """``report.json`` as plain data, with its published schema."""
-        from lure.analysis.report.document import document
+        from lure.analysis.rod.report.document import document
 
         return document(self)
 
