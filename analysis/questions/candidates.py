@@ -60,7 +60,7 @@ def questions(
         It does not apply to such a class or block.
     """
     question: Question = "sector" if law_class.slope is None else "slope"
-    found = theorems_for(block, question, criterion, time_varying=law_class.time_varying)
+    found = theorems_for(block, question, criterion, odd=law_class.odd, time_varying=law_class.time_varying)
     for row in found:
         for bounds in row.bounds(law_class):
             upper: Upper = Fraction(bounds.upper) if bounds.upper != math.inf else "finite" if finite else "inf"

@@ -165,7 +165,7 @@ def _stop(found: list[Findings], why: Stopped) -> None:
 
 
 def _theorems(asked: Problem) -> list[Theorem]:
-    asking = theorems_for(asked.plant, asked.question, asked.criterion, time_varying=asked.time_varying)
+    asking = theorems_for(asked.plant, asked.question, asked.criterion, odd=asked.odd, time_varying=asked.time_varying)
     if not asking:
         raise AssumptionError(f"no criterion called {asked.criterion} applies to this block; try {BEST}")
     return asking

@@ -55,6 +55,8 @@ class Theorem:
         The side on which it needs no slope bound, the sector being bounded on both, where ``H(inf)`` permits it.
     odd : bool
         Whether the functions take ``odd``.
+    only_odd : bool
+        Whether its conclusion covers odd laws only.
     time_varying : bool
         Whether its conclusion covers time-varying laws.
     linear : bool
@@ -83,6 +85,7 @@ class Theorem:
     slope: bool = False
     free: Literal["", "above", "below"] = ""
     odd: bool = False
+    only_odd: bool = False
     time_varying: bool = False
     linear: bool = False
     endless: bool = False
@@ -313,7 +316,9 @@ def row_of(name: str, block: object) -> Theorem:
     return next(row for row in TABLE if row.name == name and time_of(block) in row.times)
 
 
-def theorems_for(block: object, question: Question, criterion: str, *, time_varying: bool = False) -> list[Theorem]:
+def theorems_for(
+    block: object, question: Question, criterion: str, *, odd: bool = False, time_varying: bool = False
+) -> list[Theorem]:
     """The criteria to run for a question.
 
     Parameters
@@ -326,6 +331,8 @@ def theorems_for(block: object, question: Question, criterion: str, *, time_vary
     criterion : str
         A name, or ``best`` for all that apply (without those for constant gains, which prove nothing about nonlinear
         laws).
+    odd : bool
+        Whether the law is known to be odd.
     time_varying : bool
         Whether the law may vary with time.
 
@@ -349,7 +356,10 @@ def theorems_for(block: object, question: Question, criterion: str, *, time_vary
         return [
             row
             for row in found
-            if not row.linear and (question == "slope" or not row.slope) and (row.time_varying or not time_varying)
+            if not row.linear
+            and (question == "slope" or not row.slope)
+            and (odd or not row.only_odd)
+            and (row.time_varying or not time_varying)
         ]
     named = [row for row in TABLE if row.name == wanted and time in row.times]
     found = [row for row in found if row.name == wanted]
@@ -365,6 +375,10 @@ def theorems_for(block: object, question: Question, criterion: str, *, time_vary
         raise AssumptionError(
             f"the criterion {wanted} needs slope bounds, and a sector gives none; ask for the largest slope "
             "(max_slope, lure max-slope)"
+        )
+    if found[0].only_odd and not odd:
+        raise AssumptionError(
+            f"the criterion {wanted} is for odd laws; ask about those (odd=True, lure max-slope --odd)"
         )
     if time_varying and not found[0].time_varying:
         varying = " or ".join(row.name for row in TABLE if row.time_varying)
