@@ -157,6 +157,9 @@ DRAFTS = {
         DISCRETE, laws(0, "4/5", slope=True), "zames-falb", {"taps": [[1, "1/2"], [-2, "1/8"]]}
     ),
     "tsypkin": lambda: draft(DISCRETE, laws(0, "4/5", slope=["0", "inf"]), "tsypkin", {"q": "1/4"}),
+    "tsypkin-odd": lambda: draft(
+        transfer("1", "1 1/2 0", "discrete"), laws(0, "4/5", slope=["0", "inf"], odd=True), "tsypkin-odd", {"q": "1/4"}
+    ),
     "jury-lee": lambda: draft(DISCRETE, laws(0, "4/5", slope=["-inf", "4/5"]), "jury-lee", {"q": "1/4"}),
     "hurwitz": lambda: draft(LAG, laws(0, "79/10", linear=True), "hurwitz", {}),
     "circle, matrix": lambda: {

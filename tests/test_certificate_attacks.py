@@ -58,7 +58,8 @@ def multipliers(draw, discrete):
     q, theta = draw(ratios), draw(signed)
     if discrete:
         taps = [[i, str(draw(shares))] for i in draw(st.lists(st.integers(-3, 3).filter(bool), max_size=4))]
-        names = {"circle": {}, "tsypkin": {"q": str(q)}, "jury-lee": {"q": str(q)}, "zames-falb": {"taps": taps}}
+        names = {"circle": {}, "zames-falb": {"taps": taps}}
+        names |= {name: {"q": str(q)} for name in ("tsypkin", "tsypkin-odd", "jury-lee")}
     else:
         kernels = [
             {

@@ -61,8 +61,14 @@ def second(asked):
 @st.composite
 def drafts(draw):
     """A theorem, a multiplier and a class for a plant, such as may hold, and then often one thing that is wild."""
-    theorem = draw(st.sampled_from(["circle", "popov", "off-axis-circle", "park", "zames-falb", "tsypkin", "jury-lee"]))
-    discrete = theorem in ("tsypkin", "jury-lee") or (theorem in ("circle", "zames-falb") and draw(st.booleans()))
+    theorem = draw(
+        st.sampled_from(
+            ["circle", "popov", "off-axis-circle", "park", "zames-falb", "tsypkin", "tsypkin-odd", "jury-lee"]
+        )
+    )
+    discrete = theorem in ("tsypkin", "tsypkin-odd", "jury-lee") or (
+        theorem in ("circle", "zames-falb") and draw(st.booleans())
+    )
     system = draw(st.sampled_from(SAMPLED if discrete else PLANTS))
     wild = draw(st.sampled_from(["nothing", "nothing", "multiplier", "sector", "slope", "flags"]))
     size = QUARTERS if wild == "multiplier" else SMALL
@@ -79,6 +85,7 @@ def drafts(draw):
         "park": {"theta": draw(size), "tau": draw(size)},
         "zames-falb": {"taps": [[1, draw(size)]]} if discrete else {"theta": draw(size), "kernels": [kernel]},
         "tsypkin": {"q": draw(size)},
+        "tsypkin-odd": {"q": draw(size)},
         "jury-lee": {"q": draw(size)},
     }[theorem]
     lower, upper = (LOWER, UPPER) if wild == "sector" else TAME

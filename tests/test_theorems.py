@@ -11,12 +11,14 @@ from hypothesis import strategies as st
 from plants import CONTINUOUS, DISCRETE, product, stable_plants
 from sharpness import CLOSE, raised
 
+from lure.analysis import max_slope
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.proposals import certified
 from lure.analysis.certificates.sealing import completed
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.inequality.gains import hurwitz_limit, is_stable_gain
+from lure.analysis.theorems.differences import tsypkin_largest, tsypkin_odd_largest
 from lure.analysis.theorems.table import BEST, CRITERIA, TABLE, row_of, theorems_for
 from lure.analysis.verdict import Verdict
 from lure.classes import Sector
@@ -168,6 +170,7 @@ def test_the_class_of_the_certificate_is_that_of_the_row(row, time):
     found = reach(row, FOUND[time])
     laws = certified(FOUND[time], found).proved.certificate["laws"]
     assert laws["linear"] is row.linear
+    assert laws["odd"] is row.only_odd
     assert laws["time_varying"] is row.time_varying
     assert (laws["slope"] is not None) is row.slope
     if row.slope:
@@ -180,7 +183,7 @@ def test_the_class_of_the_certificate_is_that_of_the_row(row, time):
 def test_a_criterion_is_found_by_each_of_its_names_and_refused_where_it_does_not_apply(row, time):
     block = FOUND[time]
     for name in (row.name, row.name.replace("-", "_").upper(), *row.aliases):
-        assert theorems_for(block, "slope", name) == [row]
+        assert theorems_for(block, "slope", name, odd=True) == [row]
     assert row_of(row.name, block) is row
     if row.slope:
         with pytest.raises(AssumptionError, match=f"the criterion {row.name} needs slope bounds"):
@@ -194,6 +197,37 @@ def test_a_criterion_is_found_by_each_of_its_names_and_refused_where_it_does_not
             theorems_for(other, "slope", row.name)
 
 
+def test_a_certificate_for_odd_laws_is_one_for_no_others():
+    plant = RationalBlock([F("-0.1"), 0], [1, F("1.8"), F("0.81")], dt=1)
+    certificate = certified(plant, tsypkin_odd_largest(plant)).proved.certificate
+    assert recheck(certificate).accepted
+    every = {**certificate, "laws": {**certificate["laws"], "odd": False}}
+    assert not recheck(every).accepted
+    with pytest.raises(Rejected, match="odd laws"):
+        completed({key: every[key] for key in every if key not in ("hypotheses", "conclusion")})
+
+
+# sigma_t -> (-1)^t sigma_t maps odd laws to themselves and H(z) to H(-z), 1 - z^-1 to 1 + z^-1
+@pytest.mark.parametrize("example", [1, 2, 5])
+def test_tsypkins_criterion_for_odd_laws_is_that_of_the_block_turned_round(example):
+    block = DISCRETE[example]
+    turned = [
+        [c * (-1) ** i for i, c in enumerate(reversed(side))][::-1] for side in (block.numerator, block.denominator)
+    ]
+    one, other = tsypkin_largest(block), tsypkin_odd_largest(RationalBlock(*turned, dt=1))
+    assert other.largest.low == pytest.approx(one.largest.low, rel=1e-9)
+    assert other.law_class.odd
+
+
+def test_a_criterion_for_odd_laws_is_not_asked_about_others():
+    plant = RationalBlock([F("-0.1"), 0], [1, F("1.8"), F("0.81")], dt=1)
+    with pytest.raises(AssumptionError, match="the criterion tsypkin-odd is for odd laws"):
+        max_slope(plant, criterion="tsypkin-odd")
+    found = max_slope(plant, criterion="tsypkin-odd", odd=True, search="linear")
+    assert found.largest.low == pytest.approx(3.8, rel=1e-6)
+    assert "odd phi with slope in [0, inf], in the sector [0, 3.79999" in str(found)
+
+
 def test_a_name_that_does_not_exist_is_answered_with_all_that_do():
     with pytest.raises(InputError, match=f"did you mean 'park'.*{', '.join(CRITERIA)}"):
         theorems_for(CONTINUOUS[1], "slope", "parks")
@@ -201,8 +235,9 @@ def test_a_name_that_does_not_exist_is_answered_with_all_that_do():
 
 def test_best_asks_every_criterion_about_nonlinear_laws_the_cheap_ones_first():
     for time, block in FOUND.items():
-        rows = theorems_for(block, "slope", BEST)
+        rows = theorems_for(block, "slope", BEST, odd=True)
         assert [row for row in TABLE if time in row.times and not row.linear] == rows
+        assert theorems_for(block, "slope", BEST) == [row for row in rows if not row.only_odd]
         assert [row.stage for row in rows] == sorted(row.stage for row in rows)
 
 

@@ -42,7 +42,7 @@ OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 INEQUALITY = "the frequency inequality holds at every frequency, which alone proves nothing about the rod"
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
-SLOPED = ("off-axis-circle", "park", "zames-falb")
+SLOPED, STEPS = ("off-axis-circle", "park", "zames-falb"), ("tsypkin", "tsypkin-odd", "jury-lee")
 _SEAL = object()
 
 
@@ -92,11 +92,11 @@ def multiplier(name: str, data: Any, B: Block, unbounded: bool) -> tuple[Form, F
         theta, tau = map(number, fields(data, "theta", "tau"))
         need(tau >= 0, "tau < 0")
         return real(1, 0, tau) + S * real(theta), real(1, 0, tau), none, none, False
-    if name in ("tsypkin", "jury-lee"):
-        q, ahead = number(*fields(data, "q")), name == "jury-lee"
+    if name in STEPS:
+        q, ahead, odd = number(*fields(data, "q")), name == "jury-lee", name == "tsypkin-odd"
         need(q >= 0 and not (ahead and unbounded and q), "q < 0, or q > 0 without a bound on the slope")
-        step = (one + S) ** 2 + MINUS * X1 if ahead else X1 + MINUS * (one + MINUS * S) ** 2  # p (z - 1), p (1 - 1/z)
-        return X1, X1, real(q) * step, real(0, 0, 2 * q if ahead else 0), False
+        step = (one + S) ** 2 + MINUS * X1 if ahead else X1 + (one if odd else MINUS) * (one + MINUS * S) ** 2  # p Z
+        return X1, X1, real(q) * step, real(0, 0, 2 * q if ahead else 0), odd
     need(name == "zames-falb", f"there is no theorem {name!r:.40} for this kind of proof")
     theta, terms = kernels(data, B.discrete)
     top = {a: max(n for _, _, b, n in terms if b == a) for _, _, a, _ in terms}
@@ -141,15 +141,15 @@ def inequality(name: str, data: Any, B: Block, laws: states.Laws) -> tuple[Form,
     d, critical, stable = shifted(B, l)
     D, w = B.direct / (1 + l * B.direct), None if k == INF else k - l
     need(1 + w * D > 0 if w else D >= 0, "1 + g H(inf) vanishes for a gain g of the class")
-    timed = name in ("circle", "zames-falb") or B.discrete == (name in ("tsypkin", "jury-lee"))
+    timed = name in ("circle", "zames-falb") or B.discrete == (name in STEPS)
     need(timed, f"{name} is not for {'discrete' if B.discrete else 'continuous'} time")
     need(not critical or name == "popov" or (name == "circle" and not B.delayed), f"{name} does not cover a pole at 0")
     need(not B.delayed or name in ("circle", "popov"), f"{name} does not cover dead time")
     need(name == "circle" or not laws.varying, f"{name} is about laws that do not depend on time")
-    need(name != "tsypkin" or (low >= l and (D >= 0 or high <= k)), "slopes >= l are needed, and <= k if H(inf) < 0")
+    need(name[:7] != "tsypkin" or (low >= l and (D >= 0 or high <= k)), "slopes >= l are needed, <= k if H(inf) < 0")
     need(name != "jury-lee" or (high <= k and (D <= 0 or low >= l)), "slopes <= k are needed, and >= l if H(inf) > 0")
     m, p, e, r, odd = multiplier(name, data, B, k == INF)
-    need(not odd or laws.odd, "coefficients < 0 need odd laws")
+    need(not odd or laws.odd, "this multiplier needs odd laws")
     cross, square = B.n * d.conjugate(), d * d.conjugate()
     F, full = (m + e) * cross, 2 * B.order + max(n for _, n in p)
     if w:

@@ -1,4 +1,4 @@
-"""The Jury-Lee criterion: discrete time, a law in a sector with slope bounded from above, one difference ahead."""
+"""Tsypkin's criterion, for odd laws too, and the Jury-Lee criterion: discrete time, one difference of samples."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from lure.arrays import Reals, np
 from lure.classes import LawClass, Sector, SlopeBounds
 from lure.plants.rational import RationalBlock
 
-# What Tsypkin's and the Jury-Lee criterion share: one weight ``q >= 0`` on a difference of successive samples.
+# What these criteria share: one weight ``q >= 0`` on a difference of successive samples, or on their sum.
 
 
 WEIGHTS = [0.0, *(10 ** (i / 4) for i in range(-24, 33))]
@@ -48,7 +48,7 @@ class DifferenceMultiplier:
     discrete : DiscreteBlock
         The stable block ``H``.
     difference : Laurent
-        ``Z``: ``1 - z^-1`` or ``z - 1``.
+        ``Z``: ``1 - z^-1``, ``1 + z^-1`` or ``z - 1``.
     loss : Fraction
         ``s >= 0``.
     """
@@ -210,7 +210,7 @@ Bound = Fraction | float
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Form:
-    """One of the two criteria.
+    """One of the criteria.
 
     Attributes
     ----------
@@ -222,6 +222,8 @@ class Form:
         The factor of ``-q K |(z - 1) H|^2``.
     slopes : callable
         The slope bounds the theorem needs, given lower and upper end of the sector and ``D`` of the shifted block.
+    odd : bool
+        Whether it is about odd laws only.
     """
 
     name: str
@@ -230,6 +232,7 @@ class Form:
     difference: Laurent
     loss: Fraction
     slopes: Callable[[Bound, Bound, Fraction], SlopeBounds]
+    odd: bool = False
 
 
 def largest_answer(block: RationalBlock, form: Form, *, lower: Fraction) -> Answer:
@@ -320,7 +323,7 @@ def _margin(multiplier: DifferenceMultiplier, q: Fraction, k: Bound) -> tuple[Br
 def _blank(multiplier: DifferenceMultiplier, form: Form, ends: tuple[Bound, Bound]) -> Answer:
     lower, upper = ends
     slopes = form.slopes(lower, upper, multiplier.discrete.feedthrough)
-    law = LawClass(sector=Sector(lower, upper), slope=slopes)
+    law = LawClass(sector=Sector(lower, upper), slope=slopes, odd=form.odd)
     return Answer(
         criterion=form.name,
         theorem=form.theorem,
@@ -328,7 +331,7 @@ def _blank(multiplier: DifferenceMultiplier, form: Form, ends: tuple[Bound, Boun
         law_class=law,
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
-        needs=("slope", "time-invariant"),
+        needs=("slope", "odd", "time-invariant") if form.odd else ("slope", "time-invariant"),
         multiplier=form.formula,
         hypotheses=(
             "every pole of H after the shift by the lower slope, hidden modes included, lies inside the unit circle: "
@@ -424,6 +427,83 @@ def tsypkin_criterion(block: RationalBlock, bounds: SlopeBounds) -> Answer:
         PROVED, or INCONCLUSIVE, which says nothing about the loop.
     """
     return class_answer(block, TSYPKIN, bounds)
+
+
+TSYPKIN_ODD = Form(
+    name="tsypkin-odd",
+    theorem="Tsypkin's criterion for odd laws (J. C. Willems, R. W. Brockett, IEEE Trans. Automatic Control 13 (1968) "
+    "539-549)",
+    formula="1/k + Re[(1 + q (1 + z^-1)) H(z)] > 0",
+    difference=Laurent(fmpq_poly([1, 1]), 1),
+    loss=Fraction(0),
+    slopes=_slopes,
+    odd=True,
+)
+
+
+def tsypkin_odd_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answer:
+    r"""Largest sector that Tsypkin's criterion, with the sum of successive samples, proves for odd monotone laws.
+
+    In ``sigma = H mu``, ``mu = -phi(sigma)`` the origin is globally asymptotically stable for every time-invariant odd
+    nondecreasing ``phi`` in the sector ``[0, k]`` if ``H`` is stable and for some ``q >= 0``
+
+    .. math:: 1/k + \mathrm{Re}\,[(1 + q\,(1 + z^{-1}))\, H(z)] > 0 \quad (|z| = 1).
+
+    Hypotheses on the slope, on the feedthrough and on ``lower`` are those of :func:`tsypkin_largest`.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        In discrete time, with the gain ``lower`` stable, hidden modes included.
+    lower : Fraction
+        Lower end of the sector and of the slope.
+
+    Returns
+    -------
+    Answer
+        ``largest``: both ends decided exactly; at ``high`` no ``q >= 0`` is left.  Nothing follows beyond, and nothing
+        for laws that are not odd: the criterion is sufficient only.
+
+    Raises
+    ------
+    InputError
+        The block is in continuous time.
+    AssumptionError
+        The block is not stable with the gain ``lower``.
+
+    Notes
+    -----
+    Why: the convex primitive ``Phi >= 0`` of an odd ``phi`` is even, so that ``phi(y_t) (y_t + y_{t-1}) >= Phi(y_t) -
+    Phi(-y_{t-1}) = Phi(y_t) - Phi(y_{t-1})``.  It is Tsypkin's criterion for ``H(-z)``: ``y_t -> (-1)^t y_t`` maps odd
+    laws to themselves.
+
+    Examples
+    --------
+    ``H(-z)`` of the example of :func:`tsypkin_largest`.
+
+    >>> block = RationalBlock([Fraction("-0.1"), 0], [1, Fraction("1.8"), Fraction("0.81")], dt=1)
+    >>> print(f"{tsypkin_odd_largest(block).largest.low:.6f}")
+    3.800000
+    """
+    return largest_answer(block, TSYPKIN_ODD, lower=lower)
+
+
+def tsypkin_odd_criterion(block: RationalBlock, bounds: SlopeBounds) -> Answer:
+    """Whether it proves the odd laws of slope at least ``bounds.lower`` in the sector of both bounds.
+
+    Parameters
+    ----------
+    block : RationalBlock
+        In discrete time, with the gain ``bounds.lower`` stable, hidden modes included.
+    bounds : SlopeBounds
+        Finite bounds; see :func:`tsypkin_odd_largest` for the class.
+
+    Returns
+    -------
+    Answer
+        PROVED, or INCONCLUSIVE, which says nothing about the loop.
+    """
+    return class_answer(block, TSYPKIN_ODD, bounds)
 
 
 def _jury_lee_slopes(lower: Bound, upper: Bound, feedthrough: Fraction) -> SlopeBounds:

@@ -252,6 +252,18 @@ TABLE = (  # in each stage the cheapest first
         multipliers=_number("q"),
     ),
     Theorem(
+        name="tsypkin-odd",
+        title="Tsypkin's criterion for odd laws",
+        times=_MAP,
+        slope=True,
+        free="above",
+        only_odd=True,
+        stage=1,
+        largest="theorems.differences:tsypkin_odd_largest",
+        decision="theorems.differences:tsypkin_odd_criterion",
+        multipliers=_number("q"),
+    ),
+    Theorem(
         name="jury-lee",
         title="the Jury-Lee criterion",
         times=_MAP,

@@ -66,12 +66,14 @@ def require_on_circle(asked: Question, block: Shifted) -> None:
     else:
         q, width = number(record(given, "q")["q"]), claim.width
         require(q >= 0, "q is negative")
-        if asked.theorem == "tsypkin":
+        if asked.theorem != "jury-lee":
+            odd = asked.theorem == "tsypkin-odd"
+            require(laws.odd or not odd, "the theorem is for odd laws")
             require(
                 laws.slopes_within(claim.lower, laws.upper if block.feedthrough < 0 else "inf"),
                 "Tsypkin's criterion needs the slope from the lower bound on, and up to k if H(inf) < 0",
             )
-            difference, loss = one + z.conjugate().scaled(Fraction(-1)), Fraction(0)
+            difference, loss = one + z.conjugate().scaled(Fraction(1 if odd else -1)), Fraction(0)
         else:
             require(
                 laws.slopes_within(claim.lower if block.feedthrough > 0 else "-inf", laws.upper),
@@ -128,7 +130,7 @@ def _finished(block: Shifted, real_part: fmpq_poly, n: Laurent, loss: Fraction) 
 
 SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
 CONTINUOUS = ("circle", "popov", "off-axis-circle", "park", "zames-falb")
-DISCRETE = ("circle", "zames-falb", "tsypkin", "jury-lee")
+DISCRETE = ("circle", "zames-falb", "tsypkin", "tsypkin-odd", "jury-lee")
 SLOPES = ("off-axis-circle", "park", "zames-falb")  # those whose class is one of slopes, not a sector
 ROBUST = ("circle", "popov")  # those that cover the critical case, dead time and laws without upper bound
 
