@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, cast
@@ -20,11 +19,9 @@ from lure.nonlinearities import Cubic, GraphLaw, Quantiser, ShiftedLaw
 from lure.nonlinearities.protocol import Nonlinearity
 from lure.nonlinearities.reading import as_law, control_saturation, is_control_nonlinearity
 from lure.plants.conversion import exact_block
-from lure.record import html_table, plain, xarray_or_refusal
+from lure.record import Page, Record, quantity
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.drawing import Axes
     from lure.plants.rational import RationalBlock
 
@@ -161,62 +158,41 @@ AMPLITUDE_DECADES = (-9, 9)
 _PER_DECADE = 40
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class HarmonicBalance:
-    r"""A solution of ``1 + N(A) H(i omega) = 0``: a sinusoid that would sustain itself if harmonics were absent.
+class HarmonicBalance(Record):
+    r"""A solution of ``1 + N(A) H(i omega) = 0``: a sinusoid that would sustain itself if harmonics were absent."""
 
-    Attributes
-    ----------
-    amplitude : float
-        ``A`` of ``sigma = A sin(omega t)`` [unit of sigma].
-    frequency : float
-        ``omega`` [rad/s].
-    gain : float
-        ``N(A) = -1/H(i omega)``.
-    stable_guess : bool or None
-        Whether the linear loop decays for the gain at a slightly larger and grows for that at a slightly smaller
-        amplitude (Loeb's rule, itself a heuristic); None where the gain does not change with the amplitude.
-    """
-
-    amplitude: float
-    frequency: float
-    gain: float
-    stable_guess: bool | None
+    amplitude: float = quantity("``A`` of ``sigma = A sin(omega t)``", "unit of sigma", dims="")
+    frequency: float = quantity("``omega``", "rad/s", dims="")
+    gain: float = quantity("``N(A) = -1/H(i omega)``", "unit of phi / unit of sigma", dims="")
+    stable_guess: bool | None = quantity(
+        "Whether the linear loop decays for the gain at a slightly larger and grows for that at a slightly "
+        "smaller amplitude (Loeb's rule, itself a heuristic); None where the gain does not change with the "
+        "amplitude"
+    )
 
     def __str__(self) -> str:
         words = {True: "perhaps attracting", False: "perhaps repelling", None: "of unknown kind"}
         return f"amplitude {self.amplitude:.6g} at {self.frequency:.6g} rad/s, {words[self.stable_guess]}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data."""
-        names = ("amplitude", "frequency", "gain", "stable_guess")
-        return {name: plain(getattr(self, name)) for name in names}
 
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class DescribingHint:
+class DescribingHint(Record):
     r"""Where harmonic balance suggests a periodic motion: a hint, not a verdict.
 
     It has no verdict on purpose.  Harmonics are neglected without a bound on them: a loop may oscillate although no
     balance exists (Fitts' counterexample to the conjecture of Kalman), and a balance may belong to no oscillation.
-
-    Attributes
-    ----------
-    balances : tuple of HarmonicBalance
-        The balances found, by frequency, then amplitude.  None found does not mean that there is none.
-    crossings : tuple of (float, float)
-        Frequencies at which ``H(i omega)`` is real and not 0, with its value there; all of them.
-    evidence : Evidence
-        Never more than OBSERVED.
-    block, law : RationalBlock, Nonlinearity or None
-        What the hint is about, for its figure.
     """
 
-    balances: tuple[HarmonicBalance, ...]
-    crossings: tuple[tuple[float, float], ...]
-    evidence: Evidence = Evidence.OBSERVED
-    block: RationalBlock | None = field(default=None, repr=False, compare=False)
-    law: Nonlinearity | None = field(default=None, repr=False, compare=False)
+    balances: tuple[HarmonicBalance, ...] = quantity(
+        "The balances found, by frequency, then amplitude. None found does not mean that there is none",
+        dims="balance",
+        each=HarmonicBalance,
+    )
+    crossings: tuple[tuple[float, float], ...] = quantity(
+        "Frequencies at which ``H(i omega)`` is real and not 0, with its value there; all of them"
+    )
+    evidence: Evidence = quantity("Never more than OBSERVED", default=Evidence.OBSERVED)
+    block: RationalBlock | None = quantity("The block it is about", hidden=True, default=None)
+    law: Nonlinearity | None = quantity("The nonlinearity it is about", hidden=True, default=None)
 
     def __post_init__(self) -> None:
         if self.evidence is not Evidence.OBSERVED:
@@ -233,30 +209,10 @@ class DescribingHint:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data, with the words ``hint, not a verdict`` in its sentence."""
-        return {
-            "kind": "hint, not a verdict",
-            "evidence": str(self.evidence),
-            "balances": plain(self.balances),
-            "crossings": plain(self.crossings),
-            "sentence": str(self),
-        }
+        return {"kind": "hint, not a verdict", **super().to_dict(), "sentence": str(self)}
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The balances, over the dimension ``balance``.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        xr = xarray_or_refusal("DescribingHint.to_xarray")
-        variables = {
-            "amplitude": ("balance", [one.amplitude for one in self.balances]),
-            "frequency": ("balance", [one.frequency for one in self.balances], {"units": "rad/s"}),
-            "gain": ("balance", [one.gain for one in self.balances]),
-        }
-        made: xarray.Dataset = xr.Dataset(variables, attrs={"evidence": str(self.evidence), "comment": str(self)})
-        return made
+    def _attributes(self) -> dict[str, object]:
+        return {"evidence": str(self.evidence), "comment": str(self)}
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """The locus ``-1/N(A)`` and ``H(i omega)``, which meet at the balances, by :func:`.plot_hint`.
@@ -269,7 +225,7 @@ class DescribingHint:
         made: Axes = drawing(self)(self, ax=ax)
         return made
 
-    def _repr_html_(self) -> str:
+    def _page(self) -> Page:
         words = {True: "perhaps attracting", False: "perhaps repelling", None: "of unknown kind"}
         rows = [
             (f"{b.amplitude:.6g}", f"{b.frequency:.6g}", f"{b.gain:.6g}", words[b.stable_guess]) for b in self.balances
@@ -277,7 +233,7 @@ class DescribingHint:
         head = ("amplitude of sigma", "rad/s", "gain N(A)", "Loeb's rule") if rows else ()
         notes = ["Harmonics are neglected: a loop may oscillate without a balance, or not oscillate with one."]
         found = "harmonic balance" if rows else "no harmonic balance was found, which excludes no oscillation"
-        return html_table(f"Hint, not a verdict: {found}", rows, head=head, verdict="OBSERVED", notes=notes)
+        return Page(f"Hint, not a verdict: {found}", rows, head, "OBSERVED", notes)
 
 
 def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:

@@ -6,7 +6,8 @@ import numpy as np
 import sympy
 from motions import unit_rod
 
-from lure import Scenario, Sector, builtin_system, exact_motion, upwind
+from lure import RationalBlock, Saturation, Scenario, Sector, builtin_system, exact_motion, upwind
+from lure.analysis import describing_hint
 from lure.analysis.measured import Measurements, example_measurements, fit_compliance, margin_of, report_of, sector_of
 from lure.analysis.nonlinearity import law_bounds, violation
 from lure.analysis.rod.comparison import compare
@@ -202,4 +203,5 @@ RESULTS = {
     "separation": lambda: separation(*np.random.default_rng(0).standard_normal((2, 9, 4)), 1.0),
     "resting place": lambda: resting_place(unit_rod(damping=0.5, compliance=0.01), Scenario.parse(velocity=1)),
     "memory": cache(memory),
+    "hint": lambda: describing_hint(RationalBlock([12], [1, 3, 2, 0]), Saturation()),
 }

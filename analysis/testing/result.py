@@ -79,7 +79,7 @@ class Violation(Record):
     slope: float = declared("Slope of the law at ``sigma``, a difference quotient; NaN if it has none")
     on: tuple[float, float] = declared("The interval on which it was asserted")
     how: str = declared("How the violation was found, and what else is known")
-    subject: Subject = declared("The law, for plots", key="")
+    subject: Subject = declared("The law, for plots", hidden=True)
 
     @property
     def bound(self) -> float | Fraction:

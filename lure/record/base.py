@@ -64,6 +64,7 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
     plainly: Callable[[Any], object] | None = None,
     inline: bool = False,
     each: type[Record] | None = None,
+    hidden: bool = False,
     default: Any = dataclasses.MISSING,  # noqa: ANN401  (of any type)
     default_factory: Any = dataclasses.MISSING,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401  (as dataclasses.field)
@@ -94,6 +95,8 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
         Whether what the value, a record, declares is taken in as if it stood here.
     each : type, optional
         Type of the records of a tuple along ``dims``: each of their single numbers and texts becomes a variable.
+    hidden : bool
+        Whether it takes no part in comparisons, texts and the dictionary, as what only a drawing needs.
     default, default_factory
         As for ``dataclasses.field``.
     """
@@ -101,15 +104,16 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
         meaning=meaning,
         unit=unit,
         dims=None if dims is None else tuple(dims.split()),
-        key="" if key is None and dims and each is None else key,
+        key="" if hidden or (key is None and dims and each is None) else key,
         name=name,
-        label=label,
+        label="" if hidden else label,
         form=form,
         plainly=plainly,
         inline=inline,
         each=each,
     )
-    return field(default=default, default_factory=default_factory, metadata={"declared": declared})
+    seen, metadata = not hidden, {"declared": declared}
+    return field(default=default, default_factory=default_factory, repr=seen, compare=seen, metadata=metadata)
 
 
 def derived(unit: str = "", **more: Any) -> Callable[[T], T]:  # noqa: ANN401  (those of `quantity`)
