@@ -93,7 +93,7 @@ def _violations(error: BaseException) -> Iterator[Violation]:
         for part in error.exceptions:
             yield from _violations(part)
         return
-    ours = getattr(sys.modules.get(_HOME), "LawViolation", None)
+    ours = getattr(sys.modules.get(_HOME), "NonlinearityViolation", None)
     if ours is not None and isinstance(error, ours) and error.violation is not None:
         yield error.violation
 

@@ -10,12 +10,12 @@ from lure.analysis.graphical import popov_response as popov_response
 from lure.analysis.measured import Measurements as Measurements
 from lure.analysis.measured import example_measurements as example_measurements
 from lure.analysis.measured import fit_compliance as fit_compliance
-from lure.analysis.measured import margin_of as margin_of
+from lure.analysis.measured import margin_from_data as margin_from_data
 from lure.analysis.measured import read_measurements as read_measurements
-from lure.analysis.measured import report_of as report_of
-from lure.analysis.measured import sector_of as sector_of
-from lure.analysis.nonlinearity import LawBounds as LawBounds
-from lure.analysis.nonlinearity import law_bounds as law_bounds
+from lure.analysis.measured import report_from_data as report_from_data
+from lure.analysis.measured import sector_from_data as sector_from_data
+from lure.analysis.nonlinearity import NonlinearityBounds as NonlinearityBounds
+from lure.analysis.nonlinearity import nonlinearity_bounds as nonlinearity_bounds
 from lure.analysis.questions import Largest as Largest
 from lure.analysis.questions import LoopAnalysis as LoopAnalysis
 from lure.analysis.questions import analyse as analyse

@@ -51,7 +51,7 @@ LAW = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
 import matplotlib.pyplot as plt
 
 from lure import LawClass, as_block
-from lure.analysis import certify, law_bounds, max_sector, max_slope
+from lure.analysis import certify, max_sector, max_slope, nonlinearity_bounds
 from lure.analysis.plots import plot_law_sector, plot_reach
 
 block = as_block(PLANT)
@@ -70,7 +70,7 @@ print(f"H = {block}")
 # the theorem below asks that $\varphi$ be locally Lipschitz (no jumps, no vertical tangents) and not change with time.
 
 # %%
-bounds = law_bounds(LAW)
+bounds = nonlinearity_bounds(LAW)
 ax = plot_law_sector(LAW, bounds)
 ax.set(xlabel="σ [rad]", ylabel="φ(σ) [V]")
 plt.show()

@@ -39,10 +39,10 @@ from lure.analysis.measured import (
     Measurements,
     example_measurements,
     fit_compliance,
-    margin_of,
+    margin_from_data,
     read_measurements,
-    report_of,
-    sector_of,
+    report_from_data,
+    sector_from_data,
 )
 from lure.analysis.plots.style import BLUE, GREEN, GREY, VERMILLION
 from lure.analysis.rod.conclusion import conclusion
@@ -80,12 +80,12 @@ plt.show()
 # %% [markdown]
 # ## 2. The sector that holds with 95 % confidence
 #
-# Behind the scatter we assume one mean law $f$ with $f(0) = 0$. `sector_of` bounds all its chords $f(\sigma)/\sigma$
-# and all its slopes *at once*: if the assumptions printed below hold, then of a hundred files measured like this one
-# about 95 give four bounds that are all true.
+# Behind the scatter we assume one mean law $f$ with $f(0) = 0$. `sector_from_data` bounds all its chords
+# $f(\sigma)/\sigma$ and all its slopes *at once*: if the assumptions printed below hold, then of a hundred files
+# measured like this one about 95 give four bounds that are all true.
 
 # %%
-found = sector_of(data)
+found = sector_from_data(data)
 found
 
 # %%
@@ -109,17 +109,18 @@ true_chord, true_slope = depth**1.5 / true["eps"] / 0.8e-3, 1.5 * depth**0.5 / t
 # %% [markdown]
 # ## 3. Does it remember?
 #
-# The criteria of this package are for laws without memory. `sector_of` therefore compares loading with unloading, here
-# without finding a difference beyond noise. A pad that gives back 15 % less than it took is another matter:
+# The criteria of this package are for laws without memory. `sector_from_data` therefore compares loading with
+# unloading, here without finding a difference beyond noise. A pad that gives back 15 % less than it took is another
+# matter:
 
 # %%
 load = data.load.copy()
 load[data.rows("unloading")] *= 0.85
-lossy = sector_of(Measurements.from_arrays(data.displacement, load))
+lossy = sector_from_data(Measurements.from_arrays(data.displacement, load))
 print("as measured:", found.hysteresis)
 print(f"with 15 % less on the way back: apart by {100 * lossy.hysteresis.share:.0f} % of the largest load")
 loop = ([1e4], [1, 300, 2e4, 0])  # see section 4
-say(margin_of(lossy, loop, gain=0.005, vouched=True))
+say(margin_from_data(lossy, loop, gain=0.005, vouched=True))
 
 # %% [markdown]
 # ## 4. A verdict for a loop
@@ -130,16 +131,16 @@ say(margin_of(lossy, loop, gain=0.005, vouched=True))
 # (`vouched=True`). The word is repeated in the answer.
 
 # %%
-verdict = margin_of(found, loop, gain=0.005, vouched=True)
+verdict = margin_from_data(found, loop, gain=0.005, vouched=True)
 verdict
 
 # %% [markdown]
 # The same without our word, and with a gain of 0.007:
 
 # %%
-say(margin_of(found, loop, gain=0.005))
+say(margin_from_data(found, loop, gain=0.005))
 print()
-say(margin_of(found, loop, gain=0.007, vouched=True))
+say(margin_from_data(found, loop, gain=0.007, vouched=True))
 
 # %% [markdown]
 # The proved sector ends at 600, certified at every frequency; the measured one ends at 455. What connects them is only
@@ -239,7 +240,7 @@ rows = [f"{u:.2f}\t{f:.3f}".replace(".", ",") for u, f in zip(depth_um, force_mn
 with tempfile.TemporaryDirectory() as folder:
     mine = Path(folder) / "mine.txt"
     mine.write_text("\n".join(["# spring 7, room temperature", "% second try", "depth [µm]\tforce [mN]", *rows]))
-    own = report_of(mine, fit=True)
+    own = report_from_data(mine, fit=True)
 own.sector
 
 # %%
@@ -259,13 +260,13 @@ assert found.lower.bound < 0 < true_chord < found.upper.bound
 assert found.slope_lower.bound < 0 < true_slope < found.slope_upper.bound
 assert round(found.lower.bound, -2) == -18.3e3
 assert lossy.hysteresis is not None
-assert not margin_of(lossy, loop, gain=0.005, vouched=True).inside
+assert not margin_from_data(lossy, loop, gain=0.005, vouched=True).inside
 assert verdict.inside
 assert str(verdict.evidence) == "observed"
 assert 599.9 < verdict.proved.largest.low <= 600
 assert round(float(verdict.sector.upper)) == 455
-assert not margin_of(found, loop, gain=0.005).inside
-assert not margin_of(found, loop, gain=0.007, vouched=True).inside
+assert not margin_from_data(found, loop, gain=0.005).inside
+assert not margin_from_data(found, loop, gain=0.007, vouched=True).inside
 assert round(fit.correlation[0, 2], 3) == -0.999
 for name, value in (true | {"eps": true["eps"] * 25e-6}).items():  # per pascal, not per newton
     low, high = fit.parameters[name].joint

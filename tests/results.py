@@ -8,8 +8,15 @@ from motions import unit_rod
 
 from lure import RationalBlock, Saturation, Scenario, Sector, builtin_system, exact_motion, upwind
 from lure.analysis import describing_hint
-from lure.analysis.measured import Measurements, example_measurements, fit_compliance, margin_of, report_of, sector_of
-from lure.analysis.nonlinearity import law_bounds, violation
+from lure.analysis.measured import (
+    Measurements,
+    example_measurements,
+    fit_compliance,
+    margin_from_data,
+    report_from_data,
+    sector_from_data,
+)
+from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 from lure.analysis.rod.comparison import compare
 from lure.analysis.rod.comparison.settling_claim import from_closed_form
 from lure.analysis.rod.confirmation import confirmation
@@ -20,7 +27,7 @@ from lure.analysis.rod.response.separation import separation
 from lure.analysis.rod.runs import Request, perform, sampled_motion
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.spectrum import rod_spectrum
-from lure.analysis.testing import LawViolation, assert_in_sector
+from lure.analysis.testing import NonlinearityViolation, assert_in_sector
 from lure.analysis.verdict import Evidence
 from lure.expressions import Expression
 from lure.files import find_system
@@ -122,24 +129,24 @@ def resting():
 
 @cache
 def bounds():
-    return law_bounds("max(x, 0)**1.5", on=(-1, 1))
+    return nonlinearity_bounds("max(x, 0)**1.5", on=(-1, 1))
 
 
 @cache
 def sector():
-    return sector_of(example_measurements())
+    return sector_from_data(example_measurements())
 
 
 @cache
 def margin():
-    return margin_of(sector(), ([1e4], [1, 300, 2e4, 0]), gain=0.005, vouched=True)
+    return margin_from_data(sector(), ([1e4], [1, 300, 2e4, 0]), gain=0.005, vouched=True)
 
 
 @cache
 def broken():
     try:
         assert_in_sector("2*x", Sector(0, 1))
-    except LawViolation as error:
+    except NonlinearityViolation as error:
         return error.violation
     raise AssertionError("2 x lies in no sector [0, 1]")
 
@@ -161,7 +168,7 @@ def memory():
     u = np.concatenate([up, up[::-1]])
     bulge = 10 * np.clip(1 - np.abs(u - 5e-4) / 5e-4, 0, 1) * (np.arange(240) >= 120)
     load = 1e5 * np.maximum(u, 0) - bulge + np.random.default_rng(0).standard_normal(240)
-    return sector_of(Measurements.from_arrays(u, load))
+    return sector_from_data(Measurements.from_arrays(u, load))
 
 
 RESULTS = {
@@ -190,7 +197,7 @@ RESULTS = {
     "measured sector": sector,
     "compliance fit": cache(lambda: fit_compliance(example_measurements())),
     "measured margin": margin,
-    "measured report": cache(lambda: report_of(example_measurements(), fit=True)),
+    "measured report": cache(lambda: report_from_data(example_measurements(), fit=True)),
     "checked": lambda: assert_in_sector("x/2", Sector(0, 1)),
     "broken": broken,
     "misprint": lambda: misprints()[0],

@@ -9,7 +9,7 @@ from bound_laws import INF, laws
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lure.analysis.nonlinearity import bounds, law_bounds, search, violation
+from lure.analysis.nonlinearity import bounds, nonlinearity_bounds, search, violation
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
@@ -37,7 +37,7 @@ def check(extreme, truth, side, made, *, scale):
 
 
 def check_law(made):
-    found = law_bounds(made.text, on=made.on)
+    found = nonlinearity_bounds(made.text, on=made.on)
     assert found.evidence is Evidence.CERTIFIED
     assert not found.notes or not made.exact
     for truth, pair in (
@@ -63,7 +63,7 @@ def test_ten_thousand_laws_with_known_bounds():
 
 def test_sums_of_a_line_and_a_sine():
     for made in laws(3, sine=10):
-        found = law_bounds(made.text, on=made.on)
+        found = nonlinearity_bounds(made.text, on=made.on)
         for truth, extreme in zip(
             (*made.sector, *made.slope),
             (found.sector_lower, found.sector_upper, found.slope_lower, found.slope_upper),
@@ -120,7 +120,7 @@ KNOWN = [
 
 @pytest.mark.parametrize(("text", "on", "sector", "slope"), KNOWN, ids=lambda value: str(value)[:30])
 def test_bounds_found_by_hand(text, on, sector, slope):
-    found = law_bounds(text, on=on)
+    found = nonlinearity_bounds(text, on=on)
     for truth, pair in (
         (sector, (found.sector_lower, found.sector_upper)),
         (slope, (found.slope_lower, found.slope_upper)),
@@ -149,13 +149,13 @@ def test_bounds_found_by_hand(text, on, sector, slope):
     ],
 )
 def test_where_a_bound_is_attained(text, name, place, attained):
-    extreme = getattr(law_bounds(text), name)
+    extreme = getattr(nonlinearity_bounds(text), name)
     assert (extreme.at, extreme.attained) == (place, attained)
 
 
 def test_an_irrational_place_is_enclosed():
     # phi/x = sin(x)/x is least where tan(x) = x = 4.493409457909064175307880927...
-    low, high = sorted(map(abs, law_bounds("sin(x)").sector_lower.at))
+    low, high = sorted(map(abs, nonlinearity_bounds("sin(x)").sector_lower.at))
     truth, digits = Fraction("4.493409457909064175307880927"), Fraction(1, 10**26)
     assert low - digits <= truth <= high + digits
     assert high - low < Fraction(1, 10**20)
@@ -180,7 +180,7 @@ LIBRARY = [
 
 @pytest.mark.parametrize("law", LIBRARY, ids=lambda law: type(law).__name__)
 def test_laws_of_the_library_agree_with_what_they_say_of_themselves(law):
-    found = law_bounds(law)
+    found = nonlinearity_bounds(law)
     assert (found.sector_lower.inner, found.sector_upper.inner) == (law.sector.lower, law.sector.upper)
     assert found.sector_lower.exact
     assert found.sector_upper.exact
@@ -209,8 +209,8 @@ def close(extreme, low, high):
 @settings(max_examples=25, deadline=None)
 @given(text=bounds_of_a_law, p=factor, q=factor)
 def test_units_of_force_and_displacement_scale_the_bounds(text, p, q):
-    once = law_bounds(text)
-    other = law_bounds(f"({p})*({text.replace('x', f'(({q})*x)').replace(f'ma(({q})*x)', 'max')})")
+    once = nonlinearity_bounds(text)
+    other = nonlinearity_bounds(f"({p})*({text.replace('x', f'(({q})*x)').replace(f'ma(({q})*x)', 'max')})")
     for a, b in zip(ends(once), ends(other), strict=True):
         assert close(b, a.inner * p * q, a.outer * p * q)
 
@@ -218,24 +218,24 @@ def test_units_of_force_and_displacement_scale_the_bounds(text, p, q):
 @settings(max_examples=10, deadline=None)
 @given(text=bounds_of_a_law, g=factor)
 def test_a_gain_taken_off_moves_the_bounds(text, g):
-    for a, b in zip(ends(law_bounds(text)), ends(law_bounds(f"{text} - ({g})*x")), strict=True):
+    for a, b in zip(ends(nonlinearity_bounds(text)), ends(nonlinearity_bounds(f"{text} - ({g})*x")), strict=True):
         assert close(b, a.inner - g, a.outer - g)
 
 
 @settings(max_examples=10, deadline=None)
 @given(text=bounds_of_a_law)
 def test_reflections(text):
-    once = law_bounds(text)
+    once = nonlinearity_bounds(text)
     mirrored = text.replace("x", "(-x)").replace("ma(-x)", "max")
-    for a, b in zip(ends(once), ends(law_bounds(f"-({mirrored})")), strict=True):
+    for a, b in zip(ends(once), ends(nonlinearity_bounds(f"-({mirrored})")), strict=True):
         assert close(b, a.inner, a.outer)  # -phi(-sigma) has the same bounds,
-    low, high, slope_low, slope_high = ends(law_bounds(f"-({text})"))
+    low, high, slope_low, slope_high = ends(nonlinearity_bounds(f"-({text})"))
     for a, b in zip(ends(once), (high, low, slope_high, slope_low), strict=True):
         assert close(b, -a.inner, -a.outer)  # and -phi has them reversed
 
 
 def test_the_sector_contains_and_a_narrower_one_is_refuted():
-    found = law_bounds("tanh(x) + x/3")
+    found = nonlinearity_bounds("tanh(x) + x/3")
     assert found.sector.lower <= Fraction(1, 3) < Fraction(4, 3) <= found.sector.upper
     assert float(found.sector.upper) == pytest.approx(4 / 3, rel=1e-15)
     assert (
@@ -248,44 +248,44 @@ def test_the_sector_contains_and_a_narrower_one_is_refuted():
 
 
 def test_an_exact_bound_decides_its_own_limit():
-    assert law_bounds("x/(1 + x**2)").within(Sector(0, 1)) is Verdict.PROVED
-    assert law_bounds("min(max(x/3, -1), 1)").within(Sector(0, Fraction(1, 3))) is Verdict.PROVED
+    assert nonlinearity_bounds("x/(1 + x**2)").within(Sector(0, 1)) is Verdict.PROVED
+    assert nonlinearity_bounds("min(max(x/3, -1), 1)").within(Sector(0, Fraction(1, 3))) is Verdict.PROVED
 
 
 def test_a_tail_that_does_not_settle_is_not_certified():
-    found = law_bounds("sin(x**2)/2 + x")  # the slope 1 + x cos(x^2) has no bounds, which is not shown
+    found = nonlinearity_bounds("sin(x**2)/2 + x")  # the slope 1 + x cos(x^2) has no bounds, which is not shown
     assert (found.slope_lower.outer, found.slope_upper.outer) == (-INF, INF)
     assert math.isfinite(found.slope_upper.inner) or found.slope_upper.inner > 10**10
     assert any("could not be shown" in note for note in found.notes)
     assert found.within(SlopeBounds(-(10**9), INF)) is Verdict.REFUTED
-    assert law_bounds("x*log(2 + abs(x))").within(Sector(0, 10**300)) is not Verdict.PROVED
+    assert nonlinearity_bounds("x*log(2 + abs(x))").within(Sector(0, 10**300)) is not Verdict.PROVED
 
 
 def test_values_beyond_the_doubles_are_no_obstacle():
-    found = law_bounds("x*((abs(sin(x)) * x**3))")
+    found = nonlinearity_bounds("x*((abs(sin(x)) * x**3))")
     assert found.sector.upper > 1e300  # x^3 |sin x| grows without bound
     assert "sector" in str(found)
     assert found.to_dict()["evidence"] == "certified"
     assert violation("x*((abs(sin(x)) * x**3))", Sector(-INF, 10**200)) is not None
-    assert law_bounds("exp(800*x) - 1", on=(0, 1)).sector.upper == INF  # e^800 - 1, rounded up to a double
+    assert nonlinearity_bounds("exp(800*x) - 1", on=(0, 1)).sector.upper == INF  # e^800 - 1, rounded up to a double
 
 
 def test_continuity_that_cannot_be_decided_is_said():
-    found = law_bounds("where(tanh(x) > 0.5, 2*x, x)")
+    found = nonlinearity_bounds("where(tanh(x) > 0.5, 2*x, x)")
     assert found.slope_upper is None
     assert found.sector == Sector(1, 2)
     assert "continuity" in found.notes[0]
 
 
 def test_a_slope_without_bounds_leaves_the_sector():
-    found = law_bounds("abs(sin(x + x**3))**0.5 * x", on=(-1, 1.5))  # a vertical tangent where x + x^3 = pi
+    found = nonlinearity_bounds("abs(sin(x + x**3))**0.5 * x", on=(-1, 1.5))  # a vertical tangent where x + x^3 = pi
     assert found.slope_upper is None
     assert "could not be enclosed near sigma = 1.2391" in found.notes[0]
     assert found.sector.upper == pytest.approx(1)
 
 
 def test_documents_and_sentences():
-    found = law_bounds("x/(1 + x**2)", on=(Fraction(-1, 3), 4))
+    found = nonlinearity_bounds("x/(1 + x**2)", on=(Fraction(-1, 3), 4))
     document = found.to_dict()
     assert document["on"][0] == {"exact": "-1/3", "double": -1 / 3}
     assert document["sector_upper"]["inner"] == {"exact": "1", "double": 1.0}
@@ -296,17 +296,17 @@ def test_documents_and_sentences():
 
 def test_when_the_time_is_over_the_bounds_hold_and_are_said_to_be_the_best_so_far(monkeypatch):
     text = "sigma*(1 + log(2 + sin(1/(sigma**2 + 0.01))))"
-    whole = law_bounds(text)
+    whole = nonlinearity_bounds(text)
     looks = iter(range(10**9))
     monkeypatch.setattr(search, "time", SimpleNamespace(monotonic=lambda: next(looks)))  # a second for every look
     monkeypatch.setattr(bounds, "time", SimpleNamespace(monotonic=lambda: 0))
     for seconds in (1, 60):
-        found = law_bounds(text, seconds=seconds)
+        found = nonlinearity_bounds(text, seconds=seconds)
         assert "the time allowed ended the search (LURE-I007)" in found.notes[-1]
         assert found.sector_lower.outer <= whole.sector_lower.outer
         assert found.sector_upper.outer >= whole.sector_upper.outer
         assert found.sector_upper.gap > whole.sector_upper.gap
-    assert law_bounds(text, seconds=10**9) == whole
+    assert nonlinearity_bounds(text, seconds=10**9) == whole
     for wrong in (0, -1, math.inf, math.nan, True, "1"):
         with pytest.raises(InputError, match=r"^seconds is .*; give a positive number of seconds"):
-            law_bounds("sin(sigma)", seconds=wrong)
+            nonlinearity_bounds("sin(sigma)", seconds=wrong)

@@ -8,8 +8,8 @@ import pytest
 from flint import arb
 
 from lure import SlopeBounds
-from lure.analysis.nonlinearity import law_bounds
-from lure.analysis.nonlinearity.expansion import Stretch, Unsettled, arb_of, expanded, reach
+from lure.analysis.nonlinearity import nonlinearity_bounds
+from lure.analysis.nonlinearity.expansion import Stretch, Unsettled, arb_of, enclosure_at_end, expanded
 from lure.analysis.nonlinearity.extremes import Candidate, Cover
 from lure.analysis.nonlinearity.hull import hull, tightened
 from lure.analysis.nonlinearity.jets import Span, jet, over_sigma, values_by_branch
@@ -85,7 +85,7 @@ def test_an_expansion_holds_every_value_of_its_stretch(name, tree, end, side):
             stretch = Stretch(ball(Fraction(1, 2**stage)))
             try:
                 m = expanded(tree, end, side, stretch)
-                cover, _ = reach(m, stretch, end, side)
+                cover, _ = enclosure_at_end(m, stretch, end, side)
             except Unsettled:
                 continue
             for _ in range(6):
@@ -111,7 +111,7 @@ def test_most_of_them_settle():
             for end in (math.inf, -math.inf):
                 stretch = Stretch(ball(Fraction(1, 2**12)))
                 try:
-                    cover, limit = reach(expanded(tree, end, -1, stretch), stretch, end, -1)
+                    cover, limit = enclosure_at_end(expanded(tree, end, -1, stretch), stretch, end, -1)
                 except Unsettled:
                     continue
                 settled += limit is not None or math.inf not in (abs(cover.low), abs(cover.high))
@@ -236,12 +236,12 @@ def test_a_hull_is_read_off_the_formula(text, low, high):
 
 def test_bounds_that_hold_by_the_formula_are_free_of_rounding():
     # phi/sigma = 1 + sin(5 sigma); phi' = 1 + sin(sigma) of the other
-    found = law_bounds("sigma*(1 + sin(5*sigma))")
+    found = nonlinearity_bounds("sigma*(1 + sin(5*sigma))")
     assert (found.sector_lower.outer, found.sector_upper.outer) == (0, 2)
     assert str(found.sector) == "[0, 2]"
     assert "sector [0, 2]" in str(found)
     assert 0 <= found.sector_lower.inner < Fraction(1, 10**40)  # a point where it is taken is irrational
-    assert law_bounds("sigma - cos(sigma) + 1").slope == SlopeBounds(0, 2)
+    assert nonlinearity_bounds("sigma - cos(sigma) + 1").slope == SlopeBounds(0, 2)
 
 
 def test_a_hull_makes_no_bound_where_none_was_shown():

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import pytest
 
-from lure.analysis.nonlinearity import law_bounds, violation
+from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.expressions import Expression
@@ -44,7 +44,7 @@ HOSTILE = [
 @pytest.mark.parametrize(("text", "message"), HOSTILE, ids=[text[:25] for text, _ in HOSTILE])
 def test_hostile_formulas_are_refused_with_a_sentence(text, message):
     with pytest.raises(InputError, match=message) as caught:
-        law_bounds(text)
+        nonlinearity_bounds(text)
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 400
 
@@ -82,7 +82,7 @@ HIDDEN = [
 @pytest.mark.parametrize("text", HIDDEN)
 def test_a_formula_without_a_value_somewhere_is_never_certified(text):
     with pytest.raises(InputError, match=r"value|pole|divides"):
-        law_bounds(text)
+        nonlinearity_bounds(text)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_a_formula_without_a_value_somewhere_is_never_certified(text):
     ],
 )
 def test_a_part_that_is_not_reached_needs_no_value(text, sector):
-    found = law_bounds(text).sector
+    found = nonlinearity_bounds(text).sector
     assert sector.lower <= found.lower <= found.upper <= sector.upper
     assert found.upper > sector.upper - 0.6
 
@@ -105,34 +105,34 @@ def test_a_part_that_is_not_reached_needs_no_value(text, sector):
 )
 def test_an_interval_without_the_pole_is_bounded(text, on, sector):
     # x/(x - 1): chord 1/(x - 1) from -2 at 1/2 to -1/2 at -1; 1/(2 - x); 1/(2 + sqrt(4 + x))
-    found = law_bounds(text, on=on)
+    found = nonlinearity_bounds(text, on=on)
     if text == "x/(x - 1)":
         sector = (-2, -0.5)
     assert (float(found.sector_lower.inner), float(found.sector_upper.inner)) == pytest.approx(sector, abs=1e-14)
 
 
 def test_an_interval_away_from_zero_needs_no_law_that_vanishes_there():
-    found = law_bounds("cos(x)", on=(1, 3))
+    found = nonlinearity_bounds("cos(x)", on=(1, 3))
     assert float(found.sector_upper.inner) == pytest.approx(0.5403023058681398)  # cos(1)/1
     with pytest.raises(InputError, match="vanishes at 0"):
-        law_bounds("cos(x)", on=(0, 3))
+        nonlinearity_bounds("cos(x)", on=(0, 3))
 
 
 @pytest.mark.parametrize("on", [(1, 1), (2, 1), (0, float("inf")), (0, float("nan")), "ab", 3, (1, 2, 3), ("a", "b")])
 def test_intervals_that_are_none(on):
     with pytest.raises(InputError, match="on"):
-        law_bounds("x", on=on)
+        nonlinearity_bounds("x", on=on)
 
 
 def test_arguments_that_are_no_laws():
     with pytest.raises(InputError, match=r"give a formula in sigma, a law of lure.nonlinearities, or a function"):
-        law_bounds(3)
+        nonlinearity_bounds(3)
     with pytest.raises(InputError, match="has the variables"):
-        law_bounds(Expression.parse("t + x", variables=("t", "x")))
+        nonlinearity_bounds(Expression.parse("t + x", variables=("t", "x")))
     with pytest.raises(InputError, match="lipschitz is for a law given as a function"):
-        law_bounds("x", lipschitz=1)
+        nonlinearity_bounds("x", lipschitz=1)
     with pytest.raises(InputError, match="samples is 3"):
-        law_bounds(abs, samples=3)
+        nonlinearity_bounds(abs, samples=3)
 
 
 @pytest.mark.parametrize(
@@ -147,14 +147,14 @@ def test_arguments_that_are_no_laws():
 )
 def test_functions_that_are_no_laws(law, message):
     with pytest.raises(InputError, match=message):
-        law_bounds(law)
+        nonlinearity_bounds(law)
 
 
 def test_a_constant_that_the_sample_contradicts():
     with pytest.raises(AssumptionError, match=r"its slope between sigma = .* give a constant that holds"):
-        law_bounds(lambda x: 2 * x, lipschitz=1)
+        nonlinearity_bounds(lambda x: 2 * x, lipschitz=1)
     with pytest.raises(InputError, match="lipschitz is -1; give a positive number"):
-        law_bounds(abs, lipschitz=-1)
+        nonlinearity_bounds(abs, lipschitz=-1)
 
 
 def test_a_violation_is_not_looked_for_where_there_is_none():
@@ -175,11 +175,13 @@ def test_a_violation_is_not_looked_for_where_there_is_none():
 def test_what_hides_a_root_of_a_negative_number_has_no_value_either(text):
     # for numpy 0*nan and sign(nan) are nan, and a comparison with nan is neither true nor false
     with pytest.raises(InputError, match="no value that could be enclosed at sigma"):
-        law_bounds(text)
+        nonlinearity_bounds(text)
 
 
 def test_numbers_beyond_all_doubles_are_bounds_like_others():
-    straight = law_bounds("x*(1e300)**3")  # one chord slope, 1e900: the doubles around it are the largest and inf
+    straight = nonlinearity_bounds(
+        "x*(1e300)**3"
+    )  # one chord slope, 1e900: the doubles around it are the largest and inf
     assert (straight.sector.lower, straight.sector.upper) == (Fraction(1.7976931348623157e308), math.inf)
     with pytest.raises(InputError, match="could be enclosed"):  # exp(1e6) towards infinity
-        law_bounds("x*exp(1e6*tanh(x))")
+        nonlinearity_bounds("x*exp(1e6*tanh(x))")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from bound_laws import INF, laws
 
-from lure.analysis.nonlinearity import law_bounds, violation
+from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 from lure.analysis.verdict import Evidence
 from lure.classes import Sector, SlopeBounds
 from lure.expressions import Expression
@@ -80,7 +80,7 @@ def test_a_function_is_refuted_by_what_it_returns():
 
 
 def test_what_was_found_before_is_used():
-    found = law_bounds("tanh(x)")
+    found = nonlinearity_bounds("tanh(x)")
     assert violation("tanh(x)", Sector(0, 0.5), found=found).to_dict()["bound"] == "1/2"
 
 
@@ -89,9 +89,9 @@ def test_a_law_derived_from_one_of_the_library_is_known_by_its_values_alone():
         def __call__(self, sigma):
             return 10 * super().__call__(sigma)
 
-    found = law_bounds(Tenfold())
+    found = nonlinearity_bounds(Tenfold())
     assert (found.evidence, float(found.sector_upper.inner)) == (Evidence.OBSERVED, pytest.approx(10))
-    assert law_bounds(Saturation()).evidence is Evidence.CERTIFIED
+    assert nonlinearity_bounds(Saturation()).evidence is Evidence.CERTIFIED
 
 
 def test_only_what_was_shown_is_called_refuted():

@@ -8,7 +8,7 @@ import pytest
 from refusals import refusal
 
 from lure import LawClass, Sector, as_law
-from lure.analysis import describing_function, law_bounds
+from lure.analysis import describing_function, nonlinearity_bounds
 from lure.analysis.nonlinearity import violation
 from lure.analysis.theorems.popov import popov_criterion
 from lure.analysis.verdict import Evidence
@@ -166,9 +166,9 @@ def test_text_that_is_no_number_names_its_field():
 
 
 def test_the_sector_of_a_straight_line_is_exact_and_no_theorem_takes_it():
-    found = law_bounds("sigma/3")
+    found = nonlinearity_bounds("sigma/3")
     assert (found.sector, found.slope) == (Sector.line(F(1, 3)), SlopeBounds.line(F(1, 3)))
-    assert str(law_bounds("3*x").sector) == "[3, 3]"
+    assert str(nonlinearity_bounds("3*x").sector) == "[3, 3]"
     with pytest.raises(InputError, match="a linear gain belongs into the block"):
         LawClass(sector=found.sector)
     with pytest.raises(InputError, match="a linear gain belongs into the block"):
@@ -180,8 +180,8 @@ def test_the_sector_of_a_straight_line_is_exact_and_no_theorem_takes_it():
 
 def test_a_saturation_of_python_control_is_bounded_as_certified_as_ours():
     theirs, ours = control.saturation_nonlinearity(2), Saturation(limit=2)
-    assert law_bounds(theirs) == law_bounds(ours)
-    assert law_bounds(theirs).evidence is Evidence.CERTIFIED
+    assert nonlinearity_bounds(theirs) == nonlinearity_bounds(ours)
+    assert nonlinearity_bounds(theirs).evidence is Evidence.CERTIFIED
     assert violation(theirs, Sector(0, F(1, 2))).evidence is Evidence.CERTIFIED
 
 

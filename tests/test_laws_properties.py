@@ -19,10 +19,10 @@ from lure.nonlinearities import (
     ExpressionLaw,
     LeakyReLU,
     PiecewiseLinear,
+    Provenance,
     Quantiser,
     ReLU,
     Saturation,
-    Standing,
     Tanh,
     check_declared,
     law_class,
@@ -70,7 +70,7 @@ class Minimal:
         return np.asarray(sigma, dtype=float)
 
 
-# Standing.
+# Provenance.
 
 
 @pytest.mark.parametrize("law", LIBRARY, ids=str)
@@ -78,14 +78,14 @@ def test_everything_about_a_law_of_the_library_is_checked(law):
     known = properties(law)
     for name in ("sector", "slope_bounds", "odd", "regularity"):
         found = getattr(known, name)
-        assert found.standing is Standing.CHECKED
+        assert found.provenance is Provenance.CHECKED
         assert found.value == getattr(law, name)
         assert found.how
 
 
 def test_what_a_user_says_is_declared_and_what_is_not_said_is_not_known():
     said = properties(Arctangent(slope_bounds=SlopeBounds(0, 1), odd=True))
-    assert {p.standing for p in (said.sector, said.slope_bounds, said.odd, said.regularity)} == {Standing.DECLARED}
+    assert {p.provenance for p in (said.sector, said.slope_bounds, said.odd, said.regularity)} == {Provenance.DECLARED}
     assert said.sector.how == "the word of the law's author"
     unsaid = properties(Minimal())
     assert (unsaid.slope_bounds.value, unsaid.odd.value, unsaid.regularity.value) == (None, False, "unknown")
@@ -97,20 +97,20 @@ def test_a_class_that_inherits_from_a_law_is_on_its_own_word():
         def __call__(self, sigma):
             return 2 * super().__call__(sigma)
 
-    assert properties(Louder()).sector.standing is Standing.DECLARED
+    assert properties(Louder()).sector.provenance is Provenance.DECLARED
 
 
 def test_passing_the_sample_does_not_make_a_declaration_checked():
     law = ExpressionLaw("tanh(3*sigma)", sector=Sector(0, 3), slope_bounds=SlopeBounds(0, 3), odd=True)
     check_declared(law)
-    assert properties(law).sector.standing is Standing.DECLARED
+    assert properties(law).sector.provenance is Provenance.DECLARED
     assert properties(law).regularity.value == "locally Lipschitz"
 
 
 def test_a_piecewise_linear_formula_is_checked_exactly():
     law = ExpressionLaw("min(max(2*sigma, -1), 1)", sector=Sector(0, 2), slope_bounds=SlopeBounds(0, 2), odd=True)
     known = properties(law)
-    assert {p.standing for p in (known.sector, known.slope_bounds, known.odd)} == {Standing.CHECKED}
+    assert {p.provenance for p in (known.sector, known.slope_bounds, known.odd)} == {Provenance.CHECKED}
     assert known.sector.how.startswith("the formula is piecewise linear: exact")
     assert str(known.odd).startswith("True (checked: the formula")
 
@@ -144,12 +144,12 @@ def test_a_false_word_about_a_piecewise_linear_formula_is_never_used(declared, m
 def test_a_shifted_law_keeps_the_standing_of_what_is_shifted():
     user = properties(shifted_law(Arctangent(slope_bounds=SlopeBounds(0, 1), odd=True), Fraction(1, 2)))
     assert user.sector.value == Sector(Fraction(-1, 2), Fraction(1, 2))
-    assert user.sector.standing is Standing.DECLARED
+    assert user.sector.provenance is Provenance.DECLARED
     assert user.sector.how.endswith("; shifted by 0.5")
     assert user.odd.value is True
     library = properties(shifted_law(Tanh(), 1))
     assert library.slope_bounds.value == SlopeBounds(-1, 0)
-    assert library.slope_bounds.standing is Standing.CHECKED
+    assert library.slope_bounds.provenance is Provenance.CHECKED
 
 
 # The class of a law.

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 
 from lure.analysis.cli import main
 from lure.analysis.cli import sectors as sectors  # puts the command on the app
-from lure.analysis.measured import EXAMPLE, Measurements, fit_compliance, report_of, sector_of
+from lure.analysis.measured import EXAMPLE, Measurements, fit_compliance, report_from_data, sector_from_data
 from lure.analysis.plots import render
 from lure.analysis.plots.measured import plot_compliance, plot_measured
 
-REPORT = report_of(EXAMPLE, fit=True)
+REPORT = report_from_data(EXAMPLE, fit=True)
 
 
 def test_the_command_prints_what_the_report_says(capsys):
@@ -112,6 +112,6 @@ def test_pictures_are_the_same_every_time_and_unbounded_sectors_can_be_drawn():
     draw = partial(plot_measured, REPORT.sector)
     assert render(draw, name="x") == render(draw, name="x")
     u = np.linspace(-1, 1, 50)
-    found = sector_of(Measurements.from_arrays(u, u + 1))
+    found = sector_from_data(Measurements.from_arrays(u, u + 1))
     above, _ = plot_measured(found, ax=Figure().add_subplot())
     assert not [line for line in above.lines if str(line.get_label()).startswith("slope")]

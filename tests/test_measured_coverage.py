@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from lure.analysis.measured import Measurements, margin_of, sector_of
+from lure.analysis.measured import Measurements, margin_from_data, sector_from_data
 from lure.analysis.plots.measured import plot_measured
 
 R = 1e-3
@@ -31,7 +31,7 @@ def bounded(name, seed, noise):
     law, sigma = TRUTH[name][0]
     load = law(sigma)
     errors = np.random.default_rng([7, seed]).standard_normal(sigma.size)
-    return sector_of(Measurements.from_arrays(sigma, load + noise * np.abs(load).max() * errors))
+    return sector_from_data(Measurements.from_arrays(sigma, load + noise * np.abs(load).max() * errors))
 
 
 def holds(found, name):
@@ -78,7 +78,7 @@ def test_no_confidence_is_stated_for_a_law_that_bends_within_its_pieces():
     document = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert (document["confidence"], document["resolved"]) == (None, False)
     assert found.to_xarray().attrs["confidence"] == "none is stated"
-    answer = margin_of(found, ([1], [1, 3, 2, 0]), gain=1e-6, vouched=True)
+    answer = margin_from_data(found, ([1], [1, 3, 2, 0]), gain=1e-6, vouched=True)
     assert "observed without a stated confidence" in answer.conclusion
 
 
@@ -104,7 +104,7 @@ def test_a_figure_of_such_a_law_says_so():
 def test_a_law_of_the_class_is_resolved():
     u = EVEN[200]
     noise = np.random.default_rng(0).standard_normal(u.size)
-    found = sector_of(Measurements.from_arrays(u, 1e5 * np.maximum(u, 0) + noise))
+    found = sector_from_data(Measurements.from_arrays(u, 1e5 * np.maximum(u, 0) + noise))
     assert found.resolved
     assert found.to_dict()["confidence"] == 0.95
     assert found.conclusion.startswith("With 95 % confidence")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from lure import AssumptionError, InputError
 from lure.analysis.cli import main
-from lure.analysis.measured import Measurements, read_measurements, sector_of
+from lure.analysis.measured import Measurements, read_measurements, sector_from_data
 from lure.analysis.measured.table import known_unit
 
 ROWS = [(0.0, 0.0), (0.5, 10.0), (1.0, 20.0), (1.5, 30.0)]  # mm and N, in every file below
@@ -134,7 +134,7 @@ def test_an_amplifier_in_volts(tmp_path, capsys):
     assert "V/V" in printed
     assert "sigma is column 1 'in' (by its place), phi is column 2 'out' (by its place)" in printed
     assert "--displacement and --force choose others" in printed
-    found = sector_of(read_measurements(path, units=("V", "V")))
+    found = sector_from_data(read_measurements(path, units=("V", "V")))
     # chords from 8 at the ends to 10 within the linear part
     assert 7 < found.lower.bound <= 8
     assert 10 <= found.upper.bound < 11
@@ -204,12 +204,12 @@ SIZES = st.sampled_from([1e-300, 1e-15, 1e-9, 1.0, 1e9, 1e200])
     sizes=st.tuples(SIZES, SIZES),
 )
 def test_any_numbers_have_a_sector_or_a_sentence(values, sizes):
-    from lure.analysis.measured import report_of
+    from lure.analysis.measured import report_from_data
 
     u, p = (np.array(column) * size for column, size in zip(zip(*values, strict=True), sizes, strict=True))
     for fit in (False, True):
         try:
-            found = report_of(Measurements.from_arrays(u, p), fit=fit)
+            found = report_from_data(Measurements.from_arrays(u, p), fit=fit)
         except (InputError, AssumptionError) as error:
             assert len(str(error).splitlines()) == 1  # noqa: PT017 - there may be no error
         else:

@@ -9,7 +9,7 @@ import pytest
 from measuring import compliance_data, covers
 
 from lure import AssumptionError, InputError
-from lure.analysis.measured import Measurements, example_measurements, fit_compliance, sector_of
+from lure.analysis.measured import Measurements, example_measurements, fit_compliance, sector_from_data
 from lure.analysis.measured.example import EPS as PAD_EPS
 from lure.analysis.measured.example import EXAMPLE, EXPONENT, GAP, KNOCKS, example_text
 from lure.analysis.verdict import Evidence
@@ -165,5 +165,5 @@ def test_a_sudden_onset_and_a_drop_of_the_load_are_no_outliers():
     load[120:123] -= 15  # a crack, three readings long
     load[60] += 8  # a knock
     load += 0.1 * np.random.default_rng(0).standard_normal(200)
-    found = sector_of(Measurements.from_arrays(u, load))
+    found = sector_from_data(Measurements.from_arrays(u, load))
     assert [outlier.index for outlier in found.outliers] in ([], [60])

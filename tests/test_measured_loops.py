@@ -7,7 +7,13 @@ import pytest
 from elements import LAWS, LOOPS, errors, path, viscous
 
 from lure import AssumptionError
-from lure.analysis.measured import Measurements, hysteresis_of, margin_of, report_of, sector_of
+from lure.analysis.measured import (
+    Measurements,
+    hysteresis_from_data,
+    margin_from_data,
+    report_from_data,
+    sector_from_data,
+)
 from lure.analysis.measured.loops import has_loop, pairs_of
 
 WIDTH, COMMON = 3.0, 40  # deviations of the noise; readings on both of two branches
@@ -85,7 +91,7 @@ def test_a_hundred_cycles_are_branches_too():
     u = path(200, 40)
     found = Measurements.from_arrays(u, viscous(u, 0.05) + 0.02 * errors(u.size, 0))
     assert len(found.branches) == 200
-    assert hysteresis_of(found) is not None
+    assert hysteresis_from_data(found) is not None
 
 
 # branches that differ from cycle to cycle look like correlated noise about their mean, and were taken for it
@@ -96,7 +102,7 @@ def test_loops_that_change_from_cycle_to_cycle_are_seen_in_every_window(way):
     u = np.exp(-t / 30) * np.sin(t) if way == "decaying" else (1 + 0.3 * np.sin(0.37 * t)) * np.sin(t)
     v = np.gradient(u, t) * (1 if way == "decaying" else 1 + t / 20)
     load = u + 0.5 * v + 0.02 * random.standard_normal(t.size)
-    assert hysteresis_of(Measurements.from_arrays(u, load)) is not None
+    assert hysteresis_from_data(Measurements.from_arrays(u, load)) is not None
     for start in random.integers(0, 1200, 20):
         part = slice(start, start + 400)
         assert has_loop(Measurements.from_arrays(u[part], load[part]))
@@ -144,7 +150,7 @@ def test_a_fat_loop_of_16_branches_is_named_and_nothing_follows(tmp_path, capsys
     from lure.analysis.cli import main
 
     data = damper()
-    found = sector_of(data)
+    found = sector_from_data(data)
     assert found.conclusion.startswith("Loading and unloading follow different laws: on 16 branches there is a loop")
     assert "no sector is stated" in found.conclusion
     # steps of 0.2 to 0.33 mm, 0.28 mm on average: 16 tanh(1.4) = 14.2 N, over the 14 to 20 mm that branches have
@@ -157,13 +163,13 @@ def test_a_fat_loop_of_16_branches_is_named_and_nothing_follows(tmp_path, capsys
     for text in (
         str(found),
         found._repr_html_(),
-        margin_of(found, ([1], [1, 3, 2]), gain=1e-6, vouched=True).conclusion,
+        margin_from_data(found, ([1], [1, 3, 2]), gain=1e-6, vouched=True).conclusion,
     ):
         assert "95 %" not in text
         assert "therefore stable" not in text
     with pytest.raises(AssumptionError, match="the element has memory"):
-        margin_of(found, ([1], [1, 3, 2]), gain=1e-6)
-    document = json.loads(json.dumps(report_of(data).to_dict(), allow_nan=False))["sector"]
+        margin_from_data(found, ([1], [1, 3, 2]), gain=1e-6)
+    document = json.loads(json.dumps(report_from_data(data).to_dict(), allow_nan=False))["sector"]
     assert document["confidence"] is None
     assert document["hysteresis"]["branches"] == 16
     rows = [f"{u!r},{p!r}" for u, p in zip(data.displacement.tolist(), data.load.tolist(), strict=True)]
@@ -175,13 +181,13 @@ def test_a_fat_loop_of_16_branches_is_named_and_nothing_follows(tmp_path, capsys
 
 def test_a_single_sweep_says_that_it_shows_no_loop():
     u = np.linspace(0, 1, 60)
-    assert "cannot show a loop" in str(sector_of(Measurements.from_arrays(u, u)))
+    assert "cannot show a loop" in str(sector_from_data(Measurements.from_arrays(u, u)))
 
 
 def test_a_load_that_does_not_vanish_at_zero_leaves_no_sector_to_state():
     u = np.linspace(-1e-3, 1e-3, 200)
-    said = sector_of(Measurements.from_arrays(u, 1e5 * u + 20)).conclusion
+    said = sector_from_data(Measurements.from_arrays(u, 1e5 * u + 20)).conclusion
     assert "lies in no sector that the data bound" in said
     assert "inf" not in said
-    half = sector_of(Measurements.from_arrays(np.abs(u), 1e5 * np.abs(u) + 20, unit="N")).conclusion
+    half = sector_from_data(Measurements.from_arrays(np.abs(u), 1e5 * np.abs(u) + 20, unit="N")).conclusion
     assert "inf" not in half

@@ -12,12 +12,12 @@ from lure.analysis.measured import (
     Measurements,
     example_measurements,
     fit_compliance,
-    hysteresis_of,
-    margin_of,
-    report_of,
-    sector_of,
+    hysteresis_from_data,
+    margin_from_data,
+    report_from_data,
+    sector_from_data,
 )
-from lure.analysis.measured.mean_law import mean_law, one_thread
+from lure.analysis.measured.mean_nonlinearity import mean_nonlinearity, one_thread
 from lure.analysis.verdict import Evidence
 
 X = np.linspace(-1e-3, 1e-3, 200)
@@ -54,34 +54,34 @@ def holds(found, chords, slopes):
 @pytest.mark.parametrize("name", [*INSIDE, *SMOOTH])
 def test_the_true_bounds_lie_inside_as_often_as_is_stated(name):
     law, chords, slopes = {**INSIDE, **SMOOTH}[name]
-    hits = sum(holds(sector_of(measured(law, seed)), chords, slopes) for seed in range(16))
+    hits = sum(holds(sector_from_data(measured(law, seed)), chords, slopes) for seed in range(16))
     assert hits >= 13
 
 
 # Bounds so wide that nothing is said also fail: a spring with 5 % noise is known to 10 %, one with 0.5 % to 1 %.
 @pytest.mark.parametrize("noise", [0.05, 0.005])
 def test_bounds_are_as_tight_as_the_noise_allows(noise):
-    found = sector_of(measured(INSIDE["linear"][0], 3, noise))
+    found = sector_from_data(measured(INSIDE["linear"][0], 3, noise))
     assert found.upper.bound - found.lower.bound < 5 * noise * 1e5
     assert found.slope_upper.bound - found.slope_lower.bound < 8 * noise * 1e5
 
 
 def test_more_confidence_asks_for_wider_bounds():
-    widths = [sector_of(measured(INSIDE["linear"][0], 0), confidence=c).sector for c in (0.5, 0.95, 0.999)]
+    widths = [sector_from_data(measured(INSIDE["linear"][0], 0), confidence=c).sector for c in (0.5, 0.95, 0.999)]
     assert [w.upper for w in widths] == sorted({w.upper for w in widths})
     assert [w.lower for w in widths] == sorted({w.lower for w in widths}, reverse=True)
 
 
 def test_nothing_is_divided_by_a_small_displacement():
     sigma = np.concatenate([X, np.full(20, 1e-12), np.full(20, -1e-9)])
-    found = sector_of(measured(INSIDE["linear"][0], 2, sigma=sigma))
+    found = sector_from_data(measured(INSIDE["linear"][0], 2, sigma=sigma))
     assert holds(found, (1e5, 1e5), (1e5, 1e5))
     assert found.upper.bound < 1.5e5
 
 
 def test_the_fitted_law_is_the_least_squares_one():
     data = measured(INSIDE["one-sided"][0], 1)
-    law = mean_law(data.displacement, data.load, pieces=4)
+    law = mean_nonlinearity(data.displacement, data.load, pieces=4)
     hats = np.array([np.interp(X, law.knots, row) for row in np.eye(law.knots.size)]).T[:, law.knots != 0]
     weights = 1 / law.noise(law(X))
     values = np.linalg.lstsq(hats * weights[:, None], data.load * weights, rcond=None)[0]
@@ -92,8 +92,8 @@ def test_the_fitted_law_is_the_least_squares_one():
 
 def test_units_scale_the_bounds():
     data = measured(SMOOTH["cubic"][0], 4)
-    first = sector_of(data)
-    second = sector_of(Measurements.from_arrays(1e3 * data.displacement, 1e-6 * data.load, unit="Pa"))
+    first = sector_from_data(data)
+    second = sector_from_data(Measurements.from_arrays(1e3 * data.displacement, 1e-6 * data.load, unit="Pa"))
     for name in ("lower", "upper", "slope_lower", "slope_upper"):
         assert getattr(second, name).bound == pytest.approx(1e-9 * getattr(first, name).bound, rel=1e-6)
 
@@ -102,16 +102,16 @@ def test_outliers_are_named_and_do_not_count():
     clean = measured(INSIDE["one-sided"][0], 5, 0.01)
     load = clean.load.copy()
     load[[20, 150, 151]] += [30, -25, 40]
-    found = sector_of(Measurements.from_arrays(X, load))
+    found = sector_from_data(Measurements.from_arrays(X, load))
     assert [(o.index, o.line) for o in found.outliers] == [(20, 21), (150, 151), (151, 152)]
     assert [math.copysign(1, o.score) for o in found.outliers] == [1, -1, 1]
     assert abs(found.outliers[0].score) == pytest.approx(30, rel=0.25)  # 1 % of the largest load is 1 N
     assert "line 21" in str(found)
-    assert found.upper.bound == pytest.approx(sector_of(clean).upper.bound, rel=0.01)
+    assert found.upper.bound == pytest.approx(sector_from_data(clean).upper.bound, rel=0.01)
 
 
 def test_a_corner_is_no_outlier():
-    found = sector_of(measured(lambda u: np.clip(2e5 * u, -40, 40), 0, 0.02))
+    found = sector_from_data(measured(lambda u: np.clip(2e5 * u, -40, 40), 0, 0.02))
     assert not found.outliers
 
 
@@ -127,23 +127,23 @@ def loop(width, seed=0):
 def test_hysteresis_is_seen_where_there_is_any():
     data = loop(10)
     assert [(b.direction, b.start, b.stop) for b in data.branches] == [("loading", 0, 120), ("unloading", 120, 240)]
-    found = hysteresis_of(data)
+    found = hysteresis_from_data(data)
     assert found.width == pytest.approx(10, abs=2)
     assert found.at == pytest.approx(5e-4, abs=1.5e-4)
     assert found.dissipated == pytest.approx(10 * 5e-4, rel=0.2)  # a triangle: half of 10 N times 1 mm
 
 
 def test_noise_is_no_hysteresis():
-    assert not any(hysteresis_of(loop(0, seed)) for seed in range(8))
+    assert not any(hysteresis_from_data(loop(0, seed)) for seed in range(8))
 
 
 def test_with_memory_both_branches_are_inside_and_nothing_follows():
-    found = sector_of(loop(10))
+    found = sector_from_data(loop(10))
     assert not found.memoryless
     assert len(found.laws) == 2
     assert found.lower.bound < 0 < 1e5 < found.upper.bound
     assert "no criterion for memoryless laws" in str(found)
-    answer = margin_of(found, ([1], [1, 3, 2]), gain=1e-9, vouched=True)
+    answer = margin_from_data(found, ([1], [1, 3, 2]), gain=1e-9, vouched=True)
     assert not answer.inside
     assert answer.conclusion.startswith("Nothing follows")
 
@@ -171,37 +171,37 @@ def test_linear_algebra_runs_on_one_thread():
     before = threads()
     assert one_thread(threads)() == {1}
     assert threads() == before
-    assert hasattr(sector_of, "__wrapped__")
+    assert hasattr(sector_from_data, "__wrapped__")
     assert hasattr(fit_compliance, "__wrapped__")
 
 
 def test_a_load_at_zero_leaves_no_finite_sector_until_it_is_taken_off():
-    found = sector_of(measured(lambda u: 1e5 * u + 20, 0, 0.01))
+    found = sector_from_data(measured(lambda u: 1e5 * u + 20, 0, 0.01))
     assert (found.lower.bound, found.upper.bound) == (-math.inf, math.inf)
     assert "not 0: such a law lies in no finite sector" in str(found)
     assert found.slope_upper.bound < 1.2e5
     with pytest.raises(AssumptionError, match="no lower bound"):
-        margin_of(found, ([1], [1, 3, 2]))
-    assert holds(sector_of(measured(lambda u: 1e5 * u + 20, 0, 0.01), origin=-2e-4), (1e5, 1e5), (1e5, 1e5))
+        margin_from_data(found, ([1], [1, 3, 2]))
+    assert holds(sector_from_data(measured(lambda u: 1e5 * u + 20, 0, 0.01), origin=-2e-4), (1e5, 1e5), (1e5, 1e5))
 
 
 def test_correlated_errors_are_seen():
     white = np.random.default_rng(3).standard_normal(400)
     errors = np.convolve(white, 0.9 ** np.arange(60), "full")[:400]
     u = np.linspace(-1e-3, 1e-3, 400)
-    found = sector_of(Measurements.from_arrays(u, 1e5 * u + 2 * errors), pieces=4)
+    found = sector_from_data(Measurements.from_arrays(u, 1e5 * u + 2 * errors), pieces=4)
     assert "correlated" in str(found)
     assert holds(found, (1e5, 1e5), (1e5, 1e5))
 
 
 def test_exact_data_give_exact_bounds():
-    found = sector_of(Measurements.from_arrays(X, 1e5 * np.maximum(X, 0)))
+    found = sector_from_data(Measurements.from_arrays(X, 1e5 * np.maximum(X, 0)))
     assert found.upper.bound == pytest.approx(1e5, rel=1e-6)
     assert found.lower.bound == pytest.approx(0, abs=1)
 
 
 def test_what_is_said_and_what_is_not():
-    found = sector_of(example_measurements())
+    found = sector_from_data(example_measurements())
     assert found.evidence is Evidence.OBSERVED
     assert found.sector == Sector(found.lower.bound, found.upper.bound)
     assert found.slope == SlopeBounds(found.slope_lower.bound, found.slope_upper.bound)
@@ -214,36 +214,36 @@ def test_what_is_said_and_what_is_not():
 
 # 1/(s (s + 1) (s + 2)), the sector [0, 6): Hurwitz is k < 6, and Popov's criterion reaches it
 def test_from_measurement_to_verdict():
-    found = sector_of(measured(INSIDE["one-sided"][0], 1))
+    found = sector_from_data(measured(INSIDE["one-sided"][0], 1))
     plant = ([1], [1, 3, 2, 0])
-    inside = margin_of(found, plant, gain=3e-5, vouched=True)
+    inside = margin_from_data(found, plant, gain=3e-5, vouched=True)
     assert inside.inside
     assert inside.margin == pytest.approx(6 / (3e-5 * found.upper.bound) - 1, rel=1e-4)
     assert "user's word" in inside.conclusion
     assert inside.evidence is Evidence.OBSERVED
-    beyond = margin_of(found, plant, gain=7e-5, vouched=True)
+    beyond = margin_from_data(found, plant, gain=7e-5, vouched=True)
     assert not beyond.inside
     assert "does not show that the loop is unstable" in beyond.conclusion
-    unvouched = margin_of(found, plant, gain=3e-5)
+    unvouched = margin_from_data(found, plant, gain=3e-5)
     assert found.lower.bound < 0
     assert not unvouched.inside
     assert "give a lower gain" not in unvouched.conclusion  # the lower end is measured, not chosen
     assert "sigma phi(sigma) >= 0, give vouched=True: the sector then begins at 0" in unvouched.conclusion
-    hopeless = margin_of(found, ([1], [1, -1, 2]), gain=3e-5)
+    hopeless = margin_from_data(found, ([1], [1, -1, 2]), gain=3e-5)
     assert "no linear gain stabilises it" in hopeless.conclusion
     assert "vouched" not in hopeless.conclusion
     json.dumps(inside.to_dict(), allow_nan=False)
 
 
 def test_the_report_holds_everything():
-    found = report_of(EXAMPLE, fit=True, origin="gap")
+    found = report_from_data(EXAMPLE, fit=True, origin="gap")
     assert found.sector.origin == found.fit.parameters["gap"].value
     document = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert document["schema"] == "lure-measured/1"
     assert document["sector"]["evidence"] == document["fit"]["evidence"] == "observed"
     assert document["sector"]["upper"]["bound"] == found.sector.upper.bound
     assert str(found.fit) in str(found)
-    assert report_of(EXAMPLE).fit is None
+    assert report_from_data(EXAMPLE).fit is None
 
 
 @pytest.mark.parametrize(
@@ -256,13 +256,13 @@ def test_the_report_holds_everything():
 )
 def test_what_cannot_be_asked_is_refused(options, message):
     with pytest.raises(InputError, match=message):
-        sector_of(example_measurements(), **options)
+        sector_from_data(example_measurements(), **options)
 
 
 def test_too_few_rows_are_refused():
     with pytest.raises(InputError, match="have 5 rows and 5 different displacements"):
-        sector_of(Measurements.from_arrays(np.arange(5.0), np.arange(5.0)))
+        sector_from_data(Measurements.from_arrays(np.arange(5.0), np.arange(5.0)))
     with pytest.raises(InputError, match="row 1 is"):
         Measurements.from_arrays([0.0, math.nan], [0.0, 1.0])
     with pytest.raises(InputError, match="origin is 'zero'"):
-        report_of(EXAMPLE, origin="zero")
+        report_from_data(EXAMPLE, origin="zero")

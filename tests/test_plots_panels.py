@@ -6,7 +6,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from lure import Scenario
-from lure.analysis.measured import example_measurements, fit_compliance, sector_of
+from lure.analysis.measured import example_measurements, fit_compliance, sector_from_data
 from lure.analysis.plots import plot_compliance, plot_measured
 from lure.analysis.rod.comparison import compare
 from lure.analysis.rod.plots import plot_comparison
@@ -17,7 +17,7 @@ BESIDE = compare(
     paper_rod(), Scenario.parse(displacement="1/1000"), 1e-3, cells=(5,), galerkin=(("P1", 6),), samples=101
 )
 DRAWINGS = {
-    "measured": lambda ax: plot_measured(sector_of(DATA), ax=ax),
+    "measured": lambda ax: plot_measured(sector_from_data(DATA), ax=ax),
     "comparison": lambda ax: plot_comparison(BESIDE, ax=ax),
     "compliance": lambda ax: plot_compliance(fit_compliance(DATA), ax=ax),
 }

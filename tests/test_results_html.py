@@ -9,7 +9,7 @@ import pytest
 from results import RESULTS
 
 from lure import Sector
-from lure.analysis.measured import Measurements, sector_of
+from lure.analysis.measured import Measurements, sector_from_data
 from lure.analysis.testing import assert_in_sector
 
 VOID = {"br", "hr", "img"}
@@ -116,7 +116,7 @@ def test_hostile_names_are_shown_as_text():
     data = Measurements(
         displacement=u, load=plain.load, unit="N", lines=plain.lines, source=evil, columns=(evil, evil), notes=(evil,)
     )
-    for result in (data, sector_of(data)):
+    for result in (data, sector_from_data(data)):
         reader, text = read(result)
         assert "script" not in reader.tags
         assert evil in text

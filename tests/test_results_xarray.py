@@ -12,7 +12,7 @@ from refusals import refusal
 from results import FREE, RESULTS, STRUCK, cells, scheme
 
 from lure import Numerics, Scenario, exact_motion, initial_state
-from lure.analysis.measured import Measurements, report_of, sector_of
+from lure.analysis.measured import Measurements, report_from_data, sector_from_data
 from lure.analysis.rod.plots.motion import plot_convergence, plot_motion
 from lure.analysis.rod.runs import motion_dataset, run_dataset, sampled_motion
 from lure.rod.galerkin import NonuniformRod, galerkin
@@ -138,13 +138,13 @@ def test_with_memory_each_row_has_the_mean_of_its_branch():
     bulge = 10 * np.clip(1 - np.abs(u - 5e-4) / 5e-4, 0, 1) * (np.arange(240) >= 120)
     load = 1e5 * np.maximum(u, 0) - bulge + np.random.default_rng(0).standard_normal(240)
     data = Measurements.from_arrays(u, load)
-    found = sector_of(data)
+    found = sector_from_data(data)
     table = found.to_xarray()
     assert table.branch.values[[0, 200]].tolist() == ["loading", "unloading"]
     for law, direction in zip(found.laws, ("loading", "unloading"), strict=True):
         rows = data.rows(direction)
         assert table["mean"].values[rows].tolist() == law(u[rows]).tolist()
-    merged = report_of(data, fit=True).to_xarray()
+    merged = report_from_data(data, fit=True).to_xarray()
     assert merged.sizes["fit_row"] == 120
     assert merged.sizes["row"] == 240
 

@@ -11,14 +11,20 @@ from hypothesis import strategies as st
 
 from lure import Cubic, Expression, NormalCompliance, Quantiser, Saturation, Sector, SlopeBounds, Tanh
 from lure.analysis.nonlinearity.parity import known_odd
-from lure.analysis.testing import LawViolation, assert_in_sector, assert_monotone, assert_odd, assert_slope_restricted
+from lure.analysis.testing import (
+    NonlinearityViolation,
+    assert_in_sector,
+    assert_monotone,
+    assert_odd,
+    assert_slope_restricted,
+)
 from lure.analysis.testing.strategies import monotone_graphs, sector_graphs
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
 
 
 def violation_of(assertion, *arguments, **settings):
-    with pytest.raises(LawViolation) as caught:
+    with pytest.raises(NonlinearityViolation) as caught:
         assertion(*arguments, **settings)
     return caught.value.violation
 
@@ -66,7 +72,8 @@ def test_known_laws_are_decided_for_every_sigma(law):
     assert assert_in_sector(law, tight).evidence is Evidence.CERTIFIED
     # a billionth of a billionth is no matter of doubles
     with pytest.raises(
-        LawViolation, match=r"leaves the sector .*passes the bound by .*e-[12]\d.*\(certified\), though doubles"
+        NonlinearityViolation,
+        match=r"leaves the sector .*passes the bound by .*e-[12]\d.*\(certified\), though doubles",
     ):
         assert_in_sector(law, Sector(tight.lower, tight.upper - F(1, 10**18)))
     assert assert_in_sector(law, Sector(tight.lower, tight.upper - F(1, 10**18)), tolerance=1e-17)
@@ -238,7 +245,7 @@ def test_a_law_without_a_value_is_said_in_one_sentence(law, says, assertion):
         "odd": lambda: assert_odd(law),
         "monotone": lambda: assert_monotone(law),
     }[assertion]
-    with pytest.raises(LawViolation, match=says) as caught:
+    with pytest.raises(NonlinearityViolation, match=says) as caught:
         run()
     text = str(caught.value)
     assert "\n" not in text
@@ -342,7 +349,7 @@ def test_every_message_fits_a_terminal(law, scale):
     ):
         try:
             assertion(scaled, *arguments, on=(-3 * scale, 3 * scale))
-        except LawViolation as error:
+        except NonlinearityViolation as error:
             text = str(error)
             assert text.isascii()
             assert max(map(len, text.split("\n"))) <= 76
@@ -358,7 +365,7 @@ def test_the_message_holds_the_numbers():
     found = violation_of(assert_in_sector, lambda s: s**3, Sector(0, 4), on=(-3, 3))
     assert (found.sigma, found.phi, found.found, found.bound, found.excess) == ((3.0,), (27.0,), 9.0, 4, 5.0)
     assert found.slope == pytest.approx(27, rel=1e-6)
-    with pytest.raises(LawViolation) as caught:
+    with pytest.raises(NonlinearityViolation) as caught:
         assert_in_sector(lambda s: s**3, Sector(0, 4), on=(-3, 3))
     rows = dict(re.findall(r"^  (\S.*?)  +(\S.*)$", str(caught.value), re.M)[:6])
     assert rows["sigma"] == "3"
@@ -370,7 +377,7 @@ def test_the_message_holds_the_numbers():
 
 def test_the_x_stands_where_the_point_is():
     # window [-4.5, 4.5] cut to [-3, 3]: sigma = 3 is the last column, phi = 27 near the top, above every other value
-    with pytest.raises(LawViolation) as caught:
+    with pytest.raises(NonlinearityViolation) as caught:
         assert_in_sector(lambda s: s**3, Sector(0, 4), on=(-3, 3))
     rows = [line for line in str(caught.value).split("\n") if " |" in line[:12]]
     columns = [line.index("X") for line in rows if "X" in line]
@@ -383,20 +390,20 @@ def test_a_plot_is_saved_if_and_only_if_the_law_fails(tmp_path, ending):
     target = tmp_path / "deep" / f"law.{ending}"
     assert_in_sector(np.tanh, Sector(0, 1), plot=target)
     assert not target.exists()
-    with pytest.raises(LawViolation):
+    with pytest.raises(NonlinearityViolation):
         assert_in_sector(np.tanh, Sector(0, 0.5), plot=target)
     start = target.read_bytes()[:100]
     assert start.startswith(b"\x89PNG") if ending == "png" else b"<svg" in target.read_bytes()
     target.write_bytes(b"old")
-    with pytest.raises(LawViolation):
+    with pytest.raises(NonlinearityViolation):
         assert_slope_restricted(np.tanh, SlopeBounds(0, 0.5), plot=str(target))
-    with pytest.raises(LawViolation):
+    with pytest.raises(NonlinearityViolation):
         assert_odd(lambda s: s + s**2, plot=str(target), on=(-1, 1))
     assert target.read_bytes() != b"old"
 
 
 def test_a_violation_is_an_assertion_error():
-    assert issubclass(LawViolation, AssertionError)
+    assert issubclass(NonlinearityViolation, AssertionError)
     with pytest.raises(AssertionError):
         assert_monotone(np.cos)
 
@@ -409,14 +416,14 @@ def test_what_passed_says_to_within_what():
 
 @pytest.mark.parametrize("text", ["1/sigma", "sigma*sqrt(sigma**2 - 1)/sqrt(sigma**2 - 1)"])
 def test_an_odd_form_without_values_is_not_certified(text):
-    with pytest.raises(LawViolation, match="a law has a finite real value everywhere"):
+    with pytest.raises(NonlinearityViolation, match="a law has a finite real value everywhere"):
         assert_odd(text)
     assert assert_odd("sigma/(sigma**2 - 4)", on=(-1, 1)).evidence is Evidence.CERTIFIED
 
 
 def test_a_law_that_hides_nan_from_its_bounds_does_not_pass():
     # nan for sigma < 0, which an interval for sign(...) of [-1, 1] would hide
-    with pytest.raises(LawViolation, match="a law has a finite real value everywhere"):
+    with pytest.raises(NonlinearityViolation, match="a law has a finite real value everywhere"):
         assert_in_sector("sigma*sign(sqrt(sigma))**2", Sector(-3, 3))
 
 
@@ -428,6 +435,6 @@ def test_a_violation_seen_in_floating_point_is_not_called_refuted():
 @pytest.mark.parametrize("text", ["x*sign(1/(x - 1))", "x*where(1/(x - 1) > 0, 1, 3)"])
 def test_a_formula_that_divides_by_zero_at_one_point_has_no_value_there(text):
     # in doubles 1/0 is inf, and its sign 1; the values beside it lie in the sector
-    with pytest.raises(LawViolation, match="has no value at sigma = 1, where it divides by zero"):
+    with pytest.raises(NonlinearityViolation, match="has no value at sigma = 1, where it divides by zero"):
         assert_in_sector(text, Sector(-1, 3))
     assert assert_in_sector(text, Sector(-1, 3), on=(2, 3)).evidence is Evidence.CERTIFIED

@@ -54,13 +54,13 @@ def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytest
     assert "rest on" not in text
     # the last frame is the user's: nothing of ours is shown but the message
     assert not re.search(r"lure.analysis.testing.\w+\.py:\d+", text)
-    assert "E       lure.analysis.testing.LawViolation: <lambda>" not in text
+    assert "E       lure.analysis.testing.NonlinearityViolation: <lambda>" not in text
     result.stdout.fnmatch_lines(
         [
-            "E *LawViolation: phi leaves the sector [[]0, 1[]]: phi(sigma)/sigma = * at sigma = *",
+            "E *NonlinearityViolation: phi leaves the sector [[]0, 1[]]: phi(sigma)/sigma = * at sigma = *",
             "E *  allowed * [[]0, 1[]]",
             "E * |*X*",
-            "test_guards.py:14: LawViolation",
+            "test_guards.py:14: NonlinearityViolation",
             "*plot of the law*",
             "plots?of laws?test_guards-test_gain[[]2[]].svg",
         ]
@@ -68,7 +68,9 @@ def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytest
     saved = {path.name for path in (pytester.path / "plots/of laws").iterdir()}
     assert saved == {"test_guards-test_gain[2].svg", "test_guards-TestGroup-test_falls.svg"}
     assert all("<svg" in path.read_text(encoding="utf-8") for path in pytester.path.rglob("*.svg"))
-    assert all(len(line) <= 90 for line in text.split("\n") if line.startswith("E  ") and "LawViolation" not in line)
+    assert all(
+        len(line) <= 90 for line in text.split("\n") if line.startswith("E  ") and "NonlinearityViolation" not in line
+    )
 
 
 def test_a_plot_that_cannot_be_written_does_not_hide_the_failure(pytester, run):

@@ -20,7 +20,7 @@ from lure.analysis.testing.strategies import (
     sector_members,
 )
 from lure.errors import InputError
-from lure.nonlinearities import GraphLaw, Standing, check_declared, properties
+from lure.nonlinearities import GraphLaw, Provenance, check_declared, properties
 
 BOUNDS = st.tuples(st.fractions(-3, 3, max_denominator=7), st.fractions(F(1, 7), 4, max_denominator=7)).map(
     lambda pair: (pair[0], pair[0] + pair[1])
@@ -52,7 +52,7 @@ def test_members_lie_in_their_sector(data, bounds):
 def test_members_of_half_lines(data, bounds):
     law = data.draw(sector_members(*bounds))
     known = properties(law)
-    assert known.sector.standing is Standing.CHECKED
+    assert known.sector.provenance is Provenance.CHECKED
     assert contains(Sector(*bounds), known.sector.value)
 
 

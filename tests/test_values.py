@@ -13,7 +13,7 @@ import pytest
 import lure
 import lure.analysis
 from lure import LawClass, Loop, Saturation, Sector, SlopeBounds, as_block, builtin_loop, builtin_system
-from lure.analysis import analyse, certify, law_bounds, max_sector, max_slope
+from lure.analysis import analyse, certify, max_sector, max_slope, nonlinearity_bounds
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.graphical import nyquist_response, popov_response
@@ -71,15 +71,17 @@ RESULTS = {
     "certify, open": lambda: certify(THIRD, LawClass(sector=Sector(0, 2), time_varying=True)),
     "Proved": lambda: certify(Loop(LAG, Saturation())).shown,
     "Refuted": lambda: certify("1/(s-1)", LawClass(sector=Sector(0, 0.5))).shown,
-    "law_bounds": lambda: law_bounds("tanh(sigma)"),
+    "nonlinearity_bounds": lambda: nonlinearity_bounds("tanh(sigma)"),
     "passivity_indices": lambda: lure.analysis.passivity_indices("1/(s+1)"),
     "describing_hint": lambda: lure.analysis.describing_hint("12/(s*(s+1)*(s+2))", Saturation()),
     "nyquist_response": lambda: nyquist_response(THIRD),
     "popov_response": lambda: popov_response(THIRD),
     "Measurements": lure.analysis.example_measurements,
-    "sector_of": lambda: lure.analysis.sector_of(lure.analysis.example_measurements()),
+    "sector_from_data": lambda: lure.analysis.sector_from_data(lure.analysis.example_measurements()),
     "fit_compliance": lambda: lure.analysis.fit_compliance(lure.analysis.example_measurements()),
-    "margin_of": lambda: lure.analysis.margin_of(lure.analysis.sector_of(lure.analysis.example_measurements()), LAG),
+    "margin_from_data": lambda: lure.analysis.margin_from_data(
+        lure.analysis.sector_from_data(lure.analysis.example_measurements()), LAG
+    ),
     "Bracket": lambda: lure.analysis.Bracket(0, 1),
 }
 MADE = SYSTEMS | RESULTS

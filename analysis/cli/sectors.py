@@ -20,7 +20,7 @@ from lure.analysis.cli.texts import SECTOR
 
 if TYPE_CHECKING:
     from lure.analysis.measured import MeasuredReport
-    from lure.analysis.nonlinearity import LawBounds, Violation
+    from lure.analysis.nonlinearity import NonlinearityBounds, Violation
     from lure.analysis.nonlinearity.result import Bound, Quantity
     from lure.analysis.plots import Draw
     from lure.analysis.verdict import Verdict
@@ -58,7 +58,7 @@ def measured(file: Path, reading: Reading, claim: Sector | SlopeBounds | None, *
     as_json : bool
         Whether JSON is printed.
     """
-    from lure.analysis.measured import read_measurements, report_of
+    from lure.analysis.measured import read_measurements, report_from_data
 
     origin: float | str = "gap" if reading.origin == "gap" else _number(reading.origin)
     data = read_measurements(
@@ -68,7 +68,7 @@ def measured(file: Path, reading: Reading, claim: Sector | SlopeBounds | None, *
         units=None if reading.units is None else _units(reading.units),
         area=reading.area,
     )
-    found = report_of(data, confidence=reading.confidence, origin=origin, fit=reading.fit)
+    found = report_from_data(data, confidence=reading.confidence, origin=origin, fit=reading.fit)
     if as_json:
         document = found.to_dict()
         if claim is not None:
@@ -234,9 +234,9 @@ def sector(
         )
     interval = None if on is None else tuple(_finite(text, "--on") for text in on)
     claim = None if within is None else _claim(within, slope=slope)
-    from lure.analysis.nonlinearity import law_bounds, violation
+    from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 
-    found = law_bounds(expr, on=interval, seconds=seconds)
+    found = nonlinearity_bounds(expr, on=interval, seconds=seconds)
     verdict = None if claim is None else found.within(claim)
     shown = None if claim is None else violation(expr, claim, on=interval, found=found)
     quantity: Quantity = "slope" if slope else "sector"
@@ -250,7 +250,7 @@ def sector(
     return _status(found, quantity, verdict, shown)
 
 
-def _status(found: LawBounds, quantity: Quantity, verdict: Verdict | None, shown: Violation | None) -> int:
+def _status(found: NonlinearityBounds, quantity: Quantity, verdict: Verdict | None, shown: Violation | None) -> int:
     from lure.analysis.verdict import Verdict
 
     if verdict is not None:
@@ -263,7 +263,7 @@ def _status(found: LawBounds, quantity: Quantity, verdict: Verdict | None, shown
 
 
 def _text(
-    found: LawBounds,
+    found: NonlinearityBounds,
     quantity: Quantity,
     claim: Sector | SlopeBounds | None,
     verdict: Verdict | None,
@@ -288,7 +288,7 @@ def _text(
 
 
 def _document(
-    found: LawBounds,
+    found: NonlinearityBounds,
     quantity: Quantity,
     claim: Sector | SlopeBounds | None,
     verdict: Verdict | None,
@@ -340,7 +340,7 @@ def _check_figure(plot: Path | None, *, replace: bool) -> None:
     check_targets([plot], replace=replace)
 
 
-def _draw(plot: Path, law: str, found: LawBounds, *, quantity: Quantity, replace: bool) -> None:
+def _draw(plot: Path, law: str, found: NonlinearityBounds, *, quantity: Quantity, replace: bool) -> None:
     from lure.analysis.plots.sectors import plot_law_sector, plot_law_slope
 
     draw = plot_law_slope if quantity == "slope" else plot_law_sector

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.measured.compliance_fit import NAMES, ComplianceFit, Parameter
-from lure.analysis.measured.loops import hysteresis_of
-from lure.analysis.measured.mean_law import Noise, mean_law, noise_of, one_thread
+from lure.analysis.measured.loops import hysteresis_from_data
+from lure.analysis.measured.mean_nonlinearity import Noise, mean_nonlinearity, noise_of, one_thread
 from lure.analysis.measured.measured_sector import Outlier
 from lure.analysis.measured.measurements import Direction, Measurements
 from lure.errors import AssumptionError, InputError
@@ -135,7 +135,7 @@ class Problem:
 
     def outlying(self, scores: Array) -> NDArray[np.bool_]:
         """Which rows are far from the law and from their neighbours, by a limit that one clean set in 100 passes."""
-        from lure.analysis.measured.mean_law import outlying
+        from lure.analysis.measured.mean_nonlinearity import outlying
 
         return outlying(self.x, scores, parameters=3)
 
@@ -265,7 +265,7 @@ def fit_compliance(
             f"a contact law relates m to N or Pa, and the data {units[0]} to {units[1]}; leave the fit out"
         )
     note = ""
-    if branch is None and hysteresis_of(measurements) is not None:
+    if branch is None and hysteresis_from_data(measurements) is not None:
         branch = "loading"
         note = (
             "Loading and unloading differ by more than noise: fitted is loading alone, and unloading does not obey it."
@@ -372,7 +372,7 @@ def _misfit(used: Measurements, problem: Problem, best: Array) -> float:
 
     gap = _in_units(problem, 1, float(best[1]))
     inside = problem.kept
-    free = mean_law(used.displacement[inside] - gap, used.load[inside], free=True)
+    free = mean_nonlinearity(used.displacement[inside] - gap, used.load[inside], free=True)
     residuals = (used.load[inside] - free(used.displacement[inside] - gap)) / problem.units[1]
     weights = problem.weights[inside]
     degrees = int(inside.sum()) - free.knots.size

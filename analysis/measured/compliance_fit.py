@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.analysis.drawing import drawing
-from lure.analysis.measured.mean_law import Noise
+from lure.analysis.measured.mean_nonlinearity import Noise
 from lure.analysis.measured.measured_sector import Outlier, left_out
 from lure.analysis.measured.measurements import Direction, Measurements
 from lure.analysis.verdict import Evidence

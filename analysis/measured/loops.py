@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.measured.mean_law import LEAST_ROWS, MeanLaw, mean_law
+from lure.analysis.measured.mean_nonlinearity import LEAST_ROWS, MeanNonlinearity, mean_nonlinearity
 from lure.analysis.measured.measured_sector import Hysteresis
 from lure.analysis.measured.measurements import Branch, Direction, Measurements
 
@@ -38,7 +38,7 @@ def branch_rows(measurements: Measurements) -> list[NDArray[np.intp]]:
     return rows if enough else []
 
 
-def hysteresis_of(measurements: Measurements) -> Hysteresis | None:
+def hysteresis_from_data(measurements: Measurements) -> Hysteresis | None:
     """The loop between loading and unloading; None where there is none to be seen, or there are no two branches.
 
     Whether there is one is decided by ``has_loop``; its size is that between the mean laws
@@ -53,7 +53,7 @@ def hysteresis_of(measurements: Measurements) -> Hysteresis | None:
     if not rows or not has_loop(measurements):
         return None
     origin = 0.5 * float(measurements.displacement.min() + measurements.displacement.max())
-    laws = [mean_law(measurements.displacement[r] - origin, measurements.load[r], free=True) for r in rows]
+    laws = [mean_nonlinearity(measurements.displacement[r] - origin, measurements.load[r], free=True) for r in rows]
     places = np.linspace(max(law.knots[0] for law in laws), min(law.knots[-1] for law in laws), _PLACES)
     apart = laws[0](places) - laws[1](places)
     i = int(np.argmax(np.abs(apart)))
@@ -67,12 +67,12 @@ def hysteresis_of(measurements: Measurements) -> Hysteresis | None:
     )
 
 
-def correlation_of(law: MeanLaw) -> float:
+def correlation_of(law: MeanNonlinearity) -> float:
     """Correlation of the errors of neighbouring rows; 0 where it is no more than chance, or errors are rounding.
 
     Parameters
     ----------
-    law : MeanLaw
+    law : MeanNonlinearity
         With the residuals in the order of recording.
     """
     scores = np.delete(law.scores, law.outliers)
@@ -83,12 +83,12 @@ def correlation_of(law: MeanLaw) -> float:
     return min(found, 0.99) if found * math.sqrt(scores.size) > _CORRELATED else 0.0
 
 
-def widening(law: MeanLaw) -> float:
+def widening(law: MeanNonlinearity) -> float:
     """By how much errors that form a first-order autoregressive sequence widen an interval; 1 if they look independent.
 
     Parameters
     ----------
-    law : MeanLaw
+    law : MeanNonlinearity
         With the residuals in the order of recording.
     """
     correlation = correlation_of(law)

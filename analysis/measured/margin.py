@@ -110,7 +110,7 @@ class MeasuredMargin(Record):
         return self.conclusion
 
 
-def margin_of(
+def margin_from_data(
     measured: MeasuredSector,
     block: Block | object,
     *,
@@ -126,7 +126,7 @@ def margin_of(
     Parameters
     ----------
     measured : MeasuredSector
-        From :func:`sector_of`.
+        From :func:`sector_from_data`.
     block : object
         The linear block, as :func:`lure.analysis.max_sector` takes it.
     gain : float
@@ -151,8 +151,9 @@ def margin_of(
 
     Examples
     --------
-    >>> from lure.analysis.measured import example_measurements, sector_of
-    >>> found = margin_of(sector_of(example_measurements()), ([1e4], [1, 300, 2e4, 0]), gain=0.005, vouched=True)
+    >>> from lure.analysis.measured import example_measurements, sector_from_data
+    >>> sector = sector_from_data(example_measurements())
+    >>> found = margin_from_data(sector, ([1e4], [1, 300, 2e4, 0]), gain=0.005, vouched=True)
     >>> found.inside
     True
     """

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lure.analysis.drawing import drawing
-from lure.analysis.measured.mean_law import BENT, MeanLaw
+from lure.analysis.measured.mean_nonlinearity import BENT, MeanNonlinearity
 from lure.analysis.measured.measurements import SHOWN, Measurements
 from lure.analysis.verdict import Evidence
 from lure.classes import Sector, SlopeBounds
@@ -64,7 +64,7 @@ class Hysteresis(Record):
 
 
 class MeasuredSector(Record):
-    """Bounds on chords and slopes of the mean law behind measurements; see :func:`sector_of` for the assumptions."""
+    """Bounds on chords and slopes of the mean law behind measurements; assumptions: :func:`sector_from_data`."""
 
     measurements: Measurements = quantity("What they are about")
     confidence: float = quantity(
@@ -75,7 +75,7 @@ class MeasuredSector(Record):
     upper: Bound = quantity("Upper bound of the same", "unit of the load / m")
     slope_lower: Bound = quantity("Lower bound of the slope", "unit of the load / m")
     slope_upper: Bound = quantity("Upper bound of the slope", "unit of the load / m")
-    laws: tuple[MeanLaw, ...] = quantity(
+    laws: tuple[MeanNonlinearity, ...] = quantity(
         "The fitted law; with hysteresis that of loading and that of unloading", key=""
     )
     outliers: tuple[Outlier, ...] = quantity("Readings left out")

@@ -11,7 +11,7 @@ from lure.analysis.measured.compliance_fit import ComplianceFit
 from lure.analysis.measured.measured_sector import MeasuredSector
 from lure.analysis.measured.measurements import Measurements
 from lure.analysis.measured.reading import read_measurements
-from lure.analysis.measured.sector import sector_of
+from lure.analysis.measured.sector import sector_from_data
 from lure.errors import AssumptionError, InputError
 from lure.record import Record, quantity
 
@@ -76,7 +76,7 @@ class MeasuredReport(Record):
         return "\n".join([*parts, str(self.fit)] if self.fit else parts)
 
 
-def report_of(
+def report_from_data(
     source: str | Path | Measurements, *, confidence: float = 0.95, origin: float | str = 0.0, fit: bool = False
 ) -> MeasuredReport:
     """Sector, slope bounds and, if asked for, the fitted compliance law of measurements.
@@ -100,16 +100,16 @@ def report_of(
     Examples
     --------
     >>> from lure.analysis.measured import EXAMPLE
-    >>> report_of(EXAMPLE, fit=True).fit.parameters["m"].value
+    >>> report_from_data(EXAMPLE, fit=True).fit.parameters["m"].value
     1.5
     """
     measurements = source if isinstance(source, Measurements) else read_measurements(source)
     if isinstance(origin, str) and origin != "gap":
-        raise InputError(f"report_of: origin is {origin!r:.40}; give a displacement in the SI unit, or 'gap'")
+        raise InputError(f"report_from_data: origin is {origin!r:.40}; give a displacement in the SI unit, or 'gap'")
     try:
         fitted = fit_compliance(measurements, confidence=confidence) if fit or origin == "gap" else None
     except AssumptionError as error:
         raise InputError(f"normal compliance cannot be fitted: {error}") from None
     place = fitted.parameters["gap"].value if fitted is not None and isinstance(origin, str) else float(origin)
-    found = sector_of(measurements, confidence=confidence, origin=place)
+    found = sector_from_data(measurements, confidence=confidence, origin=place)
     return MeasuredReport(sector=found, fit=fitted if fit else None)

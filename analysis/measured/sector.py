@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.measured.loops import branch_rows, correlation_of, hysteresis_of, widening
-from lure.analysis.measured.mean_law import BENT, MeanLaw, mean_law, one_thread
+from lure.analysis.measured.loops import branch_rows, correlation_of, hysteresis_from_data, widening
+from lure.analysis.measured.mean_nonlinearity import BENT, MeanNonlinearity, mean_nonlinearity, one_thread
 from lure.analysis.measured.measured_sector import Bound, MeasuredSector, Outlier
 from lure.analysis.measured.measurements import Measurements
 from lure.errors import InputError
@@ -26,7 +26,7 @@ _CORRELATED = (
 
 
 @one_thread
-def sector_of(
+def sector_from_data(
     measurements: Measurements, *, confidence: float = 0.95, origin: float = 0.0, pieces: int | None = None
 ) -> MeasuredSector:
     r"""Bounds on ``f(sigma)/sigma`` and on the slope of the mean law ``f`` behind noisy measurements.
@@ -79,21 +79,21 @@ def sector_of(
     >>> import numpy as np
     >>> u = np.linspace(-1e-3, 1e-3, 200)
     >>> noise = np.random.default_rng(0).normal(scale=0.5, size=200)
-    >>> found = sector_of(Measurements.from_arrays(u, 1e5 * u + noise))
+    >>> found = sector_from_data(Measurements.from_arrays(u, 1e5 * u + noise))
     >>> found.lower.bound < 1e5 < found.upper.bound
     True
     """
     if not (isinstance(confidence, float) and 0.5 <= confidence <= 0.9999):
-        raise InputError(f"sector_of: confidence is {confidence!r:.40}; give a number between 0.5 and 0.9999")
+        raise InputError(f"sector_from_data: confidence is {confidence!r:.40}; give a number between 0.5 and 0.9999")
     if not (isinstance(origin, int | float) and abs(origin) < _FARTHEST):
-        raise InputError(f"sector_of: origin is {origin!r:.40}; give a displacement in the SI unit")
+        raise InputError(f"sector_from_data: origin is {origin!r:.40}; give a displacement in the SI unit")
     sigma = measurements.displacement - origin
-    apart = hysteresis_of(measurements)
+    apart = hysteresis_from_data(measurements)
     rows = [np.arange(sigma.size)] if apart is None else branch_rows(measurements)
-    laws = tuple(mean_law(sigma[part], measurements.load[part], pieces=pieces) for part in rows)
+    laws = tuple(mean_nonlinearity(sigma[part], measurements.load[part], pieces=pieces) for part in rows)
     offsets = [_offset(sigma[part], measurements.load[part], law) for part, law in zip(rows, laws, strict=True)]
     if any(offsets):
-        laws = tuple(mean_law(sigma[part], measurements.load[part], pieces=pieces, free=True) for part in rows)
+        laws = tuple(mean_nonlinearity(sigma[part], measurements.load[part], pieces=pieces, free=True) for part in rows)
     each = 1 - (1 - confidence) / len(laws)
     warnings = [_CORRELATED.format(correlation_of(law)) for law in laws if correlation_of(law)]
     multipliers = tuple(_multiplier(law, each) * widening(law) for law in laws)
@@ -127,7 +127,7 @@ def sector_of(
     )
 
 
-def _bounds(law: MeanLaw, multiplier: float) -> tuple[Bound, Bound, Bound, Bound]:
+def _bounds(law: MeanNonlinearity, multiplier: float) -> tuple[Bound, Bound, Bound, Bound]:
     """Least and largest chord, least and largest slope, so many standard errors outside the fitted ones."""
     found = []
     ends, beyond, at = law.end_slopes()
@@ -150,11 +150,11 @@ def _bounds(law: MeanLaw, multiplier: float) -> tuple[Bound, Bound, Bound, Bound
     return found[0], found[1], found[2], found[3]
 
 
-def _errors(combination: Array, law: MeanLaw) -> Array:
+def _errors(combination: Array, law: MeanNonlinearity) -> Array:
     return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", combination, law.covariance, combination), 0.0)))
 
 
-def _multiplier(law: MeanLaw, confidence: float) -> float:
+def _multiplier(law: MeanNonlinearity, confidence: float) -> float:
     """How many standard errors hold all chords and slopes at once: the quantile of the largest of correlated t."""
     combination = np.vstack([law.chords(), law.slopes(), law.end_slopes()[0]])
     errors = _errors(combination, law)
@@ -172,20 +172,20 @@ def _multiplier(law: MeanLaw, confidence: float) -> float:
     return float(np.quantile(draws, min(confidence + 2 * spread, 1 - 1 / _DRAWS)))
 
 
-def _offset(sigma: Array, load: Array, law: MeanLaw) -> tuple[float, float] | None:
+def _offset(sigma: Array, load: Array, law: MeanNonlinearity) -> tuple[float, float] | None:
     """The mean load at 0 and its standard error if they contradict ``f(0) = 0``."""
     from scipy.stats import t as student
 
     if not (sigma.min() <= 0 <= sigma.max()):
         return None
-    free = mean_law(sigma, load, pieces=max(2, law.knots.size - 1), free=True)
+    free = mean_nonlinearity(sigma, load, pieces=max(2, law.knots.size - 1), free=True)
     value, error = float(free(0.0)), float(free.error(0.0)[0])
     limit = float(student.isf((1 - _SURE) / 2, free.degrees)) * error + _corner(free)
     limit += 1e-9 * float(np.abs(load).max())
     return (value, error) if abs(value) > limit else None
 
 
-def _corner(law: MeanLaw) -> float:
+def _corner(law: MeanNonlinearity) -> float:
     """How far the value at 0 may lie from a law that bends on the pieces beside it."""
     i = int(np.flatnonzero(law.knots == 0)[0])
     beside = [j for j in (i - 1, i, i + 1) if 0 <= j < law.knots.size - 1]
@@ -211,7 +211,7 @@ def _offset_text(offset: tuple[float, float], unit: str) -> str:
 
 
 def _outliers(
-    measurements: Measurements, laws: tuple[MeanLaw, ...], rows: list[NDArray[np.intp]]
+    measurements: Measurements, laws: tuple[MeanNonlinearity, ...], rows: list[NDArray[np.intp]]
 ) -> tuple[Outlier, ...]:
     found = [
         Outlier(index=int(part[i]), line=int(measurements.lines[part[i]]), score=float(law.scores[i]))

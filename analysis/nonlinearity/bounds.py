@@ -15,10 +15,10 @@ from lure.analysis.nonlinearity import sampled as blackbox
 from lure.analysis.nonlinearity.extremes import BITS, Candidate, Cover, End, largest, least
 from lure.analysis.nonlinearity.hull import hull, tightened
 from lure.analysis.nonlinearity.jets import over_sigma, value_at
-from lure.analysis.nonlinearity.known import Known, Value, domain, jumps_possible, known_law
+from lure.analysis.nonlinearity.known import Known, Value, domain, jumps_possible, known_nonlinearity
 from lure.analysis.nonlinearity.pieces import Piece, difference_vanishes
 from lure.analysis.nonlinearity.rational import candidates, limit, roots_between
-from lure.analysis.nonlinearity.result import Bound, Extreme, LawBounds, short
+from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, short
 from lure.analysis.nonlinearity.search import Effort, NotEnclosed, Target, end_limit, extremes
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Evidence
@@ -32,7 +32,9 @@ from lure.nonlinearities import Quantiser
 # Chords and slopes gathered over the pieces of a law.
 
 
-def over_pieces(known: Known, *, chords: bool, effort: Effort | None = None) -> tuple[list[Candidate], list[Cover]]:
+def piecewise_extrema(
+    known: Known, *, chords: bool, effort: Effort | None = None
+) -> tuple[list[Candidate], list[Cover]]:
     """What bounds the chords, or the slopes, on all pieces: those known exactly come first and spare work on others."""
     found, covers = list[Candidate](), list[Cover]()
     for piece in known.pieces:
@@ -71,7 +73,7 @@ def cuts_of(known: Known) -> list[Fraction]:
 _HALF = Fraction(1, 2)
 
 
-def quantiser_bounds(law: Quantiser, on: tuple[Fraction, Fraction] | None) -> LawBounds:
+def quantiser_bounds(law: Quantiser, on: tuple[Fraction, Fraction] | None) -> NonlinearityBounds:
     """Sector and slope bounds, exact.
 
     At the jump to level ``n``, at ``(n - 1/2) step``, the chord rises to ``n/(n - 1/2)``; between the jumps it falls,
@@ -94,7 +96,7 @@ def quantiser_bounds(law: Quantiser, on: tuple[Fraction, Fraction] | None) -> La
     slopes = [Candidate(value=Fraction(0), place="between the jumps", inside=True)]
     if jump is not None:
         slopes.append(Candidate(value=math.inf, place=f"a jump at {short(jump)}", inside=False))
-    return LawBounds(
+    return NonlinearityBounds(
         law=str(law),
         sector_lower=least(chords),
         sector_upper=largest(chords),
@@ -136,7 +138,7 @@ def slope_extremes(
     if not known.continuous and not known.whole:
         return (None, None), ["no slope bounds: a branch changes where continuity could not be decided"]
     try:
-        found, covers = over_pieces(known, chords=False, effort=effort)
+        found, covers = piecewise_extrema(known, chords=False, effort=effort)
     except NotEnclosed as error:  # the law has its values there, or its chords would not have been enclosed
         where = short(error.place, digits=10)
         return (None, None), [f"no slope bounds: the slope could not be enclosed near sigma = {where}"]
@@ -213,14 +215,14 @@ _TIGHT = Fraction(1, 10**9)
 _LATE = "the time allowed ended the search (LURE-I007): these are the best bounds so far"
 
 
-def law_bounds(
+def nonlinearity_bounds(
     law: object,
     *,
     on: object = None,
     lipschitz: float | Fraction | None = None,
     samples: int = 4001,
     seconds: float | None = None,
-) -> LawBounds:
+) -> NonlinearityBounds:
     r"""Sector and slope bounds of a law, from both sides, with the places where they are attained.
 
     .. math:: \inf_{\sigma \ne 0} \phi(\sigma)/\sigma, \quad \sup_{\sigma \ne 0} \phi(\sigma)/\sigma, \quad
@@ -244,7 +246,7 @@ def law_bounds(
 
     Returns
     -------
-    LawBounds
+    NonlinearityBounds
         For a law known as a formula, CERTIFIED: exact for piecewise linear laws, from isolated roots for polynomials
         and rational functions, else in ball arithmetic, ends and infinity included; ``inner`` and ``outer`` enclose the
         true bound, and what could not be shown is in ``notes``.  For a callable, OBSERVED: a sample says nothing about
@@ -266,7 +268,7 @@ def law_bounds(
 
     Examples
     --------
-    >>> print(law_bounds("x/(1 + x**2)").sector, law_bounds("x/(1 + x**2)").slope)
+    >>> print(nonlinearity_bounds("x/(1 + x**2)").sector, nonlinearity_bounds("x/(1 + x**2)").slope)
     [0, 1] [-0.125, 1]
     """
     check_seconds(seconds)
@@ -275,7 +277,7 @@ def law_bounds(
     low, high = (-math.inf, math.inf) if interval is None else interval
     if isinstance(law, Quantiser):
         found = quantiser_bounds(law, interval)
-    elif (known := known_law(law, low, high)) is not None:
+    elif (known := known_nonlinearity(law, low, high)) is not None:
         found = bounds_of_known(known, low, high, effort)
         if effort.late:
             found = replace(found, notes=(*found.notes, _LATE))
@@ -288,7 +290,7 @@ def law_bounds(
 
 def _of_callable(
     law: object, on: tuple[Fraction, Fraction] | None, lipschitz: float | Fraction | None, samples: int
-) -> LawBounds:
+) -> NonlinearityBounds:
     if not callable(law):
         raise InputError(
             f"the law is {law!r:.60}; give a formula in sigma, a law of lure.nonlinearities, or a function"
@@ -306,8 +308,8 @@ def _of_callable(
     return blackbox.vouched(sample, name, on, constant)
 
 
-def bounds_of_known(known: Known, low: End, high: End, effort: Effort | None = None) -> LawBounds:
-    """Sector and slope bounds of a law that is known exactly; see :func:`law_bounds`.
+def bounds_of_known(known: Known, low: End, high: End, effort: Effort | None = None) -> NonlinearityBounds:
+    """Sector and slope bounds of a law that is known exactly; see :func:`nonlinearity_bounds`.
 
     Parameters
     ----------
@@ -321,20 +323,20 @@ def bounds_of_known(known: Known, low: End, high: End, effort: Effort | None = N
     Raises
     ------
     InputError
-        As for :func:`law_bounds`.
+        As for :func:`nonlinearity_bounds`.
     """
     with working_precision(BITS):
         return _of_known(known, low, high, effort)
 
 
-def has_values(known: Known, found: LawBounds) -> bool:
+def has_values(known: Known, found: NonlinearityBounds) -> bool:
     """Whether a law is known to have a value everywhere on its domain, now that it was bounded there.
 
     Parameters
     ----------
     known : Known
         The law.
-    found : LawBounds
+    found : NonlinearityBounds
         Its bounds, without an error.  A search that bounds the chords from one side has looked at every place; one that
         was given up, or that met growth without bound on both sides, has not.
     """
@@ -343,17 +345,17 @@ def has_values(known: Known, found: LawBounds) -> bool:
     return all(piece.ratio is not None or nature(piece.tree) is not None for piece in known.pieces)
 
 
-def _of_known(known: Known, low: End, high: End, effort: Effort | None) -> LawBounds:
+def _of_known(known: Known, low: End, high: End, effort: Effort | None) -> NonlinearityBounds:
     if low <= 0 <= high:
         _demand_zero(known)
     for piece in known.pieces:
         _demand_values(piece, known.name)
-    chords, chord_covers = over_pieces(known, chords=True, effort=effort)
+    chords, chord_covers = piecewise_extrema(known, chords=True, effort=effort)
     chords += [Candidate(value=_divided(known.value(x), x), place=x, inside=True) for x in cuts_of(known) if x != 0]
     sector = least(chords, chord_covers), largest(chords, chord_covers)
     slope, notes = slope_extremes(known, effort)
     notes += _remarks("sector", *sector) + _remarks("slope", *slope)
-    return LawBounds(
+    return NonlinearityBounds(
         law=known.name,
         sector_lower=sector[0],
         sector_upper=sector[1],

@@ -18,14 +18,14 @@ from lure.expressions.tree import Apply, Node, Number
 # What an expansion lies between on its stretch, and where it tends.
 
 
-def reach(m: Expansion, stretch: Stretch, end: End, side: int) -> tuple[Cover, Candidate | None]:
+def enclosure_at_end(m: Expansion, stretch: Stretch, end: End, side: int) -> tuple[Cover, Candidate | None]:
     """What an expansion lies between on its stretch, and its limit as ``t -> 0`` where it has one."""
-    low, high, limit = _reach(stretch.settled(m), stretch)
+    low, high, limit = _enclosure(stretch.settled(m), stretch)
     found = None if limit is None else Candidate(value=limit, place=end, inside=False, side=side)
     return Cover(low=low, high=high), found
 
 
-def _reach(m: Expansion, stretch: Stretch) -> tuple[Bound, Bound, Bound | tuple[Fraction, Fraction] | None]:
+def _enclosure(m: Expansion, stretch: Stretch) -> tuple[Bound, Bound, Bound | tuple[Fraction, Fraction] | None]:
     lead = m.lead
     if m.growth is not None or lead < 0:
         sign = stretch.sign(m)

@@ -63,7 +63,7 @@ class Known:
     branches: Callable[[End, End], Node] | None = None
 
 
-def known_law(law: object, low: End, high: End) -> Known | None:
+def known_nonlinearity(law: object, low: End, high: End) -> Known | None:
     """The law cut into pieces; None for one known by its values alone.
 
     Raises
@@ -109,7 +109,7 @@ def tree_of(law: object) -> Node | None:
 
 def kinks(law: object) -> list[float]:
     """Where a law changes its branch, as far as that is known exactly."""
-    known = known_law(law, -math.inf, math.inf)
+    known = known_nonlinearity(law, -math.inf, math.inf)
     return [] if known is None else [float(p.high) for p in known.pieces if isinstance(p.high, Fraction)]
 
 

@@ -10,13 +10,13 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Literal, TypeVar
 
-from lure.analysis.nonlinearity.bounds import bounds_of_known, cuts_of, has_values, jumps_of, law_bounds
+from lure.analysis.nonlinearity.bounds import bounds_of_known, cuts_of, has_values, jumps_of, nonlinearity_bounds
 from lure.analysis.nonlinearity.extremes import BITS, Candidate
-from lure.analysis.nonlinearity.known import Known, Value, known_law
+from lure.analysis.nonlinearity.known import Known, Value, known_nonlinearity
 from lure.analysis.nonlinearity.parity import known_odd
 from lure.analysis.nonlinearity.pieces import Piece
 from lure.analysis.nonlinearity.rational import TooLarge
-from lure.analysis.nonlinearity.result import Bound, Extreme, LawBounds, above, below, short, stated
+from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, above, below, short, stated
 from lure.analysis.nonlinearity.search import Effort, NotEnclosed
 from lure.analysis.nonlinearity.violations import Violation, violation
 from lure.analysis.nonlinearity.zero_set import ZeroSet, zero_set
@@ -29,9 +29,9 @@ from lure.nonlinearities import (
     ExpressionLaw,
     Properties,
     Property,
+    Provenance,
     Quantiser,
     ShiftedLaw,
-    Standing,
     check_declared,
     properties,
     shifted_class,
@@ -288,7 +288,7 @@ def _declaring(
 
 
 def membership(nonlinearity: object, law_class: LawClass) -> Membership:
-    """What is known of a nonlinearity as a member of a class, each property with its standing.
+    """What is known of a nonlinearity as a member of a class, each property with its provenance.
 
     Parameters
     ----------
@@ -317,7 +317,7 @@ def membership(nonlinearity: object, law_class: LawClass) -> Membership:
     (True, 'locally Lipschitz', '{0}')
     """
     law = as_law(nonlinearity)
-    if isinstance(law, ShiftedLaw) and known_law(law, -math.inf, math.inf) is None:
+    if isinstance(law, ShiftedLaw) and known_nonlinearity(law, -math.inf, math.inf) is None:
         return _shifted(membership(law.law, shifted_class(law_class, -law.gain)), law, law_class)
     try:
         known_of = properties(law)
@@ -375,8 +375,8 @@ def certified_properties(law: Nonlinearity) -> Properties:
     if found.regularity_property.status is Status.CHECKED:
         checked["regularity"] = found.regularity_property.how
     sector, slope, odd, regularity = known_of.sector, known_of.slope_bounds, known_of.odd, known_of.regularity
-    if regularity.standing is Standing.DECLARED and "regularity" in checked and found.regularity != "none":
-        regularity = Property(value=found.regularity, standing=Standing.CHECKED, how=checked["regularity"])
+    if regularity.provenance is Provenance.DECLARED and "regularity" in checked and found.regularity != "none":
+        regularity = Property(value=found.regularity, provenance=Provenance.CHECKED, how=checked["regularity"])
     return Properties(
         sector=_upgraded(sector, checked.get("sector")),
         slope_bounds=slope if slope.value is None else _upgraded(slope, checked.get("slope")),
@@ -386,12 +386,12 @@ def certified_properties(law: Nonlinearity) -> Properties:
 
 
 def _upgraded(known: Property[T], how: str | None) -> Property[T]:
-    if how is None or known.standing is Standing.CHECKED:
+    if how is None or known.provenance is Provenance.CHECKED:
         return known
-    return Property(value=known.value, standing=Standing.CHECKED, how=how)
+    return Property(value=known.value, provenance=Provenance.CHECKED, how=how)
 
 
-def certified_bounds(law: object) -> LawBounds | None:
+def certified_bounds(law: object) -> NonlinearityBounds | None:
     """Certified sector and slope bounds of a nonlinearity over all of R, found with a limited effort.
 
     Parameters
@@ -401,7 +401,7 @@ def certified_bounds(law: object) -> LawBounds | None:
 
     Returns
     -------
-    LawBounds or None
+    NonlinearityBounds or None
         None for a nonlinearity known by its values alone, and for a formula that could not be enclosed everywhere.
 
     Raises
@@ -415,13 +415,13 @@ def certified_bounds(law: object) -> LawBounds | None:
 
 
 @lru_cache(maxsize=64)
-def _bounds_of_text(text: str) -> LawBounds | None:
+def _bounds_of_text(text: str) -> NonlinearityBounds | None:
     return _bounds(text)
 
 
-def _bounds(law: object) -> LawBounds | None:
+def _bounds(law: object) -> NonlinearityBounds | None:
     if isinstance(law, Quantiser):
-        return law_bounds(law)
+        return nonlinearity_bounds(law)
     try:
         known = _known(law)
         if known is None:
@@ -433,7 +433,7 @@ def _bounds(law: object) -> LawBounds | None:
 
 
 def _known(law: object) -> Known | None:
-    return known_law(law, -math.inf, math.inf)
+    return known_nonlinearity(law, -math.inf, math.inf)
 
 
 def _bounded(law: Nonlinearity, bounds: Sector | SlopeBounds, known_of: Properties | None) -> MemberProperty:
@@ -441,7 +441,12 @@ def _bounded(law: Nonlinearity, bounds: Sector | SlopeBounds, known_of: Properti
     is_sector = isinstance(bounds, Sector)
     name: Name = "sector" if is_sector else "slope"
     own = None if known_of is None else known_of.sector if is_sector else known_of.slope_bounds
-    if own is not None and own.standing is Standing.CHECKED and own.value is not None and _inside(own.value, bounds):
+    if (
+        own is not None
+        and own.provenance is Provenance.CHECKED
+        and own.value is not None
+        and _inside(own.value, bounds)
+    ):
         return MemberProperty(name=name, status=Status.CHECKED, how=own.how)
     found = certified_bounds(law)
     if found is None:
@@ -459,7 +464,7 @@ def _inside(inner: Sector | SlopeBounds, outer: Sector | SlopeBounds) -> bool:
     return outer.lower <= inner.lower and inner.upper <= outer.upper
 
 
-def _shown(found: LawBounds, name: Name) -> tuple[Bound, Bound]:
+def _shown(found: NonlinearityBounds, name: Name) -> tuple[Bound, Bound]:
     """What is certified of the chords or the slopes: slope bounds are bounds of the sector too."""
     spans = [found.extremes("slope")]
     if name == "sector":
@@ -469,7 +474,7 @@ def _shown(found: LawBounds, name: Name) -> tuple[Bound, Bound]:
     return max(lows, default=-math.inf), min(highs, default=math.inf)
 
 
-def _violated(found: LawBounds, bounds: Sector | SlopeBounds, at: Violation | None) -> MemberProperty:
+def _violated(found: NonlinearityBounds, bounds: Sector | SlopeBounds, at: Violation | None) -> MemberProperty:
     name: Name = "sector" if isinstance(bounds, Sector) else "slope"
     low, high = found.extremes(name)  # type: ignore[arg-type]  # one of the two it takes
     assert low is not None, "what was refuted was found"
@@ -490,7 +495,7 @@ def _violated(found: LawBounds, bounds: Sector | SlopeBounds, at: Violation | No
 
 
 def _odd(law: Nonlinearity, known_of: Properties | None) -> MemberProperty:
-    if known_of is not None and known_of.odd.standing is Standing.CHECKED and known_of.odd.value:
+    if known_of is not None and known_of.odd.provenance is Provenance.CHECKED and known_of.odd.value:
         return MemberProperty(name="odd", status=Status.CHECKED, how=known_of.odd.how)
     if type(law) is ExpressionLaw and known_odd(law.expression, VARIABLE):
         return MemberProperty(name="odd", status=Status.CHECKED, how="read off the formula")
@@ -538,7 +543,7 @@ def _regularity(law: Nonlinearity, known_of: Properties | None) -> tuple[Regular
     """The most that is known, and else what is declared."""
     jumping = "discontinuous" in f"{getattr(law, 'regularity', '')}"
     declared = bool(getattr(law, "locally_lipschitz", not jumping))  # one that says nothing is taken to be
-    if known_of is not None and known_of.regularity.standing is Standing.CHECKED:
+    if known_of is not None and known_of.regularity.provenance is Provenance.CHECKED:
         words: Regularity = (
             "locally Lipschitz"
             if declared

@@ -104,7 +104,7 @@ class Extreme(Record):
         return f"{short(self.inner, digits=10)} {self.where}"
 
 
-class LawBounds(Record):
+class NonlinearityBounds(Record):
     """Sector and slope bounds of one law on one domain."""
 
     law: str = quantity("The law in words")

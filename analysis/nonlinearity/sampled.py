@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from lure.analysis.nonlinearity.result import Extreme, LawBounds, short
+from lure.analysis.nonlinearity.result import Extreme, NonlinearityBounds, short
 from lure.analysis.verdict import Evidence
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import AssumptionError, InputError
@@ -81,13 +81,13 @@ def sampled(
     return Sample(x, phi), full
 
 
-def observed(sample: tuple[Sample, Sample], name: str, on: tuple[Fraction, Fraction] | None) -> LawBounds:
+def observed(sample: tuple[Sample, Sample], name: str, on: tuple[Fraction, Fraction] | None) -> NonlinearityBounds:
     """The extremes of a sample; they bound nothing between its points."""
     chords, places = sample[0].chords, sample[0].x
     x, phi = sample[1].x, sample[1].phi
     slopes = np.diff(phi) / np.diff(x)
     span = f"1e-{DECADES} <= |sigma| <= 1e{DECADES}" if on is None else "the interval"
-    return LawBounds(
+    return NonlinearityBounds(
         law=name,
         sector_lower=_seen(chords, places, np.argmin(chords), -math.inf),
         sector_upper=_seen(chords, places, np.argmax(chords), math.inf),
@@ -101,7 +101,7 @@ def observed(sample: tuple[Sample, Sample], name: str, on: tuple[Fraction, Fract
 
 def vouched(
     sample: tuple[Sample, Sample], name: str, on: tuple[Fraction, Fraction] | None, lipschitz: Fraction
-) -> LawBounds:
+) -> NonlinearityBounds:
     """Bounds that hold if the law is Lipschitz with the constant, which the sample must not contradict.
 
     Between two points ``x < y`` of one side, ``phi`` lies below ``min(phi(x) + L (sigma - x), phi(y) + L (y - sigma))``
@@ -132,7 +132,7 @@ def vouched(
         for part, limit, side in zip(parts, limits, (-1, 1, -1, 1), strict=True)
         if part is not None
     ]
-    return LawBounds(
+    return NonlinearityBounds(
         law=name,
         sector_lower=found[0],
         sector_upper=found[1],

@@ -12,7 +12,7 @@ from itertools import count
 
 from flint import arb
 
-from lure.analysis.nonlinearity.expansion import Expansion, Stretch, Unsettled, expanded, reach
+from lure.analysis.nonlinearity.expansion import Expansion, Stretch, Unsettled, enclosure_at_end, expanded
 from lure.analysis.nonlinearity.extremes import Candidate, Cover, End, bounds_of, interval_of
 from lure.analysis.nonlinearity.jets import jet, value_at, values_by_branch
 from lure.analysis.nonlinearity.result import Bound
@@ -380,7 +380,7 @@ class _Search:
             stretch = Stretch(ball(Fraction(1, 2**stage)))
             try:
                 m = self._expansion(end, side, stretch)
-                cover, limit = reach(m, stretch, end, side)
+                cover, limit = enclosure_at_end(m, stretch, end, side)
             except Unsettled:
                 cover, limit = Cover(low=-math.inf, high=math.inf), None
             self.cache[key] = Region(

@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 
-from lure.analysis.nonlinearity.bounds import law_bounds
+from lure.analysis.nonlinearity.bounds import nonlinearity_bounds
 from lure.analysis.nonlinearity.extremes import BITS, End
-from lure.analysis.nonlinearity.known import Value, domain, known_law
-from lure.analysis.nonlinearity.result import Bound, Extreme, LawBounds, Quantity, as_double, short
+from lure.analysis.nonlinearity.known import Value, domain, known_nonlinearity
+from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, Quantity, as_double, short
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
@@ -62,29 +62,34 @@ class Violation(Record):
 
 
 def violation(
-    law: object, bounds: Sector | SlopeBounds, *, on: object = None, found: LawBounds | None = None, samples: int = 4001
+    law: object,
+    bounds: Sector | SlopeBounds,
+    *,
+    on: object = None,
+    found: NonlinearityBounds | None = None,
+    samples: int = 4001,
 ) -> Violation | None:
     """A point at which a law leaves a sector, or two between which it leaves slope bounds; None if none was found.
 
-    That none was found proves nothing: ask ``law_bounds(law).within(bounds)``.
+    That none was found proves nothing: ask ``nonlinearity_bounds(law).within(bounds)``.
 
     Parameters
     ----------
     law : law of lure.nonlinearities, Expression, str or callable
-        As for :func:`law_bounds`.
+        As for :func:`nonlinearity_bounds`.
     bounds : Sector or SlopeBounds
         What the law may not leave.
     on : pair of numbers, optional
         The interval; all of R by default.
-    found : LawBounds, optional
-        What :func:`law_bounds` found for the same law and interval, to spare the work.
+    found : NonlinearityBounds, optional
+        What :func:`nonlinearity_bounds` found for the same law and interval, to spare the work.
     samples : int
         For a callable.
 
     Raises
     ------
     InputError
-        As for :func:`law_bounds`.
+        As for :func:`nonlinearity_bounds`.
 
     Examples
     --------
@@ -92,7 +97,7 @@ def violation(
     phi(sigma)/sigma = 4 > 1 (certified) at sigma = -2
     """
     interval = domain(on)
-    known = law_bounds(law, on=on, samples=samples) if found is None else found
+    known = nonlinearity_bounds(law, on=on, samples=samples) if found is None else found
     if known.within(bounds) is not Verdict.REFUTED:
         return None
     quantity: Quantity = "sector" if isinstance(bounds, Sector) else "slope"
@@ -118,7 +123,7 @@ def violation(
 def _values(law: object, low: End, high: End) -> tuple[Callable[[Fraction], Value], Evidence]:
     if isinstance(law, Quantiser):
         return law.exact, Evidence.CERTIFIED
-    known = known_law(law, low, high)
+    known = known_nonlinearity(law, low, high)
     if known is not None:
         return known.value, Evidence.CERTIFIED
     if not callable(law):

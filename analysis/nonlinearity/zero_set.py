@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from lure.analysis.nonlinearity.bounds import cuts_of
 from lure.analysis.nonlinearity.extremes import End
-from lure.analysis.nonlinearity.known import Known, known_law
+from lure.analysis.nonlinearity.known import Known, known_nonlinearity
 from lure.analysis.nonlinearity.pieces import Piece
 from lure.analysis.nonlinearity.rational import Ratio, ratio, roots_between
 from lure.analysis.nonlinearity.result import short
@@ -93,7 +93,7 @@ def zero_set(law: object) -> ZeroSet | None:
     if graph is not None:
         return _of_graph(graph)
     try:
-        known = known_law(law, -math.inf, math.inf)
+        known = known_nonlinearity(law, -math.inf, math.inf)
         return None if known is None else _of_known(known)
     except InputError:
         return None  # it has no value somewhere, or too many pieces

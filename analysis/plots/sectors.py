@@ -31,7 +31,7 @@ from lure.analysis.verdict import Evidence
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from lure.analysis.nonlinearity import Extreme, LawBounds
+    from lure.analysis.nonlinearity import Extreme, NonlinearityBounds
     from lure.analysis.nonlinearity.result import Quantity
     from lure.analysis.testing.result import Violation
 
@@ -46,7 +46,7 @@ def plot_violation(violation: Violation, *, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     violation : Violation
-        From a :class:`lure.analysis.testing.LawViolation`.
+        From a :class:`lure.analysis.testing.NonlinearityViolation`.
     ax : matplotlib Axes, optional
         Where to draw; a new figure if not given.
 
@@ -88,14 +88,14 @@ _REACH = 2.0
 _JUMP = 0.05
 
 
-def plot_law_sector(law: object, found: LawBounds, *, ax: Axes | None = None) -> Axes:
+def plot_law_sector(law: object, found: NonlinearityBounds, *, ax: Axes | None = None) -> Axes:
     """``phi(sigma)`` with the lines of its sector, the wedge between them shaded and the attained points marked.
 
     Parameters
     ----------
     law : law of lure.nonlinearities, Expression, str or callable
         The law that was bounded.
-    found : LawBounds
+    found : NonlinearityBounds
         Its bounds; those of a sample are drawn dashed.
     ax : Axes, optional
         Where to draw; by default a new figure.
@@ -127,14 +127,14 @@ def plot_law_sector(law: object, found: LawBounds, *, ax: Axes | None = None) ->
     return axes
 
 
-def plot_law_slope(law: object, found: LawBounds, *, ax: Axes | None = None) -> Axes:
+def plot_law_slope(law: object, found: NonlinearityBounds, *, ax: Axes | None = None) -> Axes:
     """Difference quotients of ``phi`` between neighbouring points of the picture, and the bounds on all of them.
 
     Parameters
     ----------
     law : law of lure.nonlinearities, Expression, str or callable
         The law that was bounded.
-    found : LawBounds
+    found : NonlinearityBounds
         Its bounds; those of a sample are drawn dashed.
     ax : Axes, optional
         Where to draw; by default a new figure.
@@ -168,13 +168,13 @@ def plot_law_slope(law: object, found: LawBounds, *, ax: Axes | None = None) -> 
     return axes
 
 
-def _bound(part: Extreme, found: LawBounds) -> float:
+def _bound(part: Extreme, found: NonlinearityBounds) -> float:
     """What is drawn: the value reached, and infinite where a certified bound is not known."""
     unknown = found.evidence is Evidence.CERTIFIED and isinstance(part.outer, float)
     return as_double(part.outer if unknown else part.inner)
 
 
-def _finish(axes: Axes, found: LawBounds, quantity: Quantity, frame: tuple[Array, float, float]) -> None:
+def _finish(axes: Axes, found: NonlinearityBounds, quantity: Quantity, frame: tuple[Array, float, float]) -> None:
     x, low, high = frame
     axes.axhline(0.0, color=INK, lw=0.5, zorder=1)
     axes.axvline(0.0, color=INK, lw=0.5, zorder=1)
@@ -195,7 +195,7 @@ def _finish(axes: Axes, found: LawBounds, quantity: Quantity, frame: tuple[Array
     axes.set_title(f"{title} ({found.evidence})", fontsize="medium", loc="left")
 
 
-def _abscissae(law: object, found: LawBounds, quantity: Quantity) -> Array:
+def _abscissae(law: object, found: NonlinearityBounds, quantity: Quantity) -> Array:
     """The interval, or what holds the places where the bounds are attained and the law changes its branch."""
     if found.on is not None:
         return np.linspace(float(found.on[0]), float(found.on[1]), _SECTORS_POINTS)

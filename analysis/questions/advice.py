@@ -157,9 +157,9 @@ def _possible(name: str, law: Nonlinearity | None) -> bool:
     """Whether the given phi can have the property: one that jumps has no slope bounds, one that is not odd stays so."""
     if law is None:
         return True
-    from lure.nonlinearities import Standing, properties
+    from lure.nonlinearities import Provenance, properties
 
     known = properties(law)
-    if "slope" in name and known.slope_bounds.standing is Standing.CHECKED and known.slope_bounds.value is None:
+    if "slope" in name and known.slope_bounds.provenance is Provenance.CHECKED and known.slope_bounds.value is None:
         return False
-    return not ("odd" in name and known.odd.standing is Standing.CHECKED and not known.odd.value)
+    return not ("odd" in name and known.odd.provenance is Provenance.CHECKED and not known.odd.value)

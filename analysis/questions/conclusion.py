@@ -26,7 +26,7 @@ from lure.nonlinearities.protocol import Nonlinearity
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.codes import Code
-    from lure.analysis.nonlinearity import LawBounds
+    from lure.analysis.nonlinearity import NonlinearityBounds
 
 
 CHECKED, DECLARED = "checked", "declared"
@@ -339,7 +339,7 @@ def _takes_a_value_twice(law: Nonlinearity, shown: Proved) -> bool:
     Where its difference quotients ``1 + D q`` have both signs, as a continuous function it is not one to one; a graph
     with a piece of slope ``-1/D`` has one value on the whole of it.
     """
-    from lure.analysis.nonlinearity import law_bounds
+    from lure.analysis.nonlinearity import nonlinearity_bounds
     from lure.analysis.nonlinearity.membership import certified_bounds
     from lure.nonlinearities import ExpressionLaw, GraphLaw
 
@@ -349,7 +349,7 @@ def _takes_a_value_twice(law: Nonlinearity, shown: Proved) -> bool:
         quotients = [1 + direct * slope for slope in graph.slopes]
         return min(quotients) <= 0 <= max(quotients)
 
-    def both_signs(found: LawBounds | None) -> bool:
+    def both_signs(found: NonlinearityBounds | None) -> bool:
         """Whether the quotients that were found are of both signs."""
         if found is None or found.slope_lower is None or found.slope_upper is None:
             return False
@@ -358,7 +358,7 @@ def _takes_a_value_twice(law: Nonlinearity, shown: Proved) -> bool:
 
     if both_signs(certified_bounds(law)):
         return True  # of slopes that grow without end an interval shows more than the line does
-    return isinstance(law, ExpressionLaw) and both_signs(law_bounds(law, on=_NEAR))
+    return isinstance(law, ExpressionLaw) and both_signs(nonlinearity_bounds(law, on=_NEAR))
 
 
 def _rests_at_zero_only(law: Nonlinearity, shown: Proved) -> bool:

@@ -51,7 +51,7 @@ def assert_in_sector(  # noqa: PLR0913  (the law, the sector, and settings with 
 
     Raises
     ------
-    LawViolation
+    NonlinearityViolation
         An AssertionError: the law leaves the sector, at the point named, or has no value somewhere.
     InputError
         An argument is not as described.
@@ -117,7 +117,7 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
 
     Raises
     ------
-    LawViolation
+    NonlinearityViolation
         A pair of points whose quotient lies outside, or the law has no value somewhere.
     InputError
         An argument is not as described.
@@ -178,7 +178,7 @@ def assert_monotone(  # noqa: PLR0913  (as above)
 
     Raises
     ------
-    LawViolation
+    NonlinearityViolation
         A pair of points between which the law falls, or it has no value somewhere.
     InputError
         An argument is not as described.
@@ -224,7 +224,7 @@ def assert_odd(  # noqa: PLR0913  (as above)
 
     Raises
     ------
-    LawViolation
+    NonlinearityViolation
         A point at which the law is not odd, or has no value.
     InputError
         An argument is not as described.

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 from lure.analysis.nonlinearity.parity import known_odd
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.testing.message import message, number
-from lure.analysis.testing.result import HISTORY, Checked, LawViolation, Violation
+from lure.analysis.testing.result import HISTORY, Checked, NonlinearityViolation, Violation
 from lure.analysis.testing.search import (
     Chord,
     Domain,
@@ -37,7 +37,7 @@ from lure.exact import Exact
 from lure.expressions import Expression
 from lure.expressions.tree import is_total, names
 from lure.nonlinearities.formula import ExpressionLaw
-from lure.nonlinearities.properties import Standing, properties
+from lure.nonlinearities.properties import Provenance, properties
 
 if TYPE_CHECKING:
     from lure.analysis.nonlinearity.result import Extreme
@@ -73,19 +73,19 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
 
     Raises
     ------
-    LawViolation
+    NonlinearityViolation
         The formula divides by zero at a point of the interval.
     """
     if kind == "odd":
         return _oddness(law.law, on)
-    from lure.analysis.nonlinearity import law_bounds
+    from lure.analysis.nonlinearity import nonlinearity_bounds
     from lure.analysis.nonlinearity.known import Undefined
     from lure.analysis.nonlinearity.result import above, below, stated
 
     try:
-        bounds = law_bounds(law.law, on=on)
+        bounds = nonlinearity_bounds(law.law, on=on)
     except Undefined as error:  # doubles may step over it: 1/0 is inf, and sign(inf) is 1
-        raise LawViolation(
+        raise NonlinearityViolation(
             f"{law.name} has no value at sigma = {float(error.place):.10g}, where it divides by zero, and a law has a "
             "finite real value everywhere; name the interval on which this one has, on=(low, high)"
         ) from None
@@ -163,7 +163,7 @@ def _oddness(law: object, on: tuple[Fraction, Fraction] | None) -> Decision:
             known = properties(law).odd  # type: ignore[arg-type]  # a law of the library: what remains
         except AssumptionError:
             return Decision()
-        odd = known.value if known.standing is Standing.CHECKED else None
+        odd = known.value if known.provenance is Provenance.CHECKED else None
     if odd is None:
         return Decision(total=True)
     if odd and not _has_values(law, on):
@@ -176,7 +176,7 @@ def _oddness(law: object, on: tuple[Fraction, Fraction] | None) -> Decision:
 def _has_values(law: object, on: tuple[Fraction, Fraction] | None) -> bool:
     """Whether a formula is known to have a value for every sigma, as a law of the library has."""
     from lure.analysis.nonlinearity.bounds import bounds_of_known, has_values
-    from lure.analysis.nonlinearity.known import known_law
+    from lure.analysis.nonlinearity.known import known_nonlinearity
 
     if not isinstance(law, ExpressionLaw | Expression):
         return True
@@ -184,7 +184,7 @@ def _has_values(law: object, on: tuple[Fraction, Fraction] | None) -> bool:
         return True
     low, high = (-math.inf, math.inf) if on is None else on
     try:
-        known = known_law(law, low, high)
+        known = known_nonlinearity(law, low, high)
         return known is not None and has_values(known, bounds_of_known(known, low, high))
     except InputError:
         return False
@@ -236,7 +236,7 @@ def run(phi: object, inquiry: Inquiry) -> Checked:
 
     Raises
     ------
-    LawViolation
+    NonlinearityViolation
         The law does not have the property, or no value somewhere.
     InputError
         Something is not as described.
@@ -249,14 +249,16 @@ def run(phi: object, inquiry: Inquiry) -> Checked:
         if known.verdict is not Verdict.PROVED:
             violation = _found(law, inquiry, where, known)
     except NotANumber as error:
-        raise LawViolation(_no_value(law, inquiry, error)) from None
+        raise NonlinearityViolation(_no_value(law, inquiry, error)) from None
     if violation is not None:
         if inquiry.search.plot is not None:
             violation.save(Path(inquiry.search.plot))
-        raise LawViolation(message(violation), violation)
+        raise NonlinearityViolation(message(violation), violation)
     if known.verdict is Verdict.REFUTED:
         exact = "" if inquiry.kind == "odd" else witness(law, inquiry.kind, inquiry.limits, where.given)
-        raise LawViolation(f"{law.name} {inquiry.words[1]}: {exact or known.how}, though doubles do not show it")
+        raise NonlinearityViolation(
+            f"{law.name} {inquiry.words[1]}: {exact or known.how}, though doubles do not show it"
+        )
     checked = _passed(law, inquiry, where, known)
     HISTORY.add(checked)
     return checked

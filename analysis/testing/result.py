@@ -142,7 +142,7 @@ class Violation(Record):
         path.write_bytes(picture.png if path.suffix == ".png" else picture.svg.encode())
 
 
-class LawViolation(AssertionError):
+class NonlinearityViolation(AssertionError):
     """An assertion about a law failed; ``violation`` says where, None where the law has no value at all."""
 
     __module__ = "lure.analysis.testing"  # where it is found by people, as it is named in front of each message

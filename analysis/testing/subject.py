@@ -34,8 +34,8 @@ class Subject:
     name : str
         What messages call it.
     law : object
-        What was given: an exact law or a formula as :func:`lure.analysis.nonlinearity.law_bounds` takes it, or a
-        callable.
+        What was given: an exact law or a formula as :func:`lure.analysis.nonlinearity.nonlinearity_bounds` takes it,
+        or a callable.
     call : callable
         Its values.
     known : bool

@@ -12,7 +12,7 @@ from lure.nonlinearities.piecewise_linear import Saturation as Saturation
 from lure.nonlinearities.piecewise_linear import relay_with_slope as relay_with_slope
 from lure.nonlinearities.properties import Properties as Properties
 from lure.nonlinearities.properties import Property as Property
-from lure.nonlinearities.properties import Standing as Standing
+from lure.nonlinearities.properties import Provenance as Provenance
 from lure.nonlinearities.properties import law_class as law_class
 from lure.nonlinearities.properties import properties as properties
 from lure.nonlinearities.quantiser import Quantiser as Quantiser

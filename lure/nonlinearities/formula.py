@@ -308,7 +308,7 @@ class ExpressionLaw:
         return self.text
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its standing."""
+        """Plain JSON data: parameters, and what is known with its provenance."""
         from lure.nonlinearities.properties import law_dict
 
         return law_dict(self)

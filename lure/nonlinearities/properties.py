@@ -33,7 +33,7 @@ _PROOFS: dict[type, str] = {
 _WORD = "the word of the law's author"
 
 
-class Standing(Enum):
+class Provenance(Enum):
     """Whether a property was checked for every ``sigma``, or is declared and believed."""
 
     DECLARED = "declared"
@@ -45,24 +45,24 @@ class Standing(Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Property(Generic[T]):
-    """A property with its standing and, in one sentence, how it is known.
+    """A property with its provenance and, in one sentence, how it is known.
 
     Attributes
     ----------
     value : Sector, SlopeBounds, bool or str
         The property.
-    standing : Standing
+    provenance : Provenance
         Whether it was checked, or is declared and believed.
     how : str
         How it is known.
     """
 
     value: T
-    standing: Standing
+    provenance: Provenance
     how: str
 
     def __str__(self) -> str:
-        return f"{self.value} ({self.standing}: {self.how})"
+        return f"{self.value} ({self.provenance}: {self.how})"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -88,7 +88,7 @@ class Properties:
 
 
 def properties(law: Nonlinearity) -> Properties:
-    """What is known of a law, each property with its standing.
+    """What is known of a law, each property with its provenance.
 
     Laws of the library are known in closed form.  A formula is checked if it is piecewise linear, which is recognised
     exactly; of others the regularity is, where the form of the formula shows it.  Everything else is declared: a
@@ -115,20 +115,20 @@ def properties(law: Nonlinearity) -> Properties:
     if type(law) is ShiftedLaw:
         inner, note = properties(law.law), f"; shifted by {number_text(law.gain)}"
         return Properties(
-            sector=Property(value=law.sector, standing=inner.sector.standing, how=inner.sector.how + note),
+            sector=Property(value=law.sector, provenance=inner.sector.provenance, how=inner.sector.how + note),
             slope_bounds=Property(
-                value=law.slope_bounds, standing=inner.slope_bounds.standing, how=inner.slope_bounds.how + note
+                value=law.slope_bounds, provenance=inner.slope_bounds.provenance, how=inner.slope_bounds.how + note
             ),
             odd=inner.odd,
             regularity=inner.regularity,
         )
     if type(law) is ExpressionLaw and law.graph is not None:
         _compare(law, law.graph)
-        return _all(law, Standing.CHECKED, "the formula is piecewise linear: " + _FROM_POINTS)
+        return _all(law, Provenance.CHECKED, "the formula is piecewise linear: " + _FROM_POINTS)
     if type(law) is ExpressionLaw:
         return _of_formula(law)
     proof = _PROOFS.get(type(law))
-    return _all(law, Standing.DECLARED, _WORD) if proof is None else _all(law, Standing.CHECKED, proof)
+    return _all(law, Provenance.DECLARED, _WORD) if proof is None else _all(law, Provenance.CHECKED, proof)
 
 
 def law_class(law: Nonlinearity) -> LawClass:
@@ -159,16 +159,16 @@ def law_class(law: Nonlinearity) -> LawClass:
     return LawClass(sector=sector, slope=slope, odd=known.odd.value)
 
 
-def _all(law: Nonlinearity, standing: Standing, how: str) -> Properties:
-    """Every property of the law with one standing; what the law does not say is not known."""
+def _all(law: Nonlinearity, provenance: Provenance, how: str) -> Properties:
+    """Every property of the law with one provenance; what the law does not say is not known."""
 
     def known(value: T, *, missing: bool) -> Property[T]:
-        """A property of this standing."""
+        """A property of this provenance."""
         if missing:
-            return Property(value=value, standing=Standing.DECLARED, how="nothing is declared")
-        return Property(value=value, standing=standing, how=how)
+            return Property(value=value, provenance=Provenance.DECLARED, how="nothing is declared")
+        return Property(value=value, provenance=provenance, how=how)
 
-    checked = standing is Standing.CHECKED
+    checked = provenance is Provenance.CHECKED
     slope: SlopeBounds | None = getattr(law, "slope_bounds", None)
     regularity = str(getattr(law, "regularity", "unknown"))
     return Properties(
@@ -181,12 +181,12 @@ def _all(law: Nonlinearity, standing: Standing, how: str) -> Properties:
 
 def _of_formula(law: ExpressionLaw) -> Properties:
     """What is declared of a formula, with the regularity that its form shows."""
-    declared = _all(law, Standing.DECLARED, _WORD)
+    declared = _all(law, Provenance.DECLARED, _WORD)
     visible = law.visibly_lipschitz or not law.locally_lipschitz
     if not visible or law.regularity == "unknown":
         return declared
     how = "read off the formula: it is made of functions with this property, each inside its domain"
-    return replace(declared, regularity=Property(value=law.regularity, standing=Standing.CHECKED, how=how))
+    return replace(declared, regularity=Property(value=law.regularity, provenance=Provenance.CHECKED, how=how))
 
 
 def _compare(law: ExpressionLaw, graph: Graph) -> None:
@@ -216,7 +216,7 @@ def _inside(
 
 
 def law_dict(law: Nonlinearity) -> dict[str, Any]:
-    """A law as plain JSON data: its kind, parameters and properties, each with its standing.
+    """A law as plain JSON data: its kind, parameters and properties, each with its provenance.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ def law_text(law: Nonlinearity) -> str:
 
 
 def _known(law: Nonlinearity) -> tuple[dict[str, tuple[str, str, str]], str | None]:
-    """Each property as text with its standing; and what contradicts it, if anything does."""
+    """Each property as text with its provenance; and what contradicts it, if anything does."""
     try:
         found = properties(law)
     except AssumptionError as error:
@@ -275,7 +275,7 @@ def _known(law: Nonlinearity) -> tuple[dict[str, tuple[str, str, str]], str | No
 
 
 def _row(known: Property[Any], value: str) -> tuple[str, str, str]:
-    return value, str(known.standing), known.how
+    return value, str(known.provenance), known.how
 
 
 def _parameters(law: Nonlinearity) -> dict[str, Any]:

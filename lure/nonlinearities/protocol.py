@@ -134,7 +134,7 @@ class NormalCompliance:
             return np.asarray(self.stiffness * r ** (self.exponent + 1) / (self.exponent + 1))
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its standing."""
+        """Plain JSON data: parameters, and what is known with its provenance."""
         from lure.nonlinearities.properties import law_dict
 
         return law_dict(self)

@@ -109,7 +109,7 @@ class Quantiser:
         return f"mid-tread quantiser of step {number_text(self.step)}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its standing."""
+        """Plain JSON data: parameters, and what is known with its provenance."""
         from lure.nonlinearities.properties import law_dict
 
         return law_dict(self)

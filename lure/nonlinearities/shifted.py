@@ -83,7 +83,7 @@ class ShiftedLaw:
         return f"({self.law}) {sign} {number_text(abs(self.gain))} sigma"
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its standing."""
+        """Plain JSON data: parameters, and what is known with its provenance."""
         from lure.nonlinearities.properties import law_dict
 
         return law_dict(self)

@@ -101,7 +101,7 @@ class Cubic:
         return f"cubic {factor_text(self.linear)}sigma {sign} {factor_text(abs(self.cubic))}sigma^3"
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its standing."""
+        """Plain JSON data: parameters, and what is known with its provenance."""
         from lure.nonlinearities.properties import law_dict
 
         return law_dict(self)
@@ -196,7 +196,7 @@ class Tanh:
         return f"{factor_text(self.gain)}tanh(sigma / {number_text(self.scale)})"
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its standing."""
+        """Plain JSON data: parameters, and what is known with its provenance."""
         from lure.nonlinearities.properties import law_dict
 
         return law_dict(self)

@@ -107,4 +107,4 @@ def _law(law: Nonlinearity | None) -> dict[str, Any] | None:
 
 
 def _property(known: Property[Any], value: str) -> dict[str, str]:
-    return {"value": value, "standing": str(known.standing), "how": known.how}
+    return {"value": value, "standing": str(known.provenance), "how": known.how}

@@ -355,7 +355,7 @@ def one_thread(function: Callable[P, R]) -> Callable[P, R]:
 
 @by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class MeanLaw:
+class MeanNonlinearity:
     """The fitted mean law.
 
     Attributes
@@ -469,7 +469,7 @@ class MeanLaw:
         return chords
 
 
-def mean_law(sigma: Array, load: Array, *, pieces: int | None = None, free: bool = False) -> MeanLaw:
+def mean_nonlinearity(sigma: Array, load: Array, *, pieces: int | None = None, free: bool = False) -> MeanNonlinearity:
     """The mean law through measured points, by weighted least squares without outliers.
 
     The number of pieces is doubled until a test at the level 5 % sees nothing in the last doubling: what the pieces
@@ -513,10 +513,10 @@ def mean_law(sigma: Array, load: Array, *, pieces: int | None = None, free: bool
     return _in_units(fit, units, curved)
 
 
-def _in_units(fit: HatFit, units: tuple[float, float], curved: float) -> MeanLaw:
+def _in_units(fit: HatFit, units: tuple[float, float], curved: float) -> MeanNonlinearity:
     """The fit in the units of the points."""
     length, force = units
-    return MeanLaw(
+    return MeanNonlinearity(
         knots=fit.hats.knots * length,
         values=fit.values * force,
         covariance=fit.covariance * force**2,
