@@ -3,34 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from lure.analysis.nonlinearity.parity import known_odd
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.testing.message import message, number
 from lure.analysis.testing.result import HISTORY, Checked, NonlinearityViolation, Violation
-from lure.analysis.testing.search import (
-    Chord,
-    Domain,
-    Limits,
-    Mirror,
-    Quotient,
-    Worst,
-    domain,
-    rounding,
-    simplest_pair,
-    simplest_point,
-    worst_pair,
-    worst_point,
-)
+from lure.analysis.testing.search import Domain, Kind, Limits, Measure, Worst, domain, rounding, simplest, worst
 from lure.analysis.testing.subject import NotANumber, Subject, subject
 from lure.analysis.verdict import Evidence, Verdict
-from lure.arrays import Reals, np
+from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact
@@ -218,7 +204,7 @@ class Search:
 class Inquiry:
     """What is asserted of a law; ``words`` say that it is so, and that it is not."""
 
-    kind: Literal["sector", "slope", "odd"]
+    kind: Kind
     words: tuple[str, str]
     limits: Limits
     search: Search
@@ -284,67 +270,33 @@ def _found(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Vi
     if known.total:
         x = x[np.isfinite(law.anyhow(x))]  # floating point may overflow where the law does not
     noise = rounding(law, x, where)
-    if inquiry.kind == "slope":
-        return _bad_slope(Quotient(subject=law, limits=inquiry.limits, noise=noise), x, inquiry, (where, known))
     if inquiry.kind == "odd":
         x = x[(-x >= where.low) & (-x <= where.high) & (x > 0)]
         if x.size == 0:
             raise InputError(f"on is {where}; oddness is about sigma and -sigma: give an interval with 0 inside")
-        measure: Chord | Mirror = Mirror(subject=law, limits=inquiry.limits, noise=noise)
-    else:
+    elif inquiry.kind == "sector":
         if where.holds(0.0) and abs(law.at(0.0)) > noise:
             return _violation(inquiry, law, (0.0,), np.inf, (where, known))
         x = x[x != 0]
-        measure = Chord(subject=law, limits=inquiry.limits, noise=noise)
-    return _bad_point(measure, x, inquiry, (where, known))
-
-
-def _bad_point(
-    measure: Chord | Mirror, x: Reals, inquiry: Inquiry, context: tuple[Domain, Decision]
-) -> Violation | None:
-    worst = worst_point(measure, x)
-    if worst[0] <= 0:
+    measure = Measure(kind=inquiry.kind, subject=law, limits=inquiry.limits, noise=noise)
+    found = worst(measure, x)
+    if found[0] <= 0:
         return None
-    where = context[0]
 
-    def excess(sigma: float) -> float:
-        """How far a point violates."""
-        mirrored = inquiry.kind == "odd" and not where.holds(-sigma)
-        if sigma == 0 or not where.holds(sigma) or mirrored:
+    def excess(sigma: tuple[float, ...]) -> float:
+        """How far a point or a pair violates; nothing is asserted outside the interval, nor of a chord to 0."""
+        asserted = sigma[0] < sigma[1] if len(sigma) == 2 else sigma[0] != 0
+        mirrored = [-part for part in sigma] if inquiry.kind == "odd" else []
+        if not asserted or not all(map(where.holds, (*sigma, *mirrored))):
             return -np.inf
-        point = np.array([sigma])
         try:
-            value = measure.quantity(point)
+            return float(measure.look(np.array(sigma))[1][0])
         except NotANumber:
             return -np.inf
-        return float((measure.limits.outside(value) - measure.allowance(point, value))[0])
 
-    sigma = simplest_point(excess, (worst[0], worst[1][0]), size=measure.limits.size, unit=where.unit)
-    found = float(measure.quantity(np.array([sigma]))[0])
-    return _violation(inquiry, measure.subject, (sigma,), found, context, worst)
-
-
-def _bad_slope(measure: Quotient, x: Reals, inquiry: Inquiry, context: tuple[Domain, Decision]) -> Violation | None:
-    worst = worst_pair(measure, x)
-    if worst[0] <= 0:
-        return None
-    where, law = context[0], measure.subject
-
-    def excess(low: float, high: float) -> float:
-        """How far a pair violates."""
-        if not (low < high and where.holds(low) and where.holds(high)):
-            return -np.inf
-        pair = np.array([low, high])
-        try:
-            phi = law(pair)
-        except NotANumber:
-            return -np.inf
-        value = measure.quantity(pair, phi)
-        return float((measure.limits.outside(value) - measure.allowance(pair, phi, value))[0])
-
-    pair = simplest_pair(excess, (worst[0], worst[1][0], worst[1][1]), size=measure.limits.size, unit=where.unit)
-    found = float(measure.quantity(np.array(pair), law(np.array(pair)))[0])
-    return _violation(inquiry, law, pair, found, context, worst)
+    sigma = simplest(excess, found, size=inquiry.limits.size, unit=where.unit)
+    value = float(measure.look(np.array(sigma))[0][0])
+    return _violation(inquiry, law, sigma, value, (where, known), found)
 
 
 def _violation(  # noqa: PLR0913  (what was found where, and what else is known)
@@ -392,17 +344,17 @@ def _slope(law: Subject, sigma: float) -> float:
 
 
 def _no_value(law: Subject, inquiry: Inquiry, error: NotANumber) -> str:
-    def missing(sigma: float) -> float:
-        """1 where the law has no value, 0 where it has."""
+    where = domain(inquiry.search.on)
+
+    def missing(place: tuple[float, ...]) -> float:
+        """1 where the law has no value, 0 where it has or where nothing is asserted."""
         try:
-            law.at(sigma)
+            law.at(place[0])
         except NotANumber:
-            return 1.0
+            return float(where.holds(place[0]))
         return 0.0
 
-    where = domain(inquiry.search.on)
-    inside: Callable[[float], float] = lambda sigma: missing(sigma) if where.holds(sigma) else 0.0  # noqa: E731  (one line)
-    sigma = simplest_point(inside, (1.0, error.sigma), size=1.0, unit=where.unit)
+    (sigma,) = simplest(missing, (1.0, (error.sigma,)), size=1.0, unit=where.unit)
     try:
         law.at(sigma)
     except NotANumber as simpler:

@@ -6,12 +6,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from lure.analysis.testing.subject import Subject
 from lure.arrays import NDArray, Reals, np
-from lure.errors import InputError
-from lure.exact import Exact, exact_number
+from lure.exact import Exact
 
 # Where a law is tested: an interval, and the points of it that are tried first.
 
@@ -85,13 +84,12 @@ def domain(on: tuple[Exact, Exact] | None) -> Domain:
     """
     if on is None:
         return Domain(low=-1e12, high=1e12, given=None, scale=1.0)
-    if isinstance(on, str) or not isinstance(on, Sequence) or len(on) != 2:
-        raise InputError(f"on is {on!r:.60}; give a pair (low, high), or None for all of R")
-    low, high = exact_number(on[0], "on[0]"), exact_number(on[1], "on[1]")
-    if not low < high:
-        raise InputError(f"on is ({float(low):g}, {float(high):g}); give low < high")
-    ends = float(low), float(high)
-    return Domain(low=ends[0], high=ends[1], given=(low, high), scale=max(map(abs, ends)))
+    from lure.analysis.nonlinearity.known import domain as exact_interval
+
+    given = exact_interval(on)
+    assert given is not None, "it was given"
+    ends = float(given[0]), float(given[1])
+    return Domain(low=ends[0], high=ends[1], given=given, scale=max(map(abs, ends)))
 
 
 # How far a law is outside what is asserted of it, and how much of that may be rounding.
@@ -99,6 +97,7 @@ def domain(on: tuple[Exact, Exact] | None) -> Domain:
 _RELATIVE = 1e-12
 _ABSOLUTE = 4e-15
 _ARGUMENT = 2e-15
+_VALUE = 1e-15
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -123,67 +122,58 @@ class Limits:
         """Signed distance to the limits without the tolerance, positive outside; ``-inf`` where nothing bounds."""
         return np.maximum(values - float(self.upper), float(self.lower) - values)
 
-    def allowance(self, values: Reals, coarseness: float) -> Reals:
-        """The tolerance, and what rounding may do to a value whatever the law."""
-        return self.tolerance + coarseness * _RELATIVE * np.maximum(np.abs(values), self.size)
+
+Kind: TypeAlias = Literal["sector", "slope", "odd"]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Chord:
-    """``phi(sigma)/sigma``, for ``sigma`` not 0."""
+class Measure:
+    """A quantity of a law that must lie between limits, and what rounding may do to it.
 
+    Attributes
+    ----------
+    kind : {"sector", "slope", "odd"}
+        ``phi(sigma)/sigma`` for ``sigma`` not 0; ``(phi(y) - phi(x))/(y - x)`` for neighbouring points ``x < y``;
+        ``phi(sigma) + phi(-sigma)``, which is 0 for an odd law.
+    subject : Subject
+        The law.
+    limits : Limits
+        What the quantity must lie between.
+    noise : float
+        The absolute rounding error of the law near 0.
+    """
+
+    kind: Kind
     subject: Subject
     limits: Limits
     noise: float
 
-    def quantity(self, x: Reals) -> Reals:
-        """The chord slopes."""
-        return np.asarray(self.subject(x) / x)
+    @property
+    def width(self) -> int:
+        """How many points one value of the quantity belongs to."""
+        return 2 if self.kind == "slope" else 1
 
-    def allowance(self, x: Reals, values: Reals) -> Reals:
-        """Tolerance and rounding."""
-        return np.asarray(self.limits.allowance(values, self.subject.coarseness) + self.noise / np.abs(x))
+    def look(self, x: Reals) -> tuple[Reals, Reals]:
+        """The quantity at ascending points, and its excess: how far it lies outside limits, tolerance and rounding.
 
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Mirror:
-    """``phi(sigma) + phi(-sigma)``, which is 0 for an odd law."""
-
-    subject: Subject
-    limits: Limits
-    noise: float
-
-    def quantity(self, x: Reals) -> Reals:
-        """The sums."""
-        return self.subject(x) + self.subject(-x)
-
-    def allowance(self, x: Reals, values: Reals) -> Reals:
-        """Tolerance and rounding."""
-        sizes = np.maximum(np.abs(self.subject(x)), np.abs(values))
-        return self.limits.allowance(sizes, self.subject.coarseness) + 2 * self.noise
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Quotient:
-    """``(phi(y) - phi(x))/(y - x)``, for pairs ``x < y``."""
-
-    subject: Subject
-    limits: Limits
-    noise: float
-
-    def quantity(self, x: Reals, phi: Reals) -> Reals:
-        """The difference quotients of consecutive points."""
+        A quotient carries the rounding of the values and that of the argument inside the law.
+        """
+        phi, coarse, size = self.subject(x), self.subject.coarseness, self.limits.size
         with np.errstate(over="ignore"):
-            return np.diff(phi) / np.diff(x)
-
-    def allowance(self, x: Reals, phi: Reals, values: Reals) -> Reals:
-        """Tolerance and rounding: of the values, and of the argument inside the law."""
-        steps = np.diff(x)
-        coarse = self.subject.coarseness
-        sizes = coarse * (np.abs(phi[1:]) + np.abs(phi[:-1]))
-        argument = coarse * _ARGUMENT * (np.abs(x[1:]) + np.abs(x[:-1])) * np.maximum(np.abs(values), self.limits.size)
-        with np.errstate(over="ignore"):
-            return self.limits.allowance(values, coarse) + (2 * self.noise + 1e-15 * sizes + argument) / steps
+            if self.kind == "sector":
+                values = sizes = phi / x
+                room = self.noise / np.abs(x)
+            elif self.kind == "odd":
+                values = phi + self.subject(-x)
+                sizes, room = np.maximum(np.abs(phi), np.abs(values)), np.full(x.size, 2 * self.noise)
+            else:
+                values = sizes = np.diff(phi) / np.diff(x)
+                largest, places = (np.abs(part[1:]) + np.abs(part[:-1]) for part in (phi, x))
+                argument = _ARGUMENT * places * np.maximum(np.abs(values), size)
+                room = (2 * self.noise + coarse * (_VALUE * largest + argument)) / np.diff(x)
+            allowance = self.limits.tolerance + coarse * _RELATIVE * np.maximum(np.abs(sizes), size) + room
+        excess = self.limits.outside(values) - allowance
+        return values, np.where(np.isnan(excess), -np.inf, excess)
 
 
 def rounding(subject: Subject, x: Reals, where: Domain) -> float:
@@ -203,82 +193,60 @@ Worst: TypeAlias = tuple[float, tuple[float, ...]]
 """The largest excess over limits and allowance (positive: a violation), and the point or pair where it is."""
 
 
-def worst_point(measure: Chord | Mirror, x: Reals) -> Worst:
-    """The worst point found: on the grid, next to what looks like jumps, and at local maxima between the points.
+def worst(measure: Measure, x: Reals) -> Worst:
+    """The worst point or pair found: on the grid, and then where the quantity changes most or is largest.
 
     Parameters
     ----------
-    measure : Chord or Mirror
+    measure : Measure
         What is measured.
     x : NDArray[np.float64]
-        Ascending points to begin with, without 0.
+        Ascending points to begin with, without 0 unless slopes are measured.
 
     Notes
     -----
-    The intervals over which the quantity changes most are halved towards the larger change, which finds the two sides
-    of a jump to the last digit; then the distance to the limits is maximised by a bounded search between the neighbours
-    of the largest local maxima.  A spike that leaves no trace on the points is not found.
-    """
-    values = measure.quantity(x)
-    best = _worst(measure, x, values)
-    if best[0] > 0 or x.size < 3:
-        return best
-    jumps = _beside_jumps(measure, x, values)
-    best = max(best, _worst(measure, jumps, measure.quantity(jumps)))
-    if best[0] > 0:
-        return best
-    for side in measure.limits.sides:
-        peaks = _peaks(measure, x, side * values, side)
-        best = max(best, _worst(measure, peaks, measure.quantity(peaks)))
-    return best
+    Of points, the intervals over which the quantity changes most are halved towards the larger change, which finds the
+    two sides of a jump to the last digit; then the distance to the limits is maximised by a bounded search between the
+    neighbours of the largest local maxima.  A spike that leaves no trace on the points is not found.
 
-
-def worst_pair(measure: Quotient, x: Reals) -> Worst:
-    """The worst pair found: consecutive points, then ever closer ones where the quotient is largest or changes most.
-
-    Parameters
-    ----------
-    measure : Quotient
-        What is measured.
-    x : NDArray[np.float64]
-        Ascending points to begin with.
-
-    Notes
-    -----
     A quotient over an interval is a mean of those over its parts: consecutive pairs are the worst of all pairs of
     points.  The search divides the worst intervals, with their neighbours, until they are ``1e-7`` of ``|sigma|`` long.
     """
-    phi = measure.subject(x)
-    best = _worst_of_pairs(measure, x, phi)
+    values, best = _worst(measure, x)
     if best[0] > 0 or x.size < 3:
         return best
-    values = measure.quantity(x, phi)
-    turns = np.argsort(-np.abs(np.diff(values, prepend=values[0])))[:_PAIRS]
-    for side in measure.limits.sides:
-        for i in sorted({*_local_maxima(side * values)[:_PAIRS], *turns}):
-            best = max(best, _closer(measure, float(x[max(i - 1, 0)]), float(x[min(i + 2, x.size - 1)]), side))
-            if best[0] > 0:
-                return best
+    for found in (_closer if measure.kind == "slope" else _between)(measure, x, values):
+        best = max(best, found)
+        if best[0] > 0:
+            break
     return best
 
 
-def _worst(measure: Chord | Mirror, x: Reals, values: Reals) -> Worst:
-    if x.size == 0:
-        return -np.inf, ()
-    excess = measure.limits.outside(values) - measure.allowance(x, values)
+def _worst(measure: Measure, x: Reals) -> tuple[Reals, Worst]:
+    """The quantity at points, and the worst of them."""
+    values, excess = measure.look(x) if x.size else (x, x)
+    if excess.size == 0:
+        return values, (-np.inf, ())
     i = int(np.argmax(excess))
-    return float(excess[i]), (float(x[i]),)
+    return values, (float(excess[i]), tuple(map(float, x[i : i + measure.width])))
 
 
-def _worst_of_pairs(measure: Quotient, x: Reals, phi: Reals) -> Worst:
-    values = measure.quantity(x, phi)
-    excess = measure.limits.outside(values) - measure.allowance(x, phi, values)
-    excess[np.isnan(excess)] = -np.inf
-    i = int(np.argmax(excess))
-    return float(excess[i]), (float(x[i]), float(x[i + 1]))
+def _between(measure: Measure, x: Reals, values: Reals) -> Iterator[Worst]:
+    """The worst points beside what looks like jumps, and at local maxima between the points."""
+    yield _worst(measure, _beside_jumps(measure, x, values))[1]
+    for side in measure.limits.sides:
+        yield _worst(measure, _peaks(measure, x, side * values, side))[1]
 
 
-def _beside_jumps(measure: Chord | Mirror, x: Reals, values: Reals) -> Reals:
+def _closer(measure: Measure, x: Reals, values: Reals) -> Iterator[Worst]:
+    """The worst pairs of the steepest intervals and of those where the slope changes most."""
+    turns = np.argsort(-np.abs(np.diff(values, prepend=values[0])))[:_PAIRS]
+    for side in measure.limits.sides:
+        for i in sorted({*_local_maxima(side * values)[:_PAIRS], *turns}):
+            yield _divided(measure, float(x[max(i - 1, 0)]), float(x[min(i + 2, x.size - 1)]), side)
+
+
+def _beside_jumps(measure: Measure, x: Reals, values: Reals) -> Reals:
     """Points on both sides of the largest changes between neighbours of one sign."""
     changes = np.where(x[:-1] * x[1:] > 0, np.abs(np.diff(values)), 0.0)
     chosen = np.argsort(-changes)[:_JUMPS]
@@ -291,7 +259,7 @@ def _beside_jumps(measure: Chord | Mirror, x: Reals, values: Reals) -> Reals:
         if not inner.any():
             break
         low, high, at_low, at_high, middle = (a[inner] for a in (low, high, at_low, at_high, middle))
-        at_middle = measure.quantity(middle)
+        at_middle = measure.look(middle)[0]
         met.append(middle)
         left = np.abs(at_middle - at_low) >= np.abs(at_high - at_middle)
         low, at_low = np.where(left, low, middle), np.where(left, at_low, at_middle)
@@ -299,7 +267,7 @@ def _beside_jumps(measure: Chord | Mirror, x: Reals, values: Reals) -> Reals:
     return np.concatenate(met)
 
 
-def _peaks(measure: Chord | Mirror, x: Reals, values: Reals, side: int) -> Reals:
+def _peaks(measure: Measure, x: Reals, values: Reals, side: int) -> Reals:
     """Points towards the local maxima of the values, by a bounded search between the neighbours of the largest."""
     from scipy.optimize import minimize_scalar
 
@@ -308,7 +276,7 @@ def _peaks(measure: Chord | Mirror, x: Reals, values: Reals, side: int) -> Reals
     def inwards(sigma: float) -> float:
         """What is minimised."""
         met.append(float(sigma))
-        return -side * float(measure.quantity(np.array([sigma]))[0])
+        return -side * float(measure.look(np.array([sigma]))[0][0])
 
     for i in _local_maxima(values)[:_PEAKS]:
         low, high = float(x[max(i - 1, 0)]), float(x[min(i + 1, x.size - 1)])
@@ -328,16 +296,16 @@ def _local_maxima(values: Reals) -> NDArray[np.intp]:
     return np.asarray(found[np.argsort(-values[found], kind="stable")])
 
 
-def _closer(measure: Quotient, low: float, high: float, side: int) -> Worst:
+def _divided(measure: Measure, low: float, high: float, side: int) -> Worst:
     """The worst pair of an interval, which is divided around the steepest part again and again."""
     best: Worst = (-np.inf, ())
     for _ in range(_ROUNDS):
         x = np.unique(np.linspace(low, high, _PARTS + 1))
         if x.size < 3 or (high - low) / _PARTS < _CLOSEST * max(abs(low), abs(high)):
             break
-        phi = measure.subject(x)
-        best = max(best, _worst_of_pairs(measure, x, phi))
-        i = int(np.argmax(side * measure.quantity(x, phi)))
+        values, found = _worst(measure, x)
+        best = max(best, found)
+        i = int(np.argmax(side * values))
         low, high = float(x[max(i - 1, 0)]), float(x[min(i + 2, x.size - 1)])
     return best
 
@@ -348,76 +316,45 @@ _DIGITS = 17
 _HALF = 0.5
 
 
-def simplest_point(
-    excess: Callable[[float], float], worst: tuple[float, float], *, size: float, unit: float = 1.0
-) -> float:
-    """A number of few digits with a violation worth showing.
+def simplest(
+    excess: Callable[[tuple[float, ...]], float], worst: Worst, *, size: float, unit: float = 1.0
+) -> tuple[float, ...]:
+    """A point or a pair of numbers of few digits with a violation worth showing.
 
     Parameters
     ----------
     excess : callable
-        How far a point violates, positive if it does; ``-inf`` where nothing is asserted.
-    worst : (excess, sigma)
+        How far a point or a pair violates, positive if it does; ``-inf`` where nothing is asserted.
+    worst : (excess, place)
         The violation to begin with.
     size : float
         Size of the bounds: a violation of a fifth of it is worth showing, however large the worst is.
     unit : float
         Power of ten in which plain numbers are tried.
     """
-    enough = _enough(worst[0], size)
-    for sigma in _points(worst[1], unit):
-        if excess(sigma) >= enough:
-            return sigma
-    return worst[1]
+    most, places = worst
+    enough = _SHARE * min(most, size if size > 0 else 1.0)
+    tried = _pairs(places[0], places[1], unit) if len(places) > 1 else _points(places[0], unit)
+    return next((place for place in tried if excess(place) >= enough), places)
 
 
-def simplest_pair(
-    excess: Callable[[float, float], float], worst: tuple[float, float, float], *, size: float, unit: float = 1.0
-) -> tuple[float, float]:
-    """A pair of numbers of few digits with a violation worth showing.
-
-    Parameters
-    ----------
-    excess : callable
-        How far a pair violates, positive if it does.
-    worst : (excess, sigma, sigma)
-        The violation to begin with.
-    size : float
-        Size of the bounds.
-    unit : float
-        Power of ten in which plain numbers are tried.
-    """
-    enough = _enough(worst[0], size)
-    for pair in _pairs(worst[1], worst[2], unit):
-        if excess(*pair) >= enough:
-            return pair
-    return worst[1], worst[2]
-
-
-def _enough(worst: float, size: float) -> float:
-    return _SHARE * min(worst, size) if size > 0 else _SHARE * min(worst, 1.0)
-
-
-def _points(worst: float, unit: float) -> Iterator[float]:
+def _points(worst: float, unit: float) -> Iterator[tuple[float]]:
     for plain in _plain(unit):
-        yield plain
-        yield -plain
+        yield (plain,)
+        yield (-plain,)
     for digits in range(1, _DIGITS + 1):
         step = _step(worst, digits)
         steps = round(worst / step)
         for number in (steps, steps + 1, steps - 1):
-            yield float(f"{number * step:.{digits}g}")
+            yield (float(f"{number * step:.{digits}g}"),)
 
 
 def _pairs(low: float, high: float, unit: float) -> Iterator[tuple[float, float]]:
     for plain in _plain(unit):
         for sign in (1.0, -1.0) if high > 0 else (-1.0, 1.0):
-            first, second = sorted((0.0, sign * plain))
-            yield first, second
-            first, second = sorted((sign * plain, sign * 2 * plain))
-            yield first, second
-            first, second = sorted((sign * _HALF * plain, sign * plain))
-            yield first, second
+            for shares in ((0, 1), (1, 2), (_HALF, 1)):
+                first, second = sorted(sign * share * plain for share in shares)
+                yield first, second
     middle = 0.5 * low + 0.5 * high
     for digits in range(1, _DIGITS + 1):
         step = _step(max(abs(low), abs(high)), digits)
