@@ -12,8 +12,7 @@ from typing import Any
 
 from lure.analysis.deadline import check_seconds
 from lure.analysis.nonlinearity import sampled as blackbox
-from lure.analysis.nonlinearity.extremes import BITS, Candidate, Cover, End, largest, least
-from lure.analysis.nonlinearity.hull import hull, tightened
+from lure.analysis.nonlinearity.extremes import BITS, Candidate, Cover, End, largest, least, tightened
 from lure.analysis.nonlinearity.jets import over_sigma, value_at
 from lure.analysis.nonlinearity.known import Known, Value, domain, jumps_possible, known_nonlinearity
 from lure.analysis.nonlinearity.pieces import Piece, difference_vanishes
@@ -25,7 +24,7 @@ from lure.analysis.verdict import Evidence
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.expressions.calculus import derivative
-from lure.expressions.regularity import nature
+from lure.expressions.regularity import hull, nature
 from lure.expressions.tree import ZERO
 from lure.nonlinearities import Quantiser
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -127,3 +127,32 @@ def _end(ball: arb, outwards: int) -> Bound:
             return Fraction(sign, 1 << _LARGEST) if sign == outwards else Fraction(0)
         return sign * math.inf if sign == outwards else Fraction(sign * (1 << _LARGEST))
     return Fraction(m << e) if e >= 0 else Fraction(m, 1 << -e)
+
+
+def tightened(
+    found: list[Candidate], covers: list[Cover], within: tuple[End, End]
+) -> tuple[list[Candidate], list[Cover]]:
+    """Values and covers that were enclosed, without what rounding added beyond bounds that hold for every value.
+
+    Parameters
+    ----------
+    found, covers : list
+        What is known of the values.  An end that is infinite stays so: it says that not every place was looked at.
+    within : pair of Fraction or infinity
+        The bounds, of :func:`lure.expressions.regularity.hull`.
+    """
+    low, high = within
+
+    def inside(value: Fraction) -> Fraction:
+        """The value, moved to the nearer bound from beyond it."""
+        above = max(value, low) if isinstance(low, Fraction) else value
+        return min(above, high) if isinstance(high, Fraction) else above
+
+    def end(value: Bound) -> Bound:
+        """The end of a cover, likewise."""
+        return inside(value) if isinstance(value, Fraction) else value
+
+    values = [
+        replace(c, value=(inside(c.value[0]), inside(c.value[1]))) if isinstance(c.value, tuple) else c for c in found
+    ]
+    return values, [Cover(low=end(c.low), high=end(c.high)) for c in covers]

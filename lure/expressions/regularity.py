@@ -81,18 +81,20 @@ _ZERO, _ONE = Fraction(0), Fraction(1)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Nature:
-    """What is visible of a formula that has a value for all real values of its variables.
+    """What is visible of a formula, from what its variables lie between.
 
     Attributes
     ----------
     low, high : Fraction, or an infinity
-        The values lie in ``[low, high]``.
+        The values lie in ``[low, high]``, wherever there are any.
     low_open, high_open : bool
         Whether the end is known not to be taken.
     continuous : bool
         Whether the formula is visibly continuous.
     lipschitz : bool
         Whether it is visibly locally Lipschitz: on every bounded set the difference quotients are bounded.
+    total : bool
+        Whether the formula visibly has a value everywhere; without that nothing is said but the bounds.
     """
 
     low: End
@@ -101,6 +103,7 @@ class Nature:
     high_open: bool = False
     continuous: bool = True
     lipschitz: bool = True
+    total: bool = True
 
     @property
     def positive(self) -> bool:
@@ -116,9 +119,6 @@ class Nature:
     def negated(self) -> Nature:
         """That of the formula times -1."""
         return replace(self, low=-self.high, high=-self.low, low_open=self.high_open, high_open=self.low_open)
-
-
-_LINE = Nature(low=-math.inf, high=math.inf)
 
 
 def nature(node: Node) -> Nature | None:
@@ -146,48 +146,69 @@ def nature(node: Node) -> Nature | None:
     >>> nature(parse("x/(1 - x**2)", variables=("x",), field="f")) is None
     True
     """
+    found = _nature(node, Nature(low=-math.inf, high=math.inf))
+    return found if found.total else None
+
+
+def hull(node: Node, low: End, high: End) -> tuple[End, End]:
+    """Bounds of every value that a formula has for a variable between two ends; infinite where its form says nothing.
+
+    Parameters
+    ----------
+    node : Node
+        The tree of the formula, in one variable.
+    low, high : Fraction, or an infinity
+        The ends.
+
+    Examples
+    --------
+    >>> from lure.expressions.parser import parse
+    >>> list(map(str, hull(parse("1 + sin(5*x)", variables=("x",), field="f"), Fraction(0), Fraction(1))))
+    ['0', '2']
+    """
+    found = _nature(node, Nature(low=low, high=high))
+    return found.low, found.high
+
+
+def _nature(node: Node, variable: Nature) -> Nature:
     if isinstance(node, Number):
         return Nature(low=node.value, high=node.value)
     if isinstance(node, Variable):
-        return _LINE
+        return variable
     if node.operation == "pi":
         return Nature(low=Fraction(3), high=Fraction(4))
     if node.operation == "where":
-        return _where(node)
+        return _where(node, variable)
     if node.operation == "**":
         exponent = node.arguments[1]
         assert isinstance(exponent, Number), "the parser and the derivative make only constant exponents"
-        base = nature(node.arguments[0])
-        return None if base is None else _regularity_power(base, exponent.value)
-    parts = [nature(part) for part in node.arguments]
-    known = [part for part in parts if part is not None]
-    if len(known) < len(parts):
-        return None
+        return _regularity_power(_nature(node.arguments[0], variable), exponent.value)
+    parts = [_nature(part, variable) for part in node.arguments]
     if node.operation == "*" and node.arguments[0] == node.arguments[1]:
-        return _regularity_power(known[0], Fraction(2))
-    found = _RULES[node.operation](*known)
-    if found is None:
-        return None
-    continuous = found.continuous and all(part.continuous for part in known)
-    return replace(found, continuous=continuous, lipschitz=found.lipschitz and all(part.lipschitz for part in known))
+        return _regularity_power(parts[0], Fraction(2))
+    found = _RULES[node.operation](*parts)
+    return replace(
+        found,
+        continuous=found.continuous and all(part.continuous for part in parts),
+        lipschitz=found.lipschitz and all(part.lipschitz for part in parts),
+        total=found.total and all(part.total for part in parts),
+    )
 
 
-def _where(node: Apply) -> Nature | None:
+def _where(node: Apply, variable: Nature) -> Nature:
     condition, *branches = node.arguments
-    found = [nature(part) for part in branches]
-    if found[0] is None or found[1] is None or not _decided(condition):
-        return None
-    u, v = found[0], found[1]
+    u, v = (_nature(part, variable) for part in branches)
     steady = u.continuous and v.continuous and branches[0] == branches[1]
-    return replace(_hull(u, v), continuous=steady, lipschitz=steady and u.lipschitz)
+    total = u.total and v.total and _decided(condition, variable)
+    return replace(_hull(u, v), continuous=steady, lipschitz=steady and u.lipschitz, total=total)
 
 
-def _decided(condition: Node) -> bool:
+def _decided(condition: Node, variable: Nature) -> bool:
     """Whether a condition is visibly true or false everywhere."""
     assert isinstance(condition, Apply), "the parser lets only comparisons and their combinations be conditions"
     if condition.operation in COMPARISONS:
-        return all(nature(part) is not None for part in condition.arguments)
-    return all(_decided(part) for part in condition.arguments)
+        return all(_nature(part, variable).total for part in condition.arguments)
+    return all(_decided(part, variable) for part in condition.arguments)
 
 
 def _hull(u: Nature, v: Nature) -> Nature:
@@ -238,31 +259,30 @@ def _plus(a: End, b: End) -> End:
     return a if isinstance(a, float) else b if isinstance(b, float) else a + b
 
 
-def _quotient(u: Nature, v: Nature) -> Nature | None:
+def _quotient(u: Nature, v: Nature) -> Nature:
     inverse = _inverse(v)
-    return None if inverse is None else _product(u, inverse)
+    return replace(_product(u, inverse), total=inverse.total)
 
 
-def _inverse(v: Nature) -> Nature | None:
-    if v.positive:
-        return replace(
-            v,
-            low=_ZERO if isinstance(v.high, float) else 1 / v.high,
-            low_open=v.high_open or isinstance(v.high, float),
-            high=math.inf if v.low == 0 else 1 / Fraction(v.low),
-            high_open=v.low_open,
-        )
-    if not v.negated.positive:
-        return None
-    found = _inverse(v.negated)
-    return None if found is None else found.negated
+def _inverse(v: Nature) -> Nature:
+    if v.high <= 0 and v.low < 0:
+        return _inverse(v.negated).negated
+    if v.low < 0 or v.high == 0:
+        return replace(_ANY, total=False)
+    return replace(
+        v,
+        low=_ZERO if isinstance(v.high, float) else 1 / v.high,
+        low_open=v.high_open or isinstance(v.high, float),
+        high=math.inf if v.low == 0 else 1 / Fraction(v.low),
+        high_open=v.low_open,
+        total=v.total and v.positive,
+    )
 
 
-def _regularity_power(base: Nature, exponent: Fraction) -> Nature | None:
+def _regularity_power(base: Nature, exponent: Fraction) -> Nature:
     """``base**exponent``, for any rational exponent."""
     if exponent < 0:
-        below = _regularity_power(base, -exponent)
-        return None if below is None else _inverse(below)
+        return _inverse(_regularity_power(base, -exponent))
     if exponent == 0:
         return replace(base, low=_ONE, high=_ONE, low_open=False, high_open=False)
     if exponent.denominator == 1:
@@ -274,17 +294,16 @@ def _regularity_power(base: Nature, exponent: Fraction) -> Nature | None:
             low_open=inner.low_open and (inner.low == 0 or exponent == 1),
             high_open=False,
         )
-    if base.low < 0:
-        return None
     smooth = exponent >= 1 or base.positive
-    floor, ceiling = (_ONE if base.low >= 1 else _ZERO), (_ONE if base.high <= 1 else math.inf)
+    floor, ceiling = (_ONE if base.low >= 1 else _ZERO), (base.high if exponent < 1 else math.inf)
     return replace(
         base,
         low=floor,
-        high=ceiling,
+        high=_ONE if base.high <= 1 else ceiling,
         low_open=floor == 0 and base.positive,
         high_open=False,
         lipschitz=base.lipschitz and smooth,
+        total=base.total and base.low >= 0,
     )
 
 
@@ -338,28 +357,27 @@ def _exponential(u: Nature) -> Nature:
     return Nature(low=_ONE if u.low >= 0 else _ZERO, low_open=u.low < 0, high=_ONE if u.high <= 0 else math.inf)
 
 
-def _logarithm(u: Nature) -> Nature | None:
-    if not u.positive:
-        return None
-    return Nature(low=_ZERO if u.low >= 1 else -math.inf, high=_ZERO if u.high <= 1 else math.inf)
+def _logarithm(u: Nature) -> Nature:
+    low, high = (_ZERO if u.low >= 1 else -math.inf), (_ZERO if u.high <= 1 else math.inf)
+    return Nature(low=low, high=high, total=u.positive)
 
 
-def _tangent(u: Nature) -> Nature | None:
+def _tangent(u: Nature) -> Nature:
     """``tan`` between -3/2 and 3/2, where it has no pole."""
     if u.low < Fraction(-3, 2) or u.high > Fraction(3, 2):
-        return None
+        return replace(_ANY, total=False)
     return _monotone(Fraction(15))(u)  # tan(3/2) = 14.1
 
 
 def _sign(u: Nature) -> Nature:
-    value = _ONE if u.positive else -_ONE if u.negated.positive else None
-    if value is not None:
-        return Nature(low=value, high=value)
-    return Nature(low=-_ONE, high=_ONE, continuous=False, lipschitz=False)
+    low = _ONE if u.positive else _ZERO if u.low >= 0 else -_ONE
+    high = -_ONE if u.negated.positive else _ZERO if u.high <= 0 else _ONE
+    return Nature(low=low, high=high, continuous=low == high, lipschitz=low == high)
 
 
+_ANY = Nature(low=-math.inf, high=math.inf)
 _UNIT = Nature(low=-_ONE, high=_ONE)
-_RULES: dict[str, Callable[..., Nature | None]] = {
+_RULES: dict[str, Callable[..., Nature]] = {
     "+": _sum,
     "-": lambda u, v: _sum(u, v.negated),
     "*": _product,
