@@ -50,6 +50,8 @@ def noise_of(residuals: Array, mean: Array, *, parameters: int) -> Noise:
     parameters : int
         How many were fitted: residuals are smaller than errors by the square root of ``1 - parameters/n``.
     """
+    from scipy.optimize import nnls
+
     lost = np.sqrt(residuals.size / max(residuals.size - parameters, 1))
     size = np.abs(residuals) * lost
     typical = max(
@@ -60,25 +62,11 @@ def noise_of(residuals: Array, mean: Array, *, parameters: int) -> Noise:
     constant, proportional = typical, 0.0
     for _ in range(_ROUNDS):
         cut = np.minimum(_SCALE * size, 3 * deviation) / deviation
-        constant, proportional = _positive(1 / deviation, level / deviation, cut)
+        constant, proportional = nnls(np.column_stack([1 / deviation, level / deviation]), cut)[0]
         floor = _FLOOR * (constant + proportional * float(np.mean(level)))
         constant = max(constant, floor, 1e-3 * typical)
         deviation = constant + proportional * level
     return Noise(constant=float(constant), proportional=float(proportional))
-
-
-def _positive(first: Array, second: Array, sizes: Array) -> tuple[float, float]:
-    """The nonnegative combination of two nonnegative columns that is closest to nonnegative sizes, by least squares.
-
-    Where the free minimum has a negative part, the least is at the edge of the quadrant, on the other column alone.
-    """
-    scale = max(float(np.sqrt(first @ first)), 1e-300), max(float(np.sqrt(second @ second)), 1e-300)
-    a, b = float(first @ sizes) / scale[0], float(second @ sizes) / scale[1]
-    both = float(first @ second) / (scale[0] * scale[1])
-    one, other = a - both * b, b - both * a
-    if one <= 0 or other <= 0 or both >= 1:
-        return (a / scale[0], 0.0) if a >= b else (0.0, b / scale[1])
-    return one / (1 - both**2) / scale[0], other / (1 - both**2) / scale[1]
 
 
 # Readings that stand out from the law and from their neighbours.
