@@ -22,7 +22,7 @@ EXAMPLE = Path(__file__).with_name("example.csv")
 
 
 def example_measurements(*, area: float | None = None) -> Measurements:
-    """A rubber pad pressed and released: 241 rows, two of them knocked; ``make_example.py`` says how they were made.
+    """A rubber pad pressed and released: 241 rows, two of them knocked; ``example_text`` says how they were made.
 
     Parameters
     ----------
