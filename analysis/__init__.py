@@ -22,3 +22,10 @@ extend(
 )
 extend("file", {"builtins:object": "lure.analysis.plots.style:render"})
 extend("report", {"lure.rod.systems:RodSystem": "lure.analysis.rod.report.output:reported"})
+extend(
+    "resonances",
+    {
+        "lure.rod.transfer:RodBlock": "lure.analysis.rod.spectrum:drawn_resonances",
+        "lure.rod.upwind:UpwindScheme": "lure.analysis.rod.spectrum:drawn_resonances",
+    },
+)

@@ -96,9 +96,9 @@ class Loop:
         >>> closed.nstates, closed.input_labels, closed.output_labels
         (1, ['r'], ['sigma'])
         """
-        from lure.rod.closed_loop import closed_loop
+        from lure.closed_loop import closed_loop
 
-        return closed_loop(self, pade=pade)
+        return closed_loop(self.block, self.nonlinearity, pade=pade)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data: the block and the law."""

@@ -129,7 +129,7 @@ def axis_values(block: Drawable, omega: ArrayLike | None) -> tuple[NDArray[np.fl
     if omega is not None:
         at = _frequencies(omega, math.inf if continuous(block) else math.pi / step)
     elif isinstance(block, UpwindScheme | RodBlock):
-        from lure.analysis.plots.frequencies import drawing_frequencies
+        from lure.analysis.graphical.frequencies import drawing_frequencies
 
         at = drawing_frequencies(block)
     else:

@@ -1,4 +1,4 @@
-from lure.analysis.plots.frequencies import drawing_frequencies as drawing_frequencies
+from lure.analysis.graphical.frequencies import drawing_frequencies as drawing_frequencies
 from lure.analysis.plots.loops import plot_loop_nyquist as plot_loop_nyquist
 from lure.analysis.plots.loops import plot_loop_popov as plot_loop_popov
 from lure.analysis.plots.loops import plot_reach as plot_reach

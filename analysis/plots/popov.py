@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lure.analysis.graphical.frequencies import drawing_frequencies
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.plots.frequencies import drawing_frequencies
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,
@@ -25,8 +25,6 @@ from lure.analysis.plots.style import (
 )
 from lure.errors import InputError
 from lure.plants.block import Block
-from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,16 +48,17 @@ def curve(block: Block, omega: ArrayLike | None) -> tuple[NDArray[np.float64], N
     return frequencies, np.where(np.isfinite(values), values, complex(np.nan, np.nan))
 
 
-def unit(block: Block, *, per_second: bool = False) -> str:
+def unit(block: object, *, per_second: bool = False) -> str:
     """Unit of ``H``, or of ``omega H``."""
-    if isinstance(block, RodBlock | UpwindScheme):
-        return "m/(Pa s)" if per_second else "m/Pa"
+    units: tuple[str, str] | None = getattr(block, "response_units", None)
+    if units is not None:
+        return units[per_second]
     return "unit of σ / (unit of μ · s)" if per_second else "unit of σ / unit of μ"
 
 
-def upper_end(block: Block) -> str:
+def upper_end(block: object) -> str:
     """The letter of the sector's upper end: ``k``, but for the rod, whose ``k`` is the dashpot."""
-    return "κ" if isinstance(block, RodBlock | UpwindScheme) else "k"
+    return str(getattr(block, "gain_letter", "k"))
 
 
 def boundary_name(axes: Axes, boundary: float, letter: str, *, above: bool) -> None:
@@ -230,9 +229,9 @@ def _popov_witness(axes: Axes, block: Block, result: CriterionResult, lowest: fl
 
 
 def _limits_at_infinity(block: Block, start: float, theta: float, fastest: float) -> list[float]:
-    if isinstance(block, RodBlock):
-        a, d = abs(block.rod.reflection), block.rod.mobility
-        return [start + theta * d * (1 - a) / (1 + a), start + theta * d * (1 + a) / (1 - a)] if a < 1 else []
+    special = getattr(block, "speeds_at_infinity", None)
+    if special is not None:
+        return [start + theta * speed for speed in special]
     far = 1e6 * fastest
     value = complex(block.transfer(np.array([1j * far]))[0])
     return [start + value.real - theta * far * value.imag]

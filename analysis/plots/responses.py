@@ -26,8 +26,6 @@ from lure.analysis.plots.style import (
     padded,
 )
 from lure.errors import InputError
-from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
@@ -162,9 +160,8 @@ def plot_popov_response(response: PopovResponse, *, ax: Axes | None = None) -> A
             note(axes, f"line through Re H = {number(boundary)}, far to the left")
         axes.set_title(_sector_title(0.0, k, f"θ = {number(theta)} s"), fontsize="medium")
     block = response.block
-    known = block if isinstance(block, RodBlock | UpwindScheme) else None
-    axes.set_xlabel(f"Re H(iω) [{_unit(known)}]")
-    axes.set_ylabel(f"ω Im H(iω) [{_unit(known, per_second=True)}]")
+    axes.set_xlabel(f"Re H(iω) [{unit(block)}]")
+    axes.set_ylabel(f"ω Im H(iω) [{unit(block, per_second=True)}]")
     finish_axes(axes)
     axes.legend(loc="best", **LEGEND)
     return axes
@@ -220,18 +217,11 @@ def plot_nyquist_response(response: NyquistResponse, *, ax: Axes | None = None) 
     if k is not None:
         axes.set_title(_sector_title(response.lower, k, ""), fontsize="medium")
     block, argument = response.block, "exp iωΔt" if discrete else "iω"
-    known = block if isinstance(block, RodBlock | UpwindScheme) else None
-    axes.set_xlabel(f"Re H({argument}) [{_unit(known)}]")
-    axes.set_ylabel(f"Im H({argument}) [{_unit(known)}]")
+    axes.set_xlabel(f"Re H({argument}) [{unit(block)}]")
+    axes.set_ylabel(f"Im H({argument}) [{unit(block)}]")
     finish_axes(axes)
     axes.legend(loc="best", **LEGEND)
     return axes
-
-
-def _unit(block: RodBlock | UpwindScheme | None, *, per_second: bool = False) -> str:
-    if block is not None:
-        return unit(block, per_second=per_second)
-    return "unit of σ / (unit of μ · s)" if per_second else "unit of σ / unit of μ"
 
 
 def window(x: Floats, y: Floats, *marks: float | None) -> tuple[float, float, float, float]:

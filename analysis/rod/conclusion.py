@@ -12,11 +12,12 @@ from typing import cast
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.sealing import guarded, settled
-from lure.analysis.inequality.checks import CriterionResult, destabilising_example, without_damping
+from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.questions.conclusion import Conclusion as Found
 from lure.analysis.questions.conclusion import conclusion_of, undecided
 from lure.analysis.questions.problem import Problem
 from lure.analysis.rod.certificates import energy_theorem_draft, negative_damping_draft
+from lure.analysis.rod.damping import destabilising_example, without_damping
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import interval
 from lure.classes import LawClass, Sector

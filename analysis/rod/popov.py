@@ -8,9 +8,10 @@ from typing import TypeVar
 
 from flint import arb, arb_series
 
-from lure.analysis.inequality.checks import CriterionName, CriterionResult, check_sector, model_of, without_damping
+from lure.analysis.inequality.checks import CriterionName, CriterionResult
 from lure.analysis.numerics.minimum import Minimum, minimum
 from lure.analysis.numerics.precision import ball, outward, working_precision
+from lure.analysis.rod.damping import check_sector, model_of, without_damping
 from lure.analysis.verdict import INFINITE, Bracket, Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError

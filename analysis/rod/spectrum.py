@@ -12,6 +12,7 @@ from lure.rod.transfer import RodBlock
 from lure.rod.upwind import UpwindScheme, upwind
 
 LISTED_MODES = 10
+DRAWN_MODES = 24
 
 
 class ModePair(Record):
@@ -164,3 +165,21 @@ def rod_spectrum(scheme: UpwindScheme) -> RodSpectrum:
         modes=modes,
         jordan_size=1,
     )
+
+
+def drawn_resonances(block: UpwindScheme | RodBlock) -> tuple[list[complex], float, float]:
+    """The resonances of a drawing, and the slowest and fastest rates [1/s] that it spans.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodBlock
+        The scheme, or the rod, of whose infinitely many resonances 24 are drawn.
+    """
+    rod = block.rod
+    cells = block.cells if isinstance(block, UpwindScheme) else None
+    turn = math.pi / rod.travel_time
+    drawn = min(DRAWN_MODES, cells or DRAWN_MODES)
+    poles = [] if rod.reflection == 0.0 else [wave_mode(rod, m, cells) for m in range(1, drawn + 1)]
+    slow = abs(wave_mode(rod, 0, cells)) if rod.reflection < 0.0 else 0.0
+    all_drawn = cells is not None and cells <= drawn
+    return poles, min(slow or turn, turn), turn * (20.0 * drawn if all_drawn else drawn + 0.5)

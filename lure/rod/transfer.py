@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
@@ -58,6 +59,8 @@ class RodBlock:
     """
 
     rod: Rod
+    response_units: ClassVar[tuple[str, str]] = ("m/Pa", "m/(Pa s)")  # of H and of omega H
+    gain_letter: ClassVar[str] = "κ"  # of the sector's upper end: k is the dashpot
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H_inf(s)`` [m/Pa] at complex ``s`` [1/s], elementwise; not finite at a pole."""
@@ -91,6 +94,12 @@ class RodBlock:
             return np.empty(0, dtype=complex)
         turns = np.arange(-modes, modes + 1) if a < 0 else np.arange(-modes, modes) + 0.5
         return np.asarray((self.log_reflection + 2j * math.pi * turns) / period)
+
+    @property
+    def speeds_at_infinity(self) -> tuple[float, ...]:
+        """Lower and upper limit of ``-omega Im H(i omega)`` as ``omega`` grows [m/(Pa s)]; none without damping."""
+        a, d = abs(self.rod.reflection), self.rod.mobility
+        return (d * (1 - a) / (1 + a), d * (1 + a) / (1 - a)) if a < 1 else ()
 
     @property
     def log_reflection(self) -> float:

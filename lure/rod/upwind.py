@@ -6,7 +6,7 @@ import math
 import reprlib
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
@@ -166,6 +166,8 @@ class UpwindScheme:
     cells: int
     form: Form = "corrected"
     ordering: Ordering = "eq39"
+    response_units: ClassVar[tuple[str, str]] = ("m/Pa", "m/(Pa s)")  # of H and of omega H
+    gain_letter: ClassVar[str] = "κ"  # of the sector's upper end: k is the dashpot
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cells", checked_cells(self.cells))

@@ -7,13 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.rod.spectrum import wave_mode
 from lure.errors import InputError
+from lure.extensions import extension
 from lure.plants.block import Block, LinearBlock
-from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
-DRAWN_MODES = 24
 _PER_DECADE = 60
 _ACROSS = np.tan(np.linspace(-1.5, 1.5, 51))
 
@@ -61,15 +58,10 @@ def _around(pole: complex, distance: float) -> NDArray[np.float64]:
 
 def _extent(block: Block) -> tuple[list[complex], float, float]:
     """Resonances to refine, and the slowest and fastest rates [1/s] the grid must span."""
-    if isinstance(block, RodBlock | UpwindScheme):
-        rod = block.rod
-        cells = block.cells if isinstance(block, UpwindScheme) else None
-        turn = math.pi / rod.travel_time
-        drawn = min(DRAWN_MODES, cells or DRAWN_MODES)
-        poles = [] if rod.reflection == 0.0 else [wave_mode(rod, m, cells) for m in range(1, drawn + 1)]
-        slow = abs(wave_mode(rod, 0, cells)) if rod.reflection < 0.0 else 0.0
-        all_drawn = cells is not None and cells <= drawn
-        return poles, min(slow or turn, turn), turn * (20.0 * drawn if all_drawn else drawn + 0.5)
+    special = extension("resonances", block)
+    if special is not None:
+        found: tuple[list[complex], float, float] = special(block)
+        return found
     if isinstance(block, LinearBlock):
         poles = [complex(pole) for pole in np.linalg.eigvals(block.dense())]
         sizes = [abs(pole) for pole in poles]

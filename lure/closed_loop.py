@@ -17,14 +17,11 @@ from lure.plants.delay import DelayBlock
 from lure.plants.rational import RationalBlock
 from lure.plants.realisation import Names
 from lure.plants.state_space import StateSpaceBlock
-from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import control
-
-    from lure.loop import Loop
 
 Floats = NDArray[np.float64]
 
@@ -41,13 +38,15 @@ class _Realised:
     names: Names | None = None
 
 
-def closed_loop(loop: Loop, *, pade: int | None = None) -> control.NonlinearIOSystem:
+def closed_loop(block: object, law: Nonlinearity, *, pade: int | None = None) -> control.NonlinearIOSystem:
     """The loop with a load ``r``: ``mu = r - phi(sigma)``; see :meth:`lure.Loop.to_control`.
 
     Parameters
     ----------
-    loop : Loop
-        The loop.
+    block : object
+        The linear part; one that holds a ``LinearBlock`` as its ``block`` stands for that.
+    law : Nonlinearity
+        What closes the loop.
     pade : int, optional
         Order of the approximation of a dead time.
 
@@ -58,32 +57,31 @@ def closed_loop(loop: Loop, *, pade: int | None = None) -> control.NonlinearIOSy
     """
     import control
 
-    block, law = _realised(loop.block, pade), loop.nonlinearity
-    if block.D:
-        _demand_solvable(law, block.D)
+    linear = _realised(block, pade)
+    if linear.D:
+        _demand_solvable(law, linear.D)
 
     def force(x: Floats, r: Floats) -> tuple[float, float]:
         """``sigma`` and ``mu = r - phi(sigma)``, where ``sigma = C x + D mu``."""
-        free = float(block.C @ x) + block.D * float(r[0])
-        sigma = _solved(law, block.D, free) if block.D else free
+        free = float(linear.C @ x) + linear.D * float(r[0])
+        sigma = _solved(law, linear.D, free) if linear.D else free
         return sigma, float(r[0]) - float(law(sigma))
 
     def rate(_t: float, x: Floats, r: Floats, _params: dict[str, Any]) -> Floats:
         """``A x + B mu``: the derivative, or the next state."""
-        return np.asarray(block.A @ x + block.B * force(x, r)[1])
+        return np.asarray(linear.A @ x + linear.B * force(x, r)[1])
 
     def output(_t: float, x: Floats, r: Floats, _params: dict[str, Any]) -> Floats:
         """``sigma``."""
         return np.array([force(x, r)[0]])
 
     make: Callable[..., control.NonlinearIOSystem] = control.nlsys
-    states = len(block.B) if block.names is None else list(block.names.states)
-    return make(rate, output, inputs=["r"], outputs=["sigma"], states=states, dt=block.dt, name="lure")
+    states = len(linear.B) if linear.names is None else list(linear.names.states)
+    return make(rate, output, inputs=["r"], outputs=["sigma"], states=states, dt=linear.dt, name="lure")
 
 
 def _realised(block: object, pade: int | None) -> _Realised:
-    if isinstance(block, UpwindScheme):
-        block = block.block
+    block = getattr(block, "block", block)
     if isinstance(block, LinearBlock):
         return _Realised(block.dense(), block.b1, block.c, 0.0, 0.0)
     if isinstance(block, DelayBlock):
