@@ -25,8 +25,7 @@ from lure.analysis.rod.plots.run import (
     space_time_page,
 )
 from lure.analysis.rod.runs import Along, Performed, Request, perform, sampled_motion
-from lure.analysis.rod.runs.drawing import drawn_instants
-from lure.analysis.rod.runs.film import Film, film, usual_span
+from lure.analysis.rod.runs.drawing import Film, drawn_instants, film, usual_span
 from lure.files import find_system
 from lure.rod.motion import Boundary, exact_motion
 

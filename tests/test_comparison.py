@@ -9,9 +9,8 @@ import pytest
 
 from lure import AssumptionError, InputError, Rod, Scenario, builtin_system
 from lure.analysis.rod.comparison import compare
-from lure.analysis.rod.comparison.modes import galerkin_modes, wave_decay
+from lure.analysis.rod.comparison.modes import galerkin_modes, verdict, wave_decay
 from lure.analysis.rod.comparison.reference import first_event
-from lure.analysis.rod.comparison.settling_claim import verdict
 from lure.rod.galerkin import galerkin
 from lure.rod.motion import exact_motion
 from lure.rod.systems import paper_rod, rod_from_exact

@@ -297,7 +297,7 @@ def _check(
 
 def _say(done: Performed, system: RodSystem, targets: dict[str, Path], *, as_json: bool, quiet: bool) -> None:
     from lure.analysis.cli.texts import wrapped
-    from lure.analysis.rod.runs.summary import summary_dict, summary_lines
+    from lure.analysis.rod.runs.sampled import summary_dict, summary_lines
 
     if as_json:
         print(json.dumps(summary_dict(done.run, system.name), indent=2, ensure_ascii=False, allow_nan=False))

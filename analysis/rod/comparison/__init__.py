@@ -1,11 +1,5 @@
 """The exact motion of the rod beside its approximations: integrators of the scheme, Galerkin, one table."""
 
-from lure.analysis.rod.comparison.compare import compare as compare
-from lure.analysis.rod.comparison.integrators import SCHEME_METHODS as SCHEME_METHODS
-from lure.analysis.rod.comparison.integrators import SchemeMethod as SchemeMethod
-from lure.analysis.rod.comparison.integrators import integrate as integrate
-from lure.analysis.rod.comparison.result import Comparison as Comparison
-from lure.analysis.rod.comparison.result import Order as Order
-from lure.analysis.rod.comparison.result import Row as Row
-from lure.analysis.rod.comparison.scheme_run import SchemeRun as SchemeRun
-from lure.analysis.rod.comparison.settling_claim import SettlingRow as SettlingRow
+from lure.lazy import lazy_exports
+
+__getattr__, __dir__, __all__ = lazy_exports(__name__, __file__)

@@ -6,20 +6,21 @@ import math
 import time
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Literal, cast, get_args
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
+from lure.analysis.rod.comparison.cvode_legs import CvodeMethod, cvode_leg
+from lure.analysis.rod.comparison.scipy_legs import ScipyMethod, scipy_leg
 from numpy.typing import NDArray
 
-from lure.analysis.rod.comparison.cvode_legs import CvodeMethod, cvode_leg
 from lure.analysis.rod.comparison.equations import SchemeEquations
-from lure.analysis.rod.comparison.exact_scheme import exact_scheme
 from lure.analysis.rod.comparison.legs import Leg, Walked
-from lure.analysis.rod.comparison.scheme_run import SchemeRun
-from lure.analysis.rod.comparison.scipy_legs import ScipyMethod, scipy_leg
+from lure.analysis.rod.simulation import simulate
+from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
 from lure.errors import InputError
 from lure.rod.scenario import Scenario
-from lure.rod.upwind import UpwindScheme
+from lure.rod.scheme import structured_motion
+from lure.rod.upwind import UpwindScheme, upwind
 
 Array = NDArray[np.float64]
 SchemeMethod = Literal["exact", "RK45", "DOP853", "Radau", "BDF", "LSODA", "CVODE", "CVODE-Adams"]
@@ -31,6 +32,101 @@ _LONGEST = 0.25
 _MOST_SAMPLES = 10**7
 _MOST_WORK = 1e8
 _IDLE = 3
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class SchemeRun:
+    """A motion of the scheme as an integrator gives it; OBSERVED evidence, about the scheme and not about the rod.
+
+    Attributes
+    ----------
+    scheme : UpwindScheme
+        The scheme.
+    method : str
+        The integrator.
+    t, z : ndarray
+        (samples,) instants [s] and contact coordinate ``u(t, L) - gap`` [m].
+    velocity : ndarray or None
+        (samples,) ``z' = v(t, L)`` [m/s]; None if the method does not tell.
+    energy : ndarray or None
+        (samples,) :func:`lure.analysis.rod.energy.discrete_energy` [J]; None if the method does not tell.
+    contacts : tuple of (float, float)
+        Beginning and end of every contact [s]; 0 and the end of the run if it began or was cut there.
+    state : ndarray or None
+        (2N+1,) at the end, in the ordering of the scheme; None if the method does not tell.
+    steps, evaluations : int or None
+        Time steps, and evaluations of the right-hand side; None where there are none or they are not told.
+    cpu_seconds : float
+        CPU time of the process [s].
+    """
+
+    scheme: UpwindScheme
+    method: str
+    t: Array
+    z: Array
+    velocity: Array | None
+    energy: Array | None
+    contacts: tuple[tuple[float, float], ...]
+    state: Array | None
+    steps: int | None
+    evaluations: int | None
+    cpu_seconds: float
+
+    @property
+    def u_end(self) -> Array:
+        """(samples,) ``u(t, L)`` [m]."""
+        return self.z + self.scheme.rod.gap
+
+    def __str__(self) -> str:
+        """One sentence."""
+        touched = len(self.contacts)
+        contact = "no contact" if not touched else "1 contact" if touched == 1 else f"{touched} contacts"
+        work = "" if self.evaluations is None else f", {self.evaluations} evaluations"
+        return (
+            f"scheme of {self.scheme.cells} cells by {self.method} up to {self.t[-1]:.6g} s: {contact}{work}, "
+            f"{self.cpu_seconds:.2g} s of CPU"
+        )
+
+
+def exact_scheme(scheme: UpwindScheme, scenario: Scenario, until: float, samples: int) -> SchemeRun:
+    """The scheme, event to event: :func:`simulate`, or :func:`structured_motion` where that would take too long.
+
+    Parameters
+    ----------
+    scheme, scenario, until, samples
+        See :func:`lure.analysis.rod.comparison.integrate`.
+
+    Raises
+    ------
+    InputError
+        What either of the two refuses; for more than 1000 cells under a load, with what to use instead.
+    """
+    short = in_steps(scheme, until)
+    if not short and not scenario.free:
+        raise InputError(
+            f'method "exact" under a load takes at most {LARGEST_CELLS} cells and {LARGEST_WORK:g} cell updates; '
+            f"{scheme.cells} cells up to {until:g} s are more, give LSODA or fewer cells"
+        )
+    before = time.process_time()
+    known: dict[str, Any]
+    if short:
+        run = simulate(scheme, scenario, until=until, samples=samples)
+        if run.ended_early is not None:
+            raise InputError(f"until is {until:g} s, and the motion is followed to {run.t[-1]:g} s: {run.ended_early}")
+        contacts = tuple((contact.start, contact.end) for contact in run.contacts)
+        known = {"t": run.t, "z": run.z, "velocity": None, "energy": run.energy, "contacts": contacts, "state": None}
+    else:
+        motion = structured_motion(upwind(scheme.rod, scheme.cells), scenario, until, samples=samples)
+        known = {
+            "t": motion.t,
+            "z": motion.z,
+            "velocity": motion.wave - scheme.rod.mobility * motion.stress,
+            "energy": None,
+            "contacts": motion.contacts,
+            "state": motion.state[scheme.permutation],
+        }
+    spent = time.process_time() - before
+    return SchemeRun(scheme=scheme, method="exact", steps=None, evaluations=None, cpu_seconds=spent, **known)
 
 
 def integrate(  # noqa: PLR0913  (what, from where, until when, and five settings with defaults)

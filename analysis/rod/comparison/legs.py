@@ -1,15 +1,34 @@
-"""One smooth piece of a motion of the scheme, and what an integrator makes of it."""
+"""One smooth piece of a motion of the scheme, and what the integrators of scipy and CVODE make of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.rod.comparison.equations import SchemeEquations
+from lure.analysis.rod.comparison.equations import BAND, SchemeEquations
+from lure.errors import InputError
 
 Array = NDArray[np.float64]
+ScipyMethod = Literal["RK45", "DOP853", "Radau", "BDF", "LSODA"]
+
+_DEGREE = 12  # the largest of scipy's interpolants: LSODA's, of its order
+_POINTS = 0.5 * (1.0 - np.cos((np.arange(_DEGREE + 1) + 0.5) * math.pi / (_DEGREE + 1)))
+_FIT = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _POINTS - 1.0, _DEGREE))
+_NEAR = 2.0
+CvodeMethod = Literal["CVODE", "CVODE-Adams"]
+
+_ROOT = 2
+_MOST_STEPS = 10_000_000
+_CLOSE = 1e-13
+_FINER, _DEEPEST = 16, 3
+_CELL, _GRAZE = 0.5, 0.02
+_SHARES = np.linspace(0.0, 1.0, 33)[1:-1]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -127,3 +146,200 @@ def at_zero(y: Array) -> Array:
 def stacked(parts: list[Array]) -> Array:
     """Observations one below the other."""
     return np.concatenate(parts) if parts else np.empty((0, 3))
+
+
+def scipy_leg(leg: Leg, method: ScipyMethod) -> Walked:
+    """Integrate a leg.
+
+    On each step the interpolant of ``z`` is a polynomial; where a root of it ends the phase, the step ends, so that no
+    contact of the interpolant is missed, however short.  In flight steps are not looked at on which the largest wave
+    could not carry ``z`` half the way to the obstacle.
+
+    Parameters
+    ----------
+    leg : Leg
+        The piece.
+    method : str
+        Name of a class of ``scipy.integrate``.
+
+    Raises
+    ------
+    InputError
+        The integrator gives up, or the state is no longer finite.
+    """
+    rate = Counted(leg=leg)
+    solver = _scipy(leg, method, rate)
+    rows, filled, steps, watch = [], 0, 0, leg.watch
+    while solver.status == "running":
+        before = np.array(solver.y)
+        message = solver.step()
+        steps += 1
+        if solver.status == "failed" or not np.isfinite(solver.y).all():
+            raise InputError(stopping(leg, method, float(solver.t), message or "the state is not finite"))
+        dense: Callable[[Array], Array] | None = None
+        stop = None
+        if watch and (leg.touching or _near(solver, before)):
+            dense = solver.dense_output()
+            stop = _end_of_phase(dense, float(solver.t_old), float(solver.t), leg)
+        reached = float(solver.t) if stop is None else stop
+        last = int(np.searchsorted(leg.times, reached, side="right"))
+        if last > filled:
+            dense = dense or solver.dense_output()
+            rows.append(leg.equations.observed(np.asarray(dense(leg.times[filled:last])).T))
+            filled = last
+        if stop is not None and dense is not None:
+            y = at_zero(np.asarray(dense(np.array([stop])))[:, 0])
+            return Walked(t=stop, y=y, rows=stacked(rows), left=True, steps=steps, evaluations=rate.count)
+        watch = True
+    y = np.array(solver.y)
+    return Walked(t=leg.end, y=y, rows=stacked(rows), left=False, steps=steps, evaluations=rate.count)
+
+
+def _scipy(leg: Leg, method: ScipyMethod, rate: Counted) -> Any:  # noqa: ANN401  (scipy has no types)
+    """The integrator, with the Jacobian in the form it takes; it is banded for LSODA and sparse for the others."""
+    from scipy import integrate
+
+    def slopes(_t: float, y: Array) -> Any:  # noqa: ANN401  (scipy has no types)
+        """The Jacobian of the leg."""
+        return leg.equations.jacobian(y, touching=leg.touching)
+
+    options: dict[str, Any] = {"rtol": leg.rtol, "atol": leg.atol, "max_step": leg.longest}
+    if method == "LSODA":
+        options |= {"lband": BAND, "uband": BAND}
+    elif method in ("Radau", "BDF"):
+        options["jac"] = slopes
+    return getattr(integrate, method)(rate, leg.start, leg.y, leg.end, **options)
+
+
+def _near(solver: Any, before: Array) -> bool:  # noqa: ANN401  (scipy has no types)
+    """Whether ``z`` might reach the obstacle within the step: waves grow by the loads alone."""
+    fastest = max(float(np.abs(before[:-1]).max()), float(np.abs(solver.y[:-1]).max()))
+    highest = max(float(before[-1]), float(solver.y[-1]))
+    return highest + _NEAR * fastest * float(solver.t - solver.t_old) >= 0.0
+
+
+def _end_of_phase(dense: Callable[[Array], Array], start: float, end: float, leg: Leg) -> float | None:
+    """Instant on the step from which ``z`` has the wrong sign by more than noise; None if it never has."""
+    series = _FIT @ leg.depth(np.asarray(dense(start + _POINTS * (end - start)))[-1])
+    size = np.abs(series)
+    if series[0] > size[1:].sum():
+        return None
+    significant = np.flatnonzero(size > 1e-15 * size.max(initial=0.0))
+    series = series[: int(significant[-1]) + 1] if significant.size else series[:1]
+    roots = np.polynomial.chebyshev.chebroots(series) if series.size > 1 else np.empty(0)
+    inside = np.sort(roots.real[(np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) < 1.0)])
+    for low, high in pairwise([-1.0, *inside, 1.0]):
+        if float(np.polynomial.chebyshev.chebval(np.linspace(low, high, 5)[1:], series).min()) < -leg.noise:
+            return float(start + 0.5 * (low + 1.0) * (end - start))
+    return None
+
+
+def cvode_leg(leg: Leg, method: CvodeMethod, *, depth: int = 0) -> Walked:
+    """Integrate a leg; ``"CVODE"`` by its BDF of order up to 5, ``"CVODE-Adams"`` of order up to 12.
+
+    Newton's method with the banded Jacobian by difference quotients, which for these equations are exact to rounding
+    where the law is linear.  CVODE compares signs at the ends of its steps; here they are also compared at every sample
+    and at least every ``leg.longest``, near the obstacle twice for every cell a wave passes.  Where the cubic through
+    ``z`` and ``z'`` at two such instants changes sign between them, or all but does, the stretch is run again with
+    sixteen times as many; what neither shows is missed.
+
+    Parameters
+    ----------
+    leg : Leg
+        The piece.
+    method : {"CVODE", "CVODE-Adams"}
+        The family.
+    depth : int
+        How often the stretch was refined.
+
+    Raises
+    ------
+    InputError
+        scikit-sundae is not installed, or CVODE gives up.
+    """
+    rate = Counted(leg=leg)
+    if leg.end - leg.start <= _CLOSE * leg.end:
+        rest = leg.equations.observed(np.tile(leg.y, (leg.times.size, 1)))
+        return Walked(t=leg.end, y=leg.y, rows=rest, left=False, steps=None, evaluations=0)
+    solver = _cvode(leg, method, rate)
+    solver.init_step(leg.start, leg.y)
+    close = leg.times <= leg.start * (1.0 + _CLOSE)  # CVODE does not start for so short a way
+    rows, wanted = [leg.equations.observed(np.tile(leg.y, (int(close.sum()), 1)))], leg.times[~close]
+    t, y, extra, watch = leg.start, leg.y, 0, leg.watch
+    while t < leg.end:
+        look = min(leg.end, t + _stride(leg, y), *wanted[:1].tolist())
+        found = solver.step(look, method="normal", tstop=leg.end)
+        if not found.success or not np.isfinite(found.y).all():
+            raise InputError(stopping(leg, method, float(found.t), str(found.message)))
+        new_t, new, root = float(found.t), np.array(found.y), found.status == _ROOT
+        if not root and watch and float(leg.depth(new[-1:])[0]) < -leg.noise:
+            new_t, new, root = t, y, True  # CVODE sees no change of sign where z starts from zero
+        elif depth < _DEEPEST and not root and _doubtful(leg, (t, y), (new_t, new)):
+            part = replace(leg, start=t, y=y, end=new_t, times=np.empty(0), longest=(new_t - t) / _FINER)
+            again = cvode_leg(part, method, depth=depth + 1)
+            extra += again.evaluations
+            if again.left:
+                new_t, new, root = again.t, again.y, True
+        if not root and wanted.size and wanted[0] <= new_t:
+            rows.append(leg.equations.observed(new[None, :]))
+            wanted = wanted[1:]
+        t, y, watch = new_t, new, True
+        if root:
+            break
+    else:
+        root = False
+    y = at_zero(y) if root else y
+    return Walked(t=t, y=y, rows=stacked(rows), left=root, steps=None, evaluations=rate.count + extra)
+
+
+def _stride(leg: Leg, y: Array) -> float:
+    """How long ``z`` need not be looked at: half a cell where it could reach the obstacle within two longest steps."""
+    near = abs(float(y[-1])) <= _NEAR * leg.longest * float(np.abs(y[:-1]).max(initial=0.0))
+    return min(leg.longest, _CELL / leg.equations.scheme.rate) if near else leg.longest
+
+
+def _cvode(leg: Leg, method: CvodeMethod, rate: Counted) -> Any:  # noqa: ANN401  (scikit-sundae has no types)
+    try:
+        from sksundae.cvode import CVODE
+    except ImportError:
+        raise InputError(f'method {method!r} needs scikit-sundae: pip install "lure[cvode]"') from None
+
+    class Event:
+        """``z``, which ends the leg where it falls through zero in contact and rises through it in flight."""
+
+        terminal = (True,)
+        direction = (-1 if leg.touching else 1,)
+
+        def __call__(self, _t: float, y: Array, out: Array) -> None:
+            out[0] = y[-1]
+
+    return CVODE(
+        rate.into,
+        method="Adams" if method == "CVODE-Adams" else "BDF",
+        rtol=leg.rtol,
+        atol=leg.atol,
+        max_step=leg.longest,
+        max_num_steps=_MOST_STEPS,
+        linsolver="band",
+        lband=BAND,
+        uband=BAND,
+        eventsfn=Event(),
+        num_events=1,
+    )
+
+
+def _doubtful(leg: Leg, before: tuple[float, Array], after: tuple[float, Array]) -> bool:
+    """Whether the cubic through ``z`` and ``z'`` at both instants takes the wrong sign between them, or nearly."""
+    (t0, y0), (t1, y1) = before, after
+    span, law, mobility = t1 - t0, leg.equations.scheme.rod.law, leg.equations.scheme.rod.mobility
+    ends = np.array([y0[-1], y1[-1]])
+    slopes = np.array([y0[-3], y1[-3]]) - (mobility * law(ends) if leg.touching else 0.0)
+    s = _SHARES
+    cubic = leg.depth(
+        (1.0 + 2.0 * s) * (1.0 - s) ** 2 * ends[0]
+        + s * (1.0 - s) ** 2 * span * slopes[0]
+        + s**2 * (3.0 - 2.0 * s) * ends[1]
+        - s**2 * (1.0 - s) * span * slopes[1]
+    )
+    least = float(cubic.min())
+    return least < -leg.noise or least < min(float(leg.depth(ends).min()), _GRAZE * span * float(np.abs(slopes).max()))

@@ -14,7 +14,7 @@ from lure.analysis.rod.plots.run import COLOURS, colour_top, head, shade_contact
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lure.analysis.rod.runs.film import Film
+    from lure.analysis.rod.runs.drawing import Film
 
 PER_SECOND = 18
 _DPI = 110

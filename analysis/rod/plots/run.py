@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lure.analysis.rod.runs import SampledRun
-    from lure.analysis.rod.runs.film import Film
+    from lure.analysis.rod.runs.drawing import Film
 
 # The obstacle in a plot of the end of the rod: a line, or a remark where it is too far away for the motion.
 

@@ -1,9 +1,9 @@
-from lure.analysis.rod.runs.dataset import motion_dataset as motion_dataset
-from lure.analysis.rod.runs.dataset import run_dataset as run_dataset
-from lure.analysis.rod.runs.exact import sampled_motion as sampled_motion
+from lure.analysis.rod.runs.methods import sampled_motion as sampled_motion
 from lure.analysis.rod.runs.request import Performed as Performed
 from lure.analysis.rod.runs.request import Request as Request
 from lure.analysis.rod.runs.request import perform as perform
 from lure.analysis.rod.runs.sampled import Along as Along
 from lure.analysis.rod.runs.sampled import SampledRun as SampledRun
+from lure.analysis.rod.runs.sampled import motion_dataset as motion_dataset
+from lure.analysis.rod.runs.sampled import run_dataset as run_dataset
 from lure.analysis.rod.runs.writing import write_dataset as write_dataset

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
-from lure.analysis.rod.runs.sampled import LOADED_CELLS, SampledRun, check_places, check_samples, check_until, sparse
+from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_integration, sampled_motion, sampled_scheme
+from lure.analysis.rod.runs.sampled import SampledRun, check_places, check_samples, check_until, sparse
+from lure.analysis.rod.simulation.simulate import LARGEST_CELLS
 from lure.errors import InputError
-from lure.rod.motion import Boundary, Motion
+from lure.rod.galerkin.spaces import SpaceName
+from lure.rod.motion import Boundary, Motion, Numerics, exact_motion
 from lure.rod.parameters import Rod
 from lure.rod.systems import RodSystem, rod_from_exact
-
-if TYPE_CHECKING:
-    from lure.rod.galerkin.spaces import SpaceName
-    from lure.rod.upwind import UpwindScheme
+from lure.rod.upwind import upwind
 
 INTEGRATORS = ("LSODA", "RK45", "DOP853", "Radau", "BDF", "CVODE")
 METHODS = ("exact", "scheme", "galerkin", *INTEGRATORS)
@@ -124,10 +124,10 @@ def for_drawing(request: Request, system: RodSystem) -> Request:
     if request.method == "galerkin":
         return replace(request, places=_DRAWN_PLACES)
     cells = _cells(request, system)
-    if request.method != "scheme" or cells > LOADED_CELLS:
+    if request.method != "scheme" or cells > LARGEST_CELLS:
         raise InputError(
             f"method {request.method} with {cells} cells keeps the end of the rod only; draw the whole rod with method "
-            f"exact, galerkin, or scheme of at most {LOADED_CELLS} cells"
+            f"exact, galerkin, or scheme of at most {LARGEST_CELLS} cells"
         )
     return replace(request, places=cells + 1)
 
@@ -194,8 +194,6 @@ def perform(
 
 
 def _in_space(system: RodSystem, request: Request) -> SampledRun:
-    from lure.analysis.rod.runs.galerkin import sampled_galerkin
-
     return sampled_galerkin(
         system.rod,
         system.scenario,
@@ -212,15 +210,9 @@ def _cells(request: Request, system: RodSystem) -> int:
 
 
 def _of_scheme(system: RodSystem, request: Request) -> SampledRun:
-    from lure.rod.upwind import upwind
-
-    scheme: UpwindScheme = upwind(system.rod, _cells(request, system), form=system.form)
+    scheme = upwind(system.rod, _cells(request, system), form=system.form)
     if request.method == "scheme":
-        from lure.analysis.rod.runs.scheme import sampled_scheme
-
         return sampled_scheme(scheme, system.scenario, request.until, samples=request.samples, places=request.places)
-    from lure.analysis.rod.runs.integrated import sampled_integration
-
     if request.places:
         raise InputError(
             f"fields is {request.places}; method {request.method} keeps the end of the rod only, give none"
@@ -229,9 +221,6 @@ def _of_scheme(system: RodSystem, request: Request) -> SampledRun:
 
 
 def _exact(system: RodSystem, request: Request, *, energy: bool, progress: Callable[..., None] | None) -> Performed:
-    from lure.analysis.rod.runs.exact import sampled_motion
-    from lure.rod.motion import Numerics, exact_motion
-
     def tell(reached: float) -> None:
         """The share of the time that is done."""
         if progress:

@@ -1,4 +1,4 @@
-"""A motion as samples: of which object, on which evidence, and every quantity with its unit and sign."""
+"""A motion as samples: of which object, on which evidence, every quantity with unit and sign; as data, in words."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
-from lure.record import Column, Page, Record, plain, quantity
+from lure.record import Column, Page, Record, finite, plain, quantity
 from lure.rod import datasets
-from lure.rod.datasets import SERIES, STRESS
-from lure.rod.motion import Impact
+from lure.rod.datasets import SERIES, STRESS, impact_dicts, what_it_shows
+from lure.rod.motion import Impact, Motion
 from lure.rod.motion.sampling import check_places as check_places
 from lure.rod.motion.sampling import check_samples as check_samples
 from lure.rod.parameters import Rod
@@ -23,6 +23,7 @@ from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
     import control
+    import xarray
 
     from lure.analysis.plots.style import Axes
 
@@ -30,7 +31,7 @@ Array = NDArray[np.float64]
 Subject = Literal["rod", "scheme", "Galerkin space"]
 
 _APART = 0.5  # transits L/c
-LOADED_CELLS = 1000  # of the scheme, above which it is followed by its structure and only its end is kept
+_REST = 1e-28  # of the largest energy: velocities below 1e-14 of the largest
 
 
 class Along(Record):
@@ -96,8 +97,6 @@ class SampledRun(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
-        from lure.analysis.rod.runs.summary import summary_dict
-
         found: Any = plain(summary_dict(self, self.about))
         return {"subject": self.subject, "evidence": str(self.evidence), **found}
 
@@ -138,7 +137,6 @@ class SampledRun(Record):
         return plot_run_end(self, ax=ax)
 
     def _page(self) -> Page:
-        from lure.analysis.rod.runs.summary import summary_page
 
         return summary_page(self)
 
@@ -183,3 +181,176 @@ def sparse(until: float, samples: int, rod: Rod) -> str:
     if apart <= _APART:
         return ""
     return f"the samples are {apart:.3g} transits L/c apart, and what the waves do between them is not in the samples"
+
+
+def motion_dataset(motion: Motion, samples: int = 2001, *, places: int = 0) -> xarray.Dataset:
+    """The exact motion of a rod as a Dataset, evenly sampled.
+
+    Parameters
+    ----------
+    motion : Motion
+        From :func:`lure.rod.motion.exact_motion`.
+    samples : int
+        Number of instants.
+    places : int
+        Number of places along the rod at which velocity, strain and displacement are kept; 0 for none.
+
+    Returns
+    -------
+    xarray.Dataset
+        As :func:`run_dataset` has it.
+
+    Raises
+    ------
+    InputError
+        ``samples`` or ``places`` is out of range, or xarray is not installed.
+
+    Examples
+    --------
+    >>> from lure import builtin_system
+    >>> from lure.rod.motion import exact_motion
+    >>> system = builtin_system("paper-rod")
+    >>> found = motion_dataset(exact_motion(system.rod, system.scenario, 1e-3), samples=5)
+    >>> found.u_end.attrs["units"], dict(found.sizes), found.attrs["evidence"]
+    ('m', {'t': 5, 'impact': 0}, 'computed')
+    """
+    return motion.to_xarray(samples, places=places)
+
+
+def run_dataset(run: SampledRun, *, title: str = "Motion of a rod against an obstacle") -> xarray.Dataset:
+    """A sampled motion as a Dataset: the same bytes for the same motion, since no clock time is in it.
+
+    Parameters
+    ----------
+    run : SampledRun
+        The motion.
+    title : str
+        Attribute ``title``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``t`` (samples), ``impact`` and, if fields were kept, ``x``.  Each variable has ``units`` and a
+        ``long_name`` with its sign.  ``impacts`` is the number of contacts; ``impact_*`` describe each, nan where the
+        method does not tell.  The attributes name the object that moved, the evidence, the method with its error, the
+        rod (doubles, and exact fractions as text), the formulas of loads and data, and the version of lure.
+
+    Raises
+    ------
+    InputError
+        xarray is not installed.
+    """
+    return run.to_xarray().assign_attrs(title=title)
+
+
+def summary_lines(run: SampledRun, name: str) -> list[str]:
+    """What moved, what touched, how energy and errors stand, and what this shows.
+
+    Parameters
+    ----------
+    run : SampledRun
+        The motion.
+    name : str
+        Name of the system.
+    """
+    said = [f"{name} up to {run.until:g} s: {run.about}.", *_ends(run), _contact(run), _end(run)]
+    if run.energy is not None:
+        said.append(f"Energy: {run.energy[0]:.6g} J at the start, {run.energy[-1]:.6g} J at the end.")
+    if run.energy_residual is not None:
+        said.append(f"Energy balance: relative residual {run.energy_residual:.1g}.")
+    if run.error is not None:
+        said.append(f"Error of z: {run.error:.1g} m ({run.error_is}).")
+    else:
+        said.append("Error of z: not estimated.")
+    said.append(f"Method: {run.method.removesuffix('.')}.")
+    if run.note:
+        said.append(f"Note: {run.note}.")
+    other = "" if run.subject == "rod" else ", and it is not a motion of the rod"
+    said.append(f"One motion, {run.evidence}: it proves nothing of others{other}.")
+    return said
+
+
+def _ends(run: SampledRun) -> list[str]:
+    """How the ends differ from those of the system."""
+    found = []
+    at_0, end_damping = run.details.get("boundary_at_0"), run.details.get("boundary_end_damping")
+    if at_0 not in (None, "the dashpot of the system", "dashpot"):
+        found.append(f"x = 0 is {at_0}")
+    if run.details.get("boundary_obstacle") == "rigid":
+        found.append("the obstacle is rigid")
+    if end_damping:
+        found.append(f"x = L has a dashpot of {end_damping:g} N s/m")
+    return [f"Ends: {', '.join(found)}."] if found else []
+
+
+def _contact(run: SampledRun) -> str:
+    if not run.impacts:
+        return f"Contact: none; largest z {float(run.z.max()):.6g} m at the samples."
+    number, first = len(run.impacts), run.impacts[0].start
+    stress, where = run.largest_stress
+    impulse = "" if math.isnan(run.impulse) else f", impulse {run.impulse:.6g} N s in all"
+    times = "once" if number == 1 else f"{number} times"
+    return f"Contact: {times}, first at {first:.6g} s; largest stress {stress:.6g} Pa {where}{impulse}."
+
+
+def _end(run: SampledRun) -> str:
+    touching = bool(run.impacts) and not run.impacts[-1].closed
+    state = "in contact" if touching else "in flight" if moving(run) else "at rest to rounding"
+    return f"At the end: {state}, u(t, L) = {run.u_end[-1]:.9g} m, z = {run.z[-1]:.9g} m."
+
+
+def moving(run: SampledRun) -> bool:
+    """Whether energy above rounding is left at the end; true where the method gives no energy.
+
+    Parameters
+    ----------
+    run : SampledRun
+        The motion.
+    """
+    return run.energy is None or float(run.energy[-1]) > _REST * float(run.energy.max())
+
+
+def summary_dict(run: SampledRun, name: str) -> dict[str, Any]:
+    """The same as plain data, with every impact; numbers that are not known are None.
+
+    Parameters
+    ----------
+    run : SampledRun
+        The motion.
+    name : str
+        Name of the system.
+    """
+    stress, where = run.largest_stress
+    return {
+        "system": name,
+        "until": run.until,
+        "samples": len(run.t),
+        "end": {
+            "u_end": float(run.u_end[-1]),
+            "z": float(run.z[-1]),
+            "energy": None if run.energy is None else float(run.energy[-1]),
+        },
+        "largest_stress": stress,
+        "largest_stress_is": where,
+        "impulse": finite(run.impulse),
+        "impacts": impact_dicts(run.impacts),
+        "energy_residual": run.energy_residual,
+        "error": run.error,
+        "attributes": run._attributes() | {"title": f"Motion of {name}"},
+    }
+
+
+def summary_page(run: SampledRun) -> Page:
+    """A table for notebooks: the same lines.
+
+    Parameters
+    ----------
+    run : SampledRun
+        The motion.
+    """
+    said = [("what moved", run.about), ("time", f"{run.t[0]:g} s to {run.until:g} s, {run.t.size} samples")]
+    said += [("force g(t) [N]", str(run.scenario.force))]
+    lines = [line.partition(": ") for line in summary_lines(run, run.subject)[1:-1]]
+    said += [(name, text) for name, _, text in lines]
+    notes = (what_it_shows(run.subject, run.about, str(run.evidence)),)
+    return Page(f"motion of the {run.subject}", said, verdict=str(run.evidence).upper(), notes=notes)

@@ -135,6 +135,19 @@ def _coordinates(plan: Plan, loads: Loads, state: Array, times: Array, gaps: Arr
             gaps[first:filled] = poisson_rows(tau, segment.step.tables.columns) @ segment.step.gap / register.rate
 
 
+def in_steps(scheme: UpwindScheme, until: float) -> bool:
+    """Whether :func:`simulate` takes so many cells for so long; :func:`.structured_motion` may where it does not.
+
+    Parameters
+    ----------
+    scheme : UpwindScheme
+        The scheme.
+    until : float
+        End of the run [s].
+    """
+    return scheme.cells <= LARGEST_CELLS and 2.0 * scheme.cells * scheme.rate * until <= LARGEST_WORK
+
+
 def _check_request(scheme: UpwindScheme, *, until: float, samples: int, frames: int, tolerance: float) -> None:
     """Refuse a run that is not well posed or would take minutes.
 
