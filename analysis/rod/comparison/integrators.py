@@ -9,12 +9,10 @@ from itertools import pairwise
 from typing import Any, Literal, cast, get_args
 
 import numpy as np
-from lure.analysis.rod.comparison.cvode_legs import CvodeMethod, cvode_leg
-from lure.analysis.rod.comparison.scipy_legs import ScipyMethod, scipy_leg
 from numpy.typing import NDArray
 
 from lure.analysis.rod.comparison.equations import SchemeEquations
-from lure.analysis.rod.comparison.legs import Leg, Walked
+from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, ScipyMethod, Walked, cvode_leg, scipy_leg
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
 from lure.errors import InputError

@@ -23,6 +23,7 @@ from lure.rod.scheme.poisson import parted, poisson_rows, poisson_weights, windo
 Array = NDArray[np.float64]
 _PIECES = 8
 _NARROW = 1e-13
+_MEETS = 1e-12
 FLOOR = 1e-12
 _EFFORT = 400
 _SHORT = 2.0
@@ -241,7 +242,7 @@ class Crossing:
         at_left, at_right = self.at(left), self.at(right)
         if max(at_left, at_right) + chord * self.bend(left, right, 2) <= self.floor:
             return None
-        if width <= _NARROW * max(1.0, right):
+        if width <= _MEETS * max(1.0, right):
             return right if at_right > self.floor else None
         if at_right > self.floor and at_left <= self.floor:
             slope = min(self.at(left, 1), self.at(right, 1))
@@ -274,7 +275,7 @@ class Crossing:
         for _ in range(100):
             value = self.at(tau)
             left, right = (left, tau) if value > 0.0 else (tau, right)
-            if abs(value) <= 0.1 * self.floor or right - left <= _NARROW * max(1.0, right):
+            if abs(value) <= 0.1 * self.floor or right - left <= _MEETS * max(1.0, right):
                 break
             tau -= value / self.at(tau, 1)
             if not left < tau < right:
