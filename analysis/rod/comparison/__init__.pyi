@@ -1,9 +1,0 @@
-from lure.analysis.rod.comparison.compare import compare as compare
-from lure.analysis.rod.comparison.integrators import SCHEME_METHODS as SCHEME_METHODS
-from lure.analysis.rod.comparison.integrators import SchemeMethod as SchemeMethod
-from lure.analysis.rod.comparison.integrators import SchemeRun as SchemeRun
-from lure.analysis.rod.comparison.integrators import integrate as integrate
-from lure.analysis.rod.comparison.modes import SettlingRow as SettlingRow
-from lure.analysis.rod.comparison.result import Comparison as Comparison
-from lure.analysis.rod.comparison.result import Order as Order
-from lure.analysis.rod.comparison.result import Row as Row
