@@ -132,8 +132,6 @@ def test_mp4(tmp_path):
 
 
 def test_a_command_writes_an_animation_and_nothing_else(lure, here):
-    import lure.analysis.cli.rods
-
     arguments = ("--until", "1e-4", "--animation", "frames", "--samples", "9", "--method", "scheme")
     status, out, err = lure("simulate", "paper-rod", *arguments)
     assert (status, err) == (0, "")
