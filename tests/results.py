@@ -18,7 +18,7 @@ from lure.analysis.measured import (
 )
 from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 from lure.analysis.rod.comparison import compare
-from lure.analysis.rod.comparison.settling_claim import from_closed_form
+from lure.analysis.rod.comparison.modes import from_closed_form
 from lure.analysis.rod.confirmation import confirmation
 from lure.analysis.rod.paper import PaperClaim, PaperTable, Peak
 from lure.analysis.rod.paper.settling import scheme_settling
