@@ -71,14 +71,9 @@ def assert_in_sector(  # noqa: PLR0913  (the law, the sector, and settings with 
     __tracebackhide__ = True
     _demand(sector, Sector, "sector")
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
+    words = (f"lies in the sector {sector}", f"leaves the sector {sector}")
     limits = Limits(lower=sector.lower, upper=sector.upper, tolerance=_slack(tolerance))
-    inquiry = Inquiry(
-        kind="sector",
-        words=(f"lies in the sector {sector}", f"leaves the sector {sector}"),
-        limits=limits,
-        search=search,
-    )
-    return run(phi, inquiry)
+    return run(phi, Inquiry(kind="sector", words=words, limits=limits, search=search))
 
 
 def assert_slope_restricted(  # noqa: PLR0913  (as above)
@@ -135,14 +130,9 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
     __tracebackhide__ = True
     _demand(slope, SlopeBounds, "slope")
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
+    words = (f"has its slopes in {slope}", f"leaves the slope bounds {slope}")
     limits = Limits(lower=slope.lower, upper=slope.upper, tolerance=_slack(tolerance))
-    inquiry = Inquiry(
-        kind="slope",
-        words=(f"has its slopes in {slope}", f"leaves the slope bounds {slope}"),
-        limits=limits,
-        search=search,
-    )
-    return run(phi, inquiry)
+    return run(phi, Inquiry(kind="slope", words=words, limits=limits, search=search))
 
 
 def assert_monotone(  # noqa: PLR0913  (as above)
