@@ -26,6 +26,6 @@ extend(
     "resonances",
     {
         "lure.rod.transfer:RodBlock": "lure.analysis.rod.spectrum:drawn_resonances",
-        "lure.rod.upwind:UpwindScheme": "lure.analysis.rod.spectrum:drawn_resonances",
+        "lure.rod.discretisation:UpwindScheme": "lure.analysis.rod.spectrum:drawn_resonances",
     },
 )

@@ -18,7 +18,6 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from lure import builtin_system, upwind
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.matrix import MatrixBlock, matrix_draft
 from lure.analysis.certificates.sealing import completed
@@ -27,6 +26,7 @@ from lure.analysis.rod.certificates import energy_theta
 from lure.analysis.theorems.table import Upper
 from lure.errors import AssumptionError
 from lure.plants.state_space import StateSpaceBlock
+from lure.rod import builtin_system, upwind
 
 MODES, CELLS, SHARE, OVER, RATIO, SECONDS, MEGABYTES = 20, 200, Fraction(9, 10), Fraction(11, 10), 20, 120.0, 500.0
 

@@ -16,8 +16,9 @@ import time
 import control
 import numpy as np
 
-from lure import Sector, builtin_system, upwind
+from lure import Sector
 from lure.analysis.theorems.popov import popov_criterion
+from lure.rod import builtin_system, upwind
 
 CELLS, FREQUENCIES, BATCH = 200, 1000, 100
 EVERY_STIFFNESS = Sector(0, math.inf)

@@ -13,7 +13,7 @@ import time
 import control
 import numpy as np
 
-from lure import builtin_system, upwind
+from lure.rod import builtin_system, upwind
 
 CELLS, FREQUENCIES, BATCH = 200, 2000, 100
 TOLERANCE, SPEED = 1e-8, 1000

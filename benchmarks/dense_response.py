@@ -16,8 +16,8 @@ import time
 import control
 import numpy as np
 
-from lure import builtin_system, upwind
 from lure.plants.state_space import StateSpaceBlock
+from lure.rod import builtin_system, upwind
 
 STATES, FREQUENCIES, BATCH = 401, 2000, 100
 TOLERANCE, SPEED = 1e-9, 10

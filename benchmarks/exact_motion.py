@@ -29,7 +29,7 @@ import numpy as np
 from peers.lines import Answer, Lines, banded_lsoda, cvode, lsoda
 from peers.shifted import shifted_waves
 
-from lure import Scenario, builtin_system, upwind
+from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.motion import Motion, Numerics, exact_motion
 from lure.rod.scheme import structured_motion
 

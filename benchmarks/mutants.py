@@ -371,8 +371,8 @@ def rods() -> dict[str, object]:
     """The reports on the rods; what the mutants change of them is made again by :func:`said`."""
     from fractions import Fraction
 
-    from lure import builtin_system
     from lure.analysis.rod.report import build_report
+    from lure.rod import builtin_system
     from lure.rod.systems import rod_from_exact
 
     paper = builtin_system("paper-rod")

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.sparse.linalg import expm_multiply
 
-from lure import Rod, Scenario, builtin_system, initial_state, upwind
+from lure.rod import Rod, Scenario, builtin_system, initial_state, upwind
 from lure.rod.scheme import first_contact, free_flight, structured_motion
 
 CELLS, SECOND, SAMPLES, PEER_CELLS, FORCED_CELLS = 100_000, 1.0, 2001, 200, 10_000

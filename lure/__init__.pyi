@@ -1,3 +1,5 @@
+from lure import analysis as analysis
+from lure import rod as rod
 from lure.analysis.questions import analyse as analyse
 from lure.analysis.questions import max_sector as max_sector
 from lure.analysis.questions import max_slope as max_slope
@@ -14,8 +16,6 @@ from lure.files.builtin import builtin_loop as builtin_loop
 from lure.files.builtin import builtin_loops as builtin_loops
 from lure.files.system import LoopSystem as LoopSystem
 from lure.loop import Loop as Loop
-from lure.loop import pole_shift as pole_shift
-from lure.loop import sector_shift as sector_shift
 from lure.nonlinearities import Cubic as Cubic
 from lure.nonlinearities import DeadZone as DeadZone
 from lure.nonlinearities import ExpressionLaw as ExpressionLaw
@@ -25,9 +25,7 @@ from lure.nonlinearities import Quantiser as Quantiser
 from lure.nonlinearities import ReLU as ReLU
 from lure.nonlinearities import Saturation as Saturation
 from lure.nonlinearities import Tanh as Tanh
-from lure.nonlinearities import relay_with_slope as relay_with_slope
 from lure.nonlinearities.protocol import Nonlinearity as Nonlinearity
-from lure.nonlinearities.protocol import NormalCompliance as NormalCompliance
 from lure.nonlinearities.reading import as_law as as_law
 from lure.plants import as_block as as_block
 from lure.plants.block import Block as Block
@@ -36,20 +34,5 @@ from lure.plants.delay import DelayBlock as DelayBlock
 from lure.plants.frequency_data import FrequencyData as FrequencyData
 from lure.plants.rational import RationalBlock as RationalBlock
 from lure.plants.state_space import StateSpaceBlock as StateSpaceBlock
-from lure.rod.motion import Boundary as Boundary
-from lure.rod.motion import Motion as Motion
-from lure.rod.motion import Numerics as Numerics
-from lure.rod.motion import exact_motion as exact_motion
-from lure.rod.parameters import Rod as Rod
-from lure.rod.scenario import Matching as Matching
-from lure.rod.scenario import Scenario as Scenario
-from lure.rod.scenario import initial_state as initial_state
-from lure.rod.scenario import matching as matching
-from lure.rod.systems import RodSystem as RodSystem
-from lure.rod.systems import builtin_system as builtin_system
-from lure.rod.systems import builtin_systems as builtin_systems
-from lure.rod.transfer import RodBlock as RodBlock
-from lure.rod.upwind import UpwindScheme as UpwindScheme
-from lure.rod.upwind import upwind as upwind
 
 __version__: str

@@ -6,9 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from lure.arrays import Reals, np
 from lure.errors import InputError
 from lure.nonlinearities.protocol import Nonlinearity
 from lure.plants import as_block
@@ -23,16 +21,14 @@ if TYPE_CHECKING:
 
     import control
 
-Floats = NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Realised:
     """``x' = A x + B mu``, ``sigma = C x + D mu``; ``dt = 0`` in continuous time, True where no period is stated."""
 
-    A: Floats
-    B: Floats
-    C: Floats
+    A: Reals
+    B: Reals
+    C: Reals
     D: float
     dt: float | bool
     names: Names | None = None
@@ -61,17 +57,17 @@ def closed_loop(block: object, law: Nonlinearity, *, pade: int | None = None) ->
     if linear.D:
         _demand_solvable(law, linear.D)
 
-    def force(x: Floats, r: Floats) -> tuple[float, float]:
+    def force(x: Reals, r: Reals) -> tuple[float, float]:
         """``sigma`` and ``mu = r - phi(sigma)``, where ``sigma = C x + D mu``."""
         free = float(linear.C @ x) + linear.D * float(r[0])
         sigma = _solved(law, linear.D, free) if linear.D else free
         return sigma, float(r[0]) - float(law(sigma))
 
-    def rate(_t: float, x: Floats, r: Floats, _params: dict[str, Any]) -> Floats:
+    def rate(_t: float, x: Reals, r: Reals, _params: dict[str, Any]) -> Reals:
         """``A x + B mu``: the derivative, or the next state."""
         return np.asarray(linear.A @ x + linear.B * force(x, r)[1])
 
-    def output(_t: float, x: Floats, r: Floats, _params: dict[str, Any]) -> Floats:
+    def output(_t: float, x: Reals, r: Reals, _params: dict[str, Any]) -> Reals:
         """``sigma``."""
         return np.array([force(x, r)[0]])
 

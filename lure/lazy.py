@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Callable
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 EXPORT = re.compile(r"^from ([\w.]+) import (\w+) as \2$", re.MULTILINE)
@@ -28,13 +29,16 @@ def lazy_exports(package: str, file: str) -> tuple[Callable[[str], object], Call
     tuple
         The two functions and the list, to be bound to these names.
     """
-    homes = {name: module for module, name in EXPORT.findall(Path(file).with_suffix(".pyi").read_text("utf-8"))}
+    exported = EXPORT.findall(Path(file).with_suffix(".pyi").read_text("utf-8"))
+    homes = {name: module for module, name in exported if module != package}  # without the packages inside this one
 
     def attribute(name: str) -> object:
-        """The name, from its module."""
-        if name not in homes:
+        """The name, from its module; or the package of that name."""
+        if name in homes:
+            return getattr(import_module(homes[name]), name)
+        if name.startswith("_") or find_spec(f"{package}.{name}") is None:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(homes[name]), name)
+        return import_module(f"{package}.{name}")
 
     def names() -> list[str]:
         """What the package has and exports."""

@@ -28,9 +28,9 @@ import textwrap
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lure import builtin_system
 from lure.analysis.rod.paper import paper_figures, paper_runs, paper_table
 from lure.analysis.rod.paper.model import TITLES
+from lure.rod import builtin_system
 
 system = builtin_system("paper-rod")
 rod = system.rod

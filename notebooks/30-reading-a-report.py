@@ -29,13 +29,14 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lure import LawClass, LoopSystem, RodBlock, Saturation, Sector, as_block, builtin_system
+from lure import LawClass, LoopSystem, Saturation, Sector, as_block
 from lure.analysis import Proved, Verdict, check
 from lure.analysis.plots import plot_popov, plot_reach
 from lure.analysis.questions.table import class_name
 from lure.analysis.report import build_loop_report, write_loop_report
 from lure.analysis.rod.plots import plot_both_decays, plot_both_ends, plot_damping
 from lure.analysis.rod.report import build_report, claims, write_report
+from lure.rod import RodBlock, builtin_system
 
 
 def say(*texts):

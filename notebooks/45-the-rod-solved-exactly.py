@@ -31,12 +31,12 @@ from itertools import pairwise
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lure import Rod, Scenario, builtin_system, upwind
 from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, finish_axes
 from lure.analysis.rod.comparison import compare, integrate
 from lure.analysis.rod.plots.comparison import plot_comparison
 from lure.analysis.rod.plots.response import plot_history, plot_poincare
 from lure.analysis.rod.response import Plan, response
+from lure.rod import Rod, Scenario, builtin_system, upwind
 from lure.rod.motion import Boundary, Numerics, exact_motion
 
 system = builtin_system("paper-rod")

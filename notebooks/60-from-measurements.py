@@ -33,7 +33,6 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lure import Rod, Scenario, exact_motion, upwind
 from lure.analysis.measured import (
     EXAMPLE,
     Measurements,
@@ -46,6 +45,7 @@ from lure.analysis.measured import (
 )
 from lure.analysis.plots.style import BLUE, GREEN, GREY, VERMILLION
 from lure.analysis.rod.conclusion import conclusion
+from lure.rod import Rod, Scenario, exact_motion, upwind
 
 
 def say(text):

@@ -33,11 +33,12 @@ from fractions import Fraction
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lure import Boundary, Rod, RodBlock, Scenario, Sector, builtin_system, exact_motion, upwind
+from lure import Sector
 from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION
 from lure.analysis.rod.conclusion import conclusion
 from lure.analysis.rod.spectrum import rod_spectrum
 from lure.analysis.theorems.popov import circle_criterion, popov_criterion
+from lure.rod import Boundary, Rod, RodBlock, Scenario, builtin_system, exact_motion, upwind
 
 steel, paper = builtin_system("steel-rod").rod, builtin_system("paper-rod").rod
 EVERY = Sector(0, math.inf)

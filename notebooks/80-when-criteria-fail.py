@@ -32,7 +32,8 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from lure import PiecewiseLinear, as_block
-from lure.analysis import Refuted, check, describing_hint, max_sector, max_slope
+from lure.analysis import Refuted, check, max_sector, max_slope
+from lure.analysis.describing import describing_hint
 from lure.analysis.plots import plot_law, plot_reach
 from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILLION, finish_axes
 from lure.files.builtin import builtin_loop

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
-from lure import Rod
+from lure.rod import Rod
 
 WITH_NUMBA = pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")
 EITHER_WAY = [pytest.param(False, id="plain"), pytest.param(True, id="compiled", marks=WITH_NUMBA)]

@@ -5,7 +5,7 @@ from fractions import Fraction
 from flint import acb, arb, ctx, fmpq
 from hypothesis import strategies as st
 
-from lure import Rod
+from lure.rod import Rod
 from lure.rod.systems import rod_from_exact
 
 BITS = 300

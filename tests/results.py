@@ -6,8 +6,8 @@ import numpy as np
 import sympy
 from motions import unit_rod
 
-from lure import RationalBlock, Saturation, Scenario, Sector, builtin_system, exact_motion, upwind
-from lure.analysis import describing_hint
+from lure import RationalBlock, Saturation, Sector
+from lure.analysis.describing import describing_hint
 from lure.analysis.measured import (
     Measurements,
     example_measurements,
@@ -31,6 +31,7 @@ from lure.analysis.testing import NonlinearityViolation, assert_in_sector
 from lure.analysis.verdict import Evidence
 from lure.expressions import Expression
 from lure.files import find_system
+from lure.rod import Scenario, builtin_system, exact_motion, upwind
 from lure.rod.cellular import CellularNetwork, Template, chua_yang, edge_network
 from lure.rod.derivation import Step, misprints
 from lure.rod.galerkin import convergence, formula_state, galerkin

@@ -3,7 +3,7 @@
 import numpy as np
 from motions import unit_rod
 
-from lure import Scenario
+from lure.rod import Scenario
 from lure.rod.motion import Boundary, exact_motion
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from lure import Rod, Scenario, builtin_system, initial_state
+from lure.rod import Rod, Scenario, builtin_system, initial_state
 
 PAPER = builtin_system("paper-rod")
 # c = 2, Z = 1, d = 1/2, T = 1.5, s = 2 N/3; contact as stiff as a cell of rod where compliance is h/E

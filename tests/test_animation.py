@@ -12,7 +12,6 @@ from PIL import Image
 from refusals import refusal
 from runs import thrown, thrown_end
 
-from lure import Scenario
 from lure.analysis.rod.plots.animation import animate, exaggeration, frame
 from lure.analysis.rod.plots.run import (
     envelope,
@@ -27,6 +26,7 @@ from lure.analysis.rod.plots.run import (
 from lure.analysis.rod.runs import Along, Performed, Request, perform, sampled_motion
 from lure.analysis.rod.runs.drawing import Film, drawn_instants, film, usual_span
 from lure.files import find_system
+from lure.rod import Scenario
 from lure.rod.motion import Boundary, exact_motion
 
 STRUCK = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9"])

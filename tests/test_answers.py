@@ -8,24 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lure import (
-    AssumptionError,
-    ExpressionLaw,
-    InputError,
-    LawClass,
-    Loop,
-    RationalBlock,
-    RodBlock,
-    Sector,
-    SlopeBounds,
-    builtin_system,
-    upwind,
-)
+from lure import AssumptionError, ExpressionLaw, InputError, LawClass, Loop, RationalBlock, Sector, SlopeBounds
 from lure.analysis.questions import analyse, findings, max_sector, max_slope, questions
 from lure.analysis.questions.problem import Subject
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.files.builtin import builtin_loop
 from lure.plants.delay import DelayBlock
+from lure.rod import RodBlock, builtin_system, upwind
 
 THIRD = RationalBlock([1], [1, 3, 2, 0])
 CARRASCO_6 = RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from motions import other_rod, unit_rod
 
-from lure import Scenario
 from lure.analysis.rod.response import Plan, Sweep, basin, bifurcation, response, resting_place
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
+from lure.rod import Scenario
 from lure.rod.motion import Boundary, exact_motion
 
 SHAKEN = unit_rod(damping=0.2, compliance=0.01, gap=0)

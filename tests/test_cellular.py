@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lure import AssumptionError, InputError, Rod, Scenario, builtin_system, initial_state, upwind
+from lure import AssumptionError, InputError
 from lure.analysis.rod.simulation import simulate
+from lure.rod import Rod, Scenario, builtin_system, initial_state, upwind
 from lure.rod.cellular import (
     CellularNetwork,
     Template,
@@ -18,8 +19,8 @@ from lure.rod.cellular import (
     rod_ring,
     saturation,
 )
+from lure.rod.discretisation import assemble_ring, rod_templates
 from lure.rod.systems import paper_rod
-from lure.rod.upwind import assemble_ring, rod_templates
 
 BOUNDARIES = ("fixed", "zero-flux", "periodic")
 seeds = st.integers(0, 10**6)

@@ -20,9 +20,9 @@ from lure.analysis.rod.questions import rod_largest
 from lure.analysis.theorems import dead_time as dead_time
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayBlock
+from lure.rod.discretisation import upwind
 from lure.rod.systems import builtin_system
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import upwind
 
 
 # exp(-s T)/(s + 1): the circle criterion reaches -1/inf Re H.

@@ -11,7 +11,7 @@ import scipy.linalg
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import RationalBlock, StateSpaceBlock, builtin_system, upwind
+from lure import RationalBlock, StateSpaceBlock
 from lure.analysis.certificates import balls, riccati
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.balls import positive_definite
@@ -23,6 +23,7 @@ from lure.analysis.rod.certificates import energy_matrix, energy_theta
 from lure.analysis.theorems.circle import circle_largest
 from lure.analysis.theorems.popov import popov_largest
 from lure.errors import AssumptionError
+from lure.rod import builtin_system, upwind
 from lure.rod.parameters import Rod
 
 ROD = builtin_system("paper-rod").rod

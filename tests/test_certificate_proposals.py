@@ -31,8 +31,8 @@ from lure.files.builtin import builtin_loops
 from lure.plants.delay import DelayBlock
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
+from lure.rod.discretisation import upwind
 from lure.rod.systems import builtin_system
-from lure.rod.upwind import upwind
 
 
 # G. Zames-Falb tables: J. Carrasco et al. 2019; see DISCRETE.  The circle criterion for example 1, say, reaches 0.7934.

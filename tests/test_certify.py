@@ -16,7 +16,6 @@ from lure import (
     FrequencyData,
     LawClass,
     Loop,
-    NormalCompliance,
     PiecewiseLinear,
     RationalBlock,
     Saturation,
@@ -35,6 +34,7 @@ from lure.analysis.questions.certify import METHODS, Ways, certify, text_of
 from lure.analysis.questions.problem import posed
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError
+from lure.rod import NormalCompliance
 
 # verdicts -------------------------------------------------------------------------------------------------------------
 

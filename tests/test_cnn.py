@@ -1,4 +1,4 @@
-"""lure.rod.upwind: the cloning templates (44)-(47), the ring they assemble to, and the three orderings (39), (42),
+"""The scheme: the cloning templates (44)-(47), the ring they assemble to, and the three orderings (39), (42),
 (48)."""
 
 import numpy as np
@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import InputError, upwind
+from lure import InputError
+from lure.rod import upwind
+from lure.rod.discretisation import ORDERINGS, CloningTemplate, assemble_ring, ordering_permutation, rod_templates
 from lure.rod.systems import paper_rod
-from lure.rod.upwind import ORDERINGS, CloningTemplate, assemble_ring, ordering_permutation, rod_templates
 
 cells = st.integers(1, 40)
 integers = st.integers(-9, 9)

@@ -7,10 +7,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from lure import AssumptionError, InputError, Rod, Scenario, builtin_system
+from lure import AssumptionError, InputError
 from lure.analysis.rod.comparison import compare
 from lure.analysis.rod.comparison.modes import galerkin_modes, verdict, wave_decay
 from lure.analysis.rod.comparison.reference import first_event
+from lure.rod import Rod, Scenario, builtin_system
 from lure.rod.galerkin import galerkin
 from lure.rod.motion import exact_motion
 from lure.rod.systems import paper_rod, rod_from_exact

@@ -7,7 +7,6 @@ import pytest
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
-from lure import Rod, Scenario, builtin_system
 from lure.analysis.rod.comparison import compare
 from lure.analysis.rod.plots.comparison import (
     comparison_file,
@@ -15,6 +14,7 @@ from lure.analysis.rod.plots.comparison import (
     plot_comparison_end,
     plot_comparison_error,
 )
+from lure.rod import Rod, Scenario, builtin_system
 from lure.rod.systems import rod_from_exact
 
 PAPER = builtin_system("paper-rod")

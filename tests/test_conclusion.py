@@ -4,7 +4,6 @@ from fractions import Fraction
 
 import pytest
 
-from lure import Scenario, builtin_system, upwind
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.questions.conclusion import MismatchError
@@ -12,6 +11,7 @@ from lure.analysis.rod.certificates import energy_theorem_draft
 from lure.analysis.rod.conclusion import concluded as concluded_of
 from lure.analysis.rod.conclusion import conclusion, offered
 from lure.analysis.verdict import Evidence, Verdict
+from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.systems import rod_from_exact
 from lure.rod.transfer import RodBlock
 

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motions import NODES, WEIGHTS, other_rod, unit_rod
 
-from lure import Scenario, upwind
 from lure.analysis.rod.confirmation import Track, lyapunov_theta, rod_energy, rod_lyapunov, rod_zeta
 from lure.analysis.rod.confirmation.functionals import lyapunov_weights, track_z, zeta_gain
 from lure.analysis.rod.energy import deflated_coordinate
 from lure.errors import AssumptionError
+from lure.rod import Scenario, upwind
 from lure.rod.motion import exact_motion, motion_windows
 from lure.rod.scenario import initial_state
 

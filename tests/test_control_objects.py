@@ -14,24 +14,23 @@ from lure import (
     FrequencyData,
     LawClass,
     Loop,
-    NormalCompliance,
     RationalBlock,
-    RodBlock,
     Saturation,
     Sector,
     StateSpaceBlock,
     Tanh,
     as_block,
-    pole_shift,
-    sector_shift,
-    upwind,
 )
-from lure.analysis import Verdict, certify, describing_hint, max_sector, passivity_indices
+from lure.analysis import Verdict, certify, max_sector
+from lure.analysis.describing import describing_hint
 from lure.analysis.questions.problem import subject
 from lure.analysis.rod.simulation import simulate
+from lure.analysis.theorems.passivity import passivity_indices
 from lure.errors import InputError
 from lure.files.builtin import builtin_loop
+from lure.loop import pole_shift, sector_shift
 from lure.nonlinearities.reading import as_law
+from lure.rod import NormalCompliance, RodBlock, upwind
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.systems import paper_rod, rod_from_exact
 

@@ -11,13 +11,13 @@ from refusals import refusal
 from runs import thrown, thrown_dashpot, thrown_end, thrown_energy, thrown_stress, thrown_velocity
 
 import lure
-from lure import Scenario, builtin_system, upwind
 from lure.analysis.rod.runs import Request, methods, motion_dataset, perform, run_dataset, sampled_motion, write_dataset
 from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_integration, sampled_scheme
 from lure.analysis.rod.runs.sampled import summary_dict, summary_lines
 from lure.analysis.rod.runs.writing import check_targets, written
 from lure.analysis.verdict import Evidence
 from lure.files import find_system
+from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.galerkin import galerkin
 from lure.rod.motion import Boundary, Numerics, exact_motion
 

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from sympy.calculus.euler import euler_equations
 
-from lure import Rod
 from lure.errors import InputError
+from lure.rod import Rod
 from lure.rod.derivation import (
     Misprint,
     Step,
@@ -62,7 +62,7 @@ from lure.rod.derivation.vocabulary import (
     theta,
     x,
 )
-from lure.rod.upwind import upwind
+from lure.rod.discretisation import upwind
 
 Z = area * sp.sqrt(rho * E)
 PAPER = {E: 288_000_000, rho: 8, area: sp.Rational(1, 40_000), k: sp.Rational(2, 10_000)}

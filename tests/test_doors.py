@@ -10,8 +10,9 @@ import pytest
 
 import lure
 import lure.analysis
-from lure import InputError, Loop, Saturation, builtin_system, simulate
+from lure import InputError, Loop, Saturation, simulate
 from lure.files.builtin import builtin_loop
+from lure.rod import builtin_system
 
 ROOT = Path(__file__).parents[1]
 
@@ -25,8 +26,15 @@ def test_the_questions_are_asked_of_lure_itself():
     assert lure.report is lure.analysis.report.report_on
 
 
+def test_few_names_are_handed_out_and_those_of_the_rod_by_its_rooms():
+    assert len(lure.__all__) <= 35
+    assert len(lure.analysis.__all__) <= 16
+    assert {"Rod", "exact_motion", "upwind"} <= set(lure.rod.__all__)
+    assert {"compare", "bifurcation"} <= set(lure.analysis.rod.__all__)
+
+
 def test_every_name_is_there():
-    for package in (lure, lure.analysis):
+    for package in (lure, lure.analysis, lure.rod, lure.analysis.rod):
         assert [name for name in package.__all__ if not hasattr(package, name)] == []
 
 
@@ -97,7 +105,7 @@ def test_a_rod_is_simulated_with_its_own_loads():
         ((([1], [1, 1]), Saturation()), {"until": 1, "x0": [1, 2]}, "give 1 finite numbers"),
         ((([1], [1, 1]), Saturation()), {"until": 0, "x0": [1]}, "give a positive time"),
         (("exp(-s)/(s + 1)", Saturation()), {"until": 1, "x0": [1]}, "no finite state"),
-        ((lure.upwind(builtin_system("paper-rod").rod, 5),), {"until": 1}, "with a Scenario"),
+        ((lure.rod.upwind(builtin_system("paper-rod").rod, 5),), {"until": 1}, "with a Scenario"),
     ],
 )
 def test_what_cannot_be_simulated_is_refused_in_a_sentence(arguments, settings, sentence):

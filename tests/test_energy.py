@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference import decades, rods
 
-from lure import AssumptionError, Rod, Scenario, initial_state, upwind
+from lure import AssumptionError
 from lure.analysis.rod.energy import (
     deflated_coordinate,
     discrete_energy,
@@ -16,7 +16,8 @@ from lure.analysis.rod.energy import (
     split_state,
     zeta_weights,
 )
-from lure.rod.upwind import ORDERINGS
+from lure.rod import Rod, Scenario, initial_state, upwind
+from lure.rod.discretisation import ORDERINGS
 
 # c = 2, s = 2 N/3, Z = 1, d = 1/2
 UNITS = {"youngs_modulus": 4, "density": 1, "length": 3, "area": 0.5, "compliance": 0.25, "exponent": 1.5, "gap": 0.1}

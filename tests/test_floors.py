@@ -146,11 +146,11 @@ def test_the_table_of_floors_names_every_room_once():
     [
         ("import lure.analysis.report", "lure.analysis.report"),
         ("from lure.analysis import report", "lure.analysis.report"),
-        ("from lure import Rod", "lure.rod.parameters"),
+        ("from lure.rod import Rod", "lure.rod.parameters"),
         ("def f():\n    from lure.rod.parameters import Rod", "lure.rod.parameters"),
         ("if TYPE_CHECKING:\n    from lure.rod import motion as m", "lure.rod.motion"),
-        ("import_module('lure.rod.upwind')", "lure.rod.upwind"),
-        ("HOME = 'lure.rod.upwind:upwind'", "lure.rod.upwind"),
+        ("import_module('lure.rod.discretisation')", "lure.rod.discretisation"),
+        ("HOME = 'lure.rod.discretisation:upwind'", "lure.rod.discretisation"),
     ],
 )
 def test_every_spelling_of_an_import_is_seen(source, module):

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import AssumptionError, InputError, Rod, Scenario, builtin_system
+from lure import AssumptionError, InputError
+from lure.rod import Rod, Scenario, builtin_system
 from lure.rod.free_motion import free_motion
 
 PAPER = builtin_system("paper-rod")

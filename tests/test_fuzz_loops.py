@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from motions import unit_rod
 from scipy.integrate import solve_ivp
 
-from lure import RationalBlock, Scenario
+from lure import RationalBlock
 from lure.analysis import Verdict, max_sector, max_slope
 from lure.analysis.testing.strategies import (
     lurie_blocks,
@@ -22,6 +22,7 @@ from lure.analysis.testing.strategies import (
     sector_graphs,
     sector_members,
 )
+from lure.rod import Scenario
 from lure.rod.motion import Boundary, exact_motion
 
 LARGEST = 20

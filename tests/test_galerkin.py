@@ -8,7 +8,8 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import AssumptionError, Expression, InputError, Rod, Scenario
+from lure import AssumptionError, Expression, InputError
+from lure.rod import Rod, Scenario
 from lure.rod.derivation import rod as variation
 from lure.rod.derivation import vocabulary
 from lure.rod.galerkin import GalerkinModel, NonuniformRod, galerkin

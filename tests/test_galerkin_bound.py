@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference import decades
 
-from lure import AssumptionError, InputError, Rod, Scenario
+from lure import AssumptionError, InputError
+from lure.rod import Rod, Scenario
 from lure.rod.galerkin import NonuniformRod, galerkin
 
 UNIT = {"youngs_modulus": 1, "density": 1, "length": 1, "area": 1, "compliance": 1}

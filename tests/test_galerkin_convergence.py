@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from lure import Expression, InputError, Rod, Scenario, builtin_system, upwind
+from lure import Expression, InputError
 from lure.analysis.rod.simulation import simulate
+from lure.rod import Rod, Scenario, builtin_system, upwind
 from lure.rod.free_motion import free_motion
 from lure.rod.galerkin import KnownState, NonuniformRod, convergence, formula_state, free_state, galerkin, state_error
 

@@ -11,11 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import Loop, RodBlock, Saturation, as_block, upwind
+from lure import Loop, Saturation, as_block
 from lure.analysis import Evidence, Verdict, nyquist_response, popov_response
 from lure.analysis.graphical.supporting_proof import searched_theta
 from lure.errors import AssumptionError, InputError
 from lure.files.builtin import builtin_loops
+from lure.rod import RodBlock, upwind
 from lure.rod.systems import paper_rod
 
 matplotlib = pytest.importorskip("matplotlib")

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from plants import value
 from refusals import refusal
 
-from lure import builtin_system, upwind
 from lure.errors import InputError
 from lure.plants import as_block, rational_block
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
+from lure.rod import builtin_system, upwind
 
 COMPANION = ([[0, 1], [-2, -3]], [0, 1], [1, 0])  # 1/(s^2 + 3 s + 2)
 

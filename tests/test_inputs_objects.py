@@ -11,13 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refusal
 
-from lure import LinearBlock, builtin_loop, builtin_system, upwind
+from lure import LinearBlock, builtin_loop
 from lure.errors import InputError
 from lure.plants import as_block, sampling_time
 from lure.plants.delay import DelayBlock
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalBlock
 from lure.plants.text import polynomial_of_roots
+from lure.rod import builtin_system, upwind
 
 
 # python-control and scipy.signal

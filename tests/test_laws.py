@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from lure import InputError, NormalCompliance, Sector, SlopeBounds
+from lure import InputError, Sector, SlopeBounds
 from lure.nonlinearities import (
     Cubic,
     DeadZone,
@@ -21,6 +21,7 @@ from lure.nonlinearities import (
     Tanh,
     relay_with_slope,
 )
+from lure.rod import NormalCompliance
 
 sizes = st.fractions(Fraction(1, 50), 50, max_denominator=50)
 numbers = st.fractions(-20, 20, max_denominator=12)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import AssumptionError, InputError, NormalCompliance, Sector, SlopeBounds
+from lure import AssumptionError, InputError, Sector, SlopeBounds
 from lure.classes import LawClass
 from lure.nonlinearities import (
     LAW_KINDS,
@@ -30,6 +30,7 @@ from lure.nonlinearities import (
     properties,
     shifted_law,
 )
+from lure.rod import NormalCompliance
 
 LIBRARY = [
     Saturation(gain=2, limit=3, lower_limit=-1),

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from motions import EITHER_WAY, imbalance, other_rod, unit_rod
 
-from lure import InputError, RodBlock, Scenario, builtin_system
+from lure import InputError
+from lure.rod import RodBlock, Scenario, builtin_system
 from lure.rod.free_motion import free_motion
 from lure.rod.motion import Boundary, Numerics, exact_motion, motion_windows
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from motions import imbalance, other_rod, unit_rod
 
-from lure import AssumptionError, InputError, Scenario
+from lure import AssumptionError, InputError
+from lure.rod import Scenario
 from lure.rod.motion import Boundary, Numerics, exact_motion
 
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from motions import EITHER_WAY, imbalance, other_rod, unit_rod
 
-from lure import AssumptionError, PiecewiseLinear, Scenario, builtin_system, upwind
+from lure import AssumptionError, PiecewiseLinear
 from lure.analysis.rod.paper.shift import rod_run
 from lure.analysis.rod.simulation import simulate
+from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.motion import Boundary, Numerics, exact_motion
 from lure.rod.systems import rod_from_exact
 

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from motions import EITHER_WAY, other_rod, unit_rod
 
-from lure import InputError, PiecewiseLinear, Scenario
+from lure import InputError, PiecewiseLinear
+from lure.rod import Scenario
 from lure.rod.motion import Boundary, Numerics, exact_motion
 from lure.rod.motion.pieces import Pieces
 from lure.rod.motion.sources import Sources

@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motions import WITH_NUMBA, other_rod, unit_rod
 
-from lure import InputError, PiecewiseLinear, Scenario, builtin_system
+from lure import InputError, PiecewiseLinear
+from lure.rod import Scenario, builtin_system
 from lure.rod.motion import Boundary, Numerics, engine, exact_motion, motion_windows
 from lure.rod.motion.motion import _problem
 from lure.rod.motion.record import Windows, record_of
@@ -96,7 +97,7 @@ def test_power_laws_are_the_same_compiled(exponent):
 
 SAME_CODE = """
 import numpy as np
-from lure import Scenario
+from lure.rod import Scenario
 from motions import other_rod
 from lure.rod.motion import Numerics, exact_motion
 scenario = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")

@@ -9,7 +9,7 @@ import pytest
 from motions import imbalance, other_rod, unit_rod
 from scipy.optimize import brentq
 
-from lure import Scenario, builtin_system
+from lure.rod import Scenario, builtin_system
 from lure.rod.motion import Boundary, Numerics, exact_motion
 from lure.rod.systems import rod_from_exact
 

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motions import imbalance, other_rod, unit_rod
 
-from lure import AssumptionError, InputError, PiecewiseLinear, Scenario, builtin_system, upwind
+from lure import AssumptionError, InputError, PiecewiseLinear
 from lure.analysis.rod.simulation import simulate
+from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.galerkin import galerkin
 from lure.rod.motion import Boundary, Numerics, exact_motion
 from lure.rod.systems import rod_from_exact

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motions import imbalance, unit_rod
 
-from lure import AssumptionError, Scenario
+from lure import AssumptionError
+from lure.rod import Scenario
 from lure.rod.motion import Boundary, Numerics, exact_motion
 
 AMOUNT = st.floats(-1, 1).map(lambda x: round(x, 3))

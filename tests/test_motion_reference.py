@@ -10,7 +10,7 @@ from motions import other_rod, unit_rod
 from mpmath import mpf
 from reference_motion import derivative, reference, sine, term, total
 
-from lure import Scenario, builtin_system
+from lure.rod import Scenario, builtin_system
 from lure.rod.motion import Boundary, Numerics, exact_motion
 
 LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")

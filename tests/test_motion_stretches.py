@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motions import WITH_NUMBA, unit_rod
 
-from lure import InputError, PiecewiseLinear, Scenario, builtin_system
+from lure import InputError, PiecewiseLinear
+from lure.rod import Scenario, builtin_system
 from lure.rod.motion import Boundary, Numerics, exact_motion
 from lure.rod.motion.event_free_interval import EventFreeInterval
 from lure.rod.motion.event_free_map import EventFreeLoads

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from lure import InputError, NormalCompliance, Sector
+from lure import InputError, Sector
 from lure.classes import SlopeBounds
+from lure.rod import NormalCompliance
 
 stiffnesses, exponents = st.floats(1e-6, 1e6), st.floats(0.25, 5)
 penetrations = st.floats(-1e3, 1e3)

@@ -12,7 +12,7 @@ from html import unescape
 import pytest
 from markupsafe import Markup
 
-from lure import StateSpaceBlock, builtin_system
+from lure import StateSpaceBlock
 from lure.analysis import analyse, max_sector, max_slope
 from lure.analysis.questions.state_space import growing_gain
 from lure.analysis.report.loop.document import loop_document
@@ -23,6 +23,7 @@ from lure.analysis.rod.report.document import document
 from lure.analysis.rod.report.page import page
 from lure.files import parse_system
 from lure.files.builtin import builtin_loop, loop_names
+from lure.rod import builtin_system
 from lure.rod.systems import rod_from_exact
 from lure.rod.transfer import RodBlock
 

@@ -5,11 +5,11 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from lure import Scenario
 from lure.analysis.measured import example_measurements, fit_compliance, sector_from_data
 from lure.analysis.plots import plot_compliance, plot_measured
 from lure.analysis.rod.comparison import compare
 from lure.analysis.rod.plots import plot_comparison
+from lure.rod import Scenario
 from lure.rod.systems import paper_rod
 
 DATA = example_measurements()

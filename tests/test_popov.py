@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from lure import AssumptionError, InputError, Rod, RodBlock, Sector, builtin_system, upwind
+from lure import AssumptionError, InputError, Sector
 from lure.analysis.rod.criteria import response_check, rod_criteria
 from lure.analysis.theorems.popov import circle_criterion, popov_criterion
 from lure.analysis.verdict import INFINITE, Evidence, Verdict
+from lure.rod import Rod, RodBlock, builtin_system, upwind
 from lure.rod.systems import rod_from_exact
 
 # E = rho = A = L = 1: c = Z = T = d = 1, so that k is the ratio k/Z and a = (k - 1)/(k + 1)

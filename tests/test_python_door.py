@@ -6,19 +6,10 @@ import control
 import pytest
 
 import lure.analysis
-from lure import (
-    ExpressionLaw,
-    InputError,
-    LawClass,
-    Loop,
-    Saturation,
-    Sector,
-    SlopeBounds,
-    builtin_loop,
-    builtin_system,
-)
+from lure import ExpressionLaw, InputError, LawClass, Loop, Saturation, Sector, SlopeBounds, builtin_loop
 from lure.analysis import analyse, certify, report_on
 from lure.analysis.verdict import Verdict
+from lure.rod import builtin_system
 
 THIRD = "1/(s*(s+1)*(s+2))"  # Popov: sectors [0, k] with k < 6
 

@@ -14,7 +14,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from lure import Scenario, builtin_system, builtin_systems
 from lure.analysis.report import ContradictionError
 from lure.analysis.report.html import format_number, prose
 from lure.analysis.report.parts import to_json
@@ -24,6 +23,7 @@ from lure.analysis.rod.report.document import exact_text
 from lure.analysis.rod.report.figures import specs as figure_specs
 from lure.analysis.rod.report.page import page
 from lure.analysis.verdict import Verdict
+from lure.rod import Scenario, builtin_system, builtin_systems
 from lure.rod.systems import rod_from_exact
 
 SCHEMA = json.loads(resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8"))

@@ -9,7 +9,6 @@ from importlib import resources
 import jsonschema
 import pytest
 
-from lure import Scenario, builtin_system, upwind
 from lure.analysis.report import ContradictionError
 from lure.analysis.report.parts import to_json
 from lure.analysis.rod.confirmation import confirm
@@ -23,6 +22,7 @@ from lure.analysis.rod.report.page import page
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
+from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.systems import rod_from_exact
 
 SCHEMA = json.loads(resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8"))

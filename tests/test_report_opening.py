@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from lure import DeadZone, NormalCompliance, Saturation, Sector, Tanh
+from lure import DeadZone, Saturation, Sector, Tanh
 from lure.analysis.plots.loops import plot_reach
 from lure.analysis.report.diagram import block_diagram, class_graph, fits, law_graph, raised
 from lure.analysis.report.loop import build_loop_report, write_loop_report
@@ -16,6 +16,7 @@ from lure.analysis.report.loop.document import loop_document
 from lure.analysis.report.loop.observed import _sentence
 from lure.classes import LawClass
 from lure.files import parse_system
+from lure.rod import NormalCompliance
 
 # C = 0.8 (1 + 1/(0.5 s)), P = 10/(s (0.1 s + 1)(0.02 s + 1)): a double pole at 0, so that phi = 0 refutes every class
 PI_SERVO = """

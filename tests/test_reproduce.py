@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from lure import AssumptionError, Rod, Scenario, builtin_system, initial_state, upwind
+from lure import AssumptionError
 from lure.analysis.rod.paper import paper_figures, paper_runs, paper_table
 from lure.analysis.rod.paper.modal import HarmonicForce, ModalBasis, modal_run
 from lure.analysis.rod.paper.runs import AMPLITUDES, OMEGA
@@ -19,6 +19,7 @@ from lure.analysis.rod.paper.shift import rod_run
 from lure.analysis.rod.paper.write import write_paper
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.verdict import Evidence
+from lure.rod import Rod, Scenario, builtin_system, initial_state, upwind
 from lure.rod.free_motion import free_motion
 from lure.rod.systems import paper_rod
 

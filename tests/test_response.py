@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from motions import NODES, WEIGHTS, unit_rod
 from scipy.optimize import brentq
 
-from lure import Scenario
 from lure.analysis.rod.response import Plan, response
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
+from lure.rod import Scenario
 from lure.rod.motion import Boundary, exact_motion
 
 FAR = 1e3

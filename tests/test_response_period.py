@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import Scenario
 from lure.analysis.rod.response import load_period, proved_period
 from lure.errors import InputError
 from lure.expressions import Expression
+from lure.rod import Scenario
 
 PI = math.pi
 

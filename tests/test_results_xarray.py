@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from refusals import refusal
 from results import FREE, RESULTS, STRUCK, cells, scheme
 
-from lure import Numerics, Scenario, exact_motion, initial_state
 from lure.analysis.measured import Measurements, report_from_data, sector_from_data
 from lure.analysis.rod.plots.motion import plot_convergence, plot_motion
 from lure.analysis.rod.runs import motion_dataset, run_dataset, sampled_motion
+from lure.rod import Numerics, Scenario, exact_motion, initial_state
 from lure.rod.galerkin import NonuniformRod, galerkin
 from lure.rod.motion import Boundary
 from lure.rod.scheme import structured_motion

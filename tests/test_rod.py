@@ -13,7 +13,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from reference import Exact, at_high_precision, decades, ratios, real, relative_error, rods, with_damping
 
-from lure import InputError, Rod
+from lure import InputError
+from lure.rod import Rod
 from lure.rod.parameters import PARAMETERS
 from lure.rod.systems import paper_rod, rod_from_exact
 

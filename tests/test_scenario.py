@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import InputError, Scenario, initial_state, matching, upwind
+from lure import InputError
+from lure.rod import Scenario, initial_state, matching, upwind
 from lure.rod.systems import builtin_system, paper_rod, rod_from_exact
 
 RELEASE = Scenario.parse(displacement="0.0001 - 0.0002*x")

@@ -13,21 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lure
-from lure.analysis import (
-    analyse,
-    certify,
-    check,
-    describing_hint,
-    max_sector,
-    max_slope,
-    nyquist_response,
-    passivity_indices,
-    popov_response,
-)
+from lure.analysis import analyse, certify, check, max_sector, max_slope, nyquist_response, popov_response
 from lure.analysis.certificates.showing import failure_dict, shown_dict, shown_html
+from lure.analysis.describing import describing_hint
 from lure.analysis.inequality.gains import gain_intervals
 from lure.analysis.report.loop import LoopReport
 from lure.analysis.rod.report import build_report
+from lure.analysis.theorems.passivity import passivity_indices
 from lure.analysis.verdict import Bracket
 from lure.errors import InputError
 from lure.files.builtin import builtin_loops
@@ -96,7 +88,7 @@ SYSTEMS = {
     "constant": lure.RationalBlock([3], [1]),
     "delay": lure.DelayBlock.parse("exp(-s/2)/(s + 1)"),
     "state space": lure.StateSpaceBlock([[0, 1], [-2, -3]], [0, 1], [1, 0]),
-    "linear": lure.upwind(paper_rod(), 3).block,
+    "linear": lure.rod.upwind(paper_rod(), 3).block,
     "data": lure.FrequencyData([0, 2], [complex(math.inf, 0), 1j], error=[0.0, math.inf]),
     "sector": lure.Sector(0, math.inf),
     "sector of a third": lure.Sector(-math.inf, Fraction(1, 3)),
@@ -113,10 +105,10 @@ SYSTEMS = {
     "formula": lure.ExpressionLaw("sigma/(1 + abs(sigma))", sector=lure.Sector(0, 1)),
     "contradicted": lure.ExpressionLaw("2*max(sigma, 0)", sector=lure.Sector(0, 1)),
     "shifted": shifted_law(lure.Tanh(), 1),
-    "contact": lure.NormalCompliance(Fraction(4), 2),
+    "contact": lure.rod.NormalCompliance(Fraction(4), 2),
     "loop": lure.Loop(THIRD, lure.Saturation()),
     "loop of a stranger": lure.Loop(THIRD, Odd()),
-    "transformed": lure.sector_shift("1/(s^2+s-1)", lure.LawClass(sector=lure.Sector(2, 5))),
+    "transformed": lure.loop.sector_shift("1/(s^2+s-1)", lure.LawClass(sector=lure.Sector(2, 5))),
     "hostile loop": loop_named(HOSTILE),
     **dict(builtin_systems().items()),
     **dict(builtin_loops().items()),
@@ -367,9 +359,9 @@ def test_the_answer_about_every_named_loop_is_a_page_and_plain_data(name):
 
 def test_the_rod_and_its_scheme_say_which_they_are():
     rod = paper_rod()
-    _, text = read(lure.RodBlock(rod)._repr_html_())
+    _, text = read(lure.rod.RodBlock(rod)._repr_html_())
     assert "The rod itself, without a grid." in text
     assert "-0.999667" in text  # a = (k - Z)/(k + Z) = (2e-4 - 1.2)/(2e-4 + 1.2)
-    _, text = read(lure.upwind(rod, 3)._repr_html_())
+    _, text = read(lure.rod.upwind(rod, 3)._repr_html_())
     assert "A scheme, not the rod" in text
     assert "18000 1/s" in text  # c N/L = 6000 * 3

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from simulated import DRIVEN, FLYING, PAPER, reference, rod
 
-from lure import Rod, Scenario, upwind
 from lure.analysis.rod.simulation import contradictions, simulate
+from lure.rod import Rod, Scenario, upwind
 
 
 def disagreement(run, scheme, scenario, stiff=False):

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from simulated import FLYING, reference, rod
 
-from lure import Scenario, upwind
 from lure.analysis.rod.simulation import contradictions, simulate
+from lure.rod import Scenario, upwind
 from lure.rod.scheme.crossing import first_root, mesh_of, peak, rounding, scan
 from lure.rod.scheme.flow import _added, flow
 from lure.rod.scheme.loads import loads_of

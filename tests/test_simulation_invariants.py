@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated import FLYING, rod
 
-from lure import Rod, Scenario, builtin_system, initial_state, upwind
 from lure.analysis.rod.simulation import contradictions, simulate
+from lure.rod import Rod, Scenario, builtin_system, initial_state, upwind
+from lure.rod.discretisation import ORDERINGS
 from lure.rod.scheme.flow import flow
 from lure.rod.scheme.loads import loads_of
 from lure.rod.scheme.register import Inputs, RegisterState, ShiftRegister, shifted
 from lure.rod.scheme.steps import plan_steps
-from lure.rod.upwind import ORDERINGS
 
 
 @st.composite

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from simulated import FLYING, rod
 
-from lure import InputError, Scenario, initial_state, upwind
+from lure import InputError
 from lure.analysis.rod.energy import deflated_coordinate
 from lure.analysis.rod.simulation import contradictions, simulate
+from lure.rod import Scenario, initial_state, upwind
 
 
 def test_frames_carry_both_waves_and_the_boundary_conditions():

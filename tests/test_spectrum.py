@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference import decades, ratios, rods, with_damping
 
-from lure import AssumptionError, RodBlock, upwind
+from lure import AssumptionError
 from lure.analysis.rod.spectrum import LISTED_MODES, rod_spectrum, wave_mode
+from lure.rod import RodBlock, upwind
 from lure.rod.systems import paper_rod, rod_from_exact
 
 CELLS = [1, 2, 3, 10, 1000]

@@ -9,11 +9,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from lure import InputError, Rod, Scenario, builtin_system, initial_state, upwind
+from lure import InputError
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.rod.energy import deflated_coordinate, discrete_energy
 from lure.analysis.rod.simulation import simulate
 from lure.expressions import Expression
+from lure.rod import Rod, Scenario, builtin_system, initial_state, upwind
 from lure.rod.scheme import first_contact, free_flight
 from lure.rod.scheme.poisson import Mean, mean_of, poisson_weights
 from lure.rod.systems import paper_rod

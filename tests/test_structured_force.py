@@ -11,12 +11,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from lure import InputError, Rod, Scenario, builtin_system, initial_state, upwind
+from lure import InputError
 from lure.analysis.rod.energy import discrete_energy
 from lure.analysis.rod.paper.modal import HarmonicForce, ModalBasis, modal_run
 from lure.analysis.rod.simulation import simulate
 from lure.expressions import Expression
 from lure.expressions.exponentials import exponentials
+from lure.rod import Rod, Scenario, builtin_system, initial_state, upwind
 from lure.rod.scheme import structured_motion
 from lure.rod.scheme.loads import force_of
 from lure.rod.scheme.poisson import mean_of, poisson_weights
@@ -83,7 +84,7 @@ def test_the_average_of_the_sequence_is_the_force(tau, start, force):
     assert average == pytest.approx(values[-1], abs=1e-12 * max(np.abs(values).max(), 1e-5))
 
 
-# y' = A y + b2 g with g' = [[0, w], [-w, 0]] g, the matrices as lure.rod.upwind assembles them; the end stays clear
+# y' = A y + b2 g with g' = [[0, w], [-w, 0]] g, the matrices as the scheme assembles them; the end stays clear
 # of the
 # obstacle, or (pressed) in contact all along
 @given(

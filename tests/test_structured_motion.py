@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from lure import InputError, Rod, Scenario, builtin_system, initial_state, upwind
+from lure import InputError
 from lure.analysis.rod.energy import discrete_energy
 from lure.analysis.rod.simulation import simulate
 from lure.expressions import Expression
+from lure.rod import Rod, Scenario, builtin_system, initial_state, upwind
 from lure.rod.scheme import crossing, structured_motion
 from lure.rod.scheme import motion as runs
 from lure.rod.scheme.contact import Stretch, halved
@@ -26,7 +27,7 @@ def rod_with(k, gap, compliance=3e-10, exponent=1):
     return Rod(**constants, damping=k, compliance=compliance, exponent=exponent, gap=gap)
 
 
-# in contact the scheme is linear: y' = (A - c_n b1 c) y, with b1 and c as lure.rod.upwind assembles them
+# in contact the scheme is linear: y' = (A - c_n b1 c) y, with b1 and c as lure.rod.discretisation assembles them
 @given(k=st.floats(0, 5), N=st.integers(1, 20), share=st.floats(0, 1), seed=st.integers(0, 999))
 def test_a_stretch_of_contact_is_the_matrix_exponential(k, N, share, seed):
     rod = rod_with(k, 0.0, compliance=2e-8 / N)  # kappa = 0.17

@@ -12,10 +12,10 @@ from system_files import ROD, parsed, refused, with_line
 from lure import __version__
 from lure.errors import InputError
 from lure.files import find_system, parse_system, read_system, system_to_toml, template
+from lure.rod.discretisation import MAX_CELLS
 from lure.rod.file import dotted_keys
 from lure.rod.parameters import PARAMETERS
 from lure.rod.systems import builtin_system, builtin_systems
-from lure.rod.upwind import MAX_CELLS
 
 
 def same(left, right):

@@ -6,7 +6,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from lure import InputError, Loop, builtin_system, builtin_systems, initial_state, upwind
+from lure import InputError, Loop
+from lure.rod import builtin_system, builtin_systems, initial_state, upwind
 from lure.rod.systems import paper_rod, rod_from_exact
 
 NAMES = ["paper-rod", "paper-rod-figure-8", "paper-rod-figure-9", "paper-rod-figure-10", "steel-rod"]

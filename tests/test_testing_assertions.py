@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import Cubic, Expression, NormalCompliance, Quantiser, Saturation, Sector, SlopeBounds, Tanh
+from lure import Cubic, Expression, Quantiser, Saturation, Sector, SlopeBounds, Tanh
 from lure.analysis.nonlinearity.parity import known_odd
 from lure.analysis.testing import (
     NonlinearityViolation,
@@ -21,6 +21,7 @@ from lure.analysis.testing import (
 from lure.analysis.testing.strategies import monotone_graphs, sector_graphs
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
+from lure.rod import NormalCompliance
 
 
 def violation_of(assertion, *arguments, **settings):

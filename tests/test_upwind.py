@@ -1,4 +1,4 @@
-"""lure.rod.upwind: the matrices of the scheme, its closed-form transfer function and its spectrum, each computed
+"""The matrices of the scheme, its closed-form transfer function and its spectrum, each computed
 again."""
 
 import math
@@ -23,9 +23,10 @@ from reference import (
     with_damping,
 )
 
-from lure import InputError, RodBlock, UpwindScheme, upwind
+from lure import InputError
+from lure.rod import RodBlock, UpwindScheme, upwind
+from lure.rod.discretisation import assemble_ring, rod_templates
 from lure.rod.systems import paper_rod, rod_from_exact
-from lure.rod.upwind import assemble_ring, rod_templates
 
 EPS = 2.0**-52
 angles = st.floats(-math.pi, math.pi)

@@ -12,12 +12,13 @@ import pytest
 
 import lure
 import lure.analysis
-from lure import LawClass, Loop, Saturation, Sector, SlopeBounds, as_block, builtin_loop, builtin_system
+from lure import LawClass, Loop, Saturation, Sector, SlopeBounds, as_block, builtin_loop
 from lure.analysis import analyse, certify, max_sector, max_slope, nonlinearity_bounds
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.graphical import nyquist_response, popov_response
 from lure.record import same
+from lure.rod import builtin_system
 
 THIRD, LAG = ([1], [1, 3, 2, 0]), ([1], [1, 1])
 POINTS = {"points": [(0, 0), (1, 1)], "left_slope": 1, "right_slope": 0}
@@ -33,14 +34,14 @@ SYSTEMS = {
     "StateSpaceBlock": lambda: lure.StateSpaceBlock([[-1.0]], [1], [1]),
     "FrequencyData": lambda: lure.FrequencyData([1.0, 2.0], [1, 2j], error=[0, np.nan]),
     "LinearBlock": lambda: lure.LinearBlock(-np.eye(2), np.ones(2), np.ones(2), np.ones(2)),
-    "UpwindScheme": lambda: lure.upwind(rod().rod, 5),  # sparse matrices
-    "RodBlock": lambda: lure.RodBlock(rod().rod),
+    "UpwindScheme": lambda: lure.rod.upwind(rod().rod, 5),  # sparse matrices
+    "RodBlock": lambda: lure.rod.RodBlock(rod().rod),
     "Rod": lambda: rod().rod,
     "RodSystem": rod,
     "Scenario": lambda: rod().scenario,
     "Loop": lambda: Loop(THIRD, Saturation()),
     "LoopSystem": lambda: builtin_loop("contact"),
-    "Transformed": lambda: lure.sector_shift(as_block(THIRD), LawClass(sector=Sector(1, 2))),
+    "Transformed": lambda: lure.loop.sector_shift(as_block(THIRD), LawClass(sector=Sector(1, 2))),
     "LawClass": lambda: LawClass.slope_restricted(0, 1, odd=True),
     "Sector": lambda: Sector(0, 1),
     "SlopeBounds": lambda: SlopeBounds(0, 1),
@@ -54,13 +55,13 @@ SYSTEMS = {
     "PiecewiseLinear": lambda: lure.PiecewiseLinear(**POINTS),
     "ExpressionLaw": lambda: lure.ExpressionLaw("sigma/(1+sigma**2)", sector=Sector(0, 1)),
     "Expression": lambda: lure.Expression.parse("sigma**2", variables=("sigma",)),
-    "NormalCompliance": lambda: lure.NormalCompliance(stiffness=4, exponent=2),
+    "NormalCompliance": lambda: lure.rod.NormalCompliance(stiffness=4, exponent=2),
 }
 RESULTS = {
     "max_sector": lambda: max_sector(THIRD),
     "max_sector, time-varying": lambda: max_sector(([1], [1, 1, 1]), time_varying=True, search="full"),
     "max_sector, dead time": lambda: max_sector("exp(-s)/(s+1)"),
-    "max_sector, rod": lambda: max_sector(lure.RodBlock(rod().rod)),
+    "max_sector, rod": lambda: max_sector(lure.rod.RodBlock(rod().rod)),
     "max_sector, computed": lambda: max_sector(lure.StateSpaceBlock(-np.eye(3) + np.eye(3, k=1), [0, 0, 1], [1, 0, 0])),
     "max_sector, sampled": lambda: max_sector(lure.FrequencyData([1.0, 2.0], [1, 0.5])),
     "max_sector, refuted": lambda: max_sector("12/((s-1)*(s+3))"),
@@ -72,15 +73,15 @@ RESULTS = {
     "Proved": lambda: certify(Loop(LAG, Saturation())).shown,
     "Refuted": lambda: certify("1/(s-1)", LawClass(sector=Sector(0, 0.5))).shown,
     "nonlinearity_bounds": lambda: nonlinearity_bounds("tanh(sigma)"),
-    "passivity_indices": lambda: lure.analysis.passivity_indices("1/(s+1)"),
-    "describing_hint": lambda: lure.analysis.describing_hint("12/(s*(s+1)*(s+2))", Saturation()),
+    "passivity_indices": lambda: lure.analysis.theorems.passivity.passivity_indices("1/(s+1)"),
+    "describing_hint": lambda: lure.analysis.describing.describing_hint("12/(s*(s+1)*(s+2))", Saturation()),
     "nyquist_response": lambda: nyquist_response(THIRD),
     "popov_response": lambda: popov_response(THIRD),
-    "Measurements": lure.analysis.example_measurements,
-    "sector_from_data": lambda: lure.analysis.sector_from_data(lure.analysis.example_measurements()),
-    "fit_compliance": lambda: lure.analysis.fit_compliance(lure.analysis.example_measurements()),
-    "margin_from_data": lambda: lure.analysis.margin_from_data(
-        lure.analysis.sector_from_data(lure.analysis.example_measurements()), LAG
+    "Measurements": lure.analysis.measured.example_measurements,
+    "sector_from_data": lambda: lure.analysis.measured.sector_from_data(lure.analysis.measured.example_measurements()),
+    "fit_compliance": lambda: lure.analysis.measured.fit_compliance(lure.analysis.measured.example_measurements()),
+    "margin_from_data": lambda: lure.analysis.measured.margin_from_data(
+        lure.analysis.measured.sector_from_data(lure.analysis.measured.example_measurements()), LAG
     ),
     "Bracket": lambda: lure.analysis.Bracket(0, 1),
 }
@@ -131,7 +132,13 @@ def test_no_public_type_is_left_out():
     left_out = {"AssumptionError", "InputError", "Block", "Nonlinearity"}  # errors and protocols
     left_out |= {"Boundary", "Matching", "Motion", "Numerics", "Evidence", "Verdict"}  # enums, options and a simulation
     public = {
-        name for package in (lure, lure.analysis) for name in dir(package) if isinstance(getattr(package, name), type)
+        name
+        for package in (lure, lure.analysis, lure.rod)
+        for name in dir(package)
+        if isinstance(getattr(package, name), type)
+        for package in (lure, lure.analysis, lure.rod)
+        for name in dir(package)
+        if isinstance(getattr(package, name), type)
     }
     assert {name for name in public if not name.startswith("_")} - samples == left_out
 
@@ -146,7 +153,7 @@ def test_equal_by_value_means_every_entry():
     assert Loop(LAG, Saturation()) == Loop(LAG, Saturation())
     assert Loop(LAG, Saturation()) != Loop(LAG, Saturation(limit=2))
     assert builtin_loop("contact") != builtin_loop("dead-zone")
-    assert lure.upwind(rod().rod, 5) != lure.upwind(rod().rod, 6)
+    assert lure.rod.upwind(rod().rod, 5) != lure.rod.upwind(rod().rod, 6)
     assert same((1, [np.nan]), (1, [np.nan]))
     assert not same((1, [0.0]), (1, [0.0, 0.0]))
     assert not same({"a": 1}, {"b": 1})

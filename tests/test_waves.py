@@ -21,7 +21,8 @@ from reference import (
     with_damping,
 )
 
-from lure import InputError, RodBlock
+from lure import InputError
+from lure.rod import RodBlock
 from lure.rod.systems import paper_rod, rod_from_exact
 
 EPS = 2.0**-52

@@ -10,9 +10,10 @@ from flint import fmpq, fmpq_mat, fmpz_mat
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import AssumptionError, InputError, LinearBlock, upwind
+from lure import AssumptionError, InputError, LinearBlock
 from lure.analysis.numerics.exact_matrix import exact_zero_eigenvalue, null_space, zero_eigenvalue, zero_multiplicity
 from lure.analysis.verdict import Evidence
+from lure.rod import upwind
 from lure.rod.systems import paper_rod
 
 PRIME = 2**61 - 1  # the first that is tried

@@ -20,7 +20,7 @@ from lure.arrays import np
 from lure.errors import AssumptionError
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
-from lure.rod.upwind import UpwindScheme
+from lure.rod.discretisation import UpwindScheme
 
 Vector = list[Fraction]
 Matrix = list[Vector]

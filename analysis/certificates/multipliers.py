@@ -13,9 +13,9 @@ from lure.classes import Sector
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayBlock
 from lure.plants.rational import RationalBlock
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 # How much room a frequency inequality leaves, in floating point: at the frequencies of the poles, and in the dips.
 

@@ -22,8 +22,8 @@ from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayBlock
 from lure.plants.rational import RationalBlock
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 Numbers = Literal["rationals", "decimals as written", "doubles, exactly"]
 

@@ -14,8 +14,8 @@ from lure.nonlinearities.protocol import NormalCompliance
 from lure.plants.delay import DelayBlock
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 # Laws whose membership in a class the checker can decide: piecewise linear ones and the hyperbolic tangent.
 

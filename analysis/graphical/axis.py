@@ -15,8 +15,8 @@ from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
 from lure.record import by_value
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 POINTS = 1500
 _DENSE = 150  # states beyond which a point costs so much that fewer are drawn

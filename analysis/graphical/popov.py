@@ -37,8 +37,8 @@ from lure.exact import Exact, exact_number
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalBlock
 from lure.record import by_value, html_table
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     import control

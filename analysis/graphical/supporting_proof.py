@@ -20,7 +20,7 @@ from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
 from lure.record import plain, xarray_or_refusal
-from lure.rod.upwind import UpwindScheme
+from lure.rod.discretisation import UpwindScheme
 
 if TYPE_CHECKING:
     from lure.analysis.drawing import Draw

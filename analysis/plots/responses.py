@@ -46,7 +46,7 @@ def plot_hint(hint: DescribingHint, *, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     hint : DescribingHint
-        From :func:`lure.analysis.describing_hint`.
+        From :func:`lure.analysis.describing.describing_hint`.
     ax : Axes, optional
         Where to draw; by default a new figure.
 

@@ -23,7 +23,7 @@ from lure.exact import exact_number
 from lure.plants.delay import DelayBlock
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
-from lure.rod.upwind import UpwindScheme
+from lure.rod.discretisation import UpwindScheme
 
 # Each criterion asked about exactly one class of laws, cheapest first.
 

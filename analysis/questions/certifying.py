@@ -16,8 +16,8 @@ from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
 from lure.plants.delay import DelayBlock
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted

@@ -20,8 +20,8 @@ from lure.errors import AssumptionError
 from lure.plants.delay import DelayBlock
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 
 def linear_refutation(question: Problem, numbers: Numbers) -> Proved | Refuted | None:

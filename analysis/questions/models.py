@@ -19,8 +19,8 @@ from lure.plants.delay import DelayBlock
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 REFUSED = "does not apply"
 NOT_NEEDED = "not needed"

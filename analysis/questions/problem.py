@@ -30,9 +30,9 @@ from lure.plants.delay import DelayBlock
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
+from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.systems import RodSystem
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme, upwind
 
 Kind = Literal["sector", "slope", "class"]
 Search = Literal["linear", "full"]

@@ -23,8 +23,8 @@ from lure.plants.delay import DelayBlock
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalBlock
 from lure.plants.state_space import StateSpaceBlock
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 Search = Callable[[], Proved | Refuted | Failure | None]
 Draft = dict[str, Any]

@@ -32,8 +32,8 @@ from lure.exact import Exact, exact_number
 from lure.plants import as_block
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalBlock
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted

@@ -12,9 +12,9 @@ from lure.analysis.inequality.checks import CriterionResult
 from lure.arrays import np
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 # Certificates for the rod and its scheme by their structure: energy, Popov, circle, refutation of ``k < 0``.
 
@@ -127,7 +127,7 @@ def energy_theta(scheme: UpwindScheme) -> Fraction:
 
     Examples
     --------
-    >>> from lure import builtin_system, upwind
+    >>> from lure.rod import builtin_system, upwind
     >>> energy_theta(upwind(builtin_system("paper-rod").rod, 10))
     Fraction(220, 1)
     """

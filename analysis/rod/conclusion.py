@@ -21,9 +21,9 @@ from lure.analysis.rod.damping import destabilising_example, without_damping
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import interval
 from lure.classes import LawClass, Sector
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Scenario
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

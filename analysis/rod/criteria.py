@@ -8,8 +8,8 @@ import numpy as np
 
 from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.theorems.popov import circle_criterion, popov_criterion
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 LARGEST_DENSE_CELLS = 200
 QUICK_CELLS = 50

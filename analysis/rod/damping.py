@@ -8,9 +8,9 @@ from lure.analysis.inequality.checks import CriterionName, CriterionResult, Mode
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 
 def model_of(block: UpwindScheme | RodBlock) -> tuple[Model, int | None]:

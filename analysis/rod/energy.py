@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import AssumptionError
-from lure.rod.upwind import UpwindScheme
+from lure.rod.discretisation import UpwindScheme
 
 Array = NDArray[np.float64]
 

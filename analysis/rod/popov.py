@@ -15,9 +15,9 @@ from lure.analysis.rod.damping import check_sector, model_of, without_damping
 from lure.analysis.verdict import INFINITE, Bracket, Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 # The Popov expression of the rod and of its schemes, bounded over all frequencies in ball arithmetic.
 #
@@ -264,7 +264,8 @@ def rod_popov_criterion(
 
     Examples
     --------
-    >>> from lure import Sector, builtin_system, upwind
+    >>> from lure import Sector
+    >>> from lure.rod import builtin_system, upwind
     >>> print(rod_popov_criterion(upwind(builtin_system("paper-rod").rod, 10), Sector(0, 1)).verdict)
     PROVED
     """

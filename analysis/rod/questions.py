@@ -8,8 +8,8 @@ from lure.analysis.rod.popov import rod_circle_criterion, rod_popov_criterion
 from lure.analysis.verdict import INFINITE, Answer, Bracket, Verdict
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 _CRITERIA = {"popov": rod_popov_criterion, "circle": rod_circle_criterion}
 

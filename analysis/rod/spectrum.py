@@ -7,9 +7,9 @@ from typing import Any
 
 from lure.errors import AssumptionError
 from lure.record import Column, Page, Record, quantity
+from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme, upwind
 
 LISTED_MODES = 10
 DRAWN_MODES = 24
@@ -130,7 +130,7 @@ def rod_spectrum(scheme: UpwindScheme) -> RodSpectrum:
 
     Examples
     --------
-    >>> from lure import builtin_system, upwind
+    >>> from lure.rod import builtin_system, upwind
     >>> print(rod_spectrum(upwind(builtin_system("paper-rod").rod, 10)))
     zero eigenvalue simple; slowest wave mode decays at 0.999992 1/s in the scheme and 1 1/s in the rod
     """

@@ -12,9 +12,9 @@ from lure.loop import Loop
 from lure.nonlinearities.reading import as_law
 from lure.plants import as_block
 from lure.plants.rational import RationalBlock
+from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario
 from lure.rod.systems import RodSystem
-from lure.rod.upwind import UpwindScheme, upwind
 
 
 def simulate(

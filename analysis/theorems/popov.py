@@ -18,8 +18,8 @@ from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.classes import LawClass, Sector
 from lure.errors import AssumptionError, InputError
 from lure.plants.rational import RationalBlock
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 __all__ = ["circle_criterion", "popov_criterion", "popov_largest"]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lure import Rod, Scenario, initial_state, upwind
+from lure.rod import Rod, Scenario, initial_state, upwind
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
-import numpy as np
-
+from lure.arrays import np
 from lure.expressions.numeric import closure
 from lure.expressions.rigorous import holds, value
 from lure.expressions.tree import Apply, Node, Number, Variable, names

@@ -20,10 +20,10 @@ from lure.exact import exact_number
 from lure.expressions import Expression
 from lure.expressions.tree import decimal
 from lure.files.values import shown
+from lure.rod.discretisation import FORMS, Form, checked_cells
 from lure.rod.parameters import Rod, impedance_multiple
 from lure.rod.scenario import Scenario
 from lure.rod.systems import RodSystem, rod_from_exact
-from lure.rod.upwind import FORMS, Form, checked_cells
 
 # What a system file may hold: one pydantic model for each table, strict, with no keys besides the known ones.
 #

@@ -145,7 +145,7 @@ def free_motion(rod: Rod, scenario: Scenario, until: float) -> FreeMotion:
     --------
     The paper's rod, released: the end swings between -e/2 and e/2, one transit each way, and ends at ``u0(0)``.
 
-    >>> from lure import builtin_system
+    >>> from lure.rod import builtin_system
     >>> system = builtin_system("paper-rod")
     >>> motion = free_motion(system.rod, system.scenario, until=20.0)
     >>> T = system.rod.travel_time

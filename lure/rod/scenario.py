@@ -10,8 +10,8 @@ from lure.arrays import NDArray, np
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.record import by_value
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
-from lure.rod.upwind import UpwindScheme
 
 
 def _zero(*variables: str) -> Expression:

@@ -11,9 +11,9 @@ from typing import Any, cast
 
 from lure.errors import InputError
 from lure.record import by_value, html_table
+from lure.rod.discretisation import Form
 from lure.rod.parameters import PARAMETERS, Rod
 from lure.rod.scenario import Scenario
-from lure.rod.upwind import Form
 
 _UNITS = {
     "youngs_modulus": "Pa",
@@ -45,7 +45,7 @@ class RodSystem:
     cells : int
         ``N`` of the scheme that is analysed.
     form : {"corrected", "as-printed"}
-        See :class:`lure.rod.upwind.UpwindScheme`.
+        See :class:`lure.rod.discretisation.UpwindScheme`.
     until : float
         End of the simulation [s].
     simulation_cells : int or None

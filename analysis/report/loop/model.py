@@ -57,7 +57,7 @@ class LoopReport:
         return "\n\n".join([str(self.analysis), *lines])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """One bar a class; see :meth:`lure.analysis.LoopAnalysis.plot`.
+        """One bar a class; see :meth:`lure.analysis.questions.LoopAnalysis.plot`.
 
         Parameters
         ----------
@@ -73,7 +73,7 @@ class LoopReport:
         return loop_document(self)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The table of classes; see :meth:`lure.analysis.LoopAnalysis.to_xarray`.
+        """The table of classes; see :meth:`lure.analysis.questions.LoopAnalysis.to_xarray`.
 
         Raises
         ------

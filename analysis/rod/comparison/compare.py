@@ -26,10 +26,10 @@ from lure.analysis.rod.comparison.result import Comparison, Order, Row
 from lure.analysis.rod.paper.settling import rod_settling, scheme_settling
 from lure.errors import AssumptionError, InputError
 from lure.rod import galerkin as weak
+from lure.rod.discretisation import upwind
 from lure.rod.galerkin.spaces import Space, SpaceName
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
-from lure.rod.upwind import upwind
 
 Array = NDArray[np.float64]
 _FLOOR, _ROUNDING = 100.0, 1e-13
@@ -150,7 +150,7 @@ def compare(  # noqa: PLR0913  (what, from where, until when, and five settings 
 
     Examples
     --------
-    >>> from lure import builtin_system
+    >>> from lure.rod import builtin_system
     >>> system = builtin_system("paper-rod")
     >>> found = compare(system.rod, system.scenario, 2.5e-3, cells=(10, 50), galerkin=())
     >>> [round(row.largest_error / found.exact.amplitude, 2) for row in found.rows]

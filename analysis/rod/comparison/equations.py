@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from lure.analysis.rod.energy import discrete_energy
 from lure.errors import InputError
+from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario, initial_state
-from lure.rod.upwind import UpwindScheme, upwind
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

@@ -16,9 +16,9 @@ from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, ScipyMethod, Wal
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
 from lure.errors import InputError
+from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario
 from lure.rod.scheme import structured_motion
-from lure.rod.upwind import UpwindScheme, upwind
 
 Array = NDArray[np.float64]
 SchemeMethod = Literal["exact", "RK45", "DOP853", "Radau", "BDF", "LSODA", "CVODE", "CVODE-Adams"]
@@ -184,7 +184,7 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and five setting
 
     Examples
     --------
-    >>> from lure import builtin_system, upwind
+    >>> from lure.rod import builtin_system, upwind
     >>> system = builtin_system("paper-rod")
     >>> run = integrate(upwind(system.rod, 10), system.scenario, 1e-3, method="DOP853", samples=3)
     >>> exact = integrate(upwind(system.rod, 10), system.scenario, 1e-3, method="exact", samples=3)

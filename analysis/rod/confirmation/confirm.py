@@ -13,9 +13,9 @@ from lure.analysis.rod.confirmation.rod_side import contradictions_of_rest, cont
 from lure.analysis.rod.simulation import Trajectory, simulate
 from lure.errors import AssumptionError, InputError
 from lure.expressions import Expression
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
-from lure.rod.upwind import UpwindScheme
 
 _MOST_STEPS, _STEP = 600.0, 64.0
 _LARGEST_ECHO, _LARGEST_RATIO = 1e4, 1e12

@@ -12,12 +12,12 @@ from lure.analysis.rod.confirmation.result import Rest
 from lure.analysis.rod.simulation import Trajectory
 from lure.errors import InputError
 from lure.expressions import Expression
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.motion import Window
 from lure.rod.motion.pieces import Array, basis, distinct, fitted, right_ends
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.scheme import structured_motion
-from lure.rod.upwind import UpwindScheme
 
 _LEFT = math.log(1e13)
 _DEGREE = 16

@@ -8,8 +8,8 @@ from lure.analysis.rod.paper.model import PaperClaim
 from lure.analysis.rod.paper.runs import COARSE, PaperRuns
 from lure.analysis.rod.paper.settling import PAPER_SETTLING
 from lure.analysis.verdict import Evidence
+from lure.rod.discretisation import upwind
 from lure.rod.scenario import initial_state
-from lure.rod.upwind import upwind
 
 
 def figure_claims(runs: PaperRuns) -> tuple[PaperClaim, ...]:

@@ -9,8 +9,8 @@ from lure.analysis.rod.paper.model import PaperClaim
 from lure.analysis.rod.paper.runs import COARSE, PaperRuns
 from lure.analysis.rod.spectrum import rod_spectrum
 from lure.analysis.verdict import Evidence, Verdict
+from lure.rod.discretisation import upwind
 from lure.rod.scenario import matching
-from lure.rod.upwind import upwind
 
 
 def theory_claims(runs: PaperRuns) -> tuple[PaperClaim, ...]:

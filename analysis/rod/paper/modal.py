@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError
+from lure.rod.discretisation import Form, upwind
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario, initial_state
-from lure.rod.upwind import Form, upwind
 
 Complex = NDArray[np.complex128]
 

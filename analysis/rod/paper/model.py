@@ -10,7 +10,7 @@ import numpy as np
 from lure.analysis.rod.paper.settling import Settling
 from lure.analysis.verdict import Evidence
 from lure.record import Column, Page, Record, derived, quantity
-from lure.rod.upwind import Form
+from lure.rod.discretisation import Form
 
 SCHEMA = "lure-paper/1"
 _WIDTH = 112

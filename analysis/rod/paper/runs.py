@@ -14,11 +14,11 @@ from lure.analysis.rod.paper.settling import Settling, rod_settling, scheme_sett
 from lure.analysis.rod.paper.shift import rod_run
 from lure.analysis.rod.simulation import Trajectory, simulate
 from lure.analysis.verdict import Evidence
+from lure.rod.discretisation import Form, upwind
 from lure.rod.free_motion import FreeMotion, free_motion
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.systems import RodSystem, builtin_system
-from lure.rod.upwind import Form, upwind
 
 Progress = Callable[[str, float], None]
 """What is told of progress: a few words, and the part done from 0 to 1."""

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from lure.errors import AssumptionError
 from lure.record import Record, quantity
+from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.free_motion import free_motion
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme, upwind
 
 PAPER_SETTLING = 1.11e-3
 BANDS = (0.05, 0.02)

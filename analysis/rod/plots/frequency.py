@@ -25,8 +25,8 @@ from lure.analysis.plots.style import (
     padded,
 )
 from lure.analysis.rod.spectrum import rod_spectrum, wave_mode
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

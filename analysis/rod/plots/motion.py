@@ -268,7 +268,7 @@ def plot_motion(motion: Motion | GalerkinRun | StructuredMotion | CellularMotion
     Examples
     --------
     >>> from matplotlib.figure import Figure
-    >>> from lure import builtin_system, exact_motion
+    >>> from lure.rod import builtin_system, exact_motion
     >>> system = builtin_system("paper-rod")
     >>> motion = exact_motion(system.rod, system.scenario, 1e-3)
     >>> plot_motion(motion, ax=Figure().subplots()).get_title(loc="left")

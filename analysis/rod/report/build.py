@@ -23,11 +23,11 @@ from lure.analysis.rod.simulation import contradictions, simulate
 from lure.analysis.rod.spectrum import rod_spectrum
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError
+from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.parameters import Rod
 from lure.rod.scenario import matching
 from lure.rod.systems import RodSystem
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme, upwind
 
 PACKAGES = ("numpy", "scipy", "control", "python-flint", "sympy", "matplotlib", "jinja2")
 LARGEST_SIMULATED = 1000

@@ -12,8 +12,8 @@ from lure.analysis.rod.plots import plot_damping, plot_decay, plot_end_motion, p
 from lure.analysis.rod.plots.comparison import plot_both_decays, plot_both_ends
 from lure.analysis.rod.plots.frequency import plot_rod_nyquist, plot_rod_popov
 from lure.analysis.rod.report.model import StabilityReport
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodBlock
-from lure.rod.upwind import UpwindScheme
 
 _NYQUIST = "For the circle criterion the curves have to stay out of the shaded half-plane."
 _POPOV = (

@@ -15,9 +15,9 @@ from lure.analysis.rod.report.console import summary
 from lure.analysis.rod.spectrum import RodSpectrum
 from lure.analysis.verdict import Verdict
 from lure.record import html_table, xarray_or_refusal
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Matching
 from lure.rod.systems import RodSystem
-from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     import xarray

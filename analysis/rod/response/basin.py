@@ -151,7 +151,7 @@ def basin(
     --------
     A rod thrown at an obstacle 1 m away; momentum decides how far it comes back.
 
-    >>> from lure import Rod
+    >>> from lure.rod import Rod
     >>> rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.5, compliance=0.01, gap=1)
     >>> found = basin(rod, [0.0], [0.25, 1.0])
     >>> found.impacts.tolist(), found.high.round(6).tolist()

@@ -58,7 +58,7 @@ def response(rod: Rod, force: Load, *, plan: Plan | None = None, progress: Progr
     --------
     A bar pressed against a stiff stop and shaken: the period has doubled.
 
-    >>> from lure import Rod
+    >>> from lure.rod import Rod
     >>> rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=0.2, compliance=0.01)
     >>> seen = response(rod, "0.3 + 0.7*sin(t/2)", plan=Plan(settle=1500, run=24))
     >>> seen.regime.kind, seen.regime.multiple, seen.transients.trend

@@ -15,6 +15,7 @@ from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, in_steps, simul
 from lure.analysis.rod.simulation.trajectory import Trajectory
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.galerkin import GalerkinRun, galerkin
 from lure.rod.galerkin.spaces import SpaceName
 from lure.rod.motion import Impact, Motion
@@ -24,7 +25,6 @@ from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.scheme.motion import METHOD as BY_STRUCTURE
 from lure.rod.scheme.motion import scheme_words, structured_motion
-from lure.rod.upwind import UpwindScheme
 
 Array = NDArray[np.float64]
 RTOL = 1e-8

@@ -11,11 +11,11 @@ from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_integration
 from lure.analysis.rod.runs.sampled import SampledRun, check_places, check_samples, check_until, sparse
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS
 from lure.errors import InputError
+from lure.rod.discretisation import upwind
 from lure.rod.galerkin.spaces import SpaceName
 from lure.rod.motion import Boundary, Motion, Numerics, exact_motion
 from lure.rod.parameters import Rod
 from lure.rod.systems import RodSystem, rod_from_exact
-from lure.rod.upwind import upwind
 
 INTEGRATORS = ("LSODA", "RK45", "DOP853", "Radau", "BDF", "CVODE")
 METHODS = ("exact", "scheme", "galerkin", *INTEGRATORS)

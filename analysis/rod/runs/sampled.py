@@ -207,7 +207,7 @@ def motion_dataset(motion: Motion, samples: int = 2001, *, places: int = 0) -> x
 
     Examples
     --------
-    >>> from lure import builtin_system
+    >>> from lure.rod import builtin_system
     >>> from lure.rod.motion import exact_motion
     >>> system = builtin_system("paper-rod")
     >>> found = motion_dataset(exact_motion(system.rod, system.scenario, 1e-3), samples=5)

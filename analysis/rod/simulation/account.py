@@ -16,11 +16,11 @@ from lure.analysis.rod.energy import (
     zeta_weights,
 )
 from lure.analysis.rod.simulation.trajectory import Contact, Trajectory
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.scheme.flow import Segment
 from lure.rod.scheme.loads import Loads
 from lure.rod.scheme.register import RegisterState, ShiftRegister
 from lure.rod.scheme.steps import Plan, states_at
-from lure.rod.upwind import UpwindScheme
 
 Array = NDArray[np.float64]
 

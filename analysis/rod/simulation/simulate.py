@@ -13,13 +13,13 @@ from lure.analysis.rod.energy import discrete_energy
 from lure.analysis.rod.simulation.account import Account, Peak, summary
 from lure.analysis.rod.simulation.trajectory import Trajectory
 from lure.errors import InputError
+from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.scheme.flow import Segment, flow
 from lure.rod.scheme.loads import Loads, loads_of
 from lure.rod.scheme.poisson import poisson_rows
 from lure.rod.scheme.register import ShiftRegister
 from lure.rod.scheme.steps import Plan, plan_steps
-from lure.rod.upwind import UpwindScheme, upwind
 
 Array = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ def simulate(  # noqa: PLR0913  (what, from where, and four keyword-only setting
 
     Examples
     --------
-    >>> from lure import builtin_system, upwind
+    >>> from lure.rod import builtin_system, upwind
     >>> system = builtin_system("paper-rod")
     >>> run = simulate(upwind(system.rod, 10), system.scenario, until=system.until)
     >>> run.contact, run.rest_is_final, round(run.rest_position, 7)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from lure.record import Column, Page, Record, derived, quantity
 from lure.rod import datasets
 from lure.rod.datasets import SERIES, STRESS
+from lure.rod.discretisation import Form, UpwindScheme
 from lure.rod.scheme.motion import scheme_words
-from lure.rod.upwind import Form, UpwindScheme
 
 if TYPE_CHECKING:
     import control

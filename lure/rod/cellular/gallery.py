@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.rod.cellular.network import Array, Boundary, CellularNetwork, Template
-from lure.rod.upwind import UpwindScheme
+from lure.rod.discretisation import UpwindScheme
 
 # Two classical networks: diffusion on a grid, and the edges of a black and white image.
 
@@ -106,7 +106,7 @@ def rod_ring(scheme: UpwindScheme) -> CellularNetwork:
 
     Examples
     --------
-    >>> from lure import builtin_system, upwind
+    >>> from lure.rod import builtin_system, upwind
     >>> rod_ring(upwind(builtin_system("paper-rod").rod, 10)).matrix().shape
     (20, 20)
     """
@@ -143,7 +143,7 @@ def rod_network(scheme: UpwindScheme, force: Callable[[float], float] | None = N
 
     Examples
     --------
-    >>> from lure import builtin_system, initial_state, upwind
+    >>> from lure.rod import builtin_system, initial_state, upwind
     >>> system = builtin_system("paper-rod")
     >>> scheme = upwind(system.rod, 10, ordering="eq48")
     >>> run = rod_network(scheme).simulate(initial_state(scheme, system.scenario), until=2e-3)

@@ -216,7 +216,7 @@ def galerkin(rod: Rod | NonuniformRod, *, space: SpaceName = "P1", order: int) -
 
     Examples
     --------
-    >>> from lure import Rod, Scenario
+    >>> from lure.rod import Rod, Scenario
     >>> rod = Rod(youngs_modulus=1, density=1, length=1, area=1, damping=1, compliance=1, gap=0.5)
     >>> model = galerkin(rod, space="P1", order=3)
     >>> (12 * model.mass).toarray().round(12)

@@ -327,7 +327,7 @@ def exact_motion(
     --------
     The paper's rod, released: free flight between -e/2 and e/2.
 
-    >>> from lure import builtin_system
+    >>> from lure.rod import builtin_system
     >>> system = builtin_system("paper-rod")
     >>> motion = exact_motion(system.rod, system.scenario, until=2.5e-3)
     >>> T = system.rod.travel_time

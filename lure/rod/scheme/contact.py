@@ -145,7 +145,7 @@ def first_contact(flight: FreeFlight, until: float) -> float | None:
 
     Examples
     --------
-    >>> from lure import builtin_system, upwind
+    >>> from lure.rod import builtin_system, upwind
     >>> from lure.rod.scheme import free_flight
     >>> system = builtin_system("paper-rod")
     >>> print(first_contact(free_flight(upwind(system.rod, 100_000), system.scenario), until=1e6))

@@ -22,10 +22,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.scheme.poisson import Mean, mean_of, poisson_weights
 from lure.rod.scheme.register import RegisterState, ShiftRegister
-from lure.rod.upwind import UpwindScheme
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -341,7 +341,7 @@ def free_flight(scheme: UpwindScheme, start: Scenario | ArrayLike) -> FreeFlight
 
     Examples
     --------
-    >>> from lure import builtin_system, upwind
+    >>> from lure.rod import builtin_system, upwind
     >>> system = builtin_system("paper-rod")
     >>> flight = free_flight(upwind(system.rod, 1000), system.scenario)
     >>> z, _ = flight.end([0.0, system.rod.travel_time, 100.0])

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.expressions.exponentials import Sum, exponentials
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Scenario
 from lure.rod.scheme.poisson import chebyshev_fit, chebyshev_points, chebyshev_values
-from lure.rod.upwind import UpwindScheme
 
 Array = NDArray[np.float64]
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from lure.errors import InputError
 from lure.record import Column, Page, Record, derived, quantity
 from lure.rod import datasets
+from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.scheme.contact import Stretch, fewest_cells, halved, longest, next_contact
 from lure.rod.scheme.crossing import FLOOR, Crossing, Undecided
@@ -20,7 +21,6 @@ from lure.rod.scheme.flight import FreeFlight, free_flight
 from lure.rod.scheme.loads import Force, force_of
 from lure.rod.scheme.poisson import Mean, parted, poisson_columns
 from lure.rod.scheme.register import RegisterState
-from lure.rod.upwind import UpwindScheme
 
 if TYPE_CHECKING:
     import control
@@ -281,7 +281,7 @@ def structured_motion(
 
     Examples
     --------
-    >>> from lure import Rod, builtin_system, upwind
+    >>> from lure.rod import Rod, builtin_system, upwind
     >>> rod = Rod(
     ...     youngs_modulus=288e6, density=8, length=1, area=0.25e-4, damping=0.3, compliance=3e-10, gap=1e-5
     ... )

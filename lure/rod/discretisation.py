@@ -317,7 +317,7 @@ def upwind(rod: Rod, cells: int, *, form: Form = "corrected", ordering: Ordering
     form : {"corrected", "as-printed"}
         See :class:`UpwindScheme`.
     ordering : {"eq39", "eq42", "eq48"}
-        See :func:`lure.rod.upwind.ordering_permutation`.
+        See :func:`lure.rod.discretisation.ordering_permutation`.
 
     Raises
     ------
@@ -326,7 +326,7 @@ def upwind(rod: Rod, cells: int, *, form: Form = "corrected", ordering: Ordering
 
     Examples
     --------
-    >>> from lure import Rod
+    >>> from lure.rod import Rod
     >>> rod = Rod(youngs_modulus=288e6, density=8, length=1, area=0.25e-4, damping=2e-4, compliance=1)
     >>> upwind(rod, 10).A.shape
     (21, 21)

@@ -1,0 +1,16 @@
+from lure.nonlinearities.protocol import NormalCompliance as NormalCompliance
+from lure.rod.discretisation import UpwindScheme as UpwindScheme
+from lure.rod.discretisation import upwind as upwind
+from lure.rod.motion import Boundary as Boundary
+from lure.rod.motion import Motion as Motion
+from lure.rod.motion import Numerics as Numerics
+from lure.rod.motion import exact_motion as exact_motion
+from lure.rod.parameters import Rod as Rod
+from lure.rod.scenario import Matching as Matching
+from lure.rod.scenario import Scenario as Scenario
+from lure.rod.scenario import initial_state as initial_state
+from lure.rod.scenario import matching as matching
+from lure.rod.systems import RodSystem as RodSystem
+from lure.rod.systems import builtin_system as builtin_system
+from lure.rod.systems import builtin_systems as builtin_systems
+from lure.rod.transfer import RodBlock as RodBlock
