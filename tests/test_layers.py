@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,7 @@ def evaluates(tree):
     return bool((names | of_builtins) & {"eval", "exec", "compile"})
 
 
+@cache
 def parsed(module):
     return ast.parse((ROOT / module).read_text(encoding="utf-8"), module)
 
@@ -98,14 +100,14 @@ def test_both_packages_are_looked_at():
     assert {"lure/__init__.py", "analysis/__init__.py"} <= set(MODULES)
 
 
-@pytest.mark.parametrize("module", [module for module in MODULES if module.startswith("lure/")])
-def test_the_systems_never_import_the_analysis(module):
-    assert "lure.analysis" not in imported(parsed(module))
+def test_the_systems_never_import_the_analysis():
+    systems = [module for module in MODULES if module.startswith("lure/")]
+    assert [module for module in systems if "lure.analysis" in imported(parsed(module))] == []
 
 
-@pytest.mark.parametrize("module", [module for module in MODULES if not DRAWING.fullmatch(module)])
-def test_only_the_plots_import_matplotlib(module):
-    assert not {"matplotlib", "mpl_toolkits"} & set(imported(parsed(module)))
+def test_only_the_plots_import_matplotlib():
+    others = [module for module in MODULES if not DRAWING.fullmatch(module)]
+    assert [module for module in others if {"matplotlib", "mpl_toolkits"} & set(imported(parsed(module)))] == []
 
 
 def test_importing_lure_loads_nothing_heavy():
@@ -116,16 +118,14 @@ def test_importing_lure_loads_nothing_heavy():
     assert not HEAVY & loaded
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_a_module_fits_in_the_head(module):
-    lines = (ROOT / module).read_text(encoding="utf-8").count("\n")
-    longest = KERNEL.get(module, LONGEST)
-    assert lines <= longest, f"{module} has {lines} lines; split it into two ideas of at most {longest}"
+def test_a_module_fits_in_the_head():
+    lines = {module: (ROOT / module).read_text(encoding="utf-8").count("\n") for module in MODULES}
+    long = {module: count for module, count in lines.items() if count > KERNEL.get(module, LONGEST)}
+    assert long == {}, "split each into two ideas"
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_no_module_runs_text_as_python(module):
-    assert not evaluates(parsed(module))
+def test_no_module_runs_text_as_python():
+    assert [module for module in MODULES if evaluates(parsed(module))] == []
 
 
 def test_no_file_names_a_directory_of_one_machine_or_a_registry():
