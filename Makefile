@@ -23,13 +23,13 @@ report: .venv/.core ## the report on the paper's rod, into ./lure-report; ARGS="
 	$(BIN)/lure report $(ARGS)
 
 test: .venv/.test ## all tests, slow ones too; ARGS="-k popov" for some, ARGS=--hypothesis-profile=ci to search harder
-	$(PYTEST) -n 2 $(ARGS)
+	$(PYTEST) -n 2 --dist worksteal $(ARGS)
 
 check: .venv/.dev ## format, lint and docstrings, types, tests; stops at the first that fails
 	$(BIN)/python -m ruff format --check .
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m mypy
-	$(PYTEST) -n 2 $(ARGS)
+	$(PYTEST) -n 2 --dist worksteal $(ARGS)
 
 bench: .venv/.bench ## the benchmarks, one after another
 	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(ONE_THREAD) $(BIN)/python "$$script"; done

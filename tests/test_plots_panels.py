@@ -1,5 +1,7 @@
 """Figures of two panels: every label stands inside the figure, whatever lays it out."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -13,12 +15,17 @@ from lure.rod import Scenario
 from lure.rod.systems import paper_rod
 
 DATA = example_measurements()
-BESIDE = compare(
-    paper_rod(), Scenario.parse(displacement="1/1000"), 1e-3, cells=(5,), galerkin=(("P1", 6),), samples=101
-)
+
+
+@cache
+def beside():
+    scenario = Scenario.parse(displacement="1/1000")
+    return compare(paper_rod(), scenario, 1e-3, cells=(5,), galerkin=(("P1", 6),), samples=101)
+
+
 DRAWINGS = {
     "measured": lambda ax: plot_measured(sector_from_data(DATA), ax=ax),
-    "comparison": lambda ax: plot_comparison(BESIDE, ax=ax),
+    "comparison": lambda ax: plot_comparison(beside(), ax=ax),
     "compliance": lambda ax: plot_compliance(fit_compliance(DATA), ax=ax),
 }
 

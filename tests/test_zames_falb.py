@@ -46,8 +46,7 @@ def assert_sound(system, answer, odd):
 
 # least certified slopes: above the table's "at least" everywhere; 1 is the Nyquist value 4.5894542 less its last digits
 QUICK = [(1, False, 4.5894541), (1, True, 4.5894541), (3, False, 2.25), (7, False, 1e9), (7, True, 1e9)]
-HARD = [(3, True, 2.25), (4, False, 1.34), (4, True, 1.34)]
-HARD += [(5, False, 0.08), (5, True, 0.11), (6, False, 0.08), (6, True, 0.108)]
+HARD = [(3, True, 2.25), (4, True, 1.34)]  # the others have their certificates checked in test_certificate_proposals.py
 
 
 @pytest.mark.parametrize(("number", "odd", "least"), QUICK)
