@@ -13,7 +13,7 @@ PYTEST = $(ONE_THREAD) $(BIN)/python -m pytest
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .SUFFIXES:
-.PHONY: help report test check bench benchmarks-table notebooks docs clean FORCE
+.PHONY: help report test quick check bench benchmarks-table notebooks docs clean FORCE
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 
 help: ## list the targets
@@ -24,6 +24,9 @@ report: .venv/.core ## the report on the paper's rod, into ./lure-report; ARGS="
 
 test: .venv/.test ## all tests, slow ones too; ARGS="-k popov" for some, ARGS=--hypothesis-profile=ci to search harder
 	$(PYTEST) -n 2 --dist worksteal $(ARGS)
+
+quick: .venv/.test ## under a minute: tests that name what is changed, then some of every floor, no slow ones
+	$(PYTEST) -n 2 -m "not slow" $(ARGS) $$($(BIN)/python tests/quick.py)
 
 check: .venv/.dev ## format, lint and docstrings, types, tests; stops at the first that fails
 	$(BIN)/python -m ruff format --check .

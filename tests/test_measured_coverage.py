@@ -51,8 +51,8 @@ def test_smooth_laws_lie_inside_where_interpolation_alone_misses_them(name):
     assert sum(holds(bounded(name, seed, WORST[name]), name) for seed in range(10)) >= 8
 
 
-# a confidence of 95 % that is stated may be wrong in 5 of 100 sets; 11 or more of 100 are a chance of 1 in 90 at exactly
-# 95 %, and 5 or more of 25 one of 1 in 140
+# a confidence of 95 % that is stated may be wrong in 5 of 100 sets; at exactly 95 %, 11 or more of 100 are a chance of
+# 1 in 90, and 5 or more of 25 one of 1 in 140
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.05, 0.01, 0.003, 0.001])
 @pytest.mark.parametrize("name", TRUTH)
