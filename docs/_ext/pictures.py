@@ -1,7 +1,7 @@
 """Pictures of the pages: before Sphinx reads, the code of a page that shows pictures is run, in `docs/pictures/PAGE/`.
 
-So a picture is what the code beside it draws.  The tests run the same pages with the same runner, `tests/documents.py`.
-A page is run again when its text changed or the packages did.
+So a picture is what the code beside it draws.  The tests run the same pages with the same runner,
+`tests/support/documents.py`.  A page is run again when its text changed or the packages did.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def state(page: Path) -> str:
 
 def draw(docs: Path) -> None:
     """Run every page whose pictures are not up to date."""
-    sys.path.insert(0, str(ROOT / "tests"))
+    sys.path.insert(0, str(ROOT / "tests" / "support"))
     from documents import run_page
 
     for name, page in shown(docs).items():

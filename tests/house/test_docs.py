@@ -1,0 +1,184 @@
+"""The documentation: every block of code on every page is run, and the pages fit; ``make docs`` builds them."""
+
+import json
+import re
+import subprocess
+import sys
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from pathlib import Path
+
+import pytest
+from documents import Page, blocks, run_page, same
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+COLLECTED = {"notebooks", "notes", "project", "pictures", "_ext", "_static"}
+PAGES = sorted(path for path in DOCS.rglob("*.md") if path.relative_to(DOCS).parts[0] not in COLLECTED)
+SLOW = {"gallery", "tutorial", "report-a-rod", "simulate-the-rod"}
+
+
+def named(path):
+    """A page as a parameter; those that take more than a few seconds are marked."""
+    return pytest.param(path, id=path.relative_to(DOCS).as_posix(), marks=[pytest.mark.slow] * (path.stem in SLOW))
+
+
+def module(name, path):
+    """A module of `docs/`, which is no package."""
+    spec = spec_from_file_location(name, path)
+    found = sys.modules[name] = module_from_spec(spec)
+    spec.loader.exec_module(found)
+    return found
+
+
+links = module("docs_links", DOCS / "links.py")
+
+
+@pytest.mark.parametrize("path", [named(path) for path in PAGES])
+def test_what_a_page_shows_is_what_happens(path, tmp_path):
+    fences = re.findall(
+        r"^ *```(?:\{code-block\} +)?(?:python|console)$", path.read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert run_page(path, tmp_path) >= len(fences)  # and files besides
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(DOCS).as_posix())
+def test_every_block_is_run_or_read(path):
+    for block in blocks(path.read_text(encoding="utf-8")):
+        if block.file is None and block.language == "json":
+            json.loads(block.text)
+        elif (
+            block.file is None and block.language == "sh"
+        ):  # shown to a shell: the commands after them are run elsewhere
+            assert "$ " not in block.text, "prompts stand in `console`"
+        elif block.file is None and path.parent.name != "theory":  # there, formulas and drawings without a language
+            assert block.language in {"python", "console"}, f"{path.name}:{block.line}"
+        if block.file is None and block.language == "python":
+            assert ">>>" in block.text, f"{path.name}:{block.line}: no prompt"
+
+
+def test_a_page_that_is_wrong_is_found_out(tmp_path):
+    wrong = tmp_path / "page.md"
+    for text in (
+        "```python\n>>> 1 + 1\n3\n```\n",
+        "```{note}\nwords\n```\n\n```python\n>>> undefined\n```\n",
+        "```console\n$ lure --version\nlure 17\n```\n",
+        "```console\n$ lure explain LURE-I999\n```\n",
+        '```{code-block} python\n:caption: f.py\n\nprint("a")\n```\n```console\n$ python f.py\nb\n```\n',
+    ):
+        wrong.write_text(text, encoding="utf-8")
+        with pytest.raises(AssertionError):
+            run_page(wrong, tmp_path)
+    wrong.write_text(text.replace("\nb\n", "\na\n"), encoding="utf-8")
+    run_page(wrong, tmp_path)
+
+
+def test_blocks_are_those_of_the_page():
+    page = (
+        "````{note}\n```{code-block} toml\n:caption: a.toml\n\nx = 1\n```\n````\n\n"
+        "```{figure} b.svg\nwords\n```\n```\nplain\n```\n"
+    )
+    assert [(found.language, found.file, found.text) for found in blocks(page)] == [
+        ("toml", "a.toml", "x = 1\n"),
+        ("", None, "plain\n"),
+    ]
+    with pytest.raises(AssertionError, match="line 2"):
+        blocks("words\n```python\n>>> 1\n")
+
+
+def test_numbers_agree_to_five_digits_and_dots_stand_for_anything():
+    assert same("k = 5.99999999 ...", "k = 5.9999999\n  by popov")
+    assert not same("k = 5.9999", "k = 6.0001")
+    assert not same("status 10", "status 11")
+
+
+def test_the_status_of_a_command_is_looked_at(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refuted = 'lure max-sector --transfer "1/(s-1)"'
+    (block,) = blocks(f"```console\n$ {refuted}\n$ echo $?\n11\n```\n")
+    Page("page.md").run(block)
+    (block,) = blocks(f"```console\n$ {refuted}\n```\n")
+    with pytest.raises(AssertionError, match="ended with 11"):
+        Page("page.md").run(block)
+
+
+def test_links_of_a_site(tmp_path):
+    (tmp_path / "a.html").write_text(
+        '<p id="here"><a href="#here">1</a><a href="b.html#there">2</a><img src="c.svg"><a href="http://x.org/">3</a>'
+        '<a href="b.html#nowhere">4</a><a href="gone.html">5</a><a href="../up.html">6</a><a href="#gone">7</a></p>',
+        encoding="utf-8",
+    )
+    (tmp_path / "b.html").write_text('<a name="there" href="a.html">back</a>', encoding="utf-8")
+    (tmp_path / "c.svg").write_text("<svg/>", encoding="utf-8")
+    assert links.check(tmp_path) == (
+        [
+            "a.html: #gone: no such anchor",
+            "a.html: ../up.html: leads out of the site",
+            "a.html: b.html#nowhere: no such anchor",
+            "a.html: gone.html: no such file",
+        ],
+        {"http://x.org/": "a.html"},
+    )
+    assert links.main([str(tmp_path)]) == 1
+
+
+def test_links_between_files_of_the_repository_follow_them_to_their_pages():
+    pytest.importorskip("jupytext")
+    collect = module("docs_collect", DOCS / "_ext" / "collect.py")
+    known = collect.pages()
+    assert known["notebooks/10-the-paper.py"] == "notebooks/10-the-paper.ipynb"
+    text = "[a rod](45-the-rod-solved-exactly.py#a), [note 5](notes/0005-energy-theorem.md), [b](#b), ![x](y.svg)"
+    assert collect.relinked(text, "notebooks/10-the-paper.py", known) == (
+        "[a rod](45-the-rod-solved-exactly.ipynb#a), [note 5](../notes/0005-energy-theorem.md), [b](#b), ![x](y.svg)"
+    )
+    text = (
+        "[`tests/`](tests), [the checker](analysis/certificates/checker.py), [x](https://x.org/y.py), [t](docs/a/b.md)"
+    )
+    assert collect.relinked(text, "CONTRIBUTING.md", known | {"CONTRIBUTING.md": "project/contributing.md"}) == (
+        "`tests/`, the checker (`analysis/certificates/checker.py`), [x](https://x.org/y.py), [t](../a/b.md)"
+    )
+
+
+def test_sliders_become_what_they_show(tmp_path):
+    nbformat = pytest.importorskip("nbformat")
+    collect = module("docs_collect", DOCS / "_ext" / "collect.py")
+    new, view = nbformat.v4, {"application/vnd.jupyter.widget-view+json": {"model_id": "1"}}
+    cell = new.new_code_cell("interact(f)", outputs=[new.new_output("display_data", data=view)])
+    state = {"1": {"state": {}}, "2": {"state": {"outputs": [new.new_output("stream", text="k = 5")]}}}
+    states = {"application/vnd.jupyter.widget-state+json": {"state": state}}
+    document = new.new_notebook(cells=[cell], metadata={"widgets": states})
+    collect.frozen(document)
+    nbformat.validate(document)
+    assert "widgets" not in document.metadata
+    assert [out["text"] for out in document.cells[0].outputs] == [collect._HINT["text"], "k = 5"]
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(DOCS).as_posix())
+def test_a_page_links_to_no_address_but_those_of_sources(path):
+    text = path.read_text(encoding="utf-8")
+    assert not re.findall(r"<(?:script|iframe|link)\b", text)
+    assert not re.findall(r"!\[[^\]]*\]\(http|(?:figure|image)\} http", text), "pictures are the site's own"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not (find_spec("sphinx") and find_spec("myst_nb")), reason="needs Sphinx")
+def test_the_site_builds_without_a_warning_and_its_links_lead_somewhere(tmp_path):
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        "-D",
+        "draw_pictures=0",
+        "-d",
+        tmp_path / "doctrees",
+        DOCS,
+        tmp_path / "site",
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    broken, outside = links.check(tmp_path / "site")
+    assert broken == []
+    assert [target for target in outside if ".js" in target or ".css" in target] == [], "the site needs no network"
+    assert len(links.read(tmp_path / "site")) > 40

@@ -1,0 +1,265 @@
+"""lure.rod.motion, the kernel compiled and as it stands: the same numbers, whatever is kept and however it is cut in
+chunks."""
+
+import os
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from motions import WITH_NUMBA, other_rod, unit_rod
+
+from lure import InputError, PiecewiseLinear
+from lure.rod import Scenario, builtin_system
+from lure.rod.motion import Boundary, Numerics, engine, exact_motion, motion_windows
+from lure.rod.motion.motion import _problem
+from lure.rod.motion.record import Windows, record_of
+from lure.rod.motion.sources import Panels
+
+PLAIN, COMPILED = Numerics(compiled=False), Numerics(compiled=True)
+LOADED = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")
+AMOUNT = st.floats(-1, 1).map(lambda x: round(x, 3))
+
+
+def differences(first, second):
+    """Largest differences of ``z`` and of the stress, at 400 instants that no event is likely to meet."""
+    t = np.random.default_rng(3).uniform(second.since, second.until, 400)
+    return np.abs(first.z(t) - second.z(t)).max(), np.quantile(
+        np.abs(first.contact_stress(t) - second.contact_stress(t)), 0.98
+    )
+
+
+@st.composite
+def problems(draw):
+    """A rod, a scenario, a boundary and a time."""
+    rod = unit_rod(
+        damping=draw(st.sampled_from([0.0, 1e-4, 0.3, 1.0, 7.0])),
+        compliance=10.0 ** draw(st.integers(-12, 3)),
+        gap=draw(st.floats(0, 0.5).map(lambda x: round(x, 3))),
+    )
+    a, b, c, d, e = (draw(AMOUNT) for _ in range(5))
+    force = draw(
+        st.sampled_from(["0", f"({e})*sin(3*t)", f"({e})*sin(t) + where(t < 1.7, 0.3, 0)", f"({e})*exp(-(t - 3)**2)"])
+    )
+    scenario = Scenario.parse(
+        displacement=f"0.1*({a})*(sin(3*x) - sin(3)) + 0.1*({b})*(1 - x)**2",
+        velocity=f"({c}) + ({d})*abs(x - 0.3)",
+        force=force,
+    )
+    graph = PiecewiseLinear([(0, 0), (Fraction(1, 10), 2)], left_slope=0, right_slope=draw(st.sampled_from([0, 50])))
+    kind = draw(st.sampled_from(["rod", "rigid", "graph"]))
+    boundary = Boundary(
+        clamped=draw(st.booleans()),
+        end_damping=draw(st.sampled_from([0.0, 0.2, 3.0])),
+        rigid=kind == "rigid",
+        law=graph if kind == "graph" else None,
+    )
+    return rod, scenario, boundary, draw(st.floats(0.5, 14))
+
+
+# Impacts shorter than 1e-7 may be told from grazing by one path only; how contact enlarges rounding is bounded by 1e-9.
+@WITH_NUMBA
+@given(case=problems())
+def test_compiled_and_plain_give_the_same_motion(case):
+    rod, scenario, boundary, until = case
+    ours = exact_motion(rod, scenario, until, boundary=boundary, numerics=COMPILED)
+    theirs = exact_motion(rod, scenario, until, boundary=boundary, numerics=PLAIN)
+    assert (ours.compiled, theirs.compiled) == (True, False)
+    place, stress = differences(ours, theirs)
+    assert place < 1e-12
+    assert stress < 1e-9
+    assert ours.energy_residual < 1e-12
+    first, second = ([i for i in m.impacts if i.impulse > 1e-7 and i.end - i.start > 1e-7] for m in (ours, theirs))
+    assert len(first) == len(second)
+    for a, b in zip(first, second, strict=True):
+        assert (a.impulse, a.peak_stress) == pytest.approx((b.impulse, b.peak_stress), rel=1e-8, abs=1e-9)
+        assert (a.start, a.closed) == (pytest.approx(b.start, abs=1e-8), b.closed)
+
+
+@WITH_NUMBA
+@pytest.mark.slow
+@pytest.mark.parametrize("exponent", [0.5, 1.5, 2.0])
+def test_power_laws_are_the_same_compiled(exponent):
+    rod = other_rod(compliance=1e-3, exponent=exponent)
+    ours, theirs = (exact_motion(rod, LOADED, 12.0, numerics=n) for n in (COMPILED, PLAIN))
+    assert (ours.compiled, theirs.compiled) == (True, False)
+    place, stress = differences(ours, theirs)
+    assert place < 1e-13
+    assert stress < 1e-10
+    assert [i.closed for i in ours.impacts] == [i.closed for i in theirs.impacts] != []
+    for a, b in zip(ours.impacts, theirs.impacts, strict=True):
+        assert (a.start, a.impulse, a.peak_stress) == pytest.approx((b.start, b.impulse, b.peak_stress), rel=1e-11)
+
+
+SAME_CODE = """
+import numpy as np
+from lure.rod import Scenario
+from motions import other_rod
+from lure.rod.motion import Numerics, exact_motion
+scenario = Scenario.parse(force="0.4*sin(1.3*t)", displacement="0.1*x*(2-x)", velocity="0.2*cos(x)")
+motion = exact_motion(other_rod(compliance=1e-3), scenario, 12.0, numerics=Numerics(compiled=True))
+print(motion.z(np.linspace(0, 12, 50)).tobytes().hex(), len(motion.impacts), motion.energy_residual)
+"""
+
+
+# LLVM reorders nothing without fast-math: the last bit agrees, or sums that vector units split differ in it.
+@WITH_NUMBA
+def test_the_engine_is_the_same_code_without_compilation():
+    path = os.pathsep.join([str(Path(__file__).parents[1] / "support"), *sys.path])
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": path}
+    run = subprocess.run([sys.executable, "-c", SAME_CODE], capture_output=True, text=True, env=environment, check=True)
+    z, impacts, residual = run.stdout.split()
+    motion = exact_motion(other_rod(compliance=1e-3), LOADED, 12.0, numerics=COMPILED)
+    assert np.frombuffer(bytes.fromhex(z)) == pytest.approx(motion.z(np.linspace(0, 12, 50)), abs=1e-15)
+    assert (int(impacts), float(residual)) == (len(motion.impacts), pytest.approx(motion.energy_residual, abs=1e-14))
+
+
+@WITH_NUMBA
+@pytest.mark.parametrize(("windows", "pieces", "panels"), [(1, 600, 1), (7, 700, 40), (500, 5000, 300)])
+def test_chunks_do_not_matter(monkeypatch, windows, pieces, panels):
+    rod = other_rod(compliance=1e-3)
+    whole = exact_motion(rod, LOADED, 150.0, numerics=COMPILED)
+    monkeypatch.setattr(engine, "_WINDOWS", windows)
+    monkeypatch.setattr(engine, "_PIECES", pieces)
+    monkeypatch.setattr(engine, "_PANELS", panels)
+    cut = exact_motion(rod, LOADED, 150.0, numerics=COMPILED)
+    assert cut.impacts == whole.impacts != ()
+    t = np.linspace(0, 150, 3000)
+    for name in ("z", "contact_stress", "end_velocity"):
+        assert np.array_equal(getattr(cut, name)(t), getattr(whole, name)(t))
+    assert (cut.energy_residual, cut.error, cut.crossings) == (whole.energy_residual, whole.error, whole.crossings)
+
+
+@WITH_NUMBA
+def test_room_grows_for_a_round_trip_of_very_many_pieces(monkeypatch):
+    scenario = Scenario.parse(force="0.3*sin(700*t)", velocity="0.4")
+    whole = exact_motion(unit_rod(gap=0.1), scenario, 9.0, numerics=COMPILED)
+    assert max(len(window.wave) for window in whole.fields.windows) > 200
+    monkeypatch.setattr(engine, "_PIECES", 50)
+    cut = exact_motion(unit_rod(gap=0.1), scenario, 9.0, numerics=COMPILED)
+    assert np.array_equal(cut.z(np.linspace(0, 9, 999)), whole.z(np.linspace(0, 9, 999)))
+    assert differences(whole, exact_motion(unit_rod(gap=0.1), scenario, 9.0, numerics=PLAIN))[0] < 1e-12
+
+
+@WITH_NUMBA
+def test_memory_does_not_grow_with_the_time():
+    rod = other_rod(compliance=0.05)
+    sizes = []
+    for until in (2000.0, 20_000.0):
+        motion = exact_motion(rod, LOADED, until, numerics=Numerics(keep=5, compiled=True))
+        record = motion.fields.record
+        assert len(record) == 5
+        sizes.append(record.coef.nbytes)
+    assert sizes[1] < 2 * sizes[0]
+
+
+# k = 0 and a free end: u = -0.01 cos(pi x) cos(pi t) for ever, 0.01 cos(pi t) at x = 1.  Pressed by the force 0.2
+# against p = z, the rod comes to rest at z = 0.2.
+@WITH_NUMBA
+def test_a_hundred_thousand_round_trips_without_drift():
+    scenario = Scenario.parse(displacement="-0.01*cos(pi*x)")
+    motion = exact_motion(unit_rod(), scenario, 200_000.0, numerics=Numerics(keep=4, compiled=True))
+    t = np.linspace(motion.since, 200_000, 501)
+    assert motion.end_displacement(t) == pytest.approx(0.01 * np.cos(np.pi * (t - 199_990)), abs=1e-13)
+    pressed = exact_motion(
+        unit_rod(damping=0.3, gap=0.1), Scenario.parse(force="0.2"), 200_000.0, numerics=Numerics(keep=4, compiled=True)
+    )
+    assert pressed.z([199_999.0, 200_000.0]) == pytest.approx([0.2, 0.2], abs=1e-12)
+    assert pressed.energy_residual < 1e-10
+
+
+@WITH_NUMBA
+@pytest.mark.parametrize("boundary", [Boundary(), Boundary(rigid=True)])
+def test_grazing_is_told_from_contact(boundary):
+    scenario = Scenario.parse(velocity="x/2", displacement="-x**2/4")
+    free = exact_motion(unit_rod(gap=50), scenario, 0.999, numerics=COMPILED)
+    peak = float(free.end_displacement(np.linspace(0, 0.999, 5000)).max())
+    for shift, count in ((1e-9, 0), (-1e-9, 1)):
+        motion = exact_motion(unit_rod(gap=peak + shift), scenario, 0.999, boundary=boundary, numerics=COMPILED)
+        assert len(motion.impacts) == count
+
+
+@WITH_NUMBA
+def test_the_paper_rod_under_the_corrected_force_goes_the_same_way_for_two_tenths_of_a_second():
+    system = builtin_system("paper-rod")
+    scenario = Scenario.parse(force="(2/60000)*sin(4*t)", displacement=str(system.scenario.displacement))
+    ours, theirs = (exact_motion(system.rod, scenario, 0.2, numerics=n) for n in (COMPILED, PLAIN))
+    assert differences(ours, theirs)[0] < 1e-15
+
+
+@WITH_NUMBA
+def test_refusals_are_the_same():
+    with pytest.raises(InputError, match=r"wave in round trip 0 is 1e\+200 m/s"):
+        exact_motion(unit_rod(), Scenario.parse(velocity="1e200*x"), 9.0, numerics=COMPILED)
+    with pytest.raises(InputError, match="more than 5000 pieces in one round trip"):
+        exact_motion(unit_rod(), Scenario.parse(force="sin(100000*t)"), 9.0, numerics=COMPILED)
+    with pytest.raises(InputError, match=r"force\.g has no finite value"):
+        exact_motion(unit_rod(), Scenario.parse(force="log(4 - t)"), 9.0, numerics=COMPILED)
+    late = exact_motion(unit_rod(), Scenario.parse(force="log(4.001 - t)"), 4.0, numerics=COMPILED)
+    assert np.isfinite(late.z(4.0))
+
+
+@WITH_NUMBA
+def test_a_record_and_its_windows_are_the_same():
+    motion = exact_motion(other_rod(), LOADED, 30.0, numerics=COMPILED)
+    record = motion.fields.record
+    again = record_of(tuple(Windows(record)), record.share)
+    t = np.linspace(0, 30, 501)
+    for name in ("wave", "returned", "push", "z"):
+        assert np.array_equal(record.at(t, name), again.at(t, name))
+    assert np.array_equal(record.marks, again.marks)
+    assert [window.number for window in Windows(record)[3:6]] == [3, 4, 5]
+    assert sum((window.impacts for window in Windows(record)), ()) == tuple(i for i in motion.impacts if i.closed)
+    numbers = [window.number for window in motion_windows(other_rod(), LOADED, 30.0)]
+    assert numbers == list(range(15))
+
+
+# A pulse, a sine, a parabola, hidden kinks, a decay: at random instants the panels have the values of the formula.
+@pytest.mark.parametrize("force", ["exp(-((t - 41.3)/0.3)**2)", "sin(7*t)", "2 + t**2", "max(sin(t), 0)", "exp(-t)"])
+def test_panels_hold_the_load(force):
+    problem = _problem(other_rod(), Scenario.parse(force=force), 100.0, Boundary(), 16)
+    panels = Panels(sources=problem.sources, transits=problem.transits, scale=0.0)
+    table, heads = panels.over(0, 4)
+    table = table.reshape(-1, 38)
+    t = np.random.default_rng(4).uniform(1.01, 100, 4000)
+    block = np.floor(t / 32).astype(int)
+    place = t - 32 * block
+    owner = np.array(
+        [
+            heads[1 + b] + np.searchsorted(table[heads[1 + b] : heads[2 + b], 1], p)
+            for b, p in zip(block, place, strict=True)
+        ]
+    )
+    x = (2 * place - table[owner, 0] - table[owner, 1]) / (table[owner, 1] - table[owner, 0])
+    found = np.array([np.polynomial.chebyshev.chebval(a, row[4:21]) for a, row in zip(x, table[owner], strict=True)])
+    expected = problem.sources.added(t)[0]
+    assert found == pytest.approx(expected, abs=3e-13 * np.abs(expected).max())
+
+
+def test_compilation_is_chosen_where_it_pays(monkeypatch):
+    problem = SimpleNamespace(transits=100.0, law=SimpleNamespace(segments=[SimpleNamespace(power=1.0)]))
+    monkeypatch.setattr(engine, "find_spec", lambda _: object())
+    monkeypatch.setattr(engine, "_KERNELS", {})
+    monkeypatch.setattr(engine, "compiled_kernel", lambda powers: "with" if powers else "without")
+    for transits, kept, pays in ((2000, True, False), (6000, True, True), (6000, False, False), (90_000, False, True)):
+        problem.transits = transits
+        monkeypatch.setattr(engine, "_on_disk", lambda made, kept=kept: kept and made == "without")
+        assert engine.compilation_pays(problem, None) is pays
+        assert engine.compilation_pays(problem, False) is False
+        assert engine.compilation_pays(problem, True) is True
+    problem.law.segments[0].power, problem.transits = 2.0, 6000
+    monkeypatch.setattr(engine, "_on_disk", lambda made: made == "without")
+    assert engine.compilation_pays(problem, None) is False  # what is on disk knows no power laws
+    monkeypatch.setattr(engine, "_KERNELS", {False: SimpleNamespace(signatures=[()])})
+    assert engine.compilation_pays(problem, None) is False
+    problem.law.segments[0].power = 1.0
+    assert engine.compilation_pays(problem, None) is True
+    monkeypatch.setattr(engine, "find_spec", lambda _: None)
+    assert engine.compilation_pays(problem, None) is False
+    with pytest.raises(InputError, match=r'needs numba: pip install "lure\[fast\]"'):
+        engine.compilation_pays(problem, True)

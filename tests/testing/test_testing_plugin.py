@@ -1,0 +1,202 @@
+"""The pytest plugin, in runs of pytest of its own."""
+
+import os
+import re
+import subprocess
+import sys
+from importlib.metadata import entry_points
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+pytest_plugins = ["pytester"]
+
+ROOT = Path(__file__).parents[2]
+INSTALLED = any(found.value == "pytest_lure" for found in entry_points(group="pytest11"))
+
+GUARDS = """
+    import numpy as np
+    import pytest
+    from lure.analysis.testing import assert_in_sector, assert_monotone
+    from lure import Saturation, Sector
+
+    def test_black_box():
+        assert_in_sector(np.tanh, Sector(0, 1), on=(-20, 20))
+
+    def test_known():
+        assert_in_sector(Saturation(gain=2), Sector(0, 2))
+
+    @pytest.mark.parametrize("gain", [0.5, 2])
+    def test_gain(gain):
+        assert_in_sector(lambda s: gain * np.tanh(s), Sector(0, 1))
+
+    class TestGroup:
+        def test_falls(self):
+            assert_monotone(np.sin)
+"""
+
+
+@pytest.fixture
+def run(pytester, monkeypatch):
+    """pytest in a process of its own, with the plugin loaded as an installed one would be."""
+    path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
+    monkeypatch.setenv("PYTHONPATH", path)
+    plugin = [] if INSTALLED else ["-p", "pytest_lure"]
+    return lambda *arguments: pytester.runpytest_subprocess("-p", "no:cacheprovider", *plugin, *arguments)
+
+
+def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytester, run):
+    pytester.makepyfile(test_guards=GUARDS)
+    result = run("--lure-plots", "plots/of laws")
+    result.assert_outcomes(passed=3, failed=2)
+    text = result.stdout.str()
+    assert "rest on" not in text
+    # the last frame is the user's: nothing of ours is shown but the message
+    assert not re.search(r"lure.analysis.testing.\w+\.py:\d+", text)
+    assert "E       lure.analysis.testing.NonlinearityViolation: <lambda>" not in text
+    result.stdout.fnmatch_lines(
+        [
+            "E *NonlinearityViolation: phi leaves the sector [[]0, 1[]]: phi(sigma)/sigma = * at sigma = *",
+            "E *  allowed * [[]0, 1[]]",
+            "E * |*X*",
+            "test_guards.py:14: NonlinearityViolation",
+            "*plot of the law*",
+            "plots?of laws?test_guards-test_gain[[]2[]].svg",
+        ]
+    )
+    saved = {path.name for path in (pytester.path / "plots/of laws").iterdir()}
+    assert saved == {"test_guards-test_gain[2].svg", "test_guards-TestGroup-test_falls.svg"}
+    assert all("<svg" in path.read_text(encoding="utf-8") for path in pytester.path.rglob("*.svg"))
+    assert all(
+        len(line) <= 90 for line in text.split("\n") if line.startswith("E  ") and "NonlinearityViolation" not in line
+    )
+
+
+def test_a_plot_that_cannot_be_written_does_not_hide_the_failure(pytester, run):
+    pytester.makepyfile(
+        """
+        from lure.analysis.testing import assert_odd
+
+        def test_even():
+            assert_odd(lambda sigma: sigma**2)
+        """
+    )
+    (pytester.path / "plots").write_text("a file", encoding="utf-8")
+    result = run("--lure-plots", "plots")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["no plot: plots*cannot be written*"])
+
+
+def test_what_a_pass_rests_on_is_listed_on_request(pytester, run):
+    pytester.makepyfile(test_guards=GUARDS)
+    run("--lure-evidence", "--junit-xml=out.xml").stdout.fnmatch_lines(
+        [
+            "*what the passed assertions about laws rest on*",
+            "test_guards.py::test_black_box: tanh lies in the sector [[]0, 1[]]: no violation among * (observed)",
+            "test_guards.py::test_known: Saturation lies in the sector [[]0, 2[]]: for every sigma * (certified)",
+        ]
+    )
+    assert not list(pytester.path.rglob("*.svg"))
+    xml = (pytester.path / "out.xml").read_text(encoding="utf-8")
+    assert xml.count('<property name="lure"') == 3
+
+
+def test_a_test_is_credited_with_its_own_assertions_only(pytester, run):
+    pytester.makepyfile(
+        test_lazy="""
+        import numpy as np
+        from lure import Sector, SlopeBounds
+        import lure.analysis.testing as guard  # loads nothing yet
+
+        def test_first():
+            guard.assert_in_sector(np.tanh, Sector(0, 1))
+            guard.assert_in_sector(np.tanh, Sector(0, 1))
+            guard.assert_monotone(np.tanh)
+
+        def test_none():
+            pass
+
+        def test_many():
+            for i in range(1, 31):
+                guard.assert_in_sector(f"{i}*sigma", Sector(0, i))
+        """
+    )
+    run("--junit-xml=out.xml").assert_outcomes(passed=3)
+    cases = {case.get("name"): case for case in ElementTree.parse(pytester.path / "out.xml").iter("testcase")}
+    credited = {name: len(case.findall("properties/property[@name='lure']")) for name, case in cases.items()}
+    # a repeated assertion is listed once; of many the last 20
+    assert credited == {"test_first": 2, "test_none": 0, "test_many": 20}
+
+
+@pytest.mark.slow
+def test_hypothesis_shows_the_simplest_failing_law(pytester, run):
+    pytester.makepyfile(
+        test_fuzz="""
+        from hypothesis import given, settings
+        from lure.analysis.testing import assert_in_sector
+        from lure.analysis.testing.strategies import monotone_members
+        from lure import Sector
+
+        @given(monotone_members(2))
+        @settings(derandomize=True, database=None, deadline=None)
+        def test_wrong(law):
+            assert_in_sector(lambda sigma: law(sigma), Sector(0, 1))
+        """
+    )
+    result = run("--lure-plots", "plots")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*leaves the sector*", "*law=ExpressionLaw(text='2[*]sigma',*"])
+    assert [path.name for path in (pytester.path / "plots").iterdir()] == ["test_fuzz-test_wrong.svg"]
+
+
+def test_unused_it_loads_nothing_and_changes_nothing(pytester, run):
+    pytester.makepyfile(
+        """
+        import sys
+
+        def test_modules():
+            ours = {name for name in sys.modules if name.split(".")[0] in ("lure", "numpy", "matplotlib")}
+            assert not ours
+            assert "pytest_lure" in sys.modules
+        """
+    )
+    result = run("--lure-plots", "plots", "-rA")
+    result.assert_outcomes(passed=1)
+    assert not (pytester.path / "plots").exists()
+
+
+def test_a_users_own_package_named_analysis_is_left_alone(pytester, run):
+    pytester.mkpydir("analysis").joinpath("mine.py").write_text("value = 3\n", encoding="utf-8")
+    pytester.makeconftest("")
+    pytester.makepyfile(
+        """
+        def test_mine():
+            from analysis.mine import value
+            assert value == 3
+
+        def test_failing():
+            assert False
+        """
+    )
+    run("--lure-plots", "plots", "--lure-evidence").assert_outcomes(passed=1, failed=1)
+
+
+def test_the_assertions_need_neither_pytest_nor_hypothesis():
+    script = """
+import sys
+sys.modules["pytest"] = sys.modules["_pytest"] = sys.modules["hypothesis"] = None  # as if not installed
+import numpy as np
+from lure.analysis.testing import assert_in_sector
+from lure import Sector
+print(assert_in_sector(np.tanh, Sector(0, 1)).evidence)
+try:
+    import lure.analysis.testing.strategies
+except ValueError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.split("\n")[:2] == [
+        "observed",
+        "lure.analysis.testing.strategies needs Hypothesis: pip install hypothesis",
+    ]
