@@ -142,9 +142,9 @@ def has_loop(measurements: Measurements) -> bool:
       second differences of the difference itself: a loop has few corners and else none, and is not taken for noise.
 
     In simulations (``tests/measured/test_measured_loops.py``) at least 99 % of the loops with a mean width of three
-    deviations of the noise and 40 readings in common were seen, and of the elements without memory at most 1 % were taken for a
-    loop with errors that are independent or correlated by up to 0.6 from row to row, 5 % with 0.8, and 15 % with 0.95:
-    errors correlated over a whole branch and a loop measured once cannot be told apart.
+    deviations of the noise and 40 readings in common were seen, and of the elements without memory at most 1 % were
+    taken for a loop with errors that are independent or correlated by up to 0.6 from row to row, 5 % with 0.8, and 15 %
+    with 0.95: errors correlated over a whole branch and a loop measured once cannot be told apart.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """One small accepted certificate of every theorem and of every kind of proof, for the tests that attack the checker.
 
-They are kept in certificates.json, so that a certificate once accepted stays one; run as a script, this file writes them
-again, after a change of the format or of the words of a hypothesis.
+They are kept in certificates.json, so that a certificate once accepted stays one; run as a script, this file writes
+them again, after a change of the format or of the words of a hypothesis.
 """
 
 import copy
