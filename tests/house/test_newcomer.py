@@ -27,7 +27,7 @@ def test_the_wheel_has_what_runs_and_the_sdist_what_explains(packages):
     assert tops == {"lure", "pytest_lure.py"}
     for name in (
         "lure/py.typed",
-        "lure/analysis/certificates/schema.json",
+        "lure/analysis/report/schema.json",
         "lure/analysis/measured/example.csv",
         "lure/__init__.pyi",
     ):
