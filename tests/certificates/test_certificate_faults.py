@@ -100,7 +100,10 @@ def broken(monkeypatch):
                     if value is solver:
                         monkeypatch.setattr(other, at, failing)
 
-    return replace
+    yield replace
+    for module in [module for key, module in sys.modules.items() if key.startswith("lure.analysis.")]:
+        for kept in [value for value in vars(module).values() if hasattr(value, "cache_clear")]:
+            kept.cache_clear()  # what was found, or not, with broken solvers
 
 
 def sector(lower, upper, **words):

@@ -20,7 +20,7 @@ DATA = example_measurements()
 @cache
 def beside():
     scenario = Scenario.parse(displacement="1/1000")
-    return compare(paper_rod(), scenario, 1e-3, cells=(5,), galerkin=(("P1", 6),), samples=101)
+    return compare(paper_rod(), scenario, 1e-4, cells=(5,), galerkin=(("P1", 6),), samples=101)
 
 
 DRAWINGS = {
