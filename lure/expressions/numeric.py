@@ -13,35 +13,35 @@ from lure.expressions.tree import Apply, Node, Number
 Values: TypeAlias = Any
 Closure: TypeAlias = Callable[[Mapping[str, Values]], Values]
 
-_FUNCTIONS = {  # what numpy calls them
-    "+": "add",
-    "-": "subtract",
-    "*": "multiply",
-    "/": "divide",
-    "**": "power",
-    "neg": "negative",
-    "<": "less",
-    "<=": "less_equal",
-    ">": "greater",
-    ">=": "greater_equal",
-    "==": "equal",
-    "!=": "not_equal",
-    "and": "logical_and",
-    "or": "logical_or",
-    "not": "logical_not",
-    "where": "where",
-    "min": "minimum",
-    "max": "maximum",
-    "abs": "abs",
-    "sign": "sign",
-    "sin": "sin",
-    "cos": "cos",
-    "tan": "tan",
-    "tanh": "tanh",
-    "atan": "arctan",
-    "exp": "exp",
-    "log": "log",
-    "sqrt": "sqrt",
+_FUNCTIONS: dict[str, Callable[..., Values]] = {  # numpy's own, looked up when they are called
+    "+": lambda *x: np.add(*x),
+    "-": lambda *x: np.subtract(*x),
+    "*": lambda *x: np.multiply(*x),
+    "/": lambda *x: np.divide(*x),
+    "**": lambda *x: np.power(*x),
+    "neg": lambda *x: np.negative(*x),
+    "<": lambda *x: np.less(*x),
+    "<=": lambda *x: np.less_equal(*x),
+    ">": lambda *x: np.greater(*x),
+    ">=": lambda *x: np.greater_equal(*x),
+    "==": lambda *x: np.equal(*x),
+    "!=": lambda *x: np.not_equal(*x),
+    "and": lambda *x: np.logical_and(*x),
+    "or": lambda *x: np.logical_or(*x),
+    "not": lambda *x: np.logical_not(*x),
+    "where": lambda *x: np.where(*x),
+    "min": lambda *x: np.minimum(*x),
+    "max": lambda *x: np.maximum(*x),
+    "abs": lambda *x: np.abs(*x),
+    "sign": lambda *x: np.sign(*x),
+    "sin": lambda *x: np.sin(*x),
+    "cos": lambda *x: np.cos(*x),
+    "tan": lambda *x: np.tan(*x),
+    "tanh": lambda *x: np.tanh(*x),
+    "atan": lambda *x: np.arctan(*x),
+    "exp": lambda *x: np.exp(*x),
+    "log": lambda *x: np.log(*x),
+    "sqrt": lambda *x: np.sqrt(*x),
 }
 
 
@@ -58,11 +58,11 @@ def closure(node: Node) -> Closure:
     return _applied(_FUNCTIONS[node.operation], [closure(part) for part in node.arguments])
 
 
-def _applied(function: str, parts: list[Closure]) -> Closure:
+def _applied(function: Callable[..., Values], parts: list[Closure]) -> Closure:
     if len(parts) == 1:
         (only,) = parts
-        return lambda values: getattr(np, function)(only(values))
+        return lambda values: function(only(values))
     if len(parts) == 2:
         first, second = parts
-        return lambda values: getattr(np, function)(first(values), second(values))
-    return lambda values: getattr(np, function)(*(part(values) for part in parts))
+        return lambda values: function(first(values), second(values))
+    return lambda values: function(*(part(values) for part in parts))

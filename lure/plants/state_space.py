@@ -249,6 +249,10 @@ class StateSpaceBlock:
     ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
         forward, adjoint = self._forms
         x, y = forward.solutions(s), adjoint.solutions(s)
+        known = np.isfinite(y).all(
+            axis=0
+        )  # else s is an eigenvalue to rounding: one of a state out of reach, if x is finite
+        y = np.where(known, y, 0)
         with np.errstate(all="ignore"):
             moved = (self.A @ x.view(np.float64)).view(np.complex128)
             residual = self.B[:, None] - s * x + moved
@@ -257,7 +261,7 @@ class StateSpaceBlock:
             scale = size @ magnitude + np.abs(s) * magnitude + np.abs(self.B)[:, None]
             rounding = 4 * _UNIT * np.einsum("ij,ij->j", np.abs(y), scale)
             values = self.C @ x + correction + self.D
-        return values, rounding + _UNIT * np.abs(values)
+        return values, np.where(known, rounding + _UNIT * np.abs(values), np.inf)
 
 
 def _frozen(values: ArrayLike, name: str) -> NDArray[np.float64]:

@@ -180,8 +180,11 @@ def test_the_checker_is_asked_without_numpy_or_a_solver(proof, tmp_path):
     )
     status, *loaded = run.stdout.partition("LOADED ")[2].split()
     assert status == "0"
-    heavy = {"numpy", "scipy", "sympy", "control", "matplotlib", "flint", "jinja2", "cvxpy", "lure"}
+    heavy = {"numpy", "scipy", "sympy", "control", "matplotlib", "flint", "jinja2", "cvxpy"}
     assert not {name.split(".")[0] for name in loaded} & heavy
+    assert not [
+        name for name in loaded if name.startswith(("lure.plants", "lure.analysis.questions", "lure.analysis.theorems"))
+    ]
 
 
 def test_a_report_is_no_certificate_and_says_where_its_certificates_are(lure, tmp_path):

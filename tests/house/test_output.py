@@ -250,10 +250,11 @@ def test_the_check_leaves_nothing_behind(here):
 
 # killed
 
+FOLDERS = [str(Path(__file__).parent), str(ROOT / "tests" / "support")]
 SLOW = """
 import sys, time
 from pathlib import Path
-sys.path.insert(0, {tests!r})
+sys.path[:0] = {tests!r}
 from test_output import write
 from lure.analysis import output as placing
 from lure.analysis.output import replaced
@@ -274,7 +275,7 @@ with replaced(Path({target!r})) as directory:
 
 
 def started(target, *, two_steps=False, pause=60.0):
-    script = SLOW.format(tests=str(ROOT / "tests" / "support"), target=str(target), two_steps=two_steps, pause=pause)
+    script = SLOW.format(tests=FOLDERS, target=str(target), two_steps=two_steps, pause=pause)
     return subprocess.Popen([sys.executable, "-c", script], cwd=ROOT, stdout=subprocess.PIPE, text=True)
 
 
@@ -340,7 +341,7 @@ def test_a_second_rename_that_fails_puts_the_old_report_back(tmp_path, monkeypat
 @pytest.mark.slow
 def test_kill_9_at_any_moment_never_leaves_a_mixture(tmp_path):
     target = tmp_path / "out"
-    script = SLOW.format(tests=str(ROOT / "tests" / "support"), target=str(target), two_steps=False, pause=0)
+    script = SLOW.format(tests=FOLDERS, target=str(target), two_steps=False, pause=0)
     loop = script.replace("with replaced", "while True:\n  with replaced").replace("\n    ", "\n      ")
     make(target, "old")
     for turn in range(8):

@@ -163,9 +163,9 @@ def test_an_interrupted_sweep_is_printed_and_drawn_as_far_as_it_went(lure, here,
     options = ("bifurcation", rod, *SWEEP, "--settle", "20", "--periods", "8")
     whole = lure(*options, "--json")
     assert whole[0] == 0
-    import lure.analysis.rod.response
+    from lure.analysis.rod import response
 
-    run = lure.analysis.rod.response.bifurcation
+    run = response.bifurcation
 
     def cut(*arguments, sweep):
         def progress(text, share):
@@ -174,7 +174,7 @@ def test_an_interrupted_sweep_is_printed_and_drawn_as_far_as_it_went(lure, here,
 
         return run(*arguments, sweep=Sweep(plan=sweep.plan, start=sweep.start, progress=progress))
 
-    monkeypatch.setattr(lure.analysis.rod.response, "bifurcation", cut)
+    monkeypatch.setattr(response, "bifurcation", cut)
     status, out, err = lure(*options, "--json", "--plot", "part.svg", "-q")
     assert (status, err) == (130, "lure: interrupted\n")
     part = json.loads(out)
