@@ -66,6 +66,8 @@ class NormalCompliance:
     >>> law = NormalCompliance(stiffness=4, exponent=1)
     >>> print(law.sector, law([-1.0, 0.5]), law.primitive([-1.0, 0.5]))
     [0, 4] [0. 2.] [0.  0.5]
+    >>> print(law, "and", NormalCompliance(stiffness=1, exponent="3/2"))
+    the contact law 4 max(sigma, 0) and the contact law max(sigma, 0)^1.5
     """
 
     stiffness: float
@@ -132,6 +134,13 @@ class NormalCompliance:
         r = np.maximum(np.asarray(penetration, dtype=float), 0.0)
         with np.errstate(over="ignore", under="ignore"):
             return np.asarray(self.stiffness * r ** (self.exponent + 1) / (self.exponent + 1))
+
+    def __str__(self) -> str:
+        from lure.nonlinearities.base import factor_text, number_text
+
+        m = number_text(self.exact_exponent)
+        power = "" if m == "1" else f"^({m})" if "/" in m else f"^{m}"
+        return f"the contact law {factor_text(self.exact_stiffness)}max(sigma, 0){power}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data: parameters, and what is known with its provenance."""
