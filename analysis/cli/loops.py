@@ -167,7 +167,7 @@ def analyse(
     from lure.analysis.cli.progress import progress
     from lure.analysis.questions import analyse as run
     from lure.analysis.questions.table import analysis_dict
-    from lure.analysis.report.loop.plain import plain
+    from lure.analysis.report.loop.document import plain
 
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = run(chosen, seconds=seconds, progress=tell)
@@ -324,7 +324,7 @@ def _step(text: str) -> Fraction:
 
 def _print(found: Largest, block: object, *, as_json: bool) -> int:
     if as_json:
-        from lure.analysis.report.loop.plain import plain
+        from lure.analysis.report.loop.document import plain
 
         print(_json(plain(found.to_dict())))
         return _status(found.verdict)

@@ -17,10 +17,8 @@ from lure import DelayBlock, InputError, RationalBlock
 from lure.analysis.plots.loops import OnAxis, plot_loop_nyquist, plot_loop_popov, plot_reach
 from lure.analysis.plots.orbits import plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
-from lure.analysis.report.loop.balance import balance_hints
-from lure.analysis.report.loop.document import inputs_sha256, law_text, loop_document
+from lure.analysis.report.loop.document import balance_hints, inputs_sha256, law_text, loop_document, plain
 from lure.analysis.report.loop.figures import loop_figures
-from lure.analysis.report.loop.plain import plain
 from lure.analysis.report.loop.words import (
     asked_about,
     class_words,
@@ -305,7 +303,7 @@ def test_the_describing_function_is_a_hint_for_odd_laws_in_continuous_time(repor
 @pytest.mark.parametrize(("number", "said"), [(1, "b0; it"), (4, "b0; b1; b2; b3; it"), (6, "b3; and 2 more; it")])
 def test_of_many_balances_four_are_listed_and_the_others_counted(reports, monkeypatch, number, said):
     found = SimpleNamespace(balances=tuple(f"b{i}" for i in range(number)))
-    monkeypatch.setattr("lure.analysis.report.loop.balance.describing_hint", lambda block, law: found)
+    monkeypatch.setattr("lure.analysis.report.loop.document.describing_hint", lambda block, law: found)
     assert said in balance_hints(reports["law"].analysis.subject)[0]
 
 

@@ -16,10 +16,10 @@ from lure.analysis.rod.confirmation.result import Quantity
 from lure.analysis.rod.confirmation.rod_side import contradictions_of_rest, contradictions_of_rod
 from lure.analysis.rod.report import build, build_report, confirmed, document
 from lure.analysis.rod.report.claims import claims
-from lure.analysis.rod.report.comparison import compared
 from lure.analysis.rod.report.confirmed import confirmation_data, confirmation_sentence
 from lure.analysis.rod.report.page import page
 from lure.analysis.rod.simulation import simulate
+from lure.analysis.rod.simulation.trajectory import compared
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
 from lure.rod import Scenario, builtin_system, upwind

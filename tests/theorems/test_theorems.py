@@ -66,7 +66,7 @@ def behind(block, lower):
 
 
 def same(one, other, *, scale=1, shift=0, rel=1e-6):
-    """Whether two ends, one of them rescaled, are the same number, as far as a search determines it."""
+    """Assert that two ends, one of them rescaled, are the same number, as far as a search determines it."""
     assert float(scale) * other.largest.low + float(shift) == pytest.approx(one.largest.low, rel=rel)
     assert one.verdict is other.verdict
 

@@ -9,7 +9,7 @@ from importlib.metadata import version
 
 from lure import __version__
 from lure.analysis.questions import analyse
-from lure.analysis.report.loop.balance import balance_hints
+from lure.analysis.report.loop.document import balance_hints
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.observed import observed
 from lure.files.system import LoopSystem

@@ -6,19 +6,81 @@ import dataclasses
 import hashlib
 import json
 import math
+from collections.abc import Mapping
+from numbers import Real
 from typing import Any
 
+from lure.analysis.describing import describing_hint
 from lure.analysis.nonlinearity.membership import certified_properties
 from lure.analysis.questions.problem import Subject
 from lure.analysis.questions.table import analysis_dict
 from lure.analysis.report.certificates import certificate_list
 from lure.analysis.report.loop.model import LoopReport
-from lure.analysis.report.loop.plain import plain
 from lure.analysis.report.parts import SCHEMA
+from lure.errors import AssumptionError, InputError
 from lure.loop import sector_shift
 from lure.nonlinearities import Property
 from lure.nonlinearities.protocol import Nonlinearity
 from lure.plants.rational import RationalBlock
+
+# Results as plain data, whatever numbers they hold.
+
+
+def plain(value: object) -> Any:  # noqa: ANN401  (JSON data)
+    """The same with nothing in it but texts, finite numbers, truth values, None, lists and dictionaries.
+
+    Parameters
+    ----------
+    value : object
+        Numbers, texts, mappings and sequences, nested.  An infinity becomes the text ``inf`` or ``-inf``, NaN becomes
+        None, an exact fraction the text ``p/q``, and anything unknown what ``str`` makes of it.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> plain({"k": Fraction(1, 3), "reach": (1.5, math.inf, math.nan)})
+    {'k': '1/3', 'reach': [1.5, 'inf', None]}
+    """
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(entry) for entry in value]
+    if isinstance(value, float) or (isinstance(value, Real) and not hasattr(value, "denominator")):
+        size = float(value)
+        if math.isnan(size):
+            return None
+        return size if math.isfinite(size) else "inf" if size > 0 else "-inf"
+    return str(value)
+
+
+# What the describing function suggests for the law of a report: a hint, never a verdict.
+
+
+def balance_hints(about: Subject) -> tuple[str, ...]:
+    """One sentence on harmonic balance; empty for blocks with dead time, in discrete time, or without a law.
+
+    Parameters
+    ----------
+    about : Subject
+        The loop.
+    """
+    block, law = about.block, about.law
+    if law is None or not isinstance(block, RationalBlock) or block.dt is not None:
+        return ()
+    if not getattr(law, "odd", False):
+        return ("there is no describing function to look at: it is for odd laws, and this one is not known to be odd",)
+    try:
+        hint = describing_hint(block, law)
+    except (AssumptionError, InputError) as refused:
+        return (f"no describing function: {refused}",)
+    if not hint.balances:
+        return ("the describing function shows no harmonic balance, which does not exclude an oscillation",)
+    listed = "; ".join(map(str, hint.balances[:4]))
+    more = f"; and {len(hint.balances) - 4} more" if len(hint.balances) > 4 else ""
+    return (f"the describing function suggests an oscillation of {listed}{more}; it neglects all harmonics",)
+
 
 _KEYS = "verdict evidence statement headline meaning law_class membership attracts reason code hints not_shown stopped"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.rod.report.comparison import compared
 from lure.analysis.rod.report.model import StabilityReport
+from lure.analysis.rod.simulation.trajectory import compared
 from lure.analysis.verdict import Evidence, Verdict
 
 

@@ -6,8 +6,8 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.rod.report.comparison import compared
 from lure.analysis.rod.report.confirmed import confirmation_sentence
+from lure.analysis.rod.simulation.trajectory import compared
 
 if TYPE_CHECKING:
     from lure.analysis.rod.report.model import StabilityReport

@@ -11,9 +11,9 @@ from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.doubles import json_number
 from lure.analysis.report.certificates import certificate_list
 from lure.analysis.report.parts import SCHEMA, Json
-from lure.analysis.rod.report.comparison import compared
 from lure.analysis.rod.report.confirmed import confirmation_data
 from lure.analysis.rod.report.model import StabilityReport
+from lure.analysis.rod.simulation.trajectory import compared
 from lure.analysis.verdict import Bracket
 from lure.expressions.tree import decimal
 from lure.rod.parameters import PARAMETERS

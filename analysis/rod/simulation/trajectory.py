@@ -1,4 +1,4 @@
-"""What a simulation returns, and in which ways it can contradict what was shown."""
+"""What a simulation returns, in which ways it can contradict what was shown, and what it was held against."""
 
 from __future__ import annotations
 
@@ -241,3 +241,15 @@ def contradictions(trajectory: Trajectory) -> tuple[str, ...]:
     if trajectory.ended_early is not None and trajectory.bound is not None:
         found.append(f"the run ended early, though the motion is bounded: {trajectory.ended_early}")
     return tuple(found)
+
+
+def compared(run: Trajectory) -> tuple[str, ...]:
+    """What the simulated motion was held against; empty for a rod that stays at rest, which tests nothing.
+
+    Without load and with ``k > 0`` the Popov-Lyapunov function and zeta have to fall and the resting place to follow;
+    else only the energy identity is compared.
+    """
+    if not run.energy.any():
+        return ()
+    balance = "energy identity"
+    return (balance,) if run.lyapunov is None else (balance, "Popov-Lyapunov function", "zeta", "resting place")
