@@ -17,6 +17,7 @@ from lure.analysis import analyse, certify, max_sector, max_slope, nonlinearity_
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.graphical import nyquist_response, popov_response
+from lure.analysis.theorems.passivity import passivity_indices
 from lure.record import same
 from lure.rod import builtin_system
 
@@ -73,7 +74,7 @@ RESULTS = {
     "Proved": lambda: certify(Loop(LAG, Saturation())).shown,
     "Refuted": lambda: certify("1/(s-1)", LawClass(sector=Sector(0, 0.5))).shown,
     "nonlinearity_bounds": lambda: nonlinearity_bounds("tanh(sigma)"),
-    "passivity_indices": lambda: lure.analysis.theorems.passivity.passivity_indices("1/(s+1)"),
+    "passivity_indices": lambda: passivity_indices("1/(s+1)"),
     "describing_hint": lambda: lure.analysis.describing.describing_hint("12/(s*(s+1)*(s+2))", Saturation()),
     "nyquist_response": lambda: nyquist_response(THIRD),
     "popov_response": lambda: popov_response(THIRD),
