@@ -407,7 +407,7 @@ def test_a_rod_is_told_as_its_certificates_have_it(name):
 def test_the_numbers_of_a_rods_criteria_are_safe_to_quote_and_the_same_everywhere(name):
     report = rod(name)
     data, lines = document(report), str(report).splitlines()
-    head = next(i for i, line in enumerate(lines) if line.startswith("criterion "))
+    head = next(i for i, line in enumerate(lines) if line.split()[:2] == ["criterion", "model"])
     cells = [line.split() for line in lines[head + 1 : head + 5]]
     numbers = {key: (value, plain(text)) for value, key, text in NUMBER.findall(page(data, claims(report), ()))}
     for i, (result, row, cell) in enumerate(zip(report.criteria, data["criteria"], cells, strict=True)):

@@ -29,19 +29,20 @@ def summary(report: StabilityReport) -> str:
     )
     blocks = [
         f"{report.verdict}  {report.system.name}",
-        textwrap.fill(report.conclusion.statement, _WIDTH),
-        textwrap.fill(
-            f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, reach in Pa/m",
-            _WIDTH,
-        )
+        _filled(report.conclusion.statement),
+        _filled(f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, reach in Pa/m")
         + "\n"
         + _table([_HEAD, *(_row(result) for result in report.criteria)]),
-        *(textwrap.fill(f"{reason}.", _WIDTH) for reason in reasons),
-        textwrap.fill(f"Spectrum: {report.spectrum}.", _WIDTH),
-        textwrap.fill(f"Simulation: {_simulated(report)}.", _WIDTH, break_on_hyphens=False),
-        textwrap.fill(f"Confirmation: {confirmation_sentence(report.confirmation)}.", _WIDTH, break_on_hyphens=False),
+        *(_filled(f"{reason}.") for reason in reasons),
+        _filled(f"Spectrum: {report.spectrum}."),
+        _filled(f"Simulation: {_simulated(report)}."),
+        _filled(f"Confirmation: {confirmation_sentence(report.confirmation)}."),
     ]
     return "\n\n".join(blocks)
+
+
+def _filled(text: str) -> str:
+    return textwrap.fill(text, _WIDTH, break_on_hyphens=False)  # names such as rod-energy stay whole
 
 
 def _row(result: CriterionResult) -> tuple[str, ...]:
