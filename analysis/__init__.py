@@ -15,7 +15,7 @@ extend(
         "lure.analysis.measured.measured_sector:MeasuredSector": "lure.analysis.plots.measured:plot_measured",
         "lure.analysis.measured.measurements:Measurements": "lure.analysis.plots.measured:plot_measurements",
         "lure.analysis.nonlinearity.result:NonlinearityBounds": "lure.analysis.plots.sectors:plot_law_sector",
-        "lure.analysis.questions.largest:Largest": "lure.analysis.plots.loops:plot_reach",
+        "lure.analysis.questions.largest:StabilityBound": "lure.analysis.plots.loops:plot_reach",
         "lure.analysis.questions.table:LoopAnalysis": "lure.analysis.plots.loops:plot_reach",
         "lure.analysis.testing.result:Violation": "lure.analysis.plots.sectors:plot_violation",
     },
@@ -25,7 +25,7 @@ extend("report", {"lure.rod.systems:RodSystem": "lure.analysis.rod.report.output
 extend(
     "resonances",
     {
-        "lure.rod.transfer:RodBlock": "lure.analysis.rod.spectrum:drawn_resonances",
+        "lure.rod.transfer:RodPlant": "lure.analysis.rod.spectrum:drawn_resonances",
         "lure.rod.discretisation:UpwindScheme": "lure.analysis.rod.spectrum:drawn_resonances",
     },
 )

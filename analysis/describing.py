@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.analysis.drawing import drawing
-from lure.analysis.inequality.plant import Plant, closed_loop_poles
+from lure.analysis.inequality.plant import TransferPolynomials, closed_loop_poles
 from lure.analysis.numerics.polynomial import exact_midpoint, real_roots, to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
-from lure.nonlinearities import Cubic, GraphLaw, Quantiser, ShiftedLaw
+from lure.nonlinearities import Cubic, GraphNonlinearity, Quantiser, ShiftedNonlinearity
 from lure.nonlinearities.protocol import Nonlinearity
-from lure.nonlinearities.reading import as_law, control_saturation, is_control_nonlinearity
+from lure.nonlinearities.reading import as_nonlinearity, control_saturation, is_control_nonlinearity
 from lure.plants.conversion import exact_block
 from lure.record import Page, Record, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.drawing import Axes
-    from lure.plants.rational import RationalBlock
+    from lure.plants.rational import RationalPlant
 
 # The gain of a law for the first harmonic of a sinusoid.
 
@@ -96,9 +96,9 @@ def real_describing_function(law: Nonlinearity, sizes: NDArray[np.float64]) -> N
             f"the describing function needs an odd law, and {law} is not known to be odd: a constant term would take "
             "part in the balance"
         )
-    if isinstance(law, GraphLaw):
+    if isinstance(law, GraphNonlinearity):
         return _of_graph(law, sizes)
-    if type(law) is ShiftedLaw:
+    if type(law) is ShiftedNonlinearity:
         return np.asarray(real_describing_function(law.law, sizes) - float(law.gain))
     if type(law) is Cubic:
         return np.asarray(float(law.linear) + 0.75 * float(law.cubic) * sizes**2)
@@ -114,7 +114,7 @@ def _seems_odd(law: Nonlinearity, sizes: NDArray[np.float64]) -> bool:
     return bool((np.abs(right + left) <= _ROUNDING * (np.abs(right) + np.abs(left))).all())
 
 
-def _of_graph(law: GraphLaw, sizes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _of_graph(law: GraphNonlinearity, sizes: NDArray[np.float64]) -> NDArray[np.float64]:
     """An odd polygon is a line and saturations.
 
     With the slopes ``s_i`` between the corners ``x_i > 0``,
@@ -191,7 +191,7 @@ class DescribingHint(Record):
         "Frequencies at which ``H(i omega)`` is real and not 0, with its value there; all of them"
     )
     evidence: Evidence = quantity("Never more than OBSERVED", default=Evidence.OBSERVED)
-    block: RationalBlock | None = quantity("The block it is about", hidden=True, default=None)
+    block: RationalPlant | None = quantity("The block it is about", hidden=True, default=None)
     law: Nonlinearity | None = quantity("The nonlinearity it is about", hidden=True, default=None)
 
     def __post_init__(self) -> None:
@@ -243,7 +243,7 @@ def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:
 
     Parameters
     ----------
-    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
+    block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
         ``H`` in continuous time.
     law : Nonlinearity
         An odd law.
@@ -268,10 +268,10 @@ def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:
     >>> print(describing_hint("1/(s*(s+1)*(s+2))", Saturation(gain=10)))
     hint, not a verdict: harmonic balance at amplitude 0.203309 at 1.41421 rad/s, perhaps attracting
     """
-    exact, law = exact_block(block, "describing_hint"), as_law(law)
+    exact, law = exact_block(block, "describing_hint"), as_nonlinearity(law)
     if exact.dt is not None:
         raise InputError("describing_hint is stated for continuous time; give a block with dt = None")
-    plant = Plant.of(exact)
+    plant = TransferPolynomials.of(exact)
     crossings = _real_crossings(plant)
     grid = amplitudes(law)
     gains = real_describing_function(law, grid)
@@ -289,7 +289,7 @@ def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:
     )
 
 
-def _real_crossings(plant: Plant) -> list[tuple[float, Fraction]]:
+def _real_crossings(plant: TransferPolynomials) -> list[tuple[float, Fraction]]:
     """Frequencies ``omega > 0`` at which ``H`` is real, finite and not zero, with a rational near its value."""
     response = plant.response()
     rest = response.W
@@ -332,7 +332,7 @@ def _solutions(law: Nonlinearity, grid: NDArray[np.float64], excess: NDArray[np.
     ]
 
 
-def _loeb(plant: Plant, law: Nonlinearity, size: float, gain: Fraction) -> bool | None:
+def _loeb(plant: TransferPolynomials, law: Nonlinearity, size: float, gain: Fraction) -> bool | None:
     """Loeb's rule, with the poles of the linear loop counted exactly on both sides of the gain."""
     inner, outer = real_describing_function(law, size * np.array([1 - 1e-6, 1 + 1e-6]))
     if inner == outer:

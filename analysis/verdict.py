@@ -13,7 +13,7 @@ from lure.analysis.numerics.evidence import INFINITE as INFINITE
 from lure.analysis.numerics.evidence import Bracket as Bracket
 from lure.analysis.numerics.evidence import Evidence as Evidence
 from lure.analysis.wording import BEYOND, class_words
-from lure.classes import LawClass
+from lure.classes import NonlinearityClass
 from lure.record import html_table, plain
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class Answer:
         The largest ``k`` of the classes ``[lower, k]``, ``lower`` that of ``law_class``.  ``low``: every class
         ``[lower, k]`` with finite ``k <= low`` is proved if ``verdict`` is PROVED.  ``high``: the criterion (for
         ``zames-falb`` in continuous time: any criterion) can say nothing at or above it.
-    law_class : LawClass
+    law_class : NonlinearityClass
         The class of laws the answer is about, at ``k = largest.low`` or at the ``k`` asked about.
     verdict : Verdict
         PROVED: the classes up to ``largest.low`` (or the class asked about) are absolutely stable.  REFUTED: with a
@@ -138,7 +138,7 @@ class Answer:
     criterion: str
     theorem: str
     largest: Bracket
-    law_class: LawClass
+    law_class: NonlinearityClass
     verdict: Verdict
     evidence: Evidence
     needs: tuple[Needs, ...] = ()
@@ -151,7 +151,7 @@ class Answer:
     reason: str = ""
     witness: str | None = None
     proof: Proved | None = None
-    capped: bool = False
+    search_limited: bool = False
 
     def __bool__(self) -> bool:
         raise TypeError("a criterion has three answers; compare answer.verdict")

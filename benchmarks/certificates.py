@@ -25,13 +25,13 @@ from lure.analysis.inequality.hamiltonian import popov_largest_computed
 from lure.analysis.rod.certificates import energy_theta
 from lure.analysis.theorems.table import Upper
 from lure.errors import AssumptionError
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpace
 from lure.rod import builtin_system, upwind
 
 MODES, CELLS, SHARE, OVER, RATIO, SECONDS, MEGABYTES = 20, 200, Fraction(9, 10), Fraction(11, 10), 20, 120.0, 500.0
 
 
-def resonant(modes: int) -> StateSpaceBlock:
+def resonant(modes: int) -> StateSpace:
     """Modes in parallel and one real pole, in a random orthogonal basis."""
     rng = np.random.default_rng(1)
     n = 2 * modes + 1
@@ -41,15 +41,15 @@ def resonant(modes: int) -> StateSpaceBlock:
         b[2 * i + 1], c[2 * i] = w, rng.normal()
     a[-1, -1], b[-1], c[-1] = -1.0, 1.0, 1.0
     q, _ = np.linalg.qr(rng.normal(size=(n, n)))
-    return StateSpaceBlock(q @ a @ q.T, q @ b, c @ q.T)
+    return StateSpace(q @ a @ q.T, q @ b, c @ q.T)
 
 
-def random_block(n: int) -> StateSpaceBlock:
+def random_block(n: int) -> StateSpace:
     """A full random matrix, shifted so that its rightmost eigenvalue is at -1/2."""
     rng = np.random.default_rng(7)
     a = rng.standard_normal((n, n))
     a -= (np.linalg.eigvals(a).real.max() + 0.5) * np.eye(n)
-    return StateSpaceBlock(a, rng.standard_normal(n), rng.standard_normal(n))
+    return StateSpace(a, rng.standard_normal(n), rng.standard_normal(n))
 
 
 def certified(block: MatrixBlock, upper: Upper, theta: Fraction | None) -> tuple[float, float, int]:
@@ -62,7 +62,7 @@ def certified(block: MatrixBlock, upper: Upper, theta: Fraction | None) -> tuple
     return proposed - start, time.process_time() - proposed, len(text)
 
 
-def margin(block: StateSpaceBlock, k: float, theta: float) -> float:
+def margin(block: StateSpace, k: float, theta: float) -> float:
     """The largest least eigenvalue, at most 1, of ``P`` and the matrix of the inequality that Clarabel finds."""
     import cvxpy as cp
 

@@ -16,26 +16,26 @@ import time
 import control
 import numpy as np
 
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpace
 from lure.rod import builtin_system, upwind
 
 STATES, FREQUENCIES, BATCH = 401, 2000, 100
 TOLERANCE, SPEED = 1e-9, 10
 
 
-def random_block() -> StateSpaceBlock:
+def random_block() -> StateSpace:
     """A full random matrix, shifted so that its rightmost eigenvalue is at -1/2."""
     generator = np.random.default_rng(7)
     A = generator.standard_normal((STATES, STATES))
     A -= (np.linalg.eigvals(A).real.max() + 0.5) * np.eye(STATES)
-    return StateSpaceBlock(A, generator.standard_normal(STATES), generator.standard_normal(STATES))
+    return StateSpace(A, generator.standard_normal(STATES), generator.standard_normal(STATES))
 
 
-def compared(name: str, block: StateSpaceBlock, omega: np.ndarray, exact: np.ndarray | None = None) -> bool:
+def compared(name: str, block: StateSpace, omega: np.ndarray, exact: np.ndarray | None = None) -> bool:
     """Print both times and their ratio; whether values agree and the ratio is as claimed."""
     runs = []
     for _ in range(20):
-        fresh = StateSpaceBlock(block.A, block.B, block.C)
+        fresh = StateSpace(block.A, block.B, block.C)
         start = time.perf_counter()
         ours = fresh.frequency_response(omega)
         runs.append(time.perf_counter() - start)
@@ -67,7 +67,7 @@ def main() -> int:
     """Compare values, then times, for both blocks; 1 if the claim does not hold."""
     rod = builtin_system("paper-rod").rod
     scheme = upwind(rod, (STATES - 1) // 2)
-    dense = StateSpaceBlock(scheme.block.dense(), scheme.block.b1, scheme.block.c)
+    dense = StateSpace(scheme.block.dense(), scheme.block.b1, scheme.block.c)
     omega = np.geomspace(1e-3 / rod.travel_time, 4.0 * scheme.rate, FREQUENCIES)
     holds = [
         compared("random", random_block(), np.geomspace(1e-2, 1e3, FREQUENCIES)),

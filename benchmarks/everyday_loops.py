@@ -148,12 +148,12 @@ def loops() -> Iterator[Everyday]:
 
 def plant_lines(formula: str, form: str, dt: str | None) -> str:
     """The table ``[plant]`` of a formula in one of the forms."""
-    from lure import as_block
+    from lure import as_plant
 
     sampling = "" if dt is None else f"dt = {dt}\n"
     if form == "transfer":
         return f'transfer = "{formula}"\n{sampling}'
-    block = as_block(formula, dt=None if dt is None else float(dt))
+    block = as_plant(formula, dt=None if dt is None else float(dt))
     numerator, denominator = block.numerator, block.denominator
     if form == "coefficients" or len(denominator) == 1:
         texts = ([f"{value}" for value in side] for side in (numerator, denominator))
@@ -221,11 +221,11 @@ def objects_disagree(loop: Everyday, verdict: str) -> list[str]:
     from lure.analysis import analyse
     from lure.files import parse_system
     from lure.loop import Loop
-    from lure.plants.rational import RationalBlock
+    from lure.plants.rational import RationalPlant
 
     system = parse_system(loop.text, name=loop.name, source="loop.toml", settings=())
     if (
-        not isinstance(system.block, RationalBlock)
+        not isinstance(system.block, RationalPlant)
         or system.nonlinearity is None
         or "class" in tomllib.loads(loop.text)
     ):

@@ -39,7 +39,7 @@ AGREEMENT, SOLVED = 1e-12, 1e-5
 AMPLITUDE, OMEGA, DISPLACEMENT = 2 / 60000, 4.0, "0.0001 - 0.0002*x"
 OWN = "event-exact scheme"
 SOLVERS = {"LSODA": lsoda, "LSODA, banded": banded_lsoda, "CVODE, banded": cvode}
-Found = dict[str, dict[int, Answer]]
+SearchResult = dict[str, dict[int, Answer]]
 TIMES = np.linspace(0.0, UNTIL, SAMPLES)
 ROD = builtin_system("paper-rod-figure-8").rod
 SCENARIO = Scenario.parse(force=f"{AMPLITUDE!r}*sin({OMEGA!r}*t)", displacement=DISPLACEMENT)
@@ -108,11 +108,11 @@ def distance(motion: Motion, t: np.ndarray, z: np.ndarray) -> float:
     return float(np.abs(motion.z(t[kept]) - z[kept]).max())
 
 
-def peers(whole: float, error: float) -> tuple[bool, Found]:
+def peers(whole: float, error: float) -> tuple[bool, SearchResult]:
     """Whether the peers agree, and are as slow and as far off as claimed; and what they found."""
     event_exact(1)  # for what is imported on the way
     z, own = exact().z(TIMES), event_exact(CELLS)
-    found: Found = {OWN: {CELLS: own}, "LSODA": {}, "LSODA, banded": {}, "CVODE, banded": {}}
+    found: SearchResult = {OWN: {CELLS: own}, "LSODA": {}, "LSODA, banded": {}, "CVODE, banded": {}}
     print(
         f"  {f'{OWN}, N = {CELLS}':<34}{own.cpu:>8.2f} s  {own.cpu / whole:>9,.3g}  {np.abs(own.z - z).max():>10.1e} m"
     )
@@ -141,7 +141,7 @@ def slope(sizes: Sequence[float], costs: Sequence[float]) -> float:
     return float(np.polyfit(np.log(sizes), np.log(costs), 1)[0])
 
 
-def against_cells(whole: float, found: Found) -> None:
+def against_cells(whole: float, found: SearchResult) -> None:
     """Print the cost per simulated second against the number of cells."""
     z = exact().z(TIMES)
     banded = (25, 50, 100, 400)

@@ -14,7 +14,7 @@ import time
 
 import numpy as np
 
-from lure import StateSpaceBlock
+from lure import StateSpace
 from lure.analysis import max_sector
 from lure.analysis.certificates.second import recheck
 from lure.analysis.verdict import Evidence
@@ -23,15 +23,15 @@ SECONDS = {20: 1.0, 40: 2.0, 60: 5.0, 100: 30.0}
 LARGEST_PEER = 40
 
 
-def dense(n: int, seed: int) -> StateSpaceBlock:
+def dense(n: int, seed: int) -> StateSpace:
     """Entries of a normal distribution, moved to the spectral abscissa -1/10."""
     rng = np.random.default_rng(seed)
     A = rng.standard_normal((n, n)) / np.sqrt(n)
     A -= (np.linalg.eigvals(A).real.max() + 0.1) * np.eye(n)
-    return StateSpaceBlock(A, rng.standard_normal(n), rng.standard_normal(n))
+    return StateSpace(A, rng.standard_normal(n), rng.standard_normal(n))
 
 
-def clarabel(block: StateSpaceBlock, k: float, theta: float) -> str:
+def clarabel(block: StateSpace, k: float, theta: float) -> str:
     """Time, status and least eigenvalue of the inequality as Clarabel solves it."""
     try:
         import cvxpy as cp

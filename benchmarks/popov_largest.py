@@ -17,7 +17,7 @@ import numpy as np
 from lure.analysis.inequality.hamiltonian import popov_largest_computed
 from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.verdict import Evidence, Verdict
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 MODES, TOLERANCE, AGREEMENT, RATIO, SECONDS = 20, 1e-6, 1e-3, 100, 60.0
 
@@ -34,7 +34,7 @@ def modal(modes: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return a, b, c
 
 
-def exact(a: np.ndarray, c: np.ndarray) -> RationalBlock:
+def exact(a: np.ndarray, c: np.ndarray) -> RationalPlant:
     """The same block as an exact fraction."""
     top, bottom = [Fraction(0)], [Fraction(1)]
     for i in range(c.size // 2):
@@ -43,7 +43,7 @@ def exact(a: np.ndarray, c: np.ndarray) -> RationalBlock:
         scaled = [gain * w * w * d for d in bottom]
         top = added(multiplied(top, mode), scaled)
         bottom = multiplied(bottom, mode)
-    return RationalBlock(top, bottom)
+    return RationalPlant(top, bottom)
 
 
 def decimal(value: float) -> Fraction:

@@ -12,18 +12,18 @@ import time
 from collections.abc import Callable
 from fractions import Fraction
 
-from lure import RationalBlock
+from lure import RationalPlant
 from lure.analysis.questions import analyse, max_sector, max_slope
 
 RATIO, LIMIT = 5.0, 0.5
 
 
-def park(n: int) -> RationalBlock:
+def park(n: int) -> RationalPlant:
     """``(2 s^2 - s)/(s^3 + 2 s^2 + a s + 1)``, ``a`` near 2."""
-    return RationalBlock([2, -1, 0], [1, 2, 2 + Fraction(n, 100), 1])
+    return RationalPlant([2, -1, 0], [1, 2, 2 + Fraction(n, 100), 1])
 
 
-def fifth(n: int) -> RationalBlock:
+def fifth(n: int) -> RationalPlant:
     """``(s + 3)/((s + 1)(s + 2)(s^2 + s + a)(s + 5))``, ``a`` near 4."""
     a, den = 4 + Fraction(n, 100), [Fraction(1)]
     for factor in ([1, 1], [1, 2], [1, 1, a], [1, 5]):
@@ -32,7 +32,7 @@ def fifth(n: int) -> RationalBlock:
             for j, right in enumerate(factor):
                 product[i + j] += left * right
         den = product
-    return RationalBlock([1, 3], den)
+    return RationalPlant([1, 3], den)
 
 
 def seconds(work: Callable[[], object]) -> float:

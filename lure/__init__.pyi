@@ -6,7 +6,7 @@ from lure.analysis.questions import max_slope as max_slope
 from lure.analysis.questions.certify import certify as certify
 from lure.analysis.report import report as report
 from lure.analysis.rod.trajectories import simulate as simulate
-from lure.classes import LawClass as LawClass
+from lure.classes import NonlinearityClass as NonlinearityClass
 from lure.classes import Sector as Sector
 from lure.classes import SlopeBounds as SlopeBounds
 from lure.errors import AssumptionError as AssumptionError
@@ -18,7 +18,7 @@ from lure.files.system import LoopSystem as LoopSystem
 from lure.loop import Loop as Loop
 from lure.nonlinearities import Cubic as Cubic
 from lure.nonlinearities import DeadZone as DeadZone
-from lure.nonlinearities import ExpressionLaw as ExpressionLaw
+from lure.nonlinearities import ExpressionNonlinearity as ExpressionNonlinearity
 from lure.nonlinearities import LeakyReLU as LeakyReLU
 from lure.nonlinearities import PiecewiseLinear as PiecewiseLinear
 from lure.nonlinearities import Quantiser as Quantiser
@@ -26,13 +26,13 @@ from lure.nonlinearities import ReLU as ReLU
 from lure.nonlinearities import Saturation as Saturation
 from lure.nonlinearities import Tanh as Tanh
 from lure.nonlinearities.protocol import Nonlinearity as Nonlinearity
-from lure.nonlinearities.reading import as_law as as_law
-from lure.plants import as_block as as_block
-from lure.plants.block import Block as Block
+from lure.nonlinearities.reading import as_nonlinearity as as_nonlinearity
+from lure.plants import as_plant as as_plant
 from lure.plants.block import LinearBlock as LinearBlock
-from lure.plants.delay import DelayBlock as DelayBlock
+from lure.plants.block import Plant as Plant
+from lure.plants.delay import DelayPlant as DelayPlant
 from lure.plants.frequency_data import FrequencyData as FrequencyData
-from lure.plants.rational import RationalBlock as RationalBlock
-from lure.plants.state_space import StateSpaceBlock as StateSpaceBlock
+from lure.plants.rational import RationalPlant as RationalPlant
+from lure.plants.state_space import StateSpace as StateSpace
 
 __version__: str

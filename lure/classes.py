@@ -168,7 +168,7 @@ class SlopeBounds:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class LawClass:
+class NonlinearityClass:
     r"""All ``phi`` with ``phi(0) = 0`` that satisfy the properties listed; a theorem holds for every one of them.
 
     Parameters
@@ -189,7 +189,7 @@ class LawClass:
 
     Examples
     --------
-    >>> print(LawClass(sector=Sector(0, 2), slope=SlopeBounds(0, 2), odd=True))
+    >>> print(NonlinearityClass(sector=Sector(0, 2), slope=SlopeBounds(0, 2), odd=True))
     odd phi with slope in [0, 2]
     """
 
@@ -202,17 +202,19 @@ class LawClass:
         for bounds in (self.sector, self.slope):
             if bounds is not None and bounds.lower == bounds.upper:
                 raise InputError(
-                    f"LawClass has the bounds {bounds}, in which only a straight line lies; a linear gain belongs into "
-                    "the block"
+                    f"NonlinearityClass has the bounds {bounds}, in which only a straight line lies; a linear gain "
+                    "belongs into the block"
                 )
         if self.slope is not None and (self.slope.lower > self.sector.lower or self.slope.upper < self.sector.upper):
             raise InputError(
-                f"LawClass has the sector {self.sector} and the slope bounds {self.slope}: a law with these slopes "
-                "lies in the sector of the same bounds; give a sector inside the slope bounds"
+                f"NonlinearityClass has the sector {self.sector} and the slope bounds {self.slope}: a law with these "
+                "slopes lies in the sector of the same bounds; give a sector inside the slope bounds"
             )
 
     @classmethod
-    def slope_restricted(cls, lower: float | Fraction, upper: float | Fraction, *, odd: bool = False) -> LawClass:
+    def slope_restricted(
+        cls, lower: float | Fraction, upper: float | Fraction, *, odd: bool = False
+    ) -> NonlinearityClass:
         """Time-invariant laws with slope in ``[lower, upper]``, hence in the same sector."""
         return cls(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper), odd=odd)
 
@@ -251,7 +253,7 @@ class Diagonal:
 
     Parameters
     ----------
-    classes : tuple of LawClass
+    classes : tuple of NonlinearityClass
         One for each channel.
     repeated : bool
         Whether all channels have the same nonlinearity; then their classes are equal.
@@ -263,11 +265,11 @@ class Diagonal:
 
     Examples
     --------
-    >>> print(Diagonal((LawClass(sector=Sector(0, 2)),)))
+    >>> print(Diagonal((NonlinearityClass(sector=Sector(0, 2)),)))
     phi in the sector [0, 2]
     """
 
-    classes: tuple[LawClass, ...]
+    classes: tuple[NonlinearityClass, ...]
     repeated: bool = False
 
     def __post_init__(self) -> None:

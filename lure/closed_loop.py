@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 from lure.arrays import Reals, np
 from lure.errors import InputError
 from lure.nonlinearities.protocol import Nonlinearity
-from lure.plants import as_block
+from lure.plants import as_plant
 from lure.plants.block import LinearBlock
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
 from lure.plants.realisation import Names
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,7 +40,7 @@ def closed_loop(block: object, law: Nonlinearity, *, pade: int | None = None) ->
     Parameters
     ----------
     block : object
-        The linear part; one that holds a ``LinearBlock`` as its ``block`` stands for that.
+        The linear part; one that holds a ``LinearPlant`` as its ``block`` stands for that.
     law : Nonlinearity
         What closes the loop.
     pade : int, optional
@@ -80,11 +80,11 @@ def _realised(block: object, pade: int | None) -> _Realised:
     block = getattr(block, "block", block)
     if isinstance(block, LinearBlock):
         return _Realised(block.dense(), block.b1, block.c, 0.0, 0.0)
-    if isinstance(block, DelayBlock):
-        block = as_block(block.to_control(pade=pade))
-    if isinstance(block, StateSpaceBlock):
+    if isinstance(block, DelayPlant):
+        block = as_plant(block.to_control(pade=pade))
+    if isinstance(block, StateSpace):
         return _Realised(block.A, block.B, block.C, block.D, block.period, block.names)
-    if not isinstance(block, RationalBlock) or block.order == 0:
+    if not isinstance(block, RationalPlant) or block.order == 0:
         raise InputError(
             f"a {type(block).__name__} without states cannot be simulated; give coefficients of order 1 or more, "
             "matrices or a formula in s or z"

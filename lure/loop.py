@@ -8,15 +8,15 @@ from fractions import Fraction
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, cast
 
-from lure.classes import LawClass
+from lure.classes import NonlinearityClass
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 from lure.nonlinearities.base import number_text
 from lure.nonlinearities.protocol import Nonlinearity
 from lure.nonlinearities.shifted import shifted_class
-from lure.plants.block import Block
+from lure.plants.block import Plant
 from lure.plants.conversion import exact_block
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 from lure.record import by_value, html_table, plain
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class Loop:
     ----------
     block : Block
         The linear part; a system of python-control or scipy.signal, coefficients or a formula become the block that
-        :func:`lure.as_block` makes of them.
+        :func:`lure.as_plant` makes of them.
     nonlinearity : Nonlinearity
         The law, with the sector its author vouches for; ``control.saturation_nonlinearity`` becomes a ``Saturation``.
 
@@ -52,18 +52,18 @@ class Loop:
     [0, 5]
     """
 
-    block: Block
+    block: Plant
     nonlinearity: Nonlinearity
 
     def __post_init__(self) -> None:
         if not hasattr(self.block, "transfer"):
-            from lure.plants import as_block
+            from lure.plants import as_plant
 
-            object.__setattr__(self, "block", as_block(self.block))
+            object.__setattr__(self, "block", as_plant(self.block))
         if not hasattr(self.nonlinearity, "sector"):
-            from lure.nonlinearities.reading import as_law
+            from lure.nonlinearities.reading import as_nonlinearity
 
-            object.__setattr__(self, "nonlinearity", as_law(self.nonlinearity))
+            object.__setattr__(self, "nonlinearity", as_nonlinearity(self.nonlinearity))
 
     def to_control(self, *, pade: int | None = None) -> control.NonlinearIOSystem:
         """The closed loop as a nonlinear system of python-control, with a load ``r`` added to ``mu``.
@@ -134,9 +134,9 @@ class Transformed:
 
     Attributes
     ----------
-    block : RationalBlock
+    block : RationalPlant
         ``H'``, hidden modes of ``H`` kept.
-    law_class : LawClass
+    law_class : NonlinearityClass
         The class of ``psi``.
     gain : Fraction
         What was moved from the law into the block, in total.
@@ -144,8 +144,8 @@ class Transformed:
         What was replaced by what, one line each.
     """
 
-    block: RationalBlock
-    law_class: LawClass
+    block: RationalPlant
+    law_class: NonlinearityClass
     gain: Fraction
     steps: tuple[str, ...]
 
@@ -212,14 +212,14 @@ class Transformed:
         return "\n".join(self.steps)
 
 
-def sector_shift(block: object, law_class: LawClass) -> Transformed:
+def sector_shift(block: object, law_class: NonlinearityClass) -> Transformed:
     """The same loop with the sector ``[k1, k2]`` brought to ``[0, k2 - k1]``.
 
     Parameters
     ----------
-    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
-        The block ``H``: whatever :func:`lure.as_block` makes a ``RationalBlock`` of.
-    law_class : LawClass
+    block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
+        The block ``H``: whatever :func:`lure.as_plant` makes a ``RationalPlant`` of.
+    law_class : NonlinearityClass
         Its sector has a finite lower bound ``k1``; slope bounds move along, parity and time dependence stay.
 
     Returns
@@ -235,7 +235,7 @@ def sector_shift(block: object, law_class: LawClass) -> Transformed:
     Examples
     --------
     >>> from lure.classes import Sector
-    >>> shifted = sector_shift(RationalBlock([1], [1, 1, -1]), LawClass(sector=Sector(2, 5)))
+    >>> shifted = sector_shift(RationalPlant([1], [1, 1, -1]), NonlinearityClass(sector=Sector(2, 5)))
     >>> print(shifted)
     phi in the sector [2, 5] is replaced by psi(sigma) = phi(sigma) - 2 sigma: psi in the sector [0, 3]
     H = 1 / (s^2 + s - 1) is replaced by H/(1 + 2 H) = 1 / (s^2 + s + 1)
@@ -252,16 +252,16 @@ def sector_shift(block: object, law_class: LawClass) -> Transformed:
     return pole_shift(block, law_class, lower)
 
 
-def pole_shift(block: object, law_class: LawClass, gain: Exact) -> Transformed:
+def pole_shift(block: object, law_class: NonlinearityClass, gain: Exact) -> Transformed:
     """The same loop with ``gain`` moved from the law into the block, which moves the block's poles.
 
     An unstable or critical block is made stable by a gain for which the linear loop is; ``-gain`` undoes it.
 
     Parameters
     ----------
-    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
-        The block ``H``: whatever :func:`lure.as_block` makes a ``RationalBlock`` of.
-    law_class : LawClass
+    block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
+        The block ``H``: whatever :func:`lure.as_plant` makes a ``RationalPlant`` of.
+    law_class : NonlinearityClass
         The class of ``phi``.
     gain : int, float, Fraction or Decimal
         Finite.
@@ -279,7 +279,7 @@ def pole_shift(block: object, law_class: LawClass, gain: Exact) -> Transformed:
     Examples
     --------
     >>> from lure import Sector
-    >>> shifted = pole_shift(RationalBlock([1], [1, -1]), LawClass(sector=Sector(2, 4)), gain=2)
+    >>> shifted = pole_shift(RationalPlant([1], [1, -1]), NonlinearityClass(sector=Sector(2, 4)), gain=2)
     >>> print(shifted.block, "|", shifted.law_class)
     1 / (s + 1) | phi in the sector [0, 2]
     """
@@ -297,12 +297,12 @@ def pole_shift(block: object, law_class: LawClass, gain: Exact) -> Transformed:
     return Transformed(block=moved, law_class=shifted, gain=g, steps=steps)
 
 
-def shifted_block(block: RationalBlock, gain: Fraction) -> RationalBlock:
+def shifted_block(block: RationalPlant, gain: Fraction) -> RationalPlant:
     """``H/(1 + gain H) = n/(d + gain n)``, hidden modes kept.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block ``H = n/d``.
     gain : Fraction
         The feedback around it.
@@ -319,7 +319,7 @@ def shifted_block(block: RationalBlock, gain: Fraction) -> RationalBlock:
         )
     pairs = zip_longest(reversed(block.denominator), reversed(block.numerator), fillvalue=Fraction(0))
     closed = [d + gain * n for d, n in pairs]
-    return RationalBlock(block.numerator, closed[::-1], block.dt)
+    return RationalPlant(block.numerator, closed[::-1], block.dt)
 
 
 def _rounded(value: Fraction | float, towards: float) -> float:

@@ -27,7 +27,7 @@ import control
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lure import as_block
+from lure import as_plant
 from lure.analysis import max_sector, nyquist_response, popov_response
 from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, finish_axes
 
@@ -181,7 +181,7 @@ say(touching)
 # circle criterion stops at $k = 101/100$, and with the gain 2 the loop has two poles on the right.
 
 # %%
-RINGING = as_block("1/(s + 1) - 0.0002*s/(s^2 + 0.0002*s + 100)")
+RINGING = as_plant("1/(s + 1) - 0.0002*s/(s^2 + 0.0002*s + 100)")
 grid = np.geomspace(0.01, 1000, 3000)
 coarse = nyquist_response(RINGING, omega=grid)
 print(f"least real part on the grid: {coarse.values.real.min():.3g}")

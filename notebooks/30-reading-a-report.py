@@ -29,14 +29,14 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lure import LawClass, LoopSystem, Saturation, Sector, as_block
+from lure import LoopSystem, NonlinearityClass, Saturation, Sector, as_plant
 from lure.analysis import Proved, Verdict, check
 from lure.analysis.plots import plot_popov, plot_reach
 from lure.analysis.questions.table import class_name
 from lure.analysis.report import build_loop_report, write_loop_report
 from lure.analysis.rod.plots import plot_both_decays, plot_both_ends, plot_damping
 from lure.analysis.rod.report import build_report, claims, write_report
-from lure.rod import RodBlock, builtin_system
+from lure.rod import RodPlant, builtin_system
 
 
 def say(*texts):
@@ -111,7 +111,7 @@ for row in report.criteria:
 # You can check the margin on your fingers: ask the block.
 
 # %%
-blocks = {"scheme": report.scheme, "rod": RodBlock(report.scheme.rod)}
+blocks = {"scheme": report.scheme, "rod": RodPlant(report.scheme.rod)}
 seen = {}
 for row in report.criteria:
     s = 1j * row.worst_frequency
@@ -238,10 +238,10 @@ say(pushed.conclusion.statement, f"The checker: {pushed.certificates[0].claim}")
 # under a saturation of gain 3; and once more, if all you know is that the law lies in the sector $[0, 3]$:
 
 # %%
-plant = as_block("(s^2 - 0.2*s - 0.1)/(s^3 + 2*s^2 + s + 1)")
+plant = as_plant("(s^2 - 0.2*s - 0.1)/(s^3 + 2*s^2 + s + 1)")
 loop = LoopSystem(name="plant", title="a zero in the right half-plane", block=plant)
 saturated = build_loop_report(replace(loop, nonlinearity=Saturation(gain=3, limit=1)))
-sector_only = build_loop_report(replace(loop, law_class=LawClass(sector=Sector(0, 3))))
+sector_only = build_loop_report(replace(loop, law_class=NonlinearityClass(sector=Sector(0, 3))))
 for one in (saturated, sector_only):
     print(one.verdict)
     say(one.analysis.statement, *(f"To decide more: {hint}." for hint in one.analysis.hints))

@@ -38,7 +38,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lure import as_block
+from lure import as_plant
 from lure.analysis.certificates import checker  # what is checked: called to compare, never to compute
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.plots.loops import plot_loop_popov
@@ -236,7 +236,7 @@ say(refuted.facts["root"])
 
 # %%
 _, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.8), layout="constrained")
-plot_loop_popov(as_block(([1], [1, 3, 2, 0])), 5.9, 1.5, ax=left)
+plot_loop_popov(as_plant(([1], [1, 3, 2, 0])), 5.9, 1.5, ax=left)
 left.set_title("1/(s(s+1)(s+2)), κ = k = 5.9, θ = 3/2", fontsize="medium")
 left.texts[0].set_position((-34, 6))  # away from the curve
 X = np.linspace(0, 4.2, 400)

@@ -50,11 +50,11 @@ LAW = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
 # %%
 import matplotlib.pyplot as plt
 
-from lure import LawClass, as_block
+from lure import NonlinearityClass, as_plant
 from lure.analysis import certify, max_sector, max_slope, nonlinearity_bounds
 from lure.analysis.plots import plot_law_sector, plot_reach
 
-block = as_block(PLANT)
+block = as_plant(PLANT)
 print(f"H = {block}")
 
 # %% [markdown]
@@ -168,7 +168,7 @@ from pathlib import Path
 from lure.analysis.certificates import checker
 from lure.analysis.questions.certify import text_of
 
-answer = certify(block, LawClass(sector=bounds.sector))
+answer = certify(block, NonlinearityClass(sector=bounds.sector))
 print(answer)
 
 
@@ -276,5 +276,5 @@ if str(block) == "200000 / (s^4 + 50 s^3 + 10400 s^2 + 100000 s)" and LAW == "mi
     assert str(kept.evidence) == "certified"
     assert half == Sector(0, 10)
     assert outcomes in ([0, 1], [])  # passed, failed; not run where there is no pytest
-    assert str(certify(block, LawClass(sector=Sector(0, 50))).verdict) == "INCONCLUSIVE"
+    assert str(certify(block, NonlinearityClass(sector=Sector(0, 50))).verdict) == "INCONCLUSIVE"
     print("All of it holds.")

@@ -38,7 +38,7 @@ from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION
 from lure.analysis.rod.conclusion import conclusion
 from lure.analysis.rod.spectrum import rod_spectrum
 from lure.analysis.theorems.popov import circle_criterion, popov_criterion
-from lure.rod import Boundary, Rod, RodBlock, Scenario, builtin_system, exact_motion, upwind
+from lure.rod import Boundary, Rod, RodPlant, Scenario, builtin_system, exact_motion, upwind
 
 steel, paper = builtin_system("steel-rod").rod, builtin_system("paper-rod").rod
 EVERY = Sector(0, math.inf)
@@ -83,7 +83,7 @@ ratios = np.sort(np.concatenate([np.geomspace(0.02, 50, 240), 1 - near, 1 + near
 fine = [designed(steel, ratio) for ratio in ratios]
 T, dT = steel.travel_time, steel.mobility * steel.travel_time  # d T = L/E
 decay = {N: np.array([rod_spectrum(upwind(rod, N)).decay_scheme for rod in fine]) * T for N in (10, 50)}
-exact_decay = np.array([-RodBlock(rod).log_reflection / 2 for rod in fine])
+exact_decay = np.array([-RodPlant(rod).log_reflection / 2 for rod in fine])
 
 
 def rod_reach(ratio):
@@ -100,7 +100,7 @@ print("          decay x T      |  circle / (E/L)   |  least theta / T")
 print("  k/Z" + "      rod   N = 10 |" * 3)
 for ratio in chosen:
     rod = designed(steel, ratio)
-    blocks, spectrum = (RodBlock(rod), upwind(rod, 10)), rod_spectrum(upwind(rod, 10))
+    blocks, spectrum = (RodPlant(rod), upwind(rod, 10)), rod_spectrum(upwind(rod, 10))
     circle = [circle_criterion(block, EVERY).largest_sector.low * dT for block in blocks]
     theta = [popov_criterion(block, EVERY).smallest_theta.high / T for block in blocks]
     table[ratio] = (spectrum.decay_rod * T, spectrum.decay_scheme * T, *circle, *theta)
@@ -153,7 +153,7 @@ plt.show()
 # %%
 own = {}
 for name, rod in (("steel", steel), ("paper", paper)):
-    circle, popov = (test(RodBlock(rod), rod.law.sector) for test in (circle_criterion, popov_criterion))
+    circle, popov = (test(RodPlant(rod), rod.law.sector) for test in (circle_criterion, popov_criterion))
     own[name] = [str(found.verdict) for found in (circle, popov, conclusion(upwind(rod, 10), Scenario()))]
     print("{}: inequality of circle {}, Popov {}; energy theorem {}".format(name, *own[name]))
 
@@ -391,15 +391,15 @@ for ratio, (flight, scheme, circle, circle_N, theta, theta_N) in table.items():
 assert (round(table[2][3], 1), round(table[2][2], 1)) == (4.5, 2.7)
 assert min(table[1][2:4]) > 1e17
 assert rod_spectrum(upwind(designed(steel, 10**9), 10)).decay_scheme * T > 0.1
-assert RodBlock(designed(steel, 10**9)).log_reflection > -1e-8
-margins = {r: popov_criterion(RodBlock(designed(steel, r)), steel.law.sector, theta=T).margin for r in chosen}
+assert RodPlant(designed(steel, 10**9)).log_reflection > -1e-8
+margins = {r: popov_criterion(RodPlant(designed(steel, r)), steel.law.sector, theta=T).margin for r in chosen}
 most = steel.compliance + T * steel.mobility
 assert abs(margins[1].low / most - 1) < 1e-9
 assert all(margin.high < most for r, margin in margins.items() if r != 1)
 assert own == {"steel": ["INCONCLUSIVE", "PROVED", "PROVED"], "paper": ["PROVED"] * 3}
 edge = 1 / math.sqrt(1 + 1 / stiffness(steel))
 assert 0.994 < edge < 0.995
-beside = [circle_criterion(RodBlock(designed(steel, r)), steel.law.sector) for r in (edge - 1e-6, edge + 1e-6, 1)]
+beside = [circle_criterion(RodPlant(designed(steel, r)), steel.law.sector) for r in (edge - 1e-6, edge + 1e-6, 1)]
 assert [str(found.verdict) for found in beside] == ["INCONCLUSIVE", "PROVED", "PROVED"]
 
 assert all(abs(returned[ratio] - bar.reflection**2) < 1e-12 for ratio, bar in bars.items())

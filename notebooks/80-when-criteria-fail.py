@@ -31,7 +31,7 @@ from scipy import signal
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from lure import PiecewiseLinear, as_block
+from lure import PiecewiseLinear, as_plant
 from lure.analysis import Refuted, check, max_sector, max_slope
 from lure.analysis.describing import describing_hint
 from lure.analysis.plots import plot_law, plot_reach
@@ -215,7 +215,7 @@ print("mu:    ", *mu[1:])
 # stops at 3, because $\mathrm{Re}\,H$ is least, $-1/3$, at $\omega^2 = 2$. A weak criterion? It allows more laws:
 
 # %%
-spring = as_block("1/(s^2 + s + 1)")
+spring = as_plant("1/(s^2 + s + 1)")
 still, varying = max_sector(spring), max_sector(spring, time_varying=True, search="full")
 say(still, varying)
 pattern = varying.witness.data
@@ -286,7 +286,7 @@ say(*missed)
 # under a law that does nothing up to 1, has slope 1 up to 2, and saturates there:
 
 # %%
-alarm = as_block("-(s + 1.6)/(s^2 + 0.39*s + 1)")
+alarm = as_plant("-(s + 1.6)/(s^2 + 0.39*s + 1)")
 stop = PiecewiseLinear(points=((-2, -1), (-1, 0), (1, 0), (2, 1)), left_slope=0, right_slope=0)
 hint = describing_hint(alarm, stop)
 linear = max_sector(alarm)

@@ -18,9 +18,9 @@ from lure.analysis.numerics.doubles import double_below
 from lure.analysis.theorems.table import Upper, row_of
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import np
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpace
 
 STEPS_DOWN = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.5, 0.9, 0.99, 0.999, 0.9999, 0.999999)
 
@@ -28,12 +28,12 @@ LARGER = (Fraction(1), Fraction(2), Fraction(4))
 SMALLER = (Fraction(1, 16), Fraction(1, 256), Fraction(1, 4096))
 
 
-def certified_by_matrix(block: StateSpaceBlock, answer: Answer) -> Answer:
+def certified_by_matrix(block: StateSpace, answer: Answer) -> Answer:
     """The answer with what the checker accepted of it; INCONCLUSIVE where it accepted nothing.
 
     Parameters
     ----------
-    block : StateSpaceBlock
+    block : StateSpace
         The block.
     answer : Answer
         Of :func:`lure.analysis.inequality.state_space.state_space_largest`, or a refusal, which stays as it is.
@@ -43,7 +43,7 @@ def certified_by_matrix(block: StateSpaceBlock, answer: Answer) -> Answer:
     Answer
         PROVED with ``proof``, ``largest.low`` the upper end of the class that was accepted: a relative step of 1e-10
         below the computed one, or a larger step where rounding errors ask for it.  Where every finite ``k`` seems to be
-        reached, that is proved, or else a large ``k``, and the answer is ``capped``.
+        reached, that is proved, or else a large ``k``, and the answer is ``search_limited``.
     """
     if answer.theta is None:  # the criterion does not apply
         return answer
@@ -61,25 +61,25 @@ def certified_by_matrix(block: StateSpaceBlock, answer: Answer) -> Answer:
         if not isinstance(proved, Proved):
             continue
         low = math.inf if isinstance(upper, str) else double_below(upper)
-        capped = infinite and low < math.inf
+        search_limited = infinite and low < math.inf
         tried = f"{low:g}".replace("e+", "e")
         return replace(
             answer,
             largest=Bracket(low, max(low, answer.largest.high)),
-            law_class=LawClass(sector=Sector(lower, low), time_varying=varying),
+            law_class=NonlinearityClass(sector=Sector(lower, low), time_varying=varying),
             theta=float(theta or 0),
             parameters=MappingProxyType({} if theta is None else {"theta": str(theta)}),
             verdict=Verdict.PROVED,
             evidence=Evidence.CERTIFIED,
             hypotheses=tuple(f"{name}: {fact}" for name, fact in proved.facts.items()),
             proof=proved,
-            capped=capped,
-            reason=f"{tried} is the largest k for which a certificate was tried" if capped else "",
+            search_limited=search_limited,
+            reason=f"{tried} is the largest k for which a certificate was tried" if search_limited else "",
         )
     return replace(answer, reason=f"computed in floating point, not certified: {reason}")
 
 
-def _proposals(block: StateSpaceBlock, answer: Answer, lower: Fraction) -> Iterator[tuple[Upper, Fraction | None]]:
+def _proposals(block: StateSpace, answer: Answer, lower: Fraction) -> Iterator[tuple[Upper, Fraction | None]]:
     """Upper ends to try, the largest first, each with ``theta``; doubles, so that what is printed is what is proved."""
     low = answer.largest.low
     theta = None if row_of(answer.criterion, block).time_varying else Fraction(str(answer.parameters["theta"]))

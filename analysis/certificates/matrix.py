@@ -18,13 +18,13 @@ from lure.analysis.rod.certificates import energy_matrix
 from lure.analysis.theorems.table import Upper
 from lure.arrays import np
 from lure.errors import AssumptionError
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.discretisation import UpwindScheme
 
 Vector = list[Fraction]
 Matrix = list[Vector]
-MatrixBlock = RationalBlock | StateSpaceBlock | UpwindScheme
+MatrixBlock = RationalPlant | StateSpace | UpwindScheme
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -62,7 +62,7 @@ def matrix_draft(
 
     Parameters
     ----------
-    block : RationalBlock, StateSpaceBlock or UpwindScheme
+    block : RationalPlant, StateSpace or UpwindScheme
         The block; entries of matrices mean the doubles they are.
     upper : Fraction or {"finite", "inf"}
         Upper end of the sector.
@@ -87,7 +87,7 @@ def matrix_draft(
 
     Examples
     --------
-    >>> draft = matrix_draft(RationalBlock([1], [1, 1]), Fraction(5))
+    >>> draft = matrix_draft(RationalPlant([1], [1, 1]), Fraction(5))
     >>> draft["theorem"], len(draft["proof"]["P"])
     ('circle', 1)
     """
@@ -102,7 +102,7 @@ def matrix_draft(
     sector = [text(lower), upper if isinstance(upper, str) else text(upper)]
     return {
         "verdict": "PROVED",
-        "numbers": "doubles, exactly" if isinstance(block, StateSpaceBlock) else "rationals",
+        "numbers": "doubles, exactly" if isinstance(block, StateSpace) else "rationals",
         "system": system,
         "laws": {"sector": sector, "slope": None, "odd": False, "time_varying": False, "linear": False},
         "theorem": "circle" if theta is None else "popov",

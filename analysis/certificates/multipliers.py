@@ -11,11 +11,11 @@ from lure.analysis.verdict import Answer, Verdict
 from lure.arrays import NDArray, Reals, linalg, np, optimize
 from lure.classes import Sector
 from lure.errors import AssumptionError
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 # How much room a frequency inequality leaves, in floating point: at the frequencies of the poles, and in the dips.
 
@@ -105,17 +105,17 @@ def apart(points: Reals) -> Reals:
     return np.asarray(ordered[np.append(True, np.diff(ordered) > SAME * ordered[1:])])
 
 
-Block = RationalBlock | DelayBlock | UpwindScheme | RodBlock
+Plant = RationalPlant | DelayPlant | UpwindScheme | RodPlant
 
 EASE = Fraction(5, 4)
 
 
-def multipliers(block: Block, answer: Answer, upper: Upper) -> Iterator[Multiplier]:
+def multipliers(block: Plant, answer: Answer, upper: Upper) -> Iterator[Multiplier]:
     """The multipliers to try, the likeliest first.
 
     Parameters
     ----------
-    block : RationalBlock, DelayBlock, UpwindScheme or RodBlock
+    block : RationalPlant, DelayPlant, UpwindScheme or RodPlant
         The block of the answer.
     answer : Answer
         What was proved.
@@ -132,13 +132,13 @@ def multipliers(block: Block, answer: Answer, upper: Upper) -> Iterator[Multipli
     Where ``theta`` (``alpha``, ``tau``) grows without bound with ``k``, no one multiplier serves every finite ``k``,
     and for ``"finite"`` there is nothing to try; for one number the criterion is asked again.
     """
-    if isinstance(block, UpwindScheme | RodBlock):
+    if isinstance(block, UpwindScheme | RodPlant):
         yield {"theta": str(rod_theta(block.rod))} if answer.theta else {}  # of the circle criterion it is 0
         return
     row = row_of(answer.criterion, block)
     yield from row.multipliers(answer, upper)
     # an answer about every finite k: its multiplier need not serve any one of them
-    if isinstance(upper, Fraction) and isinstance(block, RationalBlock) and answer.largest.low == math.inf:
+    if isinstance(upper, Fraction) and isinstance(block, RationalPlant) and answer.largest.low == math.inf:
         bounds = Sector(answer.law_class.sector.lower, upper)
         again = row.decide(block, bounds, odd=answer.law_class.odd)
         if again.verdict is Verdict.PROVED:

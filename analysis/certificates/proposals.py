@@ -11,19 +11,19 @@ from typing import Any, Literal
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import CONVENTION, FORMAT, Proved
 from lure.analysis.certificates.covers import Uncovered, cover_proof, has_delays
-from lure.analysis.certificates.multipliers import Block, multipliers, rod_circle_bound
+from lure.analysis.certificates.multipliers import Plant, multipliers, rod_circle_bound
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.certificates.systems import laws_of, system_of, text
 from lure.analysis.deadline import checkpoint
 from lure.analysis.theorems.table import Multiplier, Upper, row_of
 from lure.analysis.verdict import Answer
 from lure.arrays import np
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 Numbers = Literal["rationals", "decimals as written", "doubles, exactly"]
 
@@ -50,12 +50,12 @@ class Certified:
     upper: Upper
 
 
-def answer_draft(block: Block, answer: Answer, upper: Upper, *, numbers: Numbers = "rationals") -> dict[str, Any]:
+def answer_draft(block: Plant, answer: Answer, upper: Upper, *, numbers: Numbers = "rationals") -> dict[str, Any]:
     """The likeliest certificate for an answer, without what :func:`.settled` fills in.
 
     Parameters
     ----------
-    block : RationalBlock, DelayBlock, UpwindScheme or RodBlock
+    block : RationalPlant, DelayPlant, UpwindScheme or RodPlant
         The block of the answer.
     answer : Answer
         An answer whose verdict is PROVED, of any criterion; of ``hurwitz`` whatever its verdict: the certificate is
@@ -77,7 +77,7 @@ def answer_draft(block: Block, answer: Answer, upper: Upper, *, numbers: Numbers
     )
 
 
-def certified(block: Block, answer: Answer, upper: Upper | None = None, *, numbers: Numbers = "rationals") -> Certified:
+def certified(block: Plant, answer: Answer, upper: Upper | None = None, *, numbers: Numbers = "rationals") -> Certified:
     r"""A certificate for an answer that the checker accepted.
 
     Multipliers beside that of the answer are tried, and then smaller classes: the next doubles below, relative steps
@@ -86,7 +86,7 @@ def certified(block: Block, answer: Answer, upper: Upper | None = None, *, numbe
 
     Parameters
     ----------
-    block : RationalBlock, DelayBlock, UpwindScheme or RodBlock
+    block : RationalPlant, DelayPlant, UpwindScheme or RodPlant
         The block of the answer.
     answer : Answer
         An answer whose verdict is PROVED; of ``hurwitz`` whatever its verdict.
@@ -120,22 +120,22 @@ def certified(block: Block, answer: Answer, upper: Upper | None = None, *, numbe
     raise first or Rejected(f"no multiplier of {answer.criterion} to propose")
 
 
-def energy_draft(block: UpwindScheme | RodBlock, *, numbers: Numbers = "rationals") -> dict[str, Any]:
+def energy_draft(block: UpwindScheme | RodPlant, *, numbers: Numbers = "rationals") -> dict[str, Any]:
     """The certificate of the energy theorem for the rod or its scheme: the sector ``[0, inf]``, no multiplier.
 
     Parameters
     ----------
-    block : UpwindScheme or RodBlock
+    block : UpwindScheme or RodPlant
         The scheme, or the rod itself.
     numbers : str
         Where the parameters came from.
     """
-    laws = laws_of(LawClass(sector=Sector(0, math.inf)), unbounded=True)
+    laws = laws_of(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=True)
     return _certificate(block, laws, ("rod-energy", {}, {"method": "structure"}), numbers)
 
 
-def _draft(block: Block, answer: Answer, upper: Upper, multiplier: Multiplier, numbers: Numbers) -> dict[str, Any]:
-    rod = isinstance(block, UpwindScheme | RodBlock)
+def _draft(block: Plant, answer: Answer, upper: Upper, multiplier: Multiplier, numbers: Numbers) -> dict[str, Any]:
+    rod = isinstance(block, UpwindScheme | RodPlant)
     theorem = f"rod-{answer.criterion}" if rod else answer.criterion
     method = "structure" if rod else "polynomial"
     draft = _certificate(block, _laws(block, answer, upper), (theorem, multiplier, {"method": method}), numbers)
@@ -143,7 +143,7 @@ def _draft(block: Block, answer: Answer, upper: Upper, multiplier: Multiplier, n
 
 
 def _certificate(
-    block: Block, laws: dict[str, Any], proof: tuple[str, Multiplier, dict[str, Any]], numbers: Numbers
+    block: Plant, laws: dict[str, Any], proof: tuple[str, Multiplier, dict[str, Any]], numbers: Numbers
 ) -> dict[str, Any]:
     theorem, multiplier, method = proof
     return {
@@ -160,7 +160,7 @@ def _certificate(
     }
 
 
-def _laws(block: Block, answer: Answer, upper: Upper) -> dict[str, Any]:
+def _laws(block: Plant, answer: Answer, upper: Upper) -> dict[str, Any]:
     """The class of the answer with another upper end."""
     given = answer.law_class
     laws = laws_of(given, unbounded=False, linear=row_of(answer.criterion, block).linear)
@@ -171,26 +171,26 @@ def _laws(block: Block, answer: Answer, upper: Upper) -> dict[str, Any]:
     return laws
 
 
-def _no_upper_slope(block: Block, answer: Answer) -> bool:
+def _no_upper_slope(block: Plant, answer: Answer) -> bool:
     """Whether the laws of the answer may be steeper than their sector: not where ``H(inf) < 0``."""
-    direct = isinstance(block, RationalBlock) and block.feedthrough < 0
+    direct = isinstance(block, RationalPlant) and block.feedthrough < 0
     return row_of(answer.criterion, block).free == "above" and not direct
 
 
-def _default(block: Block, answer: Answer) -> Upper:
+def _default(block: Plant, answer: Answer) -> Upper:
     upper = answer.law_class.sector.upper
     if upper != math.inf:
         return Fraction(upper)
-    return "inf" if isinstance(block, UpwindScheme | RodBlock) and answer.theta else "finite"
+    return "inf" if isinstance(block, UpwindScheme | RodPlant) and answer.theta else "finite"
 
 
-def _uppers(block: Block, answer: Answer, upper: Upper) -> Iterator[Upper]:
+def _uppers(block: Plant, answer: Answer, upper: Upper) -> Iterator[Upper]:
     """The end asked for, then smaller ones."""
     yield upper
     lower = answer.law_class.sector.lower
     if lower == -math.inf:
         return
-    if isinstance(block, UpwindScheme | RodBlock):
+    if isinstance(block, UpwindScheme | RodPlant):
         bound = None if answer.theta else rod_circle_bound(block.rod)
         if bound is not None:
             yield (1 - ROD_SLACK) * bound
@@ -208,15 +208,15 @@ def _uppers(block: Block, answer: Answer, upper: Upper) -> Iterator[Upper]:
     yield from (upper - (upper - low) * Fraction(step) for step in steps)
 
 
-def _delayed(block: Block, answer: Answer) -> bool:
+def _delayed(block: Plant, answer: Answer) -> bool:
     kernels = answer.parameters.get("kernels")
-    return isinstance(block, DelayBlock) or (isinstance(kernels, list) and any("delay" in kernel for kernel in kernels))
+    return isinstance(block, DelayPlant) or (isinstance(kernels, list) and any("delay" in kernel for kernel in kernels))
 
 
-def _unit(block: RationalBlock | DelayBlock) -> Fraction:
+def _unit(block: RationalPlant | DelayPlant) -> Fraction:
     """A power of ten of about the size of ``1/|H|``."""
     omega = np.geomspace(1e-4, 3.0, 40)
-    discrete = isinstance(block, RationalBlock) and block.dt is not None
+    discrete = isinstance(block, RationalPlant) and block.dt is not None
     size = np.abs(block.transfer(np.exp(1j * omega) if discrete else 1j * omega))
     largest = float(np.max(size[np.isfinite(size)], initial=0.0))
     return Fraction(10) ** -round(math.log10(largest)) if largest > 0 else Fraction(1)

@@ -22,17 +22,17 @@ from lure.analysis.counterexamples.linear import Realisation, balls
 from lure.analysis.counterexamples.piecewise import PiecewiseLoop
 from lure.analysis.counterexamples.validated import Itinerary, refined
 from lure.analysis.inequality.gains import is_stable_gain
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.polynomial import exact_midpoint, real_roots
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.analysis.theorems.dead_time import DelayPlant
+from lure.analysis.theorems.dead_time import Delayed
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import np
 from lure.errors import AssumptionError
 from lure.nonlinearities.piecewise_linear import Graph
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 
 # Proofs for certificates that a linear gain between two others puts a root on the imaginary axis.
 
@@ -49,7 +49,7 @@ class _Curve:
     guesses: tuple[tuple[Fraction, Fraction], ...]
 
 
-def crossing_proof(block: RationalBlock | DelayBlock, gains: tuple[Fraction, Fraction]) -> dict[str, Any]:
+def crossing_proof(block: RationalPlant | DelayPlant, gains: tuple[Fraction, Fraction]) -> dict[str, Any]:
     r"""The proof by ``crossing``: ``Im H`` changes sign between two frequencies, there ``-1/Re H`` is between gains.
 
     ``1 + g H(i omega) = 0`` at the frequency where ``Im H = 0``, for ``g = -1/Re H`` there.  In discrete time
@@ -57,7 +57,7 @@ def crossing_proof(block: RationalBlock | DelayBlock, gains: tuple[Fraction, Fra
 
     Parameters
     ----------
-    block : RationalBlock or DelayBlock
+    block : RationalPlant or DelayPlant
         The block.
     gains : tuple of Fraction
         Two gains with such a one strictly between them.
@@ -78,7 +78,7 @@ def crossing_proof(block: RationalBlock | DelayBlock, gains: tuple[Fraction, Fra
     no sign; a polynomial is then decided by Sturm's theorem.
     """
     with working_precision(BITS):
-        curve = _delayed(block) if isinstance(block, DelayBlock) else _rational(block)
+        curve = _delayed(block) if isinstance(block, DelayPlant) else _rational(block)
         for a, b in curve.guesses:
             for low, high in _narrowed(curve, a, b):
                 ends = [-1 / curve.parts(omega)[0] for omega in (low, high)]
@@ -102,8 +102,8 @@ def _narrowed(curve: _Curve, a: Fraction, b: Fraction) -> Iterator[tuple[Fractio
     yield a, b
 
 
-def _rational(block: RationalBlock) -> _Curve:
-    plant = Plant.of(block)
+def _rational(block: RationalPlant) -> _Curve:
+    plant = TransferPolynomials.of(block)
     response = plant.response()
 
     def at(p: fmpq_poly, x: arb) -> arb:
@@ -125,8 +125,8 @@ def _rational(block: RationalBlock) -> _Curve:
 _MARGINS = (Fraction(1, 2**WIDTH), Fraction(1, 2**40), Fraction(1, 2**20))
 
 
-def _delayed(block: DelayBlock) -> _Curve:
-    plant = DelayPlant.of(block)
+def _delayed(block: DelayPlant) -> _Curve:
+    plant = Delayed.of(block)
     start = plant.start
     omega = np.union1d(
         np.geomspace(start * 1e-6, 64 * start, 4 * SAMPLES), np.linspace(start / SAMPLES, start, SAMPLES)
@@ -267,7 +267,7 @@ def _shot(loop: PiecewiseLoop, orbit: Itinerary, unknowns: list[arb]) -> arb_mat
     return arb_mat(closing + rows)
 
 
-Block = RationalBlock | DelayBlock | StateSpaceBlock
+Block = RationalPlant | DelayPlant | StateSpace
 Laws = Mapping[str, Any]
 
 REFUTATIONS_LADDER = (192, 320, 640, 1280, 2560, 4096)
@@ -285,7 +285,7 @@ def refutation_draft(
 
     Parameters
     ----------
-    block : RationalBlock, DelayBlock or StateSpaceBlock
+    block : RationalPlant, DelayPlant or StateSpace
         The block for which the witness was found.
     witness : Witness
         CERTIFIED, of any kind.
@@ -329,7 +329,7 @@ def smallest_class(block: Block, witness: Witness) -> dict[str, Any]:
 
     Parameters
     ----------
-    block : RationalBlock, DelayBlock or StateSpaceBlock
+    block : RationalPlant, DelayPlant or StateSpace
         The block.
     witness : Witness
         The witness; its ``k`` is rounded up, and the exact one is taken from its data where they hold it.
@@ -343,7 +343,7 @@ def smallest_class(block: Block, witness: Witness) -> dict[str, Any]:
     elif witness.kind == "linear gain":
         low = _number(data.get("lower", "0"))
         single = isinstance(data.get("gain"), str)
-        high = _gain(block, data, None) if single and isinstance(block, RationalBlock) else Fraction(witness.k)
+        high = _gain(block, data, None) if single and isinstance(block, RationalPlant) else Fraction(witness.k)
         high = high if high > low else low + 1
     else:
         low, high = _number(data["lower"]), _number(data.get("upper", data.get("k")))
@@ -372,13 +372,13 @@ def _proof(block: Block, witness: Witness, system: Mapping[str, Any], laws: Laws
             **{key: data[key] for key in ("points", "u", "sigma")},
         }
     top = _upper(laws)
-    if isinstance(block, DelayBlock):
+    if isinstance(block, DelayPlant):
         low, high = (Fraction(end) for end in cast("list[float]", data["gain"]))
         at_zero = _static(block)
         if at_zero is not None and low <= at_zero <= high:
             return {"method": "linear-gain", "gain": text(at_zero)}
         return crossing_proof(block, (low, high if top is None else min(high, top)))
-    if isinstance(block, StateSpaceBlock):
+    if isinstance(block, StateSpace):
         return growth_proof(system, _number(data["gain"]))
     if "gain_low" in data:
         low, high = _number(data["gain_low"]), _number(data["gain_high"])
@@ -386,12 +386,12 @@ def _proof(block: Block, witness: Witness, system: Mapping[str, Any], laws: Laws
     return {"method": "linear-gain", "gain": text(_gain(block, data, top))}
 
 
-def _gain(block: RationalBlock, data: Mapping[str, object], top: Fraction | None) -> Fraction:
+def _gain(block: RationalPlant, data: Mapping[str, object], top: Fraction | None) -> Fraction:
     """The unstable gain; a larger one where it is a lower bound with a simple root at 0 besides stable ones.
 
     At an end of the class such a root refutes nothing.
     """
-    gain, lower, plant = _number(data["gain"]), _number(data["lower"]), Plant.of(block)
+    gain, lower, plant = _number(data["gain"]), _number(data["lower"]), TransferPolynomials.of(block)
     if gain != lower or plant.shifted(lower).case != "critical":
         return gain
     width = Fraction(1) if top is None or top - lower > 1 else top - lower
@@ -400,7 +400,7 @@ def _gain(block: RationalBlock, data: Mapping[str, object], top: Fraction | None
     return next((g for g in worse if plant.shifted(g).case != "critical"), gain)
 
 
-def _static(block: DelayBlock) -> Fraction | None:
+def _static(block: DelayPlant) -> Fraction | None:
     """The gain with a root at 0, ``-1/H(0)``."""
     top = sum((numerator[-1] for _, numerator in block.terms), Fraction(0))
     return -block.denominator[-1] / top if top else None

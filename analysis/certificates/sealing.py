@@ -143,7 +143,7 @@ def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
 Draft = Mapping[str, Any]
 
 
-def sealed(question: Problem, draft: Draft) -> Proved | Refuted:
+def check_for_class(question: Problem, draft: Draft) -> Proved | Refuted:
     """What the checker makes of a draft, stated for exactly the class asked about; else for a larger one.
 
     Parameters

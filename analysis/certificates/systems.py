@@ -7,15 +7,15 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
 
-from lure.classes import LawClass
+from lure.classes import NonlinearityClass
 from lure.errors import InputError
-from lure.nonlinearities import ExpressionLaw, GraphLaw, Tanh
+from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Tanh
 from lure.nonlinearities.protocol import NormalCompliance
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 # Laws whose membership in a class the checker can decide: piecewise linear ones and the hyperbolic tangent.
 
@@ -38,7 +38,7 @@ def law_of(law: object) -> dict[str, Any] | None:
         return {"kind": "tanh", "height": str(law.gain), "rate": str(1 / law.scale)}
     if isinstance(law, NormalCompliance) and law.exact_exponent == 1:
         return {"kind": "piecewise-linear", "points": [["0", "0"]], "left": "0", "right": str(law.exact_stiffness)}
-    graph = law.graph if isinstance(law, GraphLaw | ExpressionLaw) else None
+    graph = law.graph if isinstance(law, GraphNonlinearity | ExpressionNonlinearity) else None
     if graph is None:
         return None
     points = [[str(x), str(y)] for x, y in zip(graph.knots, graph.values, strict=True)]
@@ -58,7 +58,7 @@ def system_of(block: object) -> dict[str, Any]:
 
     Parameters
     ----------
-    block : RationalBlock, DelayBlock, StateSpaceBlock, UpwindScheme or RodBlock
+    block : RationalPlant, DelayPlant, StateSpace, UpwindScheme or RodPlant
         The block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices mean the
         doubles they are; the rod's parameters are those of :attr:`lure.rod.parameters.Rod.exact`.
 
@@ -75,17 +75,17 @@ def system_of(block: object) -> dict[str, Any]:
 
     Examples
     --------
-    >>> system_of(RationalBlock([1, Fraction("-0.2")], [1, 3, 2]))["numerator"]
+    >>> system_of(RationalPlant([1, Fraction("-0.2")], [1, 3, 2]))["numerator"]
     ['1', '-1/5']
     """
-    if isinstance(block, RationalBlock):
+    if isinstance(block, RationalPlant):
         time = "continuous" if block.dt is None else "discrete"
         top, bottom = texts(block.numerator), texts(block.denominator)
         return {"kind": "transfer", "time": time, "numerator": top, "denominator": bottom}
-    if isinstance(block, DelayBlock):
+    if isinstance(block, DelayPlant):
         terms = [[str(delay), texts(top)] for delay, top in block.terms]
         return {"kind": "delay", "terms": terms, "denominator": texts(block.denominator)}
-    if isinstance(block, StateSpaceBlock):
+    if isinstance(block, StateSpace):
         return {
             "kind": "state-space",
             "time": "continuous" if block.dt is None else "discrete",
@@ -94,9 +94,9 @@ def system_of(block: object) -> dict[str, Any]:
             "c": texts(block.C.tolist()),
             "d": text(block.D),
         }
-    if isinstance(block, UpwindScheme | RodBlock):
+    if isinstance(block, UpwindScheme | RodPlant):
         parameters = {name: text(block.rod.exact[long]) for name, long in _ROD.items()}
-        if isinstance(block, RodBlock):
+        if isinstance(block, RodPlant):
             return {"kind": "rod", **parameters}
         return {"kind": "rod-scheme", **parameters, "cells": block.cells}
     raise InputError(
@@ -105,12 +105,14 @@ def system_of(block: object) -> dict[str, Any]:
     )
 
 
-def laws_of(law_class: LawClass, *, unbounded: bool, linear: bool = False, rough: bool = False) -> dict[str, Any]:
+def laws_of(
+    law_class: NonlinearityClass, *, unbounded: bool, linear: bool = False, rough: bool = False
+) -> dict[str, Any]:
     """The class of laws of a certificate.
 
     Parameters
     ----------
-    law_class : LawClass
+    law_class : NonlinearityClass
         The class.
     unbounded : bool
         What an infinite upper end means: that no gain bounds the laws (``"inf"``), or that each law has some finite
@@ -127,8 +129,8 @@ def laws_of(law_class: LawClass, *, unbounded: bool, linear: bool = False, rough
 
     Examples
     --------
-    >>> from lure import LawClass, Sector
-    >>> laws_of(LawClass(sector=Sector(0, math.inf)), unbounded=False)["sector"]
+    >>> from lure import NonlinearityClass, Sector
+    >>> laws_of(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=False)["sector"]
     ['0', 'finite']
     """
     sector, slope = law_class.sector, law_class.slope

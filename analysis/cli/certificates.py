@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.codes import Code
     from lure.analysis.certificates.proposals import Numbers
     from lure.analysis.questions.certify import Certification, Method
-    from lure.classes import LawClass
+    from lure.classes import NonlinearityClass
 
 # What ``lure verify`` does with one file: read it, have it checked, say what came of it.
 #
@@ -271,11 +271,11 @@ def certify(
     if str(output) != "-":
         _check_target(output, force=force)
     from lure.analysis.cli.progress import progress
-    from lure.analysis.questions.certify import Ways, text_of
+    from lure.analysis.questions.certify import ProofOptions, text_of
     from lure.analysis.questions.certify import certify as run
 
     kind = cast("Method", method)  # one of them: _check_options
-    ways = Ways(criterion=criterion, method=kind, finite=finite, seconds=seconds, numbers=_numbers(loop))
+    ways = ProofOptions(criterion=criterion, method=kind, finite=finite, seconds=seconds, numbers=_numbers(loop))
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = run(loop, asked, ways=ways, progress=tell)
     if found.certificate is not None:
@@ -298,9 +298,11 @@ def _check_options(method: str, seconds: float | None) -> None:
     check_seconds(seconds)
 
 
-def _asked(sector: Pair | None, slope: Pair | None, *, odd: bool, time_varying: bool) -> tuple[LawClass | None, bool]:
+def _asked(
+    sector: Pair | None, slope: Pair | None, *, odd: bool, time_varying: bool
+) -> tuple[NonlinearityClass | None, bool]:
     """The class of the options, None without any; and whether an upper bound is just finite."""
-    from lure.classes import LawClass, Sector, SlopeBounds
+    from lure.classes import NonlinearityClass, Sector, SlopeBounds
 
     if sector is None and slope is None:
         if odd or time_varying:
@@ -311,7 +313,7 @@ def _asked(sector: Pair | None, slope: Pair | None, *, odd: bool, time_varying: 
     outer = None if slope is None else _interval(slope, "--slope")
     finite = "finite" in {*(sector or ()), *(slope or ())}
     bounds = None if outer is None else SlopeBounds(*outer)
-    return LawClass(sector=Sector(*inner), slope=bounds, odd=odd, time_varying=time_varying), finite
+    return NonlinearityClass(sector=Sector(*inner), slope=bounds, odd=odd, time_varying=time_varying), finite
 
 
 def _interval(pair: Pair, name: str) -> tuple[Fraction | float, Fraction | float]:
@@ -357,10 +359,10 @@ def _check_target(path: Path, *, force: bool) -> None:
 
 
 def _numbers(loop: object) -> Numbers:
-    from lure.plants.state_space import StateSpaceBlock
+    from lure.plants.state_space import StateSpace
 
     block = getattr(loop, "block", loop)
-    return "doubles, exactly" if isinstance(block, StateSpaceBlock) else "decimals as written"
+    return "doubles, exactly" if isinstance(block, StateSpace) else "decimals as written"
 
 
 def _told(found: Certification, output: Path, *, as_json: bool, quiet: bool) -> None:

@@ -19,7 +19,7 @@ from lure.analysis.cli.progress import refused
 
 if TYPE_CHECKING:
     from lure.analysis.inequality.gains import GainInterval
-    from lure.analysis.questions import Largest
+    from lure.analysis.questions import StabilityBound
     from lure.analysis.verdict import Bracket, Verdict, Witness
 
 # The answers of ``lure max-sector`` and ``lure max-slope`` in a few lines to quote.
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 WIDTH = 80
 
 
-def lines(found: Largest, *, stable: Sequence[GainInterval] | None) -> list[str]:
+def lines(found: StabilityBound, *, stable: Sequence[GainInterval] | None) -> list[str]:
     """What is proved, what is refuted, the linear limit, the multiplier and, where nothing is proved, why.
 
     Parameters
     ----------
-    found : Largest
+    found : StabilityBound
         The answer.
     stable : sequence of GainInterval or None
         The intervals of stable linear gains, None if they were not computed.
@@ -70,13 +70,13 @@ def lines(found: Largest, *, stable: Sequence[GainInterval] | None) -> list[str]
     return [line.replace("\xa0", " ") for line in wrapped]
 
 
-def _claim(found: Largest) -> str:
+def _claim(found: StabilityBound) -> str:
     from lure.analysis.numerics.doubles import bound_above, bound_below
     from lure.analysis.verdict import Verdict
 
     low, classes = found.largest.low, f"{found.about} [{bound_above(found.lower)}, k]"
     if found.verdict is Verdict.PROVED:
-        tried = ", the largest k tried" if found.capped else ""
+        tried = ", the largest k tried" if found.search_limited else ""
         return f"{found.conclusion.headline[:-1]}{tried}, by {found.criterion} ({found.evidence})."
     if found.verdict is Verdict.REFUTED:
         return f"Not stable for every {classes}, whatever k."
@@ -261,7 +261,7 @@ def block_of(
     """
     from lure.files import find_system
     from lure.files.system import LoopSystem
-    from lure.plants import as_block
+    from lure.plants import as_plant
 
     given = [
         name
@@ -282,10 +282,10 @@ def block_of(
             raise refused(f"{system} is a rod; run: lure report {system}")
         return chosen.block
     if transfer is not None:
-        return as_block(transfer, dt=step)
+        return as_plant(transfer, dt=step)
     if num is None or den is None:
         raise refused(f"--num and --den go together; give --{'den' if den is None else 'num'} too")
-    return as_block((num, den), dt=step)
+    return as_plant((num, den), dt=step)
 
 
 def number_of(text: str, name: str = "--lower") -> Fraction:
@@ -322,16 +322,16 @@ def _step(text: str) -> Fraction:
     return step
 
 
-def _print(found: Largest, block: object, *, as_json: bool) -> int:
+def _print(found: StabilityBound, block: object, *, as_json: bool) -> int:
     if as_json:
         from lure.analysis.report.loop.document import plain
 
         print(_json(plain(found.to_dict())))
         return _status(found.verdict)
     from lure.analysis.inequality.gains import gain_intervals
-    from lure.plants.rational import RationalBlock
+    from lure.plants.rational import RationalPlant
 
-    stable = gain_intervals(block) if isinstance(block, RationalBlock) else None
+    stable = gain_intervals(block) if isinstance(block, RationalPlant) else None
     print("\n".join(lines(found, stable=stable)))
     return _status(found.verdict)
 

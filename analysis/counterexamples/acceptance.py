@@ -11,7 +11,7 @@ from types import MappingProxyType
 from lure.analysis.counterexamples.linear import realisation
 from lure.analysis.counterexamples.oscillation import orbit_witness
 from lure.analysis.counterexamples.piecewise import Flow, Passage, PiecewiseLoop, returns
-from lure.analysis.counterexamples.simulated import Block, Law, graph_of, simulate_loop
+from lure.analysis.counterexamples.simulated import Law, Plant, graph_of, simulate_loop
 from lure.analysis.counterexamples.validated import Itinerary, proved, refined
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import ArrayLike, np
@@ -21,18 +21,18 @@ SMOOTH_PERIODS = 40
 RETURN = 1e-6
 
 
-def accept_orbit_continuous(block: Block, law: Law, x0: ArrayLike, period: float) -> Witness | None:
+def accept_orbit_continuous(block: Plant, law: Law, x0: ArrayLike, period: float) -> Witness | None:
     r"""The witness for a self-oscillation of ``sigma = H mu``, ``mu = -phi(sigma)`` claimed to start near ``x0``.
 
     Parameters
     ----------
-    block : RationalBlock or (A, b, c)
+    block : RationalPlant or (A, b, c)
         In continuous time; matrices exact or doubles, without feedthrough, ``x' = A x + b mu``, ``sigma = c x``.
     law : Graph, law of the library or callable
         ``phi``.
     x0 : array_like
         (n,) state on the orbit, or from which the motion comes close to it within 200 periods; in the companion form of
-        a ``RationalBlock``.
+        a ``RationalPlant``.
     period : float
         Approximate period [s].
 
@@ -52,12 +52,12 @@ def accept_orbit_continuous(block: Block, law: Law, x0: ArrayLike, period: float
     return _observed(block, law, x0, period)
 
 
-def accept_escape(block: Block, law: Law, x0: ArrayLike, until: float) -> Witness | None:
+def accept_escape(block: Plant, law: Law, x0: ArrayLike, until: float) -> Witness | None:
     """The witness for a motion of ``sigma = H mu``, ``mu = -phi(sigma)`` that seems to grow without bound: OBSERVED.
 
     Parameters
     ----------
-    block : RationalBlock or (A, b, c)
+    block : RationalPlant or (A, b, c)
         The linear part.
     law : Graph, law of the library or callable
         ``phi``.
@@ -113,7 +113,7 @@ def _proved(loop: PiecewiseLoop, passages: list[Passage], spans: list[tuple[int,
     return None
 
 
-def _observed(block: Block, law: Law, x0: ArrayLike, period: float) -> Witness | None:
+def _observed(block: Plant, law: Law, x0: ArrayLike, period: float) -> Witness | None:
     """The orbit as a simulation shows it, or None."""
     long = simulate_loop(block, law, x0, SMOOTH_PERIODS * period, samples=40 * SMOOTH_PERIODS)
     quarter = len(long.sigma) // 4

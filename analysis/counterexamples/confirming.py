@@ -19,7 +19,7 @@ from lure.analysis.counterexamples.recheck import Run, closes, confirmed, judge,
 from lure.analysis.counterexamples.simulated import Law, graph_of
 from lure.analysis.counterexamples.trajectories import BatchLoop, Finding, OutOfBudget, Trajectory
 from lure.arrays import Reals, linalg, np
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # First states for simulations: along modes of the loop, where harmonic balance points, at scales of the law.
 
@@ -220,7 +220,7 @@ class Trial:
 
 
 def tried(
-    block: RationalBlock,
+    block: RationalPlant,
     law: Law,
     *,
     conclusion: Conclusion = "",
@@ -231,7 +231,7 @@ def tried(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block, of order 1 at least.
     law : Graph, law of the library or callable
         ``phi``, elementwise.

@@ -11,7 +11,7 @@ from flint import arb_mat
 
 from lure.analysis.inequality.gains import GainEnd, gain_ends, is_stable_gain, simplest_between
 from lure.analysis.inequality.hamiltonian import HamiltonianFamily
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.inequality.state_space import state_space_family
 from lure.analysis.numerics.doubles import rounded_up, short
 from lure.analysis.numerics.exact_matrix import exact_entry
@@ -19,22 +19,22 @@ from lure.analysis.numerics.precision import ball
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import ArrayLike, NDArray, linalg, np
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 from lure.plants.realisation import Realisation as Realisation
 from lure.plants.realisation import Row as Row
 from lure.plants.realisation import companion as companion
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpace
 
 # Exact state equations from a block or from matrices, and their entries as doubles and as balls.
 
 _CONDITION = 1e6  # of eigenvectors; above it ``exp(A t)`` is computed without them
 
 
-def realisation(block: RationalBlock | tuple[ArrayLike, ArrayLike, ArrayLike]) -> Realisation:
+def realisation(block: RationalPlant | tuple[ArrayLike, ArrayLike, ArrayLike]) -> Realisation:
     """The companion form of a block, or matrices ``(A, b, c)`` without feedthrough as they are.
 
     States of witnesses and certificates are those of the companion form.  The states that the user of a block knows,
-    those of the matrices it was given by, are in :attr:`lure.plants.rational.RationalBlock.realisation`; simulations
+    those of the matrices it was given by, are in :attr:`lure.plants.rational.RationalPlant.realisation`; simulations
     that
     are held against a proof use those.
 
@@ -43,7 +43,7 @@ def realisation(block: RationalBlock | tuple[ArrayLike, ArrayLike, ArrayLike]) -
     InputError
         The shapes do not fit, or an entry is not a finite number.
     """
-    if isinstance(block, RationalBlock):
+    if isinstance(block, RationalPlant):
         return companion(block)
     A, b, c = (np.asarray(part, dtype=object) for part in block)
     n = A.shape[0] if A.ndim == 2 else -1
@@ -100,7 +100,7 @@ _ABOVE = Fraction(1, 10**12)  # relative distance of a rational gain from an irr
 
 
 def linear_witness(
-    block: RationalBlock, *, lower: Fraction = Fraction(0), bound: Fraction | float = math.inf
+    block: RationalPlant, *, lower: Fraction = Fraction(0), bound: Fraction | float = math.inf
 ) -> Witness | None:
     r"""The smallest gain of ``[lower, bound]`` for which the loop ``mu = -k sigma`` is not asymptotically stable.
 
@@ -111,7 +111,7 @@ def linear_witness(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block, in continuous or discrete time.
     lower : Fraction
         Least gain.
@@ -132,7 +132,7 @@ def linear_witness(
     lower = Fraction(lower)
     ends = gain_ends(block, (lower,)) or ()
     above = [end for end in ends if end.low is not None and end.low > lower]
-    case, near = Plant.of(block).shifted(lower).case, lower
+    case, near = TransferPolynomials.of(block).shifted(lower).case, lower
     if case == "critical":
         near = (lower + above[0].low) / 2 if above and above[0].low is not None else lower + 1
     if case == "unstable" or not is_stable_gain(block, near):
@@ -149,7 +149,7 @@ def refutes_lower(linear: Witness | None) -> bool:
     return linear is not None and "gain" in linear.data and linear.data["gain"] == linear.data.get("lower")
 
 
-def _at(block: RationalBlock, lower: Fraction, end: GainEnd) -> Witness:
+def _at(block: RationalPlant, lower: Fraction, end: GainEnd) -> Witness:
     """The witness at a gain with roots on the axis, the loop being stable between ``lower`` and it."""
     if end.exact is not None:
         return _gain(block, lower, end.exact)
@@ -163,7 +163,7 @@ def _at(block: RationalBlock, lower: Fraction, end: GainEnd) -> Witness:
     return _witness(k, text, {"lower": str(lower), "gain_low": str(end.low), "gain_high": str(end.high)})
 
 
-def _gain(block: RationalBlock, lower: Fraction, gain: Fraction) -> Witness:
+def _gain(block: RationalPlant, lower: Fraction, gain: Fraction) -> Witness:
     solvable = 1 + gain * block.feedthrough != 0
     text = "the loop is not asymptotically stable" if solvable else "the loop has no solution, 1 + k H(inf) = 0"
     law = f"phi = {short(gain)} sigma" if gain else "phi = 0"
@@ -190,7 +190,7 @@ HALVINGS, STEPS = 60, 40
 JUST_ABOVE = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 
 
-def growing_gains(block: StateSpaceBlock, *, lower: Fraction = Fraction(0)) -> list[Witness]:
+def growing_gains(block: StateSpace, *, lower: Fraction = Fraction(0)) -> list[Witness]:
     r"""Gains just above the largest stable one, with which the loop ``mu = -k sigma`` seems to be unstable.
 
     Gains with roots on the axis are ``-1/H(i omega)`` where ``H`` is real: at the zeros of ``H(s) - H(-s)``, which are
@@ -199,7 +199,7 @@ def growing_gains(block: StateSpaceBlock, *, lower: Fraction = Fraction(0)) -> l
 
     Parameters
     ----------
-    block : StateSpaceBlock
+    block : StateSpace
         The block, in continuous or discrete time.
     lower : Fraction
         Least gain.

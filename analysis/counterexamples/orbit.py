@@ -15,7 +15,7 @@ from lure.analysis.numerics.doubles import rounded_up, short
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # Laws through finitely many points, exact: which slopes and which sector they have.
 
@@ -83,16 +83,16 @@ class PiecewiseLinear:
         return w + (v - w) * (sigma - s) / (t - s)
 
 
-def shifted_block(block: RationalBlock, lower: Fraction) -> RationalBlock:
+def shifted_block(block: RationalPlant, lower: Fraction) -> RationalPlant:
     """The block of the loop for ``phi - lower sigma``: ``n / (d + lower n)``."""
     pad = len(block.denominator) - len(block.numerator)
     top = (Fraction(0),) * pad + block.numerator
-    return RationalBlock(
+    return RationalPlant(
         block.numerator, [d + lower * n for d, n in zip(block.denominator, top, strict=True)], block.dt
     )
 
 
-def steady_state_map(block: RationalBlock, q: int, *, twist: int = 1) -> fmpq_mat | None:
+def steady_state_map(block: RationalPlant, q: int, *, twist: int = 1) -> fmpq_mat | None:
     r"""The map from an input to the output of the same period: ``sigma = G u`` if ``u[t + q] = twist * u[t]``.
 
     With ``H = n/d`` the difference equation ``sum d_j sigma[t-j] = sum n_j u[t-j]`` reads ``C_d sigma = C_n u`` with
@@ -100,7 +100,7 @@ def steady_state_map(block: RationalBlock, q: int, *, twist: int = 1) -> fmpq_ma
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time.
     q : int
         Number of samples.
@@ -128,7 +128,7 @@ def _circulant(coefficients: Sequence[Fraction], q: int, twist: int) -> fmpq_mat
     return fmpq_mat([[to_fmpq(folded[(t - i) % q] * (1 if i <= t else twist)) for i in range(q)] for t in range(q)])
 
 
-def steady_state(block: RationalBlock, u: Sequence[Fraction]) -> list[Fraction]:
+def steady_state(block: RationalPlant, u: Sequence[Fraction]) -> list[Fraction]:
     """The output of period ``len(u)`` under the input ``u`` repeated.
 
     Raises
@@ -147,7 +147,7 @@ def steady_state(block: RationalBlock, u: Sequence[Fraction]) -> list[Fraction]:
 
 
 def orbit_witness(
-    block: RationalBlock,
+    block: RationalPlant,
     law: PiecewiseLinear,
     u: Sequence[Fraction],
     sigma: Sequence[Fraction],
@@ -158,7 +158,7 @@ def orbit_witness(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time.
     law : PiecewiseLinear
         The law; its ``tail`` is the lower bound of the class.
@@ -210,7 +210,7 @@ def orbit_witness(
     )
 
 
-def verify_periodic_discrete(block: RationalBlock, data: Mapping[str, object]) -> bool:
+def verify_periodic_discrete(block: RationalPlant, data: Mapping[str, object]) -> bool:
     r"""Whether a record is a destabilising orbit, from the record alone and in exact arithmetic.
 
     Checks that the signals have the stated period and are not zero; that they satisfy the difference equation
@@ -222,7 +222,7 @@ def verify_periodic_discrete(block: RationalBlock, data: Mapping[str, object]) -
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time.
     data : Mapping
         As in ``Witness.data`` of kind ``periodic orbit``: numbers as text ``p/q``.
@@ -253,7 +253,7 @@ def verify_periodic_discrete(block: RationalBlock, data: Mapping[str, object]) -
     return _satisfies(block, u, sigma) and _in_class(sorted(on_law), (lower, k), sloped=sloped is not False)
 
 
-def _satisfies(block: RationalBlock, u: Sequence[Fraction], sigma: Sequence[Fraction]) -> bool:
+def _satisfies(block: RationalPlant, u: Sequence[Fraction], sigma: Sequence[Fraction]) -> bool:
     """The difference equation over one period, stepped from its own past."""
     p, n = len(u), block.order
     top = (Fraction(0),) * (n + 1 - len(block.numerator)) + block.numerator
@@ -274,7 +274,7 @@ def _in_class(points: Sequence[tuple[Fraction, Fraction]], bounds: tuple[Fractio
 
 
 def accept_orbit(
-    block: RationalBlock,
+    block: RationalPlant,
     points: Sequence[Sequence[Fraction | int | str]],
     u: Sequence[Fraction | int | str],
     *,
@@ -287,7 +287,7 @@ def accept_orbit(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time.
     points : sequence of (sigma, phi)
         Exact numbers; ``(0, 0)`` may be left out, mirrored points may not.
@@ -305,7 +305,7 @@ def accept_orbit(
 
     Examples
     --------
-    >>> H = RationalBlock([2, Fraction(23, 25)], [1, Fraction(-1, 2), 0], dt=1)
+    >>> H = RationalPlant([2, Fraction(23, 25)], [1, Fraction(-1, 2), 0], dt=1)
     >>> points = [("-74498/72625", "-192/415"), ("-36864/72625", "-192/415"), ("192/175", 1)]
     >>> accept_orbit(H, points, ["192/415", "192/415", -1]).data["k"]
     '175/192'

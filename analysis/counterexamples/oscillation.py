@@ -17,13 +17,13 @@ from lure.analysis.counterexamples.simulated import followed as followed_oscilla
 from lure.analysis.counterexamples.switched import circle_reach
 from lure.analysis.counterexamples.validated import Itinerary, proved, refined
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import Reals, np
 from lure.errors import InputError
 from lure.nonlinearities.piecewise_linear import Graph
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # The search for self-oscillating loops with saturations and dead zones, in floating point: proposals, never proofs.
 
@@ -212,7 +212,7 @@ MAX_ORDER = 16
 
 
 def oscillation_witness(
-    block: RationalBlock, *, odd: bool, lower: Fraction = Fraction(0), k: Fraction | None = None
+    block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0), k: Fraction | None = None
 ) -> Witness | None:
     r"""A piecewise-linear ``phi`` with slopes in ``[lower, k]`` whose loop has a periodic motion.
 
@@ -221,7 +221,7 @@ def oscillation_witness(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In continuous time.
     odd : bool
         Whether only odd laws are wanted.  The laws tried are odd either way: they belong to both classes.
@@ -251,11 +251,11 @@ def oscillation_witness(
 
 
 @lru_cache(maxsize=64)
-def _smallest(block: RationalBlock, lower: Fraction) -> Witness | None:
+def _smallest(block: RationalPlant, lower: Fraction) -> Witness | None:
     """The witness with the smallest ``k`` found."""
     if block.dt is not None or not 0 < block.order <= MAX_ORDER:
         return None
-    plant = Plant.of(block)
+    plant = TransferPolynomials.of(block)
     if plant.shifted(lower).poles.right > 0:
         return None
     start, stable = circle_reach(plant, lower)[0], hurwitz_limit(block, lower)

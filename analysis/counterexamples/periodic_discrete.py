@@ -27,7 +27,7 @@ from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.verdict import Witness
 from lure.arrays import NDArray, Reals, np, optimize
 from lure.errors import InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # From a periodic orbit in floating point to one in rationals, checked exactly.
 
@@ -59,12 +59,12 @@ class Proposal:
     mixture: Reals
 
 
-def exact_orbit(block: RationalBlock, lower: Fraction, proposal: Proposal, *, odd: bool = False) -> Witness | None:
+def exact_orbit(block: RationalPlant, lower: Fraction, proposal: Proposal, *, odd: bool = False) -> Witness | None:
     """The witness of a proposal: at its own ``k`` if that is rational, else at the next ``k`` above that can be proved.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block before the shift.
     lower : Fraction
         The lower bound.
@@ -92,7 +92,7 @@ def exact_orbit(block: RationalBlock, lower: Fraction, proposal: Proposal, *, od
 
 
 def _witness(
-    block: RationalBlock, lower: Fraction, proposal: Proposal, orbit: tuple[fmpq_mat, fmpq_mat], *, odd: bool
+    block: RationalPlant, lower: Fraction, proposal: Proposal, orbit: tuple[fmpq_mat, fmpq_mat], *, odd: bool
 ) -> Witness | None:
     w, sigma = ([to_fraction(side[i, 0]) for i in range(proposal.q)] for side in orbit)
     if proposal.twist == -1:
@@ -204,7 +204,7 @@ class _Room:
 
 
 def periodic_witness_discrete(
-    block: RationalBlock, *, odd: bool, lower: Fraction = Fraction(0), periods: Iterable[int] = PERIODS
+    block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0), periods: Iterable[int] = PERIODS
 ) -> Witness | None:
     r"""A monotone law with slope in ``[lower, k]`` and a periodic orbit, for the smallest ``k`` found.
 
@@ -216,7 +216,7 @@ def periodic_witness_discrete(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time.
     odd : bool
         Whether the law has to be odd.  If not, odd laws are looked for as well.
@@ -248,7 +248,7 @@ def periodic_witness_discrete(
 
 
 def sector_witness_discrete(
-    block: RationalBlock, *, odd: bool = False, lower: Fraction = Fraction(0), periods: Iterable[int] = SECTOR_PERIODS
+    block: RationalPlant, *, odd: bool = False, lower: Fraction = Fraction(0), periods: Iterable[int] = SECTOR_PERIODS
 ) -> Witness | None:
     r"""A time-invariant law in the sector ``[lower, k]`` with a periodic orbit, for the smallest ``k`` found.
 
@@ -257,7 +257,7 @@ def sector_witness_discrete(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time.
     odd : bool
         Whether the law has to be odd.
@@ -280,7 +280,7 @@ def sector_witness_discrete(
 
 
 def _search(
-    block: RationalBlock, families: tuple[Family, ...], lower: Fraction, periods: Iterable[int], *, odd: bool = False
+    block: RationalPlant, families: tuple[Family, ...], lower: Fraction, periods: Iterable[int], *, odd: bool = False
 ) -> Witness | None:
     """The exact orbit of smallest ``k`` among the proposals that can be made exact."""
     if block.dt is None:
@@ -297,7 +297,7 @@ def _search(
     return None
 
 
-def searched_lower(block: RationalBlock, lower: Fraction, linear: Witness | None) -> Fraction:
+def searched_lower(block: RationalPlant, lower: Fraction, linear: Witness | None) -> Fraction:
     """The lower bound, or a gain just above it if the loop is only marginal there (and ``linear`` lies above it)."""
     if is_stable_gain(block, lower):
         return lower
@@ -307,7 +307,7 @@ def searched_lower(block: RationalBlock, lower: Fraction, linear: Witness | None
 
 @lru_cache(maxsize=64)
 def proposals(
-    block: RationalBlock, families: tuple[Family, ...], width: float, periods: tuple[int, ...]
+    block: RationalPlant, families: tuple[Family, ...], width: float, periods: tuple[int, ...]
 ) -> tuple[Proposal, ...]:
     """Orbits for the lower bound zero, of ``k`` below ``width``, smallest ``k`` first; in floating point.
 
@@ -331,7 +331,7 @@ def proposals(
     return tuple(found[::-1])
 
 
-def _rooms(block: RationalBlock, families: tuple[Family, ...], p: int) -> list[_Room]:
+def _rooms(block: RationalPlant, families: tuple[Family, ...], p: int) -> list[_Room]:
     """The kinds of orbit of period ``p``: any, and for odd laws those whose second half mirrors the first."""
     kinds: list[tuple[int, int, Family]] = []
     for family in families:

@@ -10,7 +10,7 @@ from fractions import Fraction
 from lure.analysis.counterexamples.simulated import graph_of
 from lure.analysis.counterexamples.trajectories import BatchLoop, Finding, OutOfBudget
 from lure.arrays import Reals, np
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # What one run of a loop shows: convergence, rest elsewhere, growth, undiminished oscillation, or nothing yet.
 
@@ -169,12 +169,12 @@ _LONGEST_EXACT = 400
 _PERIODS = 64
 
 
-def confirmed(block: RationalBlock, loop: BatchLoop, run: Run, slow: float) -> bool:
+def confirmed(block: RationalPlant, loop: BatchLoop, run: Run, slow: float) -> bool:
     """Whether a finding survives: beyond the error of the integrator, and not a slow decay.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     loop : BatchLoop
         Its loop, with evaluations left.
@@ -210,7 +210,7 @@ def lasts(run: Run, slow: float) -> bool:
     return abs(slow) * float(run.t[-1][-1] - run.t[-1][0]) / 2 >= DECAYS
 
 
-def _again(block: RationalBlock, loop: BatchLoop, run: Run) -> bool:
+def _again(block: RationalPlant, loop: BatchLoop, run: Run) -> bool:
     """The same finding from the same start with a tolerance a thousand times smaller, or in exact arithmetic."""
     twin = Run(start=run.start, text=run.text)
     for part in run.t:
@@ -230,7 +230,7 @@ def _again(block: RationalBlock, loop: BatchLoop, run: Run) -> bool:
     return twin.finding is run.finding
 
 
-def _exactly(block: RationalBlock, loop: BatchLoop, start: Reals, count: int) -> Reals:
+def _exactly(block: RationalPlant, loop: BatchLoop, start: Reals, count: int) -> Reals:
     """The recursion with 256 bits, where the law is known exactly and the run is short; else in doubles."""
     graph = graph_of(loop.law)
     if graph is None or loop.d != 0 or count > _LONGEST_EXACT:

@@ -8,11 +8,11 @@ from lure.analysis.counterexamples.linear import linear_witness, refutes_lower
 from lure.analysis.counterexamples.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
 from lure.analysis.counterexamples.switched import switched_witness_discrete
 from lure.analysis.verdict import Witness
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 
 def refute(
-    block: RationalBlock, *, slope: bool, odd: bool, time_varying: bool, lower: Fraction = Fraction(0)
+    block: RationalPlant, *, slope: bool, odd: bool, time_varying: bool, lower: Fraction = Fraction(0)
 ) -> tuple[Witness, ...]:
     r"""Destabilising members of a class of laws ``mu = -phi(sigma)``, ``sigma = H mu``, in ascending order of ``k``.
 
@@ -20,7 +20,7 @@ def refute(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block, in continuous or discrete time.
     slope : bool
         Whether the laws have slope in ``[lower, k]``; else they lie in that sector only.
@@ -39,7 +39,7 @@ def refute(
 
     Examples
     --------
-    >>> block = RationalBlock([1], [1, 2, 2, 1])
+    >>> block = RationalPlant([1], [1, 2, 2, 1])
     >>> for found in refute(block, slope=False, odd=False, time_varying=True):
     ...     print(f"{found.kind} from {found.k:.3f} on ({found.evidence})")
     switched gain from 2.502 on (certified)
@@ -56,7 +56,7 @@ def refute(
 
 
 def _discrete(
-    block: RationalBlock, lower: Fraction, *, slope: bool, odd: bool, time_varying: bool
+    block: RationalPlant, lower: Fraction, *, slope: bool, odd: bool, time_varying: bool
 ) -> list[Witness | None]:
     if time_varying:
         return [switched_witness_discrete(block, lower=lower)]
@@ -65,7 +65,7 @@ def _discrete(
     return [sector_witness_discrete(block, odd=odd, lower=lower)]
 
 
-def _continuous(block: RationalBlock, lower: Fraction, *, odd: bool, time_varying: bool) -> list[Witness | None]:
+def _continuous(block: RationalPlant, lower: Fraction, *, odd: bool, time_varying: bool) -> list[Witness | None]:
     from lure.analysis.counterexamples.oscillation import oscillation_witness
     from lure.analysis.counterexamples.switched import switched_witness
 

@@ -14,19 +14,19 @@ from lure.analysis.verdict import Witness
 from lure.arrays import ArrayLike, Reals, integrate, np, optimize
 from lure.errors import InputError
 from lure.nonlinearities.piecewise_linear import Graph
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # What ``sigma`` does along a periodic orbit of a witness, for figures.
 
 SAMPLES = 1201
 
 
-def orbit_of(block: Block, witness: Witness) -> tuple[Reals, Reals]:
+def orbit_of(block: Plant, witness: Witness) -> tuple[Reals, Reals]:
     """One period of the orbit of a witness: times and ``sigma``, in doubles.
 
     Parameters
     ----------
-    block : RationalBlock or (A, b, c)
+    block : RationalPlant or (A, b, c)
         The block that the witness was found for.
     witness : Witness
         Of kind ``periodic orbit``.
@@ -44,7 +44,7 @@ def orbit_of(block: Block, witness: Witness) -> tuple[Reals, Reals]:
     """
     if witness.kind != "periodic orbit":
         raise InputError(f"there is no orbit to draw: the witness is a {witness.kind}; give one of a periodic orbit")
-    data, discrete = witness.data, isinstance(block, RationalBlock) and block.dt is not None
+    data, discrete = witness.data, isinstance(block, RationalPlant) and block.dt is not None
     if discrete != ("sigma" in data):
         kind = "discrete" if "sigma" in data else "continuous"
         raise InputError(f"the orbit of the witness is in {kind} time; give the block that it was found for")
@@ -59,12 +59,12 @@ def orbit_of(block: Block, witness: Witness) -> tuple[Reals, Reals]:
     return motion.t, motion.sigma
 
 
-def orbit_start(block: RationalBlock, witness: Witness) -> tuple[Reals, float]:
+def orbit_start(block: RationalPlant, witness: Witness) -> tuple[Reals, float]:
     """(n,) a state on the orbit of a witness, in the companion form of the block, and the period [s].
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block that the witness was found for.
     witness : Witness
         Of kind ``periodic orbit``.
@@ -95,7 +95,7 @@ def law_of(witness: Witness) -> Graph:
 
 
 Law = Callable[[ArrayLike], Reals] | Graph
-Block = RationalBlock | tuple[ArrayLike, ArrayLike, ArrayLike]
+Plant = RationalPlant | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 SIMULATED_SAMPLES = 2000
 RTOL = 1e-10
@@ -129,12 +129,12 @@ class Motion:
     note: str
 
 
-def simulate_loop(block: Block, law: Law, x0: ArrayLike, until: float, *, samples: int = SIMULATED_SAMPLES) -> Motion:
+def simulate_loop(block: Plant, law: Law, x0: ArrayLike, until: float, *, samples: int = SIMULATED_SAMPLES) -> Motion:
     """The motion from ``x0``.
 
     Parameters
     ----------
-    block : RationalBlock or (A, b, c)
+    block : RationalPlant or (A, b, c)
         The linear part; matrices without feedthrough.
     law : Graph, law of the library or callable
         ``phi``, elementwise.  A piecewise-linear law (a ``Graph``, or a ``graph`` attribute) is followed exactly from
@@ -153,12 +153,12 @@ def simulate_loop(block: Block, law: Law, x0: ArrayLike, until: float, *, sample
 
     Examples
     --------
-    >>> from lure import RationalBlock, Saturation
-    >>> motion = simulate_loop(RationalBlock([1], [1, 3, 2, 0]), Saturation(gain=3), [1, 0, 0], until=40.0)
+    >>> from lure import RationalPlant, Saturation
+    >>> motion = simulate_loop(RationalPlant([1], [1, 3, 2, 0]), Saturation(gain=3), [1, 0, 0], until=40.0)
     >>> print(f"sigma({motion.t[-1]:.0f}) = {motion.sigma[-1]:.5f}, from {motion.sigma[0]:.0f}: observed, no proof")
     sigma(40) = -0.00051, from 1: observed, no proof
     """
-    dt = float(block.dt) if isinstance(block, RationalBlock) and block.dt is not None else None
+    dt = float(block.dt) if isinstance(block, RationalPlant) and block.dt is not None else None
     return solution(realisation(block), law, x0, until, dt=dt, samples=samples)
 
 

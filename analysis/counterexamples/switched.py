@@ -17,14 +17,14 @@ from lure.analysis.counterexamples.periodic_discrete import SECTOR_PERIODS, prop
 from lure.analysis.counterexamples.switching_search import Pattern, SwitchingSearch
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.gains import hurwitz_limit, simplest_between
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.doubles import rounded_up, short
 from lure.analysis.numerics.polynomial import positive_root_count, real_roots, to_fmpq
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import np
 from lure.errors import InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # Switched gains that make a loop grow, proved in ball arithmetic.
 
@@ -33,7 +33,7 @@ SQUARINGS = 60
 BITS = 320
 
 
-def switched_witness(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Witness | None:
+def switched_witness(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Witness | None:
     r"""A gain that jumps periodically between ``lower`` and ``k`` and makes the loop grow.
 
     For ``sigma = H mu``, ``mu = -phi``, ``phi(t, sigma) = k(t) sigma``, the state over one period is multiplied by
@@ -43,7 +43,7 @@ def switched_witness(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In continuous time.
     lower : Fraction
         Lower end of the sector.
@@ -66,7 +66,7 @@ def switched_witness(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
     """
     if block.dt is not None or not 0 < block.order <= MAX_ORDER:
         return None
-    plant = Plant.of(block)
+    plant = TransferPolynomials.of(block)
     if plant.shifted(lower).poles.right > 0:
         return None
     circle, omega = circle_reach(plant, lower)
@@ -76,7 +76,7 @@ def switched_witness(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
     return None if found is None else _certified(search.system, lower, found)
 
 
-def circle_reach(plant: Plant, lower: Fraction) -> tuple[float, float]:
+def circle_reach(plant: TransferPolynomials, lower: Fraction) -> tuple[float, float]:
     """Where the circle criterion stops, in doubles, and at which frequency: nothing below it is worth a search."""
     response = plant.shifted(lower).response()
     slope = response.U.derivative() * response.D - response.U * response.D.derivative()
@@ -161,7 +161,7 @@ _ROUNDS = 40
 _GAIN = 1e-7  # relative: a smaller improvement is none
 
 
-def switched_witness_discrete(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Witness | None:
+def switched_witness_discrete(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Witness | None:
     r"""A gain ``phi(t, sigma) = k(t) sigma`` that repeats a pattern of ``lower`` and ``k`` and makes the loop grow.
 
     For ``sigma = H mu``, ``mu = -k(t) sigma`` the state over one period is multiplied by ``M``, the product of
@@ -170,7 +170,7 @@ def switched_witness_discrete(block: RationalBlock, *, lower: Fraction = Fractio
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time.
     lower : Fraction
         Lower end of the sector.
@@ -317,12 +317,12 @@ def _grows(system: Realisation, gains: Sequence[Fraction], bits: int) -> bool:
     return False
 
 
-def verify_switched_discrete(block: RationalBlock, data: Mapping[str, object]) -> bool:
+def verify_switched_discrete(block: RationalPlant, data: Mapping[str, object]) -> bool:
     """Whether the gains of a record lie in its ``[lower, k]`` and make the loop grow, proved in ball arithmetic.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time.
     data : Mapping
         As in ``Witness.data`` of kind ``switched gain`` in discrete time: ``k``, ``lower``, ``gains`` as text ``p/q``.

@@ -16,7 +16,7 @@ from lure.arrays import ArrayLike, Reals, integrate, linalg, np
 from lure.errors import InputError
 from lure.nonlinearities import Tanh
 from lure.nonlinearities.piecewise_linear import Graph
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 Values = Callable[[ArrayLike], Reals]
 
@@ -86,7 +86,7 @@ class BatchLoop:
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     law : Graph, law of the library or callable
         ``phi``, elementwise.
@@ -101,7 +101,7 @@ class BatchLoop:
         A coefficient leaves the range of doubles.
     """
 
-    def __init__(self, block: RationalBlock, law: Law, *, gain: Fraction, budget: int) -> None:
+    def __init__(self, block: RationalPlant, law: Law, *, gain: Fraction, budget: int) -> None:
         self.law, self.budget, self.used = law, budget, 0
         self.values = kernel(law)
         self.discrete, n = block.dt is not None, block.order
@@ -284,12 +284,12 @@ def _flow_of(system: Realisation, graph: Graph | None) -> Flow | None:
     return Flow(PiecewiseLoop.of(system, graph))
 
 
-def natural_frequency(block: RationalBlock, gain: Fraction) -> Fraction:
+def natural_frequency(block: RationalPlant, gain: Fraction) -> Fraction:
     """A power of two near the geometric mean of the sizes of the loop's poles other than 0 [rad/s].
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     gain : Fraction
         The gain ``k`` of the loop with ``mu = -k sigma``.

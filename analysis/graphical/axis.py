@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.plants import as_block
-from lure.plants.delay import DelayBlock
+from lure.plants import as_plant
+from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.record import by_value
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 POINTS = 1500
 _DENSE = 150  # states beyond which a point costs so much that fewer are drawn
-Formula = RationalBlock | DelayBlock | StateSpaceBlock
-Drawable = Formula | FrequencyData | UpwindScheme | RodBlock
+Formula = RationalPlant | DelayPlant | StateSpace
+Drawable = Formula | FrequencyData | UpwindScheme | RodPlant
 
 
 @by_value
@@ -39,11 +39,11 @@ class OnAxis:
     @property
     def discrete(self) -> bool:
         """Whether time is discrete."""
-        return not isinstance(self.block, DelayBlock) and self.block.dt is not None
+        return not isinstance(self.block, DelayPlant) and self.block.dt is not None
 
     def frequencies(self) -> NDArray[np.float64]:
         """Frequencies at which the curve looks as it is: a logarithmic grid, refined around every resonance."""
-        if isinstance(self.block, StateSpaceBlock):
+        if isinstance(self.block, StateSpace):
             roots = np.linalg.eigvals(self.block.A)
             points, across = (POINTS, 101) if self.block.order <= _DENSE else (POINTS // 3, 21)
         else:
@@ -58,7 +58,7 @@ class OnAxis:
             low, high = 1e-2 * min(sizes), 1e2 * max(sizes)
         width = np.tan(np.linspace(-1.5, 1.5, across))
         near = [abs(root.imag) + abs(root.real) * width for root in roots.tolist() if root.imag]
-        if isinstance(self.block, DelayBlock):  # a phase that turns evenly in omega
+        if isinstance(self.block, DelayPlant):  # a phase that turns evenly in omega
             longest = max(float(delay) for delay, _ in self.block.terms)
             near.append(np.linspace(low, min(high, 20 * math.pi / longest) if longest else high, POINTS))
         omega = np.unique(np.concatenate([np.geomspace(low, high, points), *near]))
@@ -66,14 +66,14 @@ class OnAxis:
 
 
 def drawable(system: object) -> Drawable:
-    """The block that a drawing is about: what :func:`lure.as_block` makes of it, or the block of a loop.
+    """The block that a drawing is about: what :func:`lure.as_plant` makes of it, or the block of a loop.
 
     Infinite values of a measurement are left out.
 
     Parameters
     ----------
     system : object
-        Whatever :func:`lure.as_block` takes, an ``UpwindScheme`` or a ``RodBlock``, or a loop with a ``block``.
+        Whatever :func:`lure.as_plant` takes, an ``UpwindScheme`` or a ``RodPlant``, or a loop with a ``block``.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def drawable(system: object) -> Drawable:
 
     if isinstance(system, Loop | LoopSystem):
         system = system.block
-    block = system if isinstance(system, UpwindScheme | RodBlock) else as_block(system)
+    block = system if isinstance(system, UpwindScheme | RodPlant) else as_plant(system)
     return _finite_part(block) if isinstance(block, FrequencyData) else block
 
 
@@ -125,10 +125,10 @@ def axis_values(block: Drawable, omega: ArrayLike | None) -> tuple[NDArray[np.fl
         if omega is not None:
             raise InputError(f"omega was given for {block}: measured data have their own frequencies; leave omega out")
         return block.omega, block.response
-    step = 1.0 if isinstance(block, DelayBlock | UpwindScheme | RodBlock) or block.dt is None else float(block.dt)
+    step = 1.0 if isinstance(block, DelayPlant | UpwindScheme | RodPlant) or block.dt is None else float(block.dt)
     if omega is not None:
         at = _frequencies(omega, math.inf if continuous(block) else math.pi / step)
-    elif isinstance(block, UpwindScheme | RodBlock):
+    elif isinstance(block, UpwindScheme | RodPlant):
         from lure.analysis.graphical.frequencies import drawing_frequencies
 
         at = drawing_frequencies(block)
@@ -146,7 +146,7 @@ def continuous(block: Drawable) -> bool:
     block : Drawable
         The block.
     """
-    return isinstance(block, DelayBlock | UpwindScheme | RodBlock) or block.dt is None
+    return isinstance(block, DelayPlant | UpwindScheme | RodPlant) or block.dt is None
 
 
 def _frequencies(omega: ArrayLike, highest: float) -> NDArray[np.float64]:

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from lure.errors import InputError
 from lure.extensions import extension
-from lure.plants.block import Block, LinearBlock
+from lure.plants.block import LinearBlock, Plant
 
 _PER_DECADE = 60
 _ACROSS = np.tan(np.linspace(-1.5, 1.5, 51))
 
 
-def drawing_frequencies(block: Block) -> NDArray[np.float64]:
+def drawing_frequencies(block: Plant) -> NDArray[np.float64]:
     """Increasing frequencies at which a response curve of ``block`` looks as it is.
 
     A logarithmic grid, refined around every resonance in proportion to its width: a peak of the paper's rod is about
@@ -23,8 +23,8 @@ def drawing_frequencies(block: Block) -> NDArray[np.float64]:
 
     Parameters
     ----------
-    block : UpwindScheme, RodBlock or LinearBlock
-        The block; a ``LinearBlock`` costs one dense eigenvalue computation.
+    block : UpwindScheme, RodPlant or LinearBlock
+        The block; a ``LinearPlant`` costs one dense eigenvalue computation.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def _around(pole: complex, distance: float) -> NDArray[np.float64]:
     return np.asarray(abs(pole.imag) + np.concatenate((-flank, width * _ACROSS, flank)))
 
 
-def _extent(block: Block) -> tuple[list[complex], float, float]:
+def _extent(block: Plant) -> tuple[list[complex], float, float]:
     """Resonances to refine, and the slowest and fastest rates [1/s] the grid must span."""
     special = extension("resonances", block)
     if special is not None:

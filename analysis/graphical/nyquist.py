@@ -15,19 +15,19 @@ from lure.analysis.graphical.axis import Drawable, axis_values, drawable
 from lure.analysis.graphical.supporting_proof import (
     ROD,
     ROUNDING,
-    behind,
     block_text,
     drawn_dataset,
     drawn_dict,
     least,
     proof_row,
     span_text,
+    supporting_proof,
     upper_end,
     with_figure,
 )
 from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
-from lure.analysis.questions import Largest, max_sector
+from lure.analysis.questions import StabilityBound, max_sector
 from lure.analysis.theorems.circle import circle_criterion
 from lure.analysis.theorems.popov import circle_criterion as rod_circle_criterion
 from lure.analysis.verdict import Answer, Evidence, Verdict
@@ -35,11 +35,11 @@ from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.record import by_value, html_table
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
     import control
@@ -64,7 +64,7 @@ class NyquistResponse:
 
     Attributes
     ----------
-    block : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+    block : RationalPlant, DelayPlant, StateSpace, FrequencyData, UpwindScheme or RodPlant
         The block, in continuous or discrete time.
     omega : ndarray
         (m,) frequencies [rad/s].
@@ -74,7 +74,7 @@ class NyquistResponse:
         Lower end of the sector.
     k : float or None
         Upper end of it, possibly ``inf``; None where there is no region to draw.
-    found : Largest or None
+    found : StabilityBound or None
         What :func:`lure.analysis.max_sector` says, where ``k`` was taken from it.
     answer : Answer, CriterionResult or None
         What the circle criterion says of exactly this sector, where ``k`` was given.
@@ -87,7 +87,7 @@ class NyquistResponse:
     values: NDArray[np.complex128]
     lower: float
     k: float | None
-    found: Largest | None
+    found: StabilityBound | None
     answer: Answer | CriterionResult | None
     reason: str
 
@@ -131,9 +131,9 @@ class NyquistResponse:
         return Evidence.OBSERVED
 
     @property
-    def behind(self) -> str:
+    def supporting_proof(self) -> str:
         """What proves the sector, or that nothing here does, and why."""
-        return behind(self, CRITERION)
+        return supporting_proof(self, CRITERION)
 
     @property
     def sector_text(self) -> str:
@@ -149,9 +149,9 @@ class NyquistResponse:
     def __str__(self) -> str:
         head = f"Nyquist plot of {block_text(self.block)}, {span_text(self.omega)}"
         if self.k is None or self.margin_seen is None:
-            return f"{head}, without a region. A drawing proves nothing; {self.behind}."
+            return f"{head}, without a region. A drawing proves nothing; {self.supporting_proof}."
         seen = self._seen(self.margin_seen)
-        return f"{head}: {seen} (observed). The drawing proves nothing; {self.behind}."
+        return f"{head}: {seen} (observed). The drawing proves nothing; {self.supporting_proof}."
 
     def _seen(self, margin: float) -> str:
         size = float(np.max(np.abs(self.values[np.isfinite(self.values)])))
@@ -197,7 +197,7 @@ class NyquistResponse:
         import control
 
         block = self.block
-        dt = 0.0 if isinstance(block, UpwindScheme | RodBlock) else float(getattr(block, "dt", None) or 0)
+        dt = 0.0 if isinstance(block, UpwindScheme | RodPlant) else float(getattr(block, "dt", None) or 0)
         return control.FrequencyResponseData(self.values, self.omega, dt=dt)
 
     def _repr_html_(self) -> str:
@@ -212,7 +212,7 @@ class NyquistResponse:
 if TYPE_CHECKING:
     pass
 
-Region = tuple["float | Fraction | None", "Largest | None", "Answer | CriterionResult | None", str]
+Region = tuple["float | Fraction | None", "StabilityBound | None", "Answer | CriterionResult | None", str]
 
 
 def nyquist_response(
@@ -226,8 +226,8 @@ def nyquist_response(
 
     Parameters
     ----------
-    system : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
-        Whatever :func:`lure.as_block` takes, an ``UpwindScheme`` or ``RodBlock``, or a loop, whose block it is then.
+    system : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
+        Whatever :func:`lure.as_plant` takes, an ``UpwindScheme`` or ``RodPlant``, or a loop, whose block it is then.
     k : int, float, Fraction or Decimal, optional
         Upper end of the sector, above ``lower``; may be ``inf``.
     lower : int, float, Fraction or Decimal
@@ -281,7 +281,7 @@ def _largest(block: Drawable, values: NDArray[np.complex128], lower: Fraction) -
         return None, None, None, str(refusal)
     if found.verdict is Verdict.PROVED:
         return found.largest.low, found, None, ""
-    if isinstance(block, StateSpaceBlock | FrequencyData) and lower == 0:
+    if isinstance(block, StateSpace | FrequencyData) and lower == 0:
         least = float(np.min(values.real[np.isfinite(values)], initial=math.inf))
         return -1.0 / least if least < 0 else math.inf, found, None, found.reason
     return None, found, None, found.reason or str(found)
@@ -290,15 +290,15 @@ def _largest(block: Drawable, values: NDArray[np.complex128], lower: Fraction) -
 def _asked(block: Drawable, k: float | Fraction, lower: Fraction) -> Region:
     """A sector asked about, with the criterion's word on it."""
     try:
-        if isinstance(block, RationalBlock | UpwindScheme | RodBlock):
+        if isinstance(block, RationalPlant | UpwindScheme | RodPlant):
             sector = Sector(lower, k)
             answer: Answer | CriterionResult = (
                 circle_criterion(block, sector)
-                if isinstance(block, RationalBlock)
+                if isinstance(block, RationalPlant)
                 else rod_circle_criterion(block, sector)
             )
             reason = "" if answer.verdict is Verdict.PROVED else answer.reason
-            return k, None, answer, ROD if isinstance(block, RodBlock) else reason
+            return k, None, answer, ROD if isinstance(block, RodPlant) else reason
         found = max_sector(block, criterion="circle", lower=lower, time_varying=True)
     except (AssumptionError, InputError) as refusal:
         return k, None, None, str(refusal)

@@ -15,7 +15,6 @@ from lure.analysis.graphical.axis import Drawable, axis_values, continuous, draw
 from lure.analysis.graphical.supporting_proof import (
     ROD,
     ROUNDING,
-    behind,
     block_text,
     drawn_dataset,
     drawn_dict,
@@ -23,22 +22,23 @@ from lure.analysis.graphical.supporting_proof import (
     proof_row,
     searched_theta,
     span_text,
+    supporting_proof,
     upper_end,
     with_figure,
 )
 from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.doubles import double_below, text_below
-from lure.analysis.questions import Largest, max_sector
+from lure.analysis.questions import StabilityBound, max_sector
 from lure.analysis.theorems.popov import popov_criterion
 from lure.analysis.verdict import Answer, Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 from lure.record import by_value, html_table
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
     import control
@@ -62,7 +62,7 @@ class PopovResponse:
 
     Attributes
     ----------
-    block : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+    block : RationalPlant, DelayPlant, StateSpace, FrequencyData, UpwindScheme or RodPlant
         The block, in continuous time.
     omega : ndarray
         (m,) frequencies [rad/s].
@@ -72,7 +72,7 @@ class PopovResponse:
         Upper end of the sector of the line, possibly ``inf``; None where there is no line to draw.
     theta : float or None
         Its multiplier [s].
-    found : Largest or None
+    found : StabilityBound or None
         What :func:`lure.analysis.max_sector` says, where the line was taken from it.
     answer : Answer, CriterionResult or None
         What Popov's criterion says of exactly this line, where ``k`` or ``theta`` was given.
@@ -85,7 +85,7 @@ class PopovResponse:
     values: NDArray[np.complex128]
     k: float | None
     theta: float | None
-    found: Largest | None
+    found: StabilityBound | None
     answer: Answer | CriterionResult | None
     reason: str
 
@@ -112,9 +112,9 @@ class PopovResponse:
         return Evidence.OBSERVED
 
     @property
-    def behind(self) -> str:
+    def supporting_proof(self) -> str:
         """What proves the sector of the line, or that nothing here does, and why."""
-        return behind(self, CRITERION)
+        return supporting_proof(self, CRITERION)
 
     @property
     def sector_text(self) -> str:
@@ -129,8 +129,8 @@ class PopovResponse:
     def __str__(self) -> str:
         head = f"Popov plot of {block_text(self.block)}, {span_text(self.omega)}"
         if self.k is None or self.theta is None:
-            return f"{head}, without a line. A drawing proves nothing; {self.behind}."
-        return f"{head}: {self._seen()} (observed). The drawing proves nothing; {self.behind}."
+            return f"{head}, without a line. A drawing proves nothing; {self.supporting_proof}."
+        return f"{head}: {self._seen()} (observed). The drawing proves nothing; {self.supporting_proof}."
 
     def _seen(self) -> str:
         assert self.k is not None
@@ -196,7 +196,7 @@ class PopovResponse:
 if TYPE_CHECKING:
     pass
 
-Line = tuple["float | Fraction | None", "float | None", "Largest | None", "Answer | CriterionResult | None", str]
+Line = tuple["float | Fraction | None", "float | None", "StabilityBound | None", "Answer | CriterionResult | None", str]
 
 
 def popov_response(
@@ -210,8 +210,8 @@ def popov_response(
 
     Parameters
     ----------
-    system : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
-        Whatever :func:`lure.as_block` takes, an ``UpwindScheme`` or ``RodBlock``, or a loop, whose block it is then.
+    system : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
+        Whatever :func:`lure.as_plant` takes, an ``UpwindScheme`` or ``RodPlant``, or a loop, whose block it is then.
     k : int, float, Fraction or Decimal, optional
         Upper end of the sector, positive; ``inf`` for a line through 0.
     theta : int, float, Fraction or Decimal, optional
@@ -275,7 +275,7 @@ def _line(
     if k is None:
         assert theta is not None
         k = _reach(block, seen, theta)
-    if isinstance(block, RationalBlock | UpwindScheme | RodBlock):
+    if isinstance(block, RationalPlant | UpwindScheme | RodPlant):
         return _asked(block, seen, k, theta)
     own = None if theta is None else float(theta)
     try:
@@ -307,7 +307,7 @@ def _largest(block: Drawable, seen: tuple[NDArray[np.float64], NDArray[np.comple
 
 
 def _asked(
-    block: RationalBlock | UpwindScheme | RodBlock,
+    block: RationalPlant | UpwindScheme | RodPlant,
     seen: tuple[NDArray[np.float64], NDArray[np.complex128]],
     k: float | Fraction,
     theta: Fraction | None,
@@ -319,7 +319,7 @@ def _asked(
     except (AssumptionError, InputError) as refusal:
         return k, own if own is not None else _searched(seen, float(k)), None, None, str(refusal)
     reason = "" if answer.verdict is Verdict.PROVED else answer.reason
-    if isinstance(block, RodBlock):
+    if isinstance(block, RodPlant):
         reason = ROD
     used = own if own is not None else answer.theta if answer.verdict is Verdict.PROVED else None
     if used is None or not math.isfinite(used):
@@ -337,7 +337,7 @@ def _reach(
     block: Drawable, seen: tuple[NDArray[np.float64], NDArray[np.complex128]], theta: Fraction
 ) -> float | Fraction:
     """The ``k`` of the line of slope ``1/theta`` just short of the curve: of the whole of it, where that is decided."""
-    if isinstance(block, RationalBlock):
+    if isinstance(block, RationalPlant):
         try:
             margin = popov_criterion(block, Sector(0, math.inf), theta=theta).margin
         except (AssumptionError, InputError):

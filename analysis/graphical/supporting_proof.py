@@ -15,10 +15,10 @@ from lure.analysis.drawing import drawing
 from lure.analysis.verdict import Answer, Evidence, Verdict
 from lure.errors import InputError
 from lure.exact import exact_number
-from lure.plants.delay import DelayBlock
+from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.record import plain, xarray_or_refusal
 from lure.rod.discretisation import UpwindScheme
 
@@ -70,7 +70,7 @@ def support(response: Drawn, criterion: str) -> tuple[bool, str]:
     return False, response.reason.removesuffix(".")
 
 
-def behind(response: Drawn, criterion: str) -> str:
+def supporting_proof(response: Drawn, criterion: str) -> str:
     """The end of a sentence that begins with "a drawing proves nothing".
 
     Parameters
@@ -183,13 +183,13 @@ def searched_theta(x: Floats, y: Floats, k: float) -> float:
     float
         ``theta`` [s], of either sign; for ``k = inf`` not negative, as Popov's theorem asks.
     """
-    ease = 0.0 if np.isinf(k) else 1.0 / k
-    start = float(np.min(x)) + ease  # theta = 0 leaves that much
-    low, high = start, max(start, ease or float(np.max(np.abs(x))))
-    if start < high and _window(x, y, ease - high, k) is None:
+    inverse_gain = 0.0 if np.isinf(k) else 1.0 / k
+    start = float(np.min(x)) + inverse_gain  # theta = 0 leaves that much
+    low, high = start, max(start, inverse_gain or float(np.max(np.abs(x))))
+    if start < high and _window(x, y, inverse_gain - high, k) is None:
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            if _window(x, y, ease - middle, k) is None:
+            if _window(x, y, inverse_gain - middle, k) is None:
                 high = middle
             else:
                 low = middle
@@ -197,13 +197,13 @@ def searched_theta(x: Floats, y: Floats, k: float) -> float:
     else:
         best = high
     level = max(start, (_ANY if np.isinf(k) else 0.5) * best) if best > 0 else best
-    left, right = _window(x, y, ease - level, k) or (0.0, 0.0)
+    left, right = _window(x, y, inverse_gain - level, k) or (0.0, 0.0)
     return min(max(0.0, left), right)
 
 
-def _window(x: Floats, y: Floats, ease: float, k: float) -> tuple[float, float] | None:
-    """All ``theta`` with ``ease + x - theta y >= 0`` at every point, None if there are none."""
-    room = x + ease
+def _window(x: Floats, y: Floats, inverse_gain: float, k: float) -> tuple[float, float] | None:
+    """All ``theta`` with ``inverse_gain + x - theta y >= 0`` at every point, None if there are none."""
+    room = x + inverse_gain
     if bool((room[y == 0] < 0).any()):
         return None
     up, down = y > 0, y < 0
@@ -245,12 +245,12 @@ def block_text(block: Drawable) -> str:
     block : Drawable
         The block.
     """
-    if isinstance(block, RationalBlock | DelayBlock):
+    if isinstance(block, RationalPlant | DelayPlant):
         text = str(block)
         return f"H = {text}" if len(text) <= _LONGEST else f"H of order {len(block.denominator) - 1}"
     if isinstance(block, FrequencyData):
         return "a measured response"
-    if isinstance(block, StateSpaceBlock):
+    if isinstance(block, StateSpace):
         return str(block)
     return f"the scheme with {block.cells} cells" if isinstance(block, UpwindScheme) else "the rod"
 

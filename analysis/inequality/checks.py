@@ -8,12 +8,12 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from lure.analysis.inequality.gains import gain_intervals
-from lure.analysis.inequality.plant import Plant, closed_loop_poles
+from lure.analysis.inequality.plant import TransferPolynomials, closed_loop_poles
 from lure.analysis.numerics.polynomial import is_hurwitz
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 from lure.record import html_table, plain
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ class Encirclements:
     closed_loop: int
 
 
-def encirclements(block: RationalBlock, kappa: Fraction) -> Encirclements:
+def encirclements(block: RationalPlant, kappa: Fraction) -> Encirclements:
     r"""The number of encirclements of ``-1/kappa`` by the Nyquist plot of ``H``.
 
     By the principle of the argument for ``1 + kappa H = (d + kappa n)/d`` on the axis from ``-i inf`` to ``i inf``
@@ -155,7 +155,7 @@ def encirclements(block: RationalBlock, kappa: Fraction) -> Encirclements:
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     kappa : Fraction
         A gain that is not zero.
@@ -169,12 +169,12 @@ def encirclements(block: RationalBlock, kappa: Fraction) -> Encirclements:
 
     Examples
     --------
-    >>> encirclements(RationalBlock([12], [1, 2, -3]), Fraction(1)).counterclockwise
+    >>> encirclements(RationalPlant([12], [1, 2, -3]), Fraction(1)).counterclockwise
     1
     """
     if kappa == 0:
         raise InputError("encirclements needs a gain kappa that is not zero: -1/kappa lies at infinity")
-    plant = Plant.of(block)
+    plant = TransferPolynomials.of(block)
     closed = closed_loop_poles(plant, kappa)
     if closed.axis:
         raise AssumptionError(
@@ -205,12 +205,12 @@ def region(sector: Sector) -> str:
     return f"{place} the disc with the diameter [{ends[0]:.6g}, {ends[1]:.6g}]"
 
 
-def encirclement_condition(block: RationalBlock, sector: Sector, inside: Fraction) -> str:
+def encirclement_condition(block: RationalPlant, sector: Sector, inside: Fraction) -> str:
     """The encirclement condition of the circle criterion for a sector, with the counts that were found.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     sector : Sector
         The sector.
@@ -233,7 +233,7 @@ def encirclement_condition(block: RationalBlock, sector: Sector, inside: Fractio
     )
 
 
-def check_plant(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Plant:
+def check_plant(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> TransferPolynomials:
     r"""The plant of the loop shifted by the gain ``lower``, admitted as stable or critical.
 
     With ``phi = lower sigma + phi'`` the loop ``mu = -phi(sigma)``, ``sigma = H mu`` is the loop of ``phi'`` and
@@ -243,33 +243,33 @@ def check_plant(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Plant
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block as given.
     lower : Fraction
         Lower end of the sector or slope bounds, of either sign.
 
     Returns
     -------
-    Plant
+    TransferPolynomials
         The shifted plant; its ``case`` is ``stable`` or ``critical``.
 
     Raises
     ------
     InputError
-        ``block`` is not a RationalBlock, or ``1 + lower H(inf) = 0``: the loop has no solution.
+        ``block`` is not a RationalPlant, or ``1 + lower H(inf) = 0``: the loop has no solution.
     AssumptionError
         A hidden mode is not strictly stable; the pole at 0 is multiple or has a residue that is not positive; another
         pole lies on the axis or right of it (circle: on the circle or outside).
 
     Examples
     --------
-    >>> check_plant(RationalBlock([1], [1, 3, 2, 0])).case
+    >>> check_plant(RationalPlant([1], [1, 3, 2, 0])).case
     'critical'
     """
-    if not isinstance(block, RationalBlock):
-        raise InputError(f"block is a {type(block).__name__}; give a RationalBlock")
+    if not isinstance(block, RationalPlant):
+        raise InputError(f"block is a {type(block).__name__}; give a RationalPlant")
     require_solution(block, lower)
-    plant = Plant.of(block).shifted(lower)
+    plant = TransferPolynomials.of(block).shifted(lower)
     _check_hidden(plant)
     if plant.case != "stable":
         _check_zero(plant, lower)
@@ -278,7 +278,7 @@ def check_plant(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Plant
     return plant
 
 
-def require_solution(block: RationalBlock, lower: Fraction) -> None:
+def require_solution(block: RationalPlant, lower: Fraction) -> None:
     """Refuse a lower gain with which the loop has no solution.
 
     Raises
@@ -292,7 +292,7 @@ def require_solution(block: RationalBlock, lower: Fraction) -> None:
         )
 
 
-def well_posed(block: RationalBlock, upper: Fraction | float, *, lower: Fraction = Fraction(0)) -> bool:
+def well_posed(block: RationalPlant, upper: Fraction | float, *, lower: Fraction = Fraction(0)) -> bool:
     """Whether ``1 + kappa H(inf)`` keeps its sign, without zero, for every ``kappa`` in ``[lower, upper]``.
 
     For ``lower = 0`` that is ``1 + kappa D > 0``; for ``upper = inf`` every finite ``kappa`` is meant.  It makes the
@@ -300,7 +300,7 @@ def well_posed(block: RationalBlock, upper: Fraction | float, *, lower: Fraction
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     upper : Fraction or float
         Upper gain, ``inf`` allowed.
@@ -314,7 +314,7 @@ def well_posed(block: RationalBlock, upper: Fraction | float, *, lower: Fraction
     return start * (1 + Fraction(upper) * direct) > 0
 
 
-def require_well_posed(block: RationalBlock, upper: Fraction | float, *, lower: Fraction = Fraction(0)) -> None:
+def require_well_posed(block: RationalPlant, upper: Fraction | float, *, lower: Fraction = Fraction(0)) -> None:
     """Refuse a sector in which the loop equation need not have a solution.
 
     Raises
@@ -347,7 +347,7 @@ def finite_bounds(bounds: SlopeBounds, criterion: str) -> tuple[Fraction, Fracti
     return Fraction(bounds.lower), Fraction(bounds.upper)
 
 
-def _check_hidden(plant: Plant) -> None:
+def _check_hidden(plant: TransferPolynomials) -> None:
     at_infinity = plant.n.degree() < plant.degree and plant.d.degree() < plant.degree and plant.discrete
     if not at_infinity and is_hurwitz(plant.hidden):
         return
@@ -360,7 +360,7 @@ def _check_hidden(plant: Plant) -> None:
     )
 
 
-def _check_zero(plant: Plant, lower: Fraction) -> None:
+def _check_zero(plant: TransferPolynomials, lower: Fraction) -> None:
     zero = "z = 1" if plant.discrete else "s = 0"
     shift = f" at the lower gain {float(lower):g}" if lower else ""
     multiplicity = 0
@@ -379,7 +379,7 @@ def _check_zero(plant: Plant, lower: Fraction) -> None:
         )
 
 
-def _unstable(plant: Plant, lower: Fraction) -> str:
+def _unstable(plant: TransferPolynomials, lower: Fraction) -> str:
     poles = plant.poles
     region = (
         ("on the unit circle", "outside the unit circle")

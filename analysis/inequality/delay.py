@@ -15,7 +15,7 @@ from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.verdict import Bracket
 from lure.arrays import np
 from lure.errors import AssumptionError
-from lure.plants.delay import DelayBlock
+from lure.plants.delay import DelayPlant
 
 # ``Re H`` and ``-w Im H`` of a block with dead time, on balls and power series, with a bound for high frequencies.
 #
@@ -62,7 +62,7 @@ class DelayResponse:
     critical: bool
 
     @classmethod
-    def of(cls, block: DelayBlock) -> DelayResponse:
+    def of(cls, block: DelayPlant) -> DelayResponse:
         """The response of a block.
 
         Raises
@@ -200,7 +200,7 @@ MAX_BOXES = 200_000
 SAMPLES = 20_001
 
 
-def gain_limit(block: DelayBlock, response: DelayResponse, start: float) -> Bracket:
+def gain_limit(block: DelayPlant, response: DelayResponse, start: float) -> Bracket:
     r"""Bracket on the supremum of ``k`` such that ``1 + kappa H`` has all roots in ``Re s < 0`` for ``0 < kappa <= k``.
 
     The equation is of retarded type: its roots in ``Re s >= 0`` stay bounded and move continuously with the gain, and
@@ -208,7 +208,7 @@ def gain_limit(block: DelayBlock, response: DelayResponse, start: float) -> Brac
 
     Parameters
     ----------
-    block : DelayBlock
+    block : DelayPlant
         The block, for a first guess in floating point.
     response : DelayResponse
         Its response.
@@ -229,7 +229,7 @@ def gain_limit(block: DelayBlock, response: DelayResponse, start: float) -> Brac
     return outward(1 / limit, 1 / best if best > 0 else arb("inf"))
 
 
-def _largest_crossing(block: DelayBlock, response: DelayResponse, start: float) -> arb:
+def _largest_crossing(block: DelayPlant, response: DelayResponse, start: float) -> arb:
     """A lower bound, attained at a crossing, on ``-Re H`` over the crossings; 0 if none was found."""
     best = arb(0)
     if not response.critical:

@@ -11,13 +11,13 @@ from typing import Any
 
 from flint import arb, fmpq_mat, fmpq_poly
 
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.minimum import value_at
 from lure.analysis.numerics.polynomial import X, even_odd, exact_midpoint, is_hurwitz, real_roots, to_fmpq, to_fraction
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import INFINITE, Answer, Bracket, Evidence, Verdict
-from lure.classes import LawClass, Sector
-from lure.plants.rational import RationalBlock
+from lure.classes import NonlinearityClass, Sector
+from lure.plants.rational import RationalPlant
 from lure.record import html_table, plain
 
 # The gains at which a root of ``d + kappa n`` reaches the axis: algebraic numbers, sorted, equal ones merged.
@@ -70,7 +70,7 @@ class _Curve:
 
 
 @lru_cache(maxsize=256)
-def gain_ends(block: RationalBlock, marks: tuple[Fraction, ...] = ()) -> tuple[GainEnd, ...] | None:
+def gain_ends(block: RationalPlant, marks: tuple[Fraction, ...] = ()) -> tuple[GainEnd, ...] | None:
     r"""All real gains with a root of ``d + kappa n`` on the axis (or circle), ascending; None if no gain is stable.
 
     ``d + kappa n = 0`` at ``s = i w`` gives ``kappa = -U/N``, ``N = |n|^2``, ``U = Re(d conj n)``, at the real roots of
@@ -78,7 +78,7 @@ def gain_ends(block: RationalBlock, marks: tuple[Fraction, ...] = ()) -> tuple[G
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     marks : tuple of Fraction
         Gains to be told apart from the others: each end is ``exact`` if it equals a mark, and without it otherwise.
@@ -89,7 +89,7 @@ def gain_ends(block: RationalBlock, marks: tuple[Fraction, ...] = ()) -> tuple[G
     symmetric to it): no gain changes that.  Gains whose balls still overlap at 1024 bits are compared exactly, as
     eigenvalues of the multiplication by ``-U/N`` modulo the polynomial in ``x``.
     """
-    plant = Plant.of(block)
+    plant = TransferPolynomials.of(block)
     curve = _curve(plant, marks)
     if curve is None:
         return None
@@ -101,7 +101,7 @@ def gain_ends(block: RationalBlock, marks: tuple[Fraction, ...] = ()) -> tuple[G
     return tuple(found)
 
 
-def _curve(plant: Plant, marks: Sequence[Fraction]) -> _Curve | None:
+def _curve(plant: TransferPolynomials, marks: Sequence[Fraction]) -> _Curve | None:
     n, d = plant.n // plant.hidden, plant.d // plant.hidden
     degree = plant.degree - plant.hidden.degree()
     if not is_hurwitz(plant.hidden):
@@ -183,7 +183,7 @@ def _gain_polynomial(curve: _Curve) -> fmpq_poly:
     return p // p.gcd(p.derivative())
 
 
-def _end(plant: Plant, group: Sequence[_Crossing], frequencies: tuple[float, ...]) -> GainEnd:
+def _end(plant: TransferPolynomials, group: Sequence[_Crossing], frequencies: tuple[float, ...]) -> GainEnd:
     exact = next((one.exact for one in group if one.exact is not None), None)
     with working_precision(FIRST_BITS):
         narrowest = max((one.gain for one in group), key=lambda gain: gain.rel_accuracy_bits())
@@ -198,7 +198,7 @@ def _end(plant: Plant, group: Sequence[_Crossing], frequencies: tuple[float, ...
         return GainEnd(value=outward(ball(low), ball(high)), exact=exact, frequencies=frequencies, low=low, high=high)
 
 
-def _on_axis(plant: Plant, gain: Fraction) -> bool:
+def _on_axis(plant: TransferPolynomials, gain: Fraction) -> bool:
     """Whether ``d + gain n`` has a root ``i w`` with ``0 < w < inf``."""
     even, odd = even_odd(plant.d + to_fmpq(gain) * plant.n)
     shared = even.gcd(odd)
@@ -262,30 +262,30 @@ class GainInterval:
         return html_table("Stable linear gains, mu = -kappa sigma", rows, notes=[note])
 
 
-def is_stable_gain(block: RationalBlock, kappa: Fraction) -> bool:
+def is_stable_gain(block: RationalPlant, kappa: Fraction) -> bool:
     r"""Whether ``mu = -kappa sigma`` is stable: all roots of ``d + kappa n`` strictly inside, hidden modes too.
 
     Where ``1 + kappa H(inf) = 0`` the loop has no solution, and the answer is False.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block ``sigma = H mu``.
     kappa : Fraction
         The gain, of either sign.
 
     Examples
     --------
-    >>> block = RationalBlock([1], [1, 3, 2, 0])
+    >>> block = RationalPlant([1], [1, 3, 2, 0])
     >>> is_stable_gain(block, Fraction(5)), is_stable_gain(block, Fraction(6))
     (True, False)
     """
-    plant = Plant.of(block)
+    plant = TransferPolynomials.of(block)
     p = plant.d + to_fmpq(kappa) * plant.n
     return p.degree() == plant.degree and is_hurwitz(p)
 
 
-def gain_intervals(block: RationalBlock) -> tuple[GainInterval, ...]:
+def gain_intervals(block: RationalPlant) -> tuple[GainInterval, ...]:
     r"""All real gains ``kappa`` for which the loop ``mu = -kappa sigma``, ``sigma = H mu`` is stable, ascending.
 
     Roots of ``d + kappa n`` depend continuously on ``kappa`` and can leave the open half-plane only through the axis
@@ -294,7 +294,7 @@ def gain_intervals(block: RationalBlock) -> tuple[GainInterval, ...]:
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block; hidden modes that are not strictly stable leave no interval.
 
     Returns
@@ -304,7 +304,7 @@ def gain_intervals(block: RationalBlock) -> tuple[GainInterval, ...]:
 
     Examples
     --------
-    >>> print(*gain_intervals(RationalBlock([1], [1, 3, 2, 0])))
+    >>> print(*gain_intervals(RationalPlant([1], [1, 3, 2, 0])))
     (0, 6)
     """
     ends = gain_ends(block)
@@ -320,7 +320,7 @@ def gain_intervals(block: RationalBlock) -> tuple[GainInterval, ...]:
     return tuple(found)
 
 
-def hurwitz_limit(block: RationalBlock, lower: Fraction = Fraction(0)) -> Bracket:
+def hurwitz_limit(block: RationalPlant, lower: Fraction = Fraction(0)) -> Bracket:
     r"""The supremum of the ``k`` such that every gain in ``[lower, k]`` is stable; ``lower`` itself if there is none.
 
     Where the loop is marginal at ``lower`` (a pole at 0, say) the gains are those of ``(lower, k]``.  Every gain above
@@ -328,21 +328,21 @@ def hurwitz_limit(block: RationalBlock, lower: Fraction = Fraction(0)) -> Bracke
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     lower : Fraction
         Least gain.
 
     Examples
     --------
-    >>> print(hurwitz_limit(RationalBlock([1], [1, 3, 2, 0])))
+    >>> print(hurwitz_limit(RationalPlant([1], [1, 3, 2, 0])))
     6
     """
     end = _upper_end(block, Fraction(lower))
     return outward(ball(lower), ball(lower)) if end is None else end.value
 
 
-def hurwitz_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answer:
+def hurwitz_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
     """The largest ``k`` for which every linear gain in ``[lower, k]`` is stable: a necessary condition for the class.
 
     The verdict is INCONCLUSIVE where that interval is not empty, for nothing is said about nonlinear laws, and REFUTED
@@ -350,13 +350,13 @@ def hurwitz_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> A
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     lower : Fraction
         Least gain; one simple pole at 0 (``z = 1``) with it is admitted.
     """
     lower = Fraction(lower)
-    unstable = Plant.of(block).shifted(lower).case == "unstable"
+    unstable = TransferPolynomials.of(block).shifted(lower).case == "unstable"
     end = None if unstable else _upper_end(block, lower)
     if end is None:
         gain = lower if unstable else _gain_above(block, lower)
@@ -387,14 +387,14 @@ def hurwitz_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> A
     return _answer(sector, Bracket(low, end.value.high), Verdict.INCONCLUSIVE, reason)
 
 
-def hurwitz_criterion(block: RationalBlock, sector: Sector) -> Answer:
+def hurwitz_criterion(block: RationalPlant, sector: Sector) -> Answer:
     """Whether every linear gain in a finite or infinite sector is stable; REFUTED with a linear gain where not.
 
     The least gain may leave one simple pole at 0 (then the gains of ``(lower, upper]`` are asked about).
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     sector : Sector
         The sector; an infinite ``lower`` is allowed.
@@ -407,7 +407,7 @@ def hurwitz_criterion(block: RationalBlock, sector: Sector) -> Answer:
     return _answer(sector, limit, Verdict.INCONCLUSIVE, reason)
 
 
-def unstable_gain(block: RationalBlock, sector: Sector) -> Fraction | GainEnd | None:
+def unstable_gain(block: RationalPlant, sector: Sector) -> Fraction | GainEnd | None:
     """A gain of the sector for which the loop is not stable; None if there is none but perhaps ``sector.lower``.
 
     A gain at which the loop is only marginal counts as not stable, save ``sector.lower`` in the critical case, one
@@ -415,7 +415,7 @@ def unstable_gain(block: RationalBlock, sector: Sector) -> Fraction | GainEnd | 
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     sector : Sector
         The sector, with finite or infinite bounds.
@@ -434,7 +434,7 @@ def unstable_gain(block: RationalBlock, sector: Sector) -> Fraction | GainEnd | 
         if not is_stable_gain(block, sample):
             return sample
     lower = _finite(sector.lower)
-    spared = lower if lower is not None and Plant.of(block).shifted(lower).case == "critical" else None
+    spared = lower if lower is not None and TransferPolynomials.of(block).shifted(lower).case == "critical" else None
     marginal = next((end for end in inside if end.exact is None or end.exact != spared), None)
     return marginal if marginal is None or marginal.exact is None else marginal.exact
 
@@ -469,7 +469,7 @@ def _sample(ends: Sequence[GainEnd], i: int) -> Fraction:
     return _between(ends[i - 1].high if i > 0 else None, ends[i].low if i < len(ends) else None)
 
 
-def _upper_end(block: RationalBlock, lower: Fraction) -> GainEnd | None:
+def _upper_end(block: RationalPlant, lower: Fraction) -> GainEnd | None:
     """Where the stable gains that begin at ``lower`` end; None if no gain just above it is stable."""
     ends = gain_ends(block, (lower,))
     if ends is None:
@@ -482,7 +482,7 @@ def _upper_end(block: RationalBlock, lower: Fraction) -> GainEnd | None:
     return above[0] if above else GainEnd(value=INFINITE)
 
 
-def _gain_above(block: RationalBlock, lower: Fraction) -> Fraction:
+def _gain_above(block: RationalPlant, lower: Fraction) -> Fraction:
     ends = gain_ends(block, (lower,)) or ()
     above = [end for end in ends if end.low is not None and end.low > lower]
     return _between(lower, above[0].low if above else None)
@@ -493,7 +493,7 @@ def _answer(sector: Sector, largest: Bracket, verdict: Verdict, reason: str, wit
         criterion="hurwitz",
         theorem=THEOREM,
         largest=largest,
-        law_class=LawClass(sector=sector),
+        law_class=NonlinearityClass(sector=sector),
         verdict=verdict,
         evidence=Evidence.CERTIFIED,
         hypotheses=("phi linear: phi = kappa sigma with a constant kappa", "root counts: exact, for every gain"),

@@ -12,12 +12,12 @@ from typing import Literal
 
 from flint import fmpq
 
-from lure.analysis.inequality.multiplier_search import Cut, Found, mixture, search
+from lure.analysis.inequality.multiplier_search import Cut, SearchResult, mixture, search
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.numerics.refined import Refined, exact_dot
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import ArrayLike, NDArray, linalg, np
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError
 
 TOLERANCE = fmpq(1, 10**8)
@@ -251,7 +251,7 @@ class HamiltonianFamily:
         return best if self.value(best, theta) < self.value(float(points[i]), theta) else float(points[i])
 
 
-def _floor(family: HamiltonianFamily, found: Found) -> float:
+def _floor(family: HamiltonianFamily, found: SearchResult) -> float:
     """What ``Re[(1 + i omega theta) H]`` stays above, rounding allowed for; -inf if nothing can be said.
 
     At the lowest minima of the values as computed the value with a known error is taken.  The difference of the two
@@ -281,7 +281,7 @@ def _demand_stable(A: NDArray[np.float64], *, certain: bool) -> None:
     if not rightmost < 0:
         raise AssumptionError(
             f"A has an eigenvalue with real part {rightmost:.3g} 1/s, and it must be stable; a block with a pole "
-            "at 0 needs exact coefficients: give a RationalBlock"
+            "at 0 needs exact coefficients: give a RationalPlant"
         )
     rightmost = float(poles[worst].real)
     if certain and not rightmost + moved[worst] < 0:
@@ -307,16 +307,16 @@ def _marks(poles: NDArray[np.complex128]) -> NDArray[np.float64]:
     return np.unique(np.concatenate([[0.0], marks[0] / far, marks, np.sqrt(marks[1:] * marks[:-1]), marks[-1] * far]))
 
 
-def _answer(family: HamiltonianFamily, found: Found, floor: float) -> Answer:
-    top = float(to_fraction(found.summit.value))
+def _answer(family: HamiltonianFamily, found: SearchResult, floor: float) -> Answer:
+    top = float(to_fraction(found.upper_bound.value))
     high = math.nextafter(-1.0 / top, math.inf) if top < 0 else math.inf
     low = 0.0 if floor == -math.inf else math.nextafter(-1.0 / min(floor, -sys.float_info.min), 0.0)
-    x = found.summit.support[0].x
+    x = found.upper_bound.support[0].x
     return Answer(
         criterion="popov",
         theorem="Popov's criterion, theta of either sign",
         largest=Bracket(min(low, high), high),
-        law_class=LawClass(sector=Sector(0, low if low > 0 else math.inf)),
+        law_class=NonlinearityClass(sector=Sector(0, low if low > 0 else math.inf)),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.COMPUTED,
         needs=("time-invariant",),

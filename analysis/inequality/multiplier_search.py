@@ -44,7 +44,7 @@ CAP = Cut(fmpq(0), fmpq(0))
 
 
 @dataclass(frozen=True, slots=True)
-class Summit:
+class UpperBound:
     """An upper bound of ``sup m`` from some cuts, and the one or two cuts behind it."""
 
     value: fmpq
@@ -60,7 +60,7 @@ class Window:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class SearchResult:
     """``m(theta) > level``, and ``sup m <= summit.value``; ``theta`` None: no level was shown to be exceeded.
 
     ``cuts`` are those at hand in the end.
@@ -68,7 +68,7 @@ class Found:
 
     theta: fmpq | None
     level: fmpq
-    summit: Summit
+    upper_bound: UpperBound
     cuts: tuple[Cut, ...]
 
 
@@ -95,7 +95,7 @@ def search(
     *,
     nonnegative: bool = False,
     tolerance: fmpq = TOLERANCE,
-) -> Found:
+) -> SearchResult:
     """The largest level up to 0 that some ``theta`` exceeds, from above by cuts and from below by the family's word.
 
     Parameters
@@ -114,7 +114,7 @@ def search(
     known = _polished(family, [CAP, *cuts], tolerance, nonnegative=nonnegative)
     for attempt in range(ROUNDS):
         checkpoint()
-        top = summit(known, nonnegative=nonnegative)
+        top = upper_bound(known, nonnegative=nonnegative)
         slack = tolerance * (1 if attempt < ROUNDS - 8 else 10 ** (attempt - ROUNDS + 9))
         aim = top.value * (1 + slack) if top.value < 0 else -_scale(known) * slack
         window = admissible(known, aim, nonnegative=nonnegative)
@@ -124,17 +124,17 @@ def search(
         theta = choice(window)
         found = family.violations(theta, level)
         if not found:
-            return Found(theta, level, Summit(family.bound(top.support), top.support), tuple(known))
+            return SearchResult(theta, level, UpperBound(family.bound(top.support), top.support), tuple(known))
         known = _polished(family, [*known, *found], tolerance, nonnegative=nonnegative)
-    top = summit(known, nonnegative=nonnegative)
-    return Found(None, fmpq(0), Summit(family.bound(top.support), top.support), tuple(known))
+    top = upper_bound(known, nonnegative=nonnegative)
+    return SearchResult(None, fmpq(0), UpperBound(family.bound(top.support), top.support), tuple(known))
 
 
 def _polished(family: Family, cuts: Sequence[Cut], tolerance: fmpq, *, nonnegative: bool) -> list[Cut]:
     """The cuts and those next to the summit, while they lower it: saves calls of the exact test."""
     known = list(cuts)
     for _ in range(POLISH):
-        top = summit(known, nonnegative=nonnegative)
+        top = upper_bound(known, nonnegative=nonnegative)
         if len(top.support) < 2 or not top.value < 0:
             break
         left, right = top.support
@@ -151,7 +151,7 @@ def _near(theta: fmpq) -> tuple[fmpq, fmpq]:
     return theta * (1 - fmpq(1, 10**15)), theta * (1 + fmpq(1, 10**15))
 
 
-def summit(cuts: Sequence[Cut], *, nonnegative: bool = False) -> Summit:
+def upper_bound(cuts: Sequence[Cut], *, nonnegative: bool = False) -> UpperBound:
     """The greatest value over ``theta`` of the least cut; the cuts must bound it.
 
     Parameters
@@ -167,17 +167,17 @@ def summit(cuts: Sequence[Cut], *, nonnegative: bool = False) -> Summit:
     if nonnegative:
         at_zero = min(cuts, key=lambda cut: cut.u)
         if at_zero.w <= 0:
-            return Summit(at_zero.u, (at_zero,))
+            return UpperBound(at_zero.u, (at_zero,))
     if not rising or not falling:
-        return Summit(flat.u, (flat,))
+        return UpperBound(flat.u, (flat,))
     left, right = rising[0], falling[0]
     while True:
         theta = (right.u - left.u) / (left.w - right.w)
         least = min(cuts, key=lambda cut: cut.at(theta))
         if least.w == 0:
-            return Summit(flat.u, (flat,))
+            return UpperBound(flat.u, (flat,))
         if not least.at(theta) < left.at(theta):
-            return Summit(least.at(theta), (left, right))
+            return UpperBound(least.at(theta), (left, right))
         left, right = (least, right) if least.w > 0 else (left, least)
 
 

@@ -19,7 +19,7 @@ from lure.analysis.numerics.polynomial import (
     to_fmpq,
     to_fraction,
 )
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 Case = Literal["stable", "critical", "unstable"]
 
@@ -42,7 +42,7 @@ class Response:
 
 
 @dataclass(frozen=True, slots=True)
-class Plant:
+class TransferPolynomials:
     r"""``H = n/d`` in continuous time, exact; a discrete-time block is mapped by ``z = (1 + s)/(1 - s)``.
 
     The map takes the unit disc to the left half-plane and the unit circle to the imaginary axis, ``z = 1`` to 0 and
@@ -50,7 +50,7 @@ class Plant:
 
     Attributes
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block as given.
     n, d : fmpq_poly
         Numerator and denominator, common factors kept.
@@ -60,14 +60,14 @@ class Plant:
         Degree ``d`` would have; less than that, it has poles at infinity (discrete time: at ``z = -1``).
     """
 
-    block: RationalBlock
+    block: RationalPlant
     n: fmpq_poly
     d: fmpq_poly
     hidden: fmpq_poly
     degree: int
 
     @classmethod
-    def of(cls, block: RationalBlock) -> Plant:
+    def of(cls, block: RationalPlant) -> TransferPolynomials:
         """The plant of a block."""
         n, d = from_descending(block.numerator), from_descending(block.denominator)
         if block.dt is not None:
@@ -103,10 +103,10 @@ class Plant:
         """Residue of ``H`` at a simple pole ``s = 0``; in discrete time of the mapped ``H``."""
         return to_fraction(self.n[0] / self.d[1])
 
-    def shifted(self, k: Fraction) -> Plant:
+    def shifted(self, k: Fraction) -> TransferPolynomials:
         """The block ``n / (d + k n)`` of the same loop for ``phi - k sigma``: ``[k, K]`` turns into ``[0, K - k]``."""
         d = self.d + to_fmpq(k) * self.n
-        return Plant(self.block, self.n, d, self.n.gcd(d) if self.n.degree() >= 0 else d, self.degree)
+        return TransferPolynomials(self.block, self.n, d, self.n.gcd(d) if self.n.degree() >= 0 else d, self.degree)
 
     def response(self) -> Response:
         """The response on the axis as polynomials in ``x = w^2``."""
@@ -129,7 +129,7 @@ def _counts(coefficients: tuple[fmpq, ...]) -> RootCounts:
     return root_counts(fmpq_poly(list(coefficients)))
 
 
-def closed_loop_poles(plant: Plant, k: Fraction) -> RootCounts:
+def closed_loop_poles(plant: TransferPolynomials, k: Fraction) -> RootCounts:
     """Exact count of the roots of ``d + k n``; those at infinity (``z = -1``; ``1 + k D = 0``) count as on the axis."""
     p = plant.d + to_fmpq(k) * plant.n
     if p.degree() < 0:

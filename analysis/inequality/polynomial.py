@@ -11,8 +11,8 @@ from flint import arb, arb_poly, fmpq, fmpq_poly
 
 from lure.analysis.inequality.checks import check_plant
 from lure.analysis.inequality.gains import simplest_between
-from lure.analysis.inequality.multiplier_search import CAP, Cut, Found, admissible, choice, mixture, search
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.multiplier_search import CAP, Cut, SearchResult, admissible, choice, mixture, search
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.numerics.polynomial import (
     exact_midpoint,
@@ -25,7 +25,7 @@ from lure.analysis.numerics.polynomial import (
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.verdict import INFINITE, Bracket
 from lure.errors import AssumptionError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # Popov's inequality of a rational block as polynomials in ``x = omega^2``, with the exact tests that decide it.
 
@@ -41,19 +41,19 @@ class Reach:
     """
 
     theta: Fraction | float | None
-    found: Found | None = None
+    found: SearchResult | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class PopovInequality:
     """``1/k + Re[(1 + i omega theta) H] > 0`` on ``[0, inf]`` for the shifted block, ``k = upper - lower``."""
 
-    plant: Plant
+    plant: TransferPolynomials
     lower: Fraction
     family: PolynomialFamily
 
     @classmethod
-    def of(cls, block: RationalBlock, lower: Fraction, criterion: str = "Popov's criterion") -> PopovInequality:
+    def of(cls, block: RationalPlant, lower: Fraction, criterion: str = "Popov's criterion") -> PopovInequality:
         """The inequality of a block.
 
         Raises
@@ -61,19 +61,19 @@ class PopovInequality:
         AssumptionError
             The block is in discrete time, or the shifted block is neither stable nor critical.
         """
-        if isinstance(block, RationalBlock) and block.dt is not None:
+        if isinstance(block, RationalPlant) and block.dt is not None:
             raise AssumptionError(
                 f"{criterion} is about continuous time, and the block has dt = {float(block.dt):g} s; ask for "
                 "circle, tsypkin or zames-falb instead"
             )
         plant = check_plant(block, lower=lower)
         h = plant.hidden
-        visible = Plant(block, plant.n // h, plant.d // h, h // h, plant.degree - h.degree())
+        visible = TransferPolynomials(block, plant.n // h, plant.d // h, h // h, plant.degree - h.degree())
         response = visible.response()
         return cls(plant, lower, PolynomialFamily(response.D, response.U, response.W))
 
     @classmethod
-    def of_stable(cls, block: RationalBlock, lower: Fraction, criterion: str) -> PopovInequality:
+    def of_stable(cls, block: RationalPlant, lower: Fraction, criterion: str) -> PopovInequality:
         """The inequality for a criterion that does not cover the critical case.
 
         Raises
@@ -142,7 +142,7 @@ class PopovInequality:
         """How far that is: the largest ``upper`` as a bracket, both ends exact statements."""
         if best.found is None:
             return INFINITE
-        top = to_fraction(best.found.summit.value)
+        top = to_fraction(best.found.upper_bound.value)
         high = double_above(self.lower - 1 / top) if top < 0 else math.inf
         if best.theta is None:
             return Bracket(double_below(self.lower), high)
@@ -388,10 +388,10 @@ class LeastValue:
         """``sqrt(x)`` where the value is least, ``inf`` if only in the limit."""
         return math.inf if self.x is None else math.sqrt(self.x)
 
-    def bracket(self, ease: Fraction = Fraction(0)) -> Bracket:
-        """The bracket of the value plus ``ease`` in doubles."""
-        low = -math.inf if self.low is None else double_below(self.low + ease)
-        return Bracket(low, double_above(self.high + ease))
+    def bracket(self, inverse_gain: Fraction = Fraction(0)) -> Bracket:
+        """The bracket of the value plus ``inverse_gain`` in doubles."""
+        low = -math.inf if self.low is None else double_below(self.low + inverse_gain)
+        return Bracket(low, double_above(self.high + inverse_gain))
 
 
 def least_value(family: PolynomialFamily, theta: Fraction) -> LeastValue:
@@ -411,8 +411,8 @@ def least_value(family: PolynomialFamily, theta: Fraction) -> LeastValue:
     lowered = PolynomialFamily(family.D, total - lowest.u * family.D, fmpq_poly([]))
     found = search(lowered, lowered.first_cuts(), lambda level: level)
     low = None if found.theta is None else to_fraction(found.level + lowest.u)
-    least = found.summit.support[0]
+    least = found.upper_bound.support[0]
     where: Cut = lowest if least is CAP else least
     return LeastValue(
-        low, to_fraction(found.summit.value + lowest.u), None if where.x is None else to_fraction(where.x)
+        low, to_fraction(found.upper_bound.value + lowest.u), None if where.x is None else to_fraction(where.x)
     )

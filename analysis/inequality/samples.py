@@ -6,7 +6,7 @@ import math
 
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import np
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
 from lure.plants.frequency_data import FrequencyData
 
@@ -50,7 +50,7 @@ def largest_sampled(data: FrequencyData, name: str) -> Answer:
         criterion=name,
         theorem=f"{name} criterion, at sampled frequencies only",
         largest=Bracket(0.0, reach),
-        law_class=LawClass(sector=Sector(0, reach), time_varying=name == "circle"),
+        law_class=NonlinearityClass(sector=Sector(0, reach), time_varying=name == "circle"),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.OBSERVED,
         theta=theta if name == "popov" else None,

@@ -18,9 +18,9 @@ from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import np
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpace
 
 Criterion = Literal["circle", "popov"]
 
@@ -39,12 +39,12 @@ class _Least:
     points: tuple[Cut, ...]
 
 
-def shifted_states(block: StateSpaceBlock, lower: Fraction) -> StateSpaceBlock:
+def shifted_states(block: StateSpace, lower: Fraction) -> StateSpace:
     """The block ``H/(1 + lower H)`` of the loop shifted by the lower end of a sector, in doubles.
 
     Parameters
     ----------
-    block : StateSpaceBlock
+    block : StateSpace
         The block.
     lower : Fraction
         The lower end.
@@ -63,10 +63,10 @@ def shifted_states(block: StateSpaceBlock, lower: Fraction) -> StateSpaceBlock:
         )
     beta = 1 / (1 + gain * block.D)
     A = block.A - gain * beta * np.outer(block.B, block.C)
-    return StateSpaceBlock(A, beta * block.B, beta * block.C, beta * block.D, block.dt)
+    return StateSpace(A, beta * block.B, beta * block.C, beta * block.D, block.dt)
 
 
-def state_space_family(block: StateSpaceBlock, lower: Fraction = Fraction(0)) -> HamiltonianFamily:
+def state_space_family(block: StateSpace, lower: Fraction = Fraction(0)) -> HamiltonianFamily:
     r"""The block with ``mu = -lower sigma - ..`` closed around it, in doubles and continuous time.
 
     Discrete time is mapped by ``z = (1 + s)/(1 - s)``: with ``J = (A + 1)^{-1}`` the matrices are ``1 - 2 J``,
@@ -74,7 +74,7 @@ def state_space_family(block: StateSpaceBlock, lower: Fraction = Fraction(0)) ->
 
     Parameters
     ----------
-    block : StateSpaceBlock
+    block : StateSpace
         The block.
     lower : Fraction
         The gain.
@@ -95,7 +95,7 @@ def state_space_family(block: StateSpaceBlock, lower: Fraction = Fraction(0)) ->
     return HamiltonianFamily.of(A, b, c, d, proposing=True)
 
 
-def state_space_largest(block: StateSpaceBlock, criterion: Criterion, *, lower: Fraction = Fraction(0)) -> Answer:
+def state_space_largest(block: StateSpace, criterion: Criterion, *, lower: Fraction = Fraction(0)) -> Answer:
     r"""The largest ``k`` of the circle or Popov's criterion on ``[lower, k]``: ``low`` computed, ``high`` shown.
 
     Levels are read off the eigenvalues of Hamiltonian matrices, as in
@@ -105,7 +105,7 @@ def state_space_largest(block: StateSpaceBlock, criterion: Criterion, *, lower: 
 
     Parameters
     ----------
-    block : StateSpaceBlock
+    block : StateSpace
         The block, in continuous time, for the circle criterion in discrete time as well.
     criterion : {"circle", "popov"}
         Which.
@@ -125,7 +125,7 @@ def state_space_largest(block: StateSpaceBlock, criterion: Criterion, *, lower: 
 
     Examples
     --------
-    >>> block = StateSpaceBlock([[0, 1, 0], [0, 0, 1], [-1, -3, -3]], [0, 0, 1], [1, 0, 0])
+    >>> block = StateSpace([[0, 1, 0], [0, 0, 1], [-1, -3, -3]], [0, 0, 1], [1, 0, 0])
     >>> print(f"{state_space_largest(block, 'popov').largest.low:.6f}")
     8.000000
     """
@@ -141,7 +141,7 @@ def state_space_largest(block: StateSpaceBlock, criterion: Criterion, *, lower: 
         criterion=criterion,
         theorem=f"{name}, by a matrix inequality (Yakubovich 1962, Kalman 1963)",
         largest=Bracket(low, high),
-        law_class=LawClass(sector=Sector(lower, low if low > lower else math.inf), time_varying=varying),
+        law_class=NonlinearityClass(sector=Sector(lower, low if low > lower else math.inf), time_varying=varying),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.COMPUTED,
         needs=() if varying else ("time-invariant",),
@@ -172,15 +172,17 @@ def _popov(family: HamiltonianFamily) -> _Least:
     found = search(family, cuts, lambda level: level, tolerance=TOLERANCE)
     if found.theta is None:
         raise AssumptionError("no multiplier was found: every level fails, as far as doubles can tell")
-    value, points = float(to_fraction(found.level)), found.summit.support
-    return _Least(value if found.summit.value < 0 else 0.0, _omega(points[0]), float(to_fraction(found.theta)), points)
+    value, points = float(to_fraction(found.level)), found.upper_bound.support
+    return _Least(
+        value if found.upper_bound.value < 0 else 0.0, _omega(points[0]), float(to_fraction(found.theta)), points
+    )
 
 
 def _omega(cut: Cut) -> float:
     return math.inf if cut.x is None else float(to_fraction(cut.x))
 
 
-def _above(block: StateSpaceBlock, lower: Fraction, points: Sequence[Cut]) -> float:
+def _above(block: StateSpace, lower: Fraction, points: Sequence[Cut]) -> float:
     """A ``k`` at which the inequality fails at one of the frequencies, whatever ``theta``, enclosed; inf for none.
 
     ``1/w + u_j + theta w_j > 0`` at two frequencies, weighted by ``|w_2|`` and ``|w_1|`` of opposite signs.
@@ -202,7 +204,7 @@ def _above(block: StateSpaceBlock, lower: Fraction, points: Sequence[Cut]) -> fl
         return math.nextafter(float((ball(lower) - 1 / bound).upper()), math.inf)
 
 
-def _enclosed(block: StateSpaceBlock, lower: Fraction, cut: Cut) -> tuple[arb, arb] | None:
+def _enclosed(block: StateSpace, lower: Fraction, cut: Cut) -> tuple[arb, arb] | None:
     """``Re H`` and ``-omega Im H`` of the shifted loop at the frequency of a cut, in balls."""
     d, gain = ball(Fraction(block.D)), ball(lower)
     if cut.x is None and cut.w == 0:  # the limit of Re H alone
@@ -216,7 +218,7 @@ def _enclosed(block: StateSpaceBlock, lower: Fraction, cut: Cut) -> tuple[arb, a
     return _value(block, gain, s if block.dt is None else (1 + s) / (1 - s), omega)
 
 
-def _value(block: StateSpaceBlock, gain: arb, s: acb, omega: arb) -> tuple[arb, arb] | None:
+def _value(block: StateSpace, gain: arb, s: acb, omega: arb) -> tuple[arb, arb] | None:
     rows = [[s - arb(v) if i == j else acb(-v) for j, v in enumerate(row)] for i, row in enumerate(block.A.tolist())]
     try:
         x = acb_mat(rows).solve(acb_mat([[v] for v in block.B.tolist()]))

@@ -14,14 +14,14 @@ from lure.analysis.numerics.polynomial import from_descending, to_fmpq, to_fract
 from lure.analysis.numerics.trigonometric import Laurent
 from lure.arrays import NDArray, np
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 STEPS_BACK = (1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5)
 LEAST_INVERSE = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
-class DiscreteBlock:
+class DiscretePlant:
     r"""The stable block ``H = n/d`` behind ``psi(sigma) = phi(sigma) - lower sigma``, in powers of ``z``.
 
     With ``mu = -phi(sigma)`` and the given ``H_0 = n/d_0`` it is ``H = H_0/(1 + lower H_0)``, ``d = d_0 + lower n``.
@@ -39,12 +39,12 @@ class DiscreteBlock:
     lower: Fraction
 
     @classmethod
-    def of(cls, block: RationalBlock, lower: Fraction, criterion: str) -> DiscreteBlock:
+    def of(cls, block: RationalPlant, lower: Fraction, criterion: str) -> DiscretePlant:
         """The block after the shift by ``lower``.
 
         Parameters
         ----------
-        block : RationalBlock
+        block : RationalPlant
             In discrete time.
         lower : Fraction
             Lower slope of the class.
@@ -59,7 +59,7 @@ class DiscreteBlock:
             A pole of the shifted block, hidden modes included, does not lie inside the unit circle.
         """
         if block.dt is None:
-            raise InputError(f"{criterion} is for discrete time; RationalBlock.dt is None: give the sampling time")
+            raise InputError(f"{criterion} is for discrete time; RationalPlant.dt is None: give the sampling time")
         if check_plant(block, lower=lower).case != "stable":
             raise AssumptionError(
                 f"{criterion} needs every pole inside the unit circle; with the lower slope {float(lower):g} the loop "
@@ -100,12 +100,12 @@ class DiscreteBlock:
         return _floats(top), _floats(bottom)
 
 
-def largest_certified(discrete: DiscreteBlock, inverse: float, certified: Callable[[Fraction], bool]) -> float:
+def largest_certified(discrete: DiscretePlant, inverse: float, certified: Callable[[Fraction], bool]) -> float:
     """The first double ``k`` below a guess, in growing steps, with ``certified(k - lower)``; NaN if there is none.
 
     Parameters
     ----------
-    discrete : DiscreteBlock
+    discrete : DiscretePlant
         The block, with its ``lower`` and its ``gain``.
     inverse : float
         ``1/(k - lower)`` in units of ``gain``, to try first; not trusted.

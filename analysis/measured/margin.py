@@ -15,8 +15,8 @@ from lure.errors import AssumptionError
 from lure.record import Page, Record, derived, plain, quantity, rounded
 
 if TYPE_CHECKING:
-    from lure.analysis.questions import Largest
-    from lure.plants.block import Block
+    from lure.analysis.questions import StabilityBound
+    from lure.plants.block import Plant
     from lure.record.values import Towards
 
 
@@ -28,7 +28,7 @@ class MeasuredMargin(Record):
         "What is compared: the measured bounds times ``gain``, with the lower one raised to 0 if ``vouched``",
         plainly=lambda sector: plain([float(sector.lower), float(sector.upper)]),
     )
-    proved: Largest = quantity(
+    proved: StabilityBound = quantity(
         "The answer of :func:`lure.analysis.max_sector`: from the lower end of ``sector``, or 0 if that is above it"
     )
     gain: float = quantity("Unit of ``phi`` in the loop per unit of the load")
@@ -112,7 +112,7 @@ class MeasuredMargin(Record):
 
 def margin_from_data(
     measured: MeasuredSector,
-    block: Block | object,
+    block: Plant | object,
     *,
     gain: float = 1.0,
     vouched: bool = False,

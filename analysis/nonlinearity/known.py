@@ -23,7 +23,7 @@ from lure.expressions import Expression
 from lure.expressions.regularity import has_value
 from lure.expressions.rigorous import ball, enclosure
 from lure.expressions.tree import Apply, Node, Number, Variable, names
-from lure.nonlinearities import Cubic, ExpressionLaw, GraphLaw, ShiftedLaw, Tanh
+from lure.nonlinearities import Cubic, ExpressionNonlinearity, GraphNonlinearity, ShiftedNonlinearity, Tanh
 from lure.nonlinearities.base import number_text
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.nonlinearities.protocol import NormalCompliance
@@ -74,9 +74,9 @@ def known_nonlinearity(law: object, low: End, high: End) -> Known | None:
     law = control_saturation(law) or law
     if callable(law) and not getattr(type(law).__call__, "__module__", "").startswith("lure."):
         return None  # a class of the user's, whose values need not be those of the law that it is derived from
-    if isinstance(law, GraphLaw):
+    if isinstance(law, GraphNonlinearity):
         return _of_graph(law.graph, f"{law}", low, high)
-    if isinstance(law, ExpressionLaw) and law.graph is not None:
+    if isinstance(law, ExpressionNonlinearity) and law.graph is not None:
         return _of_graph(law.graph, law.text, low, high)
     tree = tree_of(law)
     return None if tree is None else of_tree(_in_sigma(tree), _name(law), low, high)
@@ -90,7 +90,7 @@ def tree_of(law: object) -> Node | None:
         if len(names(law.tree)) > 1:
             raise InputError(f"the law {law.source[:60]!r} has the variables {sorted(names(law.tree))}; a law has one")
         return law.tree
-    if isinstance(law, ExpressionLaw):
+    if isinstance(law, ExpressionNonlinearity):
         return law.expression.tree
     if isinstance(law, Tanh):
         return _times(law.gain, Apply("tanh", (Apply("/", (SIGMA, Number(law.scale))),)))
@@ -101,7 +101,7 @@ def tree_of(law: object) -> Node | None:
         power = Apply("**", (SIGMA, Number(law.exact_exponent)))
         zero = Number(Fraction(0))
         return Apply("where", (Apply(">", (SIGMA, zero)), _times(law.exact_stiffness, power), zero))
-    if isinstance(law, ShiftedLaw):
+    if isinstance(law, ShiftedNonlinearity):
         inner = tree_of(law.law)
         return None if inner is None else Apply("-", (inner, _times(law.gain, SIGMA)))
     return None

@@ -22,16 +22,16 @@ from lure.analysis.nonlinearity.violations import Violation, violation
 from lure.analysis.nonlinearity.zero_set import ZeroSet, zero_set
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Verdict
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.expressions.regularity import nature
 from lure.nonlinearities import (
-    ExpressionLaw,
+    ExpressionNonlinearity,
     Properties,
     Property,
     Provenance,
     Quantiser,
-    ShiftedLaw,
+    ShiftedNonlinearity,
     check_declared,
     properties,
     shifted_class,
@@ -41,7 +41,7 @@ from lure.nonlinearities.base import number_text
 from lure.nonlinearities.formula import VARIABLE
 from lure.nonlinearities.properties import law_text
 from lure.nonlinearities.protocol import Nonlinearity
-from lure.nonlinearities.reading import as_law
+from lure.nonlinearities.reading import as_nonlinearity
 from lure.nonlinearities.shifted import shifted_bound
 
 T = TypeVar("T")
@@ -108,7 +108,7 @@ class Membership:
     ----------
     nonlinearity : str
         The nonlinearity in words.
-    law_class : LawClass
+    law_class : NonlinearityClass
         The class.
     properties : tuple of MemberProperty
         The sector; slope, oddness and time-invariance where the class demands them.
@@ -122,7 +122,7 @@ class Membership:
     """
 
     nonlinearity: str
-    law_class: LawClass
+    law_class: NonlinearityClass
     properties: tuple[MemberProperty, ...]
     regularity: Regularity
     regularity_property: MemberProperty
@@ -175,25 +175,25 @@ class Examined:
     ----------
     nonlinearity : Nonlinearity
         The nonlinearity; a formula that declares no sector carries the certified one here.
-    law_class : LawClass
+    law_class : NonlinearityClass
         The class given, else the smallest that the nonlinearity is declared or known to belong to.
     membership : Membership
         What is known of the nonlinearity as a member of this class; nothing in it is VIOLATED.
     """
 
     nonlinearity: Nonlinearity
-    law_class: LawClass
+    law_class: NonlinearityClass
     membership: Membership
 
 
-def examined(nonlinearity: object, law_class: LawClass | None = None) -> Examined:
+def examined(nonlinearity: object, law_class: NonlinearityClass | None = None) -> Examined:
     """A nonlinearity as an analysis takes it: what it declares is tested, what it leaves out is certified.
 
     Parameters
     ----------
     nonlinearity : Nonlinearity, or control.saturation_nonlinearity
         The nonlinearity.
-    law_class : LawClass, optional
+    law_class : NonlinearityClass, optional
         The class asked about; by default that of the nonlinearity.
 
     Raises
@@ -204,7 +204,7 @@ def examined(nonlinearity: object, law_class: LawClass | None = None) -> Examine
     AssumptionError
         A sample contradicts what is declared of a function that is known by its values alone.
     """
-    law = _with_certified(as_law(nonlinearity))
+    law = _with_certified(as_nonlinearity(nonlinearity))
     own = _declared_class(law)
     found = membership(law, own)
     _demand_true(found, "declared to have", "declare what holds")
@@ -213,19 +213,19 @@ def examined(nonlinearity: object, law_class: LawClass | None = None) -> Examine
     if law_class is not None and law_class != own:
         found = membership(law, law_class)
         _demand_true(found, "asked about in a class with", "give a class that contains it")
-    if type(law) is ExpressionLaw and found.regularity == "locally Lipschitz" and not law.locally_lipschitz:
+    if type(law) is ExpressionNonlinearity and found.regularity == "locally Lipschitz" and not law.locally_lipschitz:
         law = _declaring(law, law.sector, law.slope_bounds, odd=law.odd, locally_lipschitz=True)
     return Examined(nonlinearity=law, law_class=own if law_class is None else law_class, membership=found)
 
 
-def _declared_class(law: Nonlinearity) -> LawClass:
+def _declared_class(law: Nonlinearity) -> NonlinearityClass:
     try:
         return smallest_class(law)
     except AssumptionError:  # its exact graph contradicts what it declares, which membership then says with a point
         sector, slope = law.sector, getattr(law, "slope_bounds", None)
         if slope is not None:
             sector = Sector(max(sector.lower, slope.lower), min(sector.upper, slope.upper))
-        return LawClass(sector=sector, slope=slope, odd=bool(getattr(law, "odd", False)))
+        return NonlinearityClass(sector=sector, slope=slope, odd=bool(getattr(law, "odd", False)))
 
 
 def _sampled(law: Nonlinearity) -> None:
@@ -233,7 +233,7 @@ def _sampled(law: Nonlinearity) -> None:
     try:
         check_declared(law)
     except AssumptionError as error:
-        if isinstance(law, ExpressionLaw):
+        if isinstance(law, ExpressionNonlinearity):
             raise InputError(str(error)) from None
         raise
 
@@ -255,7 +255,7 @@ def _demand_true(found: Membership, words: str, fix: str) -> None:
 
 def _with_certified(law: Nonlinearity) -> Nonlinearity:
     """A formula that declares no sector, with the sector, slope bounds and oddness that are certified."""
-    if type(law) is not ExpressionLaw or law.sector_declared or law.sector != Sector(-math.inf, math.inf):
+    if type(law) is not ExpressionNonlinearity or law.sector_declared or law.sector != Sector(-math.inf, math.inf):
         return law
     if law.graph is not None and law.graph.is_line:
         raise InputError(f"the law {law.text!r:.60} is a straight line; a linear gain belongs into the block")
@@ -282,12 +282,14 @@ def _loose(low: Extreme, high: Extreme) -> bool:
 
 
 def _declaring(
-    law: ExpressionLaw, sector: Sector, slope: SlopeBounds | None, *, odd: bool, locally_lipschitz: bool
-) -> ExpressionLaw:
-    return ExpressionLaw(law.text, sector=sector, slope_bounds=slope, odd=odd, locally_lipschitz=locally_lipschitz)
+    law: ExpressionNonlinearity, sector: Sector, slope: SlopeBounds | None, *, odd: bool, locally_lipschitz: bool
+) -> ExpressionNonlinearity:
+    return ExpressionNonlinearity(
+        law.text, sector=sector, slope_bounds=slope, odd=odd, locally_lipschitz=locally_lipschitz
+    )
 
 
-def membership(nonlinearity: object, law_class: LawClass) -> Membership:
+def membership(nonlinearity: object, law_class: NonlinearityClass) -> Membership:
     """What is known of a nonlinearity as a member of a class, each property with its provenance.
 
     Parameters
@@ -295,7 +297,7 @@ def membership(nonlinearity: object, law_class: LawClass) -> Membership:
     nonlinearity : Nonlinearity, or control.saturation_nonlinearity
         Nonlinearities of the library are compared in closed form; formulas are bounded over all of R in exact or ball
         arithmetic, with a limited effort; a function of the user's is declared.
-    law_class : LawClass
+    law_class : NonlinearityClass
         The class.
 
     Raises
@@ -309,15 +311,16 @@ def membership(nonlinearity: object, law_class: LawClass) -> Membership:
 
     Examples
     --------
-    >>> from lure import ExpressionLaw, Saturation
-    >>> print(membership(Saturation(gain=2), LawClass.slope_restricted(0, 2, odd=True)))
+    >>> from lure import ExpressionNonlinearity, Saturation
+    >>> print(membership(Saturation(gain=2), NonlinearityClass.slope_restricted(0, 2, odd=True)))
     saturation min(max(2 sigma, -1), 1): checked member of the class of all odd phi with slope in [0, 2]
-    >>> found = membership(ExpressionLaw("3*tanh(sigma)", sector=Sector(0, 2)), LawClass(sector=Sector(0, 2)))
+    >>> steep = ExpressionNonlinearity("3*tanh(sigma)", sector=Sector(0, 2))
+    >>> found = membership(steep, NonlinearityClass(sector=Sector(0, 2)))
     >>> found.status is Status.VIOLATED, found.regularity, str(found.zeros)
     (True, 'locally Lipschitz', '{0}')
     """
-    law = as_law(nonlinearity)
-    if isinstance(law, ShiftedLaw) and known_nonlinearity(law, -math.inf, math.inf) is None:
+    law = as_nonlinearity(nonlinearity)
+    if isinstance(law, ShiftedNonlinearity) and known_nonlinearity(law, -math.inf, math.inf) is None:
         return _shifted(membership(law.law, shifted_class(law_class, -law.gain)), law, law_class)
     try:
         known_of = properties(law)
@@ -341,7 +344,7 @@ def membership(nonlinearity: object, law_class: LawClass) -> Membership:
     )
 
 
-def _shifted(inner: Membership, law: ShiftedLaw, law_class: LawClass) -> Membership:
+def _shifted(inner: Membership, law: ShiftedNonlinearity, law_class: NonlinearityClass) -> Membership:
     """What is known of a shifted nonlinearity from what is known before the shift."""
 
     def moved(known: MemberProperty) -> MemberProperty:
@@ -409,7 +412,7 @@ def certified_bounds(law: object) -> NonlinearityBounds | None:
     InputError
         The formula has no value at some point.
     """
-    if type(law) is ExpressionLaw:
+    if type(law) is ExpressionNonlinearity:
         return _bounds_of_text(law.text)
     return _bounds(law)
 
@@ -497,7 +500,7 @@ def _violated(found: NonlinearityBounds, bounds: Sector | SlopeBounds, at: Viola
 def _odd(law: Nonlinearity, known_of: Properties | None) -> MemberProperty:
     if known_of is not None and known_of.odd.provenance is Provenance.CHECKED and known_of.odd.value:
         return MemberProperty(name="odd", status=Status.CHECKED, how=known_of.odd.how)
-    if type(law) is ExpressionLaw and known_odd(law.expression, VARIABLE):
+    if type(law) is ExpressionNonlinearity and known_odd(law.expression, VARIABLE):
         return MemberProperty(name="odd", status=Status.CHECKED, how="read off the formula")
     known = _known_or_none(law)
     for x in () if known is None else (*_TRIED, *(abs(cut) for cut in cuts_of(known) if cut != 0)):
@@ -532,7 +535,7 @@ def _known_or_none(law: object) -> Known | None:
 
 
 def _time_invariance(law: Nonlinearity) -> MemberProperty:
-    if type(law) in (Quantiser, ExpressionLaw) or _known_or_none(law) is not None:
+    if type(law) in (Quantiser, ExpressionNonlinearity) or _known_or_none(law) is not None:
         how = "a formula or a graph in sigma alone"
         return MemberProperty(name="time-invariance", status=Status.CHECKED, how=how)
     how = "a function known by its values is taken to give one value for each sigma"
@@ -551,7 +554,7 @@ def _regularity(law: Nonlinearity, known_of: Properties | None) -> tuple[Regular
             if "discontinuous" in known_of.regularity.value
             else "continuous"
         )
-        if words != "continuous" or type(law) is not ExpressionLaw:
+        if words != "continuous" or type(law) is not ExpressionNonlinearity:
             return words, _regular(Status.CHECKED, known_of.regularity.how)
     known = _known_or_none(law)
     jumps = None if known is None else _jumps(known)
@@ -567,7 +570,7 @@ def _regularity(law: Nonlinearity, known_of: Properties | None) -> tuple[Regular
             return "locally Lipschitz", _regular(Status.CHECKED, how)
         if not declared:
             return "continuous", _regular(Status.CHECKED, "its branches meet, and each has values everywhere")
-    if type(law) is ExpressionLaw and law.nature is not None and law.nature.continuous and not declared:
+    if type(law) is ExpressionNonlinearity and law.nature is not None and law.nature.continuous and not declared:
         return "continuous", _regular(Status.CHECKED, "read off the formula")
     silent = not (jumping or hasattr(law, "locally_lipschitz"))
     how = "nothing is declared, and it is taken to be" if silent else _WORD

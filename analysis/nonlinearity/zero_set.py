@@ -15,7 +15,7 @@ from lure.analysis.nonlinearity.result import short
 from lure.errors import InputError
 from lure.expressions.regularity import nature
 from lure.expressions.tree import Apply, Node, Number
-from lure.nonlinearities import ExpressionLaw, GraphLaw, Quantiser
+from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Quantiser
 from lure.nonlinearities.piecewise_linear import Graph
 
 _LIKE_THEIR_ARGUMENT = frozenset(("neg", "tanh", "atan", "abs", "sqrt"))
@@ -89,7 +89,7 @@ def zero_set(law: object) -> ZeroSet | None:
     if type(law) is Quantiser:
         return ZeroSet(parts=(ZeroInterval(low=-law.step / 2, high=law.step / 2, closed=False),))
     own = getattr(type(law).__call__, "__module__", "").startswith("lure.")  # no class of the user's, of other values
-    graph = law.graph if isinstance(law, GraphLaw | ExpressionLaw) and own else None
+    graph = law.graph if isinstance(law, GraphNonlinearity | ExpressionNonlinearity) and own else None
     if graph is not None:
         return _of_graph(graph)
     try:

@@ -11,22 +11,22 @@ from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.plots.nyquist import plot_nyquist
 from lure.analysis.plots.popov import plot_popov
 from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes
-from lure.analysis.questions.largest import Largest, proved_up_to
+from lure.analysis.questions.largest import StabilityBound, proved_up_to
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def plot_reach(rows: Sequence[Largest], names: Sequence[str], *, ax: Axes | None = None) -> Axes:
+def plot_reach(rows: Sequence[StabilityBound], names: Sequence[str], *, ax: Axes | None = None) -> Axes:
     """One bar a class: proved up to its end, refuted from its cross on, and in between unknown.
 
     Parameters
     ----------
-    rows : sequence of Largest
+    rows : sequence of StabilityBound
         The answers, drawn from top to bottom.
     names : sequence of str
         A name for each.
@@ -76,10 +76,10 @@ def plot_reach(rows: Sequence[Largest], names: Sequence[str], *, ax: Axes | None
     return axes
 
 
-def _range(rows: Sequence[Largest]) -> tuple[float, float, bool]:
+def _range(rows: Sequence[StabilityBound]) -> tuple[float, float, bool]:
     """Ends of the axis of ``k``, and whether it is logarithmic."""
     ends = [value for row in rows for value in (row.refuted_at, row.hurwitz.high) if value]
-    marks = [abs(value) for value in ends + [row.largest.low for row in rows if not row.capped] if value]
+    marks = [abs(value) for value in ends + [row.largest.low for row in rows if not row.search_limited] if value]
     finite = [value for value in marks if 0 < value < math.inf]
     lower = min(float(row.lower) for row in rows)
     if not finite:
@@ -91,7 +91,7 @@ def _range(rows: Sequence[Largest]) -> tuple[float, float, bool]:
     return min(lower, 0.0), largest + room, False
 
 
-def _reach_words(row: Largest) -> str:
+def _reach_words(row: StabilityBound) -> str:
     words = []
     if row.verdict is Verdict.PROVED:
         words.append("every finite k proved" if row.largest.low == math.inf else f"proved to {proved_up_to(row)}")
@@ -100,12 +100,12 @@ def _reach_words(row: Largest) -> str:
     return ", ".join(words) or "unknown"
 
 
-def plot_loop_nyquist(block: RationalBlock | DelayBlock, k: float, *, ax: Axes | None = None) -> Axes:
+def plot_loop_nyquist(block: RationalPlant | DelayPlant, k: float, *, ax: Axes | None = None) -> Axes:
     """Nyquist plot of any block with the half-plane that the circle criterion forbids for ``[0, k]``.
 
     Parameters
     ----------
-    block : RationalBlock or DelayBlock
+    block : RationalPlant or DelayPlant
         The block.
     k : float
         Upper end of the sector.
@@ -125,12 +125,12 @@ def plot_loop_nyquist(block: RationalBlock | DelayBlock, k: float, *, ax: Axes |
     return axes
 
 
-def plot_loop_popov(block: RationalBlock | DelayBlock, k: float, theta: float, *, ax: Axes | None = None) -> Axes:
+def plot_loop_popov(block: RationalPlant | DelayPlant, k: float, theta: float, *, ax: Axes | None = None) -> Axes:
     """Popov plot of any block in continuous time with the line through ``-1/k`` of slope ``1/theta``.
 
     Parameters
     ----------
-    block : RationalBlock or DelayBlock
+    block : RationalPlant or DelayPlant
         The block.
     k : float
         Upper end of the sector.

@@ -24,14 +24,14 @@ from lure.analysis.plots.style import (
 )
 from lure.classes import Sector
 from lure.errors import InputError
-from lure.plants.block import Block
+from lure.plants.block import Plant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
 def plot_nyquist(
-    block: Block,
+    block: Plant,
     sector: Sector,
     *,
     worst: float | None = None,
@@ -120,7 +120,7 @@ def _disk(axes: Axes, left: float, right: float) -> None:
     axes.set_aspect("equal", adjustable="datalim")
 
 
-def _nyquist_witness(axes: Axes, block: Block, worst: float, ends: tuple[float, float]) -> None:
+def _nyquist_witness(axes: Axes, block: Plant, worst: float, ends: tuple[float, float]) -> None:
     lowest, boundary = ends
     value = complex(block.transfer(np.array([1j * max(worst, lowest)]))[0]) if math.isfinite(worst) else 0j
     bottom, top = axes.get_ylim()

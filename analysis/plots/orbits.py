@@ -99,7 +99,7 @@ def plot_orbit(block: object, witness: Witness, *, ax: Axes | None = None) -> Ax
     Parameters
     ----------
     block : object
-        The block that the witness was found for, whatever :func:`lure.as_block` takes.
+        The block that the witness was found for, whatever :func:`lure.as_plant` takes.
     witness : Witness
         Of kind ``periodic orbit``, such as ``max_slope(block).witness``.
     ax : Axes, optional
@@ -145,7 +145,7 @@ def plot_orbit_signals(block: object, witness: Witness, *, ax: Axes | None = Non
     Parameters
     ----------
     block : object
-        The block that the witness was found for, whatever :func:`lure.as_block` takes.
+        The block that the witness was found for, whatever :func:`lure.as_plant` takes.
     witness : Witness
         Of kind ``periodic orbit``.
     ax : Axes, optional

@@ -24,7 +24,7 @@ from lure.analysis.plots.style import (
     room_below,
 )
 from lure.errors import InputError
-from lure.plants.block import Block
+from lure.plants.block import Plant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,7 +38,7 @@ _ROUNDING = 1e-13
 """An imaginary part that is a smaller share of its value is drawn as 0."""
 
 
-def curve(block: Block, omega: ArrayLike | None) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+def curve(block: Plant, omega: ArrayLike | None) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """Frequencies [rad/s] and ``H(i omega)`` there, nan at a pole so that the drawn curve breaks."""
     frequencies = drawing_frequencies(block) if omega is None else np.asarray(omega, dtype=float)
     if frequencies.ndim != 1 or frequencies.size < 2 or not frequencies[0] > 0:
@@ -87,7 +87,7 @@ def margin_arrow(axes: Axes, ends: tuple[float, float], height: float) -> None:
 
 
 def plot_popov(
-    block: Block, result: CriterionResult, *, omega: ArrayLike | None = None, ax: Axes | None = None
+    block: Plant, result: CriterionResult, *, omega: ArrayLike | None = None, ax: Axes | None = None
 ) -> Axes:
     r"""Popov plot: ``omega Im H`` over ``Re H``, with the Popov line through ``-1/kappa`` and slope ``1/theta``.
 
@@ -148,7 +148,7 @@ def plot_popov(
 
 
 def plot_popov_expression(
-    block: Block, result: CriterionResult, *, omega: ArrayLike | None = None, ax: Axes | None = None
+    block: Plant, result: CriterionResult, *, omega: ArrayLike | None = None, ax: Axes | None = None
 ) -> Axes:
     r"""The Popov expression ``1/kappa + Re[(1 + i omega theta) H(i omega)]`` against frequency, with its margin.
 
@@ -216,7 +216,7 @@ def _boundary(result: CriterionResult) -> float:
     return 0.0 if math.isinf(result.sector.upper) else -1.0 / float(result.sector.upper)
 
 
-def _popov_witness(axes: Axes, block: Block, result: CriterionResult, lowest: float) -> None:
+def _popov_witness(axes: Axes, block: Plant, result: CriterionResult, lowest: float) -> None:
     worst, theta = result.worst_frequency, result.theta
     if worst is None or theta is None or math.isinf(worst):
         return
@@ -228,7 +228,7 @@ def _popov_witness(axes: Axes, block: Block, result: CriterionResult, lowest: fl
     margin_arrow(axes, (theta * height + _boundary(result), value.real), height)
 
 
-def _limits_at_infinity(block: Block, start: float, theta: float, fastest: float) -> list[float]:
+def _limits_at_infinity(block: Plant, start: float, theta: float, fastest: float) -> list[float]:
     special = getattr(block, "speeds_at_infinity", None)
     if special is not None:
         return [start + theta * speed for speed in special]

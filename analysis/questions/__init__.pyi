@@ -1,4 +1,4 @@
-from lure.analysis.questions.largest import Largest as Largest
+from lure.analysis.questions.largest import StabilityBound as StabilityBound
 from lure.analysis.questions.problem import Problem as Problem
 from lure.analysis.questions.questions import answer as answer
 from lure.analysis.questions.questions import max_sector as max_sector

@@ -10,11 +10,11 @@ from lure.analysis.certificates import codes
 from lure.analysis.inequality.gains import GainInterval
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.conclusion import Conclusion
-from lure.analysis.questions.largest import Largest, proved_up_to
+from lure.analysis.questions.largest import StabilityBound, proved_up_to
 from lure.analysis.questions.problem import Subject
 from lure.analysis.verdict import Verdict
 from lure.arrays import np
-from lure.classes import LawClass
+from lure.classes import NonlinearityClass
 from lure.nonlinearities.protocol import Nonlinearity
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ _SPECIFIC = (codes.FOREIGN_LAW, codes.ROUGH_LAW, codes.SEVERAL_SOLUTIONS)
 _WITHOUT = "nothing is proved"
 
 
-def serves(row: Largest, law_class: LawClass) -> bool:
+def serves(row: StabilityBound, law_class: NonlinearityClass) -> bool:
     """Whether the class of the row may contain the class asked about: what is worth trying, and no verdict."""
     if not _low_enough(row, law_class):
         return False
@@ -35,22 +35,24 @@ def serves(row: Largest, law_class: LawClass) -> bool:
     return True
 
 
-def _low_enough(row: Largest, law_class: LawClass) -> bool:
+def _low_enough(row: StabilityBound, law_class: NonlinearityClass) -> bool:
     """Whether the classes of the row begin at or below the class asked about; those with dead time begin at 0."""
     bounds = law_class.slope if row.question == "slope" else None
     return row.lower <= (bounds or law_class.sector).lower
 
 
-def why(asked: Largest, rows: list[Largest], law_class: LawClass, missed: list[Conclusion]) -> tuple[Code, str]:
+def why(
+    asked: StabilityBound, rows: list[StabilityBound], law_class: NonlinearityClass, missed: list[Conclusion]
+) -> tuple[Code, str]:
     """Why the class asked about is not decided.
 
     Parameters
     ----------
-    asked : Largest
+    asked : StabilityBound
         The row of the class asked about.
-    rows : list of Largest
+    rows : list of StabilityBound
         All rows.
-    law_class : LawClass
+    law_class : NonlinearityClass
         The class.
     missed : list of Conclusion
         What was accepted and does not fit, each with its reason.
@@ -87,7 +89,7 @@ def _ends(reach: float) -> str:
 
 
 def hints(
-    about: Subject, rows: list[Largest], gains: tuple[GainInterval, ...], conclusion: Conclusion
+    about: Subject, rows: list[StabilityBound], gains: tuple[GainInterval, ...], conclusion: Conclusion
 ) -> tuple[str, ...]:
     """What would decide more: a smaller class, another lower end, a property that the given phi can have.
 
@@ -95,7 +97,7 @@ def hints(
     ----------
     about : Subject
         The loop.
-    rows : list of Largest
+    rows : list of StabilityBound
         The rows in the order of the table.
     gains : tuple of GainInterval
         All stable linear gains.

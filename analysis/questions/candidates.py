@@ -17,12 +17,12 @@ from lure.analysis.rod.certificates import energy_theta
 from lure.analysis.rod.questions import rod_largest
 from lure.analysis.theorems.table import Question, Theorem, Upper, row_of, theorems_for
 from lure.analysis.verdict import Answer, Verdict
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError
 from lure.exact import exact_number
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.discretisation import UpwindScheme
 
 # Each criterion asked about exactly one class of laws, cheapest first.
@@ -32,15 +32,15 @@ LONG = "full effort"  # takes minutes
 
 
 def questions(
-    block: RationalBlock | DelayBlock | UpwindScheme, law_class: LawClass, criterion: str, *, finite: bool
+    block: RationalPlant | DelayPlant | UpwindScheme, law_class: NonlinearityClass, criterion: str, *, finite: bool
 ) -> Iterator[tuple[str, Upper, Ask]]:
     """The criteria that serve a class, each with the upper end to certify and a function that asks it.
 
     Parameters
     ----------
-    block : RationalBlock, DelayBlock or UpwindScheme
+    block : RationalPlant, DelayPlant or UpwindScheme
         The block.
-    law_class : LawClass
+    law_class : NonlinearityClass
         The class.
     criterion : str
         A name, or ``best`` for all that apply.
@@ -66,7 +66,7 @@ def questions(
             upper: Upper = Fraction(bounds.upper) if bounds.upper != math.inf else "finite" if finite else "inf"
             yield row.name, upper, _ask(block, row, bounds, law_class, finite=finite)
     slope = law_class.slope
-    if isinstance(block, RationalBlock) and slope is not None and slope.upper != math.inf:
+    if isinstance(block, RationalPlant) and slope is not None and slope.upper != math.inf:
         for row in found:
             if row.thorough:
                 ask = partial(row.decide, block, slope, odd=law_class.odd, thorough=True)
@@ -74,20 +74,20 @@ def questions(
 
 
 def _ask(
-    block: RationalBlock | DelayBlock | UpwindScheme,
+    block: RationalPlant | DelayPlant | UpwindScheme,
     row: Theorem,
     bounds: Sector | SlopeBounds,
-    law_class: LawClass,
+    law_class: NonlinearityClass,
     *,
     finite: bool,
 ) -> Ask:
     if isinstance(block, UpwindScheme):
         return lambda: _reaching(rod_largest(block, row.name), bounds)
-    if isinstance(block, RationalBlock) and not (finite and bounds.upper == math.inf):
+    if isinstance(block, RationalPlant) and not (finite and bounds.upper == math.inf):
         return partial(row.decide, block, bounds, odd=law_class.odd)
-    if isinstance(block, RationalBlock) and bounds.lower == -math.inf:
+    if isinstance(block, RationalPlant) and bounds.lower == -math.inf:
         return _endless
-    lower = Fraction(0) if isinstance(block, DelayBlock) else exact_number(bounds.lower, "lower")
+    lower = Fraction(0) if isinstance(block, DelayPlant) else exact_number(bounds.lower, "lower")
     return lambda: _reaching(row.reach(block, lower=lower, odd=law_class.odd), bounds)
 
 
@@ -99,7 +99,7 @@ def _reaching(answer: Answer, bounds: Sector | SlopeBounds) -> Answer:
     """The answer about the largest class, if the class asked about is inside it."""
     if bounds.lower < answer.law_class.sector.lower:
         raise AssumptionError(
-            f"for such a block the classes begin at {float(answer.law_class.sector.lower):g}; for a DelayBlock or a "
+            f"for such a block the classes begin at {float(answer.law_class.sector.lower):g}; for a DelayPlant or a "
             "rod close a loop with the lower gain in the model first"
         )
     if answer.verdict is Verdict.PROVED and bounds.upper > answer.largest.low:
@@ -118,7 +118,7 @@ def matrix_drafts(question: Problem, numbers: Numbers) -> Iterator[tuple[str, Ca
     Parameters
     ----------
     question : Problem
-        About a ``StateSpaceBlock`` or an ``UpwindScheme``.
+        About a ``StateSpace`` or an ``UpwindScheme``.
     numbers : str
         Where the numbers came from.
 
@@ -167,7 +167,7 @@ def draft_by_matrix(question: Problem, answer: Answer, numbers: Numbers) -> Draf
 
 def _draft(question: Problem, theta: Fraction | None, numbers: Numbers) -> Draft:
     block, sector = question.plant, question.law_class.sector
-    if not isinstance(block, RationalBlock | StateSpaceBlock | UpwindScheme):
+    if not isinstance(block, RationalPlant | StateSpace | UpwindScheme):
         raise AssumptionError(
             f"a proof by matrices is for blocks with finitely many states, not a {type(block).__name__}"
         )
@@ -187,7 +187,7 @@ def _thetas(question: Problem) -> Iterator[Fraction]:
         yield energy_theta(block)
         return
     lower = question.law_class.sector.lower
-    if not isinstance(block, StateSpaceBlock) or lower == -math.inf:
+    if not isinstance(block, StateSpace) or lower == -math.inf:
         return
     from lure.analysis.inequality.state_space import state_space_largest
 

@@ -29,7 +29,7 @@ _ORDER = (
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Ways:
+class ProofOptions:
     """How to look for a proof.
 
     Attributes
@@ -120,7 +120,7 @@ def certify(
     loop: object,
     nonlinearity: object = None,
     *,
-    ways: Ways | None = None,
+    ways: ProofOptions | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Certification:
     r"""A certificate for one loop and one class of laws, ``sigma = H mu``, ``mu = -phi(sigma)``.
@@ -130,11 +130,11 @@ def certify(
 
     Parameters
     ----------
-    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.plants.as_block` takes
+    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.plants.as_plant` takes
         The loop.
     nonlinearity : object
-        The class of laws, as a ``LawClass``, a ``Sector`` or ``SlopeBounds``; by default that of the loop, or the
-        smallest that its law is known to belong to.  Or, around a block, a law: an object, a formula as text,
+        The class of laws, as a ``NonlinearityClass``, a ``Sector`` or ``SlopeBounds``; by default that of the loop, or
+        the smallest that its law is known to belong to.  Or, around a block, a law: an object, a formula as text,
         ``control.saturation_nonlinearity``.
     ways : Ways, optional
         Which criterion, which kind of proof, how long.
@@ -162,7 +162,7 @@ def certify(
     >>> print(certify(([1], [1, 3, 2, 0]), Sector(0, 5)).verdict)
     PROVED
     """
-    chosen = ways or Ways()
+    chosen = ways or ProofOptions()
     law_class = class_given(nonlinearity)
     if law_class is None:
         loop = loop_given(loop, nonlinearity)

@@ -13,11 +13,11 @@ from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.inequality.unit_circle import below
 from lure.analysis.numerics.doubles import rounded_up, short
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -44,7 +44,7 @@ def proved_answer(asked: Problem, answer: Answer) -> Answer:
     from lure.analysis.certificates.sealing import Failure, guarded
 
     block = asked.plant
-    if isinstance(block, StateSpaceBlock):
+    if isinstance(block, StateSpace):
         from lure.analysis.certificates.by_matrices import certified_by_matrix
 
         by_matrix = guarded(answer.criterion, lambda: certified_by_matrix(block, answer), passing=(TimeoutError,))
@@ -52,7 +52,7 @@ def proved_answer(asked: Problem, answer: Answer) -> Answer:
             return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {by_matrix}")
         return by_matrix
     if answer.verdict is not Verdict.PROVED or not isinstance(
-        block, RationalBlock | DelayBlock | UpwindScheme | RodBlock
+        block, RationalPlant | DelayPlant | UpwindScheme | RodPlant
     ):
         return answer
     wide = answer
@@ -61,19 +61,19 @@ def proved_answer(asked: Problem, answer: Answer) -> Answer:
     found = guarded(answer.criterion, lambda: certified(block, wide), passing=(TimeoutError,))
     if isinstance(found, Failure):
         return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")
-    capped = answer.largest.low == math.inf and isinstance(found.upper, Fraction)
+    search_limited = answer.largest.low == math.inf and isinstance(found.upper, Fraction)
     reach = _reach(answer, found)
     tried = f"{reach.low:g}".replace("e+", "e")
-    reason = f"{tried} is the largest k for which a certificate was tried" if capped else answer.reason
-    return replace(answer, largest=reach, proof=found.proved, capped=capped, reason=reason)
+    reason = f"{tried} is the largest k for which a certificate was tried" if search_limited else answer.reason
+    return replace(answer, largest=reach, proof=found.proved, search_limited=search_limited, reason=reason)
 
 
-def unbounded_proof(block: RationalBlock, answer: Answer, *, time_varying: bool) -> Proved | None:
+def unbounded_proof(block: RationalPlant, answer: Answer, *, time_varying: bool) -> Proved | None:
     """What the checker accepted of an answer about a sector without an upper bound; None for nothing.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.
     answer : Answer
         What a criterion says.
@@ -138,7 +138,7 @@ def refuted_witness(asked: Problem, witness: Witness) -> Witness:
     from lure.analysis.certificates.sealing import guarded
 
     block = asked.plant
-    if witness.evidence is not Evidence.CERTIFIED or not isinstance(block, RationalBlock | DelayBlock):
+    if witness.evidence is not Evidence.CERTIFIED or not isinstance(block, RationalPlant | DelayPlant):
         return witness
     for candidate in (witness, *_just_above(block, witness)):
         found = guarded(candidate.kind, partial(_refuted, block, candidate), passing=(TimeoutError,))
@@ -147,21 +147,21 @@ def refuted_witness(asked: Problem, witness: Witness) -> Witness:
     return replace(witness, evidence=Evidence.COMPUTED)
 
 
-def _refuted(block: RationalBlock | DelayBlock, witness: Witness) -> Proved | Refuted:
+def _refuted(block: RationalPlant | DelayPlant, witness: Witness) -> Proved | Refuted:
     from lure.analysis.certificates.refutations import refutation_draft
     from lure.analysis.certificates.sealing import settled
 
     return settled(refutation_draft(block, witness))
 
 
-def _just_above(block: RationalBlock | DelayBlock, witness: Witness) -> Iterator[Witness]:
+def _just_above(block: RationalPlant | DelayPlant, witness: Witness) -> Iterator[Witness]:
     """Gains just above a linear one that only makes other equilibria: at the end of a class they refute nothing."""
     if witness.kind != "linear gain" or not isinstance(witness.data.get("gain"), str):
         return
     gain = Fraction(str(witness.data["gain"]))
     for exponent in (40, 30, 20):
         above = gain + max(abs(gain), Fraction(1, 2**exponent)) / 2**exponent
-        if isinstance(block, RationalBlock) and not is_stable_gain(block, above):
+        if isinstance(block, RationalPlant) and not is_stable_gain(block, above):
             yield replace(
                 witness,
                 k=rounded_up(above),

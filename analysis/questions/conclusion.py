@@ -20,7 +20,7 @@ from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import TABLE
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import class_words, counterexample, destroys, direct_term, meaning, proviso
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.nonlinearities.protocol import Nonlinearity
 
 if TYPE_CHECKING:
@@ -301,7 +301,7 @@ def _member(law: Nonlinearity, laws: Mapping[str, Any]) -> tuple[str, str]:
     return DECLARED, "if phi " + " and ".join(parts)
 
 
-def law_class_of(laws: Mapping[str, Any]) -> LawClass:
+def law_class_of(laws: Mapping[str, Any]) -> NonlinearityClass:
     """The class of laws of a certificate; every finite bound and none at all are the same infinite one.
 
     Parameters
@@ -321,7 +321,7 @@ def law_class_of(laws: Mapping[str, Any]) -> LawClass:
     within = None if slope is None else SlopeBounds(*bounds(slope))
     if within is not None:  # laws with these slopes lie in the sector of the same bounds
         sector = Sector(max(sector.lower, within.lower), min(sector.upper, within.upper))
-    return LawClass(sector=sector, slope=within, odd=laws["odd"], time_varying=laws["time_varying"])
+    return NonlinearityClass(sector=sector, slope=within, odd=laws["odd"], time_varying=laws["time_varying"])
 
 
 def _solvable_with(law: Nonlinearity, shown: Proved) -> bool:
@@ -341,10 +341,10 @@ def _takes_a_value_twice(law: Nonlinearity, shown: Proved) -> bool:
     """
     from lure.analysis.nonlinearity import nonlinearity_bounds
     from lure.analysis.nonlinearity.membership import certified_bounds
-    from lure.nonlinearities import ExpressionLaw, GraphLaw
+    from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity
 
     direct = direct_term(shown.certificate["system"])
-    graph = law.graph if isinstance(law, GraphLaw | ExpressionLaw) else None
+    graph = law.graph if isinstance(law, GraphNonlinearity | ExpressionNonlinearity) else None
     if graph is not None:
         quotients = [1 + direct * slope for slope in graph.slopes]
         return min(quotients) <= 0 <= max(quotients)
@@ -358,7 +358,7 @@ def _takes_a_value_twice(law: Nonlinearity, shown: Proved) -> bool:
 
     if both_signs(certified_bounds(law)):
         return True  # of slopes that grow without end an interval shows more than the line does
-    return isinstance(law, ExpressionLaw) and both_signs(nonlinearity_bounds(law, on=_NEAR))
+    return isinstance(law, ExpressionNonlinearity) and both_signs(nonlinearity_bounds(law, on=_NEAR))
 
 
 def _rests_at_zero_only(law: Nonlinearity, shown: Proved) -> bool:

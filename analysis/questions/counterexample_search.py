@@ -12,16 +12,16 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.proposals import Numbers
 from lure.analysis.certificates.refutations import refutation_draft
-from lure.analysis.certificates.sealing import Failure, sealed
+from lure.analysis.certificates.sealing import Failure, check_for_class
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 
 def linear_refutation(question: Problem, numbers: Numbers) -> Proved | Refuted | None:
@@ -40,19 +40,19 @@ def linear_refutation(question: Problem, numbers: Numbers) -> Proved | Refuted |
         None if every gain is stable, or the block has none that is looked at.
     """
     block = question.plant
-    if isinstance(block, RodBlock | UpwindScheme):
+    if isinstance(block, RodPlant | UpwindScheme):
         if block.rod.exact["damping"] >= 0:
             return None
-        return sealed(question, _draft(block, {"method": "structure"}, question, numbers))
-    if isinstance(block, StateSpaceBlock):
+        return check_for_class(question, _draft(block, {"method": "structure"}, question, numbers))
+    if isinstance(block, StateSpace):
         witness = _growing(block, question)
-    elif isinstance(block, RationalBlock | DelayBlock):
-        witness = _with_dead_time(block, question) if isinstance(block, DelayBlock) else _gain(block, question)
+    elif isinstance(block, RationalPlant | DelayPlant):
+        witness = _with_dead_time(block, question) if isinstance(block, DelayPlant) else _gain(block, question)
     else:
         return None
     if witness is None:
         return None
-    return sealed(question, refutation_draft(block, witness, question.laws, numbers=numbers))
+    return check_for_class(question, refutation_draft(block, witness, question.laws, numbers=numbers))
 
 
 def counterexample(question: Problem, numbers: Numbers) -> Proved | Refuted | Failure | None:
@@ -74,7 +74,7 @@ def counterexample(question: Problem, numbers: Numbers) -> Proved | Refuted | Fa
 
     block, asked = question.plant, question.law_class
     bounds = asked.slope or asked.sector
-    if not isinstance(block, RationalBlock) or bounds.lower == -math.inf:
+    if not isinstance(block, RationalPlant) or bounds.lower == -math.inf:
         return None
     found = refute(
         block,
@@ -92,7 +92,7 @@ def counterexample(question: Problem, numbers: Numbers) -> Proved | Refuted | Fa
             last = _failure(codes.UNPROVED_ORBIT, str(witness)) if inside else last
             continue
         try:
-            return sealed(question, refutation_draft(block, witness, question.laws, numbers=numbers))
+            return check_for_class(question, refutation_draft(block, witness, question.laws, numbers=numbers))
         except (Rejected, AssumptionError) as refusal:  # beyond the class, as often as not
             last = _failure(codes.REJECTED, str(refusal)) if witness.k <= bounds.upper else last
     return last
@@ -102,7 +102,7 @@ def _failure(code: codes.Code, detail: str) -> Failure:
     return Failure(search="counterexamples", code=code, detail=detail)
 
 
-def _growing(block: StateSpaceBlock, question: Problem) -> Witness | None:
+def _growing(block: StateSpace, question: Problem) -> Witness | None:
     """The smallest gain of the class with which a motion of a block given by matrices grows."""
     from lure.analysis.questions.state_space import growing_gain
 
@@ -113,7 +113,7 @@ def _growing(block: StateSpaceBlock, question: Problem) -> Witness | None:
     return found if found is not None and found.k <= bounds.upper else None
 
 
-def _gain(block: RationalBlock, question: Problem) -> Witness | None:
+def _gain(block: RationalPlant, question: Problem) -> Witness | None:
     """The smallest gain of the sector that is not stable; for a sector without a lower end some gain."""
     from lure.analysis.counterexamples.linear import linear_witness
     from lure.analysis.inequality.gains import unstable_gain
@@ -128,7 +128,7 @@ def _gain(block: RationalBlock, question: Problem) -> Witness | None:
     return None if some is None else replace(some, data={"gain": str(gain), "lower": str(gain - 1)})
 
 
-def _with_dead_time(block: DelayBlock, question: Problem) -> Witness | None:
+def _with_dead_time(block: DelayPlant, question: Problem) -> Witness | None:
     from lure.analysis.questions.models import hurwitz, linear_witnesses
 
     asked = Problem.largest(block, "sector", lower=Fraction(0), search="linear")
@@ -137,7 +137,7 @@ def _with_dead_time(block: DelayBlock, question: Problem) -> Witness | None:
 
 
 def _draft(
-    block: RodBlock | UpwindScheme, proof: dict[str, Any], question: Problem, numbers: Numbers
+    block: RodPlant | UpwindScheme, proof: dict[str, Any], question: Problem, numbers: Numbers
 ) -> dict[str, Any]:
     return {
         "verdict": "REFUTED",

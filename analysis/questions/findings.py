@@ -17,7 +17,7 @@ from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.advice import serves, why
 from lure.analysis.questions.certifying import proved_answer, restated, unbounded_proof
 from lure.analysis.questions.conclusion import Conclusion, conclusion_of, undecided
-from lure.analysis.questions.largest import Largest, Stopped, meet
+from lure.analysis.questions.largest import StabilityBound, Stopped, meet
 from lure.analysis.questions.models import (
     NOT_NEEDED,
     answer_of,
@@ -31,9 +31,9 @@ from lure.analysis.questions.models import (
 from lure.analysis.questions.problem import Problem, Subject
 from lure.analysis.theorems.table import BEST, Theorem, theorems_for
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -236,13 +236,13 @@ def _counterexamples(found: Findings, shared: _Shared) -> None:
     those.
     """
     asked = found.asked
-    flow = isinstance(asked.plant, RationalBlock) and asked.plant.dt is None
+    flow = isinstance(asked.plant, RationalPlant) and asked.plant.dt is None
     if flow and not asked.time_varying and meet(shared.slopes.get(asked.lower, -math.inf), found.refuted):
         return
     found.witnesses += nonlinear_witnesses(asked)
 
 
-def asked_row(rows: list[Largest], law_class: LawClass | None) -> Largest | None:
+def asked_row(rows: list[StabilityBound], law_class: NonlinearityClass | None) -> StabilityBound | None:
     """The row whose class is that of the question, of the four in their order of the table."""
     if law_class is None:
         return None
@@ -253,7 +253,7 @@ def asked_row(rows: list[Largest], law_class: LawClass | None) -> Largest | None
     return rows[3] if law_class.odd else rows[2]
 
 
-def decided(about: Subject, rows: list[Largest]) -> Conclusion:
+def decided(about: Subject, rows: list[StabilityBound]) -> Conclusion:
     """What follows for the class asked about, without one for the row that reaches farthest.
 
     Everything that the checker accepted of any row is tried; :func:`lure.analysis.questions.conclusion.conclusion_of`
@@ -281,7 +281,7 @@ def decided(about: Subject, rows: list[Largest]) -> Conclusion:
     return undecided(inquiry, reason, code=code)
 
 
-def _proofs(about: Subject, rows: list[Largest], law_class: LawClass) -> Iterator[Proved]:
+def _proofs(about: Subject, rows: list[StabilityBound], law_class: NonlinearityClass) -> Iterator[Proved]:
     """What was accepted of the rows, those that may serve; of laws without an upper bound beside every finite one."""
     for row in rows:
         end = law_class.slope.upper if row.question == "slope" and law_class.slope else law_class.sector.upper
@@ -291,13 +291,13 @@ def _proofs(about: Subject, rows: list[Largest], law_class: LawClass) -> Iterato
         yield from (proof for proof in (endless, row.proof) if proof is not None)
 
 
-def _unbounded(about: Subject, row: Largest, law_class: LawClass) -> Proved | None:
+def _unbounded(about: Subject, row: StabilityBound, law_class: NonlinearityClass) -> Proved | None:
     """What is accepted of the class without an upper bound: every finite ``k`` is less than that.
 
     ``sigma^3`` lies in ``[0, inf]`` and in no ``[0, k]``.
     """
     block = about.block
-    if not isinstance(block, RationalBlock):
+    if not isinstance(block, RationalPlant):
         return None
     sector = Sector(row.lower, math.inf)
     for theorem in reversed(theorems_for(block, "sector", BEST, time_varying=law_class.time_varying)):

@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 _CHECK = "Check it again: lure.analysis.check(result.{}.certificate), in exact arithmetic."
 
 
-def largest_html(found: Largest) -> str:
+def largest_html(found: StabilityBound) -> str:
     """One answer: both sides of it, and every criterion that was tried.
 
     Parameters
     ----------
-    found : Largest
+    found : StabilityBound
         The answer.
     """
     proved = found.verdict is Verdict.PROVED
@@ -85,12 +85,12 @@ def analysis_html(found: LoopAnalysis) -> str:
     return html_table(title, [table_row(row) for row in found.rows], head=HEAD, verdict=str(found.verdict), notes=notes)
 
 
-def largest_dataset(found: Largest) -> xarray.Dataset:
+def largest_dataset(found: StabilityBound) -> xarray.Dataset:
     """Every criterion that was tried, over the dimension ``criterion``.
 
     Parameters
     ----------
-    found : Largest
+    found : StabilityBound
         The answer.
 
     Raises
@@ -98,7 +98,7 @@ def largest_dataset(found: Largest) -> xarray.Dataset:
     InputError
         xarray is not installed.
     """
-    xr = xarray_or_refusal("Largest.to_xarray")
+    xr = xarray_or_refusal("StabilityBound.to_xarray")
     answers = found.answers
     variables = {
         "low": ("criterion", [one.largest.low for one in answers], {"long_name": "every class up to it, if PROVED"}),
@@ -172,7 +172,7 @@ UNFINISHED: Mapping[Stopped, str] = {
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Largest:
+class StabilityBound:
     r"""How far the classes ``[lower, k]`` are stable, from both sides, for ``sigma = H mu``, ``mu = -phi(sigma)``.
 
     Attributes
@@ -255,9 +255,9 @@ class Largest:
         return self.refuted_at is not None and meet(self.largest.low, self.refuted_at)
 
     @property
-    def capped(self) -> bool:
+    def search_limited(self) -> bool:
         """Whether ``largest.low`` is no end of the criterion, but the largest ``k`` a certificate was tried for."""
-        return self.verdict is Verdict.PROVED and bool(self.answers) and self.answers[0].capped
+        return self.verdict is Verdict.PROVED and bool(self.answers) and self.answers[0].search_limited
 
     @property
     def unfinished(self) -> str:
@@ -378,7 +378,7 @@ class Largest:
         start = bound_above(self.lower)
         span = f"[{start}, {bound_below(self.largest.low)}{')' if self.largest.low == math.inf else ']'}"
         if self.verdict is Verdict.PROVED:
-            tried = ", the largest k tried" if self.capped else ""
+            tried = ", the largest k tried" if self.search_limited else ""
             head = f"{self.conclusion.headline[:-1]}{tried} ({self.criterion}, {self.evidence})"
         elif self.verdict is Verdict.REFUTED:
             head = f"Not stable for {self.about} [{start}, k], whatever k > {start}"
@@ -421,8 +421,8 @@ class Largest:
         return largest_html(self)
 
 
-def _made(parts: Mapping[str, Any]) -> Largest:
-    return Largest(**parts)
+def _made(parts: Mapping[str, Any]) -> StabilityBound:
+    return StabilityBound(**parts)
 
 
 def _ends(shown: Proved | Refuted) -> list[tuple[Fraction | float, Fraction | float]]:
@@ -458,15 +458,15 @@ def _witness_dict(witness: Witness) -> dict[str, Any]:
     }
 
 
-def proved_up_to(row: Largest) -> str:
+def proved_up_to(row: StabilityBound) -> str:
     """How far a class is proved, for a table; it says so where that is only the largest ``k`` that was tried.
 
     Parameters
     ----------
-    row : Largest
+    row : StabilityBound
         An answer whose verdict is PROVED.
     """
-    return f"{row.proved_text}, the largest k tried" if row.capped else row.proved_text
+    return f"{row.proved_text}, the largest k tried" if row.search_limited else row.proved_text
 
 
 def _end_text(witness: Witness | None, k: float) -> str:

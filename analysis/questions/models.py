@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.questions.certifying import refuted_witness
@@ -13,14 +13,14 @@ from lure.analysis.questions.state_space import growing_gain, state_space_answer
 from lure.analysis.rod.questions import rod_hurwitz, rod_largest
 from lure.analysis.theorems.table import Theorem
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.plants.delay import DelayBlock
+from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 REFUSED = "does not apply"
 NOT_NEEDED = "not needed"
@@ -30,21 +30,23 @@ EXPECTED = (AssumptionError, InputError, OverflowError, ModuleNotFoundError)  # 
 def hurwitz(asked: Problem) -> Bracket:
     """Supremum of the ``k`` such that every linear gain in ``[lower, k]`` is stable (in the critical case: but 0)."""
     block = asked.plant
-    if isinstance(block, RationalBlock):
+    if isinstance(block, RationalPlant):
         from lure.analysis.inequality.gains import hurwitz_limit
 
-        if Plant.of(block).shifted(asked.lower).case == "unstable":  # lower itself, a member of every class
+        if (
+            TransferPolynomials.of(block).shifted(asked.lower).case == "unstable"
+        ):  # lower itself, a member of every class
             return outward(ball(asked.lower), ball(asked.lower))
         return hurwitz_limit(block, asked.lower)
-    if isinstance(block, StateSpaceBlock):
+    if isinstance(block, StateSpace):
         witness = growing_gain(block, asked.lower)
         return Bracket(double_below(asked.lower), math.inf if witness is None else witness.k)
     _from_zero(asked)
-    if isinstance(block, DelayBlock):
+    if isinstance(block, DelayPlant):
         from lure.analysis.theorems.dead_time import hurwitz_limit as with_dead_time
 
         return with_dead_time(block)
-    if isinstance(block, UpwindScheme | RodBlock):
+    if isinstance(block, UpwindScheme | RodPlant):
         return rod_hurwitz(block)
     return Bracket(0.0, math.inf)
 
@@ -52,11 +54,11 @@ def hurwitz(asked: Problem) -> Bracket:
 def critical(asked: Problem) -> bool:
     """Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): laws of the class add equilibria."""
     block = asked.plant
-    if isinstance(block, RationalBlock):
-        return Plant.of(block).shifted(asked.lower).case == "critical"
-    if isinstance(block, DelayBlock):
+    if isinstance(block, RationalPlant):
+        return TransferPolynomials.of(block).shifted(asked.lower).case == "critical"
+    if isinstance(block, DelayPlant):
         return block.denominator[-1] == 0
-    return isinstance(block, UpwindScheme | RodBlock)
+    return isinstance(block, UpwindScheme | RodPlant)
 
 
 def answer_of(row: Theorem, asked: Problem) -> Answer | str:
@@ -78,11 +80,11 @@ def answer_of(row: Theorem, asked: Problem) -> Answer | str:
 
 def _largest(row: Theorem, asked: Problem) -> Answer:
     block = asked.plant
-    if isinstance(block, RationalBlock | DelayBlock):
+    if isinstance(block, RationalPlant | DelayPlant):
         return row.reach(block, lower=asked.lower, odd=asked.odd)
-    if isinstance(block, UpwindScheme | RodBlock):
+    if isinstance(block, UpwindScheme | RodPlant):
         return rod_largest(block, row.name)
-    if isinstance(block, StateSpaceBlock):
+    if isinstance(block, StateSpace):
         return state_space_answer(block, row.name, asked.lower)
     from lure.analysis.inequality.samples import largest_sampled
 
@@ -98,13 +100,13 @@ def rank(answer: Answer) -> tuple[bool, bool, float, float]:
 def linear_witnesses(asked: Problem, limit: Bracket) -> list[Witness]:
     """The smallest destabilising linear gain of the class, if there is one."""
     block, found = asked.plant, None
-    if isinstance(block, RationalBlock):
+    if isinstance(block, RationalPlant):
         from lure.analysis.counterexamples.linear import linear_witness
 
         found = linear_witness(block, lower=asked.lower)
-    elif isinstance(block, StateSpaceBlock):
+    elif isinstance(block, StateSpace):
         found = growing_gain(block, asked.lower)
-    elif isinstance(block, DelayBlock) and limit.high < math.inf:
+    elif isinstance(block, DelayPlant) and limit.high < math.inf:
         found = _dead_time_gain(block, limit)
     return [] if found is None else [refuted_witness(asked, found)]
 
@@ -121,7 +123,7 @@ def nonlinear_witnesses(asked: Problem) -> list[Witness]:
     from lure.analysis.counterexamples.search import refute
 
     block = asked.plant
-    if not isinstance(block, RationalBlock):
+    if not isinstance(block, RationalPlant):
         return []
     kind = {"slope": asked.question == "slope", "odd": asked.odd, "time_varying": asked.time_varying}
     passing = (*EXPECTED, TimeoutError)
@@ -132,7 +134,7 @@ def nonlinear_witnesses(asked: Problem) -> list[Witness]:
     return [refuted_witness(asked, witness) for witness in strong]
 
 
-def _dead_time_gain(block: DelayBlock, limit: Bracket) -> Witness:
+def _dead_time_gain(block: DelayPlant, limit: Bracket) -> Witness:
     return Witness(
         kind="linear gain",
         k=limit.high,
@@ -156,13 +158,13 @@ def _from_zero(asked: Problem) -> None:
 def silent(name: str, asked: Problem, reason: str, *, theorem: str = REFUSED) -> Answer:
     """The answer of a criterion that says nothing: it refuses, it failed, or it was not asked."""
     lower = float(asked.lower)
-    computed, sampled = isinstance(asked.plant, StateSpaceBlock), isinstance(asked.plant, FrequencyData)
+    computed, sampled = isinstance(asked.plant, StateSpace), isinstance(asked.plant, FrequencyData)
     slope = SlopeBounds(lower, math.inf) if asked.question == "slope" else None
     return Answer(
         criterion=name,
         theorem=theorem,
         largest=Bracket(lower, math.inf),
-        law_class=LawClass(sector=Sector(lower, math.inf), slope=slope, odd=asked.odd),
+        law_class=NonlinearityClass(sector=Sector(lower, math.inf), slope=slope, odd=asked.odd),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.OBSERVED if sampled else Evidence.COMPUTED if computed else Evidence.CERTIFIED,
         reason=reason,

@@ -18,26 +18,26 @@ from lure.analysis.certificates.systems import law_of, laws_of, system_of
 from lure.analysis.nonlinearity.membership import Membership, Status, examined, membership
 from lure.analysis.questions.state_space import by_matrices
 from lure.analysis.theorems.table import BEST, TABLE, Question, theorems_for
-from lure.classes import Diagonal, LawClass, Sector, SlopeBounds
+from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.files.system import LoopSystem
 from lure.loop import Loop
-from lure.nonlinearities import ExpressionLaw
+from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.protocol import Nonlinearity
-from lure.nonlinearities.reading import as_law
-from lure.plants import as_block
-from lure.plants.delay import DelayBlock
+from lure.nonlinearities.reading import as_nonlinearity
+from lure.plants import as_plant
+from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.systems import RodSystem
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 Kind = Literal["sector", "slope", "class"]
 Search = Literal["linear", "full"]
-Block = RationalBlock | DelayBlock | StateSpaceBlock | FrequencyData | UpwindScheme | RodBlock
-_EVERY = LawClass(sector=Sector(0, math.inf))
+Plant = RationalPlant | DelayPlant | StateSpace | FrequencyData | UpwindScheme | RodPlant
+_EVERY = NonlinearityClass(sector=Sector(0, math.inf))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,7 +46,7 @@ class Problem:
 
     Attributes
     ----------
-    plant : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+    plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, UpwindScheme or RodPlant
         The linear part ``H``.
     classes : Diagonal
         The class of each nonlinearity; where the largest upper end is asked for, with the upper end ``inf``.
@@ -70,7 +70,7 @@ class Problem:
         Whether an infinite upper end means every law with some finite bound.
     """
 
-    plant: Block
+    plant: Plant
     classes: Diagonal
     kind: Kind
     nonlinearity: Nonlinearity | None = None
@@ -85,7 +85,7 @@ class Problem:
     @classmethod
     def largest(  # noqa: PLR0913  (a plant and six settings of a question)
         cls,
-        plant: Block,
+        plant: Plant,
         kind: Question,
         *,
         lower: Fraction,
@@ -98,7 +98,7 @@ class Problem:
 
         Parameters
         ----------
-        plant : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+        plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, UpwindScheme or RodPlant
             The linear part.
         kind : {"sector", "slope"}
             What ``[lower, k]`` bounds.
@@ -112,12 +112,12 @@ class Problem:
             Where to look for destabilising members.
         """
         slope = SlopeBounds(lower, math.inf) if kind == "slope" else None
-        law_class = LawClass(sector=Sector(lower, math.inf), slope=slope, odd=odd, time_varying=time_varying)
+        law_class = NonlinearityClass(sector=Sector(lower, math.inf), slope=slope, odd=odd, time_varying=time_varying)
         classes = Diagonal((law_class,))
         return cls(plant=plant, classes=classes, kind=kind, criterion=criterion, search=search, finite=True)
 
     @property
-    def law_class(self) -> LawClass:
+    def law_class(self) -> NonlinearityClass:
         """The class of the only channel."""
         (found,) = self.classes.classes
         return found
@@ -125,8 +125,8 @@ class Problem:
     @classmethod
     def about(
         cls,
-        plant: Block,
-        law_class: LawClass,
+        plant: Plant,
+        law_class: NonlinearityClass,
         *,
         nonlinearity: Nonlinearity | None = None,
         membership: Membership | None = None,
@@ -135,9 +135,9 @@ class Problem:
 
         Parameters
         ----------
-        plant : RationalBlock, DelayBlock, StateSpaceBlock, FrequencyData, UpwindScheme or RodBlock
+        plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, UpwindScheme or RodPlant
             The linear part.
-        law_class : LawClass
+        law_class : NonlinearityClass
             The class.
         nonlinearity : Nonlinearity, optional
             The one in the loop.  One that is not known to be locally Lipschitz widens the class to laws of any
@@ -249,14 +249,14 @@ class Problem:
         return hash(self.text)
 
 
-def is_rough(nonlinearity: Nonlinearity | None, law_class: LawClass) -> bool:
+def is_rough(nonlinearity: Nonlinearity | None, law_class: NonlinearityClass) -> bool:
     """Whether the nonlinearity is not known to be locally Lipschitz; one that says nothing of it is taken to be.
 
     Parameters
     ----------
     nonlinearity : Nonlinearity or None
         The nonlinearity.
-    law_class : LawClass
+    law_class : NonlinearityClass
         A class that contains it.
     """
     if nonlinearity is None:
@@ -264,16 +264,16 @@ def is_rough(nonlinearity: Nonlinearity | None, law_class: LawClass) -> bool:
     return membership(nonlinearity, law_class).regular("locally Lipschitz") is Status.VIOLATED
 
 
-def _next_state_is_defined(block: Block) -> bool:
+def _next_state_is_defined(block: Plant) -> bool:
     """Whether the loop has exactly one solution whatever the law is: in discrete time, without a direct term."""
-    direct = block.feedthrough if isinstance(block, RationalBlock) else getattr(block, "D", None)
+    direct = block.feedthrough if isinstance(block, RationalPlant) else getattr(block, "D", None)
     return getattr(block, "dt", None) is not None and direct == 0
 
 
 # A plant and a nonlinearity, each in whatever form a user has it, as one loop.
 
 
-def class_given(nonlinearity: object) -> LawClass | None:
+def class_given(nonlinearity: object) -> NonlinearityClass | None:
     """The class that somebody means by a class, a sector or slope bounds; None for anything else.
 
     Parameters
@@ -286,12 +286,12 @@ def class_given(nonlinearity: object) -> LawClass | None:
     >>> print(class_given(Sector(0, 5)), "|", class_given(SlopeBounds(0, 1)))
     phi in the sector [0, 5] | phi with slope in [0, 1]
     """
-    if isinstance(nonlinearity, LawClass):
+    if isinstance(nonlinearity, NonlinearityClass):
         return nonlinearity
     if isinstance(nonlinearity, Sector):
-        return LawClass(sector=nonlinearity)
+        return NonlinearityClass(sector=nonlinearity)
     if isinstance(nonlinearity, SlopeBounds):
-        return LawClass.slope_restricted(nonlinearity.lower, nonlinearity.upper)
+        return NonlinearityClass.slope_restricted(nonlinearity.lower, nonlinearity.upper)
     return None
 
 
@@ -301,7 +301,7 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
     Parameters
     ----------
     plant : object
-        Anything :func:`lure.as_block` takes, or a named plant without a nonlinearity.
+        Anything :func:`lure.as_plant` takes, or a named plant without a nonlinearity.
     nonlinearity : object
         A law of :mod:`lure.nonlinearities` or any object with a sector, a formula as text,
         ``control.saturation_nonlinearity``,
@@ -328,9 +328,9 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
     law_class = class_given(nonlinearity)
     law = None
     if law_class is None:
-        law = ExpressionLaw(nonlinearity) if isinstance(nonlinearity, str) else as_law(nonlinearity)
+        law = ExpressionNonlinearity(nonlinearity) if isinstance(nonlinearity, str) else as_nonlinearity(nonlinearity)
     named = plant if isinstance(plant, LoopSystem) else None
-    block = as_block(plant) if named is None else named.block
+    block = as_plant(plant) if named is None else named.block
     return LoopSystem(
         name="loop" if named is None else named.name,
         title="" if named is None else named.title,
@@ -353,11 +353,11 @@ class Subject:
         One line that says what it is; may be empty.
     source : str
         Where it comes from; may be empty.
-    block : RationalBlock or DelayBlock
+    block : RationalPlant or DelayPlant
         The linear block.
     law : Nonlinearity or None
         A law, if one was given.
-    law_class : LawClass or None
+    law_class : NonlinearityClass or None
         The class to decide: the one given, or the tightest the law is known to belong to.
     membership : Membership or None
         What is known of the law as a member of the class, if there is a law.
@@ -366,9 +366,9 @@ class Subject:
     name: str
     title: str = ""
     source: str = ""
-    block: RationalBlock | DelayBlock | StateSpaceBlock
+    block: RationalPlant | DelayPlant | StateSpace
     law: Nonlinearity | None = None
-    law_class: LawClass | None = None
+    law_class: NonlinearityClass | None = None
     membership: Membership | None = None
 
 
@@ -377,7 +377,7 @@ def subject(loop: object) -> Subject:
 
     Parameters
     ----------
-    loop : LoopSystem, Loop, or anything :func:`lure.plants.as_block` takes
+    loop : LoopSystem, Loop, or anything :func:`lure.plants.as_plant` takes
         The loop.
 
     Raises
@@ -403,7 +403,7 @@ def subject(loop: object) -> Subject:
             membership=None if given is None else given.membership,
         )
     if isinstance(loop, Loop):
-        block, given = certifiable(as_block(loop.block)), examined(loop.nonlinearity)
+        block, given = certifiable(as_plant(loop.block)), examined(loop.nonlinearity)
         return Subject(
             name="loop",
             block=block,
@@ -411,10 +411,10 @@ def subject(loop: object) -> Subject:
             law_class=given.law_class,
             membership=given.membership,
         )
-    return Subject(name="loop", block=certifiable(as_block(loop)))
+    return Subject(name="loop", block=certifiable(as_plant(loop)))
 
 
-def certifiable(block: object) -> RationalBlock | DelayBlock | StateSpaceBlock:
+def certifiable(block: object) -> RationalPlant | DelayPlant | StateSpace:
     """The block, if there is exact data behind it; by its matrices where these are doubles and polynomials too long.
 
     Parameters
@@ -427,9 +427,9 @@ def certifiable(block: object) -> RationalBlock | DelayBlock | StateSpaceBlock:
     AssumptionError
         There is not.
     """
-    if isinstance(block, RationalBlock):
+    if isinstance(block, RationalPlant):
         return by_matrices(block) or block
-    if isinstance(block, DelayBlock | StateSpaceBlock):
+    if isinstance(block, DelayPlant | StateSpace):
         return block
     raise AssumptionError(
         f"a {type(block).__name__} gives computed numbers, and nothing certified can be said of it; give coefficients, "
@@ -439,7 +439,7 @@ def certifiable(block: object) -> RationalBlock | DelayBlock | StateSpaceBlock:
 
 def posed(
     loop: object,
-    law_class: LawClass | None,
+    law_class: NonlinearityClass | None,
     *,
     criterion: str,
     finite: bool,
@@ -449,9 +449,9 @@ def posed(
 
     Parameters
     ----------
-    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.plants.as_block` takes
+    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.plants.as_plant` takes
         The loop.  A ``RodSystem`` means the rod itself, for a named criterion or a proof by matrices its scheme.
-    law_class : LawClass or None
+    law_class : NonlinearityClass or None
         The class; None for the class of the loop, or the smallest its law is known to belong to.  A class given here
         leaves the law of the loop out.
     criterion : str
@@ -468,7 +468,7 @@ def posed(
     """
     named = [row for row in TABLE if row.name == criterion]
     block, law, own = _parts(loop, scheme=criterion != BEST or method == "matrix")
-    if isinstance(block, RationalBlock) and (criterion == BEST or any(row.matrix for row in named)):
+    if isinstance(block, RationalPlant) and (criterion == BEST or any(row.matrix for row in named)):
         block = by_matrices(block) or block
     refusals, member, untested = list[Failure](), None, False
     if law_class is not None:
@@ -476,7 +476,7 @@ def posed(
     elif law is not None:
         known = guarded("the law", lambda: examined(law, own), passing=(InputError,))
         if isinstance(known, Failure):
-            refusals, law_class, untested = [known], own or LawClass(sector=law.sector), True
+            refusals, law_class, untested = [known], own or NonlinearityClass(sector=law.sector), True
         else:
             law, law_class, member = known.nonlinearity, known.law_class, known.membership
     else:
@@ -510,14 +510,14 @@ def posed(
     )
 
 
-def _parts(loop: object, *, scheme: bool) -> tuple[Block, Nonlinearity | None, LawClass | None]:
+def _parts(loop: object, *, scheme: bool) -> tuple[Plant, Nonlinearity | None, NonlinearityClass | None]:
     """Block, law and class of whatever describes a loop."""
     if isinstance(loop, RodSystem):
-        return upwind(loop.rod, loop.cells) if scheme else RodBlock(loop.rod), loop.rod.law, _EVERY
-    if isinstance(loop, UpwindScheme | RodBlock):
+        return upwind(loop.rod, loop.cells) if scheme else RodPlant(loop.rod), loop.rod.law, _EVERY
+    if isinstance(loop, UpwindScheme | RodPlant):
         return loop, None, _EVERY
     if isinstance(loop, LoopSystem):
         return loop.block, loop.nonlinearity, loop.law_class
     if isinstance(loop, Loop):
-        return as_block(loop.block), loop.nonlinearity, None
-    return as_block(loop), None, None
+        return as_plant(loop.block), loop.nonlinearity, None
+    return as_plant(loop), None, None

@@ -12,19 +12,19 @@ from lure.analysis.certificates import codes
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.covers import cover_proof
 from lure.analysis.certificates.proposals import Numbers, certified, energy_draft
-from lure.analysis.certificates.sealing import Failure, guarded, sealed
+from lure.analysis.certificates.sealing import Failure, check_for_class, guarded
 from lure.analysis.questions.candidates import LONG, questions
 from lure.analysis.questions.counterexample_search import counterexample, linear_refutation
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import Upper, row_of
 from lure.analysis.verdict import Answer, Verdict
 from lure.errors import AssumptionError
-from lure.plants.delay import DelayBlock
+from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 Search = Callable[[], Proved | Refuted | Failure | None]
 Draft = dict[str, Any]
@@ -54,19 +54,19 @@ def searches(question: Problem, *, numbers: Numbers) -> Iterator[tuple[str, Sear
     if not proofs:
         pass
     elif (
-        isinstance(block, RodBlock | UpwindScheme) and question.criterion == "best" and method in ("best", "structure")
+        isinstance(block, RodPlant | UpwindScheme) and question.criterion == "best" and method in ("best", "structure")
     ):
         yield "the energy of the rod", lambda: _energy(question, numbers)
-    elif isinstance(block, StateSpaceBlock) or (isinstance(block, UpwindScheme) and method == "matrix"):
+    elif isinstance(block, StateSpace) or (isinstance(block, UpwindScheme) and method == "matrix"):
         yield from _by_matrices(question, numbers)
-    elif not isinstance(block, RodBlock):
+    elif not isinstance(block, RodPlant):
         asked = guarded("criteria", lambda: list(_questions(question, finite=question.finite)))
         if isinstance(asked, Failure):
             yield "criteria", lambda: asked
             return
         later = [each for each in asked if each[0].endswith(LONG)]
         yield from _proofs(question, [each for each in asked if not each[0].endswith(LONG)], method, numbers)
-    if isinstance(block, RationalBlock) and question.criterion == method == "best":
+    if isinstance(block, RationalPlant) and question.criterion == method == "best":
         yield "counterexamples", lambda: counterexample(question, numbers)
     yield from _proofs(question, later, method, numbers)
     if proofs and not question.finite and question.law_class.sector.upper == math.inf:
@@ -80,7 +80,7 @@ def _proofs(question: Problem, asked: list[Asked], method: str, numbers: Numbers
 
 def _questions(question: Problem, *, finite: bool) -> Iterator[Asked]:
     block = question.plant
-    assert isinstance(block, RationalBlock | DelayBlock | UpwindScheme)
+    assert isinstance(block, RationalPlant | DelayPlant | UpwindScheme)
     return questions(block, question.law_class, question.criterion, finite=finite)
 
 
@@ -97,36 +97,36 @@ def _proof(question: Problem, asked: Asked, method: str, numbers: Numbers) -> Pr
     if method == "matrix":
         from lure.analysis.questions.candidates import draft_by_matrix
 
-        return sealed(question, draft_by_matrix(question, answer, numbers))
+        return check_for_class(question, draft_by_matrix(question, answer, numbers))
     block = question.plant
-    assert isinstance(block, RationalBlock | DelayBlock | UpwindScheme)
+    assert isinstance(block, RationalPlant | DelayPlant | UpwindScheme)
     found = certified(block, answer, upper, numbers=numbers)
     if found.upper != upper:
         detail = f"what {name} proves is accepted with the upper end {found.upper} in place of {upper}"
         return Failure(search=name, code=codes.PRECISION, detail=detail)
     draft = found.proved.certificate
     if method == "cover" and draft["proof"]["method"] == "polynomial":
-        return sealed(question, {**draft, "proof": cover_proof(draft)})
+        return check_for_class(question, {**draft, "proof": cover_proof(draft)})
     if method not in ("best", draft["proof"]["method"]):
         detail = f"what {name} proves is shown by the method {draft['proof']['method']} here, not by {method}"
         return Failure(search=name, code=codes.NOT_APPLICABLE, detail=detail)
-    return sealed(question, draft)
+    return check_for_class(question, draft)
 
 
 def _energy(question: Problem, numbers: Numbers) -> Proved | Refuted | Failure:
     """The energy theorem of the rod."""
     block = question.plant
-    assert isinstance(block, RodBlock | UpwindScheme)
+    assert isinstance(block, RodPlant | UpwindScheme)
     if block.rod.exact["damping"] == 0:
         detail = "the dashpot has k = 0, and the energy does not fall"
         return Failure(search="the energy of the rod", code=codes.UNDAMPED, detail=detail)
-    return sealed(question, energy_draft(block, numbers=numbers))
+    return check_for_class(question, energy_draft(block, numbers=numbers))
 
 
 def _solvable(question: Problem) -> bool:
     """Whether the class makes ``sigma + D phi(sigma)`` increasing, as some theorems assume where ``D != 0``."""
     block, slope = question.plant, question.law_class.slope
-    if not isinstance(block, RationalBlock) or block.feedthrough == 0:
+    if not isinstance(block, RationalPlant) or block.feedthrough == 0:
         return True
     ends = () if slope is None else (slope.lower, slope.upper)
     return bool(ends) and all(math.isfinite(end) and 1 + block.feedthrough * Fraction(end) > 0 for end in ends)
@@ -148,7 +148,7 @@ def _by_matrices(question: Problem, numbers: Numbers) -> Iterator[tuple[str, Sea
 def _computed(question: Problem, name: str, draft: Callable[[], Draft]) -> Proved | Refuted | Failure:
     """A draft that floating point proposes; where it proposes none, that is a hint and nothing more."""
     try:
-        return sealed(question, draft())
+        return check_for_class(question, draft())
     except AssumptionError as refusal:
         code = codes.code_for(refusal)
         unknown = code in (codes.NOT_APPLICABLE, codes.UNEXPECTED)
@@ -158,7 +158,7 @@ def _computed(question: Problem, name: str, draft: Callable[[], Draft]) -> Prove
 def _every_finite(question: Problem) -> Failure | None:
     """Whether the class would be proved if each of its laws had a bound."""
     block = question.plant
-    if isinstance(block, RodBlock | StateSpaceBlock | FrequencyData):
+    if isinstance(block, RodPlant | StateSpace | FrequencyData):
         return None
     for name, _, ask in _questions(question, finite=True):
         try:

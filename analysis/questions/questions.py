@@ -19,21 +19,21 @@ from lure.analysis.questions.conclusion import (
     undecided,
 )
 from lure.analysis.questions.findings import Findings, Tell, find
-from lure.analysis.questions.largest import Largest
+from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.models import silent
-from lure.analysis.questions.problem import Block, Problem, Search
+from lure.analysis.questions.problem import Plant, Problem, Search
 from lure.analysis.questions.state_space import by_matrices
 from lure.analysis.theorems.table import BEST
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
 from lure.analysis.wording import proviso
-from lure.classes import Diagonal, LawClass, Sector, SlopeBounds
+from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
-from lure.plants import as_block
+from lure.plants import as_plant
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -54,7 +54,7 @@ def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
     search: Search = "linear",
     seconds: float | None = None,
     progress: Tell | None = None,
-) -> Largest:
+) -> StabilityBound:
     r"""The largest ``k`` such that the loop is stable for every ``phi`` in the sector ``[lower, k]``.
 
     .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad
@@ -65,8 +65,8 @@ def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
 
     Parameters
     ----------
-    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
-        The linear block, whatever :func:`lure.as_block` takes, or an ``UpwindScheme`` or ``RodBlock``.
+    block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
+        The linear block, whatever :func:`lure.as_plant` takes, or an ``UpwindScheme`` or ``RodPlant``.
     criterion : str
         ``circle``, ``popov``, ``hurwitz`` (linear gains only), or ``best``: the farthest of all that apply.
     lower : int, float, Fraction or Decimal
@@ -83,7 +83,7 @@ def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
 
     Returns
     -------
-    Largest
+    StabilityBound
         With ``largest``, ``hurwitz``, ``verdict``, ``evidence``, ``theta``, ``refuted_at`` and more; ``bool()`` raises.
 
     Raises
@@ -133,7 +133,7 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
     search: Search = "full",
     seconds: float | None = None,
     progress: Tell | None = None,
-) -> Largest:
+) -> StabilityBound:
     r"""The largest ``k`` such that the loop is stable for every time-invariant ``phi`` with slope in ``[lower, k]``.
 
     .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad \varphi(0) = 0, \\
@@ -143,8 +143,8 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
 
     Parameters
     ----------
-    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
-        The linear block, whatever :func:`lure.as_block` takes, or an ``UpwindScheme`` or ``RodBlock``.
+    block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
+        The linear block, whatever :func:`lure.as_plant` takes, or an ``UpwindScheme`` or ``RodPlant``.
     odd : bool
         Whether ``phi(-sigma) = -phi(sigma)`` is assumed.
     criterion : str
@@ -161,7 +161,7 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
 
     Returns
     -------
-    Largest
+    StabilityBound
         With ``largest``, ``refuted_at``, ``witness``, ``hurwitz``, ``verdict``, ``evidence``, ``multiplier`` and more.
 
     Raises
@@ -214,17 +214,17 @@ def _checked(criterion: object, search: object, seconds: object, **flags: object
     check_seconds(seconds)
 
 
-def _block(block: object) -> Block:
-    if isinstance(block, UpwindScheme | RodBlock):
+def _block(block: object) -> Plant:
+    if isinstance(block, UpwindScheme | RodPlant):
         return block
-    found = as_block(block)
-    return (by_matrices(found) or found) if isinstance(found, RationalBlock) else found
+    found = as_plant(block)
+    return (by_matrices(found) or found) if isinstance(found, RationalPlant) else found
 
 
 def answer(
     problem: Problem, *, seconds: float | None = None, numbers: Numbers = "rationals", progress: Tell | None = None
-) -> Largest | Certification:
-    """The answer to a problem: of the largest class a ``Largest``, of one given class a ``Certification``.
+) -> StabilityBound | Certification:
+    """The answer to a problem: of the largest class a ``StabilityBound``, of one given class a ``Certification``.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def answer(
 
     Examples
     --------
-    >>> problem = Problem.largest(RationalBlock([1], [1, 3, 2, 0]), "sector", lower=Fraction(0))
+    >>> problem = Problem.largest(RationalPlant([1], [1, 3, 2, 0]), "sector", lower=Fraction(0))
     >>> print(answer(problem).verdict)
     PROVED
     """
@@ -255,8 +255,8 @@ def answer(
     return _largest(problem, seconds, progress)
 
 
-def _largest(asked: Problem, seconds: float | None, progress: Tell | None) -> Largest:
-    if isinstance(asked.plant, RationalBlock):
+def _largest(asked: Problem, seconds: float | None, progress: Tell | None) -> StabilityBound:
+    if isinstance(asked.plant, RationalPlant):
         require_solution(asked.plant, asked.lower)
     return largest_of(found_for([asked], seconds=seconds, progress=progress)[0])
 
@@ -288,7 +288,7 @@ def found_for(
         ) from None
 
 
-def largest_of(findings: Findings) -> Largest:
+def largest_of(findings: Findings) -> StabilityBound:
     """The answer to a question from what was found.
 
     Parameters
@@ -322,7 +322,7 @@ def largest_of(findings: Findings) -> Largest:
     shown = best.proof if refuted is None or witness is None else witness.refutation
     reached = Bracket(best.largest.low, max(best.largest.low, ceiling))
     conclusion = _concluded(asked, best, shown, trivial)
-    return Largest(
+    return StabilityBound(
         question=asked.question,
         odd=asked.odd,
         time_varying=asked.time_varying,
@@ -364,7 +364,7 @@ def _concluded(
     low, finite = best.largest.low, best.verdict is Verdict.PROVED and best.largest.low < math.inf
     sector = Sector(asked.lower, low if finite and asked.lower < Fraction(low) else math.inf)
     slope = SlopeBounds(sector.lower, sector.upper) if asked.question == "slope" else None
-    law_class = LawClass(sector=sector, slope=slope, odd=asked.odd, time_varying=asked.time_varying)
+    law_class = NonlinearityClass(sector=sector, slope=slope, odd=asked.odd, time_varying=asked.time_varying)
     about = replace(asked, classes=Diagonal((law_class,)))
     if shown is None:
         return undecided(about, best.reason, evidence=best.evidence)

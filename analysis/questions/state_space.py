@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, cast
 from lure.analysis.deadline import checkpoint
 from lure.analysis.verdict import Answer, Witness
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 LONG = 30_000  # binary digits of the characteristic polynomial from which on matrices are faster
 
 
-def by_matrices(block: RationalBlock) -> StateSpaceBlock | None:
+def by_matrices(block: RationalPlant) -> StateSpace | None:
     """The matrices that a block was given by, where its polynomials are too long to work with; else None.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block.  Its entries have to be doubles, so that both are the same system.
     """
     given = block.matrices
@@ -34,15 +34,15 @@ def by_matrices(block: RationalBlock) -> StateSpaceBlock | None:
     entries = [v for row in (*given.A, given.b, given.c, (given.d,)) for v in row]
     if any(Fraction(float(v)) != v for v in entries):
         return None
-    return StateSpaceBlock(*given.doubles(), block.dt)
+    return StateSpace(*given.doubles(), block.dt)
 
 
-def state_space_answer(block: StateSpaceBlock, name: str, lower: Fraction) -> Answer:
+def state_space_answer(block: StateSpace, name: str, lower: Fraction) -> Answer:
     """What a criterion reaches in floating point, for :func:`.proved_answer` to certify.
 
     Parameters
     ----------
-    block : StateSpaceBlock
+    block : StateSpace
         The block.
     name : str
         The criterion.
@@ -65,12 +65,12 @@ def state_space_answer(block: StateSpaceBlock, name: str, lower: Fraction) -> An
 
 
 @lru_cache(maxsize=4)
-def growing_gain(block: StateSpaceBlock, lower: Fraction) -> Witness | None:
+def growing_gain(block: StateSpace, lower: Fraction) -> Witness | None:
     """The smallest linear gain for which the checker accepts that a motion grows; None where none is found.
 
     Parameters
     ----------
-    block : StateSpaceBlock
+    block : StateSpace
         The block.
     lower : Fraction
         Least gain.
@@ -87,7 +87,7 @@ def growing_gain(block: StateSpaceBlock, lower: Fraction) -> Witness | None:
     return None if isinstance(found, Failure) else found
 
 
-def _growing(block: StateSpaceBlock, lower: Fraction) -> Witness | None:
+def _growing(block: StateSpace, lower: Fraction) -> Witness | None:
     from lure.analysis.certificates.checker import Refuted
     from lure.analysis.certificates.sealing import guarded
     from lure.analysis.counterexamples.linear import growing_gains
@@ -100,7 +100,7 @@ def _growing(block: StateSpaceBlock, lower: Fraction) -> Witness | None:
     return None
 
 
-def _settled(block: StateSpaceBlock, witness: Witness) -> Proved | Refuted:
+def _settled(block: StateSpace, witness: Witness) -> Proved | Refuted:
     from lure.analysis.certificates.refutations import refutation_draft
     from lure.analysis.certificates.sealing import settled
 

@@ -13,12 +13,12 @@ from lure.analysis.certificates.sealing import Failure, guarded
 from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.drawing import drawing
 from lure.analysis.inequality.gains import GainInterval, gain_intervals
-from lure.analysis.inequality.plant import Case, Plant
+from lure.analysis.inequality.plant import Case, TransferPolynomials
 from lure.analysis.numerics.doubles import json_number
 from lure.analysis.questions.advice import hints
 from lure.analysis.questions.conclusion import Conclusion
 from lure.analysis.questions.findings import asked_row, decided
-from lure.analysis.questions.largest import UNFINISHED, Largest, Stopped, proved_up_to
+from lure.analysis.questions.largest import UNFINISHED, StabilityBound, Stopped, proved_up_to
 from lure.analysis.questions.problem import Problem, Subject, loop_given, subject
 from lure.analysis.questions.questions import ContradictionError, found_for, largest_of
 from lure.analysis.theorems.table import Question
@@ -26,9 +26,9 @@ from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.arrays import np
 from lure.errors import AssumptionError
 from lure.exact import exact_number
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 
 if TYPE_CHECKING:
     import xarray
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.codes import Code
     from lure.analysis.drawing import Axes
-    from lure.classes import LawClass
+    from lure.classes import NonlinearityClass
 
 # A loop's analysis as plain data, the ``loop`` part of ``report.json``.
 
@@ -73,12 +73,12 @@ def analysis_dict(found: LoopAnalysis) -> dict[str, Any]:
 def _subject(about: Subject) -> dict[str, Any]:
     block = about.block
     data: dict[str, Any] = {"text": str(block), "denominator": None}
-    if isinstance(block, StateSpaceBlock):
+    if isinstance(block, StateSpace):
         step = None if block.dt is None else str(block.dt)
         data |= {"numerator": None, "terms": None, "dt": step, "matrices": block.to_dict()}
         return {**_named(about), "block": data}
     data["denominator"] = [str(c) for c in block.denominator]
-    if isinstance(block, RationalBlock):
+    if isinstance(block, RationalPlant):
         data |= {
             "numerator": [str(c) for c in block.numerator],
             "terms": None,
@@ -100,12 +100,12 @@ def _named(about: Subject) -> dict[str, Any]:
     }
 
 
-def class_dict(law_class: LawClass) -> dict[str, Any]:
+def class_dict(law_class: NonlinearityClass) -> dict[str, Any]:
     """A class of laws as plain data.
 
     Parameters
     ----------
-    law_class : LawClass
+    law_class : NonlinearityClass
         The class.
     """
     slope = law_class.slope
@@ -174,12 +174,12 @@ def gains_words(found: LoopAnalysis) -> str:
     return "not computed" if found.gains is None else ", ".join(map(str, found.gains)) or "none"
 
 
-def class_name(row: Largest) -> str:
+def class_name(row: StabilityBound) -> str:
     """The class of a row in a few words.
 
     Parameters
     ----------
-    row : Largest
+    row : StabilityBound
         The row.
     """
     if row.question == "sector":
@@ -200,12 +200,12 @@ def columns(rows: list[tuple[str, ...]]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def table_row(row: Largest) -> tuple[str, ...]:
+def table_row(row: StabilityBound) -> tuple[str, ...]:
     """A class of laws as the cells under :data:`HEAD`.
 
     Parameters
     ----------
-    row : Largest
+    row : StabilityBound
         The answer for that class.
     """
     proved = row.verdict is Verdict.PROVED
@@ -235,9 +235,9 @@ class LoopAnalysis:
         Its poles: all stable, one simple one at 0 (``z = 1``) besides stable ones, or anything else.
     gains : tuple of GainInterval or None
         All linear gains for which the loop is stable; None where they were not computed.
-    rows : tuple of Largest
+    rows : tuple of StabilityBound
         One for each class of laws, farthest reach first.
-    asked : Largest or None
+    asked : StabilityBound or None
         The row of that class.
     conclusion : Conclusion
         What follows for the class asked about and the nonlinearity given; without a class for the row that reaches
@@ -251,8 +251,8 @@ class LoopAnalysis:
     subject: Subject
     case: Case
     gains: tuple[GainInterval, ...] | None
-    rows: tuple[Largest, ...]
-    asked: Largest | None
+    rows: tuple[StabilityBound, ...]
+    asked: StabilityBound | None
     conclusion: Conclusion
     hints: tuple[str, ...]
     not_shown: tuple[str, ...]
@@ -356,11 +356,11 @@ def analyse(
     Parameters
     ----------
     loop : LoopSystem, Loop or block
-        A system from a file, a block with a law, or a block alone, whatever :func:`lure.plants.as_block` takes; without
+        A system from a file, a block with a law, or a block alone, whatever :func:`lure.plants.as_plant` takes; without
         a law or a class the classes ``[0, k]`` are looked at.
     nonlinearity : object
         What closes the loop around a block: a law, a formula as text, ``control.saturation_nonlinearity``, or the class
-        asked about as a ``LawClass``, a ``Sector`` or ``SlopeBounds``.
+        asked about as a ``NonlinearityClass``, a ``Sector`` or ``SlopeBounds``.
     seconds : float or None
         Time allowed to the criteria and searches; when it is over the best rows so far are shown, with ``stopped``.
     progress : callable, optional
@@ -369,7 +369,7 @@ def analyse(
     Returns
     -------
     LoopAnalysis
-        With ``rows``, one :class:`Largest` a kind of class, and ``asked`` for the class of the loop.
+        With ``rows``, one :class:`StabilityBound` a kind of class, and ``asked`` for the class of the loop.
 
     Raises
     ------
@@ -392,7 +392,7 @@ def analyse(
     if law_class is not None:
         lower["sector"] = _finite(law_class.sector.lower)
         lower["slope"] = lower["sector"] if law_class.slope is None else _finite(law_class.slope.lower)
-    if isinstance(block, DelayBlock):  # its criteria begin at 0, whatever the class
+    if isinstance(block, DelayPlant):  # its criteria begin at 0, whatever the class
         lower = dict.fromkeys(lower, Fraction(0))
     questions = [
         Problem.largest(block, question, lower=lower[question], odd=odd, time_varying=varying)
@@ -415,20 +415,20 @@ def analyse(
     )
 
 
-def _gains(block: RationalBlock | DelayBlock | StateSpaceBlock) -> tuple[GainInterval, ...] | None:
+def _gains(block: RationalPlant | DelayPlant | StateSpace) -> tuple[GainInterval, ...] | None:
     """The intervals of stable linear gains; None where there is no way or no time to compute them."""
-    found = guarded("linear gains", lambda: gain_intervals(block)) if isinstance(block, RationalBlock) else None
+    found = guarded("linear gains", lambda: gain_intervals(block)) if isinstance(block, RationalPlant) else None
     return None if isinstance(found, Failure) else found
 
 
-def _case(block: RationalBlock | DelayBlock | StateSpaceBlock, rows: list[Largest]) -> Case:
-    if isinstance(block, StateSpaceBlock):
+def _case(block: RationalPlant | DelayPlant | StateSpace, rows: list[StabilityBound]) -> Case:
+    if isinstance(block, StateSpace):
         shown = any(row.verdict is Verdict.PROVED and row.lower == 0 for row in rows)
         poles = np.linalg.eigvals(block.A)
         inside = poles.real < 0 if block.dt is None else np.abs(poles) < 1
         return "stable" if shown or inside.all() else "unstable"
-    rational = block if isinstance(block, RationalBlock) else RationalBlock([1], block.denominator)
-    return Plant.of(rational).case
+    rational = block if isinstance(block, RationalPlant) else RationalPlant([1], block.denominator)
+    return TransferPolynomials.of(rational).case
 
 
 def _finite(bound: float | Fraction) -> Fraction:
@@ -437,7 +437,7 @@ def _finite(bound: float | Fraction) -> Fraction:
     return exact_number(bound, "lower")
 
 
-def _spread(rows: list[Largest]) -> list[Largest]:
+def _spread(rows: list[StabilityBound]) -> list[StabilityBound]:
     """A counterexample to a class refutes the larger ones before it too, if they begin at the same gain."""
     found = list(rows)
     for place in range(len(found) - 2, -1, -1):
@@ -457,7 +457,7 @@ def _spread(rows: list[Largest]) -> list[Largest]:
 
 
 def _not_shown(
-    block: RationalBlock | DelayBlock | StateSpaceBlock, rows: list[Largest], found: Conclusion
+    block: RationalPlant | DelayPlant | StateSpace, rows: list[StabilityBound], found: Conclusion
 ) -> tuple[str, ...]:
     notes = ["a rate of decay, a bound on the size of the motion, anything about external inputs"]
     if found.shown is None or found.shown.certificate["laws"].get("regularity") is None:

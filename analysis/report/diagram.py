@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from lure.classes import LawClass
+from lure.classes import NonlinearityClass
 from lure.nonlinearities.protocol import Nonlinearity
 
 Floats = NDArray[np.float64]
@@ -112,12 +112,12 @@ def law_graph(law: Nonlinearity) -> Markup:
     return _axes() + _line(sigma / reach, phi / height) + _ends(reach, height)
 
 
-def class_graph(law_class: LawClass | None) -> Markup:
+def class_graph(law_class: NonlinearityClass | None) -> Markup:
     """The sector of a class as a wedge; axes alone without a class.
 
     Parameters
     ----------
-    law_class : LawClass or None
+    law_class : NonlinearityClass or None
         The class.
     """
     if law_class is None:

@@ -13,7 +13,7 @@ from lure.analysis.report.parts import Report
 from lure.extensions import extension
 from lure.files.system import LoopSystem
 from lure.loop import Loop
-from lure.plants import as_block
+from lure.plants import as_plant
 
 _COMMAND = "lure.analysis.report_on(plant, nonlinearity, output=...)"
 
@@ -30,10 +30,10 @@ def report_on(
     Parameters
     ----------
     plant : object
-        A ``Loop``, a ``LoopSystem`` or ``RodSystem``, or anything :func:`lure.as_block` takes.
+        A ``Loop``, a ``LoopSystem`` or ``RodSystem``, or anything :func:`lure.as_plant` takes.
     nonlinearity : object
         What closes the loop around a plant: a law, a formula as text, ``control.saturation_nonlinearity``, a
-        ``LawClass``, a ``Sector`` or ``SlopeBounds``.  Without one the classes ``[0, k]`` are looked at.
+        ``NonlinearityClass``, a ``Sector`` or ``SlopeBounds``.  Without one the classes ``[0, k]`` are looked at.
     output : path, optional
         A directory for ``report.html``, ``report.json``, figures and certificates; a report there is replaced.
         Without it nothing is written.
@@ -80,5 +80,5 @@ def _system(loop: object) -> LoopSystem:
     if isinstance(loop, LoopSystem):
         return loop
     if isinstance(loop, Loop):
-        return LoopSystem(name="loop", title="", block=as_block(loop.block), nonlinearity=loop.nonlinearity)  # type: ignore[arg-type]
-    return LoopSystem(name="loop", title="", block=as_block(loop))  # type: ignore[arg-type]
+        return LoopSystem(name="loop", title="", block=as_plant(loop.block), nonlinearity=loop.nonlinearity)  # type: ignore[arg-type]
+    return LoopSystem(name="loop", title="", block=as_plant(loop))  # type: ignore[arg-type]

@@ -10,11 +10,11 @@ from lure.analysis.certificates.riccati import Rounded
 from lure.analysis.certificates.systems import laws_of, system_of, text
 from lure.analysis.inequality.checks import CriterionResult
 from lure.arrays import np
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 # Certificates for the rod and its scheme by their structure: energy, Popov, circle, refutation of ``k < 0``.
 
@@ -22,12 +22,12 @@ EASE = Fraction(5, 4)
 STRUCTURE = {"method": "structure"}
 
 
-def energy_theorem_draft(block: UpwindScheme | RodBlock) -> dict[str, Any]:
+def energy_theorem_draft(block: UpwindScheme | RodPlant) -> dict[str, Any]:
     """The energy theorem in the sector ``[0, inf]``, with the rod's own law as a member where it is piecewise linear.
 
     Parameters
     ----------
-    block : UpwindScheme or RodBlock
+    block : UpwindScheme or RodPlant
         The scheme, or the rod itself.
     """
     draft = _draft(block, "rod-energy", {}, Sector(0, math.inf), varying=False)
@@ -38,14 +38,14 @@ def energy_theorem_draft(block: UpwindScheme | RodBlock) -> dict[str, Any]:
     return draft
 
 
-def inequality_draft(block: UpwindScheme | RodBlock, result: CriterionResult) -> dict[str, Any]:
+def inequality_draft(block: UpwindScheme | RodPlant, result: CriterionResult) -> dict[str, Any]:
     """Popov's inequality or the circle criterion in the sector of a result, with a multiplier of closed form.
 
     Any ``theta >= L |k^2 - Z^2|/(k A E)`` serves every sector; it need not be that of the result.
 
     Parameters
     ----------
-    block : UpwindScheme or RodBlock
+    block : UpwindScheme or RodPlant
         The scheme, or the rod itself, about which the inequality alone proves nothing.
     result : CriterionResult
         A result for ``k > 0``.
@@ -54,12 +54,12 @@ def inequality_draft(block: UpwindScheme | RodBlock, result: CriterionResult) ->
     return _draft(block, f"rod-{result.name}", multiplier, result.sector, varying=result.name == "circle")
 
 
-def negative_damping_draft(block: UpwindScheme | RodBlock, sector: Sector) -> dict[str, Any]:
+def negative_damping_draft(block: UpwindScheme | RodPlant, sector: Sector) -> dict[str, Any]:
     """The refutation of a rod with ``k < 0`` in a sector.
 
     Parameters
     ----------
-    block : UpwindScheme or RodBlock
+    block : UpwindScheme or RodPlant
         The scheme, or the rod itself.
     sector : Sector
         The sector.
@@ -80,9 +80,9 @@ def popov_theta(rod: Rod) -> Fraction:
 
 
 def _draft(
-    block: UpwindScheme | RodBlock, theorem: str, multiplier: dict[str, str], sector: Sector, *, varying: bool
+    block: UpwindScheme | RodPlant, theorem: str, multiplier: dict[str, str], sector: Sector, *, varying: bool
 ) -> dict[str, Any]:
-    laws = laws_of(LawClass(sector=sector, time_varying=varying), unbounded=True)
+    laws = laws_of(NonlinearityClass(sector=sector, time_varying=varying), unbounded=True)
     return {
         "verdict": "PROVED",
         "numbers": "decimals as written",

@@ -13,17 +13,17 @@ from lure.analysis.certificates import codes
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.sealing import guarded, settled
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.questions.conclusion import Conclusion as Found
+from lure.analysis.questions.conclusion import Conclusion as SearchResult
 from lure.analysis.questions.conclusion import conclusion_of, undecided
 from lure.analysis.questions.problem import Problem
 from lure.analysis.rod.certificates import energy_theorem_draft, negative_damping_draft
 from lure.analysis.rod.damping import destabilising_example, without_damping
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import interval
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Scenario
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -76,8 +76,8 @@ class Conclusion:
         The arguments, empty unless PROVED.
     """
 
-    rod: Found
-    scheme: Found
+    rod: SearchResult
+    scheme: SearchResult
     statement: str
     stationary_set: str
     resting_place: str
@@ -86,7 +86,7 @@ class Conclusion:
     proofs: tuple[Proof, ...]
 
     @property
-    def found(self) -> Found:
+    def found(self) -> SearchResult:
         """What follows for the rod; for its scheme where nothing is decided of that."""
         return self.scheme if self.scheme.verdict is Verdict.INCONCLUSIVE else self.rod
 
@@ -155,7 +155,7 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
     scenario : Scenario
         The loads: with one, what is said is about the same loop without it.
     """
-    rod, discrete = (concluded(block, offered(block)) for block in (RodBlock(scheme.rod), scheme))
+    rod, discrete = (concluded(block, offered(block)) for block in (RodPlant(scheme.rod), scheme))
     found = discrete if discrete.verdict is Verdict.INCONCLUSIVE else rod
     proved = found.verdict is Verdict.PROVED
     resting = _RESTING if proved else "none is claimed"
@@ -173,12 +173,12 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
     )
 
 
-def offered(block: RodBlock | UpwindScheme) -> Proved | Refuted | str:
+def offered(block: RodPlant | UpwindScheme) -> Proved | Refuted | str:
     """What the checker accepts of the motions of a block, or why that is nothing.
 
     Parameters
     ----------
-    block : RodBlock or UpwindScheme
+    block : RodPlant or UpwindScheme
         The rod, or its scheme.
     """
     damping, sector = block.rod.exact["damping"], block.rod.law.sector
@@ -189,23 +189,23 @@ def offered(block: RodBlock | UpwindScheme) -> Proved | Refuted | str:
     return found if isinstance(found, Proved | Refuted) else str(found)
 
 
-def concluded(block: RodBlock | UpwindScheme, shown: Proved | Refuted | str) -> Found:
+def concluded(block: RodPlant | UpwindScheme, shown: Proved | Refuted | str) -> SearchResult:
     """The verdict on a block: on every law without upper bound, and on the rod's own.
 
     Parameters
     ----------
-    block : RodBlock or UpwindScheme
+    block : RodPlant or UpwindScheme
         The rod, or its scheme.
     shown : Proved, Refuted or str
         What the checker accepted of it, or why that is nothing.
     """
-    asked = Problem.about(block, LawClass(sector=Sector(0, math.inf)), nonlinearity=block.rod.law)
+    asked = Problem.about(block, NonlinearityClass(sector=Sector(0, math.inf)), nonlinearity=block.rod.law)
     if isinstance(shown, str):
         return undecided(asked, shown, code=codes.NO_MULTIPLIER if block.rod.exact["damping"] else codes.UNDAMPED)
     return conclusion_of(asked, shown)
 
 
-def _statement(scheme: UpwindScheme, found: Found, second: Found) -> str:
+def _statement(scheme: UpwindScheme, found: SearchResult, second: SearchResult) -> str:
     said = _without_load(found.sentence)
     if found.verdict is Verdict.PROVED:
         return (
@@ -226,7 +226,7 @@ def _without_load(sentence: str) -> str:
     return f"Without load, {sentence[0].lower()}{sentence[1:]}"
 
 
-def _proof(model: str, found: Found) -> Proof:
+def _proof(model: str, found: SearchResult) -> Proof:
     """The argument behind a certificate, with what that says."""
     shown = cast("Proved", found.shown)
     title, argument = _ARGUMENTS[model]

@@ -9,7 +9,7 @@ import numpy as np
 from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.theorems.popov import circle_criterion, popov_criterion
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 LARGEST_DENSE_CELLS = 200
 QUICK_CELLS = 50
@@ -28,7 +28,7 @@ def rod_criteria(scheme: UpwindScheme) -> tuple[CriterionResult, ...]:
     tuple of CriterionResult
         Popov and circle for the scheme, then for the rod.
     """
-    sector, rod = scheme.rod.law.sector, RodBlock(scheme.rod)
+    sector, rod = scheme.rod.law.sector, RodPlant(scheme.rod)
     return (
         popov_criterion(scheme, sector),
         circle_criterion(scheme, sector),

@@ -10,10 +10,10 @@ from lure.classes import Sector
 from lure.errors import AssumptionError
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 
-def model_of(block: UpwindScheme | RodBlock) -> tuple[Model, int | None]:
+def model_of(block: UpwindScheme | RodPlant) -> tuple[Model, int | None]:
     """What a result about ``block`` is about, and its number of cells."""
     return ("scheme", block.cells) if isinstance(block, UpwindScheme) else ("rod", None)
 
@@ -32,7 +32,7 @@ def check_sector(sector: Sector) -> None:
         )
 
 
-def without_damping(name: CriterionName, block: UpwindScheme | RodBlock, sector: Sector) -> CriterionResult | None:
+def without_damping(name: CriterionName, block: UpwindScheme | RodPlant, sector: Sector) -> CriterionResult | None:
     """The answer for ``k <= 0``, where no criterion applies; None for ``k > 0``.
 
     ``k < 0`` is refuted by a member of the class.  For ``-Z < k < 0`` that is ``phi = 0``: the mode ``m = 0`` grows.
@@ -75,7 +75,7 @@ def destabilising_example(rod: Rod, cells: int | None, sector: Sector) -> str:
     """A member of the sector that destabilises a rod with ``k < 0``, in one sentence."""
     if rod.reflection < 0:
         period = 2.0 * rod.travel_time
-        growth = RodBlock(rod).log_reflection
+        growth = RodPlant(rod).log_reflection
         rate = (
             growth / period if cells is None else rod.wave_speed * cells / rod.length * math.expm1(growth / (2 * cells))
         )

@@ -17,7 +17,7 @@ from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 # The Popov expression of the rod and of its schemes, bounded over all frequencies in ball arithmetic.
 #
@@ -127,41 +127,41 @@ class Ring:
         return self.defect + self.size * (1 - r)
 
 
-def popov_minimum(ring: Ring, multiplier: arb, ease: arb) -> Minimum:
-    """Bracket on ``ease + inf F`` over all frequencies for ``vartheta = multiplier >= 0``, and the angle where it lies.
+def popov_minimum(ring: Ring, multiplier: arb, inverse_gain: arb) -> Minimum:
+    """Bracket on ``inverse_gain + inf F`` over all frequencies for ``vartheta = multiplier >= 0``, and the angle of it.
 
-    ``ease = 1/(d T k_upper)``.  For a scheme the limit ``omega -> inf`` is ``F = vartheta``.
+    ``inverse_gain = 1/(d T k_upper)``.  For a scheme the limit ``omega -> inf`` is ``F = vartheta``.
     """
     a = ring.sign * ring.size
     if ring.sign == 0:
-        return _exactly(ease + multiplier, arb(0))
+        return _exactly(inverse_gain + multiplier, arb(0))
     if ring.sign > 0 and ring.cells == 1 and multiplier == 0:
         # sin psi >= 0 on [0, pi]: F >= 0, and F -> 0 at the end
-        return _exactly(ease, ring.last_angle)
+        return _exactly(inverse_gain, ring.last_angle)
     at_zero = multiplier * ring.one_minus_square - 4 * ring.size
     if ring.sign < 0 and at_zero <= 0:
         # numerator >= at_zero and denominator >= (1 - |a|)^2 wherever F < 0, both attained at psi = 0
-        return _exactly(ease + at_zero / ring.defect**2, arb(0))
+        return _exactly(inverse_gain + at_zero / ring.defect**2, arb(0))
 
     def value(psi: Number) -> Number:
         """The expression at one angle."""
         r, g = ring.parts(psi)
         numerator = 2 * a * r * g + multiplier * ring.gap(r) * (1 + ring.size * r)
-        return ease + numerator / ring.denominator(psi, r)
+        return inverse_gain + numerator / ring.denominator(psi, r)
 
     # |g| <= 2 and r <= 1: the numerator is at least at_zero, the denominator at most (1 + |a|)^2
-    floor = ease + at_zero / (1 + ring.size) ** 2 if at_zero >= 0 else None
+    floor = inverse_gain + at_zero / (1 + ring.size) ** 2 if at_zero >= 0 else None
     found = minimum(value, arb(0), ring.last_angle, width=lambda best: abs(best) * arb(RELATIVE_WIDTH), floor=floor)
-    if ring.cells is not None and ease + multiplier <= found.low:
-        return _exactly(ease + multiplier, ring.last_angle)
+    if ring.cells is not None and inverse_gain + multiplier <= found.low:
+        return _exactly(inverse_gain + multiplier, ring.last_angle)
     return found
 
 
-def smallest_multiplier(ring: Ring, ease: arb) -> Minimum:
-    """Bracket on the negative of the smallest ``vartheta >= 0`` that works, for ``ease = 1/(d T k_upper)``.
+def smallest_multiplier(ring: Ring, inverse_gain: arb) -> Minimum:
+    """Bracket on the negative of the smallest ``vartheta >= 0`` that works, for ``inverse_gain = 1/(d T k_upper)``.
 
-    ``vartheta`` works at an angle iff it exceeds ``G = -(ease D + 2 a r g)/(1 - a^2 r^2)`` there; the result brackets
-    ``min(0, inf -G)``.  For ``a < 0`` the supremum lies at ``omega = 0``, for every ``N`` and for the rod; for
+    ``vartheta`` works at an angle iff it exceeds ``G = -(inverse_gain D + 2 a r g)/(1 - a^2 r^2)`` there; the result
+    brackets ``min(0, inf -G)``.  For ``a < 0`` the supremum lies at ``omega = 0``, for every ``N`` and for the rod; for
     ``a > 0``
     a positive supremum lies in ``(pi, 2 pi)``.
     """
@@ -169,17 +169,17 @@ def smallest_multiplier(ring: Ring, ease: arb) -> Minimum:
     if ring.sign == 0 or (ring.sign > 0 and ring.cells == 1):
         return _exactly(arb(0), arb(0))
     if ring.sign < 0:
-        needed = (4 * ring.size - ease * ring.defect**2) / ring.one_minus_square
+        needed = (4 * ring.size - inverse_gain * ring.defect**2) / ring.one_minus_square
         return _clipped(_exactly(-needed, arb(0)))
 
     def value(psi: Number) -> Number:
         """The expression at one angle."""
         r, g = ring.parts(psi)
-        return (ease * ring.denominator(psi, r) + 2 * a * r * g) / (ring.gap(r) * (1 + ring.size * r))
+        return (inverse_gain * ring.denominator(psi, r) + 2 * a * r * g) / (ring.gap(r) * (1 + ring.size * r))
 
     def width(best: arb) -> arb:
         """Bracket width to stop at."""
-        return abs(best) * arb(RELATIVE_WIDTH) + (ease + 1) * arb("1e-25")
+        return abs(best) * arb(RELATIVE_WIDTH) + (inverse_gain + 1) * arb("1e-25")
 
     return _clipped(minimum(value, arb.pi(), 2 * arb.pi(), width=width))
 
@@ -208,7 +208,7 @@ THETA_EASE = 1.25
 
 
 def rod_popov_criterion(
-    block: UpwindScheme | RodBlock, sector: Sector, *, theta: float | None = None
+    block: UpwindScheme | RodPlant, sector: Sector, *, theta: float | None = None
 ) -> CriterionResult:
     r"""Popov's frequency inequality for the rod or its scheme, certified over all frequencies.
 
@@ -229,7 +229,7 @@ def rod_popov_criterion(
 
     Parameters
     ----------
-    block : UpwindScheme or RodBlock
+    block : UpwindScheme or RodPlant
         The N-cell scheme, or the rod itself.
     sector : Sector
         ``[0, k]``, ``0 < k <= inf`` [Pa/m].
@@ -278,7 +278,7 @@ def rod_popov_criterion(
     _, cells = model_of(block)
     with working_precision(precision_for(block.rod, cells)):
         ring = Ring.of(block.rod, cells)
-        ease = _ease(sector) / ring.scale
+        inverse_gain = _ease(sector) / ring.scale
         unbounded = smallest_multiplier(ring, arb(0))
         if theta is None:
             theta = max(THETA_EASE * float(-unbounded.low * ring.travel_time), float(ring.travel_time))
@@ -287,13 +287,13 @@ def rod_popov_criterion(
                     "the multiplier that Popov's criterion needs for this rod exceeds the largest double, about "
                     "1e308 s; rescale the units"
                 )
-        needed = smallest_multiplier(ring, ease)
-        found = popov_minimum(ring, ball(theta) / ring.travel_time, ease)
+        needed = smallest_multiplier(ring, inverse_gain)
+        found = popov_minimum(ring, ball(theta) / ring.travel_time, inverse_gain)
         smallest = outward(-needed.high * ring.travel_time, -needed.low * ring.travel_time)
         return _result(_Question("popov", block, sector, theta), ring, found, smallest, INFINITE)
 
 
-def rod_circle_criterion(block: UpwindScheme | RodBlock, sector: Sector) -> CriterionResult:
+def rod_circle_criterion(block: UpwindScheme | RodPlant, sector: Sector) -> CriterionResult:
     r"""The circle criterion, ``1/k + Re H(i omega) > 0`` on ``[0, inf]``, certified over all frequencies.
 
     It is Popov's inequality with ``theta = 0`` and asks more; in return the conclusion of boundedness covers
@@ -301,7 +301,7 @@ def rod_circle_criterion(block: UpwindScheme | RodBlock, sector: Sector) -> Crit
 
     Parameters
     ----------
-    block : UpwindScheme or RodBlock
+    block : UpwindScheme or RodPlant
         The N-cell scheme, or the rod itself.
     sector : Sector
         ``[0, k]``, ``0 < k <= inf`` [Pa/m].
@@ -313,8 +313,8 @@ def rod_circle_criterion(block: UpwindScheme | RodBlock, sector: Sector) -> Crit
     _, cells = model_of(block)
     with working_precision(precision_for(block.rod, cells)):
         ring = Ring.of(block.rod, cells)
-        ease = _ease(sector) / ring.scale
-        found = popov_minimum(ring, arb(0), ease)
+        inverse_gain = _ease(sector) / ring.scale
+        found = popov_minimum(ring, arb(0), inverse_gain)
         response = popov_minimum(ring, arb(0), arb(0))
         low = -1 / (ring.scale * response.low) if response.low < 0 else arb("inf")
         high = -1 / (ring.scale * response.high) if response.high < 0 else arb("inf")
@@ -329,7 +329,7 @@ def _ease(sector: Sector) -> arb:
 @dataclass(frozen=True, slots=True)
 class _Question:
     name: CriterionName
-    block: UpwindScheme | RodBlock
+    block: UpwindScheme | RodPlant
     sector: Sector
     theta: float
 

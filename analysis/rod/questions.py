@@ -6,15 +6,15 @@ import math
 
 from lure.analysis.rod.popov import rod_circle_criterion, rod_popov_criterion
 from lure.analysis.verdict import INFINITE, Answer, Bracket, Verdict
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 _CRITERIA = {"popov": rod_popov_criterion, "circle": rod_circle_criterion}
 
 
-def rod_largest(block: UpwindScheme | RodBlock, name: str) -> Answer:
+def rod_largest(block: UpwindScheme | RodPlant, name: str) -> Answer:
     """The largest sector ``[0, k]`` of Popov's or the circle criterion for the rod or its scheme.
 
     For the rod itself the answer is INCONCLUSIVE whatever the inequality reaches: the verdict about the partial
@@ -24,7 +24,7 @@ def rod_largest(block: UpwindScheme | RodBlock, name: str) -> Answer:
 
     Parameters
     ----------
-    block : UpwindScheme or RodBlock
+    block : UpwindScheme or RodPlant
         The scheme, or the rod.
     name : {"popov", "circle"}
         The criterion.
@@ -48,7 +48,7 @@ def rod_largest(block: UpwindScheme | RodBlock, name: str) -> Answer:
         criterion=name,
         theorem=f"{name} criterion in the critical case of a simple zero eigenvalue",
         largest=reach,
-        law_class=LawClass(sector=Sector(0, reach.low if reach.low > 0 else math.inf)),
+        law_class=NonlinearityClass(sector=Sector(0, reach.low if reach.low > 0 else math.inf)),
         verdict=found.verdict if proved or found.verdict is Verdict.REFUTED else Verdict.INCONCLUSIVE,
         evidence=found.evidence,
         needs=("time-invariant",),
@@ -61,12 +61,12 @@ def rod_largest(block: UpwindScheme | RodBlock, name: str) -> Answer:
     )
 
 
-def rod_hurwitz(block: UpwindScheme | RodBlock) -> Bracket:
+def rod_hurwitz(block: UpwindScheme | RodPlant) -> Bracket:
     """Supremum of the stable linear gains: every gain, if the dashpot damps, since Popov's criterion covers them.
 
     Parameters
     ----------
-    block : UpwindScheme or RodBlock
+    block : UpwindScheme or RodPlant
         The scheme, or the rod.
     """
     return INFINITE if block.rod.exact["damping"] > 0 else Bracket(0.0, math.inf)

@@ -9,7 +9,7 @@ from lure.errors import AssumptionError
 from lure.record import Column, Page, Record, quantity
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.parameters import Rod
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 LISTED_MODES = 10
 DRAWN_MODES = 24
@@ -107,7 +107,7 @@ def wave_mode(rod: Rod, number: int, cells: int | None) -> complex:
         what = "the rod" if cells is None else f"the scheme with {cells} cells"
         raise AssumptionError(f"{what} has no wave mode {number} for a = {rod.reflection:g}")
     if cells is None:
-        return complex(RodBlock(rod).log_reflection, 2.0 * math.pi * turn) / (2.0 * rod.travel_time)
+        return complex(RodPlant(rod).log_reflection, 2.0 * math.pi * turn) / (2.0 * rod.travel_time)
     return complex(upwind(rod, cells).wave_eigenvalues(turn))
 
 
@@ -167,12 +167,12 @@ def rod_spectrum(scheme: UpwindScheme) -> RodSpectrum:
     )
 
 
-def drawn_resonances(block: UpwindScheme | RodBlock) -> tuple[list[complex], float, float]:
+def drawn_resonances(block: UpwindScheme | RodPlant) -> tuple[list[complex], float, float]:
     """The resonances of a drawing, and the slowest and fastest rates [1/s] that it spans.
 
     Parameters
     ----------
-    block : UpwindScheme or RodBlock
+    block : UpwindScheme or RodPlant
         The scheme, or the rod, of whose infinitely many resonances 24 are drawn.
     """
     rod = block.rod

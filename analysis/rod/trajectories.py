@@ -9,9 +9,9 @@ from lure.arrays import ArrayLike
 from lure.errors import InputError
 from lure.files.system import LoopSystem
 from lure.loop import Loop
-from lure.nonlinearities.reading import as_law
-from lure.plants import as_block
-from lure.plants.rational import RationalBlock
+from lure.nonlinearities.reading import as_nonlinearity
+from lure.plants import as_plant
+from lure.plants.rational import RationalPlant
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario
 from lure.rod.systems import RodSystem
@@ -30,7 +30,7 @@ def simulate(
     Parameters
     ----------
     loop : Loop, LoopSystem, RodSystem, UpwindScheme, or a plant
-        What :func:`lure.as_block` takes is a plant, closed by ``nonlinearity``.
+        What :func:`lure.as_plant` takes is a plant, closed by ``nonlinearity``.
     nonlinearity : Nonlinearity, callable or Scenario
         The nonlinearity, for a plant; for an ``UpwindScheme`` the loads and initial data.
     x0 : array_like
@@ -70,11 +70,11 @@ def simulate(
     if isinstance(loop, Loop | LoopSystem):
         nonlinearity = loop.nonlinearity if nonlinearity is None else nonlinearity
         loop = loop.block
-    block = as_block(loop)
-    if not isinstance(block, RationalBlock):
+    block = as_plant(loop)
+    if not isinstance(block, RationalPlant):
         raise InputError(f"a {type(block).__name__} has no finite state with exact equations; give coefficients")
     if nonlinearity is None or x0 is None:
         raise InputError("a loop is simulated with a nonlinearity and a first state x0")
-    law = nonlinearity if callable(nonlinearity) else as_law(nonlinearity)
+    law = nonlinearity if callable(nonlinearity) else as_nonlinearity(nonlinearity)
     dt = None if block.dt is None else float(block.dt)
     return solution(block.realisation, law, x0, until, dt=dt, samples=samples)

@@ -22,7 +22,7 @@ from lure.errors import AssumptionError, InputError
 from lure.exact import Exact
 from lure.expressions import Expression
 from lure.expressions.tree import is_total, names
-from lure.nonlinearities.formula import ExpressionLaw
+from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.properties import Provenance, properties
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ def _widened(kind: str, limits: Limits) -> Sector | SlopeBounds:
 
 
 def _oddness(law: object, on: tuple[Fraction, Fraction] | None) -> Decision:
-    if isinstance(law, ExpressionLaw):
+    if isinstance(law, ExpressionNonlinearity):
         odd = known_odd(law.expression, "sigma")
     elif isinstance(law, Expression):
         odd = known_odd(law, next(iter(names(law.tree)), law.variables[0]))
@@ -164,7 +164,7 @@ def _has_values(law: object, on: tuple[Fraction, Fraction] | None) -> bool:
     from lure.analysis.nonlinearity.bounds import bounds_of_known, has_values
     from lure.analysis.nonlinearity.known import known_nonlinearity
 
-    if not isinstance(law, ExpressionLaw | Expression):
+    if not isinstance(law, ExpressionNonlinearity | Expression):
         return True
     if is_total((law if isinstance(law, Expression) else law.expression).tree):
         return True

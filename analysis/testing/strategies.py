@@ -17,8 +17,17 @@ from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
-from lure.nonlinearities import Cubic, DeadZone, ExpressionLaw, Law, PiecewiseLinear, Saturation, Tanh, shifted_law
-from lure.plants.rational import RationalBlock
+from lure.nonlinearities import (
+    Cubic,
+    DeadZone,
+    ExpressionNonlinearity,
+    Law,
+    PiecewiseLinear,
+    Saturation,
+    Tanh,
+    shifted_law,
+)
+from lure.plants.rational import RationalPlant
 
 # The exact numbers that strategies draw: small ones first, so that what fails shrinks to them.
 
@@ -247,7 +256,7 @@ def monotone_members(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.Sea
             return Tanh(scale=width, gain=top * width)
         text = _times(top, draw(st.sampled_from(_MONOTONE_SHAPES[odd])).format(s=width))
         slope = SlopeBounds(0, sector.upper)
-        return ExpressionLaw(text, sector=sector, slope_bounds=slope, odd=odd, locally_lipschitz=True)
+        return ExpressionNonlinearity(text, sector=sector, slope_bounds=slope, odd=odd, locally_lipschitz=True)
 
     return st.one_of(_lines(sector, slope=True), monotone_graphs(k, odd=odd, scale=scale), named())
 
@@ -344,7 +353,7 @@ def _lines(sector: Sector, *, slope: bool = False) -> st.SearchStrategy[Law]:
     def lines(draw: st.DrawFn) -> Law:
         """``gain sigma``."""
         text = _times(draw(ratios(sector.lower, sector.upper)), "sigma")
-        return ExpressionLaw(text, sector=sector, slope_bounds=bounds, odd=True, locally_lipschitz=True)
+        return ExpressionNonlinearity(text, sector=sector, slope_bounds=bounds, odd=True, locally_lipschitz=True)
 
     return lines()
 
@@ -367,7 +376,7 @@ def _smooth(sector: Sector, scale: Fraction) -> st.SearchStrategy[Law]:
             return law
         line = f"{_times(base, 'sigma')} + " if base else ""
         text = line + _times(share, shape.format(s=place))
-        return ExpressionLaw(text, sector=sector, odd=odd, locally_lipschitz=True)
+        return ExpressionNonlinearity(text, sector=sector, odd=odd, locally_lipschitz=True)
 
     return between()
 
@@ -415,24 +424,24 @@ _BLOCKS_FINEST = 10
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class KnownBlock:
+class KnownPlant:
     """A block and the poles it was made from.
 
     Attributes
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block, its coefficients exact.
     poles : tuple of pairs of Fraction
         Real and imaginary part of each pole; of a conjugate pair the one above the axis.
     """
 
-    block: RationalBlock
+    block: RationalPlant
     poles: tuple[tuple[Fraction, Fraction], ...]
 
 
 def lurie_blocks(
     *, order: int | tuple[int, int] = _ORDERS, critical: bool = False, discrete: bool = False
-) -> st.SearchStrategy[RationalBlock]:
+) -> st.SearchStrategy[RationalPlant]:
     """Strictly proper blocks with all poles stable, or with one simple pole at 0 (1) and the others stable.
 
     Parameters
@@ -446,7 +455,7 @@ def lurie_blocks(
 
     Returns
     -------
-    SearchStrategy of RationalBlock
+    SearchStrategy of RationalPlant
         Shrinks to ``1/(s + 1)``.
 
     Raises
@@ -459,7 +468,7 @@ def lurie_blocks(
 
 def known_blocks(
     *, order: int | tuple[int, int] = _ORDERS, critical: bool = False, discrete: bool = False
-) -> st.SearchStrategy[KnownBlock]:
+) -> st.SearchStrategy[KnownPlant]:
     """The blocks of :func:`lurie_blocks`, with their poles.
 
     Parameters
@@ -481,7 +490,7 @@ def known_blocks(
         raise InputError(f"order is {order!r:.60}; give a positive whole number, or two in ascending order")
 
     @st.composite
-    def blocks(draw: st.DrawFn) -> KnownBlock:
+    def blocks(draw: st.DrawFn) -> KnownPlant:
         """Poles first, then a numerator of lower degree."""
         size = draw(st.integers(least, most))
         poles = [(Fraction(1 if discrete else 0), Fraction(0))] if critical else []
@@ -492,7 +501,7 @@ def known_blocks(
             left -= 2 if pair else 1
         denominator = reduce(np.convolve, [np.array(_factor(pole), dtype=object) for pole in poles]).tolist()
         numerator = _numerator(draw, size, (1 if discrete else 0) if critical else None)
-        return KnownBlock(block=RationalBlock(numerator, denominator, 1 if discrete else None), poles=tuple(poles))
+        return KnownPlant(block=RationalPlant(numerator, denominator, 1 if discrete else None), poles=tuple(poles))
 
     return blocks()
 

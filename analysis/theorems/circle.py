@@ -11,15 +11,15 @@ from flint import arb
 
 from lure.analysis.inequality.checks import check_plant, encirclement_condition, region, require_well_posed
 from lure.analysis.inequality.gains import GainEnd, simplest_inside, unstable_gain
-from lure.analysis.inequality.plant import Plant, Response
+from lure.analysis.inequality.plant import Response, TransferPolynomials
 from lure.analysis.numerics.doubles import double_below, text_above, text_below
 from lure.analysis.numerics.minimum import Infimum, infimum, largest_below, positive_with_limits
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import INFINITE, Answer, Bracket, Evidence, Verdict
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # What an answer of the circle criterion says: conclusion, hypotheses, reasons, each with how it was checked.
 
@@ -40,9 +40,9 @@ class CircleCase:
 
     Attributes
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block as given.
-    plant : Plant
+    plant : TransferPolynomials
         The block shifted by the lower gain (mirrored: by the upper one).
     sector : Sector
         The sector as given, or the largest one.
@@ -52,8 +52,8 @@ class CircleCase:
         Whether ``plant`` is strictly positive real, so that an infinite end stands for the whole half-line.
     """
 
-    block: RationalBlock
-    plant: Plant
+    block: RationalPlant
+    plant: TransferPolynomials
     sector: Sector
     found: Infimum
     unbounded: bool
@@ -77,7 +77,7 @@ def circle_answer(case: CircleCase, reach: Bracket, verdict: Verdict) -> Answer:
         criterion="circle",
         theorem=CRITICAL if case.critical else PRINCIPAL,
         largest=reach,
-        law_class=LawClass(sector=sector, time_varying=not case.critical),
+        law_class=NonlinearityClass(sector=sector, time_varying=not case.critical),
         verdict=verdict,
         evidence=Evidence.CERTIFIED,
         needs=("time-invariant",) if case.critical else (),
@@ -173,7 +173,7 @@ def _text(bound: float | Fraction) -> str:
 BITS = 128
 
 
-def circle_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answer:
+def circle_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
     r"""The largest ``k`` for which the circle criterion covers the sector ``[lower, k]``, as an algebraic number.
 
     With ``P = H/(1 + lower H)`` the criterion reads ``1/(k - lower) + Re P(i w) > 0`` on ``[0, inf]``, so that
@@ -181,7 +181,7 @@ def circle_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> An
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block ``sigma = H mu``, ``mu = -phi(t, sigma)``, in continuous or discrete time.
     lower : Fraction
         Lower end of the sector, of either sign; for an unstable block a gain at which the loop is stable.
@@ -208,7 +208,7 @@ def circle_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> An
     --------
     Re H = (1 - x)/((1 - x)^2 + x), x = w^2, is least at x = 2 and equals -1/3 there.
 
-    >>> print(f"{circle_largest(RationalBlock([1], [1, 1, 1])).largest.low:.12g}")
+    >>> print(f"{circle_largest(RationalPlant([1], [1, 1, 1])).largest.low:.12g}")
     3
     """
     lower = Fraction(lower)
@@ -222,7 +222,7 @@ def circle_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> An
     return circle_answer(CircleCase(block, plant, Sector(lower, math.inf), found, spr), reach, Verdict.INCONCLUSIVE)
 
 
-def circle_criterion(block: RationalBlock, sector: Sector) -> Answer:
+def circle_criterion(block: RationalPlant, sector: Sector) -> Answer:
     r"""The circle criterion for one sector ``[k1, k2]``, certified over all frequencies.
 
     The loop is shifted by ``k1`` to ``P = H/(1 + k1 H)``, exactly, and the criterion reads
@@ -232,7 +232,7 @@ def circle_criterion(block: RationalBlock, sector: Sector) -> Answer:
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block ``sigma = H mu``, ``mu = -phi(t, sigma)``, in continuous or discrete time.
     sector : Sector
         Both ends of any sign; one may be infinite.
@@ -258,7 +258,7 @@ def circle_criterion(block: RationalBlock, sector: Sector) -> Answer:
 
     Examples
     --------
-    >>> print(circle_criterion(RationalBlock([12], [1, 2, -3]), Sector(1, 2)).verdict)
+    >>> print(circle_criterion(RationalPlant([12], [1, 2, -3]), Sector(1, 2)).verdict)
     PROVED
     """
     if sector.lower == -math.inf and sector.upper == math.inf:
@@ -266,7 +266,7 @@ def circle_criterion(block: RationalBlock, sector: Sector) -> Answer:
     mirrored = _mirror_needed(block, sector)
     used, lower, upper = block, sector.lower, sector.upper
     if mirrored:
-        used = RationalBlock([-c for c in block.numerator], block.denominator, block.dt)
+        used = RationalPlant([-c for c in block.numerator], block.denominator, block.dt)
         lower, upper = -sector.upper, -sector.lower
     lower = Fraction(lower)
     require_well_posed(used, upper, lower=lower)
@@ -293,10 +293,10 @@ def circle_criterion(block: RationalBlock, sector: Sector) -> Answer:
     return replace(answer, margin=margin, reason=reason, witness=witness)
 
 
-def _mirror_needed(block: RationalBlock, sector: Sector) -> bool:
+def _mirror_needed(block: RationalPlant, sector: Sector) -> bool:
     if sector.lower == -math.inf:
         return True
-    return sector.upper != math.inf and Plant.of(block).shifted(Fraction(sector.upper)).case == "critical"
+    return sector.upper != math.inf and TransferPolynomials.of(block).shifted(Fraction(sector.upper)).case == "critical"
 
 
 def _reach(response: Response, found: Infimum, lower: Fraction) -> Bracket:
@@ -309,7 +309,7 @@ def _reach(response: Response, found: Infimum, lower: Fraction) -> Bracket:
         return Bracket(outward(ball(lower), ball(lower)).low if low is None else low, guess.high)
 
 
-def _holds(plant: Plant, response: Response, width: Fraction | float) -> bool:
+def _holds(plant: TransferPolynomials, response: Response, width: Fraction | float) -> bool:
     """Whether ``1/width + Re P > 0`` on ``[0, inf]``; for an infinite width, ``P`` strictly positive real."""
     D, U = response.D, response.U
     if width != math.inf:
@@ -323,8 +323,8 @@ def _holds(plant: Plant, response: Response, width: Fraction | float) -> bool:
 def _margin(found: Infimum, width: Fraction | float, *, holds: bool) -> Bracket:
     """The infimum of ``1/width + Re P``, its sign that of the exact test."""
     with working_precision(BITS):
-        ease = arb(0) if width == math.inf else 1 / ball(width)
-        margin = outward(found.low + ease, found.high + ease)
+        inverse_gain = arb(0) if width == math.inf else 1 / ball(width)
+        margin = outward(found.low + inverse_gain, found.high + inverse_gain)
     return Bracket(max(margin.low, 0.0), margin.high) if holds else Bracket(margin.low, min(margin.high, 0.0))
 
 

@@ -13,9 +13,9 @@ from lure.analysis.numerics.minimum import Minimum
 from lure.analysis.numerics.polynomial import root_sizes
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
-from lure.plants.delay import DelayBlock
+from lure.plants.delay import DelayPlant
 
 BITS = 128
 STEPS = 48
@@ -31,15 +31,15 @@ _NYQUIST = "Nyquist's criterion for a retarded equation"
 
 
 @dataclass(frozen=True, slots=True)
-class DelayPlant:
+class Delayed:
     """A block with dead time, its response, and a frequency beyond its features."""
 
-    block: DelayBlock
+    block: DelayPlant
     response: DelayResponse
     start: float
 
     @classmethod
-    def of(cls, block: DelayBlock) -> DelayPlant:
+    def of(cls, block: DelayPlant) -> Delayed:
         """The plant of a block.
 
         Raises
@@ -60,25 +60,25 @@ class DelayPlant:
             return cls(block, response, 8 * max([1e-3, *features]))
 
 
-def hurwitz_limit(block: DelayBlock) -> Bracket:
+def hurwitz_limit(block: DelayPlant) -> Bracket:
     """Supremum of the ``k`` such that every linear gain in ``(0, k]`` is stable, bracketed.
 
     Parameters
     ----------
-    block : DelayBlock
+    block : DelayPlant
         The block.
     """
-    plant = DelayPlant.of(block)
+    plant = Delayed.of(block)
     with working_precision(BITS):
         return gain_limit(plant.block, plant.response, plant.start)
 
 
-def hurwitz_largest(block: DelayBlock) -> Answer:
+def hurwitz_largest(block: DelayPlant) -> Answer:
     """The answer of linear gains alone; it proves nothing about nonlinear laws.
 
     Parameters
     ----------
-    block : DelayBlock
+    block : DelayPlant
         The block.
     """
     limit = hurwitz_limit(block)
@@ -86,19 +86,19 @@ def hurwitz_largest(block: DelayBlock) -> Answer:
         criterion="hurwitz",
         theorem=_NYQUIST,
         largest=limit,
-        law_class=LawClass(sector=Sector(0, limit.low if limit.low > 0 else math.inf)),
+        law_class=NonlinearityClass(sector=Sector(0, limit.low if limit.low > 0 else math.inf)),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         reason="stability of every linear gain in a sector does not prove that of its nonlinear laws",
     )
 
 
-def circle_largest(block: DelayBlock) -> Answer:
+def circle_largest(block: DelayPlant) -> Answer:
     r"""Largest ``k`` with ``1/k + Re H(i omega) > 0`` on ``[0, inf]``, certified over all frequencies.
 
     Parameters
     ----------
-    block : DelayBlock
+    block : DelayPlant
         The block, stable: with a pole at 0 the theorem used does not cover time-varying laws.
 
     Raises
@@ -106,7 +106,7 @@ def circle_largest(block: DelayBlock) -> Answer:
     AssumptionError
         The block is not covered.
     """
-    plant = DelayPlant.of(block)
+    plant = Delayed.of(block)
     if plant.response.critical:
         raise AssumptionError(
             f"the block {block} has a pole at 0, where the circle criterion for dead time is not used; ask popov"
@@ -116,7 +116,7 @@ def circle_largest(block: DelayBlock) -> Answer:
         return _answer("circle", plant, Fraction(0), found, found.high)
 
 
-def popov_largest(block: DelayBlock) -> Answer:
+def popov_largest(block: DelayPlant) -> Answer:
     r"""Largest ``k`` with ``1/k + Re[(1 + i omega theta) H(i omega)] > 0`` on ``[0, inf]`` for some ``theta >= 0``.
 
     The infimum over frequency is concave in ``theta``; its maximum is enclosed between two multipliers whose worst
@@ -124,7 +124,7 @@ def popov_largest(block: DelayBlock) -> Answer:
 
     Parameters
     ----------
-    block : DelayBlock
+    block : DelayPlant
         The block: stable, or with a simple pole at 0 of positive residue besides.
 
     Raises
@@ -132,14 +132,14 @@ def popov_largest(block: DelayBlock) -> Answer:
     AssumptionError
         The block is not covered.
     """
-    plant = DelayPlant.of(block)
+    plant = Delayed.of(block)
     with working_precision(BITS):
         theta, ceiling = _best_multiplier(plant)
         found = popov_infimum(plant.response, ball(theta), plant.start)
         return _answer("popov", plant, theta, found, ceiling)
 
 
-def _best_multiplier(plant: DelayPlant) -> tuple[Fraction, arb]:
+def _best_multiplier(plant: Delayed) -> tuple[Fraction, arb]:
     """A nearly best ``theta >= 0``, and an upper bound on the infimum for every ``theta >= 0``."""
 
     def worst(theta: Fraction) -> tuple[arb, arb, arb]:
@@ -178,7 +178,7 @@ def _best_multiplier(plant: DelayPlant) -> tuple[Fraction, arb]:
     return best[1], ceiling.upper()
 
 
-def _answer(name: str, plant: DelayPlant, theta: Fraction, found: Minimum, ceiling: arb) -> Answer:
+def _answer(name: str, plant: Delayed, theta: Fraction, found: Minimum, ceiling: arb) -> Answer:
     limit = gain_limit(plant.block, plant.response, plant.start)
     reach = outward(_reach(found.low, arb(0)), _reach(ceiling, arb("inf")))
     low = max(0.0, min(math.nextafter(reach.low, 0), math.nextafter(limit.low, 0)))
@@ -194,7 +194,7 @@ def _answer(name: str, plant: DelayPlant, theta: Fraction, found: Minimum, ceili
         criterion=name,
         theorem=_CIRCLE if varying else _POPOV,
         largest=Bracket(low, high),
-        law_class=LawClass(sector=Sector(0, low if proved else math.inf), time_varying=varying),
+        law_class=NonlinearityClass(sector=Sector(0, low if proved else math.inf), time_varying=varying),
         verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=() if varying else ("time-invariant",),

@@ -12,7 +12,7 @@ from flint import fmpq_poly
 
 from lure.analysis.inequality.checks import finite_bounds
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.unit_circle import DiscreteBlock, below, largest_certified, nearest_double
+from lure.analysis.inequality.unit_circle import DiscretePlant, below, largest_certified, nearest_double
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.trigonometric import (
@@ -25,8 +25,8 @@ from lure.analysis.numerics.trigonometric import (
 from lure.analysis.theorems.fir import SampledResponse
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import Reals, np
-from lure.classes import LawClass, Sector, SlopeBounds
-from lure.plants.rational import RationalBlock
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
+from lure.plants.rational import RationalPlant
 
 # What these criteria share: one weight ``q >= 0`` on a difference of successive samples, or on their sum.
 
@@ -45,7 +45,7 @@ class DifferenceMultiplier:
 
     Attributes
     ----------
-    discrete : DiscreteBlock
+    discrete : DiscretePlant
         The stable block ``H``.
     difference : Laurent
         ``Z``: ``1 - z^-1``, ``1 + z^-1`` or ``z - 1``.
@@ -53,7 +53,7 @@ class DifferenceMultiplier:
         ``s >= 0``.
     """
 
-    discrete: DiscreteBlock
+    discrete: DiscretePlant
     difference: Laurent
     loss: Fraction
 
@@ -235,12 +235,12 @@ class Form:
     odd: bool = False
 
 
-def largest_answer(block: RationalBlock, form: Form, *, lower: Fraction) -> Answer:
+def largest_answer(block: RationalPlant, form: Form, *, lower: Fraction) -> Answer:
     """How far the criterion reaches from ``lower``.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time.
     form : Form
         The criterion.
@@ -267,12 +267,12 @@ def largest_answer(block: RationalBlock, form: Form, *, lower: Fraction) -> Answ
     )
 
 
-def class_answer(block: RationalBlock, form: Form, bounds: SlopeBounds) -> Answer:
+def class_answer(block: RationalPlant, form: Form, bounds: SlopeBounds) -> Answer:
     """Whether the criterion proves one class.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time.
     form : Form
         The criterion.
@@ -302,8 +302,8 @@ def class_answer(block: RationalBlock, form: Form, bounds: SlopeBounds) -> Answe
     )
 
 
-def _reach(block: RationalBlock, form: Form, lower: Fraction) -> tuple[DifferenceMultiplier, DifferenceReach]:
-    discrete = DiscreteBlock.of(block, lower, form.name)
+def _reach(block: RationalPlant, form: Form, lower: Fraction) -> tuple[DifferenceMultiplier, DifferenceReach]:
+    discrete = DiscretePlant.of(block, lower, form.name)
     multiplier = DifferenceMultiplier(discrete=discrete, difference=form.difference, loss=form.loss)
     ceiling = hurwitz_limit(block, lower).high
     reach = difference_reach(multiplier)
@@ -323,7 +323,7 @@ def _margin(multiplier: DifferenceMultiplier, q: Fraction, k: Bound) -> tuple[Br
 def _blank(multiplier: DifferenceMultiplier, form: Form, ends: tuple[Bound, Bound]) -> Answer:
     lower, upper = ends
     slopes = form.slopes(lower, upper, multiplier.discrete.feedthrough)
-    law = LawClass(sector=Sector(lower, upper), slope=slopes, odd=form.odd)
+    law = NonlinearityClass(sector=Sector(lower, upper), slope=slopes, odd=form.odd)
     return Answer(
         criterion=form.name,
         theorem=form.theorem,
@@ -366,7 +366,7 @@ TSYPKIN = Form(
 )
 
 
-def tsypkin_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answer:
+def tsypkin_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
     r"""Largest sector that Tsypkin's criterion proves for monotone laws.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)`` the origin is globally asymptotically stable for every time-invariant
@@ -380,7 +380,7 @@ def tsypkin_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> A
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time, with the gain ``lower`` stable, hidden modes included.
     lower : Fraction
         Lower end of the sector and of the slope.
@@ -404,19 +404,19 @@ def tsypkin_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> A
 
     Examples
     --------
-    >>> block = RationalBlock([Fraction("0.1"), 0], [1, Fraction("-1.8"), Fraction("0.81")], dt=1)
+    >>> block = RationalPlant([Fraction("0.1"), 0], [1, Fraction("-1.8"), Fraction("0.81")], dt=1)
     >>> print(f"{tsypkin_largest(block).largest.low:.6f}")
     3.800000
     """
     return largest_answer(block, TSYPKIN, lower=lower)
 
 
-def tsypkin_criterion(block: RationalBlock, bounds: SlopeBounds) -> Answer:
+def tsypkin_criterion(block: RationalPlant, bounds: SlopeBounds) -> Answer:
     """Whether Tsypkin's criterion proves the laws of slope at least ``bounds.lower`` in the sector of both bounds.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time, with the gain ``bounds.lower`` stable, hidden modes included.
     bounds : SlopeBounds
         Finite bounds; see :func:`tsypkin_largest` for the class.
@@ -441,7 +441,7 @@ TSYPKIN_ODD = Form(
 )
 
 
-def tsypkin_odd_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answer:
+def tsypkin_odd_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
     r"""Largest sector that Tsypkin's criterion, with the sum of successive samples, proves for odd monotone laws.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)`` the origin is globally asymptotically stable for every time-invariant odd
@@ -453,7 +453,7 @@ def tsypkin_odd_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) 
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time, with the gain ``lower`` stable, hidden modes included.
     lower : Fraction
         Lower end of the sector and of the slope.
@@ -481,19 +481,19 @@ def tsypkin_odd_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) 
     --------
     ``H(-z)`` of the example of :func:`tsypkin_largest`.
 
-    >>> block = RationalBlock([Fraction("-0.1"), 0], [1, Fraction("1.8"), Fraction("0.81")], dt=1)
+    >>> block = RationalPlant([Fraction("-0.1"), 0], [1, Fraction("1.8"), Fraction("0.81")], dt=1)
     >>> print(f"{tsypkin_odd_largest(block).largest.low:.6f}")
     3.800000
     """
     return largest_answer(block, TSYPKIN_ODD, lower=lower)
 
 
-def tsypkin_odd_criterion(block: RationalBlock, bounds: SlopeBounds) -> Answer:
+def tsypkin_odd_criterion(block: RationalPlant, bounds: SlopeBounds) -> Answer:
     """Whether it proves the odd laws of slope at least ``bounds.lower`` in the sector of both bounds.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time, with the gain ``bounds.lower`` stable, hidden modes included.
     bounds : SlopeBounds
         Finite bounds; see :func:`tsypkin_odd_largest` for the class.
@@ -521,7 +521,7 @@ JURY_LEE = Form(
 )
 
 
-def jury_lee_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answer:
+def jury_lee_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
     r"""Largest sector that the Jury-Lee criterion proves for laws of slope at most ``k``.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)`` the origin is globally asymptotically stable for every time-invariant
@@ -535,7 +535,7 @@ def jury_lee_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time, with the gain ``lower`` stable, hidden modes included.
     lower : Fraction
         Lower end of the sector.
@@ -562,19 +562,19 @@ def jury_lee_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
     --------
     For ``H = (2 z + 0.92)/(z^2 - 0.5 z)`` it reaches 0.684932, the circle criterion 0.651041.
 
-    >>> block = RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)
+    >>> block = RationalPlant([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)
     >>> print(f"{jury_lee_largest(block).largest.low:.6f}")
     0.684932
     """
     return largest_answer(block, JURY_LEE, lower=lower)
 
 
-def jury_lee_criterion(block: RationalBlock, bounds: SlopeBounds) -> Answer:
+def jury_lee_criterion(block: RationalPlant, bounds: SlopeBounds) -> Answer:
     """Whether the Jury-Lee criterion proves the laws of slope at most ``bounds.upper`` in the sector of both bounds.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time, with the gain ``bounds.lower`` stable, hidden modes included.
     bounds : SlopeBounds
         Finite bounds; see :func:`jury_lee_largest` for the class.

@@ -10,7 +10,7 @@ from fractions import Fraction
 from flint import fmpq_poly
 
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.unit_circle import DiscreteBlock
+from lure.analysis.inequality.unit_circle import DiscretePlant
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.trigonometric import Laurent, nonnegative_on_circle, positive_on_circle
 from lure.arrays import NDArray, Reals, np, optimize
@@ -56,7 +56,7 @@ class Multiplier:
         return " ".join(parts)
 
 
-def inequality(discrete: DiscreteBlock, multiplier: Multiplier, width: Fraction | None) -> fmpq_poly:
+def inequality(discrete: DiscretePlant, multiplier: Multiplier, width: Fraction | None) -> fmpq_poly:
     """``|d|^2 Re[M (H + 1/width)]`` on the circle as a polynomial in ``cos w``; without ``1/width`` if it is None."""
     sum_ = discrete.cross
     if width is not None:
@@ -64,12 +64,12 @@ def inequality(discrete: DiscreteBlock, multiplier: Multiplier, width: Fraction 
     return (multiplier.laurent * sum_).real_part()
 
 
-def certifies(discrete: DiscreteBlock, multiplier: Multiplier, width: Fraction, *, odd: bool) -> bool:
+def certifies(discrete: DiscretePlant, multiplier: Multiplier, width: Fraction, *, odd: bool) -> bool:
     r"""Whether the multiplier proves the classes of slopes in ``[0, width]`` stable for ``H``, decided exactly.
 
     Parameters
     ----------
-    discrete : DiscreteBlock
+    discrete : DiscretePlant
         The stable block.
     multiplier : Multiplier
         Any taps.
@@ -86,7 +86,7 @@ def certifies(discrete: DiscreteBlock, multiplier: Multiplier, width: Fraction, 
     )
 
 
-def certifies_every(discrete: DiscreteBlock, multiplier: Multiplier, *, odd: bool) -> bool:
+def certifies_every(discrete: DiscretePlant, multiplier: Multiplier, *, odd: bool) -> bool:
     """The same for every finite width at once: ``Re[M H] >= 0``, since ``Re M > 0``."""
     return (
         multiplier.legal(odd=odd)

@@ -9,14 +9,14 @@ from fractions import Fraction
 from typing import Literal
 
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.polynomial import to_descending
 from lure.analysis.theorems.kernels import Delay, Gamma, Kernel, Multiplier
 from lure.analysis.theorems.park import park_largest
 from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.verdict import Answer, Verdict
 from lure.arrays import NDArray, Reals, np
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # Points in floating point: frequencies around resonances, maxima of a function of the delay.
 
@@ -71,7 +71,7 @@ class Scaled:
     gain: Fraction
 
     @classmethod
-    def of(cls, plant: Plant) -> Scaled:
+    def of(cls, plant: TransferPolynomials) -> Scaled:
         """The plant with the geometric mean of its poles and the peak of ``|H|`` near 1."""
         n, d = to_descending(plant.n), to_descending(plant.d)
         order = len(d) - 1
@@ -105,12 +105,12 @@ BITS = 300
 DENOMINATORS = (10**3, 10**6, 10**12, 2**BITS)
 
 
-def seeds(block: RationalBlock, lower: Fraction) -> Iterator[tuple[Fraction | None, Multiplier]]:
+def seeds(block: RationalPlant, lower: Fraction) -> Iterator[tuple[Fraction | None, Multiplier]]:
     """Slopes (None: every finite one) and multipliers that should prove them; each is to be checked.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In continuous time, strictly stable with the gain ``lower``.
     lower : Fraction
         Lower slope.

@@ -11,7 +11,7 @@ from typing import Literal, TypeVar
 
 from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_poly
 
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.polynomial import (
     X,
     even_odd,
@@ -240,7 +240,7 @@ class Inequality:
     full: int
 
     @classmethod
-    def of(cls, plant: Plant, k: Fraction, multiplier: Multiplier, floor: Fraction) -> Inequality:
+    def of(cls, plant: TransferPolynomials, k: Fraction, multiplier: Multiplier, floor: Fraction) -> Inequality:
         """The inequality ``... >= floor`` for ``H = n/d`` with ``d`` Hurwitz and slopes in ``[0, k]``."""
         gain, n, d = to_fmpq(k), plant.n, plant.d
         gammas = [(c, g) for c, g in multiplier.terms if isinstance(g, Gamma)]
@@ -343,7 +343,12 @@ SHARES = (Fraction(999, 1000), Fraction(9, 10), Fraction(1, 2), Fraction(1, 10))
 
 
 def check(
-    plant: Plant, k: Fraction, multiplier: Multiplier, *, floor: Fraction = Fraction(0), boxes: int = MAX_BOXES
+    plant: TransferPolynomials,
+    k: Fraction,
+    multiplier: Multiplier,
+    *,
+    floor: Fraction = Fraction(0),
+    boxes: int = MAX_BOXES,
 ) -> Check:
     r"""Whether ``Re[M(iw)(H(iw) + 1/k) + i w theta H(iw)] >= floor + eps``, some ``eps > 0``, for every real ``w``.
 
@@ -354,7 +359,7 @@ def check(
 
     Parameters
     ----------
-    plant : Plant
+    plant : TransferPolynomials
         ``H = n/d`` in continuous time, ``d`` Hurwitz (not checked here).
     k : Fraction
         Upper slope, positive [unit of mu / unit of sigma].
@@ -379,7 +384,7 @@ def check(
     return positive_on(inequality, _open_intervals(A, bound), boxes)
 
 
-def check_every(plant: Plant, multiplier: Multiplier) -> bool:
+def check_every(plant: TransferPolynomials, multiplier: Multiplier) -> bool:
     r"""Whether the multiplier proves every finite slope, by ``Re[M H + i w theta H] >= 0`` without delays.
 
     Then ``Re M / k`` is left, for every ``k``: bounded away from 0 if ``sum |c_j| < 1``, and for ``sum |c_j| = 1`` too
@@ -390,7 +395,7 @@ def check_every(plant: Plant, multiplier: Multiplier) -> bool:
 
     Parameters
     ----------
-    plant : Plant
+    plant : TransferPolynomials
         ``H = n/d`` in continuous time, ``d`` Hurwitz and ``H(inf) >= 0`` (neither is checked here).
     multiplier : Multiplier
         Its admissibility is not checked here.
@@ -404,7 +409,7 @@ def check_every(plant: Plant, multiplier: Multiplier) -> bool:
     return _nonnegative(two - one)
 
 
-def value_at(plant: Plant, k: Fraction, multiplier: Multiplier, omega: Fraction) -> arb:
+def value_at(plant: TransferPolynomials, k: Fraction, multiplier: Multiplier, omega: Fraction) -> arb:
     """The left-hand side of :func:`check` at one frequency ``omega`` [rad/s], as a ball."""
     with working_precision(BITS):
         s = acb(0, ball(omega))
@@ -419,7 +424,7 @@ def value_at(plant: Plant, k: Fraction, multiplier: Multiplier, omega: Fraction)
         return (M * (H + 1 / ball(k)) + s * ball(multiplier.theta) * H).real
 
 
-def margin_near(plant: Plant, k: Fraction, multiplier: Multiplier, omega: Fraction) -> Bracket:
+def margin_near(plant: TransferPolynomials, k: Fraction, multiplier: Multiplier, omega: Fraction) -> Bracket:
     """A bracket on the infimum of the left-hand side of an inequality that holds.
 
     Parameters

@@ -14,9 +14,9 @@ from lure.analysis.inequality.polynomial import CONCLUSION, PolynomialFamily, Po
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.numerics.polynomial import X, to_fraction
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
-from lure.classes import LawClass, SlopeBounds
+from lure.classes import NonlinearityClass, SlopeBounds
 from lure.errors import InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 NAME = "the off-axis circle criterion"
 THEOREM = (
@@ -26,7 +26,7 @@ THEOREM = (
 FORMULA = "1 + i alpha for omega > 0"
 
 
-def off_axis_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answer:
+def off_axis_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
     r"""The largest ``k`` such that a line through ``-1/k`` has the Nyquist plot for ``omega >= 0`` on its right.
 
     For ``mu = -phi(sigma)``, ``sigma = H mu``, ``H`` stable and ``lower = 0`` it asks for a real ``alpha`` with
@@ -39,7 +39,7 @@ def off_axis_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         A continuous-time block; hidden modes must be stable.
     lower : Fraction
         Lower slope bound; the loop is shifted by it first.
@@ -68,7 +68,7 @@ def off_axis_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
 
     Examples
     --------
-    >>> off_axis_largest(RationalBlock([1], [1, 3, 3, 1])).largest.low
+    >>> off_axis_largest(RationalPlant([1], [1, 3, 3, 1])).largest.low
     8.0
     """
     inequality = _inequality(block, Fraction(lower))
@@ -85,7 +85,7 @@ def off_axis_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
         criterion="off-axis-circle",
         theorem=THEOREM,
         largest=largest,
-        law_class=LawClass.slope_restricted(inequality.lower, largest.low if proved else math.inf),
+        law_class=NonlinearityClass.slope_restricted(inequality.lower, largest.low if proved else math.inf),
         verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "time-invariant"),
@@ -97,12 +97,12 @@ def off_axis_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> 
     )
 
 
-def off_axis_criterion(block: RationalBlock, bounds: SlopeBounds, *, alpha: Fraction | None = None) -> Answer:
+def off_axis_criterion(block: RationalPlant, bounds: SlopeBounds, *, alpha: Fraction | None = None) -> Answer:
     r"""The criterion for given slope bounds, certified over all frequencies.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         See :func:`off_axis_largest`.
     bounds : SlopeBounds
         Finite slope bounds.
@@ -143,7 +143,7 @@ def off_axis_criterion(block: RationalBlock, bounds: SlopeBounds, *, alpha: Frac
         criterion="off-axis-circle",
         theorem=THEOREM,
         largest=inequality.largest(best),
-        law_class=LawClass.slope_restricted(bounds.lower, bounds.upper),
+        law_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper),
         verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "time-invariant"),
@@ -156,7 +156,7 @@ def off_axis_criterion(block: RationalBlock, bounds: SlopeBounds, *, alpha: Frac
     )
 
 
-def _inequality(block: RationalBlock, lower: Fraction) -> PopovInequality:
+def _inequality(block: RationalPlant, lower: Fraction) -> PopovInequality:
     """The inequality with ``-Im H`` in the place of ``-omega Im H`` and ``omega`` in that of ``x``."""
     inequality = PopovInequality.of_stable(block, lower, NAME)
     found = inequality.family
@@ -172,7 +172,7 @@ def _of_square(p: fmpq_poly) -> fmpq_poly:
 def _worst(best: Reach) -> float | None:
     if best.found is None:
         return None
-    x = best.found.summit.support[0].x
+    x = best.found.upper_bound.support[0].x
     return math.inf if x is None else float(to_fraction(x))
 
 

@@ -12,7 +12,7 @@ from typing import Literal
 from flint import fmpq
 
 from lure.analysis.inequality.checks import finite_bounds, require_well_posed
-from lure.analysis.inequality.multiplier_search import Cut, Found, search
+from lure.analysis.inequality.multiplier_search import Cut, SearchResult, search
 from lure.analysis.inequality.polynomial import (
     CONCLUSION,
     PolynomialFamily,
@@ -24,9 +24,9 @@ from lure.analysis.inequality.polynomial import (
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.numerics.polynomial import X, to_fmpq, to_fraction
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
-from lure.classes import LawClass, SlopeBounds
+from lure.classes import NonlinearityClass, SlopeBounds
 from lure.errors import InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # The best multiplier ``1 + theta s - tau s^2``: bisection in ``tau`` on exact cutting planes in ``theta``.
 #
@@ -123,39 +123,39 @@ class _Search:
         if found.theta is not None and (self.best.theta is None or found.level > self.best.level):
             self.best = Best(found.theta, tau, found.level, self.best.unreachable)
         self.raw = self._kept(found)
-        if any(cut.x is None for cut in found.summit.support):
+        if any(cut.x is None for cut in found.upper_bound.support):
             return self._at_infinity(found, stretched, tau)
         support = self._support(found)
-        level = found.summit.value * (1 - LOOSE)
+        level = found.upper_bound.value * (1 - LOOSE)
         if support.moment(0, level) <= 0 and support.moment(1, level) <= 0:
             self._bound(level)
             return True
-        if support.moment(1, found.summit.value) > 0:
+        if support.moment(1, found.upper_bound.value) > 0:
             self.low = (tau, support)
         else:
             self.high = (tau, support)
         return False
 
-    def _kept(self, found: Found) -> list[Cut]:
+    def _kept(self, found: SearchResult) -> list[Cut]:
         theta = found.theta if found.theta is not None else fmpq(0)
         inner = sorted((cut for cut in found.cuts if cut.x is not None), key=lambda cut: cut.at(theta))
         points = [cut.x for cut in inner[:KEPT]]
         return [self.family.at_infinity, *(self.family.cut(x) for x in points if x is not None)]
 
-    def _at_infinity(self, found: Found, stretched: PolynomialFamily, tau: fmpq) -> bool:
+    def _at_infinity(self, found: SearchResult, stretched: PolynomialFamily, tau: fmpq) -> bool:
         """Whether the bound is one that no multiplier moves: a level of 0, or ``1/k + D > 0``."""
-        if not all(cut.w == 0 for cut in found.summit.support):
+        if not all(cut.w == 0 for cut in found.upper_bound.support):
             return False
-        theta = stretched.everywhere(list(found.cuts)) if found.summit.value == 0 else None
+        theta = stretched.everywhere(list(found.cuts)) if found.upper_bound.value == 0 else None
         if theta is not None:
             self.best = Best(theta, tau, fmpq(0))
-        elif found.summit.value < 0:
-            self._bound(found.summit.value)
+        elif found.upper_bound.value < 0:
+            self._bound(found.upper_bound.value)
         return True
 
-    def _support(self, found: Found) -> Support:
+    def _support(self, found: SearchResult) -> Support:
         """The support in terms of the unstretched functions."""
-        cuts = tuple(self.family.exact(cut.x) for cut in found.summit.support if cut.x is not None)
+        cuts = tuple(self.family.exact(cut.x) for cut in found.upper_bound.support if cut.x is not None)
         if len(cuts) == 1:
             return Support(cuts, (fmpq(1),))
         return Support(cuts, (-cuts[1].w, cuts[0].w))
@@ -209,7 +209,7 @@ THEOREM = (
 FORMULA = "1 + theta s - tau s^2"
 
 
-def park_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answer:
+def park_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
     r"""The largest ``k`` for which the criterion proves the slope bounds ``[lower, k]``, with the best multiplier.
 
     For ``mu = -phi(sigma)``, ``sigma = H mu``, ``H`` stable and ``lower = 0`` it asks for ``tau >= 0`` and a real
@@ -223,7 +223,7 @@ def park_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answ
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         A continuous-time block; hidden modes must be stable.
     lower : Fraction
         Lower slope bound; the loop is shifted by it first.
@@ -254,7 +254,7 @@ def park_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answ
 
     Examples
     --------
-    >>> park_largest(RationalBlock([1, 0, 0], [1, Fraction("0.2"), 6, Fraction("0.1"), 1])).largest.low
+    >>> park_largest(RationalPlant([1, 0, 0], [1, Fraction("0.2"), 6, Fraction("0.1"), 1])).largest.low
     0.788331477
     """
     inequality = PopovInequality.of_stable(block, Fraction(lower), NAME)
@@ -273,7 +273,7 @@ def park_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answ
         criterion="park",
         theorem=THEOREM,
         largest=largest,
-        law_class=LawClass.slope_restricted(inequality.lower, largest.low if proved else math.inf),
+        law_class=NonlinearityClass.slope_restricted(inequality.lower, largest.low if proved else math.inf),
         verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "time-invariant"),
@@ -286,13 +286,13 @@ def park_largest(block: RationalBlock, *, lower: Fraction = Fraction(0)) -> Answ
 
 
 def park_criterion(
-    block: RationalBlock, bounds: SlopeBounds, *, theta: Fraction | None = None, tau: Fraction | None = None
+    block: RationalPlant, bounds: SlopeBounds, *, theta: Fraction | None = None, tau: Fraction | None = None
 ) -> Answer:
     r"""The criterion for given slope bounds, certified over all frequencies.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         See :func:`park_largest`.
     bounds : SlopeBounds
         Finite; for ``upper = inf`` ask :func:`park_largest` whether every finite ``k`` is reached.
@@ -336,7 +336,7 @@ def park_criterion(
         criterion="park",
         theorem=THEOREM,
         largest=largest,
-        law_class=LawClass.slope_restricted(bounds.lower, bounds.upper),
+        law_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper),
         verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "time-invariant"),

@@ -9,7 +9,7 @@ from typing import Any
 
 from flint import fmpq_poly
 
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.minimum import infimum, nonnegative_from_zero, positive_with_limits
 from lure.analysis.numerics.polynomial import X, even_odd, is_hurwitz, real_roots, to_fmpq
 from lure.analysis.numerics.precision import outward
@@ -88,7 +88,7 @@ def passivity_indices(block: object) -> Passivity:
 
     Parameters
     ----------
-    block : RationalBlock, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
+    block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
         The block, in continuous or (with the unit circle for the axis) discrete time.
 
     Returns
@@ -120,7 +120,7 @@ def passivity_indices(block: object) -> Passivity:
     >>> print(passivity_indices("1/(s+1)"))
     nu = 0, rho = 1 (certified): H is strictly positive real
     """
-    plant = Plant.of(exact_block(block, "passivity_indices"))
+    plant = TransferPolynomials.of(exact_block(block, "passivity_indices"))
     n, d = plant.n // plant.hidden, plant.d // plant.hidden
     degree = max(n.degree(), d.degree())
     passive = _positive_real(n, d, degree)

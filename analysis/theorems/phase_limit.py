@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from flint import acb, arb, fmpq
 
-from lure.analysis.inequality.unit_circle import DiscreteBlock
+from lure.analysis.inequality.unit_circle import DiscretePlant
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.theorems.fir import SampledResponse
@@ -40,7 +40,7 @@ class PhaseLimit:
     odd: bool
 
 
-def phase_limit(discrete: DiscreteBlock, period: int, *, odd: bool) -> PhaseLimit | None:
+def phase_limit(discrete: DiscretePlant, period: int, *, odd: bool) -> PhaseLimit | None:
     r"""The slope from which the harmonics of one period rule out every Zames-Falb multiplier; None if they do not.
 
     Every multiplier is a mean of ``1`` and of ``1 - z^-i``, ``i != 0`` (for odd ``phi`` also of ``1 + z^-i``), so that
@@ -54,7 +54,7 @@ def phase_limit(discrete: DiscreteBlock, period: int, *, odd: bool) -> PhaseLimi
 
     Parameters
     ----------
-    discrete : DiscreteBlock
+    discrete : DiscretePlant
         The stable block.
     period : int
         At least 2.
@@ -90,12 +90,12 @@ def phase_limit(discrete: DiscreteBlock, period: int, *, odd: bool) -> PhaseLimi
     return None
 
 
-def lowest_phase_limit(discrete: DiscreteBlock, periods: range, *, odd: bool) -> PhaseLimit | None:
+def lowest_phase_limit(discrete: DiscretePlant, periods: range, *, odd: bool) -> PhaseLimit | None:
     """The lowest of the limits of several periods; None if there is none.
 
     Parameters
     ----------
-    discrete : DiscreteBlock
+    discrete : DiscretePlant
         The stable block.
     periods : range
         Each at least 2.
@@ -152,7 +152,7 @@ def _best_weights(A: Reals, B: Reals) -> tuple[Reals, float] | None:
 
 
 def _rules_out(
-    discrete: DiscreteBlock, weights: list[Fraction], point: tuple[int, Fraction], factors: list[tuple[int, int]]
+    discrete: DiscretePlant, weights: list[Fraction], point: tuple[int, Fraction], factors: list[tuple[int, int]]
 ) -> bool:
     """Whether every sum is certainly not positive; ``point`` holds the period and ``1/k``."""
     period, inverse = point

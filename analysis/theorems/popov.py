@@ -15,11 +15,11 @@ from lure.analysis.numerics.polynomial import to_fraction
 from lure.analysis.rod.popov import rod_circle_criterion as circle_criterion
 from lure.analysis.rod.popov import rod_popov_criterion
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 __all__ = ["circle_criterion", "popov_criterion", "popov_largest"]
 
@@ -30,7 +30,7 @@ THEOREM = (
 
 
 def popov_largest(
-    block: RationalBlock, *, lower: Fraction = Fraction(0), sign: Literal["both", "nonnegative"] = "both"
+    block: RationalPlant, *, lower: Fraction = Fraction(0), sign: Literal["both", "nonnegative"] = "both"
 ) -> Answer:
     r"""The largest ``k`` for which Popov's inequality holds on the sector ``[lower, k]``, with the best multiplier.
 
@@ -45,7 +45,7 @@ def popov_largest(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         A continuous-time block; hidden modes must be stable.
     lower : Fraction
         Lower end of the sector; the loop is shifted by it first.
@@ -75,7 +75,7 @@ def popov_largest(
 
     Examples
     --------
-    >>> answer = popov_largest(RationalBlock([1], [1, 3, 2, 0]))
+    >>> answer = popov_largest(RationalPlant([1], [1, 3, 2, 0]))
     >>> answer.largest.low, answer.theta
     (6.0, 1.5)
     """
@@ -85,18 +85,18 @@ def popov_largest(
 
 @overload
 def popov_criterion(
-    block: UpwindScheme | RodBlock, sector: Sector, *, theta: float | None = None
+    block: UpwindScheme | RodPlant, sector: Sector, *, theta: float | None = None
 ) -> CriterionResult: ...
 @overload
-def popov_criterion(block: RationalBlock, sector: Sector, *, theta: float | Fraction | None = None) -> Answer: ...
+def popov_criterion(block: RationalPlant, sector: Sector, *, theta: float | Fraction | None = None) -> Answer: ...
 def popov_criterion(
-    block: UpwindScheme | RodBlock | RationalBlock, sector: Sector, *, theta: float | Fraction | None = None
+    block: UpwindScheme | RodPlant | RationalPlant, sector: Sector, *, theta: float | Fraction | None = None
 ) -> CriterionResult | Answer:
     r"""Popov's inequality for one sector ``[lower, upper]``, certified over all frequencies.
 
     Parameters
     ----------
-    block : UpwindScheme, RodBlock or RationalBlock
+    block : UpwindScheme, RodPlant or RationalPlant
         For the rod and its scheme see :func:`lure.analysis.rod.popov.rod_popov_criterion`; the rest of this text is
         about rational blocks, see :func:`popov_largest`.
     sector : Sector
@@ -119,10 +119,10 @@ def popov_criterion(
 
     Examples
     --------
-    >>> print(popov_criterion(RationalBlock([1], [1, 3, 2, 0]), Sector(0, 5)).verdict)
+    >>> print(popov_criterion(RationalPlant([1], [1, 3, 2, 0]), Sector(0, 5)).verdict)
     PROVED
     """
-    if not isinstance(block, RationalBlock):
+    if not isinstance(block, RationalPlant):
         return rod_popov_criterion(block, sector, theta=None if theta is None else float(theta))
     if sector.lower == -math.inf:
         raise AssumptionError("Popov's criterion needs a finite lower end of the sector, and it is -inf; give a number")
@@ -153,7 +153,7 @@ def _reach_answer(inequality: PopovInequality, best: Reach) -> Answer:
         criterion="popov",
         theorem=THEOREM,
         largest=largest,
-        law_class=LawClass(sector=Sector(inequality.lower, largest.low if proved else math.inf)),
+        law_class=NonlinearityClass(sector=Sector(inequality.lower, largest.low if proved else math.inf)),
         verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("time-invariant",),
@@ -168,9 +168,9 @@ def _reach_answer(inequality: PopovInequality, best: Reach) -> Answer:
 
 def _sector_answer(inequality: PopovInequality, sector: Sector, theta: Fraction, best: Reach) -> Answer:
     """The answer about one sector and one multiplier."""
-    ease = Fraction(0) if sector.upper == math.inf else 1 / (Fraction(sector.upper) - inequality.lower)
+    inverse_gain = Fraction(0) if sector.upper == math.inf else 1 / (Fraction(sector.upper) - inequality.lower)
     least = least_value(inequality.family, theta)
-    margin = least.bracket(ease)
+    margin = least.bracket(inverse_gain)
     holds = inequality.holds(theta, sector.upper)
     if holds:
         margin = Bracket(max(margin.low, 0.0), margin.high)
@@ -180,7 +180,7 @@ def _sector_answer(inequality: PopovInequality, sector: Sector, theta: Fraction,
         criterion="popov",
         theorem=THEOREM,
         largest=largest,
-        law_class=LawClass(sector=sector),
+        law_class=NonlinearityClass(sector=sector),
         verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("time-invariant",),
@@ -197,13 +197,13 @@ def _sector_answer(inequality: PopovInequality, sector: Sector, theta: Fraction,
 def _parameters(theta: Fraction | float | None, best: Reach) -> Mapping[str, object]:
     found: dict[str, object] = {} if theta is None else {"theta": str(theta)}
     if best.found is not None:
-        found["points"] = tuple("inf" if cut.x is None else str(cut.x) for cut in best.found.summit.support)
+        found["points"] = tuple("inf" if cut.x is None else str(cut.x) for cut in best.found.upper_bound.support)
     return MappingProxyType(found)
 
 
 def _worst(best: Reach) -> float:
     assert best.found is not None
-    x = best.found.summit.support[0].x
+    x = best.found.upper_bound.support[0].x
     return math.inf if x is None else math.sqrt(to_fraction(x))
 
 

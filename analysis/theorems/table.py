@@ -15,10 +15,10 @@ from importlib import import_module
 from typing import Any, Literal
 
 from lure.analysis.verdict import Answer
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
 
 Question = Literal["sector", "slope"]
 Time = Literal["continuous", "discrete"]
@@ -95,9 +95,9 @@ class Theorem:
     stage: int = 0
     aliases: tuple[str, ...] = ()
 
-    def reach(self, block: RationalBlock | DelayBlock, *, lower: Fraction, odd: bool) -> Answer:
+    def reach(self, block: RationalPlant | DelayPlant, *, lower: Fraction, odd: bool) -> Answer:
         """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves; with dead time ``lower`` is 0."""
-        if isinstance(block, DelayBlock):
+        if isinstance(block, DelayPlant):
             return _called(self.dead_time, block)
         if not self.odd:
             return _called(self.largest, block, lower=lower)
@@ -108,14 +108,14 @@ class Theorem:
         return monotone if monotone.largest.low > found.largest.low else found
 
     def decide(
-        self, block: RationalBlock, bounds: Sector | SlopeBounds, *, odd: bool = False, thorough: bool = False
+        self, block: RationalPlant, bounds: Sector | SlopeBounds, *, odd: bool = False, thorough: bool = False
     ) -> Answer:
         """Whether the criterion proves the class with these bounds of the sector or, where it needs them, the slope."""
         asked = SlopeBounds(bounds.lower, bounds.upper) if self.slope else Sector(bounds.lower, bounds.upper)
         options: dict[str, Any] = {"odd": odd} if self.odd else {}
         return _called(self.decision, block, asked, **options, **({"effort": "full"} if thorough else {}))
 
-    def bounds(self, law_class: LawClass) -> list[Sector] | list[SlopeBounds]:
+    def bounds(self, law_class: NonlinearityClass) -> list[Sector] | list[SlopeBounds]:
         """What it is asked about: the sector, the slope bounds, or where one side is free both bounds as slopes."""
         slope = law_class.slope
         if not self.slope or slope is None:
@@ -335,7 +335,7 @@ def theorems_for(
 
     Parameters
     ----------
-    block : RationalBlock, DelayBlock or StateSpaceBlock
+    block : RationalPlant, DelayPlant or StateSpace
         The block.
     question : {"sector", "slope"}
         What is known of the law; a slope-restricted law lies in the sector of the same bounds, so that the criteria for
@@ -362,7 +362,7 @@ def theorems_for(
         near = difflib.get_close_matches(wanted, CRITERIA, n=1)
         hint = f"did you mean {near[0]!r}? " if near else ""
         raise InputError(f"there is no criterion {criterion!r}; {hint}choose from {BEST}, {', '.join(CRITERIA)}")
-    exact = isinstance(block, RationalBlock)  # for other blocks there are only the criteria for sectors
+    exact = isinstance(block, RationalPlant)  # for other blocks there are only the criteria for sectors
     found = [row for row in TABLE if time in row.times and (exact or not row.slope)]
     if wanted == BEST:
         return [

@@ -12,16 +12,16 @@ from typing import Literal
 
 from lure.analysis.inequality.checks import check_plant
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.doubles import text_below
 from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.theorems.kernel_search import TOLERANCE, Family, Proposal, Scaled, Search, seeds
 from lure.analysis.theorems.kernels import Multiplier, check, check_every, margin_near, multiplier_of
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
-from lure.classes import LawClass, SlopeBounds
+from lure.classes import NonlinearityClass, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # How far multipliers of Zames and Falb reach: bisection in floating point, every result proved exactly.
 
@@ -45,7 +45,7 @@ class Task:
 
     Attributes
     ----------
-    plant : Plant
+    plant : TransferPolynomials
         ``H / (1 + lower H)``, strictly stable, in continuous time.
     lower : Fraction
         Lower slope.
@@ -57,7 +57,7 @@ class Task:
         Whether to take more time.
     """
 
-    plant: Plant
+    plant: TransferPolynomials
     lower: Fraction
     limit: float
     odd: bool
@@ -142,7 +142,7 @@ def propose_at(task: Task, k: Fraction) -> Reach | None:
     return None
 
 
-def least_sample(plant: Plant, width: Fraction, multiplier: Multiplier) -> float:
+def least_sample(plant: TransferPolynomials, width: Fraction, multiplier: Multiplier) -> float:
     """A frequency [rad/s] near which the left-hand side is least, from samples."""
     if _static(plant):
         return 0.0
@@ -223,7 +223,7 @@ def _feasible(search: Search, width: float) -> tuple[float, Proposal] | None:
     return (width, proposal) if proposal is not None and proposal.least > TOLERANCE else None
 
 
-def _static(plant: Plant) -> bool:
+def _static(plant: TransferPolynomials) -> bool:
     return plant.d.degree() == 0 or plant.n.degree() < 0
 
 
@@ -250,7 +250,7 @@ THEOREM = (
 
 
 def zames_falb_largest(
-    block: RationalBlock, *, odd: bool, lower: Fraction = Fraction(0), effort: Effort = "quick"
+    block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0), effort: Effort = "quick"
 ) -> Answer:
     r"""Largest slope that a Zames-Falb multiplier with a Popov term proves, in continuous time.
 
@@ -267,7 +267,7 @@ def zames_falb_largest(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In continuous time; with the gain ``lower`` it is strictly stable, hidden modes included.
     odd : bool
         Whether ``phi`` is known to be odd.  An answer for odd laws says nothing about others.
@@ -308,7 +308,7 @@ def zames_falb_largest(
 
     Examples
     --------
-    >>> block = RationalBlock([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])
+    >>> block = RationalPlant([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])
     >>> f"{zames_falb_largest(block, odd=False).largest.low:.5f}"
     '4.58945'
     """
@@ -325,14 +325,14 @@ def zames_falb_largest(
     return _answer(task, SlopeBounds(task.lower, found.k), found, reason)
 
 
-def zames_falb_criterion(block: RationalBlock, bounds: SlopeBounds, *, odd: bool, effort: Effort = "quick") -> Answer:
+def zames_falb_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool, effort: Effort = "quick") -> Answer:
     r"""Whether a Zames-Falb multiplier with a Popov term proves one class of slopes, in continuous time.
 
     The theorem is that of :func:`zames_falb_largest`.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In continuous time; with the gain ``bounds.lower`` it is strictly stable, hidden modes included.
     bounds : SlopeBounds
         Bounds on the slope of ``phi``; ``upper = inf`` asks about all finite slopes at once.
@@ -373,12 +373,12 @@ def zames_falb_criterion(block: RationalBlock, bounds: SlopeBounds, *, odd: bool
     return _answer(task, bounds, found, "the inequality was decided at every frequency")
 
 
-def recheck(block: RationalBlock, parameters: Mapping[str, object]) -> bool:
+def recheck(block: RationalPlant, parameters: Mapping[str, object]) -> bool:
     r"""Verify a proof again from the block and the exact numbers alone, without any search.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block of the answer.
     parameters : Mapping
         ``Answer.parameters`` of a proved answer: ``lower``, ``k``, ``odd``, ``theta`` and ``kernels``.
@@ -406,8 +406,8 @@ def recheck(block: RationalBlock, parameters: Mapping[str, object]) -> bool:
     return every(task, multiplier) is not None if width is None else proved(task, width, multiplier)
 
 
-def _task(block: RationalBlock, lower: Fraction, *, odd: bool, full: bool) -> Task:
-    if isinstance(block, RationalBlock) and block.dt is not None:
+def _task(block: RationalPlant, lower: Fraction, *, odd: bool, full: bool) -> Task:
+    if isinstance(block, RationalPlant) and block.dt is not None:
         raise InputError("zames_falb is for continuous time, the block is in discrete time; use zames_falb_discrete")
     plant = check_plant(block, lower=lower)
     if plant.case != "stable":
@@ -424,7 +424,7 @@ def _answer(task: Task, bounds: SlopeBounds, found: Reach | None, reason: str) -
         criterion=NAME,
         theorem=THEOREM,
         largest=Bracket(math.nextafter(float(lower), -math.inf), high),
-        law_class=LawClass.slope_restricted(bounds.lower, bounds.upper, odd=task.odd),
+        law_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper, odd=task.odd),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "odd", "time-invariant") if task.odd else ("slope", "time-invariant"),

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from lure.analysis.inequality.checks import finite_bounds
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.unit_circle import DiscreteBlock, below, largest_certified
+from lure.analysis.inequality.unit_circle import DiscretePlant, below, largest_certified
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.numerics.trigonometric import least_on_circle
 from lure.analysis.theorems.fir import (
@@ -26,9 +26,9 @@ from lure.analysis.theorems.fir import (
 from lure.analysis.theorems.phase_limit import lowest_phase_limit
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import np
-from lure.classes import LawClass, SlopeBounds
+from lure.classes import NonlinearityClass, SlopeBounds
 from lure.errors import InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 NAME = "zames-falb"
 THEOREM = (
@@ -43,7 +43,7 @@ DENOMINATORS = tuple(10**digits for digits in (2, 3, 4, 6, 8, 10, 12, 15))
 
 
 def zames_falb_discrete_largest(
-    block: RationalBlock, *, odd: bool, lower: Fraction = Fraction(0), taps: int | None = None
+    block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0), taps: int | None = None
 ) -> Answer:
     r"""Largest slope that a discrete-time Zames-Falb multiplier of finite length proves.
 
@@ -57,7 +57,7 @@ def zames_falb_discrete_largest(
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time, with the gain ``lower`` stable, hidden modes included.
     odd : bool
         Whether ``phi`` is known to be odd.  The answer for odd laws says nothing about others.
@@ -87,11 +87,11 @@ def zames_falb_discrete_largest(
 
     Examples
     --------
-    >>> block = RationalBlock([Fraction(2), Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)
+    >>> block = RationalPlant([Fraction(2), Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)
     >>> round(zames_falb_discrete_largest(block, odd=False).largest.low, 6)
     0.911458
     """
-    discrete = DiscreteBlock.of(block, lower, "zames_falb_discrete_largest")
+    discrete = DiscretePlant.of(block, lower, "zames_falb_discrete_largest")
     if taps is not None and (isinstance(taps, bool) or not isinstance(taps, int) or taps < 1):
         raise InputError(f"zames_falb_discrete_largest: taps is {taps!r}; give a positive integer, or None")
     ceiling, why = _ceiling(block, discrete, odd=odd)
@@ -113,12 +113,12 @@ def zames_falb_discrete_largest(
     )
 
 
-def zames_falb_discrete_criterion(block: RationalBlock, bounds: SlopeBounds, *, odd: bool) -> Answer:
+def zames_falb_discrete_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool) -> Answer:
     r"""Whether a discrete-time Zames-Falb multiplier of finite length proves one class of slopes.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         In discrete time, with the gain ``bounds.lower`` stable, hidden modes included.
     bounds : SlopeBounds
         Finite bounds on the slope of ``phi``.
@@ -139,7 +139,7 @@ def zames_falb_discrete_criterion(block: RationalBlock, bounds: SlopeBounds, *, 
         A bound is infinite, or the block is not stable with the gain ``bounds.lower``.
     """
     lower, upper = finite_bounds(bounds, "zames_falb_discrete_criterion")
-    discrete = DiscreteBlock.of(block, lower, "zames_falb_discrete_criterion")
+    discrete = DiscretePlant.of(block, lower, "zames_falb_discrete_criterion")
     ceiling, why = _ceiling(block, discrete, odd=odd)
     multiplier, low = _reach(discrete, ceiling, odd=odd, taps=None)
     proved = certifies(discrete, multiplier, upper - lower, odd=odd)
@@ -158,7 +158,7 @@ def zames_falb_discrete_criterion(block: RationalBlock, bounds: SlopeBounds, *, 
     )
 
 
-def _ceiling(block: RationalBlock, discrete: DiscreteBlock, *, odd: bool) -> tuple[float, str]:
+def _ceiling(block: RationalPlant, discrete: DiscretePlant, *, odd: bool) -> tuple[float, str]:
     """A slope that no multiplier reaches, and why."""
     linear = hurwitz_limit(block, discrete.lower).high
     limit = lowest_phase_limit(discrete, PERIODS, odd=odd)
@@ -172,7 +172,7 @@ def _ceiling(block: RationalBlock, discrete: DiscreteBlock, *, odd: bool) -> tup
     return linear, f"linear gains are stable only below {text_above(linear)}"
 
 
-def _reach(discrete: DiscreteBlock, ceiling: float, *, odd: bool, taps: int | None) -> tuple[Multiplier, float]:
+def _reach(discrete: DiscretePlant, ceiling: float, *, odd: bool, taps: int | None) -> tuple[Multiplier, float]:
     """The best multiplier found and the certified upper slope, infinite for all finite ones, NaN for none."""
     target = 0.0
     if ceiling < math.inf:
@@ -225,7 +225,7 @@ def _multiplier(proposal: Proposal) -> Multiplier:
     return Multiplier(taps=exact)
 
 
-def _margin(discrete: DiscreteBlock, multiplier: Multiplier, width: Fraction | None) -> tuple[Bracket, float]:
+def _margin(discrete: DiscretePlant, multiplier: Multiplier, width: Fraction | None) -> tuple[Bracket, float]:
     margin, c = least_on_circle(inequality(discrete, multiplier, width), discrete.square)
     return margin, math.acos(min(max(c, -1.0), 1.0))
 
@@ -242,7 +242,7 @@ def _blank(bounds: SlopeBounds, *, odd: bool) -> Answer:
         criterion=NAME,
         theorem=THEOREM,
         largest=Bracket(below(Fraction(bounds.lower)), math.inf),
-        law_class=LawClass.slope_restricted(bounds.lower, bounds.upper, odd=odd),
+        law_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper, odd=odd),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "odd", "time-invariant") if odd else ("slope", "time-invariant"),

@@ -15,14 +15,14 @@ from plants import Row, rows
 from lure.analysis.questions import max_sector, max_slope
 from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.verdict import Verdict
-from lure.plants import as_block
+from lure.plants import as_plant
 
 SLACK = 1e-3
 
 
 def ours(row: Row) -> tuple[float, str]:
     """Our number for a row, and what it rests on."""
-    block = as_block((row.num, row.den), dt=row.dt)
+    block = as_plant((row.num, row.den), dt=row.dt)
     if row.nonnegative:
         found = popov_largest(block, sign="nonnegative")
         return found.largest.low, str(found.evidence)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from types import MappingProxyType
 
-from lure.classes import LawClass, Sector
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import InputError
 from lure.files.system import LoopSystem, loop_system
 from lure.plants import parse_transfer
@@ -23,7 +23,7 @@ _FITTS = "R. E. Fitts, Two counterexamples to Aizerman's conjecture, IEEE Trans.
 _HIDDEN = "G. A. Leonov, V. O. Bragin, N. V. Kuznetsov, Dokl. Math. 82 (2010) 540-542"
 _CLOSED = "a plant whose limits have a closed form"
 _IQC = "an example shipped with the toolbox IQCbeta"
-_EVERY = LawClass(sector=Sector(0, math.inf))
+_EVERY = NonlinearityClass(sector=Sector(0, math.inf))
 
 Entry = tuple[str, str, str]  # title, formula, source
 _PLANTS: dict[str, Entry] = {
@@ -68,7 +68,7 @@ _PLANTS: dict[str, Entry] = {
     ),
     "lurie-hidden-zero": ("indirect control with r = c = 1: the zero eigenvalue is hidden", "s/(s*(s+1))", _LURE),
 }
-_CLASSES: dict[str, tuple[Entry, LawClass]] = {
+_CLASSES: dict[str, tuple[Entry, NonlinearityClass]] = {
     "lurie-indirect-control": (
         ("indirect control with r = 2, c = 1: a simple zero eigenvalue", "2/s - 1/(s*(s+1))", _LURE),
         _EVERY,
@@ -78,7 +78,7 @@ _CLASSES: dict[str, tuple[Entry, LawClass]] = {
     "positive-real": (("an integrator, a lag and a zero before it", "(s+1)/(s*(s+2))", _CLOSED), _EVERY),
     "iqc-resonance": (
         ("a resonance under a law in the sector [0, 1]", "(s+1)/(s^2 + 0.2*s + 1)", _IQC),
-        LawClass(sector=Sector(0, 1)),
+        NonlinearityClass(sector=Sector(0, 1)),
     ),
     "iqc-odd-slope": (
         (
@@ -86,7 +86,7 @@ _CLASSES: dict[str, tuple[Entry, LawClass]] = {
             "400*(s^2 - 0.5*s + 1)/((s+10)*(s+20)*(s+30))",
             _IQC,
         ),
-        LawClass.slope_restricted(0, 1, odd=True),
+        NonlinearityClass.slope_restricted(0, 1, odd=True),
     ),
 }
 _LAWS: dict[str, tuple[Entry, dict[str, object]]] = {

@@ -11,18 +11,18 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.expressions.tree import decimal
 from lure.files.schema import PLANT_TABLES, ClassTable, PlantTable, PlantTables
 from lure.files.system import LoopSystem, loop_system
 from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
-from lure.plants import as_block
-from lure.plants.delay import DelayBlock
+from lure.plants import as_plant
+from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.file import TABLES
 
 # From checked tables to a :class:`lure.files.system.LoopSystem`, with the checks that concern several keys at once.
@@ -71,7 +71,7 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
     Raises
     ------
     InputError
-        The plant is given in no form or in several, it is refused by :func:`lure.plants.as_block`, the law or the class
+        The plant is given in no form or in several, it is refused by :func:`lure.plants.as_plant`, the law or the class
         is refused, or the law is not known to belong to the class.
     """
     identity = (tables.name or "loop", tables.title or title, source)
@@ -97,15 +97,15 @@ def _with_points(table: dict[str, object], folder: Path) -> dict[str, object]:
     return {"left_slope": left, "right_slope": right, **rest, "points": [list(point) for point in points]}
 
 
-def _block(plant: PlantTable) -> RationalBlock | DelayBlock | StateSpaceBlock:
+def _block(plant: PlantTable) -> RationalPlant | DelayPlant | StateSpace:
     given = {key for key in ("num", "den", "A", "B", "C", "D", "transfer") if getattr(plant, key) is not None}
     try:
         if given == {"num", "den"}:
-            found = as_block((plant.num, plant.den), dt=plant.dt)
+            found = as_plant((plant.num, plant.den), dt=plant.dt)
         elif given in ({"A", "B", "C"}, {"A", "B", "C", "D"}):
-            found = as_block((plant.A, plant.B, plant.C, 0 if plant.D is None else plant.D), dt=plant.dt)
+            found = as_plant((plant.A, plant.B, plant.C, 0 if plant.D is None else plant.D), dt=plant.dt)
         elif given == {"transfer"}:
-            found = as_block(str(plant.transfer), dt=plant.dt)
+            found = as_plant(str(plant.transfer), dt=plant.dt)
         else:
             listed = ", ".join(sorted(given)) or "none of them"
             raise InputError(f"the block is given by {_FORMS}; got {listed}")
@@ -115,14 +115,14 @@ def _block(plant: PlantTable) -> RationalBlock | DelayBlock | StateSpaceBlock:
     return found
 
 
-def _law_class(table: ClassTable) -> LawClass:
+def _law_class(table: ClassTable) -> NonlinearityClass:
     slope = None if table.slope is None else SlopeBounds(*table.slope)
     if table.sector is None and slope is None:
         raise InputError("class: neither sector nor slope is given; give one, such as sector = [0, 5.9]")
     bounds = table.sector if table.sector is not None else table.slope
     assert bounds is not None, "one of the two is given"
     try:
-        return LawClass(sector=Sector(*bounds), slope=slope, odd=table.odd, time_varying=table.time_varying)
+        return NonlinearityClass(sector=Sector(*bounds), slope=slope, odd=table.odd, time_varying=table.time_varying)
     except InputError as error:
         raise InputError(f"class: {error}") from None
 
@@ -190,16 +190,16 @@ def loop_to_toml(system: LoopSystem) -> str:
 
 def _plant(system: LoopSystem) -> dict[str, object]:
     block = system.block
-    if isinstance(block, DelayBlock):
+    if isinstance(block, DelayPlant):
         terms = [f"({_formula(top)})*exp(-({_text(delay)})*s)" for delay, top in block.terms]
         return {"transfer": f"({' + '.join(terms)})/({_formula(block.denominator)})"}
-    if not isinstance(block, RationalBlock):
+    if not isinstance(block, RationalPlant):
         raise InputError(f"the {block} is too large for a system file; keep its matrices elsewhere")
     plant: dict[str, object] = {"num": block.numerator, "den": block.denominator}
     return plant if block.dt is None else {**plant, "dt": block.dt}
 
 
-def _class(asked: LawClass) -> dict[str, object]:
+def _class(asked: NonlinearityClass) -> dict[str, object]:
     table: dict[str, object] = {"sector": (asked.sector.lower, asked.sector.upper)}
     if asked.slope is not None:
         table["slope"] = (asked.slope.lower, asked.slope.upper)

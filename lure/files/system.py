@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from lure.classes import LawClass
+from lure.classes import NonlinearityClass
 from lure.errors import InputError
 from lure.loop import Loop, loop_rows
 from lure.nonlinearities.protocol import Nonlinearity
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.record import by_value, html_table, plain
 
 if TYPE_CHECKING:
@@ -31,11 +31,11 @@ class LoopSystem:
         Name for the report.
     title : str
         One line that says what it is.
-    block : RationalBlock, DelayBlock or StateSpaceBlock
+    block : RationalPlant, DelayPlant or StateSpace
         The linear block.
     nonlinearity : Nonlinearity or None
         The law, if there is one.
-    law_class : LawClass or None
+    law_class : NonlinearityClass or None
         The class of laws asked about, if there is one; it contains the law.
     source : str
         Where the numbers come from.
@@ -45,9 +45,9 @@ class LoopSystem:
 
     name: str
     title: str
-    block: RationalBlock | DelayBlock | StateSpaceBlock
+    block: RationalPlant | DelayPlant | StateSpace
     nonlinearity: Nonlinearity | None = None
-    law_class: LawClass | None = None
+    law_class: NonlinearityClass | None = None
     source: str = ""
     law_table: Mapping[str, object] | None = None
 
@@ -92,10 +92,10 @@ class LoopSystem:
 
 def loop_system(
     identity: tuple[str, str, str],
-    block: RationalBlock | DelayBlock | StateSpaceBlock,
+    block: RationalPlant | DelayPlant | StateSpace,
     *,
     law_table: Mapping[str, object] | None = None,
-    law_class: LawClass | None = None,
+    law_class: NonlinearityClass | None = None,
 ) -> LoopSystem:
     """A loop from its block and the table of its law.
 
@@ -103,11 +103,11 @@ def loop_system(
     ----------
     identity : tuple of str
         Name, title and source.
-    block : RationalBlock, DelayBlock or StateSpaceBlock
+    block : RationalPlant, DelayPlant or StateSpace
         The linear block.
     law_table : Mapping of str to object, or None
         ``kind`` and parameters of the law, as :func:`lure.nonlinearities.law_from_table` takes them.
-    law_class : LawClass or None
+    law_class : NonlinearityClass or None
         The class asked about.
 
     Raises
@@ -135,10 +135,10 @@ def loop_system(
     )
 
 
-def _check_member(law: Nonlinearity, asked: LawClass) -> None:
-    from lure.nonlinearities import ExpressionLaw, law_class
+def _check_member(law: Nonlinearity, asked: NonlinearityClass) -> None:
+    from lure.nonlinearities import ExpressionNonlinearity, law_class
 
-    if isinstance(law, ExpressionLaw) and not law.sector_declared:
+    if isinstance(law, ExpressionNonlinearity) and not law.sector_declared:
         return  # it declares nothing that could be compared: the analysis certifies it, or says that it was given so
     known = law_class(law)
     inside = asked.sector.lower <= known.sector.lower and known.sector.upper <= asked.sector.upper

@@ -2,9 +2,9 @@
 
 from lure.nonlinearities.base import Law as Law
 from lure.nonlinearities.checking import check_declared as check_declared
-from lure.nonlinearities.formula import ExpressionLaw as ExpressionLaw
+from lure.nonlinearities.formula import ExpressionNonlinearity as ExpressionNonlinearity
 from lure.nonlinearities.piecewise_linear import DeadZone as DeadZone
-from lure.nonlinearities.piecewise_linear import GraphLaw as GraphLaw
+from lure.nonlinearities.piecewise_linear import GraphNonlinearity as GraphNonlinearity
 from lure.nonlinearities.piecewise_linear import LeakyReLU as LeakyReLU
 from lure.nonlinearities.piecewise_linear import PiecewiseLinear as PiecewiseLinear
 from lure.nonlinearities.piecewise_linear import ReLU as ReLU
@@ -18,7 +18,7 @@ from lure.nonlinearities.properties import properties as properties
 from lure.nonlinearities.quantiser import Quantiser as Quantiser
 from lure.nonlinearities.reading import LAW_KINDS as LAW_KINDS
 from lure.nonlinearities.reading import law_from_table as law_from_table
-from lure.nonlinearities.shifted import ShiftedLaw as ShiftedLaw
+from lure.nonlinearities.shifted import ShiftedNonlinearity as ShiftedNonlinearity
 from lure.nonlinearities.shifted import shifted_class as shifted_class
 from lure.nonlinearities.shifted import shifted_law as shifted_law
 from lure.nonlinearities.smooth import Cubic as Cubic

@@ -12,7 +12,7 @@ from lure.arrays import NDArray, np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
-from lure.nonlinearities.formula import ExpressionLaw
+from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.protocol import Nonlinearity
 
 if TYPE_CHECKING:
@@ -54,9 +54,9 @@ def check_declared(law: Nonlinearity, *, samples: int = 4000, scale: Exact = 1) 
 
     Examples
     --------
-    >>> from lure import ExpressionLaw, Sector
-    >>> check_declared(ExpressionLaw("tanh(sigma)", sector=Sector(0, 1)))  # nothing was found
-    >>> check_declared(ExpressionLaw("2*tanh(sigma)", sector=Sector(0, 1)))  # doctest: +ELLIPSIS
+    >>> from lure import ExpressionNonlinearity, Sector
+    >>> check_declared(ExpressionNonlinearity("tanh(sigma)", sector=Sector(0, 1)))  # nothing was found
+    >>> check_declared(ExpressionNonlinearity("2*tanh(sigma)", sector=Sector(0, 1)))  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
     lure.errors.AssumptionError: the law '2*tanh(sigma)' is declared to have the sector [0, 1], but phi(sigma)/sigma ...
@@ -90,7 +90,10 @@ class _Sample:
         x = np.concatenate([-sizes[sizes > 0][::-1], sizes[sizes > 0]])
         with np.errstate(all="ignore"):
             phi, at_zero = np.asarray(law(x), dtype=float), float(np.asarray(law(np.zeros(1)), dtype=float)[0])
-        self.law, self.name = law, repr(law.text)[:60] if isinstance(law, ExpressionLaw) else type(law).__name__
+        self.law, self.name = (
+            law,
+            repr(law.text)[:60] if isinstance(law, ExpressionNonlinearity) else type(law).__name__,
+        )
         if at_zero != 0:
             raise AssumptionError(f"the law {self.name} has phi(0) = {at_zero:g}; a law must vanish at 0")
         if np.isnan(phi).any():
@@ -112,7 +115,7 @@ class _Sample:
             if bound in (math.inf, -math.inf):
                 continue
             excess = sign * (values - float(bound))
-            if not isinstance(self.law, ExpressionLaw):
+            if not isinstance(self.law, ExpressionNonlinearity):
                 excess -= _ROUNDING * (np.abs(values) + abs(float(bound))) + noise
             i = self._worst(excess, partial(self._beyond, combination=combination, sign=sign, limit=Fraction(bound)))
             if i is None:
@@ -128,7 +131,7 @@ class _Sample:
         """Compare the values with those at the mirrored points."""
         mirrored = np.asarray(self.law(-self.x), dtype=float)
         excess = np.abs(self.phi + mirrored)
-        if not isinstance(self.law, ExpressionLaw):
+        if not isinstance(self.law, ExpressionNonlinearity):
             excess -= _ROUNDING * (np.abs(self.phi) + np.abs(mirrored)) + 2 * self.noise
         excess[np.isnan(excess)] = math.inf
         i = self._worst(excess, lambda i: bool(self._ball(self.x[i]) + self._ball(-self.x[i]) != 0))
@@ -142,7 +145,7 @@ class _Sample:
         """The point of largest excess, if it is positive and, for a formula, certain."""
         suspects = np.flatnonzero(excess > 0)
         suspects = suspects[np.argsort(-excess[suspects])]
-        if not isinstance(self.law, ExpressionLaw):
+        if not isinstance(self.law, ExpressionNonlinearity):
             return int(suspects[0]) if len(suspects) else None
         spread = suspects[np.unique(np.linspace(0, len(suspects) - 1, _SUSPECTS).astype(int))] if len(suspects) else []
         return next((int(i) for i in spread if certain(int(i))), None)
@@ -162,6 +165,6 @@ class _Sample:
     def _ball(self, x: float) -> arb:
         import flint
 
-        assert isinstance(self.law, ExpressionLaw), "only formulas have enclosures"
+        assert isinstance(self.law, ExpressionNonlinearity), "only formulas have enclosures"
         with flint.ctx.workprec(_BITS):
             return self.law.expression.ball(sigma=flint.arb(float(x)))

@@ -163,7 +163,7 @@ VARIABLE = "sigma"
 
 
 @dataclass(frozen=True, slots=True)
-class ExpressionLaw:
+class ExpressionNonlinearity:
     r"""``phi(sigma)`` as text, read by the whitelist parser; the author may vouch for its sector and slope.
 
     What is declared stays declared: :func:`lure.nonlinearities.properties` calls it checked only for a formula that
@@ -196,7 +196,8 @@ class ExpressionLaw:
 
     Examples
     --------
-    >>> law = ExpressionLaw("sigma/(1 + abs(sigma))", sector=Sector(0, 1), slope_bounds=SlopeBounds(0, 1), odd=True)
+    >>> bounds = {"sector": Sector(0, 1), "slope_bounds": SlopeBounds(0, 1), "odd": True}
+    >>> law = ExpressionNonlinearity("sigma/(1 + abs(sigma))", **bounds)
     >>> print(law, law.sector, law([-1.0, 3.0]))
     sigma/(1 + abs(sigma)) [0, 1] [-0.5   0.75]
     """
@@ -222,15 +223,17 @@ class ExpressionLaw:
         locally_lipschitz: bool = False,
     ) -> None:
         if not isinstance(text, str):
-            raise InputError(f"ExpressionLaw.text is {text!r:.60}; give a formula in sigma as text")
+            raise InputError(f"ExpressionNonlinearity.text is {text!r:.60}; give a formula in sigma as text")
         if sector is not None and not isinstance(sector, Sector):
-            raise InputError(f"ExpressionLaw.sector is {sector!r:.60}; declare a Sector")
+            raise InputError(f"ExpressionNonlinearity.sector is {sector!r:.60}; declare a Sector")
         if slope_bounds is not None and not isinstance(slope_bounds, SlopeBounds):
-            raise InputError(f"ExpressionLaw.slope_bounds is {slope_bounds!r:.60}; declare SlopeBounds, or None")
+            raise InputError(
+                f"ExpressionNonlinearity.slope_bounds is {slope_bounds!r:.60}; declare SlopeBounds, or None"
+            )
         for name, value in (("odd", odd), ("locally_lipschitz", locally_lipschitz)):
             if not isinstance(value, bool):
-                raise InputError(f"ExpressionLaw.{name} is {value!r:.60}; declare True or False")
-        expression = Expression.parse(text, variables=(VARIABLE,), field="ExpressionLaw.text")
+                raise InputError(f"ExpressionNonlinearity.{name} is {value!r:.60}; declare True or False")
+        expression = Expression.parse(text, variables=(VARIABLE,), field="ExpressionNonlinearity.text")
         _demand_zero(expression)
         graph = piecewise_linear_graph(expression, VARIABLE)
         if sector is None and graph is not None and not graph.is_line:
@@ -343,11 +346,11 @@ def _demand_zero(expression: Expression) -> None:
             found = f"phi(0) = {float(enclosure.mid()):.6g}; a law must vanish at 0"
         else:
             found = "a phi(0) that cannot be shown to be 0; write the formula so that it visibly is"
-        raise InputError(f"ExpressionLaw {expression.source[:60]!r} has {found}") from None
+        raise InputError(f"ExpressionNonlinearity {expression.source[:60]!r} has {found}") from None
     if value != 0:
         raise InputError(
-            f"ExpressionLaw {expression.source[:60]!r} has phi(0) = {float(value):.6g}; a law must vanish at 0: "
-            "measure sigma and phi from the equilibrium"
+            f"ExpressionNonlinearity {expression.source[:60]!r} has phi(0) = {float(value):.6g}; a law must vanish at "
+            "0: measure sigma and phi from the equilibrium"
         )
 
 

@@ -151,7 +151,7 @@ class Graph:
 # Piecewise linear laws: saturation, relay with slope, dead zone and rectifiers.
 
 
-class GraphLaw:
+class GraphNonlinearity:
     """What laws with a piecewise linear graph share; each sets ``graph`` when it is made and overrides nothing."""
 
     __slots__ = ()
@@ -216,7 +216,7 @@ class GraphLaw:
 
 
 @dataclass(frozen=True, slots=True)
-class Saturation(GraphLaw):
+class Saturation(GraphNonlinearity):
     r"""Saturation, ``phi(sigma) = min(max(gain sigma, lower_limit), limit)``; sector and slope ``[0, gain]``.
 
     Parameters
@@ -290,7 +290,7 @@ IDEAL_RELAY = (
 
 
 @dataclass(frozen=True, slots=True)
-class DeadZone(GraphLaw):
+class DeadZone(GraphNonlinearity):
     r"""Dead zone: 0 for ``|sigma| <= width``, then ``gain (|sigma| - width)`` with the sign of ``sigma``.
 
     Sector and slope ``[0, gain]``; the upper bound of the sector is approached as ``|sigma| -> inf``, never attained.
@@ -327,7 +327,7 @@ class DeadZone(GraphLaw):
 
 
 @dataclass(frozen=True, slots=True)
-class ReLU(GraphLaw):
+class ReLU(GraphNonlinearity):
     """Rectifier, ``phi(sigma) = gain max(sigma, 0)``; sector and slope ``[0, gain]``, not odd.
 
     Parameters
@@ -353,7 +353,7 @@ class ReLU(GraphLaw):
 
 
 @dataclass(frozen=True, slots=True)
-class LeakyReLU(GraphLaw):
+class LeakyReLU(GraphNonlinearity):
     """Two slopes that meet at 0; sector and slope bounds are the two, in order, and the law is not odd.
 
     Parameters
@@ -396,7 +396,7 @@ def bent(graph: Graph, name: str) -> Graph:
 
 
 @dataclass(frozen=True, slots=True)
-class PiecewiseLinear(GraphLaw):
+class PiecewiseLinear(GraphNonlinearity):
     r"""The continuous law through a table of points, straight between and outside them.
 
     Sector and slope bounds are the tightest and exact: between the points, 0 and infinity the chord slope

@@ -7,14 +7,14 @@ from enum import Enum
 from fractions import Fraction
 from typing import Any, Generic, TypeVar
 
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError
 from lure.nonlinearities.base import number_text
-from lure.nonlinearities.formula import ExpressionLaw
+from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.piecewise_linear import DeadZone, Graph, LeakyReLU, PiecewiseLinear, ReLU, Saturation
 from lure.nonlinearities.protocol import Nonlinearity, NormalCompliance
 from lure.nonlinearities.quantiser import Quantiser
-from lure.nonlinearities.shifted import ShiftedLaw
+from lure.nonlinearities.shifted import ShiftedNonlinearity
 from lure.nonlinearities.smooth import Cubic, Tanh
 from lure.record import html_table, plain
 
@@ -106,13 +106,13 @@ def properties(law: Nonlinearity) -> Properties:
 
     Examples
     --------
-    >>> from lure import ExpressionLaw, Saturation
+    >>> from lure import ExpressionNonlinearity, Saturation
     >>> print(properties(Saturation(gain=2)).sector)
     [0, 2] (checked: exact, read off the points and the slopes outside them)
-    >>> print(properties(ExpressionLaw("tanh(sigma)", sector=Sector(0, 1))).sector)
+    >>> print(properties(ExpressionNonlinearity("tanh(sigma)", sector=Sector(0, 1))).sector)
     [0, 1] (declared: the word of the law's author)
     """
-    if type(law) is ShiftedLaw:
+    if type(law) is ShiftedNonlinearity:
         inner, note = properties(law.law), f"; shifted by {number_text(law.gain)}"
         return Properties(
             sector=Property(value=law.sector, provenance=inner.sector.provenance, how=inner.sector.how + note),
@@ -122,16 +122,16 @@ def properties(law: Nonlinearity) -> Properties:
             odd=inner.odd,
             regularity=inner.regularity,
         )
-    if type(law) is ExpressionLaw and law.graph is not None:
+    if type(law) is ExpressionNonlinearity and law.graph is not None:
         _compare(law, law.graph)
         return _all(law, Provenance.CHECKED, "the formula is piecewise linear: " + _FROM_POINTS)
-    if type(law) is ExpressionLaw:
+    if type(law) is ExpressionNonlinearity:
         return _of_formula(law)
     proof = _PROOFS.get(type(law))
     return _all(law, Provenance.DECLARED, _WORD) if proof is None else _all(law, Provenance.CHECKED, proof)
 
 
-def law_class(law: Nonlinearity) -> LawClass:
+def law_class(law: Nonlinearity) -> NonlinearityClass:
     """The smallest class of laws known to contain this one: a theorem for the class is one for the law.
 
     Parameters
@@ -156,7 +156,7 @@ def law_class(law: Nonlinearity) -> LawClass:
     sector, slope = known.sector.value, known.slope_bounds.value
     if slope is not None:
         sector = Sector(max(sector.lower, slope.lower), min(sector.upper, slope.upper))
-    return LawClass(sector=sector, slope=slope, odd=known.odd.value)
+    return NonlinearityClass(sector=sector, slope=slope, odd=known.odd.value)
 
 
 def _all(law: Nonlinearity, provenance: Provenance, how: str) -> Properties:
@@ -179,7 +179,7 @@ def _all(law: Nonlinearity, provenance: Provenance, how: str) -> Properties:
     )
 
 
-def _of_formula(law: ExpressionLaw) -> Properties:
+def _of_formula(law: ExpressionNonlinearity) -> Properties:
     """What is declared of a formula, with the regularity that its form shows."""
     declared = _all(law, Provenance.DECLARED, _WORD)
     visible = law.visibly_lipschitz or not law.locally_lipschitz
@@ -189,7 +189,7 @@ def _of_formula(law: ExpressionLaw) -> Properties:
     return replace(declared, regularity=Property(value=law.regularity, provenance=Provenance.CHECKED, how=how))
 
 
-def _compare(law: ExpressionLaw, graph: Graph) -> None:
+def _compare(law: ExpressionNonlinearity, graph: Graph) -> None:
     """Refuse what is declared of a formula whose exact graph contradicts it."""
     sector, slope = law.sector, law.slope_bounds
     for chord, where in graph.chords:
@@ -205,7 +205,7 @@ def _compare(law: ExpressionLaw, graph: Graph) -> None:
 
 
 def _inside(
-    law: ExpressionLaw, words: tuple[str, str, str], value: Fraction, bounds: Sector | SlopeBounds | None
+    law: ExpressionNonlinearity, words: tuple[str, str, str], value: Fraction, bounds: Sector | SlopeBounds | None
 ) -> None:
     if bounds is not None and not bounds.lower <= value <= bounds.upper:
         declared, quantity, where = words

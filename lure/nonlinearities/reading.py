@@ -15,7 +15,7 @@ from typing import Any, TypeVar, cast
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.nonlinearities.base import exact_parameter
-from lure.nonlinearities.formula import ExpressionLaw
+from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.piecewise_linear import (
     IDEAL_RELAY,
     DeadZone,
@@ -44,13 +44,13 @@ class _Kind:
         self.aliases = dict(pair.split("=") for pair in aliases.split())
 
 
-def _expression(expression: object, **values: object) -> ExpressionLaw:
+def _expression(expression: object, **values: object) -> ExpressionNonlinearity:
     bounds: dict[str, object] = {}
     if "sector" in values:
         bounds["sector"] = _bounds(values.pop("sector"), "sector", Sector)
     if "slope" in values:
         bounds["slope_bounds"] = _bounds(values.pop("slope"), "slope", SlopeBounds)
-    return ExpressionLaw(expression, **values, **bounds)  # type: ignore[arg-type]  # it checks them
+    return ExpressionNonlinearity(expression, **values, **bounds)  # type: ignore[arg-type]  # it checks them
 
 
 def _through_points(name: str, **values: object) -> PiecewiseLinear:
@@ -208,12 +208,12 @@ def _bound(value: object, name: str) -> float | Fraction:
 
 
 _WANTED = (
-    "a law says in which sector it lies: give one of lure.nonlinearities, or ExpressionLaw('sigma/(1 + abs(sigma))', "
-    "sector=Sector(0, 1))"
+    "a law says in which sector it lies: give one of lure.nonlinearities, or "
+    "ExpressionNonlinearity('sigma/(1 + abs(sigma))', sector=Sector(0, 1))"
 )
 
 
-def as_law(source: object) -> Nonlinearity:
+def as_nonlinearity(source: object) -> Nonlinearity:
     """The law that ``source`` describes.
 
     Parameters
@@ -230,7 +230,7 @@ def as_law(source: object) -> Nonlinearity:
     Examples
     --------
     >>> import control
-    >>> print(as_law(control.saturation_nonlinearity(2)))
+    >>> print(as_nonlinearity(control.saturation_nonlinearity(2)))
     saturation min(max(sigma, -2), 2)
     """
     if hasattr(source, "sector") and callable(source):

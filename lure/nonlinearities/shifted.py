@@ -8,16 +8,16 @@ from fractions import Fraction
 from typing import Any
 
 from lure.arrays import ArrayLike, NDArray, np
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.exact import Exact, exact_number
 from lure.nonlinearities.base import Law, number_text
-from lure.nonlinearities.piecewise_linear import GraphLaw, PiecewiseLinear
+from lure.nonlinearities.piecewise_linear import GraphNonlinearity, PiecewiseLinear
 from lure.nonlinearities.protocol import Nonlinearity
 from lure.nonlinearities.smooth import Cubic
 
 
 @dataclass(frozen=True, slots=True)
-class ShiftedLaw:
+class ShiftedNonlinearity:
     """``phi(sigma) - gain sigma`` of another law; made by :func:`shifted_law`.
 
     Attributes
@@ -109,8 +109,8 @@ def shifted_law(law: Nonlinearity, gain: Exact) -> Nonlinearity:
     Returns
     -------
     Nonlinearity
-        A law of the library where there is one (``PiecewiseLinear``, ``Cubic``), else a :class:`ShiftedLaw`; the law
-        itself for ``gain = 0``.
+        A law of the library where there is one (``PiecewiseLinear``, ``Cubic``), else a
+        :class:`ShiftedNonlinearity`; the law itself for ``gain = 0``.
 
     Raises
     ------
@@ -126,23 +126,23 @@ def shifted_law(law: Nonlinearity, gain: Exact) -> Nonlinearity:
     g = exact_number(gain, "shifted_law: gain")
     if g == 0:
         return law
-    if isinstance(law, GraphLaw):
+    if isinstance(law, GraphNonlinearity):
         moved = law.graph.shifted(g)
         points = list(zip(moved.knots, moved.values, strict=True))
         return PiecewiseLinear(points, left_slope=moved.slopes[0], right_slope=moved.slopes[-1])
     if type(law) is Cubic:
         return Cubic(linear=law.linear - g, cubic=law.cubic)
-    if type(law) is ShiftedLaw:
-        return law.law if law.gain + g == 0 else ShiftedLaw(law.law, law.gain + g)
-    return ShiftedLaw(law, g)
+    if type(law) is ShiftedNonlinearity:
+        return law.law if law.gain + g == 0 else ShiftedNonlinearity(law.law, law.gain + g)
+    return ShiftedNonlinearity(law, g)
 
 
-def shifted_class(law_class: LawClass, gain: Fraction) -> LawClass:
+def shifted_class(law_class: NonlinearityClass, gain: Fraction) -> NonlinearityClass:
     """The class of all ``phi(sigma) - gain sigma``; parity and time dependence stay.
 
     Parameters
     ----------
-    law_class : LawClass
+    law_class : NonlinearityClass
         The class of ``phi``.
     gain : Fraction
         What is subtracted.

@@ -1,5 +1,5 @@
 from lure.plants.conversion import AnyBlock as AnyBlock
-from lure.plants.conversion import as_block as as_block
+from lure.plants.conversion import as_plant as as_plant
 from lure.plants.matrices import rational_block as rational_block
 from lure.plants.text import coefficients as coefficients
 from lure.plants.text import parse_transfer as parse_transfer

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 
-class Block(Protocol):
+class Plant(Protocol):
     """Anything with a scalar transfer function from ``mu`` to ``sigma``."""
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:

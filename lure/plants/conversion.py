@@ -13,24 +13,24 @@ from typing import Literal, cast
 
 from lure.errors import InputError
 from lure.plants.block import LinearBlock
-from lure.plants.delay import DelayBlock
+from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.matrices import MAX_EXACT_STATES, float_block, rational_block
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 from lure.plants.realisation import Names, names_of
-from lure.plants.state_space import MAX_STATES, StateSpaceBlock
+from lure.plants.state_space import MAX_STATES, StateSpace
 from lure.plants.text import coefficients, parse_transfer, polynomial_of_roots, sampling_time
 
 # The exact block behind whatever a user has, for what can only be done exactly.
 
 
-def exact_block(source: object, what: str) -> RationalBlock:
+def exact_block(source: object, what: str) -> RationalPlant:
     """The rational block that ``source`` describes.
 
     Parameters
     ----------
     source : object
-        Whatever :func:`lure.as_block` takes.
+        Whatever :func:`lure.as_plant` takes.
     what : str
         What needs it, for the error.
 
@@ -45,8 +45,8 @@ def exact_block(source: object, what: str) -> RationalBlock:
     >>> print(exact_block(control.tf([1], [1, 1]), "this"))
     1 / (s + 1)
     """
-    found = as_block(source)
-    if not isinstance(found, RationalBlock):
+    found = as_plant(source)
+    if not isinstance(found, RationalPlant):
         raise InputError(
             f"{what} needs exact coefficients, and a {type(found).__name__} has none; give coefficients, matrices of "
             "up to 60 states, or a formula without dead time"
@@ -54,30 +54,30 @@ def exact_block(source: object, what: str) -> RationalBlock:
     return found
 
 
-AnyBlock = RationalBlock | StateSpaceBlock | DelayBlock | FrequencyData
-"""Every kind of block that :func:`lure.as_block` returns."""
+AnyBlock = RationalPlant | StateSpace | DelayPlant | FrequencyData
+"""Every kind of block that :func:`lure.as_plant` returns."""
 
 Step = Fraction | Literal[True] | None
 _EXPONENTIAL = re.compile(r"\bexp\s*\(")
 _WANTED = (
     "give coefficients (num, den), matrices (A, B, C), a text such as '1/(s*(s+1))', a system of python-control or "
-    "scipy.signal, or a RationalBlock"
+    "scipy.signal, or a RationalPlant"
 )
 _PAIR = "a block has one input and one output; choose a pair, e.g. sys[0, 0]"
 
 
-def as_block(source: object, *, dt: object = None) -> AnyBlock:
+def as_plant(source: object, *, dt: object = None) -> AnyBlock:
     """The linear block that ``source`` describes, exact wherever it can be.
 
     Parameters
     ----------
     source : object
-        - a ``RationalBlock``, ``StateSpaceBlock``, ``FrequencyData`` or ``DelayBlock``: returned as it is;
+        - a ``RationalPlant``, ``StateSpace``, ``FrequencyData`` or ``DelayPlant``: returned as it is;
         - ``(num, den)``: lists or texts of coefficients, highest power first;
         - ``(A, B, C)`` or ``(A, B, C, D)``: ints, Fractions, floats, texts; nested lists or arrays;
-        - a formula: ``"1/(s*(s+1))"``, ``"z/(z-0.5)"``; with ``exp(-T*s)`` it becomes a ``DelayBlock``;
+        - a formula: ``"1/(s*(s+1))"``, ``"z/(z-0.5)"``; with ``exp(-T*s)`` it becomes a ``DelayPlant``;
         - ``control.TransferFunction``, ``StateSpace``, ``FrequencyResponseData``; ``scipy.signal`` ``lti``, ``dlti``;
-        - a ``LinearBlock``, from ``mu`` to ``sigma``.
+        - a ``LinearPlant``, from ``mu`` to ``sigma``.
 
         A float is the double it is.
     dt : None, 0, True or number
@@ -86,9 +86,9 @@ def as_block(source: object, *, dt: object = None) -> AnyBlock:
 
     Returns
     -------
-    RationalBlock, StateSpaceBlock, DelayBlock or FrequencyData
-        Matrices of up to 60 states become an exact ``RationalBlock``, which keeps them and their names in ``matrices``,
-        larger ones a ``StateSpaceBlock`` in floating point.  ``FrequencyData`` can never carry a certificate.
+    RationalPlant, StateSpace, DelayPlant or FrequencyData
+        Matrices of up to 60 states become an exact ``RationalPlant``, which keeps them and their names in ``matrices``,
+        larger ones a ``StateSpace`` in floating point.  ``FrequencyData`` can never carry a certificate.
 
     Raises
     ------
@@ -99,18 +99,18 @@ def as_block(source: object, *, dt: object = None) -> AnyBlock:
     Notes
     -----
     No realisation is reduced: a factor common to numerator and denominator, or a mode that the input does not reach or
-    the output does not see, stays in the ``RationalBlock``.  Poles and zeros given as numbers (``ZerosPolesGain``) are
+    the output does not see, stays in the ``RationalPlant``.  Poles and zeros given as numbers (``ZerosPolesGain``) are
     multiplied out exactly; complex ones must come in conjugate pairs.
 
     Examples
     --------
-    >>> print(as_block(("1", "1 3 2 0")))
+    >>> print(as_plant(("1", "1 3 2 0")))
     1 / (s^3 + 3 s^2 + 2 s)
-    >>> print(as_block(([[0, 1], [-2, -3]], [0, 1], [1, 0])))
+    >>> print(as_plant(([[0, 1], [-2, -3]], [0, 1], [1, 0])))
     1 / (s^2 + 3 s + 2)
     """
-    if isinstance(source, RationalBlock | StateSpaceBlock | DelayBlock | FrequencyData):
-        own = None if isinstance(source, DelayBlock) else source.dt
+    if isinstance(source, RationalPlant | StateSpace | DelayPlant | FrequencyData):
+        own = None if isinstance(source, DelayPlant) else source.dt
         sampling_time(dt, 0 if own is None else own, name="the block")
         return source
     if isinstance(source, LinearBlock):
@@ -135,20 +135,20 @@ def as_block(source: object, *, dt: object = None) -> AnyBlock:
     raise InputError(f"{reprlib.repr(source)} is no linear block; {_WANTED}")
 
 
-def _from_text(text: str, dt: object) -> RationalBlock | DelayBlock:
+def _from_text(text: str, dt: object) -> RationalPlant | DelayPlant:
     if not _EXPONENTIAL.search(text):
         return parse_transfer(text, dt=dt)
     if sampling_time(dt) is not None:
         raise InputError("transfer: exp(-T*s) is a dead time in continuous time; write z**-n in discrete time")
-    found = DelayBlock.parse(text.replace("^", "**"))
+    found = DelayPlant.parse(text.replace("^", "**"))
     return found.delayless or found
 
 
-def _from_parts(parts: Sequence[object], dt: object) -> RationalBlock | StateSpaceBlock:
+def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpace:
     """``(num, den)`` or ``(A, B, C[, D])``."""
     if len(parts) == 2:
         top, bottom = (coefficients(part, name) for part, name in zip(parts, ("numerator", "denominator"), strict=True))
-        return RationalBlock(top, bottom, sampling_time(dt))
+        return RationalPlant(top, bottom, sampling_time(dt))
     if len(parts) not in (3, 4):
         raise InputError(f"a system of {len(parts)} parts is unknown; give (num, den) or (A, B, C) or (A, B, C, D)")
     if isinstance(parts[0], str):
@@ -156,7 +156,7 @@ def _from_parts(parts: Sequence[object], dt: object) -> RationalBlock | StateSpa
     return _from_matrices(parts, sampling_time(dt))
 
 
-def _from_matrices(parts: Sequence[object], dt: Step, names: Names | None = None) -> RationalBlock | StateSpaceBlock:
+def _from_matrices(parts: Sequence[object], dt: Step, names: Names | None = None) -> RationalPlant | StateSpace:
     A, B, C = parts[:3]
     D = parts[3] if len(parts) == 4 else None
     states = A.shape[0] if hasattr(A, "shape") and A.shape else len(A) if isinstance(A, Sequence) else 1
@@ -167,12 +167,10 @@ def _from_matrices(parts: Sequence[object], dt: Step, names: Names | None = None
     found = rational_block(A, B, C, D, dt=dt)
     if names is None or found.matrices is None:
         return found
-    return RationalBlock(found.numerator, found.denominator, dt, matrices=replace(found.matrices, names=names))
+    return RationalPlant(found.numerator, found.denominator, dt, matrices=replace(found.matrices, names=names))
 
 
-def _from_control(
-    control: ModuleType, source: object, dt: object
-) -> RationalBlock | StateSpaceBlock | FrequencyData | None:
+def _from_control(control: ModuleType, source: object, dt: object) -> RationalPlant | StateSpace | FrequencyData | None:
     if not isinstance(source, control.InputOutputSystem):
         return None
     if not isinstance(source, control.FrequencyResponseData | control.TransferFunction | control.StateSpace):
@@ -188,12 +186,12 @@ def _from_control(
     if isinstance(source, control.TransferFunction):
         step = sampling_time(dt, source.dt, name="the system")
         top, bottom = source.num_list[0][0], source.den_list[0][0]
-        return RationalBlock(coefficients(top, "numerator"), coefficients(bottom, "denominator"), step)
+        return RationalPlant(coefficients(top, "numerator"), coefficients(bottom, "denominator"), step)
     step = sampling_time(dt, source.dt, name="the system")
     return _from_matrices((source.A, source.B, source.C, source.D), step, names_of(source))
 
 
-def _from_scipy(signal: ModuleType, source: object, dt: object) -> RationalBlock | StateSpaceBlock | None:
+def _from_scipy(signal: ModuleType, source: object, dt: object) -> RationalPlant | StateSpace | None:
     if not isinstance(source, signal.lti | signal.dlti):
         return None
     own = 0 if isinstance(source, signal.lti) else source.dt
@@ -203,7 +201,7 @@ def _from_scipy(signal: ModuleType, source: object, dt: object) -> RationalBlock
     if isinstance(source, signal.ZerosPolesGain):
         top = polynomial_of_roots(source.zeros, "zeros")
         gain = coefficients([source.gain], "gain")[0]
-        return RationalBlock([gain * c for c in top], polynomial_of_roots(source.poles, "poles"), step)
+        return RationalPlant([gain * c for c in top], polynomial_of_roots(source.poles, "poles"), step)
     if getattr(source.num, "ndim", 1) > 1:
         raise InputError(f"the system has {len(source.num)} outputs: {_PAIR}")
-    return RationalBlock(coefficients(source.num, "numerator"), coefficients(source.den, "denominator"), step)
+    return RationalPlant(coefficients(source.num, "numerator"), coefficients(source.den, "denominator"), step)

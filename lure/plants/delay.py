@@ -11,7 +11,7 @@ from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.expressions.parser import parse
 from lure.expressions.tree import Node, Number, Variable
-from lure.plants.rational import RationalBlock, polynomial_text
+from lure.plants.rational import RationalPlant, polynomial_text
 from lure.record import html_table
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ Polynomial = tuple[Fraction, ...]  # ascending powers, no trailing zero
 
 
 @dataclass(frozen=True, slots=True)
-class DelayBlock:
+class DelayPlant:
     r"""A block ``H(s) = sum_j n_j(s) exp(-s T_j) / d(s)`` in continuous time, all coefficients and delays exact.
 
     Every ``n_j/d`` is proper.  Delays in the denominator (a delayed feedback inside the block) are not covered.
@@ -41,7 +41,7 @@ class DelayBlock:
 
     Examples
     --------
-    >>> block = DelayBlock.parse("exp(-s/2)/(s + 1)")
+    >>> block = DelayPlant.parse("exp(-s/2)/(s + 1)")
     >>> print(block)
     exp(-0.5 s) / (s + 1)
     """
@@ -51,16 +51,16 @@ class DelayBlock:
 
     def __init__(self, terms: Mapping[Fraction, tuple[Fraction, ...]], denominator: tuple[Fraction, ...]) -> None:
         if any(delay < 0 for delay in terms):
-            raise InputError(f"DelayBlock has the delay {float(min(terms)):g} s, which foresees; give delays >= 0")
-        blocks = {delay: RationalBlock(top, denominator) for delay, top in sorted(terms.items())}
+            raise InputError(f"DelayPlant has the delay {float(min(terms)):g} s, which foresees; give delays >= 0")
+        blocks = {delay: RationalPlant(top, denominator) for delay, top in sorted(terms.items())}
         kept = tuple((delay, block.numerator) for delay, block in blocks.items() if any(block.numerator))
         if not kept:
-            raise InputError("DelayBlock is zero; give a transfer function that is not")
+            raise InputError("DelayPlant is zero; give a transfer function that is not")
         object.__setattr__(self, "terms", kept)
         object.__setattr__(self, "denominator", next(iter(blocks.values())).denominator)
 
     @classmethod
-    def parse(cls, text: str, *, field: str = "transfer") -> DelayBlock:
+    def parse(cls, text: str, *, field: str = "transfer") -> DelayPlant:
         """Read a formula in ``s`` such as ``exp(-0.3*s)/(s*(s+1)) + 2/(s+3)``.
 
         Parameters
@@ -79,17 +79,17 @@ class DelayBlock:
         return cls({delay: tuple(reversed(p)) for delay, p in top.items()}, tuple(reversed(bottom)))
 
     @property
-    def delayless(self) -> RationalBlock | None:
+    def delayless(self) -> RationalPlant | None:
         """The same block without the type, if no delay is left in it."""
         if len(self.terms) == 1 and self.terms[0][0] == 0:
-            return RationalBlock(self.terms[0][1], self.denominator)
+            return RationalPlant(self.terms[0][1], self.denominator)
         return None
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H(s)``, elementwise, in floating point; not finite at a pole."""
         points = np.asarray(s, dtype=complex)
         parts = [
-            RationalBlock(top, self.denominator).transfer(points) * np.exp(-float(delay) * points)
+            RationalPlant(top, self.denominator).transfer(points) * np.exp(-float(delay) * points)
             for delay, top in self.terms
         ]
         return np.asarray(sum(parts))

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Literal, cast
 
 from lure.arrays import is_array, np
 from lure.errors import InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 from lure.plants.realisation import Realisation, Row
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpace
 from lure.plants.text import exact_coefficient
 
 if TYPE_CHECKING:
@@ -28,13 +28,13 @@ def rational_block(
     D: object = None,
     *,
     dt: int | float | Fraction | None = None,
-) -> RationalBlock:
+) -> RationalPlant:
     r"""The exact block of ``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x[k+1] = ...``), of any order up to 1000.
 
     .. math:: H(s) = D + \frac{\det(sI - A + BC) - \det(sI - A)}{\det(sI - A)}
 
     Modes that ``B`` does not reach or ``C`` does not see stay as factors of numerator and denominator.  The matrices
-    themselves stay with the block, exactly, as :attr:`lure.plants.rational.RationalBlock.matrices`.
+    themselves stay with the block, exactly, as :attr:`lure.plants.rational.RationalPlant.matrices`.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def rational_block(
             raise InputError(
                 "the system is empty: it has no states and no feedthrough; give matrices of order 1 or more"
             )
-        return RationalBlock([direct], [1], dt)
+        return RationalPlant([direct], [1], dt)
     scale = math.lcm(*(v.denominator for row in state for v in row))
     outer = [[b * c for c in output] for b in input_]
     scale = math.lcm(scale, *(v.denominator for row in outer for v in row))
@@ -76,7 +76,7 @@ def rational_block(
     open_, closed = (_monic(_integers(rows, scale), scale) for rows in (state, changed))
     top = [c - o + direct * o for c, o in zip(closed, open_, strict=True)]
     matrices = Realisation(tuple(state), input_, output, direct)
-    return RationalBlock(top, open_, dt, matrices=matrices)
+    return RationalPlant(top, open_, dt, matrices=matrices)
 
 
 def checked_matrices(A: object, B: object, C: object, D: object) -> tuple[list[Row], Row, Row, Fraction]:
@@ -102,7 +102,7 @@ def float_block(
     D: object = None,
     *,
     dt: Fraction | Literal[True] | None = None,
-) -> StateSpaceBlock:
+) -> StateSpace:
     """The block of the same matrices in floating point.
 
     Parameters
@@ -127,7 +127,7 @@ def float_block(
         exact, input_, output, direct = checked_matrices(dense, B, C, D)
         state = np.array(exact, dtype=float)
     step = cast("Fraction | None", dt)  # True is taken too, and kept as a Fraction
-    return StateSpaceBlock(state, np.array(input_, dtype=float), np.array(output, dtype=float), float(direct), step)
+    return StateSpace(state, np.array(input_, dtype=float), np.array(output, dtype=float), float(direct), step)
 
 
 def _entries(D: object) -> list[Fraction]:

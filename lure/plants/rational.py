@@ -22,7 +22,7 @@ MAX_ORDER = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class RationalBlock:
+class RationalPlant:
     r"""A block ``sigma = H mu`` with ``H = numerator / denominator``, coefficients exact and in descending powers.
 
     The denominator is the characteristic polynomial of the system behind ``H``: a factor common to both is kept, as a
@@ -50,7 +50,7 @@ class RationalBlock:
 
     Examples
     --------
-    >>> block = RationalBlock([1], [1, 3, 2, 0])
+    >>> block = RationalPlant([1], [1, 3, 2, 0])
     >>> print(block, block.order)
     1 / (s^3 + 3 s^2 + 2 s) 3
     """
@@ -71,18 +71,18 @@ class RationalBlock:
     ) -> None:
         top, bottom = _coefficients(numerator, "numerator"), _coefficients(denominator, "denominator")
         if not bottom:
-            raise InputError("RationalBlock.denominator is zero; give its coefficients, highest power first")
+            raise InputError("RationalPlant.denominator is zero; give its coefficients, highest power first")
         if len(top) > len(bottom):
             raise InputError(
-                f"RationalBlock is improper: the numerator has degree {len(top) - 1}, the denominator "
+                f"RationalPlant is improper: the numerator has degree {len(top) - 1}, the denominator "
                 f"{len(bottom) - 1}; give a denominator of at least the numerator's degree"
             )
         if len(bottom) - 1 > MAX_ORDER:
-            raise InputError(f"RationalBlock has order {len(bottom) - 1}; exact polynomials stop at {MAX_ORDER}")
-        step = sampling_period(dt, "RationalBlock.dt")
+            raise InputError(f"RationalPlant has order {len(bottom) - 1}; exact polynomials stop at {MAX_ORDER}")
+        step = sampling_period(dt, "RationalPlant.dt")
         if matrices is not None and matrices.order != len(bottom) - 1:
             raise InputError(
-                f"RationalBlock.matrices have {matrices.order} states and the denominator has degree "
+                f"RationalPlant.matrices have {matrices.order} states and the denominator has degree "
                 f"{len(bottom) - 1}; give the matrices of this block"
             )
         lead = bottom[0]
@@ -274,9 +274,9 @@ def _coefficients(values: Sequence[Exact], name: str) -> list[Fraction]:
     try:
         listed = list(values)
     except TypeError:
-        raise InputError(f"RationalBlock.{name} is {values!r}; give a list of coefficients") from None
+        raise InputError(f"RationalPlant.{name} is {values!r}; give a list of coefficients") from None
     exact = [
-        value if isinstance(value, Fraction) else exact_number(value, f"RationalBlock.{name}[{i}]")
+        value if isinstance(value, Fraction) else exact_number(value, f"RationalPlant.{name}[{i}]")
         for i, value in enumerate(listed)
     ]
     while exact and exact[0] == 0:

@@ -13,7 +13,7 @@ from lure.errors import InputError
 if TYPE_CHECKING:
     import control
 
-    from lure.plants.rational import RationalBlock
+    from lure.plants.rational import RationalPlant
 
 Row = tuple[Fraction, ...]
 Doubles: TypeAlias = "tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]"
@@ -113,14 +113,14 @@ class Realisation:
         }
 
 
-def companion(block: RationalBlock) -> Realisation:
+def companion(block: RationalPlant) -> Realisation:
     """The controllable companion form: ``x = (y, y', ..., y^(n-1))`` with ``d(p) y = mu``, ``sigma = n(p) y``.
 
     Hidden modes are kept: they are unobservable in this form.
 
     Parameters
     ----------
-    block : RationalBlock
+    block : RationalPlant
         The block; matrices that it was given by are not looked at.
     """
     n, d = block.order, block.feedthrough

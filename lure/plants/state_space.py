@@ -110,12 +110,12 @@ _UNIT = sys.float_info.epsilon
 
 @by_value
 @dataclass(frozen=True, eq=False)
-class StateSpaceBlock:
+class StateSpace:
     r"""A block ``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x[k+1] = ...``) with ``H(s) = C (sI - A)^{-1} B + D``.
 
     In a loop ``mu = -phi(sigma)``, see :class:`lure.loop.Loop`.  The entries are doubles, each an exact number in a
-    certificate: classes are certified by matrix inequalities.  Up to order 60 :func:`lure.plants.as_block` gives the
-    exact :class:`lure.plants.rational.RationalBlock` instead.
+    certificate: classes are certified by matrix inequalities.  Up to order 60 :func:`lure.plants.as_plant` gives the
+    exact :class:`lure.plants.rational.RationalPlant` instead.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class StateSpaceBlock:
 
     Examples
     --------
-    >>> block = StateSpaceBlock([[0, 1], [-2, -3]], [0, 1], [1, 0])
+    >>> block = StateSpace([[0, 1], [-2, -3]], [0, 1], [1, 0])
     >>> block.transfer(1j)
     array(0.1-0.3j)
     """
@@ -156,13 +156,13 @@ class StateSpaceBlock:
         n = self.B.size
         if self.A.shape != (n, n) or self.B.shape != (n,) or self.C.shape != (n,) or np.ndim(self.D) or n == 0:
             shapes = f"A {self.A.shape}, B {self.B.shape}, C {self.C.shape}, D {np.shape(self.D)}"
-            raise InputError(f"StateSpaceBlock needs A (n, n), B (n,), C (n,) and a number D with n >= 1; got {shapes}")
+            raise InputError(f"StateSpace needs A (n, n), B (n,), C (n,) and a number D with n >= 1; got {shapes}")
         if n > MAX_STATES:
-            raise InputError(f"StateSpaceBlock has {n} states; dense matrices stop at {MAX_STATES}")
+            raise InputError(f"StateSpace has {n} states; dense matrices stop at {MAX_STATES}")
         object.__setattr__(self, "D", float(self.D))
         given: object = self.dt
         object.__setattr__(self, "any_period", given is True)
-        object.__setattr__(self, "dt", sampling_period(self.dt, "StateSpaceBlock.dt"))
+        object.__setattr__(self, "dt", sampling_period(self.dt, "StateSpace.dt"))
 
     @property
     def order(self) -> int:
@@ -272,8 +272,8 @@ def _frozen(values: ArrayLike, name: str) -> NDArray[np.float64]:
             raise TypeError(f"its entries are {array.dtype}")
         array = np.array(array, dtype=float)
     except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"StateSpaceBlock.{name} is not an array of real numbers ({error}); give numbers") from None
+        raise InputError(f"StateSpace.{name} is not an array of real numbers ({error}); give numbers") from None
     if not np.isfinite(array).all():
-        raise InputError(f"StateSpaceBlock.{name} has an entry that is not finite; give finite numbers")
+        raise InputError(f"StateSpace.{name} has an entry that is not finite; give finite numbers")
     array.setflags(write=False)
     return array

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.expressions.parser import Reader, Token
-from lure.plants.rational import MAX_ORDER, RationalBlock
+from lure.plants.rational import MAX_ORDER, RationalPlant
 
 if TYPE_CHECKING:
     from flint import fmpq_poly
@@ -263,7 +263,7 @@ _HINTS = {
 }
 
 
-def parse_transfer(text: str, *, dt: object = None, field: str = "transfer") -> RationalBlock:
+def parse_transfer(text: str, *, dt: object = None, field: str = "transfer") -> RationalPlant:
     r"""The rational block of a formula in ``s``, or in ``z`` for discrete time, with exact coefficients.
 
     A factor written in the numerator and the denominator of one fraction is kept, as a hidden mode:
@@ -308,7 +308,7 @@ def parse_transfer(text: str, *, dt: object = None, field: str = "transfer") -> 
     if "z" in names and said == 0:
         raise InputError(f"{field}: the formula is in z but dt = 0 asks for continuous time; write it in s")
     step = sampling_time(True if "z" in names and said is None else dt)
-    return RationalBlock(_descending(found.top), _descending(found.bottom), step)
+    return RationalPlant(_descending(found.top), _descending(found.bottom), step)
 
 
 @dataclass(frozen=True, slots=True)

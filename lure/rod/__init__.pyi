@@ -13,4 +13,4 @@ from lure.rod.scenario import matching as matching
 from lure.rod.systems import RodSystem as RodSystem
 from lure.rod.systems import builtin_system as builtin_system
 from lure.rod.systems import builtin_systems as builtin_systems
-from lure.rod.transfer import RodBlock as RodBlock
+from lure.rod.transfer import RodPlant as RodPlant

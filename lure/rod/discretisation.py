@@ -13,7 +13,7 @@ from lure.errors import InputError
 from lure.plants.block import LinearBlock
 from lure.record import by_value, html_table
 from lure.rod.parameters import Rod
-from lure.rod.transfer import RodBlock, ring_transfer
+from lure.rod.transfer import RodPlant, ring_transfer
 
 if TYPE_CHECKING:
     import control
@@ -266,7 +266,7 @@ class UpwindScheme:
             ``m`` for ``a < 0`` and ``m + 1/2`` for ``a > 0``, between ``-N`` and ``N``.
         """
         fraction = np.asarray(turns, dtype=float) / self.cells
-        growth = RodBlock(self.rod).log_reflection / (2 * self.cells)
+        growth = RodPlant(self.rod).log_reflection / (2 * self.cells)
         # sin(pi x) = sin(pi (1 - x)): exactly zero at x = 1, where the eigenvalue is real
         sine = np.copysign(np.sin(math.pi * np.minimum(abs(fraction), 1.0 - abs(fraction))), fraction)
         real = math.expm1(growth) * np.cos(math.pi * fraction) - 2.0 * np.sin(math.pi * fraction / 2.0) ** 2

@@ -14,7 +14,7 @@ from lure.errors import AssumptionError, InputError
 from lure.expressions import Expression
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 _PER_TRANSIT = 16
 _MOST = 20_000_000
@@ -251,7 +251,7 @@ def _round_trips(rod: Rod, times: NDArray[np.float64]) -> tuple[NDArray[np.float
 def _power(rod: Rod, n: NDArray[np.float64]) -> NDArray[np.float64]:
     """``(-a)^n``; for ``0 < -a`` through ``ln|a|``, which keeps its digits where ``-a`` is near one."""
     if rod.reflection < 0:
-        return np.exp(n * RodBlock(rod).log_reflection)
+        return np.exp(n * RodPlant(rod).log_reflection)
     return np.asarray((-rod.reflection) ** n)
 
 
@@ -259,7 +259,7 @@ def _series(rod: Rod, n: NDArray[np.float64]) -> NDArray[np.float64]:
     """``1 + (-a) + .. + (-a)^(n-1)``, with ``1 + a = 2k/(k + Z)``."""
     if rod.damping == 0:
         return n
-    missing = -np.expm1(n * RodBlock(rod).log_reflection) if rod.reflection < 0 else 1 - _power(rod, n)
+    missing = -np.expm1(n * RodPlant(rod).log_reflection) if rod.reflection < 0 else 1 - _power(rod, n)
     return np.asarray(missing / (2 * rod.damping * rod.input_gain))
 
 

@@ -41,7 +41,7 @@ def ring_transfer(
 
 @by_value
 @dataclass(frozen=True, eq=False)
-class RodBlock:
+class RodPlant:
     r"""The rod as a block from ``mu = -p`` [Pa] to ``sigma = z = u(t,L) - gap`` [m], with no discretisation.
 
     .. math:: H_\infty(s) = \frac{d}{s}\,\frac{1 - a e^{-2sT}}{1 + a e^{-2sT}},
@@ -88,7 +88,7 @@ class RodBlock:
             ``modes`` is less than 1.
         """
         if modes < 1:
-            raise InputError(f"RodBlock.poles was asked for {modes} modes; ask for at least 1")
+            raise InputError(f"RodPlant.poles was asked for {modes} modes; ask for at least 1")
         a, period = self.rod.reflection, 2.0 * self.rod.travel_time
         if a == 0.0:
             return np.empty(0, dtype=complex)

@@ -14,7 +14,7 @@ from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.second import recheck
 from lure.analysis.inequality.gains import hurwitz_largest
 from lure.errors import AssumptionError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 F = Fraction
 ratios = st.builds(F, st.integers(1, 40), st.integers(1, 20))
@@ -191,12 +191,12 @@ def test_the_circle_criterion_is_accepted_up_to_its_limit(share, b, n, j):
 @pytest.mark.parametrize(
     ("block", "limit", "theta", "reach"),
     [
-        (RationalBlock([1], [1, 3, 2, 0]), 6, F(3, 2), 30),
-        (RationalBlock([1], [1, 3, 3, 1]), 8, F(1), 30),
-        (RationalBlock([1], [1, 1, 1]), 3, None, 40),
-        (RationalBlock([1], [1, 3, 2, 0]), F(4, 3), None, 40),
-        (RationalBlock([1], [1, F(-1, 2)], 1), F(3, 2), None, 40),
-        (RationalBlock([1], [1, 0, 0], 1), 1, None, 25),
+        (RationalPlant([1], [1, 3, 2, 0]), 6, F(3, 2), 30),
+        (RationalPlant([1], [1, 3, 3, 1]), 8, F(1), 30),
+        (RationalPlant([1], [1, 1, 1]), 3, None, 40),
+        (RationalPlant([1], [1, 3, 2, 0]), F(4, 3), None, 40),
+        (RationalPlant([1], [1, F(-1, 2)], 1), F(3, 2), None, 40),
+        (RationalPlant([1], [1, 0, 0], 1), 1, None, 25),
     ],
     ids=str,
 )
@@ -231,7 +231,7 @@ def test_no_multiplier_passes_an_irrational_limit(top, poles, pair, j, data):
     )
     if not any(top):
         return
-    block = RationalBlock(top, list(bottom))
+    block = RationalPlant(top, list(bottom))
     high = hurwitz_largest(block).largest.high
     if not math.isfinite(high):
         return

@@ -11,7 +11,7 @@ import time
 import numpy as np
 import pytest
 
-from lure import DelayBlock, ExpressionLaw, FrequencyData, RationalBlock, Sector, SlopeBounds
+from lure import DelayPlant, ExpressionNonlinearity, FrequencyData, RationalPlant, Sector, SlopeBounds
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.codes import CODES, REGISTRY, code_for, find, nearest
 from lure.analysis.certificates.sealing import Failure, guarded
@@ -55,7 +55,7 @@ def test_the_advice_for_a_double_pole_asks_for_nothing_that_a_saturation_cannot_
     assert conditional.startswith("If phi(sigma)/sigma stays above a positive number, ")
     assert local.startswith("A saturation, ")
     with pytest.raises(AssumptionError, match="a class with a positive lower gain, if phi lies in one"):
-        popov_criterion(RationalBlock([1, 1], [1, 0, 0]), Sector(0, 1))
+        popov_criterion(RationalPlant([1, 1], [1, 0, 0]), Sector(0, 1))
 
 
 @pytest.mark.parametrize("text", ["LURE-I013", "lure-i013", "I013", "i13", "13", " 013 "])
@@ -119,22 +119,22 @@ TWO = SlopeBounds(0, 2)
     ("refusal", "code"),
     [
         # (s+1)/s^2: a double zero; -1/s: residue -1; s/(s(s+1)): a mode at 0 that cancels; 1/(s-1): unstable
-        (lambda: raised(popov_criterion, RationalBlock([1, 1], [1, 0, 0]), Sector(0, 1)), codes.DOUBLE_ZERO),
-        (lambda: raised(popov_criterion, RationalBlock([-1], [1, 0]), Sector(0, 1)), codes.RESIDUE),
-        (lambda: raised(popov_criterion, RationalBlock([1, 0], [1, 1, 0]), Sector(0, 1)), codes.HIDDEN_MODE),
-        (lambda: raised(circle_criterion, RationalBlock([1], [1, -1]), Sector(0, 2)), codes.UNSTABLE),
-        (lambda: raised(circle_criterion, RationalBlock([1], [1, 0, 1]), Sector(0, 2)), codes.UNSTABLE),
+        (lambda: raised(popov_criterion, RationalPlant([1, 1], [1, 0, 0]), Sector(0, 1)), codes.DOUBLE_ZERO),
+        (lambda: raised(popov_criterion, RationalPlant([-1], [1, 0]), Sector(0, 1)), codes.RESIDUE),
+        (lambda: raised(popov_criterion, RationalPlant([1, 0], [1, 1, 0]), Sector(0, 1)), codes.HIDDEN_MODE),
+        (lambda: raised(circle_criterion, RationalPlant([1], [1, -1]), Sector(0, 2)), codes.UNSTABLE),
+        (lambda: raised(circle_criterion, RationalPlant([1], [1, 0, 1]), Sector(0, 2)), codes.UNSTABLE),
         # H = -1/2 + ...: 1 + 2 H(inf) = 0
-        (lambda: raised(circle_criterion, RationalBlock([-1, 0], [2, 1]), Sector(0, 2)), codes.ILL_POSED),
+        (lambda: raised(circle_criterion, RationalPlant([-1, 0], [2, 1]), Sector(0, 2)), codes.ILL_POSED),
         (
-            lambda: raised(circle_criterion, RationalBlock([1], [1, 1]), Sector(-float("inf"), float("inf"))),
+            lambda: raised(circle_criterion, RationalPlant([1], [1, 1]), Sector(-float("inf"), float("inf"))),
             codes.NO_LOWER_END,
         ),
-        (lambda: raised(popov_criterion, RationalBlock([1], [1, 1]), Sector(-float("inf"), 0)), codes.NO_LOWER_END),
-        (lambda: raised(park_criterion, RationalBlock([1], [1, 3, 2, 0]), TWO), codes.CRITICAL),
-        (lambda: raised(zames_falb_criterion, RationalBlock([1], [1, 3, 2, 0]), TWO, odd=False), codes.CRITICAL),
-        (lambda: raised(tsypkin_criterion, RationalBlock([1], [1, -1], 1), TWO), codes.CRITICAL),
-        (lambda: raised(popov_criterion, RationalBlock([1], [1, 0.5], 1), Sector(0, 1)), codes.NOT_APPLICABLE),
+        (lambda: raised(popov_criterion, RationalPlant([1], [1, 1]), Sector(-float("inf"), 0)), codes.NO_LOWER_END),
+        (lambda: raised(park_criterion, RationalPlant([1], [1, 3, 2, 0]), TWO), codes.CRITICAL),
+        (lambda: raised(zames_falb_criterion, RationalPlant([1], [1, 3, 2, 0]), TWO, odd=False), codes.CRITICAL),
+        (lambda: raised(tsypkin_criterion, RationalPlant([1], [1, -1], 1), TWO), codes.CRITICAL),
+        (lambda: raised(popov_criterion, RationalPlant([1], [1, 0.5], 1), Sector(0, 1)), codes.NOT_APPLICABLE),
         (lambda: raised(delayed, "exp(-s)*s/(s+1)"), codes.DEAD_TIME),
         (lambda: raised(delayed, "exp(-s)/(s-1)"), codes.DEAD_TIME),
         (lambda: raised(declared), codes.FOREIGN_LAW),
@@ -150,13 +150,13 @@ def test_every_refusal_has_its_code(refusal, code):
 def delayed(text):
     from lure.analysis.theorems.dead_time import popov_largest
 
-    popov_largest(DelayBlock.parse(text))
+    popov_largest(DelayPlant.parse(text))
 
 
 def declared():
     from lure.nonlinearities import check_declared
 
-    check_declared(ExpressionLaw(text="sigma**3", sector=Sector(0, 2)))
+    check_declared(ExpressionNonlinearity(text="sigma**3", sector=Sector(0, 2)))
 
 
 def sampled():

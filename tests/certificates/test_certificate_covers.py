@@ -19,10 +19,10 @@ from lure.analysis.certificates.sealing import completed
 from lure.analysis.rod.questions import rod_largest
 from lure.analysis.theorems import dead_time as dead_time
 from lure.errors import AssumptionError
-from lure.plants.delay import DelayBlock
+from lure.plants.delay import DelayPlant
 from lure.rod.discretisation import upwind
 from lure.rod.systems import builtin_system
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 
 # exp(-s T)/(s + 1): the circle criterion reaches -1/inf Re H.
@@ -30,7 +30,7 @@ from lure.rod.transfer import RodBlock
     "text", ["exp(-s/2)/(s + 1)", "exp(-0.3*s)/(s*(s + 1))", "(1 + exp(-s))/(s + 2)^2", "2/(s + 3) + exp(-2*s)/(s + 1)"]
 )
 def test_blocks_with_dead_time_are_certified_by_covers(text):
-    block = DelayBlock.parse(text.replace("^", "**"))
+    block = DelayPlant.parse(text.replace("^", "**"))
     for largest in (dead_time.circle_largest, dead_time.popov_largest):
         try:
             answer = largest(block)
@@ -57,7 +57,7 @@ def test_the_scheme_of_the_rod_is_certified_by_structure(cells):
 
 
 def test_the_rod_itself_is_certified_by_its_energy():
-    block = RodBlock(builtin_system("paper-rod").rod)
+    block = RodPlant(builtin_system("paper-rod").rod)
     proved = check(completed(energy_draft(block)))
     assert proved.certificate["system"]["kind"] == "rod"
     assert proved.certificate["laws"]["sector"] == ["0", "inf"]

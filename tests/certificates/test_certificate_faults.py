@@ -11,12 +11,12 @@ import scipy.linalg
 import scipy.optimize
 from scipy.optimize import OptimizeResult
 
-from lure import LawClass, RationalBlock, Sector, StateSpaceBlock
+from lure import NonlinearityClass, RationalPlant, Sector, StateSpace
 from lure.analysis import max_sector, max_slope
 from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.certificates.second import recheck
 from lure.analysis.numerics import precision
-from lure.analysis.questions.certify import Ways, certify
+from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.verdict import Verdict
 from lure.errors import AssumptionError, InputError
 
@@ -25,10 +25,10 @@ from lure.analysis.certificates import riccati, multipliers as slack  # noqa: F4
 from lure.analysis.questions import candidates, counterexample_search  # noqa: F401  # isort: skip
 from lure.analysis.theorems import phase_limit  # noqa: F401  # isort: skip
 
-THIRD = RationalBlock([1], [1, 3, 2, 0])
-MASS = RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], 1)
-NOTCH = RationalBlock([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])
-LAGS = StateSpaceBlock([[0.0, 1.0], [-2.0, -3.0]], [0.0, 1.0], [1.0, 0.0])
+THIRD = RationalPlant([1], [1, 3, 2, 0])
+MASS = RationalPlant([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], 1)
+NOTCH = RationalPlant([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])
+LAGS = StateSpace([[0.0, 1.0], [-2.0, -3.0]], [0.0, 1.0], [1.0, 0.0])
 
 NUMPY = ("solve", "eig", "eigvals", "eigh", "eigvalsh", "inv", "pinv", "svd", "lstsq", "det", "norm", "qr", "cholesky")
 SCIPY = ("schur", "eigvals", "solve_triangular", "matrix_balance", "expm", "solve_continuous_are", "solve")
@@ -107,7 +107,7 @@ def broken(monkeypatch):
 
 
 def sector(lower, upper, **words):
-    return LawClass(sector=Sector(lower, upper), **words)
+    return NonlinearityClass(sector=Sector(lower, upper), **words)
 
 
 # Question, the truth about the class (None: a verdict either way would be wrong or is unknown), and how to look.
@@ -118,12 +118,27 @@ QUESTIONS = {
     "beyond popov": (THIRD, sector(0, Fraction("6.1")), Verdict.REFUTED, {"method": "matrix"}),
     "circle": (LAGS, sector(0, 17), Verdict.PROVED, {}),
     "without an answer": (LAGS, sector(-3, 0), Verdict.REFUTED, {}),  # gains below -2 are unstable, and not looked for
-    "taps": (MASS, LawClass.slope_restricted(0, Fraction("0.91")), Verdict.PROVED, {"criterion": "zames-falb"}),
-    "beyond taps": (MASS, LawClass.slope_restricted(0, Fraction("0.92")), Verdict.REFUTED, {"criterion": "zames-falb"}),
-    "orbit": (MASS, LawClass.slope_restricted(0, Fraction("0.92")), Verdict.REFUTED, {"seconds": 6}),
-    "kernels": (NOTCH, LawClass.slope_restricted(0, Fraction("4.5")), Verdict.PROVED, {"criterion": "zames-falb"}),
+    "taps": (
+        MASS,
+        NonlinearityClass.slope_restricted(0, Fraction("0.91")),
+        Verdict.PROVED,
+        {"criterion": "zames-falb"},
+    ),
+    "beyond taps": (
+        MASS,
+        NonlinearityClass.slope_restricted(0, Fraction("0.92")),
+        Verdict.REFUTED,
+        {"criterion": "zames-falb"},
+    ),
+    "orbit": (MASS, NonlinearityClass.slope_restricted(0, Fraction("0.92")), Verdict.REFUTED, {"seconds": 6}),
+    "kernels": (
+        NOTCH,
+        NonlinearityClass.slope_restricted(0, Fraction("4.5")),
+        Verdict.PROVED,
+        {"criterion": "zames-falb"},
+    ),
     "switching": (
-        RationalBlock([1], [1, Fraction("0.1"), 1]),
+        RationalPlant([1], [1, Fraction("0.1"), 1]),
         sector(0, 3, time_varying=True),
         Verdict.REFUTED,
         {"seconds": 4},
@@ -155,7 +170,7 @@ def assert_honest(found, truth):
 def test_whatever_the_solvers_return_nothing_false_is_certified(monkeypatch, broken, fault, name):
     block, law_class, truth, ways = QUESTIONS[name]
     broken(fault)
-    found = certify(block, law_class, ways=Ways(**ways))
+    found = certify(block, law_class, ways=ProofOptions(**ways))
     monkeypatch.undo()
     assert_honest(found, truth)
 
@@ -163,7 +178,7 @@ def test_whatever_the_solvers_return_nothing_false_is_certified(monkeypatch, bro
 @pytest.mark.parametrize("name", NAMES)
 def test_with_sound_solvers_the_same_questions_have_their_answers(name):
     block, law_class, truth, ways = QUESTIONS[name]
-    found = certify(block, law_class, ways=Ways(**{**ways, "seconds": None}))
+    found = certify(block, law_class, ways=ProofOptions(**{**ways, "seconds": None}))
     assert_honest(found, truth)
     assert found.verdict is truth or name in ("beyond taps", "without an answer")
 
@@ -182,7 +197,7 @@ def test_with_two_bits_nothing_false_is_certified(monkeypatch, name, bits):
             monkeypatch.setattr(module, "working_precision", coarse)
     flint.ctx.prec = bits
     try:
-        found = certify(block, law_class, ways=Ways(**ways, seconds=5))
+        found = certify(block, law_class, ways=ProofOptions(**ways, seconds=5))
     finally:
         flint.ctx.prec = before
         monkeypatch.undo()

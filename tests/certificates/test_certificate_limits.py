@@ -16,8 +16,8 @@ from lure.analysis.counterexamples.linear import linear_witness
 from lure.analysis.questions.models import _dead_time_gain
 from lure.analysis.theorems.dead_time import hurwitz_limit
 from lure.errors import AssumptionError
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_roots_that_only_touch_the_axis_are_located():
     ],
 )
 def test_a_limit_with_dead_time_is_accepted(text, omega, k):
-    block = DelayBlock.parse(text)
+    block = DelayPlant.parse(text)
     limit = hurwitz_limit(block)
     draft = refutation_draft(block, _dead_time_gain(block, limit))
     assert isinstance(checked(draft), Refuted)
@@ -90,7 +90,7 @@ def test_a_limit_with_dead_time_is_accepted(text, omega, k):
 # s + 2 - g e^-s vanishes at 0 for g = 2; for g > 2 it is negative there and positive for large s: a root s > 0.
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_gain_with_dead_time_is_refuted_by_a_root_on_the_positive_axis(sign):
-    block = DelayBlock({F(1): (F(-sign),)}, (F(sign), F(2 * sign)))
+    block = DelayPlant({F(1): (F(-sign),)}, (F(sign), F(2 * sign)))
     draft = refutation_draft(block, _dead_time_gain(block, hurwitz_limit(block)))
     assert draft["proof"] == {"method": "linear-gain", "gain": "2"}
     assert "equilibria other than 0" in checked(draft).claim
@@ -129,7 +129,7 @@ def test_every_linear_limit_has_its_certificate(poles, discrete):
     bottom = [F(1)]
     for pole in poles:
         bottom = np.polymul(bottom, [1, -pole if discrete else 1 + pole])
-    block = RationalBlock([1], bottom, dt=1 if discrete else None)
+    block = RationalPlant([1], bottom, dt=1 if discrete else None)
     witness = linear_witness(block)
     if witness is not None:
         assert isinstance(checked(refutation_draft(block, witness)), Refuted)

@@ -11,7 +11,7 @@ import scipy.linalg
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import RationalBlock, StateSpaceBlock
+from lure import RationalPlant, StateSpace
 from lure.analysis.certificates import balls, riccati
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.balls import positive_definite
@@ -27,7 +27,7 @@ from lure.rod import builtin_system, upwind
 from lure.rod.parameters import Rod
 
 ROD = builtin_system("paper-rod").rod
-LAG, CHAIN = RationalBlock([1], [1, 3, 3, 1]), RationalBlock([1], [1, 3, 2, 0])
+LAG, CHAIN = RationalPlant([1], [1, 3, 3, 1]), RationalPlant([1], [1, 3, 2, 0])
 PLANTS = {
     "1": ([1, "-0.2", "-0.1"], [1, 2, 1, 1]),
     "3": ([1, 0, 0], [1, "0.2", 6, "0.1", 1]),
@@ -42,7 +42,7 @@ PLANTS = {
 
 
 def plant(name):
-    return RationalBlock(*([Fraction(v) for v in part] for part in PLANTS[name]))
+    return RationalPlant(*([Fraction(v) for v in part] for part in PLANTS[name]))
 
 
 def proved(draft):
@@ -51,7 +51,7 @@ def proved(draft):
 
 def by_hand(block, upper, P, *, theta=None, zero=None):
     """The draft of a certificate with a P of our own."""
-    draft = matrix_draft(RationalBlock([1], [1, 1]), Fraction(1))
+    draft = matrix_draft(RationalPlant([1], [1, 1]), Fraction(1))
     numerator, denominator = ([str(v) for v in part] for part in (block.numerator, block.denominator))
     time = "continuous" if block.dt is None else "discrete"
     draft["system"] = {"kind": "transfer", "time": time, "numerator": numerator, "denominator": denominator}
@@ -64,7 +64,7 @@ def by_hand(block, upper, P, *, theta=None, zero=None):
 # 1/(s(s+1)): A = [[0, 1], [0, -1]], x0 = (1, 0), l = (1, 1), so w' = -w + mu, zeta' = mu, sigma = -w + zeta and the
 # matrix is [[2 P, theta - 1 - P], [., 2/k]]: with P = 1 and theta = 0 it is positive definite exactly for k < 1, the
 # limit of the circle criterion; with theta = 2 it is diagonal, and every k is proved.
-INTEGRATOR = RationalBlock([1], [1, 1, 0])
+INTEGRATOR = RationalPlant([1], [1, 1, 0])
 ZERO = {"right": ["1", "0"], "left": ["1", "1"], "pivot": 0}
 
 
@@ -102,19 +102,19 @@ def test_a_zero_eigenvalue_that_is_none_is_rejected(zero):
 
 def test_a_negative_residue_and_a_double_zero_are_rejected():
     with pytest.raises(Rejected, match="residue"):
-        completed(by_hand(RationalBlock([-1], [1, 1, 0]), "1/2", [["1"]], zero=ZERO))
+        completed(by_hand(RationalPlant([-1], [1, 1, 0]), "1/2", [["1"]], zero=ZERO))
     double = {"right": ["1", "0"], "left": ["0", "1"], "pivot": 0}  # (s + 1)/s^2: A = [[0, 1], [0, 0]], l x0 = 0
     with pytest.raises(Rejected, match="l x0 = 0"):
-        completed(by_hand(RationalBlock([1, 1], [1, 0, 0]), "1/2", [["1"]], zero=double))
+        completed(by_hand(RationalPlant([1, 1], [1, 0, 0]), "1/2", [["1"]], zero=double))
     with pytest.raises(AssumptionError):
-        matrix_draft(RationalBlock([1, 1], [1, 0, 0]), Fraction(1, 2), theta=Fraction(1))
+        matrix_draft(RationalPlant([1, 1], [1, 0, 0]), Fraction(1, 2), theta=Fraction(1))
 
 
 # 1/(z - 1/2): least real part -1/(1 + 1/2) at z = -1, so the circle criterion ends at k = 3/2.  There P = 1:
 # [[3/4, 1/2], [1/2, 2/k - 1]] is positive definite exactly for 2/k - 1 > 1/3.
 @pytest.mark.parametrize("j", [5, 60])
 def test_a_discrete_block_by_hand_is_sharp(j):
-    block, step = RationalBlock([1], [1, Fraction(-1, 2)], dt=1), Fraction(1, 2**j)
+    block, step = RationalPlant([1], [1, Fraction(-1, 2)], dt=1), Fraction(1, 2**j)
     assert isinstance(proved(by_hand(block, Fraction(3, 2) - step, [["1"]])), Proved)
     for k in (Fraction(3, 2), Fraction(3, 2) + step):
         with pytest.raises(Rejected, match="inequality"):
@@ -123,7 +123,7 @@ def test_a_discrete_block_by_hand_is_sharp(j):
 
 @pytest.mark.parametrize("theta", [None, Fraction(1), Fraction(-1)])
 def test_an_unstable_block_is_never_proved_whatever_p(theta):
-    block = RationalBlock([1], [1, -1])  # the matrix of the inequality is positive definite for P < 0 alone
+    block = RationalPlant([1], [1, -1])  # the matrix of the inequality is positive definite for P < 0 alone
     for P in ("-3", "-1", "0", "1", "3"):
         with pytest.raises(Rejected):
             completed(by_hand(block, "1/2", [[P]], theta=theta))
@@ -195,9 +195,9 @@ coefficient = st.fractions(Fraction(1, 4), 4, max_denominator=8)
 def test_random_blocks_are_certified_below_the_limit_of_the_circle_criterion_alone(top, bottom, discrete):
     if discrete:  # poles in (0, 1), signs of both kinds
         a, b = (v / 5 for v in bottom)
-        block = RationalBlock([top[0], -top[1]], [1, -a - b, a * b], dt=1)
+        block = RationalPlant([top[0], -top[1]], [1, -a - b, a * b], dt=1)
     else:
-        block = RationalBlock([top[0], -top[1]], [1, *bottom])
+        block = RationalPlant([top[0], -top[1]], [1, *bottom])
     limit = circle_largest(block).largest
     draft = matrix_draft(block, Fraction(limit.low) * (1 - Fraction(1, 10**6)))
     assert isinstance(proved(draft), Proved)
@@ -207,7 +207,7 @@ def test_random_blocks_are_certified_below_the_limit_of_the_circle_criterion_alo
 
 # (d, n) = (s^2 + 2 s - 3, 12): stable for gains above 1/4 alone.
 def test_a_shifted_loop_is_proved_from_a_stabilising_gain_on():
-    block = RationalBlock([12], [1, 2, -3])
+    block = RationalPlant([12], [1, 2, -3])
     assert isinstance(proved(matrix_draft(block, Fraction(10), lower=Fraction(1, 2), theta=Fraction(1, 2))), Proved)
     for lower in (Fraction(1, 5), Fraction(0)):
         with pytest.raises(AssumptionError):
@@ -216,7 +216,7 @@ def test_a_shifted_loop_is_proved_from_a_stabilising_gain_on():
 
 def test_a_shifted_loop_with_feedthrough_matches_the_loop_shifted_by_hand():
     # H = (s^2 + 2 s + 12)/(s^2 + 2 s - 3), lower end 1/2: (d + n/2) = (3 s^2 + 6 s + 6)/2
-    block, shifted = RationalBlock([1, 2, 12], [1, 2, -3]), RationalBlock([2, 4, 24], [3, 6, 6])
+    block, shifted = RationalPlant([1, 2, 12], [1, 2, -3]), RationalPlant([2, 4, 24], [3, 6, 6])
     limit = circle_largest(shifted).largest.low
     width = Fraction(3) if math.isinf(limit) else Fraction(limit) * (1 - Fraction(1, 10**6))
     found = proved(matrix_draft(block, width + Fraction(1, 2), lower=Fraction(1, 2)))
@@ -307,7 +307,7 @@ def test_units_of_either_sign_take_the_same_places(units):
 # x' = -x + xi, xi' = mu, sigma = r xi - c x: H = (r (s + 1) - c)/(s (s + 1)), residue r - c.
 @pytest.mark.parametrize(("r", "c"), [(2, 1), (1, 2), (1, 1)])
 def test_indirect_control_is_proved_for_a_positive_residue_alone(r, c):
-    block = StateSpaceBlock([[-1, 1], [0, 0]], [0, 1], [-c, r])
+    block = StateSpace([[-1, 1], [0, 0]], [0, 1], [-c, r])
     if r > c:
         found = proved(matrix_draft(block, "inf", theta=Fraction(3, 2)))
         assert found.facts["residue"].startswith("rho = 1 > 0")
@@ -321,7 +321,7 @@ def test_a_dense_block_of_order_41_is_certified_at_nine_tenths_of_the_limit(thet
     rng = np.random.default_rng(7)
     A = rng.standard_normal((41, 41))
     A -= (np.linalg.eigvals(A).real.max() + 0.5) * np.eye(41)
-    block = StateSpaceBlock(A, rng.standard_normal(41), rng.standard_normal(41))
+    block = StateSpace(A, rng.standard_normal(41), rng.standard_normal(41))
     largest = popov_largest_computed(block.A, block.B, block.C).largest
     found = proved(matrix_draft(block, Fraction(largest.low) * Fraction(9, 10), theta=theta or None))
     assert found.certificate["numbers"] == "doubles, exactly"

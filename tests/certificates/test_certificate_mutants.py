@@ -19,7 +19,7 @@ from lure.analysis.certificates.states import Laws, inside, known, piecewise, so
 from lure.analysis.counterexamples.linear import companion
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
 from lure.nonlinearities.piecewise_linear import Graph
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 SWING = [[F(0), F(1), F(0)], [F(-1), F(0), F(0)], [F(0), F(0), F(0)]]
 DRIFT = [[F(0), F(1), F(0)], [F(0), F(0), F(0)], [F(0), F(0), F(0)]]
@@ -361,7 +361,7 @@ def test_a_motion_over_kinks_off_the_axis():
     # 1/4 + s/(s^2 - s/5 + 1) with slope 1/10 up to |sigma| = 1, where phi = 1/10, and 1 beyond: y = sigma + phi/4 there
     top, bottom = [F(1, 4), F(19, 20), F(1, 4)], [F(1), F(-1, 5), F(1)]
     graph = Graph.through([(-1, F(-1, 10)), (0, 0), (1, F(1, 10))], 1, 1)
-    stays = Flow(PiecewiseLoop.of(companion(RationalBlock(top, bottom)), graph)).passages([2.0, 0.0], 400.0)
+    stays = Flow(PiecewiseLoop.of(companion(RationalPlant(top, bottom)), graph)).passages([2.0, 0.0], 400.0)
     first, last = returns(stays)
     record = {
         "points": [["-1", "-1/10"], ["0", "0"], ["1", "1/10"]],

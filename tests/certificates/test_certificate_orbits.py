@@ -26,14 +26,14 @@ from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError
 from lure.nonlinearities import Saturation
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 
-FITTS = RationalBlock(
+FITTS = RationalPlant(
     [1, 0, 0], np.polymul([1, F(3, 50), F(9, 10000) + F("0.81")], [1, F(3, 50), F(9, 10000) + F("1.21")])
 )
 FITTS_SEED = (-0.8568501753859451, 1.5659435663914607, 0.5061096169300414, -1.061805076491118)
-BRAGIN = RationalBlock([F("10.1"), 10, 0, 0], np.polymul([1, 0, 1], [1, 1, 1]))
+BRAGIN = RationalPlant([F("10.1"), 10, 0, 0], np.polymul([1, 0, 1], [1, 1, 1]))
 
 
 def recorded(slope, state, durations, pieces):
@@ -90,7 +90,7 @@ def switching():
     times = ["158166302505/137438953472", "764953515829/549755813888"]
     data = {"lower": "0", "upper": top, "gains": ["0", top], "times": times}
     record = {"kind": "switched gain", "k": float(F(top)), "data": data, "time_varying": True}
-    return refutation_draft(RationalBlock([1], [1, 3, 3, 1]), Witness(**{**fields_of(BRAGIN_ORBIT), **record}))
+    return refutation_draft(RationalPlant([1], [1, 3, 3, 1]), Witness(**{**fields_of(BRAGIN_ORBIT), **record}))
 
 
 def test_fitts_counterexample_with_a_saturation_is_accepted():
@@ -121,7 +121,7 @@ def test_what_the_search_finds_is_accepted(block):
 def test_feedthrough_moves_the_kinks_only():
     d, s = F(1, 4), F(BRAGIN_ORBIT.data["points"][1][1])
     bottom = BRAGIN.denominator
-    block = RationalBlock(np.polyadd([d * c for c in bottom], list(BRAGIN.numerator)), bottom)
+    block = RationalPlant(np.polyadd([d * c for c in bottom], list(BRAGIN.numerator)), bottom)
     kink = str(1 - d * s)
     data = {**BRAGIN_ORBIT.data, "points": [[f"-{kink}", f"-{s}"], [kink, str(s)]]}
     draft = refutation_draft(block, Witness(**{**fields_of(BRAGIN_ORBIT), "data": data}))
@@ -144,7 +144,7 @@ def test_the_whole_orbit_is_accepted_as_the_half_is():
 @pytest.mark.slow
 def test_an_orbit_in_matrices_is_accepted():
     A = [[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [0, 0, -1, -1]]
-    block = StateSpaceBlock(A, [10, 10.125, 0, -1], [1, 0, -10.125, -0.125])
+    block = StateSpace(A, [10, 10.125, 0, -1], [1, 0, -10.125, -0.125])
     loop = (A, [10, F(81, 8), 0, -1], [1, 0, F(-81, 8), F(-1, 8)])
     witness = accept_orbit_continuous(loop, Saturation(gain=1), (0, -20, 0, 0), 9.0)
     assert isinstance(checked(refutation_draft(block, witness)), Refuted)

@@ -25,12 +25,12 @@ from lure.analysis.theorems.popov import popov_criterion, popov_largest
 from lure.analysis.theorems.zames_falb import zames_falb_largest
 from lure.analysis.theorems.zames_falb_discrete import zames_falb_discrete_largest
 from lure.analysis.verdict import Verdict
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.files.builtin import builtin_loops
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.discretisation import upwind
 from lure.rod.systems import builtin_system
 
@@ -152,7 +152,7 @@ def test_the_critical_case_is_certified(block, circle, popov):
     ("block", "circle", "hurwitz"),
     [
         (exact("1", "1 3 3 1"), 4, 8),
-        (RationalBlock([24], [1, 6, 11, 6]), 1.164456, 2.5),
+        (RationalPlant([24], [1, 6, 11, 6]), 1.164456, 2.5),
         (exact("1 -1 10", "1 1 25"), 0.532958, 1),
     ],
     ids=str,
@@ -216,21 +216,21 @@ def test_the_loop_is_shifted_by_the_lower_bound(block, lower):
 
 def test_the_mirrored_circle_criterion_is_certified():
     # phi in [-inf, k] for -1/(s + 1) is -phi in [-k, inf] for 1/(s + 1): positive real after the shift if k < 1
-    block = RationalBlock([-1], [1, 1])
+    block = RationalPlant([-1], [1, 1])
     found = certified(block, circle_criterion(block, Sector(-math.inf, Fraction(1, 2))))
     assert found.proved.certificate["multiplier"] == {"mirrored": True}
     assert found.proved.certificate["laws"]["sector"] == ["-inf", "1/2"]
     with pytest.raises(Rejected):
         certified(block, circle_criterion(block, Sector(-math.inf, Fraction(1, 2))), Fraction(1))
     # the loop with the gain 0, the upper end, has a pole at 0: only the mirrored one covers it
-    block = RationalBlock([-1], [1, 1, 0])
+    block = RationalPlant([-1], [1, 1, 0])
     found = certified(block, circle_criterion(block, Sector(Fraction(-1, 2), 0)))
     assert found.proved.certificate["multiplier"] == {"mirrored": True}
 
 
 def test_a_discrete_integrator_is_critical():
     # Re 1/(e^{iw} - 1) = -1/2 at every w: k up to 2, where z - 1 + k has the root -1
-    block = RationalBlock([1], [1, -1], 1)
+    block = RationalPlant([1], [1, -1], 1)
     found = assert_sharp(block, circle_largest(block))
     assert found.upper >= 2 * (1 - CLOSE)
     assert "set of equilibria" in found.proved.claim
@@ -256,7 +256,7 @@ def test_random_lags_are_certified_at_the_very_number_reported(poles, gain, zero
         denominator = [
             a + b for a, b in zip([*denominator, 0], [0, *(c * pole * unit for c in denominator)], strict=True)
         ]
-    block = RationalBlock(
+    block = RationalPlant(
         [gain * unit ** len(poles) * zero * zero + gain] if len(poles) < 2 else [gain, zero], denominator
     )
     for largest in (circle_largest, popov_largest):
@@ -304,8 +304,8 @@ def test_systems_are_written_in_exact_numbers():
         "numerator": ["1/10", "0"],
         "denominator": ["1", "-9/5", "81/100"],
     }
-    assert system_of(DelayBlock.parse("exp(-s/2)/(s + 1) + 1/(s + 1)"))["terms"] == [["0", ["1"]], ["1/2", ["1"]]]
-    half = system_of(StateSpaceBlock([[0, 1], [-2, -0.1]], [0, 1], [1, 0]))
+    assert system_of(DelayPlant.parse("exp(-s/2)/(s + 1) + 1/(s + 1)"))["terms"] == [["0", ["1"]], ["1/2", ["1"]]]
+    half = system_of(StateSpace([[0, 1], [-2, -0.1]], [0, 1], [1, 0]))
     assert half["A"][1] == ["-2", str(Fraction(-0.1))]
     scheme = system_of(upwind(builtin_system("paper-rod").rod, 10))
     assert (scheme["E"], scheme["A"], scheme["k"], scheme["cells"]) == ("288000000", "1/40000", "1/5000", 10)
@@ -314,9 +314,9 @@ def test_systems_are_written_in_exact_numbers():
 
 
 def test_infinite_ends_of_a_class_say_which_kind_they_are():
-    steep = LawClass(sector=Sector(0, 2), slope=SlopeBounds(0, math.inf))
+    steep = NonlinearityClass(sector=Sector(0, 2), slope=SlopeBounds(0, math.inf))
     assert laws_of(steep, unbounded=False)["slope"] == ["0", "inf"]
-    endless = LawClass.slope_restricted(0, math.inf, odd=True)
+    endless = NonlinearityClass.slope_restricted(0, math.inf, odd=True)
     assert laws_of(endless, unbounded=False)["slope"] == ["0", "finite"]
     assert laws_of(endless, unbounded=True)["sector"] == ["0", "inf"]
     assert laws_of(endless, unbounded=True, linear=True)["linear"] is True

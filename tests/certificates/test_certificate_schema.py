@@ -8,8 +8,8 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from lure import LawClass, RationalBlock, Sector
-from lure.analysis.questions.certify import Ways, certify
+from lure import NonlinearityClass, RationalPlant, Sector
+from lure.analysis.questions.certify import ProofOptions, certify
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
@@ -63,7 +63,9 @@ def test_every_object_of_the_schema_is_closed():
 @pytest.fixture(scope="module")
 def proof():
     """Popov's criterion for 1/(s(s+1)(s+2)) and the sector [0, 5], by a polynomial."""
-    found = certify(RationalBlock([1], [1, 3, 2, 0]), LawClass(sector=Sector(0, 5)), ways=Ways(criterion="popov"))
+    found = certify(
+        RationalPlant([1], [1, 3, 2, 0]), NonlinearityClass(sector=Sector(0, 5)), ways=ProofOptions(criterion="popov")
+    )
     return dict(found.certificate)
 
 

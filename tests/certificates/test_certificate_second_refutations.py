@@ -8,7 +8,7 @@ from handwritten import NO_REST, OTHERS, THIRD, accepted, laws, refuted, state_s
 from lure.analysis.counterexamples.linear import companion
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
 from lure.nonlinearities.piecewise_linear import Graph
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 
 # (s + 1)^3 + g has the roots +- i sqrt(3) at g = 8.
@@ -118,7 +118,7 @@ def test_a_constant_orbit_is_an_equilibrium():
 
 def flow_orbit():
     """x'' - x'/5 + x + phi(x') = 0 with a dead zone: Van der Pol's oscillator in pieces, from a simulation."""
-    block = RationalBlock([1, 0], [1, F(-1, 5), 1])
+    block = RationalPlant([1, 0], [1, F(-1, 5), 1])
     law = Graph.through([(F(-1), F(0)), (F(1), F(0))], F(1), F(1))
     passages = Flow(PiecewiseLoop.of(companion(block), law)).passages([2.0, 0.0], 400.0)
     first, last = returns(passages)

@@ -106,7 +106,7 @@ def test_zames_falb_with_a_delay_by_a_cover():
     dead=st.sampled_from([0, F(1, 2), 2]),
 )
 def test_the_inequality_is_that_of_complex_arithmetic(omega, delays, rates, theta, dead):
-    n, d, ease = [F(2), F(-1), F(3)], [F(5), F(1), F(4), F(1)], F(2, 7)
+    n, d, inverse_gain = [F(2), F(-1), F(3)], [F(5), F(1), F(4), F(1)], F(2, 7)
     block = Shifted(
         n=((F(dead), fmpq_poly([2, -1, 3])), (F(1), fmpq_poly([1]))),
         d=fmpq_poly([5, 1, 4, 1]),
@@ -116,7 +116,7 @@ def test_the_inequality_is_that_of_complex_arithmetic(omega, delays, rates, thet
     )
     listed = [(F(1, 5), delay) for delay in delays] + [(F(-1, 7), (F(a), n, side)) for a, n, side in rates]
     multiplier = axis.kernels(theta, listed)
-    found = axis.curve(block, multiplier, ease)
+    found = axis.curve(block, multiplier, inverse_gain)
     s = 1j * omega
     top = sum(float(c) * s**i for i, c in enumerate(n)) * cmath.exp(-s * float(dead)) + cmath.exp(-s)
     bottom = sum(float(c) * s**i for i, c in enumerate(d))
@@ -124,7 +124,7 @@ def test_the_inequality_is_that_of_complex_arithmetic(omega, delays, rates, thet
     M += sum((a / (a + side * s)) ** order for a, order, side in rates) / 7
     H = top / bottom
     below = float_at(multiplier.below, omega**2)
-    expected = (M * (H + float(ease)) + s * float(theta) * H).real * abs(bottom) ** 2 * below
+    expected = (M * (H + float(inverse_gain)) + s * float(theta) * H).real * abs(bottom) ** 2 * below
     value = sum(
         float_at(U, omega**2) * math.cos(tau * omega) + omega * float_at(V, omega**2) * math.sin(tau * omega)
         for tau, (U, V) in found.terms.items()

@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 from commands import THIRD, names
 
-from lure import RationalBlock
+from lure import RationalPlant
 from lure.analysis.cli.loops import linear, lines
 from lure.analysis.questions import findings, max_sector, max_slope
 from lure.analysis.verdict import Bracket
@@ -81,7 +81,7 @@ def test_an_infinite_reach_is_the_text_inf(lure):
 )
 def test_negative_numbers_are_values_and_the_answer_is_that_of_python(lure, command, found):
     numerator = [int(c) for c in command[2].split()]
-    block = RationalBlock(numerator, [Fraction(c) for c in command[4].split()])
+    block = RationalPlant(numerator, [Fraction(c) for c in command[4].split()])
     status, out, err = lure(*command, "--json")
     assert (status, err) == (0, "")
     assert json.loads(out) == json.loads(json.dumps(found(block).to_dict()))

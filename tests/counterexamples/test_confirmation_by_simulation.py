@@ -11,16 +11,16 @@ import pytest
 from lure import (
     Cubic,
     DeadZone,
-    ExpressionLaw,
-    LawClass,
+    ExpressionNonlinearity,
     LeakyReLU,
+    NonlinearityClass,
     PiecewiseLinear,
     Quantiser,
-    RationalBlock,
+    RationalPlant,
     Saturation,
     Sector,
     Tanh,
-    as_block,
+    as_plant,
 )
 from lure.analysis import analyse, max_sector
 from lure.analysis.counterexamples.confirming import scales, tried
@@ -62,20 +62,20 @@ FALSE = {
 @pytest.mark.parametrize("name", TRUE)
 def test_a_true_proof_is_not_accused(name):
     num, den, dt, law = TRUE[name]
-    assert tried(RationalBlock(num, den, dt=dt), law, conclusion=ATTRACTS, budget=10_000).contradiction is None
+    assert tried(RationalPlant(num, den, dt=dt), law, conclusion=ATTRACTS, budget=10_000).contradiction is None
 
 
 @pytest.mark.parametrize("name", FALSE)
 def test_a_false_proof_is_contradicted_by_a_solution(name):
     num, den, dt, law, finding = FALSE[name]
-    block = RationalBlock(num, den, dt=dt)
+    block = RationalPlant(num, den, dt=dt)
     assert tried(block, law, conclusion=ATTRACTS).contradiction.finding is finding
     assert tried(block, law).contradiction is None
 
 
 def test_rest_at_an_equilibrium_contradicts_only_that_0_attracts():
     # phi = 0 for |sigma| <= 1: x' = -phi(x) rests wherever |x| <= 1
-    block, law = RationalBlock([1], [1, 0]), DeadZone(width=1, gain=1)
+    block, law = RationalPlant([1], [1, 0]), DeadZone(width=1, gain=1)
     assert tried(block, law, conclusion="converges to equilibria").contradiction is None
     assert tried(block, law, conclusion=ATTRACTS).contradiction.finding is Finding.RESTS
 
@@ -118,9 +118,9 @@ def test_a_certified_counterexample_of_the_class_contradicts_the_proof(proof):
     loop = analyse(builtin_loop("dt-6"))
     (row,) = [row for row in loop.rows if row.question == "slope" and not row.odd]
     k = F(row.witness.k) + F(1, 1000)
-    assert observed(proved_of(loop, proof, LawClass.slope_restricted(0, k, odd=True))).trajectories
+    assert observed(proved_of(loop, proof, NonlinearityClass.slope_restricted(0, k, odd=True))).trajectories
     with pytest.raises(ContradictionError, match="a member of the class phi with slope"):
-        observed(proved_of(loop, proof, LawClass.slope_restricted(0, k)))
+        observed(proved_of(loop, proof, NonlinearityClass.slope_restricted(0, k)))
 
 
 def test_a_root_with_a_residual_is_no_root():
@@ -130,7 +130,7 @@ def test_a_root_with_a_residual_is_no_root():
     assert bracketed_root(law, 1.0, 1.6) == pytest.approx(0.6)
     assert np.isnan(bracketed_root(law, 1.0, 1.0))
     with pytest.raises(InputError, match="has no solution"):
-        simulate_loop(RationalBlock([1, 1], [1, F(-1, 2)], dt=1), law, [1.0], 3.0)
+        simulate_loop(RationalPlant([1, 1], [1, F(-1, 2)], dt=1), law, [1.0], 3.0)
 
 
 # sigma + phi(sigma) = 2.5 sigma + sigma^3 has exactly one root for every y, here near y^(1/3), far below y.
@@ -142,7 +142,7 @@ def test_the_root_of_a_steep_law_is_found_however_large_the_state(y):
 
 def test_a_solution_that_leaves_the_range_of_doubles_gives_no_warning():
     # 1/(s+1)^4 is unstable with every gain above 4, and the gain of the cubic grows with sigma
-    found = tried(RationalBlock([1], [1, 4, 6, 4, 1]), Cubic(linear=3, cubic=1))
+    found = tried(RationalPlant([1], [1, 4, 6, 4, 1]), Cubic(linear=3, cubic=1))
     assert any(run.finding is Finding.GROWS for run in found.trajectories)
 
 
@@ -164,9 +164,9 @@ def plants():
     spec.loader.exec_module(campaign)
     for name, (formula, _) in campaign.CONTINUOUS.items():
         if "exp(" not in formula:
-            yield name, as_block(formula)
+            yield name, as_plant(formula)
     for name, (formula, _, dt) in campaign.DISCRETE.items():
-        yield name, as_block(formula, dt=float(dt))
+        yield name, as_plant(formula, dt=float(dt))
 
 
 def laws(gain, scale, *, least=0.1):
@@ -209,7 +209,7 @@ def judged_false(loops, proof):
     """Names of the loops with no solution found that contradicts; each class is contradicted by a gain."""
     missed = set()
     for name, block, law in loops:
-        about = replace(proof.subject, block=block, law=law, law_class=LawClass(sector=law.sector))
+        about = replace(proof.subject, block=block, law=law, law_class=NonlinearityClass(sector=law.sector))
         with pytest.raises(ContradictionError, match="for which the loop is not stable"):
             observed(replace(proof, subject=about, gains=gain_intervals(block), rows=()))
         if tried(block, law, conclusion=ATTRACTS).contradiction is None:
@@ -249,7 +249,7 @@ def test_three_hundred_true_loops_are_not_accused():
 
 def test_a_gain_that_swings_for_ever_is_started_near_its_first_bends():
     # phi(sigma)/sigma = 1 + sin(sigma)/2 changes in every decade beyond 1: the last bend says nothing of the law
-    assert max(scales(ExpressionLaw("sigma*(1+0.5*sin(sigma))"))) <= 100
+    assert max(scales(ExpressionNonlinearity("sigma*(1+0.5*sin(sigma))"))) <= 100
 
 
 def test_rounding_at_the_bend_where_solutions_come_to_rest_is_no_oscillation():

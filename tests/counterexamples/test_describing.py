@@ -16,7 +16,7 @@ from lure.analysis.verdict import Evidence
 from lure.nonlinearities import (
     Cubic,
     DeadZone,
-    ExpressionLaw,
+    ExpressionNonlinearity,
     LeakyReLU,
     PiecewiseLinear,
     Quantiser,
@@ -25,9 +25,9 @@ from lure.nonlinearities import (
     relay_with_slope,
     shifted_law,
 )
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
-THIRD_ORDER = RationalBlock([10], [1, 3, 2, 0])
+THIRD_ORDER = RationalPlant([10], [1, 3, 2, 0])
 sizes = st.fractions(Fraction(1, 20), 20, max_denominator=20)
 amplitudes = st.floats(0.01, 100)
 
@@ -98,7 +98,7 @@ def test_values_by_hand():
     # one level: (4 q/(pi A)) sqrt(1 - (q/2A)^2), at A = q/sqrt(2) its largest value 4/pi; below q/2 nothing
     assert describing_function(Quantiser(step=3), [1.4, 3 / math.sqrt(2)]) == pytest.approx([0, 4 / math.pi], abs=1e-12)
     # two routes to the same law
-    same = ExpressionLaw("tanh(100*sigma)", sector=Sector(0, 100), odd=True)
+    same = ExpressionNonlinearity("tanh(100*sigma)", sector=Sector(0, 100), odd=True)
     a = np.logspace(-4, 2, 13)
     assert describing_function(same, a) == pytest.approx(
         describing_function(Tanh(scale=Fraction(1, 100)), a), rel=1e-12
@@ -164,7 +164,7 @@ def test_a_loop_that_filters_its_harmonics_settles_near_the_balance():
 def test_units_of_time_and_size_only_rescale_the_balance(speed, size, gain):
     (plain,) = describing_hint(THIRD_ORDER, Saturation()).balances
     # H(s/speed)/gain with the law gain*size*phi(sigma/size)
-    fast = RationalBlock([10 * speed**3 / gain], [1, 3 * speed, 2 * speed**2, 0])
+    fast = RationalPlant([10 * speed**3 / gain], [1, 3 * speed, 2 * speed**2, 0])
     (scaled,) = describing_hint(fast, Saturation(gain=gain, limit=gain * size)).balances
     assert scaled.frequency == pytest.approx(float(speed) * plain.frequency, rel=1e-12)
     assert scaled.amplitude == pytest.approx(float(size) * plain.amplitude, rel=1e-9)
@@ -187,7 +187,7 @@ def fitts():
     b = Fraction(3, 100)
     first, second = ([1, 2 * b, b * b + Fraction(c, 100)] for c in (81, 121))
     bottom = [sum(first[i] * second[n - i] for i in range(3) if 0 <= n - i < 3) for n in range(5)]
-    return RationalBlock([1, 0, 0], bottom)
+    return RationalPlant([1, 0, 0], bottom)
 
 
 def test_fitts_counterexample_oscillates_without_a_balance():
@@ -198,7 +198,7 @@ def test_fitts_counterexample_oscillates_without_a_balance():
 
 def test_a_pole_on_the_axis_is_no_crossing():
     # (10.1 s^3 + 10 s^2)/((s^2 + 1)(s^2 + s + 1)), Leonov, Bragin and Kuznetsov: it oscillates, too
-    block = RationalBlock([Fraction(101, 10), 10, 0, 0], [1, 1, 2, 1, 1])
+    block = RationalPlant([Fraction(101, 10), 10, 0, 0], [1, 1, 2, 1, 1])
     hint = describing_hint(block, Saturation())
     assert hint.balances == ()
     assert all(abs(frequency - 1) > 1e-3 and math.isfinite(value) for frequency, value in hint.crossings)
@@ -224,16 +224,16 @@ def test_what_it_is_not_stated_for_is_refused():
     with pytest.raises(AssumptionError, match=r"^the describing function needs an odd law, and leaky ReLU"):
         describing_hint(THIRD_ORDER, LeakyReLU())
     with pytest.raises(AssumptionError, match=r"^H is real on the whole axis"):
-        describing_hint(RationalBlock([1], [1, 0, 1]), Saturation())
+        describing_hint(RationalPlant([1], [1, 0, 1]), Saturation())
     with pytest.raises(InputError, match=r"^describing_hint is stated for continuous time"):
-        describing_hint(RationalBlock([1], [1, 2], 1), Saturation())
+        describing_hint(RationalPlant([1], [1, 2], 1), Saturation())
     for amplitude in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(InputError, match=r"an amplitude is not a positive finite number"):
             describing_function(Saturation(), [1.0, amplitude])
 
 
 def test_a_quadrature_of_another_kind_agrees_on_a_formula():
-    law = ExpressionLaw("sigma*abs(sigma)", sector=Sector(0, math.inf), odd=True)
+    law = ExpressionNonlinearity("sigma*abs(sigma)", sector=Sector(0, math.inf), odd=True)
     # (4/(pi A)) int_0^(pi/2) A^2 sin^3 = 8 A/(3 pi)
     assert describing_function(law, [0.5, 3.0]) == pytest.approx([4 / (3 * math.pi), 8 / math.pi], rel=1e-12)
     integral = quad(lambda t: float(law(3 * math.sin(t))) * math.sin(t), 0, math.pi)[0]

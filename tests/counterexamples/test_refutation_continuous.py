@@ -17,10 +17,10 @@ from lure.analysis.verdict import Evidence
 from lure.errors import InputError
 from lure.nonlinearities import PiecewiseLinear, Saturation, Tanh
 from lure.nonlinearities.piecewise_linear import Graph
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 DAMPING = F("0.03")
-FITTS = RationalBlock(
+FITTS = RationalPlant(
     [1, 0, 0], np.polymul([1, 2 * DAMPING, DAMPING**2 + F("0.81")], [1, 2 * DAMPING, DAMPING**2 + F("1.21")])
 )
 FITTS_SEED = (-0.8568501753859451, 1.5659435663914607, 0.5061096169300414, -1.061805076491118)
@@ -30,7 +30,7 @@ BRAGIN = (
     [10, F("10.1"), 0, -1],
     [1, 0, F("-10.1"), F("-0.1")],
 )
-BRAGIN_BLOCK = RationalBlock([F("10.1"), 10, 0, 0], np.polymul([1, 0, 1], [1, 1, 1]))
+BRAGIN_BLOCK = RationalPlant([F("10.1"), 10, 0, 0], np.polymul([1, 0, 1], [1, 1, 1]))
 
 
 def test_the_matrices_and_the_block_of_the_second_counterexample_are_one():
@@ -57,7 +57,7 @@ def test_fitts_orbit_with_a_saturation_of_the_same_slope_is_proved():
 
 def test_a_loop_that_comes_to_rest_is_not_accepted():
     assert accept_orbit_continuous(FITTS, Saturation(gain=1), FITTS_SEED, 11.917) is None
-    assert accept_orbit_continuous(RationalBlock([1], [1, 3, 3, 1]), np.tanh, [1, 2, 3], 6.0) is None
+    assert accept_orbit_continuous(RationalPlant([1], [1, 3, 3, 1]), np.tanh, [1, 2, 3], 6.0) is None
 
 
 def test_bragin_leonov_kuznetsov_orbit_is_proved_from_a_distant_state():
@@ -103,20 +103,20 @@ def assert_an_orbit(block, witness):
     ("top", "bottom"), [([1], [1, 3, 3, 1]), ([1, 1], [1, 2, 0]), ([1, F("-0.2"), F("-0.1")], [1, 2, 1, 1])]
 )
 def test_nothing_is_found_where_nothing_is(top, bottom):
-    assert oscillation_witness(RationalBlock(top, bottom), odd=True) is None
+    assert oscillation_witness(RationalPlant(top, bottom), odd=True) is None
 
 
 def test_discrete_time_and_unstable_loops_have_no_witness_here():
-    assert oscillation_witness(RationalBlock([1], [1, F(1, 2)], dt=1), odd=True) is None
-    assert oscillation_witness(RationalBlock([1], [1, -1]), odd=True) is None
-    assert oscillation_witness(RationalBlock([3], [1]), odd=True) is None
+    assert oscillation_witness(RationalPlant([1], [1, F(1, 2)], dt=1), odd=True) is None
+    assert oscillation_witness(RationalPlant([1], [1, -1]), odd=True) is None
+    assert oscillation_witness(RationalPlant([3], [1]), odd=True) is None
 
 
 # With y = sigma + d phi the loop of H + d and phi is that of H and psi, psi(y) = phi(sigma): s turns into s/(1 + d s).
 def test_feedthrough_is_absorbed():
     d = F(1, 4)
     bottom = BRAGIN_BLOCK.denominator
-    shifted = RationalBlock(np.polyadd([d * c for c in bottom], list(BRAGIN_BLOCK.numerator)), bottom)
+    shifted = RationalPlant(np.polyadd([d * c for c in bottom], list(BRAGIN_BLOCK.numerator)), bottom)
     plain, through = (oscillation_witness(block, odd=True) for block in (BRAGIN_BLOCK, shifted))
     assert through.evidence is Evidence.CERTIFIED
     assert through.k == pytest.approx(plain.k / (1 - float(d) * plain.k), rel=1e-3)
@@ -181,14 +181,14 @@ def test_escape_from_a_double_zero_is_observed():
     def law(sigma):
         return sigma * np.exp(-np.abs(sigma))
 
-    witness = accept_escape(RationalBlock([1, 1], [1, 0, 0]), law, (1, 5), 2000)
+    witness = accept_escape(RationalPlant([1, 1], [1, 0, 0]), law, (1, 5), 2000)
     assert (witness.kind, witness.evidence) == ("simulated orbit", Evidence.OBSERVED)
-    assert accept_escape(RationalBlock([1, 1], [1, 2, 0]), law, (1, 5), 2000) is None
+    assert accept_escape(RationalPlant([1, 1], [1, 2, 0]), law, (1, 5), 2000) is None
 
 
 def test_piecewise_flow_agrees_with_an_integrator():
     law = Graph.through([(F(-2), F(-1)), (F(-1), F(-1)), (F(1), F(2)), (F(3), F(2))], F(1, 2), F(1, 3))
-    for block in (FITTS, RationalBlock([1, 2, 5], [1, 1, 4]), RationalBlock([1], [1, 3, 2, 0])):
+    for block in (FITTS, RationalPlant([1, 2, 5], [1, 1, 4]), RationalPlant([1], [1, 3, 2, 0])):
         x0 = np.linspace(3, -4, block.order)
         exact = simulate_loop(block, law, x0, 30.0, samples=301)
         general = simulate_loop(block, lambda sigma: law(sigma), x0, 30.0, samples=301)
@@ -199,7 +199,7 @@ def test_piecewise_flow_agrees_with_an_integrator():
 
 # y+ = y/2 + 2 u + (23/25) u_prev with the law of benchmarks: u = (192/415, 192/415, -1) repeats.
 def test_discrete_recursion_repeats_a_known_orbit():
-    block = RationalBlock([2, F(23, 25)], [1, F(-1, 2), 0], dt=1)
+    block = RationalPlant([2, F(23, 25)], [1, F(-1, 2), 0], dt=1)
     law = PiecewiseLinear(
         [(F(-36864, 72625), F(-192, 415)), (F(0), F(0)), (F(192, 175), F(1))], left_slope=0, right_slope=0
     )
@@ -214,13 +214,13 @@ def test_discrete_recursion_repeats_a_known_orbit():
 
 
 def test_bad_input_is_refused_in_one_sentence():
-    block = RationalBlock([1], [1, 1])
+    block = RationalPlant([1], [1, 1])
     with pytest.raises(InputError, match="1 finite number"):
         simulate_loop(block, np.tanh, [1, 2], 1.0)
     with pytest.raises(InputError, match="positive time"):
         simulate_loop(block, np.tanh, [1], 0.0)
     with pytest.raises(InputError, match="not well posed"):
-        PiecewiseLoop.of(companion(RationalBlock([-1, 0], [1, 1])), saturation(F(2), F(0)))
+        PiecewiseLoop.of(companion(RationalPlant([-1, 0], [1, 1])), saturation(F(2), F(0)))
     with pytest.raises(InputError, match="straight line"):
         PiecewiseLoop.of(companion(block), Graph.through([], F(1), F(1)))
     with pytest.raises(InputError, match="A \\(n, n\\)"):

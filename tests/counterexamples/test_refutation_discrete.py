@@ -36,7 +36,7 @@ from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.numerics.doubles import rounded_up
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 POINTS = [("-74498/72625", "-192/415"), ("-36864/72625", "-192/415"), ("192/175", "1")]
 ORBIT = ("192/415", "192/415", "-1")
@@ -126,9 +126,9 @@ def test_published_orbit_is_accepted_and_a_wrong_one_is_not():
     with pytest.raises(InputError, match="no law passes through both"):
         accept_orbit(DISCRETE[6], [*POINTS, ("192/175", 2)], ORBIT)
     with pytest.raises(InputError, match="discrete time"):
-        accept_orbit(RationalBlock([1], [1, 1]), POINTS, ORBIT)
+        accept_orbit(RationalPlant([1], [1, 1]), POINTS, ORBIT)
     with pytest.raises(AssumptionError, match="pole with z"):
-        accept_orbit(RationalBlock([1], [1, -1], 1), POINTS, ORBIT)
+        accept_orbit(RationalPlant([1], [1, -1], 1), POINTS, ORBIT)
     with pytest.raises(InputError, match="least slope -"):  # decreasing between the last two points
         accept_orbit(DISCRETE[6], [*POINTS, (2, 0)], ORBIT)
 
@@ -184,19 +184,19 @@ def test_a_record_with_one_point_of_the_orbit_moved_is_rejected(place, side, by)
 
 def test_an_orbit_of_another_plant_or_in_continuous_time_is_rejected():
     assert not verify_periodic_discrete(discrete("2 .93", "1 -.5 0"), record())
-    assert not verify_periodic_discrete(RationalBlock([2, F("0.92")], [1, F("-0.5"), 0]), record())
+    assert not verify_periodic_discrete(RationalPlant([2, F("0.92")], [1, F("-0.5"), 0]), record())
 
 
 def test_a_loop_without_solution_inside_the_class_is_rejected():
     # H = -1: sigma = -mu = phi(sigma) holds on the whole line for phi = sigma, and 1 + g H = 0 at g = 1 < k
     data = record() | {"k": "2", "period": 1, "u": ["-1"], "sigma": ["1"], "points": [["0", "0"], ["1", "1"]]}
-    assert not verify_periodic_discrete(RationalBlock([-1], [1], 1), data)
+    assert not verify_periodic_discrete(RationalPlant([-1], [1], 1), data)
 
 
 def test_two_values_of_the_law_at_one_sigma_are_rejected():
     # sigma[t] = -u[t-1] - u[t-2] = 3 for u = -1, -2 repeated: in the sector [0, 1], but phi(3) cannot be both 1 and 2
     data = record() | {"k": "1", "period": 2, "u": ["-1", "-2"], "sigma": ["3", "3"], "slope_restricted": False}
-    plant = RationalBlock([-1, -1], [1, 0, 0], 1)
+    plant = RationalPlant([-1, -1], [1, 0, 0], 1)
     assert not verify_periodic_discrete(plant, data | {"points": [["0", "0"], ["3", "1"], ["3", "2"]]})
     same = data | {"u": ["-1", "-1"], "sigma": ["2", "2"], "points": [["0", "0"], ["2", "1"]]}
     assert verify_periodic_discrete(plant, same)  # an equilibrium beside zero
@@ -205,7 +205,7 @@ def test_two_values_of_the_law_at_one_sigma_are_rejected():
 # sigma = H mu, so that c H has the orbits of H with sigma, and hence 1/k, multiplied by c
 @pytest.mark.parametrize("c", [F(1, 1000), F(7, 3), F(10**6)])
 def test_gain_may_be_moved_between_block_and_law(c):
-    plant = RationalBlock([c * b for b in DISCRETE[6].numerator], DISCRETE[6].denominator, 1)
+    plant = RationalPlant([c * b for b in DISCRETE[6].numerator], DISCRETE[6].denominator, 1)
     witness = periodic_witness_discrete(plant, odd=False, periods=range(1, 6))
     assert F(witness.data["k"]) * c == F(175, 192)
     switched = switched_witness_discrete(plant)
@@ -323,12 +323,12 @@ def test_rounding_up_is_the_least_double_not_below(value):
 
 def test_steady_state_satisfies_the_difference_equation_by_convolution():
     # H = 1/(z - 1/2): impulse response (1/2)^(t-1), so that u = (1, 0) repeated gives sigma = (2/3, 4/3)
-    assert steady_state(RationalBlock([1], [1, F(-1, 2)], 1), [F(1), F(0)]) == [F(2, 3), F(4, 3)]
+    assert steady_state(RationalPlant([1], [1, F(-1, 2)], 1), [F(1), F(0)]) == [F(2, 3), F(4, 3)]
 
 
 # The games of (1 + 1/z + 1/z^2 + 1/z^3)/4 are degenerate, and rounding leaves one of them without a row to exchange.
 # With the gain 4 the poles are fifth roots of unity; every orbit proposed has to have a smaller one.
 def test_degenerate_games_give_no_warning_and_nothing_by_rounding_alone():
-    block = RationalBlock([F(1, 4)] * 4, [1, 0, 0, 0, 0], dt=1)
+    block = RationalPlant([F(1, 4)] * 4, [1, 0, 0, 0, 0], dt=1)
     found = proposals(block, ("sector",), 4.0, tuple(range(1, 25)))
     assert all(1 / proposal.reach < 4 for proposal in found)

@@ -17,7 +17,7 @@ from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.theorems.zames_falb_discrete import zames_falb_discrete_largest
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 
 @pytest.mark.parametrize("plant", [1, 2, 3, 5, 6])
@@ -62,11 +62,11 @@ def test_a_wrong_record_of_a_switched_gain_is_rejected(wrong):
 @pytest.mark.parametrize(
     ("plant", "k"),
     [
-        (RationalBlock([1], [1, -1], 1), F(2)),
+        (RationalPlant([1], [1, -1], 1), F(2)),
         (DISCRETE[6], F(25, 23)),
-        (RationalBlock([1], [1, 3, 2, 0]), F(6)),
-        (RationalBlock([1], [1, -2], 1), F(0)),  # unstable at gain 0
-        (RationalBlock([-2], [1], 1), F(1, 2)),  # 1 + k H(inf) = 0
+        (RationalPlant([1], [1, 3, 2, 0]), F(6)),
+        (RationalPlant([1], [1, -2], 1), F(0)),  # unstable at gain 0
+        (RationalPlant([-2], [1], 1), F(1, 2)),  # 1 + k H(inf) = 0
     ],
 )
 def test_linear_gain_at_a_rational_limit_is_the_limit(plant, k):
@@ -89,7 +89,7 @@ def test_linear_gain_at_an_irrational_limit_is_just_above_it():
 def test_linear_gain_is_the_first_that_is_not_stable(top, lower, discrete):
     """Against a float count of roots at gains up to the witness and just above it."""
     bottom, dt = ([10, -3, 2, 5, -1], 1) if discrete else ([1, 3, 5, 4, 2], None)
-    plant = RationalBlock(top, bottom, dt)
+    plant = RationalPlant(top, bottom, dt)
     witness = linear_witness(plant, lower=lower)
     up_to = lower + 20 if witness is None else F(witness.k)
     for i in range(1, 20):
@@ -105,7 +105,7 @@ def test_linear_gain_is_the_first_that_is_not_stable(top, lower, discrete):
 
 
 def test_linear_gain_is_counted_from_the_lower_bound():
-    plant = RationalBlock([4], [F(1, 3), F(2, 3), -1])  # 4/((s - 1)(s/3 + 1)): stable for k > 1/4
+    plant = RationalPlant([4], [F(1, 3), F(2, 3), -1])  # 4/((s - 1)(s/3 + 1)): stable for k > 1/4
     assert F(linear_witness(plant).data["gain"]) == 0
     assert linear_witness(plant, lower=F(1)) is None
     assert linear_witness(plant, lower=F(1, 4)) is None  # the class is (1/4, k]
@@ -122,14 +122,14 @@ def test_refutations_come_in_order_and_only_of_the_class():
     assert [witness.kind for witness in varying] == ["switched gain", "linear gain"]
     sector = refute(DISCRETE[6], slope=False, odd=False, time_varying=False)
     assert sector[0].k <= slope[0].k
-    assert [w.k for w in refute(RationalBlock([1], [1, -2], 1), slope=True, odd=False, time_varying=False)] == [0.0]
+    assert [w.k for w in refute(RationalPlant([1], [1, -2], 1), slope=True, odd=False, time_varying=False)] == [0.0]
 
 
 def test_questions_out_of_range_are_refused():
     with pytest.raises(InputError, match="give dt"):
-        periodic_witness_discrete(RationalBlock([1], [1, 1]), odd=False)
+        periodic_witness_discrete(RationalPlant([1], [1, 1]), odd=False)
     with pytest.raises(InputError, match="give dt"):
-        switched_witness_discrete(RationalBlock([1], [1, 1]))
+        switched_witness_discrete(RationalPlant([1], [1, 1]))
     with pytest.raises(InputError, match="periods contains 0"):
         periodic_witness_discrete(DISCRETE[6], odd=False, periods=[0, 2])
 
@@ -143,7 +143,7 @@ def test_questions_out_of_range_are_refused():
 @settings(max_examples=15)
 def test_no_proof_reaches_a_refutation(poles, top, odd):
     bottom = np.poly([r * np.exp(1j * sign * angle) for r, angle in poles for sign in (1, -1)]).real
-    plant = RationalBlock([F(c, 10) for c in top], [F(round(1000 * c), 1000) for c in bottom], 1)
+    plant = RationalPlant([F(c, 10) for c in top], [F(round(1000 * c), 1000) for c in bottom], 1)
     witness = periodic_witness_discrete(plant, odd=odd, periods=range(2, 7))
     if witness is None:
         return
@@ -154,7 +154,7 @@ def test_no_proof_reaches_a_refutation(poles, top, odd):
 
 
 def test_an_unstable_loop_at_a_lower_bound_that_is_no_double_is_refuted_there():
-    plant = RationalBlock([-2], [1, F(-3, 2)], 1)
+    plant = RationalPlant([-2], [1, F(-3, 2)], 1)
     found = refute(plant, slope=True, odd=False, time_varying=False, lower=F(1, 3))
     assert [F(witness.data["gain"]) for witness in found] == [F(1, 3)]
     assert refutes_lower(found[0])
@@ -172,7 +172,7 @@ def test_the_search_ends_where_the_reach_rises_ever_more_slowly():
 
     The circle criterion proves 0.9504; the linear limit is 20.2.
     """
-    plant = RationalBlock([F(48, 10_000), F(47, 10_000)], [1, F("-1.905"), F("0.905")], dt=F(1, 10))
+    plant = RationalPlant([F(48, 10_000), F(47, 10_000)], [1, F("-1.905"), F("0.905")], dt=F(1, 10))
     witness = switched_witness_discrete(plant)
     assert 0.9504 < witness.k < 2.8
     assert "times k" in witness.description

@@ -14,7 +14,7 @@ from lure.analysis.counterexamples.linear import Exponential, companion, doubles
 from lure.analysis.counterexamples.switched import growing, switched_witness
 from lure.analysis.counterexamples.switching_search import SwitchingSearch
 from lure.analysis.verdict import Evidence
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 
 def circle_reach(block, lower=0.0):
@@ -47,7 +47,7 @@ def test_the_worst_switching_of_an_oscillator_is_the_known_one(a):
         return math.log(1 + k) / 2 - a * (math.atan(w0 / a) / w0 + (math.pi - math.atan(w / a)) / w)
 
     worst = brentq(growth, 1e-6, 1e4)
-    witness = switched_witness(RationalBlock([1], [1, 2 * F(a), 1]))
+    witness = switched_witness(RationalPlant([1], [1, 2 * F(a), 1]))
     assert witness.k == pytest.approx(worst, rel=1e-7)
     assert witness.k > worst
     assert (witness.kind, witness.evidence, witness.time_varying) == ("switched gain", Evidence.CERTIFIED, True)
@@ -56,7 +56,7 @@ def test_the_worst_switching_of_an_oscillator_is_the_known_one(a):
 # A gain that alternates at 2 w drives a weakly damped motion at w.  Of k(t) in {0, k} the first harmonic is (2/pi) k;
 # the circle criterion stops where a harmonic of k would do it: hence pi/2 times 4.0004e-4, to first order in k.
 def test_weak_damping_leaves_the_ratio_of_a_square_wave_to_its_first_harmonic():
-    block = RationalBlock([1, 0, 0], [1, F("0.0003"), 10, F("0.0021"), 9])
+    block = RationalPlant([1, 0, 0], [1, F("0.0003"), 10, F("0.0021"), 9])
     assert switched_witness(block).k == pytest.approx(math.pi / 2 * 4.0004e-4, rel=1e-3)
 
 
@@ -68,7 +68,7 @@ def test_weak_damping_leaves_the_ratio_of_a_square_wave_to_its_first_harmonic():
 )
 def test_no_witness_lies_below_the_circle_limit(rates, damping, top):
     pole = [1, 2 * damping * rates[0], rates[0] ** 2]
-    block = RationalBlock(top, np.polymul(pole, [1, rates[1]]) if len(rates) > 1 else pole)
+    block = RationalPlant(top, np.polymul(pole, [1, rates[1]]) if len(rates) > 1 else pole)
     if block.feedthrough < 0:
         return
     witness = switched_witness(block)
@@ -80,10 +80,10 @@ def test_no_witness_lies_below_the_circle_limit(rates, damping, top):
 
 
 def test_passive_blocks_discrete_blocks_and_unstable_ones_have_no_witness():
-    assert switched_witness(RationalBlock([1, 1], [1, 2, 0])) is None
-    assert switched_witness(RationalBlock([1], [1, F(1, 2)], dt=1)) is None
-    assert switched_witness(RationalBlock([1], [1, -1])) is None
-    assert switched_witness(RationalBlock([2], [1])) is None
+    assert switched_witness(RationalPlant([1, 1], [1, 2, 0])) is None
+    assert switched_witness(RationalPlant([1], [1, F(1, 2)], dt=1)) is None
+    assert switched_witness(RationalPlant([1], [1, -1])) is None
+    assert switched_witness(RationalPlant([2], [1])) is None
 
 
 # Steep gains make products of exponentials overflow in the search.
@@ -95,7 +95,7 @@ def test_passive_blocks_discrete_blocks_and_unstable_ones_have_no_witness():
     ],
 )
 def test_overflow_in_the_search_is_survived(top, bottom):
-    block = RationalBlock(top, bottom)
+    block = RationalPlant(top, bottom)
     witness = switched_witness(block)
     assert witness is None or multiplier(block, witness) > 1
 
@@ -115,18 +115,18 @@ def test_exponentials_are_those_of_scipy(matrix):
 
 # With a pole at 0 the spectral radius is 1 and its logarithm is rounding, which over 1e-20 s would be fast growth.
 def test_rounding_over_short_periods_is_no_growth():
-    search = SwitchingSearch(companion(RationalBlock([2500], [1, 50, 0])), F(0), 1.0, 0.0, math.inf)
+    search = SwitchingSearch(companion(RationalPlant([2500], [1, 50, 0])), F(0), 1.0, 0.0, math.inf)
     assert search.growth(np.full(2, 1e-20), 1.3) == 0
     assert search.growth(np.array([0.622, 0.0223]), 3.1) > 0
 
 
 def test_a_lower_gain_is_the_loop_shifted():
-    block, shifted = RationalBlock([1], [1, 1, 1]), RationalBlock([1], [1, 1, 3])
+    block, shifted = RationalPlant([1], [1, 1, 1]), RationalPlant([1], [1, 1, 3])
     assert switched_witness(block, lower=F(2)).k == pytest.approx(2 + switched_witness(shifted).k, rel=1e-7)
 
 
 def test_growth_is_not_claimed_where_there_is_none():
-    system = companion(RationalBlock([1], [1, 1, 1]))
+    system = companion(RationalPlant([1], [1, 1, 1]))
     times = [F(5441, 4500), F(3125, 4500)]
     assert growing(system, [F(0), F(5711, 1000)], times)
     assert not growing(system, [F(0), F(5710, 1000)], times)

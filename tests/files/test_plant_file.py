@@ -9,16 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refusal
 
-from lure.analysis.inequality.plant import Plant, closed_loop_poles
-from lure.classes import LawClass, Sector
+from lure.analysis.inequality.plant import TransferPolynomials, closed_loop_poles
+from lure.classes import NonlinearityClass, Sector
 from lure.errors import InputError
 from lure.files import find_system, loop_to_toml, parse_system, plant_template, read_system, template
 from lure.files.builtin import builtin_loop, builtin_loops, loop_names
 from lure.files.system import LoopSystem, loop_system
-from lure.plants import as_block
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants import as_plant
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod.systems import RodSystem
 
 F = Fraction
@@ -50,18 +50,18 @@ def same(left, right):
 @pytest.mark.parametrize(
     ("plant", "block"),
     [
-        ("num = [1]\nden = [1, 3, 2, 0]", RationalBlock([1], [1, 3, 2, 0])),
-        ("num = '1'\nden = '1 3 2 0'", RationalBlock([1], [1, 3, 2, 0])),
-        ("num = [0.1]\nden = [1, '1/3']", RationalBlock([F(1, 10)], [1, F(1, 3)])),
-        ("num = [1]\nden = [1, 0.5]\ndt = 0.1", RationalBlock([1], [1, F(1, 2)], F(1, 10))),
-        ("num = [1]\nden = [1, 0.5]\ndt = '1/3'", RationalBlock([1], [1, F(1, 2)], F(1, 3))),
-        ("A = [[0, 1], [-2, -3]]\nB = [0, 1]\nC = [1, 0]", RationalBlock([1], [1, 3, 2])),
-        ("A = [[0, 1], [-2, -3]]\nB = [[0], [1]]\nC = [[1, 0]]\nD = [[2]]", RationalBlock([2, 6, 5], [1, 3, 2])),
-        ("A = [[-0.1]]\nB = ['1/3']\nC = [1]\nD = 0", RationalBlock([F(1, 3)], [1, F(1, 10)])),
-        ("A = [[0.5]]\nB = [1]\nC = [1]\ndt = 1", RationalBlock([1], [1, F(-1, 2)], 1)),
-        ("transfer = '1/(s*(s+1))'", RationalBlock([1], [1, 1, 0])),
-        ("transfer = 'z/(z-0.5)'", RationalBlock([1, 0], [1, F(-1, 2)], 1)),
-        ("transfer = 'z/(z-0.5)'\ndt = 0.1", RationalBlock([1, 0], [1, F(-1, 2)], F(1, 10))),
+        ("num = [1]\nden = [1, 3, 2, 0]", RationalPlant([1], [1, 3, 2, 0])),
+        ("num = '1'\nden = '1 3 2 0'", RationalPlant([1], [1, 3, 2, 0])),
+        ("num = [0.1]\nden = [1, '1/3']", RationalPlant([F(1, 10)], [1, F(1, 3)])),
+        ("num = [1]\nden = [1, 0.5]\ndt = 0.1", RationalPlant([1], [1, F(1, 2)], F(1, 10))),
+        ("num = [1]\nden = [1, 0.5]\ndt = '1/3'", RationalPlant([1], [1, F(1, 2)], F(1, 3))),
+        ("A = [[0, 1], [-2, -3]]\nB = [0, 1]\nC = [1, 0]", RationalPlant([1], [1, 3, 2])),
+        ("A = [[0, 1], [-2, -3]]\nB = [[0], [1]]\nC = [[1, 0]]\nD = [[2]]", RationalPlant([2, 6, 5], [1, 3, 2])),
+        ("A = [[-0.1]]\nB = ['1/3']\nC = [1]\nD = 0", RationalPlant([F(1, 3)], [1, F(1, 10)])),
+        ("A = [[0.5]]\nB = [1]\nC = [1]\ndt = 1", RationalPlant([1], [1, F(-1, 2)], 1)),
+        ("transfer = '1/(s*(s+1))'", RationalPlant([1], [1, 1, 0])),
+        ("transfer = 'z/(z-0.5)'", RationalPlant([1, 0], [1, F(-1, 2)], 1)),
+        ("transfer = 'z/(z-0.5)'\ndt = 0.1", RationalPlant([1, 0], [1, F(-1, 2)], F(1, 10))),
     ],
 )
 def test_a_plant_is_read_exactly_in_each_of_its_forms(plant, block):
@@ -70,7 +70,7 @@ def test_a_plant_is_read_exactly_in_each_of_its_forms(plant, block):
 
 def test_a_dead_time_makes_a_delay_block():
     block = parsed("[plant]\ntransfer = 'exp(-0.2*s)/(s*(s+1))'\n").block
-    assert isinstance(block, DelayBlock)
+    assert isinstance(block, DelayPlant)
     assert [delay for delay, _ in block.terms] == [F(1, 5)]
 
 
@@ -104,11 +104,11 @@ def test_a_formula_declares_its_sector_slope_and_symmetry():
 @pytest.mark.parametrize(
     ("table", "law_class"),
     [
-        ("sector = [0, 5.9]", LawClass(sector=Sector(0, F(59, 10)))),
-        ("sector = [0, inf]\ntime_varying = true", LawClass(sector=Sector(0, math.inf), time_varying=True)),
-        ("sector = ['-1/3', '+inf']", LawClass(sector=Sector(F(-1, 3), math.inf))),
-        ("sector = '[0, 2]'", LawClass(sector=Sector(0, 2))),
-        ("slope = [0, 2]\nodd = true", LawClass.slope_restricted(0, 2, odd=True)),
+        ("sector = [0, 5.9]", NonlinearityClass(sector=Sector(0, F(59, 10)))),
+        ("sector = [0, inf]\ntime_varying = true", NonlinearityClass(sector=Sector(0, math.inf), time_varying=True)),
+        ("sector = ['-1/3', '+inf']", NonlinearityClass(sector=Sector(F(-1, 3), math.inf))),
+        ("sector = '[0, 2]'", NonlinearityClass(sector=Sector(0, 2))),
+        ("slope = [0, 2]\nodd = true", NonlinearityClass.slope_restricted(0, 2, odd=True)),
         ("slope = [-1, 2]\nsector = [0, 1]", None),
     ],
 )
@@ -152,7 +152,7 @@ def test_a_law_whose_slope_falls_below_the_class_is_no_member():
 
 def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
     lopsided = SATURATION + "lower_limit = -2\n[class]\nsector = [0, 9]\n"
-    assert parsed(PLANT + lopsided).law_class == LawClass(sector=Sector(0, 9))
+    assert parsed(PLANT + lopsided).law_class == NonlinearityClass(sector=Sector(0, 9))
     assert "give a class that contains the law" in refused(PLANT + lopsided + "odd = true\n")
 
 
@@ -187,8 +187,8 @@ def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
         ("[plant]\nnum = [1e99999999999999999999]\nden = [1, 1]", "plant.num[0]"),
         ("[plant]\nnum = ['1 2']\nden = [1, 1]", "plant.num[0] is '1 2'; give one number"),
         ("[plant]\nnum = [[1]]\nden = [1, 1]", "plant.num[0] is an array; give a number"),
-        ("[plant]\nnum = [1, 1, 1]\nden = [1, 1]", "plant: RationalBlock is improper"),
-        ("[plant]\nnum = [1]\nden = [0]", "plant: RationalBlock.denominator is zero"),
+        ("[plant]\nnum = [1, 1, 1]\nden = [1, 1]", "plant: RationalPlant is improper"),
+        ("[plant]\nnum = [1]\nden = [0]", "plant: RationalPlant.denominator is zero"),
         ("[plant]\nnum = [1]\nden = [1, 1]\ndt = -1", "plant.dt is -1; give a positive time"),
         ("[plant]\nnum = [1]\nden = [1, 1]\ndt = 0", "plant.dt is 0; give a positive time, or leave dt out"),
         ("[plant]\nnum = [1]\nden = [1, 1]\ndt = true", "plant.dt is true; give a number"),
@@ -208,7 +208,7 @@ def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
         (PLANT + "[class]\nsector = 5", "class.sector is 5; give two numbers"),
         (PLANT + "[class]\nsector = [0, 'x']", "class.sector[1][0] is 'x'; give a number"),
         (PLANT + "[class]\nsector = [0, 1]\nodd = 1", "class.odd is 1; give true or false"),
-        (PLANT + "[class]\nsector = [0, 1]\nslope = [0.5, 1]", "class: LawClass has the sector [0, 1]"),
+        (PLANT + "[class]\nsector = [0, 1]\nslope = [0.5, 1]", "class: NonlinearityClass has the sector [0, 1]"),
         (PLANT + "[nonlinearity]\ngain = 1", "nonlinearity.kind is missing"),
         (PLANT + "[nonlinearity]\nkind = 3", "nonlinearity.kind is 3; give the kind of a law in quotes"),
         (PLANT + "[nonlinearity]\nkind = 'saturaton'", "nonlinearity: unknown kind of law 'saturaton'; did you mean"),
@@ -239,8 +239,8 @@ def test_no_setting_breaks_the_reader(text, key):
 
 def test_settings_change_a_plant_before_it_is_checked():
     system = parsed(PLANT, "plant.den=1 3 2 1/3", "class.sector=[0, inf]", "class.odd=true", "title=mine")
-    assert system.block == RationalBlock([1], [1, 3, 2, F(1, 3)])
-    assert system.law_class == LawClass(sector=Sector(0, math.inf), odd=True)
+    assert system.block == RationalPlant([1], [1, 3, 2, F(1, 3)])
+    assert system.law_class == NonlinearityClass(sector=Sector(0, math.inf), odd=True)
     assert system.title == "mine"
     changed = parsed(PLANT + SATURATION, "nonlinearity.gain=0.1")
     assert changed.nonlinearity.sector == Sector(0, F(1, 10))
@@ -276,7 +276,7 @@ def test_a_file_is_a_rod_or_a_loop_by_its_tables(tmp_path):
 
 def test_the_template_parses_and_each_of_its_comments_does_too():
     system = parsed(plant_template())
-    assert system.block == RationalBlock([1], [1, 3, 2, 0])
+    assert system.block == RationalPlant([1], [1, 3, 2, 0])
     assert system.law_class.sector == Sector(0, F(59, 10))
     text = plant_template()
     alternatives = {
@@ -292,7 +292,7 @@ def test_the_template_parses_and_each_of_its_comments_does_too():
     matrices = text.replace("\nnum", "\n# num").replace("\nden", "\n# den")
     for name in "ABCD":
         matrices = matrices.replace(f"\n# {name} =", f"\n{name} =")
-    assert parsed(matrices).block == RationalBlock([1], [1, 3, 2])
+    assert parsed(matrices).block == RationalPlant([1], [1, 3, 2])
     law = text.replace('kind = "saturation"', "").replace("\ngain = 5\nlimit = 1\n", "\n")
     for start in alternatives["expression"]:
         law = law.replace("\n" + start, "\n" + start.removeprefix("# "))
@@ -307,11 +307,13 @@ def test_a_built_in_loop_survives_the_way_through_a_file(name):
 
 
 def test_a_dead_time_survives_the_way_through_a_file():
-    block = as_block("exp(-0.2*s)/(3*s*(s+1)) + 1/3/(s+1)")
-    system = loop_system(("delayed", "a delay", ""), block, law_class=LawClass.slope_restricted(F(-1, 3), math.inf))
+    block = as_plant("exp(-0.2*s)/(3*s*(s+1)) + 1/3/(s+1)")
+    system = loop_system(
+        ("delayed", "a delay", ""), block, law_class=NonlinearityClass.slope_restricted(F(-1, 3), math.inf)
+    )
     again = parsed(loop_to_toml(system))
     assert same(again, system)
-    matrix = StateSpaceBlock([[-1]], [1], [1])
+    matrix = StateSpace([[-1]], [1], [1])
     with pytest.raises(InputError, match="too large for a system file"):
         loop_to_toml(loop_system(("m", "", ""), matrix))
 
@@ -322,7 +324,7 @@ def test_a_dead_time_survives_the_way_through_a_file():
     st.one_of(st.none(), st.fractions(F(1, 1000), 10)),
 )
 def test_any_block_survives_the_way_through_a_file(top, bottom, dt):
-    system = loop_system(("any", "any title", "any source"), RationalBlock(top, bottom, dt))
+    system = loop_system(("any", "any title", "any source"), RationalPlant(top, bottom, dt))
     text = loop_to_toml(system)
     assert tomllib.loads(text)["title"] == "any title"
     assert same(parsed(text), system)
@@ -348,7 +350,7 @@ def test_any_block_survives_the_way_through_a_file(top, bottom, dt):
     ],
 )
 def test_a_plant_of_the_library_has_its_published_hurwitz_limit(name, limit):
-    plant = Plant.of(builtin_loop(name).block)
+    plant = TransferPolynomials.of(builtin_loop(name).block)
     below, above = (closed_loop_poles(plant, limit * (1 + F(sign, 10**6))) for sign in (-1, 1))
     assert below.left == plant.degree
     assert above.left < plant.degree
@@ -358,10 +360,10 @@ def test_the_counterexamples_of_the_library_are_the_published_ones():
     fitts = builtin_loop("kalman-fitts")
     assert [float(c) for c in fitts.block.denominator[1:]] == pytest.approx([0.12, 2.0254, 0.121308, 0.98191881])
     assert fitts.nonlinearity.sector == Sector(0, 100)
-    hidden = Plant.of(builtin_loop("lurie-hidden-zero").block)
+    hidden = TransferPolynomials.of(builtin_loop("lurie-hidden-zero").block)
     assert hidden.hidden.degree() == 1
-    assert Plant.of(builtin_loop("lurie-negative-residue").block).residue == -1
-    assert Plant.of(builtin_loop("lurie-indirect-control").block).residue == 1
+    assert TransferPolynomials.of(builtin_loop("lurie-negative-residue").block).residue == -1
+    assert TransferPolynomials.of(builtin_loop("lurie-indirect-control").block).residue == 1
 
 
 def test_the_library_is_listed_with_distinct_names_and_titles():

@@ -102,13 +102,13 @@ def test_every_import_of_a_module_is_seen(text):
 POPOV = """
 from lure.analysis import max_sector, certify, check
 from lure.analysis.certificates.second import recheck
-from lure import LawClass, Sector
+from lure import NonlinearityClass, Sector
 found = max_sector(([1], [1, 3, 2, 0]))
 print(found)
 print(type(check(found.proof.certificate)).__name__, recheck(found.proof.certificate).accepted)
 print(recheck(found.witness.refutation.certificate).accepted)
 for k in (5, 7):
-    shown = certify(([1], [1, 3, 2, 0]), LawClass(sector=Sector(0, k)))
+    shown = certify(([1], [1, 3, 2, 0]), NonlinearityClass(sector=Sector(0, k)))
     print(shown.verdict, type(check(shown.certificate)).__name__, recheck(shown.certificate).accepted)
 """
 

@@ -12,7 +12,7 @@ from html import unescape
 import pytest
 from markupsafe import Markup
 
-from lure import StateSpaceBlock
+from lure import StateSpace
 from lure.analysis import analyse, max_sector, max_slope
 from lure.analysis.questions.state_space import growing_gain
 from lure.analysis.report.loop.document import loop_document
@@ -25,7 +25,7 @@ from lure.files import parse_system
 from lure.files.builtin import builtin_loop, loop_names
 from lure.rod import builtin_system
 from lure.rod.systems import rod_from_exact
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 SEARCHED = {"ct-3", "ct-4", "ct-5", "ct-6", "ct-7", "dt-1", "dt-2", "dt-3", "dt-5", "dt-6", "integrator-lead"}
 SEARCHED |= {"kalman-fitts", "leonov-bragin-kuznetsov"}  # seconds each
@@ -307,7 +307,7 @@ def test_what_is_never_stable_is_told_so(plant):
 )
 def test_every_linear_gain_is_stable_for_a_rod_that_is_damped_and_unknown_for_another(damping, ends):
     paper = builtin_system("paper-rod").rod
-    block = RodBlock(rod_from_exact({**paper.exact, "damping": Fraction(damping)}))
+    block = RodPlant(rod_from_exact({**paper.exact, "damping": Fraction(damping)}))
     found = max_sector(block, criterion="popov")
     assert (found.hurwitz.low, found.hurwitz.high) == ends
     assert table_of(found)["linear gains"] == f"stable up to {'inf' if ends[0] else '0'}"
@@ -315,7 +315,7 @@ def test_every_linear_gain_is_stable_for_a_rod_that_is_damped_and_unknown_for_an
 
 def test_a_gain_that_the_checker_refuses_is_no_counterexample(monkeypatch):
     # 1/(s+1)^3 in Jordan's form: with the gain k the roots of (s+1)^3 = -k, on the axis for k = 8, to its right beyond
-    block = StateSpaceBlock([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0, -1.0]], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+    block = StateSpace([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0, -1.0]], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
     found = growing_gain(block, Fraction(0))
     assert 8 <= found.k < 8.1
     assert found.refutation.certificate["verdict"] == "REFUTED"

@@ -6,7 +6,16 @@ import control
 import pytest
 
 import lure.analysis
-from lure import ExpressionLaw, InputError, LawClass, Loop, Saturation, Sector, SlopeBounds, builtin_loop
+from lure import (
+    ExpressionNonlinearity,
+    InputError,
+    Loop,
+    NonlinearityClass,
+    Saturation,
+    Sector,
+    SlopeBounds,
+    builtin_loop,
+)
 from lure.analysis import analyse, certify, report_on
 from lure.analysis.verdict import Verdict
 from lure.rod import builtin_system
@@ -25,7 +34,7 @@ def test_a_star_brings_every_public_name():
         "lure.analysis"
     )
     assert set(lure.analysis.__all__) <= starred("lure.analysis") & set(dir(lure.analysis))
-    assert {"as_block", "Loop", "Saturation", "Sector", "builtin_loop"} <= starred("lure")
+    assert {"as_plant", "Loop", "Saturation", "Sector", "builtin_loop"} <= starred("lure")
     for name in lure.analysis.__all__:
         assert getattr(lure.analysis, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'max_sectr'"):
@@ -38,8 +47,8 @@ def test_a_star_brings_every_public_name():
         (Saturation(), "odd phi with slope in [0, 1]"),
         (control.saturation_nonlinearity(1), "odd phi with slope in [0, 1]"),
         ("min(max(sigma, -1), 1)", "odd phi with slope in [0, 1]"),
-        (ExpressionLaw("3*sigma", sector=Sector(0, 4)), "phi"),
-        (LawClass.slope_restricted(0, 5, odd=True), "odd phi with slope in [0, 5]"),
+        (ExpressionNonlinearity("3*sigma", sector=Sector(0, 4)), "phi"),
+        (NonlinearityClass.slope_restricted(0, 5, odd=True), "odd phi with slope in [0, 5]"),
         (Sector(0, 5), "phi in the sector [0, 5]"),
         (SlopeBounds(0, 5), "phi with slope in [0, 5]"),
     ],
@@ -54,9 +63,9 @@ def test_questions_take_a_plant_and_a_nonlinearity(nonlinearity, words):
 def test_a_sector_is_decided_as_its_class_is():
     for upper, verdict in ((5, Verdict.PROVED), (7, Verdict.REFUTED)):
         assert certify(THIRD, Sector(0, upper)).verdict is verdict
-        assert certify(THIRD, LawClass(sector=Sector(0, upper))).verdict is verdict
+        assert certify(THIRD, NonlinearityClass(sector=Sector(0, upper))).verdict is verdict
     certificate = certify(THIRD, Sector(0, 5)).shown.certificate
-    assert certificate["laws"] == certify(THIRD, LawClass(sector=Sector(0, 5))).shown.certificate["laws"]
+    assert certificate["laws"] == certify(THIRD, NonlinearityClass(sector=Sector(0, 5))).shown.certificate["laws"]
 
 
 @pytest.mark.parametrize(

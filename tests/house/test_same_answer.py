@@ -9,7 +9,7 @@ import pytest
 from depth import sampled
 from scipy import signal
 
-from lure import RationalBlock, as_block
+from lure import RationalPlant, as_plant
 from lure.analysis import analyse, max_sector, max_slope
 from lure.files import parse_system
 from lure.files.builtin import builtin_loop, loop_names
@@ -47,15 +47,15 @@ def exact_forms(block):
     """Forms that hold every rational number."""
     top, bottom, dt = block.numerator, block.denominator, block.dt
     text = f"({formula(top, block.variable)})/({formula(bottom, block.variable)})"
-    yield "coefficients", as_block((top, bottom), dt=dt)
-    yield "texts of coefficients", as_block((" ".join(listed(top)), " ".join(listed(bottom))), dt=dt)
-    yield "formula", as_block(text, dt=dt)
+    yield "coefficients", as_plant((top, bottom), dt=dt)
+    yield "texts of coefficients", as_plant((" ".join(listed(top)), " ".join(listed(bottom))), dt=dt)
+    yield "formula", as_plant(text, dt=dt)
     yield "file with a formula", toml(block, transfer=f'"{text}"')
     yield "file with coefficients", toml(block, num=listed(top), den=listed(bottom))
     if block.order:
         for mixed in (False, True):
             A, B, C, D = matrices(block, mixed=mixed)
-            yield f"matrices, mixed {mixed}", as_block((A, B, C, D), dt=dt)
+            yield f"matrices, mixed {mixed}", as_plant((A, B, C, D), dt=dt)
             rows = [listed(row) for row in A]
             yield f"file, mixed {mixed}", toml(block, A=rows, B=listed(B), C=listed(C), D=f'"{D}"')
 
@@ -64,14 +64,14 @@ def float_forms(block):
     """Objects of python-control and scipy, which hold doubles."""
     top, bottom = ([float(c) for c in side] for side in (block.numerator, block.denominator))
     step = {} if block.dt is None else {"dt": float(block.dt)}
-    yield "control.tf", as_block(control.tf(top, bottom, *step.values()))
-    yield "scipy.signal.TransferFunction", as_block(signal.TransferFunction(top, bottom, **step))
+    yield "control.tf", as_plant(control.tf(top, bottom, *step.values()))
+    yield "scipy.signal.TransferFunction", as_plant(signal.TransferFunction(top, bottom, **step))
     if block.order:
         for mixed in (False, True):
             A, B, C, D = (np.array(part, dtype=float) for part in matrices(block, mixed=mixed))
             parts = (A, B[:, None], C[None, :], [[float(D)]])
-            yield f"control.ss, mixed {mixed}", as_block(control.ss(*parts, *step.values()))
-            yield f"scipy.signal.StateSpace, mixed {mixed}", as_block(signal.StateSpace(*parts, **step))
+            yield f"control.ss, mixed {mixed}", as_plant(control.ss(*parts, *step.values()))
+            yield f"scipy.signal.StateSpace, mixed {mixed}", as_plant(signal.StateSpace(*parts, **step))
 
 
 def random_block(seed):
@@ -83,7 +83,7 @@ def random_block(seed):
         pole = Fraction(draw.choice([-4, -3, -2, -2, -1, -1, -1, 0, 1]), draw.choice([1, 2]))
         bottom = [a - pole * b for a, b in zip([*bottom, 0], [0, *bottom], strict=True)]
     top = [Fraction(draw.randint(-3, 6), draw.choice([1, 1, 4])) for _ in range(draw.randint(1, n + 1))]
-    return RationalBlock(top if any(top) else [1], bottom, draw.choice([None, None, Fraction(1, 4)]))
+    return RationalPlant(top if any(top) else [1], bottom, draw.choice([None, None, Fraction(1, 4)]))
 
 
 def assert_one_answer(block, forms, question):
@@ -98,7 +98,7 @@ def assert_one_answer(block, forms, question):
 @pytest.mark.parametrize("name", loop_names())
 def test_built_in_loops(name):
     block = builtin_loop(name).block
-    if isinstance(block, RationalBlock):
+    if isinstance(block, RationalPlant):
         assert_one_answer(block, exact_forms(block), max_sector)
 
 
@@ -112,13 +112,13 @@ def test_random_plants(seeds):
 # phi = 0 leaves solutions that grow, whatever the numerator
 @pytest.mark.parametrize("top", [[1], [1, 1]])
 def test_a_double_pole_has_one_answer(top):
-    block = RationalBlock(top, [1, 0, 0])
+    block = RationalPlant(top, [1, 0, 0])
     assert_one_answer(block, [*exact_forms(block), *float_forms(block)], max_sector)
     assert max_sector(block).refuted_at == 0
 
 
 def test_the_other_questions_too():
-    block = RationalBlock([1], [1, 2, 2, 1])
+    block = RationalPlant([1], [1, 2, 2, 1])
     forms = [(name, form) for name, form in [*exact_forms(block), *float_forms(block)] if "True" in name]
     assert_one_answer(block, forms, lambda it: max_slope(it, search="linear"))
     found = [analyse(form) for _, form in forms[:2]]

@@ -29,7 +29,7 @@ from lure.record import html_table, plain, xarray_or_refusal
 from lure.rod.systems import builtin_systems, paper_rod
 
 HOSTILE = "<script>alert('\"&')</script>"
-THIRD = lure.RationalBlock([1], [1, 3, 2, 0])
+THIRD = lure.RationalPlant([1], [1, 3, 2, 0])
 SAMPLES = lure.FrequencyData([1, 2], [1, -1])
 VOID = {"br", "hr", "img", "path", "use", "rect", "stop", "circle", "metadata"}
 
@@ -84,16 +84,16 @@ class Odd:
 
 SYSTEMS = {
     "rational": THIRD,
-    "discrete": lure.RationalBlock([2, 1], [1, 2], dt=1),
-    "constant": lure.RationalBlock([3], [1]),
-    "delay": lure.DelayBlock.parse("exp(-s/2)/(s + 1)"),
-    "state space": lure.StateSpaceBlock([[0, 1], [-2, -3]], [0, 1], [1, 0]),
+    "discrete": lure.RationalPlant([2, 1], [1, 2], dt=1),
+    "constant": lure.RationalPlant([3], [1]),
+    "delay": lure.DelayPlant.parse("exp(-s/2)/(s + 1)"),
+    "state space": lure.StateSpace([[0, 1], [-2, -3]], [0, 1], [1, 0]),
     "linear": lure.rod.upwind(paper_rod(), 3).block,
     "data": lure.FrequencyData([0, 2], [complex(math.inf, 0), 1j], error=[0.0, math.inf]),
     "sector": lure.Sector(0, math.inf),
     "sector of a third": lure.Sector(-math.inf, Fraction(1, 3)),
     "slope": lure.SlopeBounds(Fraction(1, 3), 2),
-    "class": lure.LawClass.slope_restricted(0, 2, odd=True),
+    "class": lure.NonlinearityClass.slope_restricted(0, 2, odd=True),
     "saturation": lure.Saturation(),
     "dead zone": lure.DeadZone(width=1, gain=2),
     "relu": lure.ReLU(),
@@ -102,13 +102,13 @@ SYSTEMS = {
     "cubic": lure.Cubic(),
     "tanh": lure.Tanh(),
     "quantiser": lure.Quantiser(step=1),
-    "formula": lure.ExpressionLaw("sigma/(1 + abs(sigma))", sector=lure.Sector(0, 1)),
-    "contradicted": lure.ExpressionLaw("2*max(sigma, 0)", sector=lure.Sector(0, 1)),
+    "formula": lure.ExpressionNonlinearity("sigma/(1 + abs(sigma))", sector=lure.Sector(0, 1)),
+    "contradicted": lure.ExpressionNonlinearity("2*max(sigma, 0)", sector=lure.Sector(0, 1)),
     "shifted": shifted_law(lure.Tanh(), 1),
     "contact": lure.rod.NormalCompliance(Fraction(4), 2),
     "loop": lure.Loop(THIRD, lure.Saturation()),
     "loop of a stranger": lure.Loop(THIRD, Odd()),
-    "transformed": lure.loop.sector_shift("1/(s^2+s-1)", lure.LawClass(sector=lure.Sector(2, 5))),
+    "transformed": lure.loop.sector_shift("1/(s^2+s-1)", lure.NonlinearityClass(sector=lure.Sector(2, 5))),
     "hostile loop": loop_named(HOSTILE),
     **dict(builtin_systems().items()),
     **dict(builtin_loops().items()),
@@ -141,15 +141,15 @@ def test_a_declaration_that_the_formula_breaks_is_shown_as_broken():
 
 
 def test_a_block_in_latex():
-    block = lure.RationalBlock([1e5, 0, -2.5e-7], [1, *[0] * 10, 3])
+    block = lure.RationalPlant([1e5, 0, -2.5e-7], [1, *[0] * 10, 3])
     assert block._repr_latex_() == (r"$\displaystyle H(s) = \frac{100000 s^{2} - 2.5\cdot 10^{-7}}{s^{11} + 3}$")
-    assert lure.RationalBlock([Fraction(3, 2)], [1], dt=1)._repr_latex_() == r"$\displaystyle H(z) = 1.5$"
+    assert lure.RationalPlant([Fraction(3, 2)], [1], dt=1)._repr_latex_() == r"$\displaystyle H(z) = 1.5$"
 
 
 @pytest.fixture(scope="module")
 def results():
     rod = build_report(builtin_systems()["paper-rod"])
-    proved = certify(THIRD, lure.LawClass(sector=lure.Sector(0, 5)))
+    proved = certify(THIRD, lure.NonlinearityClass(sector=lure.Sector(0, 5)))
     analysis = analyse(loop_named(HOSTILE))
     return {
         "largest": max_sector(THIRD),
@@ -162,12 +162,12 @@ def results():
             analysis=analysis, observed=("4 motions came to rest",), hints=("no balance",), command="lure", versions={}
         ),
         "gains": gain_intervals(THIRD)[0],
-        "gains without end": gain_intervals(lure.RationalBlock([1], [1, 1]))[0],
+        "gains without end": gain_intervals(lure.RationalPlant([1], [1, 1]))[0],
         "passivity": passivity_indices(THIRD),
-        "hint": describing_hint(lure.RationalBlock([12], [1, 3, 2, 0]), lure.Saturation()),
+        "hint": describing_hint(lure.RationalPlant([12], [1, 3, 2, 0]), lure.Saturation()),
         "certification": proved,
-        "certification refuted": certify(THIRD, lure.LawClass(sector=lure.Sector(0, 7))),
-        "certification undecided": certify(SAMPLES, lure.LawClass(sector=lure.Sector(0, 1))),
+        "certification refuted": certify(THIRD, lure.NonlinearityClass(sector=lure.Sector(0, 7))),
+        "certification undecided": certify(SAMPLES, lure.NonlinearityClass(sector=lure.Sector(0, 1))),
         "rod report": rod,
         "spectrum": rod.spectrum,
         "rod criterion": next(one for one in rod.criteria if one.model == "rod"),
@@ -359,7 +359,7 @@ def test_the_answer_about_every_named_loop_is_a_page_and_plain_data(name):
 
 def test_the_rod_and_its_scheme_say_which_they_are():
     rod = paper_rod()
-    _, text = read(lure.rod.RodBlock(rod)._repr_html_())
+    _, text = read(lure.rod.RodPlant(rod)._repr_html_())
     assert "The rod itself, without a grid." in text
     assert "-0.999667" in text  # a = (k - Z)/(k + Z) = (2e-4 - 1.2)/(2e-4 + 1.2)
     _, text = read(lure.rod.upwind(rod, 3)._repr_html_())

@@ -12,7 +12,7 @@ import pytest
 
 import lure
 import lure.analysis
-from lure import LawClass, Loop, Saturation, Sector, SlopeBounds, as_block, builtin_loop
+from lure import Loop, NonlinearityClass, Saturation, Sector, SlopeBounds, as_plant, builtin_loop
 from lure.analysis import analyse, certify, max_sector, max_slope, nonlinearity_bounds
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved
@@ -30,20 +30,20 @@ def rod():
 
 
 SYSTEMS = {
-    "RationalBlock": lambda: as_block(control.ss([[-1, 3], [0, -2]], [[1], [2]], [[1, 1]], 0)),
-    "DelayBlock": lambda: as_block("exp(-s)/(s+1)"),
-    "StateSpaceBlock": lambda: lure.StateSpaceBlock([[-1.0]], [1], [1]),
+    "RationalPlant": lambda: as_plant(control.ss([[-1, 3], [0, -2]], [[1], [2]], [[1, 1]], 0)),
+    "DelayPlant": lambda: as_plant("exp(-s)/(s+1)"),
+    "StateSpace": lambda: lure.StateSpace([[-1.0]], [1], [1]),
     "FrequencyData": lambda: lure.FrequencyData([1.0, 2.0], [1, 2j], error=[0, np.nan]),
     "LinearBlock": lambda: lure.LinearBlock(-np.eye(2), np.ones(2), np.ones(2), np.ones(2)),
     "UpwindScheme": lambda: lure.rod.upwind(rod().rod, 5),  # sparse matrices
-    "RodBlock": lambda: lure.rod.RodBlock(rod().rod),
+    "RodPlant": lambda: lure.rod.RodPlant(rod().rod),
     "Rod": lambda: rod().rod,
     "RodSystem": rod,
     "Scenario": lambda: rod().scenario,
     "Loop": lambda: Loop(THIRD, Saturation()),
     "LoopSystem": lambda: builtin_loop("contact"),
-    "Transformed": lambda: lure.loop.sector_shift(as_block(THIRD), LawClass(sector=Sector(1, 2))),
-    "LawClass": lambda: LawClass.slope_restricted(0, 1, odd=True),
+    "Transformed": lambda: lure.loop.sector_shift(as_plant(THIRD), NonlinearityClass(sector=Sector(1, 2))),
+    "NonlinearityClass": lambda: NonlinearityClass.slope_restricted(0, 1, odd=True),
     "Sector": lambda: Sector(0, 1),
     "SlopeBounds": lambda: SlopeBounds(0, 1),
     "Saturation": lambda: Saturation(limit=2),
@@ -54,7 +54,7 @@ SYSTEMS = {
     "LeakyReLU": lure.LeakyReLU,
     "Quantiser": lure.Quantiser,
     "PiecewiseLinear": lambda: lure.PiecewiseLinear(**POINTS),
-    "ExpressionLaw": lambda: lure.ExpressionLaw("sigma/(1+sigma**2)", sector=Sector(0, 1)),
+    "ExpressionNonlinearity": lambda: lure.ExpressionNonlinearity("sigma/(1+sigma**2)", sector=Sector(0, 1)),
     "Expression": lambda: lure.Expression.parse("sigma**2", variables=("sigma",)),
     "NormalCompliance": lambda: lure.rod.NormalCompliance(stiffness=4, exponent=2),
 }
@@ -62,17 +62,17 @@ RESULTS = {
     "max_sector": lambda: max_sector(THIRD),
     "max_sector, time-varying": lambda: max_sector(([1], [1, 1, 1]), time_varying=True, search="full"),
     "max_sector, dead time": lambda: max_sector("exp(-s)/(s+1)"),
-    "max_sector, rod": lambda: max_sector(lure.rod.RodBlock(rod().rod)),
-    "max_sector, computed": lambda: max_sector(lure.StateSpaceBlock(-np.eye(3) + np.eye(3, k=1), [0, 0, 1], [1, 0, 0])),
+    "max_sector, rod": lambda: max_sector(lure.rod.RodPlant(rod().rod)),
+    "max_sector, computed": lambda: max_sector(lure.StateSpace(-np.eye(3) + np.eye(3, k=1), [0, 0, 1], [1, 0, 0])),
     "max_sector, sampled": lambda: max_sector(lure.FrequencyData([1.0, 2.0], [1, 0.5])),
     "max_sector, refuted": lambda: max_sector("12/((s-1)*(s+3))"),
     "max_slope": lambda: max_slope(([1], [1, 2, 2, 1]), search="linear"),
     "max_slope, orbit": lambda: max_slope("(2*z+0.92)/(z^2-0.5*z)", odd=True),
     "analyse": lambda: analyse(Loop(LAG, Saturation())),
     "certify": lambda: certify(Loop(LAG, Saturation())),
-    "certify, open": lambda: certify(THIRD, LawClass(sector=Sector(0, 2), time_varying=True)),
+    "certify, open": lambda: certify(THIRD, NonlinearityClass(sector=Sector(0, 2), time_varying=True)),
     "Proved": lambda: certify(Loop(LAG, Saturation())).shown,
-    "Refuted": lambda: certify("1/(s-1)", LawClass(sector=Sector(0, 0.5))).shown,
+    "Refuted": lambda: certify("1/(s-1)", NonlinearityClass(sector=Sector(0, 0.5))).shown,
     "nonlinearity_bounds": lambda: nonlinearity_bounds("tanh(sigma)"),
     "passivity_indices": lambda: passivity_indices("1/(s+1)"),
     "describing_hint": lambda: lure.analysis.describing.describing_hint("12/(s*(s+1)*(s+2))", Saturation()),
@@ -130,7 +130,7 @@ def test_a_proof_does_not_arrive_by_pickle_unchecked():
 
 def test_no_public_type_is_left_out():
     samples = {type(sample(name)).__name__ for name in MADE}
-    left_out = {"AssumptionError", "InputError", "Block", "Nonlinearity"}  # errors and protocols
+    left_out = {"AssumptionError", "InputError", "Plant", "Nonlinearity"}  # errors and protocols
     left_out |= {"Boundary", "Matching", "Motion", "Numerics", "Evidence", "Verdict"}  # enums, options and a simulation
     public = {
         name

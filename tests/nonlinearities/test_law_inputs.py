@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from lure import LawClass, Sector, as_law
+from lure import NonlinearityClass, Sector, as_nonlinearity
 from lure.analysis import describing_function, nonlinearity_bounds
 from lure.analysis.nonlinearity import violation
 from lure.analysis.theorems.popov import popov_criterion
@@ -27,7 +27,7 @@ from lure.nonlinearities import (
     law_from_table,
 )
 from lure.nonlinearities.protocol import NormalCompliance
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 F = Fraction
 PLANT = "[plant]\nnum = [1]\nden = [1, 3, 2, 0]\n"
@@ -170,9 +170,9 @@ def test_the_sector_of_a_straight_line_is_exact_and_no_theorem_takes_it():
     assert (found.sector, found.slope) == (Sector.line(F(1, 3)), SlopeBounds.line(F(1, 3)))
     assert str(nonlinearity_bounds("3*x").sector) == "[3, 3]"
     with pytest.raises(InputError, match="a linear gain belongs into the block"):
-        LawClass(sector=found.sector)
+        NonlinearityClass(sector=found.sector)
     with pytest.raises(InputError, match="a linear gain belongs into the block"):
-        popov_criterion(RationalBlock([1], [1, 3, 2]), found.sector)
+        popov_criterion(RationalPlant([1], [1, 3, 2]), found.sector)
 
 
 # objects of python-control
@@ -190,7 +190,7 @@ def test_a_saturation_of_python_control_is_bounded_as_certified_as_ours():
 )
 def test_a_nonlinearity_with_memory_has_a_describing_function_and_is_no_law(memory):
     with pytest.raises(InputError, match="memoryless"):
-        as_law(memory)
+        as_nonlinearity(memory)
     found = describing_function(memory, [1.0, 2.0])
     assert found.dtype == complex
     assert found == pytest.approx([memory.describing_function(1.0), memory.describing_function(2.0)])

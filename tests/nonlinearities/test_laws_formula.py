@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lure import InputError, Sector
-from lure.nonlinearities import DeadZone, ExpressionLaw, LeakyReLU, ReLU, Saturation
+from lure.nonlinearities import DeadZone, ExpressionNonlinearity, LeakyReLU, ReLU, Saturation
 
 
 @pytest.mark.parametrize(
@@ -24,7 +24,7 @@ from lure.nonlinearities import DeadZone, ExpressionLaw, LeakyReLU, ReLU, Satura
     ],
 )
 def test_a_piecewise_linear_formula_is_recognised_exactly(text, law):
-    formula = ExpressionLaw(text, sector=Sector(0, 5))
+    formula = ExpressionNonlinearity(text, sector=Sector(0, 5))
     assert formula.graph is not None
     assert formula.graph.sector == law.sector
     assert formula.graph.slope_bounds == law.slope_bounds
@@ -49,7 +49,7 @@ def test_a_piecewise_linear_formula_is_recognised_exactly(text, law):
     ],
 )
 def test_no_other_formula_passes_for_piecewise_linear(text):
-    assert ExpressionLaw(text, sector=Sector(-9, 9)).graph is None
+    assert ExpressionNonlinearity(text, sector=Sector(-9, 9)).graph is None
 
 
 def test_many_nested_folds_are_given_up_rather_than_counted():
@@ -57,18 +57,20 @@ def test_many_nested_folds_are_given_up_rather_than_counted():
     folded = "sigma"
     for n in range(12):
         if n == 6:
-            graph = ExpressionLaw(f"min(sigma, {folded}) - min(0, {folded})", sector=Sector(-9, 9)).graph
+            graph = ExpressionNonlinearity(f"min(sigma, {folded}) - min(0, {folded})", sector=Sector(-9, 9)).graph
             assert len(graph.knots) > 60
         folded = f"(abs({folded}) - {2.0**-n})"
-    assert ExpressionLaw(f"0*sigma*({folded})", sector=Sector(0, 1)).graph is not None  # folded away by the parser
-    assert ExpressionLaw(f"{folded} - {folded}", sector=Sector(0, 1)).graph is None
+    assert (
+        ExpressionNonlinearity(f"0*sigma*({folded})", sector=Sector(0, 1)).graph is not None
+    )  # folded away by the parser
+    assert ExpressionNonlinearity(f"{folded} - {folded}", sector=Sector(0, 1)).graph is None
 
 
 @pytest.mark.parametrize(
     "text", ["sin(sigma)", "tanh(100*sigma)", "exp(sigma) - 1", "cos(sigma) - 1", "sqrt(abs(sigma))"]
 )
 def test_formulas_that_vanish_at_zero_are_accepted(text):
-    law = ExpressionLaw(text, sector=Sector(-math.inf, math.inf))
+    law = ExpressionNonlinearity(text, sector=Sector(-math.inf, math.inf))
     assert law(0.0) == 0
 
 
@@ -84,27 +86,27 @@ def test_formulas_that_vanish_at_zero_are_accepted(text):
 )
 def test_other_formulas_are_refused(text, message):
     with pytest.raises(InputError, match=message):
-        ExpressionLaw(text, sector=Sector(0, 1))
+        ExpressionNonlinearity(text, sector=Sector(0, 1))
 
 
 def test_what_is_declared_has_its_type():
-    with pytest.raises(InputError, match=r"^ExpressionLaw\.sector is \(0, 1\); declare a Sector$"):
-        ExpressionLaw("sigma", sector=(0, 1))
-    with pytest.raises(InputError, match=r"^ExpressionLaw\.slope_bounds is 3; declare SlopeBounds, or None$"):
-        ExpressionLaw("sigma", sector=Sector(0, 1), slope_bounds=3)
-    with pytest.raises(InputError, match=r"^ExpressionLaw\.odd is 1; declare True or False$"):
-        ExpressionLaw("sigma", sector=Sector(0, 1), odd=1)
+    with pytest.raises(InputError, match=r"^ExpressionNonlinearity\.sector is \(0, 1\); declare a Sector$"):
+        ExpressionNonlinearity("sigma", sector=(0, 1))
+    with pytest.raises(InputError, match=r"^ExpressionNonlinearity\.slope_bounds is 3; declare SlopeBounds, or None$"):
+        ExpressionNonlinearity("sigma", sector=Sector(0, 1), slope_bounds=3)
+    with pytest.raises(InputError, match=r"^ExpressionNonlinearity\.odd is 1; declare True or False$"):
+        ExpressionNonlinearity("sigma", sector=Sector(0, 1), odd=1)
 
 
 # int_0^x s/(1+s) = x - log(1+x)
 def test_the_primitive_of_a_formula_is_integrated():
-    law = ExpressionLaw("sigma/(1 + abs(sigma))", sector=Sector(0, 1))
+    law = ExpressionNonlinearity("sigma/(1 + abs(sigma))", sector=Sector(0, 1))
     x = np.array([[0.0, 1.0], [-2.5, 40.0]])
     assert law.primitive(x) == pytest.approx(np.abs(x) - np.log1p(np.abs(x)), rel=1e-9)
     assert law.slope(x) == pytest.approx(1 / (1 + np.abs(x)) ** 2, rel=1e-12)
 
 
 def test_a_formula_without_its_variable_is_the_zero_law():
-    law = ExpressionLaw("0", sector=Sector(0, 1))
+    law = ExpressionNonlinearity("0", sector=Sector(0, 1))
     assert law(np.ones(3)).tolist() == [0, 0, 0]
     assert law.slope([1.0]).tolist() == [0]

@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import AssumptionError, InputError, Sector, SlopeBounds
-from lure.classes import LawClass
+from lure.classes import NonlinearityClass
 from lure.nonlinearities import (
     LAW_KINDS,
     Cubic,
     DeadZone,
-    ExpressionLaw,
+    ExpressionNonlinearity,
     LeakyReLU,
     PiecewiseLinear,
     Provenance,
@@ -102,14 +102,16 @@ def test_a_class_that_inherits_from_a_law_is_on_its_own_word():
 
 
 def test_passing_the_sample_does_not_make_a_declaration_checked():
-    law = ExpressionLaw("tanh(3*sigma)", sector=Sector(0, 3), slope_bounds=SlopeBounds(0, 3), odd=True)
+    law = ExpressionNonlinearity("tanh(3*sigma)", sector=Sector(0, 3), slope_bounds=SlopeBounds(0, 3), odd=True)
     check_declared(law)
     assert properties(law).sector.provenance is Provenance.DECLARED
     assert properties(law).regularity.value == "locally Lipschitz"
 
 
 def test_a_piecewise_linear_formula_is_checked_exactly():
-    law = ExpressionLaw("min(max(2*sigma, -1), 1)", sector=Sector(0, 2), slope_bounds=SlopeBounds(0, 2), odd=True)
+    law = ExpressionNonlinearity(
+        "min(max(2*sigma, -1), 1)", sector=Sector(0, 2), slope_bounds=SlopeBounds(0, 2), odd=True
+    )
     known = properties(law)
     assert {p.provenance for p in (known.sector, known.slope_bounds, known.odd)} == {Provenance.CHECKED}
     assert known.sector.how.startswith("the formula is piecewise linear: exact")
@@ -136,7 +138,7 @@ def test_a_piecewise_linear_formula_is_checked_exactly():
     ],
 )
 def test_a_false_word_about_a_piecewise_linear_formula_is_never_used(declared, message):
-    law = ExpressionLaw("min(max(2*sigma, -5), 3)", **declared)
+    law = ExpressionNonlinearity("min(max(2*sigma, -5), 3)", **declared)
     for use in (properties, law_class):
         with pytest.raises(AssumptionError, match=message):
             use(law)
@@ -158,12 +160,12 @@ def test_a_shifted_law_keeps_the_standing_of_what_is_shifted():
 
 @pytest.mark.parametrize("law", LIBRARY, ids=str)
 def test_the_class_of_a_law_is_its_tightest(law):
-    assert law_class(law) == LawClass(sector=law.sector, slope=law.slope_bounds, odd=law.odd)
+    assert law_class(law) == NonlinearityClass(sector=law.sector, slope=law.slope_bounds, odd=law.odd)
 
 
 def test_a_declared_sector_is_narrowed_to_the_declared_slopes():
     found = law_class(Arctangent(sector=Sector(-1, 3), slope_bounds=SlopeBounds(0, 1)))
-    assert found == LawClass(sector=Sector(0, 1), slope=SlopeBounds(0, 1))
+    assert found == NonlinearityClass(sector=Sector(0, 1), slope=SlopeBounds(0, 1))
 
 
 def test_declarations_that_exclude_each_other_are_refused():
@@ -196,11 +198,16 @@ def test_no_law_of_the_library_is_accused(law):
         (Arctangent(slope_bounds=SlopeBounds(0.01, 1)), "slope bounds .* but the difference quotient to the right of"),
         (Arctangent(offset=0.1), r"has phi\(0\) = 0.1; a law must vanish at 0"),
         (Arctangent(offset=math.nan), r"has phi\(0\) = nan"),
-        (ExpressionLaw("exp(sigma) - 1", sector=Sector(0, math.inf), odd=True), "is declared odd, but phi"),
-        (ExpressionLaw("sqrt(sigma)", sector=Sector(0, math.inf)), r"'sqrt\(sigma\)' has no value at sigma = -"),
+        (ExpressionNonlinearity("exp(sigma) - 1", sector=Sector(0, math.inf), odd=True), "is declared odd, but phi"),
+        (
+            ExpressionNonlinearity("sqrt(sigma)", sector=Sector(0, math.inf)),
+            r"'sqrt\(sigma\)' has no value at sigma = -",
+        ),
         # the jump at 1000 is off every grid, but a breakpoint
         (
-            ExpressionLaw("where(sigma < 1000, sigma, where(sigma < 1000.01, sigma**2, sigma))", sector=Sector(0, 2)),
+            ExpressionNonlinearity(
+                "where(sigma < 1000, sigma, where(sigma < 1000.01, sigma**2, sigma))", sector=Sector(0, 2)
+            ),
             r"sector \[0, 2\], but phi\(sigma\)/sigma at sigma = 1000.00899999 is 1000",
         ),
     ],
@@ -213,14 +220,14 @@ def test_a_false_declaration_is_falsified_by_a_point(law, message):
 # sin(s)/s >= -0.2172336282..., at s = 4.4934: a bound 1e-4 higher is false; 30 samples a decade come within 3e-4 of it
 def test_a_sector_between_zero_and_infinity_is_looked_at_too():
     bound = -0.21723362821122166
-    check_declared(ExpressionLaw("sin(sigma)", sector=Sector(bound - 1e-9, 1), odd=True), samples=20000)
+    check_declared(ExpressionNonlinearity("sin(sigma)", sector=Sector(bound - 1e-9, 1), odd=True), samples=20000)
     with pytest.raises(AssumptionError, match=r"sector .*, but phi\(sigma\)/sigma at sigma = -?4\.4[89]"):
-        check_declared(ExpressionLaw("sin(sigma)", sector=Sector(bound + 1e-4, 1)), samples=20000)
+        check_declared(ExpressionNonlinearity("sin(sigma)", sector=Sector(bound + 1e-4, 1)), samples=20000)
 
 
 @pytest.mark.parametrize("text", ["where(sigma > 0, 1 - exp(-sigma), 0)", "(1000 + tanh(sigma)) - 1000"])
 def test_rounding_is_not_taken_for_a_violation_of_a_formula(text):
-    law = ExpressionLaw(text, sector=Sector(0, 1))
+    law = ExpressionNonlinearity(text, sector=Sector(0, 1))
     x = np.logspace(-12, -9, 100)
     assert (law(x) / x).max() > 1.00001  # in doubles; the law itself is below 1
     check_declared(law)
@@ -242,18 +249,18 @@ def test_rounding_is_not_taken_for_a_violation_of_a_users_law():
 # the double next to 1/3 lies below it, and some quotients (x/3)/x are rounded to above that
 def test_bounds_that_are_no_doubles_are_compared_exactly():
     check_declared(
-        ExpressionLaw("sigma/3", sector=Sector(0, Fraction(1, 3)), slope_bounds=SlopeBounds(0, Fraction(1, 3)))
+        ExpressionNonlinearity("sigma/3", sector=Sector(0, Fraction(1, 3)), slope_bounds=SlopeBounds(0, Fraction(1, 3)))
     )
     with pytest.raises(AssumptionError, match="sector"):
-        check_declared(ExpressionLaw("sigma/3", sector=Sector(0, Fraction(1, 3) - Fraction(1, 10**17))))
+        check_declared(ExpressionNonlinearity("sigma/3", sector=Sector(0, Fraction(1, 3) - Fraction(1, 10**17))))
 
 
 def test_a_violation_smaller_than_rounding_is_found_in_a_formula():
     # tanh(s)/s comes to 1 - s^2/3 with s = 1e-12: above 1 - 1e-15, below 1
-    check_declared(ExpressionLaw("tanh(sigma)", sector=Sector(0, 1), slope_bounds=SlopeBounds(0, 1), odd=True))
+    check_declared(ExpressionNonlinearity("tanh(sigma)", sector=Sector(0, 1), slope_bounds=SlopeBounds(0, 1), odd=True))
     below = 1 - Fraction(1, 10**15)
     with pytest.raises(AssumptionError, match=r"sector \[0, 0.99.*\], but phi\(sigma\)/sigma"):
-        check_declared(ExpressionLaw("tanh(sigma)", sector=Sector(0, below)))
+        check_declared(ExpressionNonlinearity("tanh(sigma)", sector=Sector(0, below)))
 
 
 @given(level=st.floats(1e-3, 1e3), scale=st.floats(1e-3, 1e3))
@@ -308,7 +315,9 @@ def test_settings_of_the_sample_are_checked(options, message):
         (
             "expression",
             {"text": "sigma**3", "sector": [0, Decimal("inf")], "slope_bounds": [0, "inf"], "odd": True},
-            ExpressionLaw("sigma**3", sector=Sector(0, math.inf), slope_bounds=SlopeBounds(0, math.inf), odd=True),
+            ExpressionNonlinearity(
+                "sigma**3", sector=Sector(0, math.inf), slope_bounds=SlopeBounds(0, math.inf), odd=True
+            ),
         ),
     ],
     ids=str,
@@ -357,7 +366,11 @@ def test_every_kind_is_made_from_what_it_says_it_needs():
         ("saturation", {"gain": 1, "slope": 1, "limit": 1}, "^the law 'saturation' has both slope and gain"),
         ("expression", {"text": "sigma", "sector": 1}, r"^the law's sector is 1; give a pair of numbers"),
         ("expression", {"text": "sigma", "sector": [0, "x"]}, r"^sector\[1\] is 'x'; give a number"),
-        ("expression", {"text": 3, "sector": [0, 1]}, r"^ExpressionLaw\.text is 3; give a formula in sigma as text"),
+        (
+            "expression",
+            {"text": 3, "sector": [0, 1]},
+            r"^ExpressionNonlinearity\.text is 3; give a formula in sigma as text",
+        ),
         ("expression", {"text": "sigma", "sector": [2, 1]}, "^Sector needs lower < upper"),
         (
             "piecewise linear",

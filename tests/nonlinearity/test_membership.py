@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lure import as_block
+from lure import as_plant
 from lure.analysis import analyse, certify
 from lure.analysis.certificates import codes
 from lure.analysis.nonlinearity.membership import Status, examined, membership
 from lure.analysis.verdict import Verdict
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.nonlinearities import (
     Cubic,
     DeadZone,
-    ExpressionLaw,
+    ExpressionNonlinearity,
     LeakyReLU,
     PiecewiseLinear,
     Quantiser,
@@ -51,7 +51,7 @@ WIDE = Sector(-math.inf, math.inf)
 
 
 def formula(text, sector=WIDE, **declared):
-    return ExpressionLaw(text, sector=sector, **declared)
+    return ExpressionNonlinearity(text, sector=sector, **declared)
 
 
 def status_of(found, name):
@@ -68,7 +68,7 @@ def test_a_library_nonlinearity_is_no_member_of_a_narrower_sector(law):
     # every sector above is the tightest, so that half of its finite width is too little
     low, high = law.sector.lower, law.sector.upper
     narrow = Sector(low, low + (high - low) / 2) if math.isfinite(high) else Sector(low, low + 100)
-    found = membership(law, LawClass(sector=narrow))
+    found = membership(law, NonlinearityClass(sector=narrow))
     assert found.status is Status.VIOLATED
     (x,) = found.violated.points
     assert float(law(float(x))) / float(x) == pytest.approx(float(found.violated.value), rel=1e-6)
@@ -78,7 +78,7 @@ def test_a_library_nonlinearity_is_no_member_of_a_narrower_sector(law):
 # the peak of the formula is sigma = 0.777 exactly, where phi(sigma)/sigma = 2 + 7
 def test_a_narrow_peak_beyond_the_declared_sector_is_found_with_point_value_and_certified_bound():
     law = formula("sigma*(2+7*exp(-((sigma-0.777)/0.0001)**2))", Sector(0, 3))
-    known = membership(law, LawClass(sector=Sector(0, 3))).violated
+    known = membership(law, NonlinearityClass(sector=Sector(0, 3))).violated
     assert known.name == "sector"
     assert float(known.points[0]) == pytest.approx(0.777, abs=1e-4)
     assert 3 < known.value <= 9 <= known.certified < 9.0001
@@ -87,12 +87,12 @@ def test_a_narrow_peak_beyond_the_declared_sector_is_found_with_point_value_and_
 
 
 def test_a_formula_inside_its_declared_class_is_checked_and_one_beyond_the_effort_stays_declared():
-    smooth = LawClass(sector=Sector(0, 5), slope=SlopeBounds(0, 5), odd=True)
+    smooth = NonlinearityClass(sector=Sector(0, 5), slope=SlopeBounds(0, 5), odd=True)
     assert membership(formula("tanh(sigma/0.2)"), smooth).status is Status.CHECKED
     wild = formula("sigma*(1+log(2+sin(1/(sigma**2+0.00001))))")
-    assert membership(wild, LawClass(sector=Sector(0, 3))).status is Status.DECLARED
+    assert membership(wild, NonlinearityClass(sector=Sector(0, 3))).status is Status.DECLARED
     bounded = formula("sigma*(1+0.5*sin(1/(sigma**2+0.00001)))")  # as wild, and bounded by its form
-    assert membership(bounded, LawClass(sector=Sector(0, 2))).status is Status.CHECKED
+    assert membership(bounded, NonlinearityClass(sector=Sector(0, 2))).status is Status.CHECKED
 
 
 def test_a_function_of_the_users_is_declared():
@@ -102,7 +102,7 @@ def test_a_function_of_the_users_is_declared():
         def __call__(self, sigma):
             return np.tanh(sigma)
 
-    found = membership(Mine(), LawClass(sector=Sector(0, 1)))
+    found = membership(Mine(), NonlinearityClass(sector=Sector(0, 1)))
     assert found.status is Status.DECLARED
     assert {known.name for known in found.declared} == {"sector", "time-invariance"}
     assert (found.regularity, found.regularity_property.status, found.zeros) == (
@@ -129,7 +129,7 @@ def test_a_function_of_the_users_is_declared():
     ids=str,
 )
 def test_regularity_is_what_can_be_shown(law, regularity, status):
-    found = membership(law, LawClass(sector=WIDE))
+    found = membership(law, NonlinearityClass(sector=WIDE))
     assert (found.regularity, found.regularity_property.status) == (regularity, status)
 
 
@@ -154,13 +154,13 @@ def test_regularity_is_what_can_be_shown(law, regularity, status):
     ids=str,
 )
 def test_zeros_are_exact(law, zeros):
-    found = membership(law, LawClass(sector=WIDE)).zeros
+    found = membership(law, NonlinearityClass(sector=WIDE)).zeros
     assert (found if found is None else str(found)) == zeros
     assert found is None or found.only_zero is (zeros == "{0}")
 
 
 def test_oddness_is_checked_read_off_or_refuted_at_a_point():
-    odd = LawClass(sector=WIDE, odd=True)
+    odd = NonlinearityClass(sector=WIDE, odd=True)
     assert status_of(membership(formula("sigma**3*exp(-abs(sigma))"), odd), "odd") is Status.CHECKED
     known = membership(formula("sigma + 0.001*sigma**2"), odd).violated
     assert (known.name, known.value) == ("odd", Fraction(2, 1000) * known.points[0] ** 2)
@@ -168,26 +168,28 @@ def test_oddness_is_checked_read_off_or_refuted_at_a_point():
 
 
 def test_a_theorem_may_not_be_used_where_nothing_is_known_of_the_regularity():
-    found = membership(formula("where(sigma > exp(1), 2*sigma, sigma)"), LawClass(sector=WIDE))
+    found = membership(formula("where(sigma > exp(1), 2*sigma, sigma)"), NonlinearityClass(sector=WIDE))
     assert found.regularity == "unknown"
     assert found.regular("continuous") is Status.VIOLATED
     assert found.regular("none") is Status.CHECKED
-    assert membership(Saturation(), LawClass(sector=WIDE)).regular("locally Lipschitz") is Status.CHECKED
+    assert membership(Saturation(), NonlinearityClass(sector=WIDE)).regular("locally Lipschitz") is Status.CHECKED
 
 
 def test_a_formula_without_a_value_somewhere_is_refused():
     with pytest.raises(InputError, match="at sigma = 1"):
-        membership(formula("sigma/(sigma-1)"), LawClass(sector=WIDE))
+        membership(formula("sigma/(sigma-1)"), NonlinearityClass(sector=WIDE))
 
 
 def test_an_examined_formula_without_a_declared_sector_carries_the_certified_class():
     # x/(1 + x^2): chords 1/(1 + x^2) in (0, 1], slopes (1 - x^2)/(1 + x^2)^2 least -1/8 at the root of 3
-    found = examined(ExpressionLaw("sigma/(1+sigma**2)"))
+    found = examined(ExpressionNonlinearity("sigma/(1+sigma**2)"))
     assert found.law_class.sector == Sector(0, 1)
     assert found.law_class.odd
     assert -0.1250001 < found.law_class.slope.lower <= Fraction(-1, 8)
     assert found.membership.status is Status.CHECKED
-    assert examined(ExpressionLaw("min(max(2*sigma, -1), 1)")).law_class == LawClass.slope_restricted(0, 2, odd=True)
+    assert examined(ExpressionNonlinearity("min(max(2*sigma, -1), 1)")).law_class == NonlinearityClass.slope_restricted(
+        0, 2, odd=True
+    )
 
 
 @pytest.mark.parametrize(
@@ -207,10 +209,10 @@ def test_an_examined_formula_without_a_declared_sector_carries_the_certified_cla
         # too wild for the search: a sample finds 1 + ln 3 where 1/(sigma^2 + 1e-5) = pi/2, confirmed in balls
         (formula("sigma*(1+log(2+sin(1/(sigma**2+0.00001))))", Sector(0, 1.4)), "sector \\[0, 1.4"),
         (
-            ExpressionLaw("sigma*(1+log(2+sin(1/(sigma**2+0.00001))))"),
+            ExpressionNonlinearity("sigma*(1+log(2+sin(1/(sigma**2+0.00001))))"),
             "declares no sector, and none could be certified",
         ),
-        (ExpressionLaw("3*sigma"), "straight line; a linear gain belongs into the block"),
+        (ExpressionNonlinearity("3*sigma"), "straight line; a linear gain belongs into the block"),
     ],
     ids=str,
 )
@@ -253,7 +255,7 @@ def without_values(law):
 @given(PARTS)
 def test_what_is_checked_of_a_random_formula_no_sample_contradicts(part):
     try:
-        found = examined(ExpressionLaw(f"sigma*({part})"))
+        found = examined(ExpressionNonlinearity(f"sigma*({part})"))
     except (InputError, AssumptionError):
         return  # no value somewhere, no value 0 at 0, or nothing certified
     known, law = found.membership, found.nonlinearity
@@ -270,15 +272,15 @@ def test_what_is_checked_of_a_random_formula_no_sample_contradicts(part):
 
 
 def test_a_class_asked_about_must_contain_a_formula_that_declares_nothing():
-    law = ExpressionLaw("3*tanh(sigma)")
-    assert examined(law, LawClass(sector=Sector(0, 4))).membership.status is Status.CHECKED
+    law = ExpressionNonlinearity("3*tanh(sigma)")
+    assert examined(law, NonlinearityClass(sector=Sector(0, 4))).membership.status is Status.CHECKED
     with pytest.raises(
         InputError, match=r"asked about in a class with the sector \[0, 2\].* give a class that contains it"
     ):
-        examined(law, LawClass(sector=Sector(0, 2)))
+        examined(law, NonlinearityClass(sector=Sector(0, 2)))
 
 
-class Fivefold(ExpressionLaw):
+class Fivefold(ExpressionNonlinearity):
     def __call__(self, sigma):
         return 5 * sigma
 
@@ -299,7 +301,7 @@ class Silent:
 
 
 def test_a_class_derived_from_a_formula_is_not_judged_by_the_formula():
-    found = membership(Fivefold("tanh(sigma)", sector=Sector(0, 6)), LawClass(sector=Sector(0, 6)))
+    found = membership(Fivefold("tanh(sigma)", sector=Sector(0, 6)), NonlinearityClass(sector=Sector(0, 6)))
     assert found.status is Status.DECLARED
     assert found.zeros is None
     assert membership(type("Own", (Saturation,), {"__call__": lambda _, x: 0 * x})(), found.law_class).zeros is None
@@ -309,7 +311,7 @@ def test_a_law_that_says_it_is_discontinuous_is_not_taken_to_be_locally_lipschit
     assert analyse("1/(s+1)", Jumping()).verdict is Verdict.INCONCLUSIVE
     assert certify("1/(s+1)", Jumping()).code is codes.ROUGH_LAW
     # without a direct term the circle criterion in discrete time holds for laws of any regularity
-    assert analyse(as_block("0.2/(z-0.5)", dt=1), Jumping()).verdict is Verdict.PROVED
+    assert analyse(as_plant("0.2/(z-0.5)", dt=1), Jumping()).verdict is Verdict.PROVED
 
 
 def test_what_nobody_declared_is_not_called_declared():

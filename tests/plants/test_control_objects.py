@@ -9,17 +9,17 @@ import pytest
 
 from lure import (
     DeadZone,
-    DelayBlock,
-    ExpressionLaw,
+    DelayPlant,
+    ExpressionNonlinearity,
     FrequencyData,
-    LawClass,
     Loop,
-    RationalBlock,
+    NonlinearityClass,
+    RationalPlant,
     Saturation,
     Sector,
-    StateSpaceBlock,
+    StateSpace,
     Tanh,
-    as_block,
+    as_plant,
 )
 from lure.analysis import Verdict, certify, max_sector
 from lure.analysis.describing import describing_hint
@@ -29,8 +29,8 @@ from lure.analysis.theorems.passivity import passivity_indices
 from lure.errors import InputError
 from lure.files.builtin import builtin_loop
 from lure.loop import pole_shift, sector_shift
-from lure.nonlinearities.reading import as_law
-from lure.rod import NormalCompliance, RodBlock, upwind
+from lure.nonlinearities.reading import as_nonlinearity
+from lure.rod import NormalCompliance, RodPlant, upwind
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.systems import paper_rod, rod_from_exact
 
@@ -40,17 +40,17 @@ POINTS = 1j * np.geomspace(0.01, 100, 40)
 @pytest.mark.parametrize(
     "block",
     [
-        RationalBlock([1, 2], [1, 3, 2, 0]),
-        RationalBlock([2, 1], [1, 2], dt=0.5),
-        StateSpaceBlock([[0, 1], [-2, -3]], [0, 1], [1, 0], 0.25),
-        StateSpaceBlock([[0.5]], [1], [1], dt=2),
+        RationalPlant([1, 2], [1, 3, 2, 0]),
+        RationalPlant([2, 1], [1, 2], dt=0.5),
+        StateSpace([[0, 1], [-2, -3]], [0, 1], [1, 0], 0.25),
+        StateSpace([[0.5]], [1], [1], dt=2),
         upwind(paper_rod(), 3).block,
     ],
     ids=["rational", "discrete", "state space", "discrete state space", "linear"],
 )
 def test_a_block_comes_back_from_python_control_as_the_same_function(block):
     theirs = block.to_control()
-    again = as_block(theirs)
+    again = as_plant(theirs)
     assert again.transfer(POINTS) == pytest.approx(block.transfer(POINTS), rel=1e-9)
     assert theirs(POINTS) == pytest.approx(block.transfer(POINTS), rel=1e-9)
     own = getattr(block, "dt", None)
@@ -60,22 +60,22 @@ def test_a_block_comes_back_from_python_control_as_the_same_function(block):
 
 def test_measured_data_come_back_as_they_were():
     data = FrequencyData([1, 2, 4], [1, 1j, -0.5])
-    again = as_block(data.to_control())
+    again = as_plant(data.to_control())
     assert (again.omega == data.omega).all()
     assert (again.response == data.response).all()
 
 
 def test_a_dead_time_is_not_approximated_unasked():
     with pytest.raises(InputError, match=r"python-control has no dead time.*to_control\(pade=4\).*no answer of lure"):
-        DelayBlock.parse("exp(-s)/(s+1)").to_control()
+        DelayPlant.parse("exp(-s)/(s+1)").to_control()
     for order in (0, 21, 2.0, True):
         with pytest.raises(InputError, match="a whole number from 1 to 20"):
-            DelayBlock.parse("exp(-s)/(s+1)").to_control(pade=order)
+            DelayPlant.parse("exp(-s)/(s+1)").to_control(pade=order)
 
 
 # the Pade approximation of order 4 of exp(-T s) is exact up to the ninth power of T s: at |T s| <= 1/2 to about 1e-12
 def test_the_approximation_of_a_dead_time_is_that_of_pade():
-    block = DelayBlock.parse("(exp(-s/2) + 2*s + 3)/(s^2 + s + 1)".replace("^", "**"))
+    block = DelayPlant.parse("(exp(-s/2) + 2*s + 3)/(s^2 + s + 1)".replace("^", "**"))
     near = 1j * np.linspace(0.01, 1, 20)
     assert block.to_control(pade=4)(near) == pytest.approx(block.transfer(near), rel=1e-10)
     far = block.to_control(pade=1)(10j) - block.transfer(10j)
@@ -87,14 +87,16 @@ def test_the_approximation_of_a_dead_time_is_that_of_pade():
 def test_loop_shifts_take_and_give_systems_of_python_control(kind):
     theirs = control.tf([1], [1, 1, -1])
     source = {"tf": theirs, "ss": control.ss([[-1, 1], [1, 0]], [[1], [0]], [[0, 1]], 0), "text": "1/(s^2+s-1)"}[kind]
-    shifted = sector_shift(source, LawClass(sector=Sector(2, 5)))
+    shifted = sector_shift(source, NonlinearityClass(sector=Sector(2, 5)))
     assert shifted.to_control()(POINTS) == pytest.approx(control.feedback(theirs, 2)(POINTS), rel=1e-12)
-    assert shifted.block == pole_shift(source, LawClass(sector=Sector(2, 5)), 2).block == as_block("1/(s^2+s+1)")
+    assert (
+        shifted.block == pole_shift(source, NonlinearityClass(sector=Sector(2, 5)), 2).block == as_plant("1/(s^2+s+1)")
+    )
 
 
 def test_what_is_not_rational_is_not_shifted():
-    with pytest.raises(InputError, match="a loop shift needs exact coefficients, and a DelayBlock has none"):
-        pole_shift("exp(-s)/(s+1)", LawClass(sector=Sector(0, 1)), 1)
+    with pytest.raises(InputError, match="a loop shift needs exact coefficients, and a DelayPlant has none"):
+        pole_shift("exp(-s)/(s+1)", NonlinearityClass(sector=Sector(0, 1)), 1)
 
 
 # x' = -sat(x), x(0) = 3: x = 3 - t as long as x >= 1, that is up to t = 2, then exp(2 - t)
@@ -108,7 +110,7 @@ def test_a_saturated_integrator_moves_as_by_hand():
 
 # x[k+1] = x/2 - sat(x): 4, 2 - 1 = 1, 1/2 - 1 = -1/2, -1/4 + 1/2 = 1/4, 1/8 - 1/4 = -1/8
 def test_a_sampled_loop_moves_as_by_hand():
-    closed = Loop(RationalBlock([1], [1, -0.5], dt=1), Saturation()).to_control()
+    closed = Loop(RationalPlant([1], [1, -0.5], dt=1), Saturation()).to_control()
     found = control.input_output_response(closed, np.arange(5), 0, [4.0])
     assert found.outputs == pytest.approx([4, 1, -0.5, 0.25, -0.125], abs=1e-15)
     assert closed.dt == 1
@@ -154,7 +156,7 @@ def test_a_direct_term_is_solved_for_at_every_instant():
     exact = np.where(times < turn, 4 * np.exp(-times) - 2, np.exp(-1.5 * (times - turn)))
     assert found.outputs == pytest.approx(exact, abs=1e-7)
     # and in discrete time, with a load: x = 0, sigma + phi(sigma) = r = 1 gives sigma = 1/2
-    sampled = Loop(RationalBlock([1, 1], [1, 0], dt=1), Saturation()).to_control()
+    sampled = Loop(RationalPlant([1, 1], [1, 0], dt=1), Saturation()).to_control()
     assert sampled.output(0, [0.0], [1.0]) == pytest.approx([0.5], rel=1e-12)
 
 
@@ -183,10 +185,13 @@ def test_a_loop_with_a_dead_time_closes_on_its_approximation_if_asked():
     ("loop", "message"),
     [
         (Loop("-(s+2)/(s+1)", Tanh()), r"has the direct term D = -1: .* these are \[0, 1\]"),
-        (Loop("(s+2)/(s+1)", ExpressionLaw("sigma**3/(1+sigma**2)", sector=Sector(0, 1))), "these are unknown"),
-        (Loop("3", Tanh()), "a RationalBlock without states cannot be simulated"),
+        (
+            Loop("(s+2)/(s+1)", ExpressionNonlinearity("sigma**3/(1+sigma**2)", sector=Sector(0, 1))),
+            "these are unknown",
+        ),
+        (Loop("3", Tanh()), "a RationalPlant without states cannot be simulated"),
         (Loop(control.frd([1, 0.5], [1, 2]), Tanh()), "a FrequencyData without states cannot be simulated"),
-        (Loop(RodBlock(paper_rod()), Tanh()), "a RodBlock without states cannot be simulated"),
+        (Loop(RodPlant(paper_rod()), Tanh()), "a RodPlant without states cannot be simulated"),
         (builtin_loop("third-order"), "has no law to close the loop with"),
     ],
 )
@@ -202,13 +207,13 @@ def test_a_named_loop_closes_too():
 
 
 def test_a_law_of_python_control_is_the_law_it_is():
-    assert as_law(control.saturation_nonlinearity(2)) == Saturation(limit=2)
+    assert as_nonlinearity(control.saturation_nonlinearity(2)) == Saturation(limit=2)
     with pytest.warns(UserWarning, match="asymmetric"):  # of its own describing function, not of the law
         uneven = control.saturation_nonlinearity(2, -1)
-    assert as_law(uneven) == Saturation(limit=2, lower_limit=-1)
-    assert not as_law(uneven).odd
+    assert as_nonlinearity(uneven) == Saturation(limit=2, lower_limit=-1)
+    assert not as_nonlinearity(uneven).odd
     law = Tanh()
-    assert as_law(law) is law
+    assert as_nonlinearity(law) is law
 
 
 @pytest.mark.parametrize(
@@ -218,7 +223,8 @@ def test_a_law_of_python_control_is_the_law_it_is():
         (control.friction_backlash_nonlinearity(0.5), "friction_backlash_nonlinearity has a memory"),
         (
             np.tanh,
-            r"has no sector; a law says in which sector it lies: give one of lure.nonlinearities, or ExpressionLaw\(",
+            r"has no sector; a law says in which sector it lies: give one of lure.nonlinearities, or "
+            r"ExpressionNonlinearity\(",
         ),
         (None, "None has no sector"),
     ],
@@ -236,7 +242,7 @@ def test_python_control_takes_our_laws_for_its_describing_function():
 
 def test_questions_take_a_loop_made_of_objects_of_python_control():
     loop = Loop(control.tf([1], [1, 3, 2, 0]), control.saturation_nonlinearity(1))
-    assert loop.block == as_block("1/(s*(s+1)*(s+2))")
+    assert loop.block == as_plant("1/(s*(s+1)*(s+2))")
     assert str(subject(loop).law_class) == "odd phi with slope in [0, 1]"
     assert certify(loop).verdict is Verdict.PROVED
     assert max_sector(control.tf([1], [1, 3, 2, 0])).largest.low == pytest.approx(6)
@@ -265,4 +271,4 @@ def test_a_saturation_redefined_is_not_taken_for_the_saturation():
             return 10 * super().__call__(x)
 
     with pytest.raises(InputError, match=r"has no sector|has a memory"):
-        as_law(Tenfold(1))
+        as_nonlinearity(Tenfold(1))

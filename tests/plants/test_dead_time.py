@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from lure import AssumptionError, InputError
 from lure.analysis.theorems.dead_time import circle_largest, hurwitz_limit, popov_largest
 from lure.analysis.verdict import Evidence, Verdict
-from lure.plants.delay import DelayBlock
+from lure.plants.delay import DelayPlant
 
 DELAYS = st.fractions(min_value=Fraction(1, 100), max_value=5, max_denominator=100)
 RATES = st.fractions(min_value=Fraction(1, 10), max_value=10, max_denominator=20)
@@ -29,7 +29,7 @@ def crossing(delay):
 
 @given(DELAYS)
 def test_a_lag_with_dead_time_meets_its_gain_margin(delay):
-    limit = hurwitz_limit(DelayBlock.parse(f"exp(-({delay})*s)/(s + 1)"))
+    limit = hurwitz_limit(DelayPlant.parse(f"exp(-({delay})*s)/(s + 1)"))
     assert limit.low <= crossing(float(delay)) * (1 + 1e-12)
     assert limit.high >= crossing(float(delay)) * (1 - 1e-12)
     assert limit.width <= 1e-9 * limit.low
@@ -40,7 +40,7 @@ def test_a_lag_with_dead_time_meets_its_gain_margin(delay):
 def test_an_integrator_with_dead_time_reaches_pi_over_two(delay):
     # 1/k + Re[(1 + i w theta) exp(-i w T)/(i w)] with theta = 4T/pi^2 touches zero at w = pi/(2T), k = pi/(2T) alone:
     # Popov's sector is that of the linear gains
-    block = DelayBlock.parse(f"exp(-({delay})*s)/s")
+    block = DelayPlant.parse(f"exp(-({delay})*s)/s")
     found = popov_largest(block)
     exact = math.pi / (2 * float(delay))
     assert found.verdict is Verdict.PROVED
@@ -51,7 +51,7 @@ def test_an_integrator_with_dead_time_reaches_pi_over_two(delay):
 @given(DELAYS, RATES, RATES)
 @settings(max_examples=8)
 def test_nothing_on_the_axis_breaks_a_certified_inequality(delay, fast, slow):
-    block = DelayBlock.parse(f"exp(-({delay})*s)*({fast} - s)/((s + {slow})*(s + {fast})*(s + 1))")
+    block = DelayPlant.parse(f"exp(-({delay})*s)*({fast} - s)/((s + {slow})*(s + {fast})*(s + 1))")
     circle, popov, limit = circle_largest(block), popov_largest(block), hurwitz_limit(block)
     w = np.concatenate([np.geomspace(1e-4, 1e4, 20_000), np.linspace(0, 60, 20_000)])
     H = block.transfer(1j * w)
@@ -65,15 +65,15 @@ def test_nothing_on_the_axis_breaks_a_certified_inequality(delay, fast, slow):
 
 
 def test_time_scale_and_gain():
-    slow = popov_largest(DelayBlock.parse("3*exp(-s)/((2*s + 1)*(4*s + 1))"))
-    fast = popov_largest(DelayBlock.parse("exp(-s/10)/((s/5 + 1)*(2*s/5 + 1))"))
+    slow = popov_largest(DelayPlant.parse("3*exp(-s)/((2*s + 1)*(4*s + 1))"))
+    fast = popov_largest(DelayPlant.parse("exp(-s/10)/((s/5 + 1)*(2*s/5 + 1))"))
     assert 3 * slow.largest.low == pytest.approx(fast.largest.low, rel=1e-7)
     assert slow.theta == pytest.approx(10 * fast.theta, rel=1e-2)
 
 
 def test_the_sign_of_the_steady_gain_alone_can_decide():
     # -exp(-s)/(s + 1): the gain 1 puts a root at 0
-    found = circle_largest(DelayBlock.parse("-exp(-s)/(s + 1)"))
+    found = circle_largest(DelayPlant.parse("-exp(-s)/(s + 1)"))
     assert 1 - 1e-8 < found.largest.low < 1
 
 
@@ -89,12 +89,12 @@ def test_the_sign_of_the_steady_gain_alone_can_decide():
 )
 def test_what_the_theorems_do_not_cover_is_refused(text, words):
     with pytest.raises(AssumptionError, match=words):
-        popov_largest(DelayBlock.parse(text))
+        popov_largest(DelayPlant.parse(text))
 
 
 def test_with_a_pole_at_zero_the_circle_criterion_is_refused():
     with pytest.raises(AssumptionError, match="ask popov"):
-        circle_largest(DelayBlock.parse("exp(-s)/s"))
+        circle_largest(DelayPlant.parse("exp(-s)/s"))
 
 
 @pytest.mark.parametrize(
@@ -113,21 +113,21 @@ def test_with_a_pole_at_zero_the_circle_criterion_is_refused():
 )
 def test_formulas_that_are_no_dead_time_blocks_are_refused(text, words):
     with pytest.raises(InputError, match=words):
-        DelayBlock.parse(text)
+        DelayPlant.parse(text)
 
 
 def test_a_formula_means_what_it_says():
-    block = DelayBlock.parse("exp(-0.3*s)/(s*(s + 1)) - 2*exp(-s)**2/s + 1/(s + 1)**2")
+    block = DelayPlant.parse("exp(-0.3*s)/(s*(s + 1)) - 2*exp(-s)**2/s + 1/(s + 1)**2")
     s = np.array([0.3 + 1j, -0.2 + 2j])
     expected = np.exp(-0.3 * s) / (s * (s + 1)) - 2 * np.exp(-2 * s) / s + 1 / (s + 1) ** 2
     assert np.allclose(block.transfer(s), expected, rtol=1e-13)
     assert len(block.denominator) == 4  # s (s + 1)^2: a pole that terms share is counted once
     assert block.delayless is None
-    assert DelayBlock.parse("1/(s + 1)").delayless.order == 1
+    assert DelayPlant.parse("1/(s + 1)").delayless.order == 1
 
 
 @pytest.mark.parametrize("text", ["exp(-s)/(s + 1) + 2*exp(-3*s)/(s + 1)", "(s - 2)*exp(-s/2)/(s + 1)**2 + 1/(s + 1)"])
 def test_a_block_prints_all_its_terms(text):
-    block = DelayBlock.parse(text)
+    block = DelayPlant.parse(text)
     printed = str(block).replace(" exp", " * exp").replace(" s)", "*s)").replace("^", "**")
-    assert DelayBlock.parse(re.sub(r"(\d) s", r"\1*s", printed)) == block
+    assert DelayPlant.parse(re.sub(r"(\d) s", r"\1*s", printed)) == block

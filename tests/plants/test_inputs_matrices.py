@@ -12,26 +12,26 @@ from plants import value
 from refusals import refusal
 
 from lure.errors import InputError
-from lure.plants import as_block, rational_block
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants import as_plant, rational_block
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 from lure.rod import builtin_system, upwind
 
 COMPANION = ([[0, 1], [-2, -3]], [0, 1], [1, 0])  # 1/(s^2 + 3 s + 2)
 
 
 def test_matrices_become_the_exact_transfer_function():
-    assert as_block(COMPANION) == RationalBlock([1], [1, 3, 2])
-    assert as_block((*COMPANION, 2)) == RationalBlock([2, 6, 5], [1, 3, 2])
-    assert as_block(([["-1/3"]], ["1"], [F(2, 7)])) == RationalBlock([F(2, 7)], [1, F(1, 3)])
-    assert as_block((-1, 1, 1)) == RationalBlock([1], [1, 1])
-    assert as_block(([], [], [], 2)) == RationalBlock([2], [1])
+    assert as_plant(COMPANION) == RationalPlant([1], [1, 3, 2])
+    assert as_plant((*COMPANION, 2)) == RationalPlant([2, 6, 5], [1, 3, 2])
+    assert as_plant(([["-1/3"]], ["1"], [F(2, 7)])) == RationalPlant([F(2, 7)], [1, F(1, 3)])
+    assert as_plant((-1, 1, 1)) == RationalPlant([1], [1, 1])
+    assert as_plant(([], [], [], 2)) == RationalPlant([2], [1])
 
 
 # Indirect control with r = c = 1: the zero eigenvalue does not reach sigma = xi - x.
 def test_a_mode_that_the_output_does_not_see_stays_in_the_block():
-    assert as_block(([[-1, 1], [0, 0]], [0, 1], [-1, 1])) == RationalBlock([1, 0], [1, 1, 0])
-    assert as_block(([[-1, 0], [0, 5]], [1, 0], [1, 1])) == RationalBlock([1, -5], [1, -4, -5])
+    assert as_plant(([[-1, 1], [0, 0]], [0, 1], [-1, 1])) == RationalPlant([1, 0], [1, 1, 0])
+    assert as_plant(([[-1, 0], [0, 5]], [1, 0], [1, 1])) == RationalPlant([1, -5], [1, -4, -5])
 
 
 ENTRIES = st.integers(-3, 3)
@@ -91,14 +91,14 @@ def test_a_change_of_basis_changes_nothing(system, shear, scale):
 )
 def test_matrices_that_do_not_fit_are_refused(parts, said):
     with pytest.raises(InputError, match=said):
-        as_block(parts)
+        as_plant(parts)
 
 
 def test_sixty_states_are_exact_and_sixty_one_are_not():
     rng = np.random.default_rng(1)
-    for n, kind in ((60, RationalBlock), (61, StateSpaceBlock)):
+    for n, kind in ((60, RationalPlant), (61, StateSpace)):
         A, b, c = rng.standard_normal((n, n)) - 20 * np.eye(n), rng.standard_normal(n), rng.standard_normal(n)
-        block = as_block((A, b, c, 0.5))
+        block = as_plant((A, b, c, 0.5))
         assert isinstance(block, kind)
         assert block.order == n
         direct = c @ np.linalg.solve(1j * np.eye(n) - A, b) + 0.5
@@ -107,10 +107,10 @@ def test_sixty_states_are_exact_and_sixty_one_are_not():
 
 def test_large_matrices_may_be_lists_or_sparse_and_a_limit_is_named():
     A = [[F(-1) * (i == j) for j in range(61)] for i in range(61)]
-    assert as_block((A, [1] * 61, [1] * 61)).transfer(0) == pytest.approx(61)
-    assert "5001 states" in refusal(as_block, (np.zeros((5001, 1)), [1], [1]))
-    assert "not square" in refusal(as_block, (np.zeros((70, 71)), np.ones(70), np.ones(70)))
+    assert as_plant((A, [1] * 61, [1] * 61)).transfer(0) == pytest.approx(61)
+    assert "5001 states" in refusal(as_plant, (np.zeros((5001, 1)), [1], [1]))
+    assert "not square" in refusal(as_plant, (np.zeros((70, 71)), np.ones(70), np.ones(70)))
     scheme = upwind(builtin_system("paper-rod").rod, 40)
-    large = as_block(scheme.block)
-    assert isinstance(large, StateSpaceBlock)
+    large = as_plant(scheme.block)
+    assert isinstance(large, StateSpace)
     assert large.transfer(100j) == pytest.approx(scheme.transfer(100j), rel=1e-9)

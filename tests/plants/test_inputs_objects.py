@@ -13,10 +13,10 @@ from refusals import refusal
 
 from lure import LinearBlock, builtin_loop
 from lure.errors import InputError
-from lure.plants import as_block, sampling_time
-from lure.plants.delay import DelayBlock
+from lure.plants import as_plant, sampling_time
+from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 from lure.plants.text import polynomial_of_roots
 from lure.rod import builtin_system, upwind
 
@@ -24,18 +24,18 @@ from lure.rod import builtin_system, upwind
 # python-control and scipy.signal
 def test_objects_of_python_control_are_taken_exactly():
     tenth = F(0.1)
-    assert as_block(control.tf([0.1], [1, 3, 2])) == RationalBlock([tenth], [1, 3, 2])
-    assert as_block(control.tf([1], [1, 0.5], 0.1)) == RationalBlock([1], [1, F(1, 2)], tenth)
-    assert as_block(control.tf([1], [1, 0.5], True)).dt == 1
-    assert as_block(control.ss(*map(np.array, ([[0, 1], [-2, -3]], [[0], [1]], [[1, 0]], [[2]])))) == RationalBlock(
+    assert as_plant(control.tf([0.1], [1, 3, 2])) == RationalPlant([tenth], [1, 3, 2])
+    assert as_plant(control.tf([1], [1, 0.5], 0.1)) == RationalPlant([1], [1, F(1, 2)], tenth)
+    assert as_plant(control.tf([1], [1, 0.5], True)).dt == 1
+    assert as_plant(control.ss(*map(np.array, ([[0, 1], [-2, -3]], [[0], [1]], [[1, 0]], [[2]])))) == RationalPlant(
         [2, 6, 5], [1, 3, 2]
     )
-    assert as_block(control.ss([], [], [], [[3]])) == RationalBlock([3], [1])
-    assert as_block(control.rss(2, 2, 2)[0, 1]).order == 2
+    assert as_plant(control.ss([], [], [], [[3]])) == RationalPlant([3], [1])
+    assert as_plant(control.rss(2, 2, 2)[0, 1]).order == 2
 
 
 def test_measured_data_stay_data():
-    data = as_block(control.frd([1, 2, 3j], [3, 1, 2]))
+    data = as_plant(control.frd([1, 2, 3j], [3, 1, 2]))
     assert isinstance(data, FrequencyData)
     assert data.omega.tolist() == [1, 2, 3]
     assert data.response.tolist() == [2, 3j, 1]
@@ -64,19 +64,19 @@ def test_measured_data_stay_data():
 )
 def test_systems_that_are_no_single_proper_block_are_refused(system, said):
     with pytest.raises(InputError, match=said):
-        as_block(system())
+        as_plant(system())
 
 
 def test_objects_of_scipy_are_taken_exactly():
-    assert as_block(scipy.signal.lti([1], [1, 2, 3])) == RationalBlock([1], [1, 2, 3])
-    assert as_block(scipy.signal.dlti([1], [1, 0.5])) == RationalBlock([1], [1, F(1, 2)], 1)
-    assert as_block(scipy.signal.dlti([1], [1, 0.5], dt=0.25)).dt == F(1, 4)
-    assert as_block(scipy.signal.lti([], [-1, -2 + 1j, -2 - 1j], 2)) == RationalBlock([2], [1, 5, 9, 5])
-    assert as_block(scipy.signal.StateSpace(*map(np.array, ([[0, 1], [-2, -3]], [[0], [1]], [[1, 0]], [[0]])))) == (
-        RationalBlock([1], [1, 3, 2])
+    assert as_plant(scipy.signal.lti([1], [1, 2, 3])) == RationalPlant([1], [1, 2, 3])
+    assert as_plant(scipy.signal.dlti([1], [1, 0.5])) == RationalPlant([1], [1, F(1, 2)], 1)
+    assert as_plant(scipy.signal.dlti([1], [1, 0.5], dt=0.25)).dt == F(1, 4)
+    assert as_plant(scipy.signal.lti([], [-1, -2 + 1j, -2 - 1j], 2)) == RationalPlant([2], [1, 5, 9, 5])
+    assert as_plant(scipy.signal.StateSpace(*map(np.array, ([[0, 1], [-2, -3]], [[0], [1]], [[1, 0]], [[0]])))) == (
+        RationalPlant([1], [1, 3, 2])
     )
     poles = scipy.signal.butter(5, [0.1, 0.2], "bandpass", output="zpk")
-    assert as_block(scipy.signal.ZerosPolesGain(*poles, dt=True)).order == 10
+    assert as_plant(scipy.signal.ZerosPolesGain(*poles, dt=True)).order == 10
 
 
 @given(st.lists(st.complex_numbers(max_magnitude=9, allow_nan=False, min_magnitude=1e-3), max_size=4))
@@ -96,17 +96,17 @@ def test_a_linear_block_goes_from_the_law_to_the_output():
     block = LinearBlock(
         np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([0.0, 1.0]), np.array([5.0, 5.0]), np.array([1.0, 0.0])
     )
-    assert as_block(block) == RationalBlock([1], [1, 3, 2])
+    assert as_plant(block) == RationalPlant([1], [1, 3, 2])
     # dispersion adds no error here: the scheme with 10 cells has 21 states and its response is known in closed form
     scheme = upwind(builtin_system("paper-rod").rod, 10)
-    exact = as_block(scheme.block)
+    exact = as_plant(scheme.block)
     assert exact.order == 21
     assert exact.transfer(50j) == pytest.approx(scheme.transfer(50j), rel=1e-9)
 
 
 def test_a_block_passes_through_unchanged():
-    for block in (RationalBlock([1], [1, 1]), FrequencyData([1.0], [1.0]), as_block("exp(-s)/(s+1)")):
-        assert as_block(block) is block
+    for block in (RationalPlant([1], [1, 1]), FrequencyData([1.0], [1.0]), as_plant("exp(-s)/(s+1)")):
+        assert as_plant(block) is block
 
 
 @pytest.mark.parametrize(
@@ -153,19 +153,19 @@ def test_sampling_times_that_contradict_or_mean_nothing_are_refused(caller, own,
 @pytest.mark.parametrize(
     ("source", "dt"),
     [
-        (RationalBlock([1], [1, 1]), 1),
-        (RationalBlock([1], [1, 1], 1), 0),
+        (RationalPlant([1], [1, 1]), 1),
+        (RationalPlant([1], [1, 1], 1), 0),
         (control.tf([1], [1, 1], 0.1), 0.2),
         (scipy.signal.lti([1], [1, 1]), 1),
-        (DelayBlock.parse("exp(-s)/(s+1)"), 1),
+        (DelayPlant.parse("exp(-s)/(s+1)"), 1),
     ],
 )
 def test_mixed_sampling_times_are_refused_for_every_source(source, dt):
-    assert "leave dt out or convert the system" in refusal(as_block, source, dt=dt)
+    assert "leave dt out or convert the system" in refusal(as_plant, source, dt=dt)
 
 
 def test_a_loop_is_asked_for_its_block():
     with pytest.raises(
         InputError, match=r"a LoopSystem is a block and what closes the loop; give its block, loop\.block"
     ):
-        as_block(builtin_loop("ct-7"))
+        as_plant(builtin_loop("ct-7"))

@@ -13,9 +13,9 @@ from refusals import refusal
 
 from lure.errors import InputError
 from lure.expressions import Expression
-from lure.plants import as_block, coefficients, parse_transfer
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
+from lure.plants import as_plant, coefficients, parse_transfer
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_fractions_survive_the_way_through_text(values):
     ],
 )
 def test_a_formula_is_the_block_it_says(text, top, bottom):
-    assert parse_transfer(text) == RationalBlock(top, bottom)
+    assert parse_transfer(text) == RationalPlant(top, bottom)
 
 
 # Factors written in one fraction are modes of the system described; the denominators of a sum are common ground.
@@ -120,11 +120,11 @@ def test_a_formula_is_the_block_it_says(text, top, bottom):
     ],
 )
 def test_a_mode_written_out_is_kept_and_none_is_invented(text, top, bottom):
-    assert parse_transfer(text) == RationalBlock(top, bottom)
+    assert parse_transfer(text) == RationalPlant(top, bottom)
 
 
 def test_negative_powers_of_z_are_delays_and_bring_no_mode_of_their_own():
-    assert parse_transfer("0.1/(1 - 1.8 z^-1 + 0.81 z^-2)") == RationalBlock(
+    assert parse_transfer("0.1/(1 - 1.8 z^-1 + 0.81 z^-2)") == RationalPlant(
         [F(1, 10), 0, 0], [1, F("-1.8"), F("0.81")], 1
     )
 
@@ -215,12 +215,12 @@ def test_a_block_survives_the_way_through_a_formula(top, bottom):
     def text(side):
         return "+".join(f"({c})*s^{n}" for n, c in enumerate(reversed(side)))
 
-    assert as_block(f"({text(top)})/({text(bottom)})") == RationalBlock(top, bottom)
+    assert as_plant(f"({text(top)})/({text(bottom)})") == RationalPlant(top, bottom)
 
 
 def test_a_dead_time_makes_a_delay_block_and_one_that_cancels_does_not():
-    block = as_block("exp(-0.2*s)/(s*(s+1))")
-    assert isinstance(block, DelayBlock)
+    block = as_plant("exp(-0.2*s)/(s*(s+1))")
+    assert isinstance(block, DelayPlant)
     assert block.terms[0][0] == F(1, 5)
-    assert as_block("exp(0*s)/(s+1)^2") == RationalBlock([1], [1, 2, 1])
-    assert "dead time in continuous time" in refusal(as_block, "exp(-s)/(s+1)", dt=1)
+    assert as_plant("exp(0*s)/(s+1)^2") == RationalPlant([1], [1, 2, 1])
+    assert "dead time in continuous time" in refusal(as_plant, "exp(-s)/(s+1)", dt=1)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import InputError, RationalBlock
+from lure import InputError, RationalPlant
 from lure.plants.rational import polynomial_text
 
 
@@ -19,36 +19,36 @@ def test_values_do_not_depend_on_the_unit_of_time(decades, roots):
     for a in roots:
         den = [x + y for x, y in zip([*den, Fraction(0)], [Fraction(0), *(c * a * T for c in den)], strict=True)]
         expected *= a / (1j + a)
-    block = RationalBlock([den[-1]], den)
+    block = RationalPlant([den[-1]], den)
     assert block.transfer(1j * float(T)) == pytest.approx(expected, rel=1e-11)
 
 
 def test_a_pole_far_smaller_than_the_others_does_no_harm():
     # 0.1/(z (z - 1e-300)) is 0.1/z^2 at |z| = 1
-    block = RationalBlock([Fraction(1, 10)], [1, -Fraction(1, 10**300), 0], dt=1)
+    block = RationalPlant([Fraction(1, 10)], [1, -Fraction(1, 10**300), 0], dt=1)
     assert block.transfer([1, 1j]) == pytest.approx([0.1, -0.1], rel=1e-15)
 
 
 def test_a_pole_is_not_finite_and_infinity_is_the_feedthrough():
-    block = RationalBlock([3, 1], [1, 2])
+    block = RationalPlant([3, 1], [1, 2])
     assert not np.isfinite(block.transfer(-2))
     assert block.feedthrough == 3
     assert block.transfer([0, 1j]) == pytest.approx([0.5, (3j + 1) / (1j + 2)])
 
 
 def test_it_prints_as_people_write():
-    block = RationalBlock([Fraction(-1, 2), 0, 1], [1, 0, -3, Fraction(1, 3), Fraction(10) ** 400], dt=Fraction(1, 10))
+    block = RationalPlant([Fraction(-1, 2), 0, 1], [1, 0, -3, Fraction(1, 3), Fraction(10) ** 400], dt=Fraction(1, 10))
     assert str(block) == "(-0.5 z^2 + 1) / (z^4 - 3 z^2 + 0.333333 z + 1e+400)"
     assert polynomial_text([Fraction(0)], "s") == "0"
     assert polynomial_text([Fraction(123456789), Fraction(0)], "s") == "1.23457e+08 s"
 
 
 def test_python_control_gets_doubles_or_a_sentence():
-    system = RationalBlock([1], [1, 3, 2, 0]).to_control()
+    system = RationalPlant([1], [1, 3, 2, 0]).to_control()
     assert np.array_equal(system.den[0][0], [1, 3, 2, 0])
     assert system.dt == 0
     with pytest.raises(InputError, match="rescale the unit of time"):
-        RationalBlock([1], [1, Fraction(10) ** 400]).to_control()
+        RationalPlant([1], [1, Fraction(10) ** 400]).to_control()
 
 
 @pytest.mark.parametrize(
@@ -67,4 +67,4 @@ def test_python_control_gets_doubles_or_a_sentence():
 )
 def test_what_is_no_block_is_refused_in_a_sentence(arguments, words):
     with pytest.raises(InputError, match=words):
-        RationalBlock(*arguments)
+        RationalPlant(*arguments)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from lure import LinearBlock, Loop, RationalBlock, Saturation, Tanh, as_block
+from lure import LinearBlock, Loop, RationalPlant, Saturation, Tanh, as_plant
 from lure.analysis.counterexamples.confirming import tried
 from lure.errors import InputError
 from lure.files import parse_system
 from lure.plants.realisation import Names, Realisation, companion
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.state_space import StateSpace
 
 A, B, C, D = [[-1.0, 3.0], [0.0, -2.0]], [[1.0], [2.0]], [[1.0, 1.0]], [[0.0]]
 NAMED = control.ss(A, B, C, D, states=["slow", "fast"], inputs=["force"], outputs=["tip"], name="arm")
@@ -30,8 +30,8 @@ FORMS = {
 
 @pytest.mark.parametrize("form", FORMS)
 def test_every_form_of_matrices_keeps_them(form):
-    block = as_block(FORMS[form])
-    assert block == RationalBlock([3, 10], [1, 3, 2])  # C (sI - A)^-1 B = (s + 8)/((s+1)(s+2)) + 2/(s+2)
+    block = as_plant(FORMS[form])
+    assert block == RationalPlant([3, 10], [1, 3, 2])  # C (sI - A)^-1 B = (s + 8)/((s+1)(s+2)) + 2/(s+2)
     system = block.to_control()
     assert isinstance(system, control.StateSpace)
     for kept, given in zip((system.A, system.B, system.C, system.D), (A, B, C, D), strict=True):
@@ -46,13 +46,13 @@ def test_an_initial_state_is_that_of_the_plant_given(form):
 
 
 def test_names_stay_with_block_and_loop():
-    block = as_block(NAMED)
+    block = as_plant(NAMED)
     assert block.matrices.names == Names(("slow", "fast"), "force", "tip", "arm")
     system = block.to_control()
     assert (system.state_labels, system.input_labels, system.output_labels) == (["slow", "fast"], ["force"], ["tip"])
     assert Loop(NAMED, Tanh()).to_control().state_labels == ["slow", "fast"]
     large = control.ss(-np.eye(61), np.ones((61, 1)), np.ones((1, 61)), 0, states=[f"q{i}" for i in range(61)])
-    assert as_block(large).to_control().state_labels[60] == "q60"
+    assert as_plant(large).to_control().state_labels[60] == "q60"
 
 
 @pytest.mark.parametrize(
@@ -68,11 +68,11 @@ def test_names_stay_with_block_and_loop():
     ],
 )
 def test_a_period_that_is_not_stated_stays_so(source):
-    block = as_block(source)
+    block = as_plant(source)
     assert block.dt == 1
     assert block.to_control().dt is True
     assert Loop(block, Saturation()).to_control().dt is True
-    assert as_block(control.tf([1], [1, 0.5], 0.25)).to_control().dt == 0.25
+    assert as_plant(control.tf([1], [1, 0.5], 0.25)).to_control().dt == 0.25
 
 
 def coupled_oscillators(number):
@@ -87,7 +87,7 @@ def coupled_oscillators(number):
 def test_a_finely_sampled_plant_stays_stable():
     for number, least in ((2, 1.0), (4, 2 - 2 * math.cos(math.pi / 5))):
         plant = control.c2d(coupled_oscillators(number), 1e-4)
-        block = as_block(plant)
+        block = as_plant(plant)
         radius = float(np.abs(np.linalg.eigvals(block.realisation.doubles()[0])).max())
         assert radius == pytest.approx(math.exp(-0.005 * least * 1e-4), abs=1e-12)
         np.testing.assert_array_equal(block.to_control().A, plant.A)
@@ -108,7 +108,7 @@ def test_the_loop_of_a_finely_sampled_plant_is_the_loop_of_its_matrices():
 
 
 def test_coefficients_have_the_companion_form():
-    block = RationalBlock([1, 3], [1, 3, 2])
+    block = RationalPlant([1, 3], [1, 3, 2])
     assert block.matrices is None
     assert block.realisation == Realisation(
         ((Fraction(0), Fraction(1)), (Fraction(-2), Fraction(-3))),
@@ -117,14 +117,14 @@ def test_coefficients_have_the_companion_form():
         Fraction(0),
     )
     with pytest.raises(InputError, match="have 2 states and the denominator has degree 1"):
-        RationalBlock([1], [1, 1], matrices=block.realisation)
+        RationalPlant([1], [1, 1], matrices=block.realisation)
 
 
 def test_exact_entries_stay_exact():
-    third = as_block(([["-1/3"]], ["2/7"], [1], "1/10"))
+    third = as_plant(([["-1/3"]], ["2/7"], [1], "1/10"))
     assert third.realisation.A[0][0] == Fraction(-1, 3)
     assert third.to_dict()["matrices"]["D"] == "1/10"
-    assert "matrices" not in RationalBlock([1], [1, 1]).to_dict()
+    assert "matrices" not in RationalPlant([1], [1, 1]).to_dict()
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def test_exact_entries_stay_exact():
     [(control.ss([], [], [], 0), 0), (control.ss([], [], [], 2), 2), (([], [], [], 0), 0), (control.tf([3], [1]), 3)],
 )
 def test_a_static_gain_is_a_block(source, gain):
-    block = as_block(source)
+    block = as_plant(source)
     assert (block.order, block.feedthrough) == (0, gain)
 
 
@@ -147,15 +147,15 @@ def test_a_static_gain_is_a_block(source, gain):
 )
 def test_a_nonlinear_plant_is_to_be_linearised(system):
     with pytest.raises(InputError, match=r"cubic is a nonlinear system of python-control; .*control\.linearize\("):
-        as_block(system)
+        as_plant(system)
 
 
 def test_no_state_and_no_feedthrough_is_no_system():
     with pytest.raises(InputError, match="the system is empty"):
-        as_block(([], [], []))
-    assert StateSpaceBlock([[-1]], [1], [1]).to_control().dt == 0
+        as_plant(([], [], []))
+    assert StateSpace([[-1]], [1], [1]).to_control().dt == 0
 
 
 def test_a_proof_about_a_finely_sampled_plant_is_not_contradicted_by_its_simulation():
     plant = control.c2d(coupled_oscillators(2), 1e-4)  # its companion form in doubles grows within seconds
-    assert tried(as_block(plant), Saturation(), conclusion="0 attracts").contradiction is None
+    assert tried(as_plant(plant), Saturation(), conclusion="0 attracts").contradiction is None

@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 from lure.errors import InputError
 from lure.plants import rational_block
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.state_space import ControllerForm, StateSpaceBlock
+from lure.plants.state_space import ControllerForm, StateSpace
 
-OSCILLATOR = StateSpaceBlock([[0, 1], [-1, -0.1]], [0, 1], [1, 0])
+OSCILLATOR = StateSpace([[0, 1], [-1, -0.1]], [0, 1], [1, 0])
 
 
 def random_block(n, seed, scale=1.0):
     rng = np.random.default_rng(seed)
     A = rng.standard_normal((n, n)) * np.exp(scale * rng.standard_normal((n, n)))
-    return StateSpaceBlock(A, rng.standard_normal(n), rng.standard_normal(n), rng.standard_normal())
+    return StateSpace(A, rng.standard_normal(n), rng.standard_normal(n), rng.standard_normal())
 
 
 def exact_values(block, points):
@@ -61,7 +61,7 @@ def test_an_oscillator_has_the_response_of_its_formula():
 
 # The exact error near a pole at distance 1e-9 of the axis: values of 5e8 with an error of at most 1e-6 relative.
 def test_the_estimate_grows_towards_a_pole():
-    block = StateSpaceBlock([[0.3, 1.0], [-2.0, -0.3 - 2e-9]], [1, 1], [1, 0])
+    block = StateSpace([[0.3, 1.0], [-2.0, -0.3 - 2e-9]], [1, 1], [1, 0])
     pole = math.sqrt(2 - 0.09)
     found = block.frequency_response([0.5 * pole, pole])
     relative = found.error / np.abs(found.response)
@@ -70,7 +70,7 @@ def test_the_estimate_grows_towards_a_pole():
 
 
 def test_discrete_time_is_evaluated_on_the_circle():
-    block = StateSpaceBlock([[0.5]], [1], [1], 0, 0.1)
+    block = StateSpace([[0.5]], [1], [1], 0, 0.1)
     found = block.frequency_response([0.0, 10 * math.pi])
     assert found.response == pytest.approx([2, -1 / 1.5])
     assert found.dt == block.dt == Fraction(0.1)
@@ -104,7 +104,7 @@ def _horner(coefficients, x, y):
 @pytest.mark.parametrize(("n", "g"), [(40, 1.0), (60, 1e-4), (121, 1e-4), (121, 1e-2)])
 def test_a_long_chain_neither_overflows_nor_loses_its_small_gain(n, g):
     A = -np.eye(n) + g * np.eye(n, k=-1)
-    block = StateSpaceBlock(A, np.eye(n)[0], np.eye(n)[-1])
+    block = StateSpace(A, np.eye(n)[0], np.eye(n)[-1])
     s = np.array([0.0, 0.5j, 1j])
     expected = np.exp((n - 1) * math.log(g) - n * np.log(s + 1)) if (n - 1) * math.log10(g) > -300 else 0 * s
     assert block.transfer(s) == pytest.approx(expected, rel=1e-10, abs=1e-300)
@@ -119,24 +119,24 @@ def test_rescaling_reaches_the_sums_under_way():
     x = ControllerForm(A, np.eye(n), 1.0).solutions(s)  # as it stands: balancing would remove the difficulty
     for entry in range(0, 36, 5):  # down to 1e-280
         assert x[entry] == pytest.approx(
-            exact_values(StateSpaceBlock(A, np.eye(n)[0], np.eye(n)[entry]), s), rel=1e-9, abs=0
+            exact_values(StateSpace(A, np.eye(n)[0], np.eye(n)[entry]), s), rel=1e-9, abs=0
         )
 
 
 def test_states_that_the_input_does_not_reach_are_left_out():
-    assert StateSpaceBlock(np.zeros((2, 2)), [1, 0], [1, 1]).transfer(2.0) == pytest.approx(0.5)
+    assert StateSpace(np.zeros((2, 2)), [1, 0], [1, 1]).transfer(2.0) == pytest.approx(0.5)
     A = np.diag([-1.0, -2.0, 3.0])
     form = ControllerForm.of(A, np.array([1.0, 1.0, 0.0]))
     assert form.H.shape == (2, 2)
-    block = StateSpaceBlock(A, [1, 1, 0], [1, 1, 1])
+    block = StateSpace(A, [1, 1, 0], [1, 1, 1])
     assert block.transfer([0.0, 1j, 3.0]) == pytest.approx([1.5, 1 / (1 + 1j) + 1 / (2 + 1j), 1 / 4 + 1 / 5])
-    assert StateSpaceBlock(A, [0, 0, 0], [1, 1, 1], 7).transfer([0.0, 2j]) == pytest.approx([7, 7])
+    assert StateSpace(A, [0, 0, 0], [1, 1, 1], 7).transfer([0.0, 2j]) == pytest.approx([7, 7])
 
 
 @given(st.integers(0, 10**6), st.floats(1e-3, 1e3))
 def test_the_response_does_not_depend_on_the_unit_of_time(seed, speed):
     slow = random_block(6, seed)
-    fast = StateSpaceBlock(speed * slow.A, speed * slow.B, slow.C, slow.D)
+    fast = StateSpace(speed * slow.A, speed * slow.B, slow.C, slow.D)
     a, b = slow.frequency_response([0.7]), fast.frequency_response([0.7 * speed])
     assert abs(a.response[0] - b.response[0]) <= 100 * (a.error[0] + b.error[0])
 
@@ -152,7 +152,7 @@ def test_batches_and_the_shape_of_the_points_do_not_matter():
 
 
 def test_a_pole_is_not_finite_and_refused_as_a_frequency():
-    block = StateSpaceBlock([[0.0]], [1], [1])
+    block = StateSpace([[0.0]], [1], [1])
     assert not np.isfinite(block.transfer(0.0))
     with pytest.raises(InputError, match="omega = 0 rad/s is at a pole"):
         block.frequency_response([0.0, 1.0])
@@ -175,12 +175,12 @@ def test_a_pole_is_not_finite_and_refused_as_a_frequency():
 )
 def test_what_is_no_state_space_is_refused(arguments, said):
     with pytest.raises(InputError, match=said):
-        StateSpaceBlock(*arguments)
+        StateSpace(*arguments)
 
 
 def test_a_block_is_a_copy_that_cannot_be_written_to():
     A = np.array([[-1.0]])
-    block = StateSpaceBlock(A, [1], [1])
+    block = StateSpace(A, [1], [1])
     A[0, 0] = 5
     assert block.A[0, 0] == -1
     with pytest.raises(ValueError, match="read-only"):

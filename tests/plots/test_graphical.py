@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import Loop, Saturation, as_block
+from lure import Loop, Saturation, as_plant
 from lure.analysis import Evidence, Verdict, nyquist_response, popov_response
 from lure.analysis.graphical.supporting_proof import searched_theta
 from lure.errors import AssumptionError, InputError
 from lure.files.builtin import builtin_loops
-from lure.rod import RodBlock, upwind
+from lure.rod import RodPlant, upwind
 from lure.rod.systems import paper_rod
 
 matplotlib = pytest.importorskip("matplotlib")
@@ -107,19 +107,19 @@ def test_large_matrices_are_drawn_with_the_line_that_matrices_certify():
 
 
 def test_the_rod_and_its_scheme_are_told_apart():
-    rod, scheme = popov_response(RodBlock(paper_rod())), popov_response(upwind(paper_rod(), 10))
+    rod, scheme = popov_response(RodPlant(paper_rod())), popov_response(upwind(paper_rod(), 10))
     assert scheme.found.verdict is Verdict.PROVED
     assert "the scheme with 10 cells" in str(scheme)
     assert rod.found.verdict is not Verdict.PROVED
     assert re.search("nor does anything here: .*energy theorem", str(rod))
     for call in (popov_response, nyquist_response):  # not even where the inequality is certified at every frequency
-        asked = call(RodBlock(paper_rod()), k=1)
+        asked = call(RodPlant(paper_rod()), k=1)
         assert asked.answer.verdict is Verdict.PROVED
         assert re.search("nor does anything here: .*energy theorem", str(asked))
 
 
 def test_a_loop_stands_for_its_block():
-    assert popov_response(Loop(as_block(THIRD), Saturation()), k=5).block == as_block(THIRD)
+    assert popov_response(Loop(as_plant(THIRD), Saturation()), k=5).block == as_plant(THIRD)
     assert nyquist_response(LOOPS["third-order"], k=1).block == LOOPS["third-order"].block
 
 

@@ -18,13 +18,13 @@ from lure.analysis.plots.style import finish_axes, number
 from lure.analysis.rod.plots import plot_damping, plot_decay, plot_end_motion, plot_rest, plot_spectrum, plot_surface
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.theorems.popov import popov_criterion
-from lure.rod import Rod, RodBlock, Scenario, upwind
+from lure.rod import Rod, RodPlant, Scenario, upwind
 from lure.rod.systems import paper_rod, rod_from_exact
 
 ROD = paper_rod()
 SCHEME = upwind(ROD, 10)
 SECTOR = ROD.law.sector
-POPOV = {block: popov_criterion(block, SECTOR) for block in (SCHEME, RodBlock(ROD))}
+POPOV = {block: popov_criterion(block, SECTOR) for block in (SCHEME, RodPlant(ROD))}
 # pushed at 1 m/s towards an obstacle 0.1 mm away: it touches within the first transit (0.17 ms)
 PUSHED = simulate(
     upwind(rod_from_exact({**ROD.exact, "gap": Fraction(1, 10000)}), 6),
@@ -130,7 +130,7 @@ def test_the_popov_line_passes_through_minus_one_over_the_sector_with_slope_one_
 @given(damping=st.fractions(Fraction(1, 10**6), 10**3, max_denominator=10**6), cells=st.integers(1, 300))
 def test_the_curve_drawn_comes_down_to_the_margin_and_not_below(name, damping, cells):
     rod = rod_with(damping)
-    block = upwind(rod, cells) if name == "scheme" else RodBlock(rod)
+    block = upwind(rod, cells) if name == "scheme" else RodPlant(rod)
     result = popov_criterion(block, SECTOR)
     ax = plot_popov_expression(block, result, ax=Figure().add_subplot())
     least = np.nanmin(curve(ax, "θ =")[:, 1])
@@ -141,7 +141,7 @@ def test_the_curve_drawn_comes_down_to_the_margin_and_not_below(name, damping, c
 
 def test_a_resonance_between_grid_points_is_drawn_to_its_top():
     # |H| is largest near the pole: there H = (d/s)(1 + |a|)/(1 - |a|) exactly at 2 omega T = 2 pi
-    rod = RodBlock(ROD)
+    rod = RodPlant(ROD)
     omega = drawing_frequencies(rod)
     first = math.pi / ROD.travel_time
     near = omega[(omega > 0.9 * first) & (omega < 1.1 * first)]
@@ -153,7 +153,7 @@ def test_a_resonance_between_grid_points_is_drawn_to_its_top():
 
 
 def test_the_frequencies_increase_and_are_no_more_than_needed():
-    for block in (SCHEME, RodBlock(ROD), SCHEME.block, RodBlock(rod_with(1)), upwind(ROD, 100_000)):
+    for block in (SCHEME, RodPlant(ROD), SCHEME.block, RodPlant(rod_with(1)), upwind(ROD, 100_000)):
         omega = drawing_frequencies(block)
         assert omega[0] > 0
         assert (np.diff(omega) > 0).all()
@@ -212,7 +212,7 @@ def test_every_rod_can_be_drawn(damping, cells):
         partial(plot_spectrum, scheme),
         partial(plot_damping, scheme),
         partial(plot_nyquist, scheme, SECTOR),
-        partial(plot_nyquist, RodBlock(rod), SECTOR),
+        partial(plot_nyquist, RodPlant(rod), SECTOR),
     ):
         picture = render(draw, name="x")
         assert "nan" not in picture.svg.lower()
@@ -264,7 +264,7 @@ def test_a_number_in_a_label_reads_as_written_by_hand(value, text):
 
 def test_a_rod_of_another_size_has_its_own_units():
     stiff = Rod(youngs_modulus=2e11, density=7800, length=10, area=1e-2, damping=1e3, compliance=1e-12)
-    axes = plot_popov(RodBlock(stiff), popov_criterion(RodBlock(stiff), stiff.law.sector), ax=Figure().add_subplot())
+    axes = plot_popov(RodPlant(stiff), popov_criterion(RodPlant(stiff), stiff.law.sector), ax=Figure().add_subplot())
     assert axes.get_xlabel() == "Re H(iω) [m/Pa]"
     assert axes.get_ylabel() == "ω Im H(iω) [m/(Pa s)]"
 
@@ -280,6 +280,6 @@ def test_a_small_range_far_from_zero_is_counted_from_a_round_number(ax):
 def test_what_fails_is_drawn_inside_the_forbidden_region_and_called_short():
     # A m/k^2 = 4999 m/Pa for k = 1e-6: Re H -> -5000 as omega -> 0, far beyond -1/kappa = -1
     rod = rod_from_exact({**ROD.exact, "damping": Fraction(1, 10**6)})
-    axes = plot_nyquist(RodBlock(rod), SECTOR, worst=0.0, ax=Figure().add_subplot())
+    axes = plot_nyquist(RodPlant(rod), SECTOR, worst=0.0, ax=Figure().add_subplot())
     assert "short by" in texts(axes)
     assert "margin" not in texts(axes)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from lure import InputError, PiecewiseLinear, RationalBlock, Saturation
+from lure import InputError, PiecewiseLinear, RationalPlant, Saturation
 from lure.analysis.counterexamples.acceptance import accept_orbit_continuous
 from lure.analysis.counterexamples.linear import linear_witness
 from lure.analysis.counterexamples.orbit import accept_orbit
@@ -16,7 +16,7 @@ from lure.analysis.plots import plot_hint, plot_law, plot_orbit, plot_orbit_sign
 
 # Fitts' plant with damping 3/100, which swings with a steep saturation, from the state of the literature
 DAMPING = Fraction(3, 100)
-FITTS = RationalBlock(
+FITTS = RationalPlant(
     [1, 0, 0],
     np.polymul([1, 2 * DAMPING, DAMPING**2 + Fraction(81, 100)], [1, 2 * DAMPING, DAMPING**2 + Fraction(121, 100)]),
 )
@@ -27,7 +27,7 @@ SWING = accept_orbit_continuous(
     period=11.917,
 )
 # Carrasco, Heath, Zhang, Ahmad and Wang (2019), example 6, and its orbit of three samples
-SIXTH = RationalBlock([2, Fraction(23, 25)], [1, Fraction(-1, 2), 0], dt=1)
+SIXTH = RationalPlant([2, Fraction(23, 25)], [1, Fraction(-1, 2), 0], dt=1)
 CYCLE = accept_orbit(
     SIXTH, [("-74498/72625", "-192/415"), ("-36864/72625", "-192/415"), ("192/175", 1)], ["192/415", "192/415", -1]
 )
@@ -94,16 +94,16 @@ def test_the_law_is_drawn_as_far_as_the_orbit_goes(ax):
 
 def test_what_has_no_orbit_cannot_be_drawn():
     with pytest.raises(InputError, match=r"^there is no orbit to draw: the witness is a linear gain"):
-        plot_orbit(SIXTH, linear_witness(RationalBlock([1], [1, 3, 2, 0])))
+        plot_orbit(SIXTH, linear_witness(RationalPlant([1], [1, 3, 2, 0])))
     with pytest.raises(InputError, match="is in discrete time; give the block"):
         plot_orbit(FITTS, CYCLE)
     with pytest.raises(InputError, match="does not close after the period"):
-        plot_orbit(RationalBlock([1, 0, 0], [1, 2, 3, 4, 5]), SWING)
+        plot_orbit(RationalPlant([1, 0, 0], [1, 2, 3, 4, 5]), SWING)
 
 
 # -(s + 8/5)/(s^2 + 39/100 s + 1) is real at one frequency, with 1 + N H = 0 for N = 0.39: there the closed loop
 # s^2 + (0.39 - N) s + 1 - 1.6 N has no damping, and swings with sqrt(1 - 1.6 * 0.39) = 0.6132 rad/s
-ALARM = RationalBlock([-1, Fraction(-8, 5)], [1, Fraction(39, 100), 1])
+ALARM = RationalPlant([-1, Fraction(-8, 5)], [1, Fraction(39, 100), 1])
 STOP = PiecewiseLinear(points=((-2, -1), (-1, 0), (1, 0), (2, 1)), left_slope=0, right_slope=0)
 
 
@@ -138,7 +138,7 @@ def test_a_hint_without_a_balance_says_that_this_excludes_nothing(ax):
 
 def test_a_locus_out_of_sight_is_named(ax):
     # H = 1/(s (s+1) (s+2)) stays within reach of 0, and the locus of a gain of 1e-6 begins at -1e6
-    plot_hint(describing_hint(RationalBlock([1], [1, 3, 2, 0]), Saturation(gain=Fraction(1, 10**6))), ax=ax)
+    plot_hint(describing_hint(RationalPlant([1], [1, 3, 2, 0]), Saturation(gain=Fraction(1, 10**6))), ax=ax)
     assert any("out of the picture" in text.get_text() for text in ax.texts)
 
 

@@ -8,16 +8,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lure import AssumptionError, ExpressionLaw, InputError, LawClass, Loop, RationalBlock, Sector, SlopeBounds
+from lure import (
+    AssumptionError,
+    ExpressionNonlinearity,
+    InputError,
+    Loop,
+    NonlinearityClass,
+    RationalPlant,
+    Sector,
+    SlopeBounds,
+)
 from lure.analysis.questions import analyse, findings, max_sector, max_slope, questions
 from lure.analysis.questions.problem import Subject
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.files.builtin import builtin_loop
-from lure.plants.delay import DelayBlock
-from lure.rod import RodBlock, builtin_system, upwind
+from lure.plants.delay import DelayPlant
+from lure.rod import RodPlant, builtin_system, upwind
 
-THIRD = RationalBlock([1], [1, 3, 2, 0])
-CARRASCO_6 = RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)
+THIRD = RationalPlant([1], [1, 3, 2, 0])
+CARRASCO_6 = RationalPlant([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1)
 
 
 def test_popov_in_the_critical_case_is_a_closed_form():
@@ -45,8 +54,8 @@ def test_monotone_and_odd_laws_have_different_answers():
 @pytest.mark.parametrize(
     ("block", "slope", "largest"),
     [
-        (RationalBlock([1], [1, 3, 3, 1]), 8, {"circle": 4, "popov": 8}),  # Re H and Popov's line in closed form
-        (RationalBlock([1], [1, 1, 0]), math.inf, {"circle": 1, "popov": math.inf}),
+        (RationalPlant([1], [1, 3, 3, 1]), 8, {"circle": 4, "popov": 8}),  # Re H and Popov's line in closed form
+        (RationalPlant([1], [1, 1, 0]), math.inf, {"circle": 1, "popov": math.inf}),
     ],
 )
 def test_each_criterion_by_name_reaches_its_own_limit(block, slope, largest):
@@ -68,7 +77,7 @@ def test_an_answer_is_no_truth_value_and_reads_as_a_sentence():
 
 
 def test_an_answer_goes_to_json_without_nan_or_infinity():
-    data = json.loads(json.dumps(max_sector(RationalBlock([1], [1, 1, 0])).to_dict(), allow_nan=False))
+    data = json.loads(json.dumps(max_sector(RationalPlant([1], [1, 1, 0])).to_dict(), allow_nan=False))
     assert {
         "criterion",
         "largest",
@@ -86,7 +95,7 @@ def test_an_answer_goes_to_json_without_nan_or_infinity():
 
 def test_a_gain_that_no_sector_can_exclude_refutes():
     # 1/(s - 1): phi = 0 lies in every sector [0, k]
-    found = max_sector(RationalBlock([1], [1, -1]))
+    found = max_sector(RationalPlant([1], [1, -1]))
     assert found.verdict is Verdict.REFUTED
     assert found.witness is not None
     assert found.refuted_at == 0
@@ -94,14 +103,14 @@ def test_a_gain_that_no_sector_can_exclude_refutes():
 
 def test_an_unstable_block_has_a_sector_away_from_zero():
     # 4/((s - 1)(s/3 + 1)) is stable for gains above 1/4
-    block = RationalBlock([12], [1, 2, -3])
+    block = RationalPlant([12], [1, 2, -3])
     found = max_sector(block, lower=1, criterion="circle")
     assert found.verdict is Verdict.PROVED
     assert found.largest.low > 1
 
 
 def test_dead_time_has_two_sides_too():
-    found = max_sector(DelayBlock.parse("exp(-s/2)/s"))
+    found = max_sector(DelayPlant.parse("exp(-s/2)/s"))
     assert found.largest.low == pytest.approx(math.pi, rel=1e-7)
     assert found.refuted_at >= math.pi
     assert found.verdict is Verdict.PROVED
@@ -153,7 +162,7 @@ def blocks(draw):
         den = times(den, [Fraction(1), 2 * damping * w, w * w] if draw(st.booleans()) else [Fraction(1), w])
         if draw(st.booleans()) and len(num) < len(den) - 1:
             num = times(num, [Fraction(1), draw(st.sampled_from([w + Fraction(1, 10**6), -w, w / 2]))])
-    return RationalBlock(num, den)
+    return RationalPlant(num, den)
 
 
 @given(blocks())
@@ -172,7 +181,7 @@ def test_units_of_time_and_gain_do_not_matter(block, gain, scale):
     # H(s / scale) * gain
     num = [c * gain * scale ** (d - n + i) for i, c in enumerate(block.numerator)]
     den = [c * scale**i for i, c in enumerate(block.denominator)]
-    other = RationalBlock(num, den)
+    other = RationalPlant(num, den)
     for criterion in ("circle", "popov"):
         a, b = max_sector(block, criterion=criterion), max_sector(other, criterion=criterion)
         if math.isinf(a.largest.low) or math.isinf(b.largest.low):
@@ -182,20 +191,22 @@ def test_units_of_time_and_gain_do_not_matter(block, gain, scale):
 
 
 def test_analyse_decides_the_class_asked_about():
-    inside = analyse(Subject(name="x", block=THIRD, law_class=LawClass(sector=Sector(0, 5))))
+    inside = analyse(Subject(name="x", block=THIRD, law_class=NonlinearityClass(sector=Sector(0, 5))))
     assert inside.verdict is Verdict.PROVED
     assert "PROVED  x" in str(inside)
-    outside = analyse(Subject(name="x", block=THIRD, law_class=LawClass(sector=Sector(0, 7))))
+    outside = analyse(Subject(name="x", block=THIRD, law_class=NonlinearityClass(sector=Sector(0, 7))))
     assert outside.verdict is Verdict.REFUTED
     assert outside.evidence is Evidence.CERTIFIED
-    varying = analyse(Subject(name="x", block=THIRD, law_class=LawClass(sector=Sector(0, 5), time_varying=True)))
+    varying = analyse(
+        Subject(name="x", block=THIRD, law_class=NonlinearityClass(sector=Sector(0, 5), time_varying=True))
+    )
     assert varying.verdict is not Verdict.PROVED
     assert any("time-invariance" in hint for hint in varying.hints)
 
 
 def test_the_scheme_of_the_rod_is_proved_and_the_rod_is_left_to_its_own_theorem():
     rod = builtin_system("paper-rod").rod
-    scheme, itself = max_sector(upwind(rod, 10)), max_sector(RodBlock(rod), criterion="circle")
+    scheme, itself = max_sector(upwind(rod, 10)), max_sector(RodPlant(rod), criterion="circle")
     assert (scheme.verdict, scheme.largest.low) == (Verdict.PROVED, math.inf)
     assert str(scheme).startswith("Every motion of the scheme with 10 cells converges")
     assert "the scheme with 10 cells</caption>" in scheme._repr_html_()
@@ -219,16 +230,16 @@ def test_blocks_too_large_for_exact_polynomials_are_certified_by_matrices_from_b
 
 
 def decide(block, **properties):
-    return analyse(Subject(name="x", block=block, law_class=LawClass(**properties)))
+    return analyse(Subject(name="x", block=block, law_class=NonlinearityClass(**properties)))
 
 
 # phi = lower sigma lies in each class and leaves a pole at 0 (z = 1): every state is an equilibrium of that loop
 @pytest.mark.parametrize(
     ("block", "sector"),
     [
-        (RationalBlock([1], [1, -1]), Sector(1, 3)),
-        (RationalBlock([1], [1, 1]), Sector(-1, 3)),
-        (RationalBlock([1], [1, -2], dt=1), Sector(1, Fraction(5, 2))),
+        (RationalPlant([1], [1, -1]), Sector(1, 3)),
+        (RationalPlant([1], [1, 1]), Sector(-1, 3)),
+        (RationalPlant([1], [1, -2], dt=1), Sector(1, Fraction(5, 2))),
     ],
 )
 def test_a_pole_at_zero_of_the_shifted_loop_forbids_that_zero_attracts_all(block, sector):
@@ -241,7 +252,7 @@ def test_a_pole_at_zero_of_the_shifted_loop_forbids_that_zero_attracts_all(block
 def test_with_a_direct_term_a_bare_sector_is_not_enough_for_popov():
     # phi = 25 sigma (1 + sin(400 ln |sigma|)) lies in [0, 50], and sigma + 2 phi(sigma) = y has many solutions: the
     # state can grow by jumps between them, though Popov's inequality holds for every finite k
-    block = RationalBlock([2, Fraction(1, 5), 1], [1, Fraction(1, 5), 3])
+    block = RationalPlant([2, Fraction(1, 5), 1], [1, Fraction(1, 5), 3])
     assert decide(block, sector=Sector(0, 50)).verdict is Verdict.INCONCLUSIVE
     assert decide(block, sector=Sector(0, 50), slope=SlopeBounds(0, 50)).verdict is Verdict.PROVED
     assert "increasing" in str(max_sector(block, criterion="popov"))
@@ -249,17 +260,17 @@ def test_with_a_direct_term_a_bare_sector_is_not_enough_for_popov():
 
 def test_a_class_without_an_upper_bound_is_more_than_every_finite_one():
     # s/(s^2 + s + 1) is positive real but not strictly so: phi = t^2 sigma lies in [0, inf], and x need not vanish
-    block = RationalBlock([1, 0], [1, 1, 1])
+    block = RationalPlant([1, 0], [1, 1, 1])
     varying = decide(block, sector=Sector(0, math.inf), time_varying=True)
     assert varying.verdict is not Verdict.PROVED
 
 
 def test_only_a_member_of_the_very_class_refutes_it():
     # phi = 0 is no member of the sector [.1, .8], nor a law without symmetry of the odd ones
-    tighter = RationalBlock([1], [1, Fraction("-1.2"), Fraction("0.15")], dt=1)
+    tighter = RationalPlant([1], [1, Fraction("-1.2"), Fraction("0.15")], dt=1)
     found = decide(tighter, sector=Sector(Fraction("0.1"), Fraction("0.8")), slope=SlopeBounds(0, Fraction("0.8")))
     assert found.verdict is not Verdict.REFUTED
-    block = RationalBlock(
+    block = RationalPlant(
         [1, Fraction("-1.95"), Fraction("0.9"), Fraction("0.05")],
         [1, Fraction("-2.8"), Fraction("3.5"), Fraction("-2.412"), Fraction("0.7209")],
         dt=1,
@@ -270,7 +281,7 @@ def test_only_a_member_of_the_very_class_refutes_it():
 
 def test_no_word_rounds_a_proof_up():
     # -1/(s + 1): phi = sigma makes every state an equilibrium; [0, 1] is not stable and must not be printed as proved
-    block = RationalBlock([-1], [1, 1])
+    block = RationalPlant([-1], [1, 1])
     for found in (
         max_sector(block, criterion="circle"),
         max_sector(block),
@@ -288,8 +299,8 @@ def test_no_word_rounds_a_proof_up():
         (lambda: max_sector(THIRD, time_varying=1), "time_varying is 1"),
         (lambda: max_sector(THIRD, search="FULL"), "search is 'FULL'"),
         (lambda: max_sector(THIRD, criterion=None), "criterion is None"),
-        (lambda: max_sector(RationalBlock([Fraction(-1, 10**300)], [1, Fraction(10) ** 300])), "range of doubles"),
-        (lambda: max_slope(DelayBlock.parse("exp(-s)/(s + 1)"), criterion="park"), "moderate order"),
+        (lambda: max_sector(RationalPlant([Fraction(-1, 10**300)], [1, Fraction(10) ** 300])), "range of doubles"),
+        (lambda: max_slope(DelayPlant.parse("exp(-s)/(s + 1)"), criterion="park"), "moderate order"),
     ],
 )
 def test_options_and_extremes_are_refused_in_a_sentence(question, words):
@@ -299,18 +310,18 @@ def test_options_and_extremes_are_refused_in_a_sentence(question, words):
 
 def test_a_limit_at_zero_above_a_negative_lower_end_is_searched_too():
     # -(s + 1)/s^2: s^2 - k s - k is stable for k < 0 only
-    block = RationalBlock([-1, -1], [1, 0, 0])
+    block = RationalPlant([-1, -1], [1, 0, 0])
     found = max_sector(block, lower=-1, time_varying=True, search="full")
     assert found.hurwitz == Bracket(0, 0)
     assert found.largest.low <= 0
 
 
 def test_smooth_formulas_are_known_to_be_locally_lipschitz():
-    smooth = ExpressionLaw("tanh(sigma) + sigma**3/3", sector=Sector(0, math.inf))
-    rough = ExpressionLaw("sign(sigma)*sqrt(abs(sigma))", sector=Sector(0, math.inf))
+    smooth = ExpressionNonlinearity("tanh(sigma) + sigma**3/3", sector=Sector(0, math.inf))
+    rough = ExpressionNonlinearity("sign(sigma)*sqrt(abs(sigma))", sector=Sector(0, math.inf))
     assert smooth.locally_lipschitz
     assert not rough.locally_lipschitz
-    plant = RationalBlock([1], [1, 1])
+    plant = RationalPlant([1], [1, 1])
     assert analyse(Loop(plant, smooth)).verdict is Verdict.PROVED
     found = analyse(Loop(plant, rough))
     assert found.verdict is Verdict.INCONCLUSIVE
@@ -392,6 +403,8 @@ def test_a_class_that_is_never_stable_names_the_gains_that_are():
 
 # exp(-s)/(s + 1): Re H >= -|H| >= -1, so that the circle criterion proves [0, 1) at least, and with it [1/10, 1/2]
 def test_behind_a_dead_time_a_positive_lower_end_is_proved_by_the_class_that_begins_at_zero():
-    found = analyse("exp(-s)/(s+1)", LawClass(sector=Sector(Fraction(1, 10), Fraction(1, 2)), time_varying=True))
+    found = analyse(
+        "exp(-s)/(s+1)", NonlinearityClass(sector=Sector(Fraction(1, 10), Fraction(1, 2)), time_varying=True)
+    )
     assert found.verdict is Verdict.PROVED
     assert "in the sector [0, 2.13784" in found.statement

@@ -4,14 +4,14 @@ import pytest
 
 from lure import Sector
 from lure.analysis import Verdict, analyse, certify, max_sector, max_slope
-from lure.classes import LawClass, SlopeBounds
+from lure.classes import NonlinearityClass, SlopeBounds
 from lure.nonlinearities import Cubic, LeakyReLU
 
 PROVED, REFUTED, OPEN = Verdict.PROVED, Verdict.REFUTED, Verdict.INCONCLUSIVE
 
 
 def sloped(sector, slope):
-    return LawClass(sector=sector, slope=slope)
+    return NonlinearityClass(sector=sector, slope=slope)
 
 
 CASES = {
@@ -38,9 +38,9 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_analyse_and_certify_agree(name):
     plant, phi, verdict = CASES[name]
-    looked, sealed = analyse(plant, phi), certify(plant, phi)
-    assert (looked.verdict, sealed.verdict) == (verdict, verdict)
-    assert looked.code == sealed.code
+    looked, check_for_class = analyse(plant, phi), certify(plant, phi)
+    assert (looked.verdict, check_for_class.verdict) == (verdict, verdict)
+    assert looked.code == check_for_class.code
 
 
 @pytest.mark.parametrize("ask", [max_sector, max_slope])

@@ -22,7 +22,7 @@ SEVENTH = builtin_loop("ct-7")
 
 def test_the_largest_k_tried_is_called_so():
     found = max_slope(SEVENTH.block)
-    assert found.capped
+    assert found.search_limited
     assert (found.largest.low, found.largest.high) == (1e12, math.inf)
     assert proved_up_to(found) == "1e12, the largest k tried"
     assert "slope in [0, 1e12], the largest k tried (park, certified)" in str(found)
@@ -45,7 +45,7 @@ def test_tables_pages_and_figures_say_so_too():
 
 def test_an_end_of_a_criterion_is_not():
     for found in (max_sector(SEVENTH.block), max_sector("1/(s^2 + s + 1)"), max_slope(builtin_loop("dt-6").block)):
-        assert not found.capped
+        assert not found.search_limited
         assert "largest k tried" not in str(found)
     assert proved_up_to(max_sector("1/(s^2 + s + 1)")) == "inf"
 

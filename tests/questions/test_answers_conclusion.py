@@ -10,20 +10,20 @@ import pytest
 
 from lure import (
     DeadZone,
-    ExpressionLaw,
+    ExpressionNonlinearity,
     FrequencyData,
     InputError,
-    LawClass,
     Loop,
+    NonlinearityClass,
     PiecewiseLinear,
     Quantiser,
-    RationalBlock,
+    RationalPlant,
     Saturation,
     Sector,
     SlopeBounds,
-    StateSpaceBlock,
+    StateSpace,
     Tanh,
-    as_block,
+    as_plant,
 )
 from lure.analysis import check
 from lure.analysis.certificates import codes
@@ -39,9 +39,9 @@ from lure.analysis.questions.table import analysis_dict, class_dict, table_row
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.files.builtin import builtin_loop
 
-THIRD = RationalBlock([1], [1, 3, 2, 0])
-ODD = LawClass.slope_restricted(0, 1, odd=True)
-PD = as_block("4*(1 + s/10)/(s*(s + 1))")  # C = 4 (1 + s/10) on 1/(s (s + 1)): one pole at 0
+THIRD = RationalPlant([1], [1, 3, 2, 0])
+ODD = NonlinearityClass.slope_restricted(0, 1, odd=True)
+PD = as_plant("4*(1 + s/10)/(s*(s + 1))")  # C = 4 (1 + s/10) on 1/(s (s + 1)): one pole at 0
 DT6 = builtin_loop("dt-6").block
 
 
@@ -56,7 +56,7 @@ class InASector:
 
 
 def sector(low, high, **more):
-    return LawClass(sector=Sector(low, high), **more)
+    return NonlinearityClass(sector=Sector(low, high), **more)
 
 
 def about(block, law_class, law=None):
@@ -68,7 +68,7 @@ def about(block, law_class, law=None):
 
 def test_a_filter_that_lets_everything_through_proves_nothing(monkeypatch):
     # Carrasco's example 6: proved for odd laws up to 1.0869, refuted for a monotone one at 175/192 = .9115
-    monotone = LawClass.slope_restricted(0, 1)
+    monotone = NonlinearityClass.slope_restricted(0, 1)
     for place in (advice, decision):
         monkeypatch.setattr(place, "serves", lambda row, law_class: True)
     found = about(DT6, monotone)
@@ -87,14 +87,14 @@ def proofs():
 @pytest.mark.parametrize(
     ("which", "asked", "verdict"),
     [
-        ("odd", LawClass.slope_restricted(0, 1, odd=True), Verdict.PROVED),
-        ("odd", LawClass.slope_restricted(0, 1), Verdict.INCONCLUSIVE),
-        ("odd", LawClass.slope_restricted(0, Fraction(11, 10), odd=True), Verdict.INCONCLUSIVE),
-        ("odd", LawClass.slope_restricted(Fraction(-1, 10), 1, odd=True), Verdict.INCONCLUSIVE),
+        ("odd", NonlinearityClass.slope_restricted(0, 1, odd=True), Verdict.PROVED),
+        ("odd", NonlinearityClass.slope_restricted(0, 1), Verdict.INCONCLUSIVE),
+        ("odd", NonlinearityClass.slope_restricted(0, Fraction(11, 10), odd=True), Verdict.INCONCLUSIVE),
+        ("odd", NonlinearityClass.slope_restricted(Fraction(-1, 10), 1, odd=True), Verdict.INCONCLUSIVE),
         ("odd", sector(0, 1, odd=True), Verdict.INCONCLUSIVE),
         (
             "odd",
-            LawClass(sector=Sector(0, 1), slope=SlopeBounds(0, 1), odd=True, time_varying=True),
+            NonlinearityClass(sector=Sector(0, 1), slope=SlopeBounds(0, 1), odd=True, time_varying=True),
             Verdict.INCONCLUSIVE,
         ),
         ("popov", sector(0, 5), Verdict.PROVED),
@@ -122,7 +122,7 @@ def test_a_proof_is_one_of_the_classes_inside_its_own(proofs, which, asked, verd
 def test_a_certificate_about_another_loop_is_a_bug_and_no_answer(proofs):
     _, proof = proofs["popov"]
     with pytest.raises(MismatchError, match="another system"):
-        conclusion_of(Problem.about(RationalBlock([1], [1, 3, 2, 1]), sector(0, 5)), proof)
+        conclusion_of(Problem.about(RationalPlant([1], [1, 3, 2, 1]), sector(0, 5)), proof)
     with pytest.raises(MismatchError, match="no proof and no refutation"):
         conclusion_of(Problem.about(THIRD, sector(0, 5)), type("Forged", (), {"certificate": proof.certificate})())
     nothing = conclusion_of(Problem.about(THIRD, sector(0, 5)), None)
@@ -138,12 +138,12 @@ def test_a_certificate_about_another_loop_is_a_bug_and_no_answer(proofs):
     [
         (sector(0, 7), Verdict.REFUTED),
         (sector(0, 7, odd=True), Verdict.REFUTED),
-        (LawClass.slope_restricted(0, 7, odd=True), Verdict.REFUTED),
-        (LawClass(sector=Sector(0, 6), slope=SlopeBounds(-1, 8)), Verdict.REFUTED),
+        (NonlinearityClass.slope_restricted(0, 7, odd=True), Verdict.REFUTED),
+        (NonlinearityClass(sector=Sector(0, 6), slope=SlopeBounds(-1, 8)), Verdict.REFUTED),
         (sector(0, 7, time_varying=True), Verdict.REFUTED),
         (sector(0, 5), Verdict.INCONCLUSIVE),
         (sector(1, 7), Verdict.INCONCLUSIVE),
-        (LawClass(sector=Sector(0, 5), slope=SlopeBounds(-1, 8)), Verdict.INCONCLUSIVE),
+        (NonlinearityClass(sector=Sector(0, 5), slope=SlopeBounds(-1, 8)), Verdict.INCONCLUSIVE),
     ],
 )
 def test_a_refutation_is_one_of_the_classes_around_its_own(asked, verdict):
@@ -158,7 +158,7 @@ def test_a_refutation_is_one_of_the_classes_around_its_own(asked, verdict):
 
 def test_other_equilibria_refute_nothing_where_an_end_of_the_class_is_critical():
     # 1/s: phi = 0 leaves every state an equilibrium; the loop of [0, 1] converges to its equilibria
-    lag = RationalBlock([-1], [1, 1])  # phi = sigma: s + 1 - 1 = s
+    lag = RationalPlant([-1], [1, 1])  # phi = sigma: s + 1 - 1 = s
     shown = check(
         {
             "format": "lure-certificate/1",
@@ -208,7 +208,7 @@ def test_what_does_not_fit_does_not_end_the_search(proofs, monkeypatch):
         (sector(0, 1), "sector"),
         (sector(0, 1, odd=True), "sector"),
         (sector(0, 1, time_varying=True), "varying"),
-        (LawClass.slope_restricted(0, 1), "slope"),
+        (NonlinearityClass.slope_restricted(0, 1), "slope"),
         (ODD, "odd"),
     ],
 )
@@ -218,10 +218,10 @@ def test_the_row_of_a_class_is_that_of_its_kind(asked, row):
 
 def test_any_row_may_decide_and_without_a_class_the_best_does():
     third, short, never = max_sector(THIRD), max_slope(THIRD, criterion="circle"), max_sector("1/(s - 1)")
-    asked = Subject(name="x", block=THIRD, law_class=LawClass.slope_restricted(0, 5), law=None)
+    asked = Subject(name="x", block=THIRD, law_class=NonlinearityClass.slope_restricted(0, 5), law=None)
     assert short.largest.low < 5  # the row of the class asked about says less than Popov's of the sector
     assert decision.decided(asked, [never, third, short, short]).verdict is Verdict.PROVED
-    steep = replace(asked, law_class=LawClass(sector=Sector(0, 5), slope=SlopeBounds(0, 100)))
+    steep = replace(asked, law_class=NonlinearityClass(sector=Sector(0, 5), slope=SlopeBounds(0, 100)))
     assert decision.decided(steep, [never, third, short, short]).verdict is Verdict.PROVED  # for any slope
     bare = replace(asked, law_class=None)
     lag, varying = max_sector("1/(s + 1)"), max_sector("1/(s + 1)", time_varying=True)  # both for every finite k
@@ -235,7 +235,7 @@ def test_any_row_may_decide_and_without_a_class_the_best_does():
 
 def test_a_quantiser_with_a_direct_term_is_not_proved():
     # sigma + phi(sigma) = y has no solution for y in [.5, 1.5): most solutions of the loop do not exist
-    loop = Loop(as_block("(z + 1)/(z - 1/2)", dt=1), Quantiser(step=1))
+    loop = Loop(as_plant("(z + 1)/(z - 1/2)", dt=1), Quantiser(step=1))
     found = analyse(loop)
     assert found.verdict is Verdict.INCONCLUSIVE
     assert (found.code, found.shown) == (codes.ROUGH_LAW, None)
@@ -247,7 +247,7 @@ def test_a_quantiser_with_a_direct_term_is_not_proved():
 
 def test_without_a_direct_term_the_circle_criterion_holds_for_laws_that_jump():
     # 0.2/(z - 1/2): 1/2 + Re H > 0, as Re H >= -.2/1.5; the next state is defined whatever phi is
-    loop = Loop(as_block("0.2/(z - 1/2)", dt=1), Quantiser(step=1))
+    loop = Loop(as_plant("0.2/(z - 1/2)", dt=1), Quantiser(step=1))
     for found in (analyse(loop).shown, certify(loop).shown):
         assert found.certificate["laws"]["regularity"] == "any"
         assert "continuous or not" in found.claim
@@ -259,13 +259,13 @@ def test_without_a_direct_term_the_circle_criterion_holds_for_laws_that_jump():
 
 def test_a_law_that_jumps_is_not_proved_where_continuity_is_used():
     rough = Quantiser(step=1)
-    for block in (as_block("1/(s + 1)"), as_block("0.2/(z - 1)", dt=1), as_block("0.2*z/(z - 1/2)", dt=1)):
+    for block in (as_plant("1/(s + 1)"), as_plant("0.2/(z - 1)", dt=1), as_plant("0.2*z/(z - 1/2)", dt=1)):
         assert analyse(Loop(block, rough)).verdict is not Verdict.PROVED
         assert certify(Loop(block, rough)).verdict is not Verdict.PROVED
 
 
 def test_with_a_direct_term_one_solution_is_shown_or_stated():
-    block = as_block("(s + 2)/(s + 1)")
+    block = as_plant("(s + 2)/(s + 1)")
     stated = analyse(Loop(block, InASector())).conclusion  # known by its values alone
     assert stated.verdict is Verdict.PROVED
     assert ", if sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y" in stated.headline
@@ -285,13 +285,16 @@ def test_with_a_direct_term_one_solution_is_shown_or_stated():
 @pytest.mark.parametrize(
     ("law", "dt"),
     [
-        (ExpressionLaw("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2)), None),  # 2 + sin^2 + sigma sin(2 sigma)
+        (
+            ExpressionNonlinearity("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2)),
+            None,
+        ),  # 2 + sin^2 + sigma sin(2 sigma)
         # 3 at sigma = 1, 2 at sigma = 2, and beyond it 1.1 sigma: three solutions for 2 < y < 3
         (PiecewiseLinear([(0, 0), (1, 2), (2, 0)], left_slope=0, right_slope="0.1"), 1),
     ],
 )
 def test_a_law_with_which_the_loop_has_several_solutions_is_not_proved_by_assuming_one(law, dt):
-    loop = Loop(as_block("(s + 2)/(s + 1)" if dt is None else "(z + 1)/(z - 0.5)", dt=dt), law)
+    loop = Loop(as_plant("(s + 2)/(s + 1)" if dt is None else "(z + 1)/(z - 0.5)", dt=dt), law)
     found = analyse(loop).conclusion
     assert found.verdict is Verdict.INCONCLUSIVE
     assert found.code is codes.SEVERAL_SOLUTIONS
@@ -301,7 +304,7 @@ def test_a_law_with_which_the_loop_has_several_solutions_is_not_proved_by_assumi
 
 def test_a_piece_on_which_the_loop_equation_has_one_value_is_several_solutions():
     flat = PiecewiseLinear([(0, 0), (1, 2), (2, 1)], left_slope=0, right_slope=0)  # sigma + phi = 3 on all of [1, 2]
-    assert certify(Loop(as_block("(s + 2)/(s + 1)"), flat)).code is codes.SEVERAL_SOLUTIONS
+    assert certify(Loop(as_plant("(s + 2)/(s + 1)"), flat)).code is codes.SEVERAL_SOLUTIONS
 
 
 def test_a_saturation_vanishes_at_zero_only_so_that_it_attracts_all():
@@ -324,18 +327,18 @@ def test_other_equilibria_are_not_talked_away(law):
 
 def test_the_zeros_that_count_are_those_of_the_shifted_loop():
     # -1/(s + 1) with phi >= sigma..: at the gain -1 the loop has a pole at 0, and phi(sigma) = -sigma at its equilibria
-    block = RationalBlock([1], [1, 1])
-    found = about(block, sector(-1, 1), ExpressionLaw("max(-sigma, min(sigma, 1))", sector=Sector(-1, 1)))
+    block = RationalPlant([1], [1, 1])
+    found = about(block, sector(-1, 1), ExpressionNonlinearity("max(-sigma, min(sigma, 1))", sector=Sector(-1, 1)))
     assert found.verdict is Verdict.PROVED
     assert not found.conclusion.attracts  # phi = -sigma for all sigma < 0
 
 
 def test_what_is_only_declared_is_said_to_be_so():
-    law = ExpressionLaw("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2))
-    found = analyse(Loop(RationalBlock([1], [1, 1]), law)).conclusion
+    law = ExpressionNonlinearity("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2))
+    found = analyse(Loop(RationalPlant([1], [1, 1]), law)).conclusion
     assert found.membership in ("declared", "checked")
     assert ("if phi lies in the sector you declare" in found.headline) == (found.membership == "declared")
-    assert analyse(Loop(RationalBlock([1], [1, 1]), Tanh())).conclusion.membership == "checked"
+    assert analyse(Loop(RationalPlant([1], [1, 1]), Tanh())).conclusion.membership == "checked"
 
 
 def test_a_law_outside_the_class_is_not_proved_by_it():
@@ -350,7 +353,7 @@ def test_a_law_outside_the_class_is_not_proved_by_it():
 
 def test_a_pi_servo_with_a_saturation_gets_advice_that_can_be_followed():
     # 0.8 (1 + 1/(0.5 s)) on 10/(s (0.1 s + 1)(0.02 s + 1)): two poles at 0, so that phi = 0, in [0, 1], is not stable
-    found = analyse(Loop(as_block("0.8*(1 + 1/(0.5*s))*10/(s*(0.1*s + 1)*(0.02*s + 1))"), Saturation()))
+    found = analyse(Loop(as_plant("0.8*(1 + 1/(0.5*s))*10/(s*(0.1*s + 1)*(0.02*s + 1))"), Saturation()))
     assert found.verdict is Verdict.REFUTED
     assert found.conclusion.headline == "Some odd phi with slope in [0, 1] destabilises the loop: phi = 0."
     assert "What the loop does with saturation" in found.statement
@@ -360,15 +363,15 @@ def test_a_pi_servo_with_a_saturation_gets_advice_that_can_be_followed():
 
 def test_the_reason_and_its_code_come_first():
     # a pole at z = -1 besides: no criterion here, and the class [0, 1/10] holds no unstable gain
-    found = about(as_block("1/((s + 1)*(s^2 + 1))"), sector(0, Fraction(1, 10)))
+    found = about(as_plant("1/((s + 1)*(s^2 + 1))"), sector(0, Fraction(1, 10)))
     if found.verdict is Verdict.INCONCLUSIVE:
         assert found.code is not None
         assert found.reason
         assert f"({found.code.identifier})" in found.statement
-    endless = about(RationalBlock([1, 0], [1, 1, 1]), sector(0, float("inf"), time_varying=True))
+    endless = about(RationalPlant([1, 0], [1, 1, 1]), sector(0, float("inf"), time_varying=True))
     assert (endless.verdict, endless.code) == (Verdict.INCONCLUSIVE, codes.EVERY_FINITE)
-    capped = about(builtin_loop("ct-7").block, sector(0, 1000))
-    assert capped.code is codes.NO_MULTIPLIER or capped.verdict is not Verdict.INCONCLUSIVE
+    search_limited = about(builtin_loop("ct-7").block, sector(0, 1000))
+    assert search_limited.code is codes.NO_MULTIPLIER or search_limited.verdict is not Verdict.INCONCLUSIVE
     assert endless.to_dict()["code"] == "LURE-I020"
 
 
@@ -380,7 +383,7 @@ def test_every_finite_bound_is_not_the_class_without_one():
 
 def test_one_bound_reads_the_same_everywhere():
     # Routh: 1/(s (s + 1)(s + 2)) has its gain limit at 6, and 57/10 below has its double above
-    found = max_sector(as_block("6/(5.7*s*(s + 1)*(s + 2))"))
+    found = max_sector(as_plant("6/(5.7*s*(s + 1)*(s + 2))"))
     assert found.refuted_text == "5.7"
     assert found.proved_text == "5.699999999"
     assert "5.7 " not in str(found).replace("5.699999999", "")
@@ -402,7 +405,7 @@ def test_one_bound_reads_the_same_everywhere():
 @pytest.mark.parametrize("again", [lambda it: pickle.loads(pickle.dumps(it)), copy.copy, copy.deepcopy])
 def test_an_answer_that_was_changed_is_compared_with_its_certificates_when_it_arrives(changes, reason, again):
     # Popov's criterion proves [0, k] for k < 5.7, and the gain 5.7 is not stable
-    found = again(max_sector(as_block("6/(5.7*s*(s + 1)*(s + 2))")))
+    found = again(max_sector(as_plant("6/(5.7*s*(s + 1)*(s + 2))")))
     for name, value in changes.items():
         if name == "k":
             object.__setattr__(found, "witness", replace(found.witness, k=value))
@@ -414,7 +417,7 @@ def test_an_answer_that_was_changed_is_compared_with_its_certificates_when_it_ar
 
 def test_without_a_class_the_row_that_reaches_farthest_is_said():
     # 1/(s + 1)^3: the circle criterion reaches 4 for laws that vary, Popov's 8, Routh's limit, for those that do not
-    found = analyse(RationalBlock([1], [1, 3, 3, 1]))
+    found = analyse(RationalPlant([1], [1, 3, 3, 1]))
     assert found.conclusion.law_class.endswith("[0, 7.999999999]")
     assert "time-varying" not in found.conclusion.law_class
     assert found.statement.startswith("The point 0 attracts every motion for every ")
@@ -424,11 +427,13 @@ def test_how_far_a_criterion_reaches_is_said_of_the_larger_class():
     said = about(THIRD, sector(0, 5)).statement
     assert said.endswith("by the criterion popov (certified), which reaches 5.999999999.")
     assert "in the sector [0, 5], by" in said
-    one_sided = RationalBlock([Fraction("0.1"), 0], [1, Fraction("-1.8"), Fraction("0.81")], dt=1)
+    one_sided = RationalPlant([Fraction("0.1"), 0], [1, Fraction("-1.8"), Fraction("0.81")], dt=1)
     tsypkin = max_slope(one_sided, criterion="tsypkin", search="linear")  # slopes >= 0 without a bound, sector to 3.8
     assert tsypkin.proof.certificate["laws"]["slope"][1] in ("finite", "inf")
     assert tsypkin.proved_text.startswith("3.79999")
-    said = conclusion_of(Problem.about(one_sided, LawClass.slope_restricted(0, 3)), tsypkin.proof, reach=tsypkin.proof)
+    said = conclusion_of(
+        Problem.about(one_sided, NonlinearityClass.slope_restricted(0, 3)), tsypkin.proof, reach=tsypkin.proof
+    )
     assert f"which reaches {tsypkin.proved_text}." in said.sentence
 
 
@@ -436,7 +441,7 @@ def test_how_far_a_criterion_reaches_is_said_of_the_larger_class():
     ("block", "varying", "theorem"), [("(s + 2)/(s + 1)", True, "circle"), ("1/(s + 1)", False, "popov")]
 )
 def test_a_class_without_an_upper_bound_is_proved_where_one_certificate_covers_it(block, varying, theorem):
-    found = about(as_block(block), sector(0, float("inf"), time_varying=varying))
+    found = about(as_plant(block), sector(0, float("inf"), time_varying=varying))
     assert found.verdict is Verdict.PROVED
     assert found.shown.theorem == theorem
     assert found.shown.certificate["laws"]["sector"] == ["0", "inf"]
@@ -446,9 +451,9 @@ def test_a_class_without_an_upper_bound_is_proved_where_one_certificate_covers_i
 
 def test_advice_names_the_farthest_bound_that_would_be_proved():
     # 1/(s + 1)^3: 4 for laws that vary, 8 for those that do not
-    found = about(RationalBlock([1], [1, 3, 3, 1]), sector(0, 9))
+    found = about(RationalPlant([1], [1, 3, 3, 1]), sector(0, 9))
     assert found.hints == ("an upper bound of 7.999999999 instead of 9 would be proved",)
-    assert about(RationalBlock([1], [1, 3, 3, 1]), sector(0, 7)).hints == ()
+    assert about(RationalPlant([1], [1, 3, 3, 1]), sector(0, 7)).hints == ()
 
 
 def test_what_is_said_of_a_class_that_is_never_stable():
@@ -459,12 +464,12 @@ def test_what_is_said_of_a_class_that_is_never_stable():
 
 @pytest.mark.parametrize(("dt", "said"), [(None, None), (Fraction(1, 2), "1/2")])
 def test_the_document_of_a_block_has_its_step(dt, said):
-    half = StateSpaceBlock([[0.0, 0.5], [-0.25, 0.5]], [0.0, 1.0], [1.0, 0.0], dt=dt)
+    half = StateSpace([[0.0, 0.5], [-0.25, 0.5]], [0.0, 1.0], [1.0, 0.0], dt=dt)
     found = analysis_dict(about(half, None))
     assert found["block"]["dt"] == said
     assert found["block"]["denominator"] is None
     lag = "1/(s + 1)" if dt is None else "0.2/(z - 1/2)"
-    assert analysis_dict(about(as_block(lag, dt=dt), None))["block"]["dt"] == said
+    assert analysis_dict(about(as_plant(lag, dt=dt), None))["block"]["dt"] == said
 
 
 def test_a_class_as_data():
@@ -505,7 +510,7 @@ def test_measured_data_certify_nothing_not_even_that_nothing_is_known():
 
 
 def test_bounds_alone_are_a_class():
-    block = RationalBlock([1], [1, 3, 3, 1])  # 1/(s + 1)^3: the circle criterion reaches 4, Popov's 8
+    block = RationalPlant([1], [1, 3, 3, 1])  # 1/(s + 1)^3: the circle criterion reaches 4, Popov's 8
     assert certify(block, Sector(0, 3)).certificate["laws"]["sector"] == ["0", "3"]
     assert certify(block, SlopeBounds(0, 3)).certificate["laws"]["slope"] == ["0", "3"]
     with pytest.raises(InputError):
@@ -583,6 +588,6 @@ def test_a_row_says_what_is_proved_refuted_and_left_open():
 
 def test_of_two_rows_of_one_reach_the_one_without_time_is_said():
     # 1/(s + 1): every finite sector, by the circle criterion and whatever the laws
-    found = analyse(RationalBlock([1], [1, 1]))
+    found = analyse(RationalPlant([1], [1, 1]))
     assert found.conclusion.law_class.endswith("[0, inf)")
     assert found.verdict is Verdict.PROVED

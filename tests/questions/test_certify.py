@@ -12,16 +12,16 @@ from hypothesis import strategies as st
 from lure import (
     Cubic,
     DeadZone,
-    ExpressionLaw,
+    ExpressionNonlinearity,
     FrequencyData,
-    LawClass,
     Loop,
+    NonlinearityClass,
     PiecewiseLinear,
-    RationalBlock,
+    RationalPlant,
     Saturation,
     Sector,
     SlopeBounds,
-    StateSpaceBlock,
+    StateSpace,
     Tanh,
 )
 from lure.analysis.certificates import codes, sealing
@@ -30,7 +30,7 @@ from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.certificates.sealing import contains
 from lure.analysis.certificates.systems import law_of, laws_of
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.questions.certify import METHODS, Ways, certify, text_of
+from lure.analysis.questions.certify import METHODS, ProofOptions, certify, text_of
 from lure.analysis.questions.problem import posed
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError
@@ -64,7 +64,7 @@ def test_what_is_proved_lies_below_the_linear_limit_and_what_is_refuted_is_accep
         denominator = [a + root * b for a, b in zip([*denominator, 0], [0, *denominator], strict=True)]
     if not any(top):
         return
-    block = RationalBlock(top, denominator)
+    block = RationalPlant(top, denominator)
     limit = hurwitz_limit(block)
     for criterion in ("circle", "popov", "hurwitz"):
         found = asked(block, sector(0, k), criterion)
@@ -82,11 +82,11 @@ def test_what_is_proved_lies_below_the_linear_limit_and_what_is_refuted_is_accep
 
 def test_the_certificate_is_about_exactly_the_class_asked():
     # sector [0, 1] within slopes [0, 5]: Popov proves it from the sector alone
-    tight = LawClass(sector=Sector(0, 1), slope=SlopeBounds(0, 5), odd=True)
+    tight = NonlinearityClass(sector=Sector(0, 1), slope=SlopeBounds(0, 5), odd=True)
     assert asked(THIRD, tight).certificate["laws"] == laws_of(tight, unbounded=True)
     # Park needs slopes: the sector [0, 3] of slopes [0, 3.5] is certified with both
-    block = RationalBlock([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])
-    wide = LawClass(sector=Sector(0, 3), slope=SlopeBounds(0, Fraction(7, 2)))
+    block = RationalPlant([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])
+    wide = NonlinearityClass(sector=Sector(0, 3), slope=SlopeBounds(0, Fraction(7, 2)))
     assert asked(block, wide, "park").certificate["laws"] == laws_of(wide, unbounded=True)
 
 
@@ -103,12 +103,12 @@ def test_a_question_without_a_class_is_refused():
     with pytest.raises(InputError, match="did you mean 'popov'"):
         asked(THIRD, sector(0, 1), "popof")
     with pytest.raises(InputError, match=r"Ways\.method is 'matrx'; choose from best, polynomial"):
-        Ways(method="matrx")
+        ProofOptions(method="matrx")
     with pytest.raises(InputError, match=r"Ways\.numbers is 'floats'"):
-        Ways(numbers="floats")
+        ProofOptions(numbers="floats")
     for seconds in (0, -1, math.nan, math.inf):
         with pytest.raises(InputError, match=r"Ways\.seconds is"):
-            Ways(seconds=seconds)
+            ProofOptions(seconds=seconds)
     with pytest.raises(TypeError, match="three outcomes"):
         bool(asked(THIRD, sector(0, 1)))
 
@@ -121,7 +121,7 @@ RESONANT = [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [-
     ("block", "law_class", "code"),
     [
         (FrequencyData([1.0, 2.0], [1.0, 0.5], None), sector(0, 1), codes.SAMPLED),
-        (StateSpaceBlock(RESONANT, [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]), sector(0, 1), codes.COMPUTED),
+        (StateSpace(RESONANT, [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]), sector(0, 1), codes.COMPUTED),
     ],
 )
 def test_what_cannot_be_decided_has_a_code(block, law_class, code):
@@ -132,7 +132,7 @@ def test_what_cannot_be_decided_has_a_code(block, law_class, code):
 
 def test_a_block_of_doubles_is_refuted_by_a_form():
     # 1/(s + 1) + 1/(s + 2) with the other sign: 1 = 3 k/2 puts a root at 0
-    block = StateSpaceBlock([[-1.0, 0.0], [0.0, -2.0]], [1.0, 1.0], [-1.0, -1.0])
+    block = StateSpace([[-1.0, 0.0], [0.0, -2.0]], [1.0, 1.0], [-1.0, -1.0])
     found = certify(block, sector(0, 5))
     assert found.verdict is Verdict.REFUTED
     assert found.certificate["proof"]["method"] == "matrix-gain"
@@ -142,7 +142,7 @@ def test_a_block_of_doubles_is_refuted_by_a_form():
 
 def test_a_block_of_doubles_is_proved_by_matrices():
     # 1/((s+1)(s+2)), its entries exact doubles; the circle criterion reaches 17.48
-    block = StateSpaceBlock([[0.0, 1.0], [-2.0, -3.0]], [0.0, 1.0], [1.0, 0.0])
+    block = StateSpace([[0.0, 1.0], [-2.0, -3.0]], [0.0, 1.0], [1.0, 0.0])
     found = certify(block, sector(0, 17))
     assert found.verdict is Verdict.PROVED
     assert (found.shown.theorem, found.certificate["proof"]["method"]) == ("circle", "matrix")
@@ -160,7 +160,7 @@ def test_a_block_of_doubles_is_proved_by_matrices():
         (DeadZone(width=1, gain=3), "piecewise-linear"),
         (PiecewiseLinear([(-1, -3), (2, 6), (4, 7)], left_slope=0, right_slope=Fraction(1, 2)), "piecewise-linear"),
         (NormalCompliance(stiffness=4, exponent=1), "piecewise-linear"),
-        (ExpressionLaw(text="max(sigma, 0)", sector=Sector(0, 1)), "piecewise-linear"),
+        (ExpressionNonlinearity(text="max(sigma, 0)", sector=Sector(0, 1)), "piecewise-linear"),
         (Tanh(scale=2, gain=3), "tanh"),
     ],
 )
@@ -179,7 +179,7 @@ def test_a_law_in_a_certificate_is_the_law(law, kind):
     assert values == pytest.approx(law(x), abs=1e-12)
 
 
-@pytest.mark.parametrize("law", [Cubic(cubic=1), ExpressionLaw(text="sin(sigma)", sector=Sector(-1, 1)), None])
+@pytest.mark.parametrize("law", [Cubic(cubic=1), ExpressionNonlinearity(text="sin(sigma)", sector=Sector(-1, 1)), None])
 def test_a_law_that_can_only_be_declared_stays_out(law):
     assert law_of(law) is None
 
@@ -220,9 +220,9 @@ def test_containment_knows_which_class_is_larger():
 
 
 def test_a_larger_class_stands_in_where_a_theorem_needs_it():
-    tight = LawClass(sector=Sector(0, 1), slope=SlopeBounds(0, 2))
+    tight = NonlinearityClass(sector=Sector(0, 1), slope=SlopeBounds(0, 2))
     question = posed(THIRD, tight, criterion="best", finite=False)
-    draft = {**asked(THIRD, LawClass.slope_restricted(0, 2)).certificate}
+    draft = {**asked(THIRD, NonlinearityClass.slope_restricted(0, 2)).certificate}
     calls = []
     original = sealing.checked
 
@@ -234,7 +234,7 @@ def test_a_larger_class_stands_in_where_a_theorem_needs_it():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sealing, "checked", only_larger)
-        shown = sealing.sealed(question, draft)
+        shown = sealing.check_for_class(question, draft)
     assert calls == [["0", "1"], ["0", "2"]]
     assert shown.certificate["laws"]["sector"] == ["0", "2"]
 
@@ -242,7 +242,7 @@ def test_a_larger_class_stands_in_where_a_theorem_needs_it():
 def test_a_smaller_class_never_stands_in():
     question = posed(THIRD, sector(0, 7), criterion="best", finite=False)
     with pytest.raises(Rejected):
-        sealing.sealed(question, asked(THIRD, sector(0, 5)).certificate)
+        sealing.check_for_class(question, asked(THIRD, sector(0, 5)).certificate)
 
 
 def test_the_options_of_the_command_are_those_of_the_question():

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from asking import THIRD, asked, sector
 
-from lure import LawClass, RationalBlock, Sector, SlopeBounds
+from lure import NonlinearityClass, RationalPlant, Sector, SlopeBounds
 from lure.analysis.certificates import codes
 from lure.analysis.questions import candidates, counterexample_search
 from lure.analysis.theorems import circle, park, popov, zames_falb_discrete
 from lure.analysis.verdict import Bracket, Evidence, Verdict, Witness
 
 # s^2/(s^3 + 2 s^2 + 2 s + 1): stable for every linear gain, Popov reaches 8.89898 and the circle 8.12086
-SEVENTH = RationalBlock([1, 0, 0], [1, 2, 2, 1])
-MASS = RationalBlock(
+SEVENTH = RationalPlant([1, 0, 0], [1, 2, 2, 1])
+MASS = RationalPlant(
     [Fraction(2), Fraction("0.92")], [1, Fraction("-0.5"), 0], 1
 )  # slopes from 175/192 on have an orbit
 
@@ -79,7 +79,7 @@ def test_a_criterion_that_always_says_proved_proves_nothing_false(monkeypatch, t
 
     def always(_block, bounds, **_options):
         parameters = {**honest.parameters, "theta": theta}
-        law_class = LawClass(sector=bounds)
+        law_class = NonlinearityClass(sector=bounds)
         return replace(honest, verdict=Verdict.PROVED, parameters=parameters, law_class=law_class)
 
     monkeypatch.setattr(popov, "popov_criterion", always)
@@ -108,11 +108,11 @@ def test_multipliers_out_of_thin_air_prove_nothing(monkeypatch, taps):
     honest = zames_falb_discrete.zames_falb_discrete_criterion(MASS, SlopeBounds(0, Fraction(1, 2)), odd=False)
 
     def always(_block, bounds, **_options):
-        law_class = LawClass.slope_restricted(bounds.lower, bounds.upper)
+        law_class = NonlinearityClass.slope_restricted(bounds.lower, bounds.upper)
         return replace(honest, verdict=Verdict.PROVED, parameters={"taps": taps}, law_class=law_class)
 
     monkeypatch.setattr(zames_falb_discrete, "zames_falb_discrete_criterion", always)
-    found = asked(MASS, LawClass.slope_restricted(0, Fraction("0.95")), "zames-falb")
+    found = asked(MASS, NonlinearityClass.slope_restricted(0, Fraction("0.95")), "zames-falb")
     assert found.verdict is Verdict.INCONCLUSIVE
 
 
@@ -126,9 +126,9 @@ def test_two_digits_of_a_multiplier_prove_nothing_false(monkeypatch):
         return replace(found, verdict=Verdict.PROVED, parameters={**found.parameters, **fractions})
 
     monkeypatch.setattr(park, "park_criterion", rounded)
-    block = RationalBlock([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])  # Hurwitz limit 4.58945
+    block = RationalPlant([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])  # Hurwitz limit 4.58945
     for k in ("3.7", "4.58", "4.5894", "4.5895", "5"):
-        found = asked(block, LawClass.slope_restricted(0, Fraction(k)), "park")
+        found = asked(block, NonlinearityClass.slope_restricted(0, Fraction(k)), "park")
         if Fraction(k) > Fraction("4.58946"):
             assert found.verdict is Verdict.REFUTED
         elif found.verdict is not Verdict.PROVED:
@@ -187,7 +187,7 @@ def test_the_end_of_the_time_ends_all_searches(monkeypatch):
         raise TimeoutError("the time allowed, 1 s, is over")
 
     monkeypatch.setattr(popov, "popov_criterion", slow)
-    found = asked(THIRD, LawClass.slope_restricted(0, 5))  # four more criteria would follow
+    found = asked(THIRD, NonlinearityClass.slope_restricted(0, 5))  # four more criteria would follow
     assert [failure.search for failure in found.failures] == ["circle", "popov"]
     assert found.code is codes.OUT_OF_TIME
 
@@ -211,5 +211,5 @@ def test_an_orbit_that_is_not_proved_refutes_nothing(monkeypatch, evidence):
 
 
 def test_the_time_allowed_is_kept():
-    found = asked(MASS, LawClass.slope_restricted(0, Fraction("0.9")), seconds=0.01)
+    found = asked(MASS, NonlinearityClass.slope_restricted(0, Fraction("0.9")), seconds=0.01)
     assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.OUT_OF_TIME)

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 import pytest
 
-from lure import InputError, RationalBlock, as_block
+from lure import InputError, RationalPlant, as_plant
 from lure.analysis.counterexamples.oscillation import _smallest
 from lure.analysis.deadline import checkpoint, time_left, time_limit
 from lure.analysis.questions import analyse, findings, max_sector, max_slope
@@ -18,9 +18,9 @@ from lure.analysis.verdict import Verdict
 
 # d + k n = s^3 + (2 + 2k) s^2 + (2 - k) s + 1 is Hurwitz up to 2k^2 - 2k = 3, k = (1 + sqrt 7)/2; Popov ends at 1.49,
 # Park's criterion reaches it.
-PARK = RationalBlock([2, -1, 0], [1, 2, 2, 1])
+PARK = RationalPlant([2, -1, 0], [1, 2, 2, 1])
 HURWITZ = (1 + math.sqrt(7)) / 2
-OPEN = as_block("-s^2/(s^4 + 0.2*s^3 + 6*s^2 + 0.1*s + 1)")  # ct-4: nothing closes it
+OPEN = as_plant("-s^2/(s^4 + 0.2*s^3 + 6*s^2 + 0.1*s + 1)")  # ct-4: nothing closes it
 
 
 def said(found):
@@ -49,7 +49,7 @@ def test_dear_steps_are_not_made_once_both_sides_meet(steps):
 
 
 def test_what_popov_closes_needs_no_criterion_of_slopes(steps):
-    assert max_slope(as_block("1/(s+1)^3"), odd=True).closed  # Hurwitz: 8
+    assert max_slope(as_plant("1/(s+1)^3"), odd=True).closed  # Hurwitz: 8
     assert steps == ["circle", "popov"]
 
 
@@ -209,6 +209,6 @@ def test_a_checkpoint_raises_once_the_time_is_over():
 
 
 def test_numbers_in_the_report_of_a_stopped_search_are_bounds():
-    found = max_sector(RationalBlock([1], [1, 3, 2, 0]), lower=Fraction(1, 3), seconds=1e-9)
+    found = max_sector(RationalPlant([1], [1, 3, 2, 0]), lower=Fraction(1, 3), seconds=1e-9)
     assert found.largest.low <= Fraction(1, 3)
     assert found.critical  # the weaker conclusion, until it is known

@@ -14,22 +14,22 @@ from lure.analysis import certify, max_sector, max_slope
 from lure.analysis.questions import Problem, answer
 from lure.analysis.questions.problem import posed
 from lure.analysis.verdict import Verdict
-from lure.classes import Diagonal, LawClass, Sector, SlopeBounds
+from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.loop import Loop
 from lure.nonlinearities import Saturation
-from lure.plants import as_block
+from lure.plants import as_plant
 from lure.plants.frequency_data import FrequencyData
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 
-THIRD = RationalBlock([1], [1, 3, 2, 0])
+THIRD = RationalPlant([1], [1, 3, 2, 0])
 SAMPLES = FrequencyData([0.1, 1.0, 10.0], [1 - 0.1j, 0.5 - 0.5j, 0.01 - 0.1j])
-MATRICES = StateSpaceBlock(np.array([[-1.0, 1.0], [0.0, -2.0]]), np.array([0.0, 1.0]), np.array([1.0, 0.0]), 0.0)
+MATRICES = StateSpace(np.array([[-1.0, 1.0], [0.0, -2.0]]), np.array([0.0, 1.0]), np.array([1.0, 0.0]), 0.0)
 
 
 def sector_of(plant, lower=0, **options):
-    return Problem.largest(as_block(plant), "sector", lower=F(lower), **options)
+    return Problem.largest(as_plant(plant), "sector", lower=F(lower), **options)
 
 
 PROBLEMS = [
@@ -38,7 +38,7 @@ PROBLEMS = [
     sector_of(SAMPLES),
     sector_of(MATRICES),
     Problem.largest(THIRD, "slope", lower=F(1, 3), odd=True),
-    Problem.about(THIRD, LawClass(sector=Sector(0, 5)), nonlinearity=Saturation(gain=2)),
+    Problem.about(THIRD, NonlinearityClass(sector=Sector(0, 5)), nonlinearity=Saturation(gain=2)),
 ]
 
 
@@ -76,8 +76,8 @@ def test_the_digest_is_sha256_of_the_text_which_is_json():
         sector_of(THIRD, time_varying=True),
         sector_of(THIRD, criterion="circle"),
         sector_of(THIRD, search="linear"),
-        sector_of(RationalBlock([1], [1, 3, 2, 0], dt=1)),
-        sector_of(RationalBlock([1], [1, 3, 2, F(1, 10**30)])),
+        sector_of(RationalPlant([1], [1, 3, 2, 0], dt=1)),
+        sector_of(RationalPlant([1], [1, 3, 2, F(1, 10**30)])),
         Problem.largest(THIRD, "slope", lower=F(0)),
         replace(sector_of(THIRD), finite=False),
     ],
@@ -92,12 +92,12 @@ def test_the_views_give_the_answer_of_the_problem():
     assert answer(problem).to_dict() == max_sector(THIRD).to_dict()
     slope = Problem.largest(THIRD, "slope", lower=F(0), odd=True, search="linear")
     assert answer(slope).to_dict() == max_slope(THIRD, odd=True, search="linear").to_dict()
-    about = posed(THIRD, LawClass(sector=Sector(0, 5)), criterion="best", finite=False)
+    about = posed(THIRD, NonlinearityClass(sector=Sector(0, 5)), criterion="best", finite=False)
     assert answer(about).to_dict() == certify(THIRD, Sector(0, 5)).to_dict()
 
 
 def test_what_a_diagonal_refuses():
-    narrow, wide = LawClass(sector=Sector(0, 1)), LawClass(sector=Sector(0, 2))
+    narrow, wide = NonlinearityClass(sector=Sector(0, 1)), NonlinearityClass(sector=Sector(0, 2))
     assert str(Diagonal((narrow, wide))) == "phi in the sector [0, 1]; phi in the sector [0, 2]"
     assert Diagonal((narrow, narrow), repeated=True).repeated
     with pytest.raises(InputError, match="one for each channel"):
@@ -108,14 +108,14 @@ def test_what_a_diagonal_refuses():
 
 # The lower end of a slope question is that of the slope: the sector may lie inside.
 def test_the_lower_end_is_that_of_the_narrowest_statement_of_the_class():
-    tight = LawClass(sector=Sector(0, 1), slope=SlopeBounds(-1, 2))
+    tight = NonlinearityClass(sector=Sector(0, 1), slope=SlopeBounds(-1, 2))
     assert Problem.about(THIRD, tight).lower == -1
-    assert Problem.about(THIRD, LawClass(sector=Sector(F(1, 2), 1))).lower == F(1, 2)
+    assert Problem.about(THIRD, NonlinearityClass(sector=Sector(F(1, 2), 1))).lower == F(1, 2)
 
 
 # Constant gains alone are asked about: the saturation plays no part, and s^2 + 3 s + 2 + g is stable for g >= 0.
 def test_a_question_about_constant_gains_leaves_the_nonlinearity_out():
-    about = posed(Loop(RationalBlock([1], [1, 3, 2]), Saturation(gain=5)), None, criterion="hurwitz", finite=False)
+    about = posed(Loop(RationalPlant([1], [1, 3, 2]), Saturation(gain=5)), None, criterion="hurwitz", finite=False)
     assert about.linear
     assert answer(about).verdict is Verdict.PROVED
     assert (about.nonlinearity, about.law) == (None, None)

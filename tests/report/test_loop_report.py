@@ -13,7 +13,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from lure import DelayBlock, InputError, RationalBlock
+from lure import DelayPlant, InputError, RationalPlant
 from lure.analysis.plots.loops import OnAxis, plot_loop_nyquist, plot_loop_popov, plot_reach
 from lure.analysis.plots.orbits import plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
@@ -386,7 +386,7 @@ def test_the_line_of_a_shifted_loop_is_that_of_the_shifted_class(reports):
     # [1/2, k]: 12/(s^2 + 2 s + 3) and [0, k - 1/2]; Popov's criterion reaches every finite k, the line goes through 0
     spec = next(figure.spec for figure in loop_figures(reports["shifted"]) if figure.spec.name == "popov")
     (line,) = spec.draw.args
-    assert line.block == RationalBlock([12], [1, 2, 3])
+    assert line.block == RationalPlant([12], [1, 2, 3])
     assert line.k == math.inf
     assert "φ(σ) − 0.5 σ" in spec.caption
 
@@ -418,11 +418,11 @@ def test_curves_of_every_kind_of_block_are_drawn():
     from matplotlib import pyplot
 
     for block in (
-        RationalBlock([1], [1, 0]),
-        RationalBlock([1, 0, 0], [1, Fraction("0.0003"), 10, Fraction("0.0021"), 9]),
-        RationalBlock([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1),
-        DelayBlock.parse("exp(-10*s)/(s+1)"),
-        RationalBlock([1], [1]),
+        RationalPlant([1], [1, 0]),
+        RationalPlant([1, 0, 0], [1, Fraction("0.0003"), 10, Fraction("0.0021"), 9]),
+        RationalPlant([2, Fraction("0.92")], [1, Fraction("-0.5"), 0], dt=1),
+        DelayPlant.parse("exp(-10*s)/(s+1)"),
+        RationalPlant([1], [1]),
     ):
         omega = OnAxis(block).frequencies()
         assert (np.diff(omega) > 0).all()

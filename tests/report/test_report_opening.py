@@ -14,7 +14,7 @@ from lure.analysis.report.loop import build_loop_report, write_loop_report
 from lure.analysis.report.loop.bars import bar
 from lure.analysis.report.loop.document import loop_document
 from lure.analysis.report.loop.observed import _sentence
-from lure.classes import LawClass
+from lure.classes import NonlinearityClass
 from lure.files import parse_system
 from lure.rod import NormalCompliance
 
@@ -194,7 +194,7 @@ def test_the_graph_of_a_law_covers_its_bends(law, low, high):
 
 @pytest.mark.parametrize("ends", [(0, 2), (Fraction(1, 2), 3), (-1, 2), (-3, 1), (0, float("inf")), (2, float("inf"))])
 def test_the_wedge_of_a_sector_stays_in_its_box(ends):
-    made = class_graph(LawClass(sector=Sector(*ends)))
+    made = class_graph(NonlinearityClass(sector=Sector(*ends)))
     points = [float(x) for path in re.findall(r'wedge" d="M([^z]+)z', made) for x in re.split("[L ]", path)]
     assert len(points) >= 12
     assert all(172 <= x <= 268 for x in points[::2])

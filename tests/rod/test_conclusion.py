@@ -13,7 +13,7 @@ from lure.analysis.rod.conclusion import conclusion, offered
 from lure.analysis.verdict import Evidence, Verdict
 from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.systems import rod_from_exact
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 
 def scheme_of(**changes):
@@ -45,7 +45,7 @@ def test_the_sign_of_the_damping_decides(damping, verdict):
 def test_it_says_what_the_certificates_say_of_their_class():
     result = concluded()
     scheme = scheme_of()
-    rod, discrete = (settled(energy_theorem_draft(block)).certificate for block in (RodBlock(scheme.rod), scheme))
+    rod, discrete = (settled(energy_theorem_draft(block)).certificate for block in (RodPlant(scheme.rod), scheme))
     assert rod["conclusion"] == discrete["conclusion"]
     assert result.headline == f"Without load, {rod['conclusion']}."
     assert rod["laws"]["sector"] == ["0", "inf"]
@@ -61,9 +61,9 @@ def test_it_says_what_the_certificates_say_of_their_class():
 def test_a_certificate_about_another_rod_is_no_answer():
     scheme, other = scheme_of(), scheme_of(damping="1")
     with pytest.raises(MismatchError):
-        concluded_of(RodBlock(scheme.rod), offered(RodBlock(other.rod)))
+        concluded_of(RodPlant(scheme.rod), offered(RodPlant(other.rod)))
     with pytest.raises(MismatchError):
-        concluded_of(RodBlock(scheme.rod), offered(scheme))  # the scheme is not the rod
+        concluded_of(RodPlant(scheme.rod), offered(scheme))  # the scheme is not the rod
 
 
 @pytest.mark.parametrize("missing", ["rod", "rod-scheme"])

@@ -7,7 +7,7 @@ import pytest
 from motions import EITHER_WAY, imbalance, other_rod, unit_rod
 
 from lure import InputError
-from lure.rod import RodBlock, Scenario, builtin_system
+from lure.rod import RodPlant, Scenario, builtin_system
 from lure.rod.free_motion import free_motion
 from lure.rod.motion import Boundary, Numerics, exact_motion, motion_windows
 
@@ -20,7 +20,7 @@ RNG = np.random.default_rng(5)
 def test_the_released_rod_is_a_triangle_wave_over_a_thousand_round_trips(compiled):
     system = builtin_system("paper-rod")
     rod, e = system.rod, 2e-4
-    T, decay = rod.travel_time, RodBlock(system.rod).log_reflection
+    T, decay = rod.travel_time, RodPlant(system.rod).log_reflection
     motion = exact_motion(rod, system.scenario, 2000 * T, numerics=Numerics(compiled=compiled))
     transit = np.arange(2002)
     trip = transit // 2

@@ -14,7 +14,7 @@ from lure import AssumptionError, InputError, Sector
 from lure.analysis.rod.criteria import response_check, rod_criteria
 from lure.analysis.theorems.popov import circle_criterion, popov_criterion
 from lure.analysis.verdict import INFINITE, Evidence, Verdict
-from lure.rod import Rod, RodBlock, builtin_system, upwind
+from lure.rod import Rod, RodPlant, builtin_system, upwind
 from lure.rod.systems import rod_from_exact
 
 # E = rho = A = L = 1: c = Z = T = d = 1, so that k is the ratio k/Z and a = (k - 1)/(k + 1)
@@ -26,7 +26,7 @@ def unit_rod(damping):
 
 
 def block_of(damping, cells):
-    return RodBlock(unit_rod(damping)) if cells is None else upwind(unit_rod(damping), cells)
+    return RodPlant(unit_rod(damping)) if cells is None else upwind(unit_rod(damping), cells)
 
 
 def least(f, lowest=1e-10, highest=60.0, points=6001):
@@ -200,7 +200,7 @@ def test_popov_reaches_every_sector_and_what_holds_for_a_stiffer_obstacle_holds_
 @given(ratio=ratios, cells=cell_counts, stretch=st.sampled_from([Fraction(1, 1000), Fraction(1, 7), 3, 10_000]))
 def test_a_longer_rod_scales_theta_and_the_circle_limit(ratio, cells, stretch):
     short, long = unit_rod(ratio), Rod(**{**UNIT, "length": stretch}, damping=ratio)
-    blocks = [RodBlock(rod) if cells is None else upwind(rod, cells) for rod in (short, long)]
+    blocks = [RodPlant(rod) if cells is None else upwind(rod, cells) for rod in (short, long)]
     one, other = (popov_criterion(block, Sector(0, math.inf)) for block in blocks)
     assert other.smallest_theta.high == pytest.approx(float(stretch) * one.smallest_theta.high, rel=1e-8)
     one, other = (circle_criterion(block, Sector(0, 1)) for block in blocks)
@@ -322,7 +322,7 @@ def test_brackets_do_not_depend_on_the_series_length_that_a_caller_has_set(cap):
 )
 def test_a_ratio_of_damping_to_impedance_beyond_doubles_is_no_obstacle(modulus, density, area, length, damping, cells):
     rod = Rod(youngs_modulus=modulus, density=density, area=area, length=length, damping=damping, compliance=1)
-    block = RodBlock(rod) if cells is None else upwind(rod, cells)
+    block = RodPlant(rod) if cells is None else upwind(rod, cells)
     assert popov_criterion(block, Sector(0, math.inf)).verdict is Verdict.PROVED
 
 
@@ -330,7 +330,7 @@ def test_a_ratio_of_damping_to_impedance_beyond_doubles_is_no_obstacle(modulus, 
 def test_a_multiplier_beyond_doubles_is_refused_in_one_sentence():
     rod = Rod(youngs_modulus=1e-10, density=1e10, length=1e20, area=1, damping=1e-300, compliance=1)
     with pytest.raises(InputError, match="needs for this rod exceeds the largest double"):
-        popov_criterion(RodBlock(rod), Sector(0, 1))
+        popov_criterion(RodPlant(rod), Sector(0, 1))
 
 
 # m < 1: the chord at zero is vertical, the law is not locally Lipschitz, and Popov's theorem is not about it
@@ -338,5 +338,5 @@ def test_a_multiplier_beyond_doubles_is_refused_in_one_sentence():
 @pytest.mark.parametrize("criterion", [popov_criterion, circle_criterion])
 def test_the_hypotheses_say_when_the_rods_own_law_is_not_in_the_class(criterion, exponent, said):
     rod = Rod(**UNIT, damping=1, exponent=exponent)
-    hypotheses = criterion(RodBlock(rod), Sector(0, math.inf)).hypotheses
+    hypotheses = criterion(RodPlant(rod), Sector(0, math.inf)).hypotheses
     assert any("fails for this rod's own law" in text for text in hypotheses) is said

@@ -11,7 +11,7 @@ from reference import decades, ratios, rods, with_damping
 
 from lure import AssumptionError
 from lure.analysis.rod.spectrum import LISTED_MODES, rod_spectrum, wave_mode
-from lure.rod import RodBlock, upwind
+from lure.rod import RodPlant, upwind
 from lure.rod.systems import paper_rod, rod_from_exact
 
 CELLS = [1, 2, 3, 10, 1000]
@@ -137,7 +137,7 @@ def test_for_positive_damping_the_slowest_rate_is_that_of_the_listed_eigenvalues
 @given(rod=rods(ratio=1.0), ratio=ratios(), N=st.integers(1, 40))
 def test_the_modes_of_the_rod_are_its_poles_and_share_one_decay_rate(rod, ratio, N):
     rod = with_damping(rod, Fraction(ratio * rod.impedance))
-    found, poles = rod_spectrum(upwind(rod, N)), RodBlock(rod).poles(LISTED_MODES)
+    found, poles = rod_spectrum(upwind(rod, N)), RodPlant(rod).poles(LISTED_MODES)
     for mode in found.modes:
         assert np.min(np.abs(poles - mode.rod)) <= 1e-14 * abs(mode.rod)
         assert -mode.rod.real == pytest.approx(found.decay_rod, rel=1e-14)

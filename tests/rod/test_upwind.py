@@ -24,7 +24,7 @@ from reference import (
 )
 
 from lure import InputError
-from lure.rod import RodBlock, UpwindScheme, upwind
+from lure.rod import RodPlant, UpwindScheme, upwind
 from lure.rod.discretisation import assemble_ring, rod_templates
 from lure.rod.systems import paper_rod, rod_from_exact
 
@@ -178,7 +178,7 @@ def test_the_scheme_tends_to_the_rod_at_first_order_with_the_constant_of_the_exp
     x = np.array([0.3j, 0.2 + 1j, 2.0])
     s, a, Q = x / rod.travel_time, rod.reflection, np.exp(-2 * x)
     limit = rod.mobility / s * -2 * a * Q / (1 + a * Q) ** 2 * x**2
-    errors = [N * (upwind(rod, N).transfer(s) - RodBlock(rod).transfer(s)) / limit - 1 for N in (1000, 2000, 4000)]
+    errors = [N * (upwind(rod, N).transfer(s) - RodPlant(rod).transfer(s)) / limit - 1 for N in (1000, 2000, 4000)]
     assert np.max(np.abs(errors[0])) < 1e-2
     for coarse, fine in pairwise(errors):
         assert np.allclose(np.abs(fine / coarse), 0.5, rtol=1e-2)

@@ -22,7 +22,7 @@ from reference import (
 )
 
 from lure import InputError
-from lure.rod import RodBlock
+from lure.rod import RodPlant
 from lure.rod.systems import paper_rod, rod_from_exact
 
 EPS = 2.0**-52
@@ -31,7 +31,7 @@ angles = st.floats(-math.pi, math.pi)
 
 def error_and_sensitivity(rod, s):
     exact = Exact(rod)
-    return relative_error(RodBlock(rod).transfer(s), exact.transfer(s, None)), exact.sensitivity(s, None)
+    return relative_error(RodPlant(rod).transfer(s), exact.transfer(s, None)), exact.sensitivity(s, None)
 
 
 # What is reached: a few roundings times the sensitivity of H to a rounding of a and of the phase 2 omega T, which no
@@ -64,7 +64,7 @@ def test_near_zero_the_closed_form_keeps_all_its_digits(rod, turns):
 def test_near_zero_the_real_part_keeps_its_digits_beside_an_imaginary_part_of_any_size(rod, turns):
     assume(rod.reflection != 0)
     s = 1j * turns / rod.travel_time
-    error = at_high_precision(lambda: real_part_error(RodBlock(rod).transfer(s), Exact(rod).transfer(s, None)))
+    error = at_high_precision(lambda: real_part_error(RodPlant(rod).transfer(s), Exact(rod).transfer(s, None)))
     assert error <= 16 * EPS
 
 
@@ -81,12 +81,12 @@ def test_the_value_at_half_a_turn_by_hand():
     # omega T = pi/2: Q = -1 and H = (d/s)(1 + a)/(1 - a) = (d/s) k/Z
     rod = paper_rod("0.3")
     s = 0.5j * math.pi / rod.travel_time
-    assert RodBlock(rod).transfer(s) == pytest.approx(rod.mobility / s * 0.25, rel=1e-12)
+    assert RodPlant(rod).transfer(s) == pytest.approx(rod.mobility / s * 0.25, rel=1e-12)
 
 
 @given(rod=rods(), size=decades(-6, 2), angle=angles)
 def test_conjugate_points_give_conjugate_values(rod, size, angle):
-    s, block = complex(size * math.cos(angle), size * math.sin(angle)) / rod.travel_time, RodBlock(rod)
+    s, block = complex(size * math.cos(angle), size * math.sin(angle)) / rod.travel_time, RodPlant(rod)
     assert block.transfer(np.conj(s)) == np.conj(block.transfer(s))
 
 
@@ -108,8 +108,8 @@ def test_the_response_follows_the_units(rod, turns, time, length):
         }
     )
     s = (0.1 + 1j) * turns / rod.travel_time
-    expected = float(length**2 * time**2) * RodBlock(rod).transfer(s)
-    assert RodBlock(scaled).transfer(s / float(time)) == pytest.approx(expected, rel=1e-11)
+    expected = float(length**2 * time**2) * RodPlant(rod).transfer(s)
+    assert RodPlant(scaled).transfer(s / float(time)) == pytest.approx(expected, rel=1e-11)
 
 
 @given(rod=rods(), turns=decades(-6, 2), factor=decades(-3, 3))
@@ -117,7 +117,7 @@ def test_a_longer_rod_is_a_slower_one(rod, turns, factor):
     # H = (d/s) F(s L/c): H(s; x L) = x H(x s; L)
     longer = rod_from_exact({**rod.exact, "length": rod.exact["length"] * Fraction(factor)})
     s = (1 + 1j) * turns / rod.travel_time
-    assert RodBlock(longer).transfer(s / factor) == pytest.approx(factor * RodBlock(rod).transfer(s), rel=1e-10)
+    assert RodPlant(longer).transfer(s / factor) == pytest.approx(factor * RodPlant(rod).transfer(s), rel=1e-10)
 
 
 @given(rod=rods())
@@ -125,7 +125,7 @@ def test_the_residue_at_zero_is_the_area_over_the_damping(rod):
     # Q = 1 - 2 s T changes s H by about s T (k/Z + Z/k)
     ratio = rod.damping / rod.impedance
     s = 1e-10 / (ratio + 1 / ratio) / rod.travel_time
-    assert s * RodBlock(rod).transfer(s) == pytest.approx(rod.residue_at_zero, rel=1e-9)
+    assert s * RodPlant(rod).transfer(s) == pytest.approx(rod.residue_at_zero, rel=1e-9)
     assert rod.residue_at_zero == pytest.approx(rod.area / rod.damping, rel=1e-15)
 
 
@@ -133,14 +133,14 @@ def test_the_residue_at_zero_is_the_area_over_the_damping(rod):
 def test_the_rod_takes_up_energy_at_every_complex_frequency(rod, size, angle):
     # stress times velocity of a passive end: Re[s H(s)] >= 0 for Re s >= 0
     s = complex(size * math.cos(angle), size * math.sin(angle)) / rod.travel_time
-    mobility = s * RodBlock(rod).transfer(s)
+    mobility = s * RodPlant(rod).transfer(s)
     assert mobility.real >= -1e-12 * abs(mobility)
 
 
 @given(rod=rods(ratio=1.0), size=decades(-6, 4), angle=angles)
 def test_the_matched_rod_is_an_integrator(rod, size, angle):
     s = complex(size * math.cos(angle), size * math.sin(angle)) / rod.travel_time
-    assert RodBlock(rod).transfer(s) == pytest.approx(rod.mobility / s, rel=4 * EPS)
+    assert RodPlant(rod).transfer(s) == pytest.approx(rod.mobility / s, rel=4 * EPS)
 
 
 @pytest.mark.parametrize("damping", ["2e-4", "1.1999", "5", "-0.3"])
@@ -148,7 +148,7 @@ def test_far_to_the_left_the_waves_outgrow_the_integrator_and_nothing_overflows(
     # |Q| -> inf: H -> -d/s
     rod = paper_rod(damping)
     s = np.array([-1e6, -1e9 + 3e8j, -1e300]) / rod.travel_time
-    assert np.allclose(RodBlock(rod).transfer(s), -rod.mobility / s, rtol=1e-12, atol=0)
+    assert np.allclose(RodPlant(rod).transfer(s), -rod.mobility / s, rtol=1e-12, atol=0)
 
 
 @pytest.mark.parametrize("excess", [1e-3, 1e-7, 1e-12, -1e-7])
@@ -161,13 +161,13 @@ def test_where_a_small_reflection_meets_a_large_wave_no_digits_are_lost(excess):
 
 
 def test_at_the_pole_at_zero_the_value_is_not_finite():
-    assert not np.isfinite(RodBlock(paper_rod()).transfer(0.0))
+    assert not np.isfinite(RodPlant(paper_rod()).transfer(0.0))
 
 
 @pytest.mark.parametrize("damping", ["2e-4", "0", "0.6", "1.3", "500", "-0.3", "-7"])
 def test_the_poles_are_where_the_denominator_vanishes(damping):
     rod = paper_rod(damping)
-    poles = RodBlock(rod).poles(4)
+    poles = RodPlant(rod).poles(4)
     # 1 + a e^{-2sT} = 0
     assert np.allclose(rod.reflection * np.exp(-2 * rod.travel_time * poles), -1, rtol=1e-11)
     assert np.allclose(poles, np.conj(poles[::-1]), rtol=1e-15)
@@ -177,7 +177,7 @@ def test_the_poles_are_where_the_denominator_vanishes(damping):
 
 # -ln|a|/(2T) = -ln(1.1998/1.2002)/(2/6000) = 3.3333333796e-4 * 3000 = 1.00000001389 1/s; frequencies pi m/T
 def test_the_poles_of_the_paper_decay_at_one_per_second():
-    poles = RodBlock(paper_rod()).poles(2)
+    poles = RodPlant(paper_rod()).poles(2)
     rate = 3000 * math.log(1.2002 / 1.1998)
     assert rate == pytest.approx(1.0, abs=2e-8)
     assert poles.real == pytest.approx([-rate] * 5, rel=1e-12)
@@ -192,26 +192,26 @@ def test_the_logarithm_of_the_reflection_keeps_its_digits(rod, ratio, sign):
     def error():
         logarithm = acb(abs(Exact(rod).a)).log().real
         # ln|a| near |a| = 1 is about 2q, q = k/Z or Z/k, and is asked for relative to itself
-        return float(abs(real(RodBlock(rod).log_reflection) - logarithm) / abs(logarithm))
+        return float(abs(real(RodPlant(rod).log_reflection) - logarithm) / abs(logarithm))
 
     assert at_high_precision(error) < 16 * EPS
 
 
 def test_the_matched_rod_has_no_wave_poles():
-    assert RodBlock(paper_rod("1.2")).poles(5).size == 0
-    assert RodBlock(paper_rod("1.2")).log_reflection == -math.inf
+    assert RodPlant(paper_rod("1.2")).poles(5).size == 0
+    assert RodPlant(paper_rod("1.2")).log_reflection == -math.inf
 
 
 def test_without_damping_the_poles_lie_on_the_imaginary_axis_and_with_negative_damping_beyond_it():
-    assert np.all(RodBlock(paper_rod("0")).poles(3).real == 0)
+    assert np.all(RodPlant(paper_rod("0")).poles(3).real == 0)
     for damping in ("-0.3", "-1.1", "-7"):
-        assert np.all(RodBlock(paper_rod(damping)).poles(3).real > 0)
+        assert np.all(RodPlant(paper_rod(damping)).poles(3).real > 0)
 
 
 @pytest.mark.parametrize("modes", [0, -1])
 def test_fewer_than_one_mode_is_refused(modes):
-    with pytest.raises(InputError, match=rf"^RodBlock\.poles was asked for {modes} modes; ask for at least 1$"):
-        RodBlock(paper_rod()).poles(modes)
+    with pytest.raises(InputError, match=rf"^RodPlant\.poles was asked for {modes} modes; ask for at least 1$"):
+        RodPlant(paper_rod()).poles(modes)
 
 
 def test_the_reference_satisfies_the_boundary_conditions():

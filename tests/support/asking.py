@@ -1,14 +1,14 @@
 """What the tests of certify share: blocks whose limits are known, and the question."""
 
-from lure import LawClass, RationalBlock, Sector
-from lure.analysis.questions.certify import Ways, certify
+from lure import NonlinearityClass, RationalPlant, Sector
+from lure.analysis.questions.certify import ProofOptions, certify
 
-THIRD = RationalBlock([1], [1, 3, 2, 0])  # Routh and Popov: 6
+THIRD = RationalPlant([1], [1, 3, 2, 0])  # Routh and Popov: 6
 
 
 def sector(lower, upper, **words):
-    return LawClass(sector=Sector(lower, upper), **words)
+    return NonlinearityClass(sector=Sector(lower, upper), **words)
 
 
 def asked(block, law_class, criterion="best", **ways):
-    return certify(block, law_class, ways=Ways(criterion=criterion, **ways))
+    return certify(block, law_class, ways=ProofOptions(criterion=criterion, **ways))

@@ -17,8 +17,8 @@ from lure.analysis.certificates.sealing import completed, settled
 from lure.analysis.counterexamples.linear import companion
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
 from lure.nonlinearities.piecewise_linear import Graph
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 
 POLYNOMIAL, STRUCTURE = {"method": "polynomial"}, {"method": "structure"}
 
@@ -102,7 +102,7 @@ THREE_BOXES = {"method": "cover", "boxes": [["0", "2"], ["2", "4"], ["4", "7"]],
 def flow_orbit(direct=Fraction(0), *, half):
     """D + s/(s^2 - s/5 + 1) with a dead zone: energy is fed in while |sigma| < 1, and a periodic motion is left."""
     top = [direct, 1 - direct / 5, direct] if direct else [1, 0]
-    block, graph = RationalBlock(top, [1, Fraction(-1, 5), 1]), Graph.through([(-1, 0), (0, 0), (1, 0)], 1, 1)
+    block, graph = RationalPlant(top, [1, Fraction(-1, 5), 1]), Graph.through([(-1, 0), (0, 0), (1, 0)], 1, 1)
     stays = Flow(PiecewiseLoop.of(companion(block), graph)).passages([2.0, 0.0], 400.0)
     first, last = returns(stays)
     turn = stays[first : (first + last) // 2 if half else last]
@@ -163,13 +163,13 @@ DRAFTS = {
     "jury-lee": lambda: draft(DISCRETE, laws(0, "4/5", slope=["-inf", "4/5"]), "jury-lee", {"q": "1/4"}),
     "hurwitz": lambda: draft(LAG, laws(0, "79/10", linear=True), "hurwitz", {}),
     "circle, matrix": lambda: {
-        **matrix(RationalBlock([1], [1, 1, 1]), "5/2"),
+        **matrix(RationalPlant([1], [1, 1, 1]), "5/2"),
         "laws": laws(0, "5/2", time_varying=True),
     },
-    "circle, state space": lambda: matrix(StateSpaceBlock([[-1.0, 2.0], [-2.0, -1.0]], [0.0, 1.0], [1.0, 0.5]), 1),
-    "popov, matrix": lambda: matrix(RationalBlock([1], [1, 3, 2, 0]), 5, theta=Fraction(3, 2)),
-    "popov, matrix, no bound": lambda: matrix_draft(RationalBlock([1, 2], [1, 1]), "inf", theta=Fraction(0)),
-    "circle, discrete matrix": lambda: matrix(RationalBlock([1], [1, Fraction(-1, 2), 0], 1), "1/2"),
+    "circle, state space": lambda: matrix(StateSpace([[-1.0, 2.0], [-2.0, -1.0]], [0.0, 1.0], [1.0, 0.5]), 1),
+    "popov, matrix": lambda: matrix(RationalPlant([1], [1, 3, 2, 0]), 5, theta=Fraction(3, 2)),
+    "popov, matrix, no bound": lambda: matrix_draft(RationalPlant([1, 2], [1, 1]), "inf", theta=Fraction(0)),
+    "circle, discrete matrix": lambda: matrix(RationalPlant([1], [1, Fraction(-1, 2), 0], 1), "1/2"),
     "rod-popov": lambda: draft(SCHEME, laws(0, "inf"), "rod-popov", {"theta": "7"}, STRUCTURE),
     "rod-circle": lambda: draft(SCHEME, laws(0, "1/8", time_varying=True), "rod-circle", {}, STRUCTURE),
     "rod-energy": lambda: draft(SCHEME, laws(0, "inf"), "rod-energy", {}, STRUCTURE),

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 
 def samples(system, extra=()):
@@ -41,4 +41,4 @@ def stable_blocks(draw, most=4):
             d = np.convolve(d, np.array([F(1), F(draw(number)) / 10]))
     n = [F(draw(st.integers(-30, 30))) / 10 for _ in range(draw(st.integers(1, len(d))))]
     assume(any(n))
-    return RationalBlock(n, list(d))
+    return RationalPlant(n, list(d))

@@ -4,13 +4,13 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 
 def block(numerator, denominator, dt=None):
     """The block of exact coefficients, given as a list or as one text with spaces between them."""
     sides = (side.split() if isinstance(side, str) else side for side in (numerator, denominator))
-    return RationalBlock(*([Fraction(str(c)) for c in side] for side in sides), dt=dt)
+    return RationalPlant(*([Fraction(str(c)) for c in side] for side in sides), dt=dt)
 
 
 def discrete(numerator, denominator):
@@ -77,4 +77,4 @@ def stable_plants(draw, *, critical=True):
     if critical and draw(st.integers(0, 3)) == 0:
         bottom.append([1, 0])
     gain = draw(st.fractions(-10, 10, max_denominator=20))
-    return RationalBlock([gain * c for c in product(*top)], product(*bottom))
+    return RationalPlant([gain * c for c in product(*top)], product(*bottom))

@@ -6,7 +6,7 @@ import numpy as np
 import sympy
 from motions import unit_rod
 
-from lure import RationalBlock, Saturation, Sector
+from lure import RationalPlant, Saturation, Sector
 from lure.analysis.describing import describing_hint
 from lure.analysis.measured import (
     Measurements,
@@ -211,5 +211,5 @@ RESULTS = {
     "separation": lambda: separation(*np.random.default_rng(0).standard_normal((2, 9, 4)), 1.0),
     "resting place": lambda: resting_place(unit_rod(damping=0.5, compliance=0.01), Scenario.parse(velocity=1)),
     "memory": cache(memory),
-    "hint": lambda: describing_hint(RationalBlock([12], [1, 3, 2, 0]), Saturation()),
+    "hint": lambda: describing_hint(RationalPlant([12], [1, 3, 2, 0]), Saturation()),
 }

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from motions import unit_rod
 from scipy.integrate import solve_ivp
 
-from lure import RationalBlock
+from lure import RationalPlant
 from lure.analysis import Verdict, max_sector, max_slope
 from lure.analysis.testing.strategies import (
     lurie_blocks,
@@ -168,7 +168,7 @@ def test_critical_loops_stay_bounded_and_come_to_rest(data, block):
 
 def test_the_measure_sees_growth():
     # 1/(s + 1)^3 with phi = k sigma: poles -1 + k^(1/3) exp(+-i pi/3), real part 0.016 for k = 8.4, -0.004 for k = 7.9
-    block = RationalBlock([1], [1, 3, 3, 1])
+    block = RationalPlant([1], [1, 3, 3, 1])
     assert max_sector(block).largest.low <= 8
     assert grows(motion(block, lambda sigma: 8.4 * sigma, [0, 0, 1], 80.0))
     assert not grows(motion(block, lambda sigma: 7.9 * sigma, [0, 0, 1], 80.0))

@@ -146,7 +146,7 @@ def test_hypothesis_shows_the_simplest_failing_law(pytester, run):
     )
     result = run("--lure-plots", "plots")
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["*leaves the sector*", "*law=ExpressionLaw(text='2[*]sigma',*"])
+    result.stdout.fnmatch_lines(["*leaves the sector*", "*law=ExpressionNonlinearity(text='2[*]sigma',*"])
     assert [path.name for path in (pytester.path / "plots").iterdir()] == ["test_fuzz-test_wrong.svg"]
 
 

@@ -9,7 +9,7 @@ from flint import fmpq, fmpq_poly
 from hypothesis import find, given, settings
 from hypothesis import strategies as st
 
-from lure import ExpressionLaw, Sector
+from lure import ExpressionNonlinearity, Sector
 from lure.analysis.numerics.polynomial import is_hurwitz
 from lure.analysis.testing.strategies import (
     known_blocks,
@@ -20,7 +20,7 @@ from lure.analysis.testing.strategies import (
     sector_members,
 )
 from lure.errors import InputError
-from lure.nonlinearities import GraphLaw, Provenance, check_declared, properties
+from lure.nonlinearities import GraphNonlinearity, Provenance, check_declared, properties
 
 BOUNDS = st.tuples(st.fractions(-3, 3, max_denominator=7), st.fractions(F(1, 7), 4, max_denominator=7)).map(
     lambda pair: (pair[0], pair[0] + pair[1])
@@ -30,7 +30,7 @@ SETTINGS = settings(derandomize=True, database=None, deadline=None, max_examples
 
 def graph_of(law):
     """The exact graph of a law, None if it is not piecewise linear."""
-    return law.graph if isinstance(law, GraphLaw | ExpressionLaw) else None
+    return law.graph if isinstance(law, GraphNonlinearity | ExpressionNonlinearity) else None
 
 
 def contains(outer, inner):
@@ -96,7 +96,7 @@ def test_knots_are_of_the_scale_asked_for(data, bounds, scale):
         lambda law: graph_of(law) is not None and graph_of(law).slopes == (F(2), F(2)),  # the bound itself
         lambda law: graph_of(law) is not None and graph_of(law).slopes == (F(-1), F(-1)),
         lambda law: not law.odd,
-        lambda law: type(law).__name__ in ("Tanh", "ShiftedLaw"),
+        lambda law: type(law).__name__ in ("Tanh", "ShiftedNonlinearity"),
     ],
 )
 def test_what_is_worth_drawing_is_drawn(reached):

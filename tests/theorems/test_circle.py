@@ -12,18 +12,18 @@ from hypothesis import strategies as st
 
 from lure.analysis.inequality.checks import encirclements, region
 from lure.analysis.inequality.gains import hurwitz_limit, is_stable_gain
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.minimum import infimum, largest_below, nonnegative_from_zero
 from lure.analysis.theorems.circle import circle_criterion, circle_largest
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 F = Fraction
 OMEGA = np.concatenate([[0.0], np.geomspace(1e-4, 1e4, 4001)])
-OSCILLATOR = RationalBlock([1], [1, 1, 1])
-UNSTABLE = RationalBlock([12], [1, 2, -3])  # 4/((s - 1)(s/3 + 1))
+OSCILLATOR = RationalPlant([1], [1, 1, 1])
+UNSTABLE = RationalPlant([12], [1, 2, -3])  # 4/((s - 1)(s/3 + 1))
 
 
 def exact(*texts):
@@ -31,7 +31,7 @@ def exact(*texts):
 
 
 def mirrored(block):
-    return RationalBlock([-c for c in block.numerator], block.denominator, block.dt)
+    return RationalPlant([-c for c in block.numerator], block.denominator, block.dt)
 
 
 def response(block):
@@ -53,7 +53,7 @@ def stable_blocks(draw, *, largest=6):
         numerator = list(np.convolve(numerator, [1, zero]))
         denominator = list(np.convolve(denominator, [1, zero + 2.0**-30]))
     assume(any(numerator))
-    return RationalBlock([float(c) for c in numerator], [float(c) for c in denominator])
+    return RationalPlant([float(c) for c in numerator], [float(c) for c in denominator])
 
 
 # continuous time: 1/(s+1)^3: Re = (1 - 3x)/(1 + x)^3 is least at x = 1, -1/4; 1/(s(s+1)(s+2)): the limit at 0, -3/4
@@ -80,7 +80,7 @@ def stable_blocks(draw, *, largest=6):
     ],
 )
 def test_published_sectors(numerator, denominator, largest, digits):
-    block = RationalBlock(exact(*numerator), exact(*denominator))
+    block = RationalPlant(exact(*numerator), exact(*denominator))
     answer = circle_largest(block)
     assert (answer.verdict, answer.evidence) == (Verdict.PROVED, Evidence.CERTIFIED)
     assert f"{answer.largest.low:.{digits}g}" == f"{largest:.{digits}g}"
@@ -98,7 +98,7 @@ def test_published_sectors(numerator, denominator, largest, digits):
     ],
 )
 def test_published_sectors_in_discrete_time(numerator, denominator, largest):
-    block = RationalBlock(exact(*numerator), exact(*denominator), dt=1)
+    block = RationalPlant(exact(*numerator), exact(*denominator), dt=1)
     answer = circle_largest(block)
     assert round(answer.largest.low, 4) == largest
     # an adversary: no point of the plot lies left of -1/k, and the one at the frequency named does for a larger k
@@ -108,7 +108,7 @@ def test_published_sectors_in_discrete_time(numerator, denominator, largest):
 
 
 @pytest.mark.parametrize(
-    "block", [OSCILLATOR, RationalBlock([1], [1, 3, 2, 0]), RationalBlock([2, 1], [1, 0, F(1, 4)], dt=1)]
+    "block", [OSCILLATOR, RationalPlant([1], [1, 3, 2, 0]), RationalPlant([2, 1], [1, 0, F(1, 4)], dt=1)]
 )
 def test_the_largest_sector_is_sharp_to_the_last_bits(block):
     largest = circle_largest(block).largest
@@ -120,7 +120,7 @@ def test_the_largest_sector_is_sharp_to_the_last_bits(block):
 
 # H = 1/z is least at z = -1, the point at infinity of the mapped axis: z + k = 0 leaves the disc at k = 1
 def test_a_minimum_at_minus_one_counts():
-    delay = RationalBlock([1], [1, 0], dt=1)
+    delay = RationalPlant([1], [1, 0], dt=1)
     assert circle_criterion(delay, Sector(0, 1)).verdict is Verdict.REFUTED
     assert circle_criterion(delay, Sector(0, 1)).worst_frequency == pytest.approx(math.pi)
     assert 1 - 1e-15 < circle_largest(delay).largest.low < 1
@@ -174,7 +174,7 @@ def test_every_sign_case_is_the_classical_disc(block, k1, width):
     k2 = k1 + width
     assume(1 + k1 * block.feedthrough != 0 and (1 + k2 * block.feedthrough) * (1 + k1 * block.feedthrough) > 0)
     # a pole of the shifted loop on the axis: the criterion has an answer of its own, and the curve touches the disc
-    assume(all(Plant.of(block).shifted(F(k)).poles.axis == 0 for k in (k1, k2)))
+    assume(all(TransferPolynomials.of(block).shifted(F(k)).poles.axis == 0 for k in (k1, k2)))
     try:
         answer = circle_criterion(block, Sector(k1, k2))
     except AssumptionError:
@@ -208,16 +208,16 @@ def test_a_block_and_its_mirror_image_agree(block, k1, width):
         (UNSTABLE, Sector(1, 2), Verdict.PROVED),
         (UNSTABLE, Sector(1, 3), Verdict.INCONCLUSIVE),
         (mirrored(UNSTABLE), Sector(-2, -1), Verdict.PROVED),
-        (RationalBlock([1], [1, 3, 2, 0]), Sector(0, 1), Verdict.PROVED),
-        (mirrored(RationalBlock([1], [1, 3, 2, 0])), Sector(-1, 0), Verdict.PROVED),
-        (RationalBlock([1], [1, 3, 2, 0]), Sector(0, 7), Verdict.REFUTED),
-        (RationalBlock([1], [1, 1]), Sector(0, math.inf), Verdict.PROVED),
-        (RationalBlock([1], [1, 1]), Sector(F(-1, 2), math.inf), Verdict.PROVED),
-        (mirrored(RationalBlock([1], [1, 1])), Sector(-math.inf, 0), Verdict.PROVED),
-        (RationalBlock([1, 1], [1, 2, 0]), Sector(0, math.inf), Verdict.PROVED),
+        (RationalPlant([1], [1, 3, 2, 0]), Sector(0, 1), Verdict.PROVED),
+        (mirrored(RationalPlant([1], [1, 3, 2, 0])), Sector(-1, 0), Verdict.PROVED),
+        (RationalPlant([1], [1, 3, 2, 0]), Sector(0, 7), Verdict.REFUTED),
+        (RationalPlant([1], [1, 1]), Sector(0, math.inf), Verdict.PROVED),
+        (RationalPlant([1], [1, 1]), Sector(F(-1, 2), math.inf), Verdict.PROVED),
+        (mirrored(RationalPlant([1], [1, 1])), Sector(-math.inf, 0), Verdict.PROVED),
+        (RationalPlant([1, 1], [1, 2, 0]), Sector(0, math.inf), Verdict.PROVED),
         # Re H = 1/(x (1 + x)) - ... >= 0 with w^2 Re H -> 0: every finite k, not the half-line
-        (RationalBlock([1, 3], [1, 3, 2]), Sector(0, math.inf), Verdict.INCONCLUSIVE),
-        (RationalBlock([1, 3], [1, 3, 2]), Sector(0, 10**9), Verdict.PROVED),
+        (RationalPlant([1, 3], [1, 3, 2]), Sector(0, math.inf), Verdict.INCONCLUSIVE),
+        (RationalPlant([1, 3], [1, 3, 2]), Sector(0, 10**9), Verdict.PROVED),
         (OSCILLATOR, Sector(0, math.inf), Verdict.INCONCLUSIVE),
     ],
 )
@@ -241,7 +241,7 @@ def test_the_unstable_block_beyond_its_stabilising_gain(lower):
 
 
 def test_the_critical_case_claims_no_more_than_it_may():
-    answer = circle_largest(RationalBlock([1], [1, 3, 2, 0]))
+    answer = circle_largest(RationalPlant([1], [1, 3, 2, 0]))
     assert answer.needs == ("time-invariant",)
     assert not answer.law_class.time_varying
     assert "converges to the stationary set" in answer.reason
@@ -258,19 +258,19 @@ def test_the_critical_case_claims_no_more_than_it_may():
 )
 def test_blocks_outside_the_theorem_are_refused(numerator, denominator):
     with pytest.raises(AssumptionError):
-        circle_largest(RationalBlock(numerator, denominator))
+        circle_largest(RationalPlant(numerator, denominator))
 
 
 def test_a_sector_with_an_algebraic_loop_is_refused():
     with pytest.raises(InputError, match="not well posed"):
-        circle_criterion(RationalBlock([-1, 1], [1, 1]), Sector(0, 2))
+        circle_criterion(RationalPlant([-1, 1], [1, 1]), Sector(0, 2))
 
 
 def test_fitts_is_not_certified_up_to_its_limit_cycle():
     # phi = tanh(sigma/.01), in the sector [0, 100], keeps a limit cycle going
     b = F(3, 100)
     pairs = [[1, 2 * b, b * b + F(81, 100)], [1, 2 * b, b * b + F(121, 100)]]
-    block = RationalBlock(
+    block = RationalPlant(
         [1, 0, 0], [sum(pairs[0][i] * pairs[1][j - i] for i in range(3) if 0 <= j - i < 3) for j in range(5)]
     )
     assert circle_largest(block).largest.high < 1
@@ -282,7 +282,7 @@ def test_leonov_bragin_kuznetsov_is_not_certified():
     s2, s = [1, 0, 1], [1, 1, 1]
     first, second = exact(10, "-10.1"), exact("0.1", "10.1")  # x1 = (10 s - 10.1) mu/(s^2 + 1); -10.1 x3 - .1 x4
     numerator = [a + b for a, b in zip(np.convolve(first, s), np.convolve(second, s2), strict=True)]
-    block = RationalBlock(numerator, [int(c) for c in np.convolve(s2, s)])
+    block = RationalPlant(numerator, [int(c) for c in np.convolve(s2, s)])
     assert hurwitz_limit(block).middle == pytest.approx(1000 / 101, rel=1e-12)
     with pytest.raises(AssumptionError, match="2 poles on the imaginary axis"):
         circle_largest(block)
@@ -292,7 +292,7 @@ def test_leonov_bragin_kuznetsov_is_not_certified():
 def test_switching_at_random_inside_the_sector_does_not_destabilise():
     # discrete example 1 in companion form, 300 random switching sequences between 0 and k
     rng = np.random.default_rng(3)
-    block = RationalBlock(exact(".1", 0), exact(1, "-1.8", ".81"), dt=1)
+    block = RationalPlant(exact(".1", 0), exact(1, "-1.8", ".81"), dt=1)
     k = circle_largest(block).largest.low
     A, b, c = np.array([[1.8, -0.81], [1.0, 0.0]]), np.array([1.0, 0.0]), np.array([0.1, 0.0])
     x = rng.normal(size=(300, 2))
@@ -305,7 +305,7 @@ def test_switching_at_random_inside_the_sector_does_not_destabilise():
 @given(stable_blocks(largest=4), st.fractions(-5, 5, max_denominator=16), st.booleans())
 def test_encirclements_are_the_winding_number_of_the_plot(block, gain, unstable):
     if unstable:
-        block = RationalBlock(
+        block = RationalPlant(
             block.numerator, [float(c) for c in np.convolve([float(c) for c in block.denominator], [1, -2])]
         )
     assume(gain)
@@ -326,7 +326,7 @@ def test_encirclements_are_the_winding_number_of_the_plot(block, gain, unstable)
 
 def test_nothing_is_counted_through_the_point_itself():
     with pytest.raises(AssumptionError, match="runs through"):
-        encirclements(RationalBlock([1], [1, 3, 2, 0]), F(6))
+        encirclements(RationalPlant([1], [1, 3, 2, 0]), F(6))
     with pytest.raises(InputError, match="not zero"):
         encirclements(OSCILLATOR, F(0))
 
@@ -387,9 +387,9 @@ def test_an_answer_has_no_truth_value():
 
 def test_the_advice_after_a_failure_suits_the_time():
     """Circle reaches 4/3 and, for the motor sampled, 0.9505; Popov's criterion has no such form in discrete time."""
-    ours = circle_criterion(RationalBlock([1], [1, 3, 2, 0]), Sector(0, 2)).reason
+    ours = circle_criterion(RationalPlant([1], [1, 3, 2, 0]), Sector(0, 2)).reason
     assert ours.endswith("for laws that do not change with time, Popov's may reach further")
-    sampled = RationalBlock(exact("0.0048", "0.0047"), exact("1", "-1.905", "0.905"), exact("0.1")[0])
+    sampled = RationalPlant(exact("0.0048", "0.0047"), exact("1", "-1.905", "0.905"), exact("0.1")[0])
     theirs = circle_criterion(sampled, Sector(0, 5)).reason
     assert "opov" not in theirs
     assert theirs.endswith("max_slope may reach further")

@@ -62,7 +62,7 @@ class Truth:
         cuts = [(mpf(0), mpf(0), None)]
         cuts += [self.cut(w + t * self.z * w) for w in self.w for t in FLANKS]
         for _ in range(40):
-            theta, top = summit(cuts)
+            theta, top = upper_bound(cuts)
             low = sorted((c for c in cuts if c[2] is not None), key=lambda c: c[0] + theta * c[1])[:10]
             found = [self.lowest(omega, theta) for _, _, omega in low]
             cuts += found
@@ -71,7 +71,7 @@ class Truth:
         raise AssertionError("the cutting planes did not close")
 
 
-def summit(cuts):
+def upper_bound(cuts):
     """The greatest value of the least cut: bisection on the slope, then the crossing of the two cuts left."""
     low, high = -(mpf(10) ** 9), mpf(10) ** 9
     while True:

@@ -22,7 +22,7 @@ from lure.analysis.questions import max_sector
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 F = Fraction
 _COEFFICIENTS = st.fractions(min_value=-4, max_value=4, max_denominator=8)
@@ -82,7 +82,7 @@ def blocks(draw, *, largest=6):
         root = draw(_COEFFICIENTS)
         numerator = times(numerator, [F(1), root])[: order + 1]
         denominator = times(denominator, [F(1), root + F(1, 10**9)])
-    return RationalBlock(numerator, denominator)
+    return RationalPlant(numerator, denominator)
 
 
 def times(p, q):
@@ -109,7 +109,7 @@ def test_a_gain_is_in_an_interval_if_and_only_if_routh_says_stable(block, gains)
     st.lists(st.fractions(-5, 5, max_denominator=30), max_size=5),
 )
 def test_in_discrete_time_schur_decides(numerator, tail, gains):
-    block = RationalBlock(numerator, [1, *tail], dt=1)
+    block = RationalPlant(numerator, [1, *tail], dt=1)
     intervals = gain_intervals(block)
     for gain in [*gains, F(0)]:
         polynomial = closed_loop(block, gain)
@@ -135,7 +135,7 @@ def test_just_inside_an_end_is_stable_and_the_end_is_not(block):
 # s^3 + (a+b) s^2 + ab s + k: Hurwitz if and only if 0 < k < ab(a+b), roots on the axis at w^2 = ab
 @given(st.fractions(F(1, 50), 100, max_denominator=50), st.fractions(F(1, 50), 100, max_denominator=50))
 def test_three_lags_with_an_integrator(a, b):
-    block = RationalBlock([1], [1, a + b, a * b, 0])
+    block = RationalPlant([1], [1, a + b, a * b, 0])
     (interval,) = gain_intervals(block)
     limit = a * b * (a + b)
     assert interval.lower.exact == 0
@@ -153,7 +153,7 @@ def test_the_unit_of_time_changes_nothing_and_a_gain_divides(block, speed, gain)
     def scaled(coefficients, factor):
         return [factor * c * speed ** (-power) for power, c in enumerate(reversed(coefficients))][::-1]
 
-    faster = RationalBlock(scaled(block.numerator, gain), scaled(block.denominator, F(1)))
+    faster = RationalPlant(scaled(block.numerator, gain), scaled(block.denominator, F(1)))
     before, after = gain_intervals(block), gain_intervals(faster)
     assert len(before) == len(after)
     for old, new in zip(before, after, strict=True):
@@ -166,7 +166,7 @@ def test_the_unit_of_time_changes_nothing_and_a_gain_divides(block, speed, gain)
 
 def test_the_gain_of_the_discrete_example_is_exactly_25_over_23():
     # z^2 + (2k - 1/2) z + 23k/25: roots leave the disc together when their product is 1
-    block = RationalBlock([2, F(23, 25)], [1, F(-1, 2), 0], dt=1)
+    block = RationalPlant([2, F(23, 25)], [1, F(-1, 2), 0], dt=1)
     (interval,) = gain_intervals(block)
     assert interval.upper.exact == F(25, 23)
     # cos w = -(2k - 1/2)/2 there
@@ -191,7 +191,7 @@ def test_the_gain_of_the_discrete_example_is_exactly_25_over_23():
     ],
 )
 def test_published_limits(numerator, denominator, limit):
-    found = hurwitz_limit(RationalBlock(exact(*numerator), exact(*denominator)))
+    found = hurwitz_limit(RationalPlant(exact(*numerator), exact(*denominator)))
     assert found.middle == pytest.approx(limit, rel=1e-8)
 
 
@@ -205,13 +205,13 @@ def test_published_limits(numerator, denominator, limit):
     ],
 )
 def test_published_limits_in_discrete_time(numerator, denominator, limit):
-    found = hurwitz_limit(RationalBlock(exact(*numerator), exact(*denominator), dt=1))
+    found = hurwitz_limit(RationalPlant(exact(*numerator), exact(*denominator), dt=1))
     assert found.middle == pytest.approx(limit, rel=2e-6)
 
 
 # d + k n = s^3 + (1 + e) s^2 + (1 + e) s + 1 + 2e, e = k - 1; Routh: e > -1/2 and (1 + e)^2 > 1 + 2e, that is e != 0
 def test_roots_that_only_touch_the_axis_split_an_interval():
-    block = RationalBlock([1, 1, 2], [1, 0, 0, -1])
+    block = RationalPlant([1, 1, 2], [1, 0, 0, -1])
     below, above = gain_intervals(block)
     assert (below.lower.exact, below.upper.exact, above.lower.exact) == (F(1, 2), 1, 1)
     assert above.upper.value.high == math.inf
@@ -233,7 +233,7 @@ def test_roots_that_only_touch_the_axis_split_an_interval():
     ],
 )
 def test_a_lower_gain_that_leaves_more_than_one_pole_at_zero_refutes_every_class(top, bottom, dt):
-    block = RationalBlock(exact(*map(str, top)), exact(*map(str, bottom)), dt)
+    block = RationalPlant(exact(*map(str, top)), exact(*map(str, bottom)), dt)
     found = max_sector(block)
     assert (found.verdict, found.refuted_at, found.hurwitz.high) == (Verdict.REFUTED, 0, 0)
     assert found.witness.data["gain"] == "0"
@@ -248,13 +248,13 @@ def test_one_simple_pole_at_zero_refutes_nothing():
 
 def test_two_frequencies_with_the_same_irrational_gain():
     # d + k n = (s + 2 + k)(s^2 + 3 + k)(s^2 + 5 + k) for k^2 = 2, both roots
-    block = RationalBlock([1, 2, 12, 8, 33], [1, 2, 8, 20, 17, 50])
+    block = RationalPlant([1, 2, 12, 8, 33], [1, 2, 8, 20, 17, 50])
     double = [end for end in gain_ends(block) if len(end.frequencies) == 2]
     for end, root in zip(double, (-math.sqrt(2), math.sqrt(2)), strict=True):
         assert end.value.middle == pytest.approx(root, rel=1e-15)
         assert end.frequencies == pytest.approx([math.sqrt(3 + root), math.sqrt(5 + root)])
         assert end.exact is None
-    assert isinstance(unstable_gain(RationalBlock([1], [1, 1, 1, 0]), Sector(0, 2)), Fraction)
+    assert isinstance(unstable_gain(RationalPlant([1], [1, 1, 1, 0]), Sector(0, 2)), Fraction)
 
 
 @pytest.mark.parametrize(
@@ -275,19 +275,19 @@ def test_two_frequencies_with_the_same_irrational_gain():
     ],
 )
 def test_degenerate_blocks(numerator, denominator, expected):
-    found = gain_intervals(RationalBlock(numerator, denominator))
+    found = gain_intervals(RationalPlant(numerator, denominator))
     ends = [end.value.middle for one in found for end in (one.lower, one.upper)]
     assert ends == pytest.approx([end for pair in expected for end in pair])
 
 
 # s^3 + 3 s^2 + 3 s + 1 + k (s^2 + 4): Routh (3 + k) 3 > 1 + 4 k, that is k < 8; the zeros +-2i are the limit k -> inf
 def test_zeros_on_the_axis_are_no_ends():
-    (interval,) = gain_intervals(RationalBlock([1, 0, 4], [1, 3, 3, 1]))
+    (interval,) = gain_intervals(RationalPlant([1, 0, 4], [1, 3, 3, 1]))
     assert (interval.lower.exact, interval.upper.exact) == (F(-1, 4), 8)
 
 
 def test_a_gain_very_close_to_an_irrational_end_is_told_apart():
-    block = RationalBlock([1, 2, 12, 8, 33], [1, 2, 8, 20, 17, 50])  # roots on the axis at k = sqrt 2, see above
+    block = RationalPlant([1, 2, 12, 8, 33], [1, 2, 8, 20, 17, 50])  # roots on the axis at k = sqrt 2, see above
     scale = 10**400
     below = F(math.isqrt(2 * scale**2), scale)
     for mark, side in ((below, "above"), (below + F(1, scale), "below")):
@@ -297,29 +297,29 @@ def test_a_gain_very_close_to_an_irrational_end_is_told_apart():
 
 
 def test_a_hidden_mode_at_minus_one_leaves_no_gain():
-    assert gain_intervals(RationalBlock([1, 1], [1, F(1, 2), F(-1, 2)], dt=1)) == ()
-    assert gain_intervals(RationalBlock([0], [1, 1], dt=1)) == ()
+    assert gain_intervals(RationalPlant([1, 1], [1, F(1, 2), F(-1, 2)], dt=1)) == ()
+    assert gain_intervals(RationalPlant([0], [1, 1], dt=1)) == ()
 
 
 def test_the_answer_never_speaks_of_nonlinear_laws():
-    answer = hurwitz_largest(RationalBlock([1], [1, 3, 2, 0]))
+    answer = hurwitz_largest(RationalPlant([1], [1, 3, 2, 0]))
     assert answer.verdict is Verdict.INCONCLUSIVE
     assert answer.evidence is Evidence.CERTIFIED
     assert answer.largest.low < 6 <= answer.largest.high
     assert answer.largest.low > 6 * (1 - 1e-12)
-    nothing = hurwitz_largest(RationalBlock([1], [1, 0, 1]))
+    nothing = hurwitz_largest(RationalPlant([1], [1, 0, 1]))
     assert nothing.verdict is Verdict.REFUTED
     assert nothing.witness == "phi = 0 sigma"
-    assert hurwitz_largest(RationalBlock([12], [1, 2, -3]), lower=F(1, 4)).largest.low == math.inf
+    assert hurwitz_largest(RationalPlant([12], [1, 2, -3]), lower=F(1, 4)).largest.low == math.inf
 
 
 def test_a_sector_with_an_unstable_gain_is_refuted_by_it():
-    block = RationalBlock([1], [1, 3, 2, 0])
+    block = RationalPlant([1], [1, 3, 2, 0])
     assert hurwitz_criterion(block, Sector(0, 5)).verdict is Verdict.INCONCLUSIVE
     assert hurwitz_criterion(block, Sector(0, 6)).witness == "phi = 6 sigma"
     refuted = hurwitz_criterion(block, Sector(-1, 5))
     assert refuted.verdict is Verdict.REFUTED
-    assert hurwitz_criterion(RationalBlock([1], [1, 1]), Sector(-math.inf, 0)).verdict is Verdict.REFUTED
+    assert hurwitz_criterion(RationalPlant([1], [1, 1]), Sector(-math.inf, 0)).verdict is Verdict.REFUTED
 
 
 @given(st.fractions(-9, 9, max_denominator=1000), st.fractions(F(1, 10**6), 1))
@@ -336,7 +336,7 @@ def test_the_simplest_fraction_of_an_interval(low, width):
     ("r", "c", "refusal"), [(2, 1, None), (1, 2, "residue .* is -1;"), (1, 1, "s = 0 is not seen")]
 )
 def test_indirect_control(r, c, refusal):
-    block = RationalBlock([r, r - c], [1, 1, 0])
+    block = RationalPlant([r, r - c], [1, 1, 0])
     if refusal is None:
         assert check_plant(block).case == "critical"
     else:
@@ -347,14 +347,14 @@ def test_indirect_control(r, c, refusal):
 @pytest.mark.parametrize(
     ("block", "lower", "error", "words"),
     [
-        (RationalBlock([1, 1], [1, 0, 0]), F(0), AssumptionError, "multiplicity 2"),
-        (RationalBlock([1], [1, 0, 1]), F(0), AssumptionError, "2 poles on the imaginary axis; no linear gain"),
-        (RationalBlock([12], [1, 2, -3]), F(0), AssumptionError, r"1 pole in the right .* gain in \(0.25, inf\)"),
-        (RationalBlock([1], [1, 1], dt=1), F(0), AssumptionError, "1 pole on the unit circle"),
-        (RationalBlock([1, 1], [1, F(1, 2), F(-1, 2)], dt=1), F(0), AssumptionError, "z = -1 is not seen"),
-        (RationalBlock([1, -2], [1, -1, -2]), F(0), AssumptionError, "not strictly in the left half-plane"),
-        (RationalBlock([1, 0], [1, 1]), F(-1), InputError, "not well posed"),
-        (None, F(0), InputError, "give a RationalBlock"),
+        (RationalPlant([1, 1], [1, 0, 0]), F(0), AssumptionError, "multiplicity 2"),
+        (RationalPlant([1], [1, 0, 1]), F(0), AssumptionError, "2 poles on the imaginary axis; no linear gain"),
+        (RationalPlant([12], [1, 2, -3]), F(0), AssumptionError, r"1 pole in the right .* gain in \(0.25, inf\)"),
+        (RationalPlant([1], [1, 1], dt=1), F(0), AssumptionError, "1 pole on the unit circle"),
+        (RationalPlant([1, 1], [1, F(1, 2), F(-1, 2)], dt=1), F(0), AssumptionError, "z = -1 is not seen"),
+        (RationalPlant([1, -2], [1, -1, -2]), F(0), AssumptionError, "not strictly in the left half-plane"),
+        (RationalPlant([1, 0], [1, 1]), F(-1), InputError, "not well posed"),
+        (None, F(0), InputError, "give a RationalPlant"),
     ],
 )
 def test_refusals_name_the_reason(block, lower, error, words):
@@ -363,8 +363,8 @@ def test_refusals_name_the_reason(block, lower, error, words):
 
 
 def test_an_unstable_block_is_admitted_once_shifted():
-    assert check_plant(RationalBlock([12], [1, 2, -3]), lower=F(1, 2)).case == "stable"
-    assert check_plant(RationalBlock([12], [1, 2, -3]), lower=F(1, 4)).case == "critical"
+    assert check_plant(RationalPlant([12], [1, 2, -3]), lower=F(1, 2)).case == "stable"
+    assert check_plant(RationalPlant([12], [1, 2, -3]), lower=F(1, 4)).case == "critical"
 
 
 @pytest.mark.parametrize(
@@ -382,7 +382,7 @@ def test_an_unstable_block_is_admitted_once_shifted():
     ],
 )
 def test_well_posed_means_no_gain_with_a_vanishing_return_difference(direct, lower, upper, expected):
-    block = RationalBlock([direct, 1], [1, 1])
+    block = RationalPlant([direct, 1], [1, 1])
     assert well_posed(block, upper, lower=F(lower)) is expected
     if not expected:
         with pytest.raises(InputError, match="not well posed"):

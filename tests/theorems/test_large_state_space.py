@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from lure import Saturation, Sector, StateSpaceBlock, as_block
+from lure import Saturation, Sector, StateSpace, as_plant
 from lure.analysis import analyse, max_sector, max_slope, report_on
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
@@ -29,7 +29,7 @@ def dense(n, *, seed=0, dt=None):
     A = rng.standard_normal((n, n)) / math.sqrt(n)
     poles = np.linalg.eigvals(A)
     A = A * 0.9 / np.abs(poles).max() if dt is not None else A - (poles.real.max() + 0.1) * np.eye(n)
-    return StateSpaceBlock(A, rng.standard_normal(n), rng.standard_normal(n), dt=dt)
+    return StateSpace(A, rng.standard_normal(n), rng.standard_normal(n), dt=dt)
 
 
 def modes(n):
@@ -41,7 +41,7 @@ def modes(n):
         A[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = [[0, w[i]], [-w[i], -2 * zeta[i] * w[i]]]
     b, c = np.tile([0.0, 1.0], n // 2) * np.repeat(w, 2), np.repeat(gain, 2) * np.tile([1.0, 0.0], n // 2)
     basis, _ = np.linalg.qr(rng.normal(size=A.shape))
-    return StateSpaceBlock(basis @ A @ basis.T, basis @ b, c @ basis.T)
+    return StateSpace(basis @ A @ basis.T, basis @ b, c @ basis.T)
 
 
 def both_accept(found):
@@ -89,27 +89,27 @@ def test_a_symmetric_block_is_sharp_from_both_sides(n):
     A, b = -(basis * rng.uniform(0.5, 20, n)) @ basis.T, rng.normal(size=n)
     A = (A + A.T) / 2
     limit = 1 / float(b @ np.linalg.solve(-A, b))
-    found = max_sector(StateSpaceBlock(A, b, -b), time_varying=True)
+    found = max_sector(StateSpace(A, b, -b), time_varying=True)
     assert found.largest.low == pytest.approx(limit, rel=1e-9)
     assert found.largest.low < found.refuted_at == pytest.approx(limit, rel=1e-9)
     assert found.proof.certificate["laws"]["time_varying"] is True
     assert both_accept(found)
-    passive = max_sector(StateSpaceBlock(A, b, b))
+    passive = max_sector(StateSpace(A, b, b))
     assert (passive.largest.low, passive.refuted_at) == (math.inf, None)
     assert recheck(dict(passive.proof.certificate)).accepted
 
 
 def test_a_lower_end_and_a_direct_term_shift_the_loop():
     # 12/(s^2 + 2 s - 3) is unstable; with the gain 1/2 the loop is s^2 + 2 s + 3, and no larger gain destabilises it
-    block = StateSpaceBlock([[0, 1], [3, -2]], [0, 1], [12, 0])
+    block = StateSpace([[0, 1], [3, -2]], [0, 1], [12, 0])
     found, polynomial = max_sector(block, lower=Fraction(1, 2)), exact(block)
     reach = popov_largest(polynomial, lower=Fraction(1, 2)).largest
     assert reach.low == math.inf == found.largest.high
-    assert (found.lower, found.verdict, found.capped) == (Fraction(1, 2), Verdict.PROVED, True)
+    assert (found.lower, found.verdict, found.search_limited) == (Fraction(1, 2), Verdict.PROVED, True)
     assert "largest k for which a certificate was tried" in found.reason  # c b = 0: no matrix shows every finite k
     assert recheck(dict(found.proof.certificate)).accepted
     # 1/(s + 1)^3 - 1/8 is real at omega = sqrt(3), -1/8 - 1/8 there: gains below 4
-    lag = StateSpaceBlock([[0, 1, 0], [0, 0, 1], [-1, -3, -3]], [0, 0, 1], [1, 0, 0], -0.125)
+    lag = StateSpace([[0, 1, 0], [0, 0, 1], [-1, -3, -3]], [0, 0, 1], [1, 0, 0], -0.125)
     found = max_slope(lag)
     assert found.largest.low < 4 < found.refuted_at < 4 * (1 + 1e-9)
     assert both_accept(found)
@@ -132,10 +132,10 @@ def test_discrete_time_by_the_inequality_of_stein(n):
 
 
 def test_a_block_that_is_not_stable_is_refuted_and_one_on_the_axis_is_not_decided():
-    unstable = max_sector(StateSpaceBlock([[0.5, 1.0], [0.0, -1.0]], [0, 1], [1, 1]))
+    unstable = max_sector(StateSpace([[0.5, 1.0], [0.0, -1.0]], [0, 1], [1, 1]))
     assert (unstable.verdict, unstable.refuted_at) == (Verdict.REFUTED, 0.0)
     assert recheck(dict(unstable.refutation.certificate)).accepted
-    critical = max_sector(StateSpaceBlock([[0.0, 1.0], [0.0, -1.0]], [0, 1], [1, 0]))
+    critical = max_sector(StateSpace([[0.0, 1.0], [0.0, -1.0]], [0, 1], [1, 0]))
     assert critical.verdict is Verdict.INCONCLUSIVE
     assert critical.refuted_at is None
     assert "pole at 0" in critical.reason
@@ -151,7 +151,7 @@ def test_a_search_that_is_wrong_costs_an_answer_and_never_makes_one(monkeypatch)
     true = growing._first
     monkeypatch.setattr(growing, "_first", lambda family: 0.9 * true(family))
     monkeypatch.setattr(ladder, "STEPS_DOWN", (-0.1, -0.05, 1e-10))
-    found = max_sector(StateSpaceBlock(block.A, block.B, block.C))
+    found = max_sector(StateSpace(block.A, block.B, block.C))
     assert found.refuted_at is None
     assert found.largest.low < limit
 
@@ -177,12 +177,12 @@ def test_a_changed_matrix_is_refused_by_both_checkers(part):
 
 def test_long_polynomials_of_matrices_of_doubles_go_by_the_matrices():
     large, small = dense(28), dense(12)
-    given = as_block((large.A, large.B, large.C))
+    given = as_plant((large.A, large.B, large.C))
     assert by_matrices(given).A.tolist() == large.A.tolist()
     assert max_sector((large.A, large.B, large.C)).largest.low == max_sector(large).largest.low
-    assert by_matrices(as_block((small.A, small.B, small.C))) is None
+    assert by_matrices(as_plant((small.A, small.B, small.C))) is None
     lags = [[-1 if i == j else int(i == j + 1) for j in range(40)] for i in range(40)]  # short numbers: exact
-    assert by_matrices(as_block((lags, [1] + [0] * 39, [0] * 39 + [1]))) is None
+    assert by_matrices(as_plant((lags, [1] + [0] * 39, [0] * 39 + [1]))) is None
     thirds = [[Fraction(v) / 3 for v in row] for row in large.A.tolist()]  # no doubles
     assert by_matrices(rational_block(thirds, large.B.tolist(), large.C.tolist())) is None
 
@@ -192,7 +192,7 @@ def test_other_criteria_are_not_for_matrices():
         max_slope(dense(12), criterion="park")
     with pytest.raises(AssumptionError, match="continuous time"):
         state_space_largest(dense(4, dt=1), "popov")
-    assert growing_gains(StateSpaceBlock([[-1.0]], [1.0], [1.0])) == []  # 1/(s + 1): every gain is stable
+    assert growing_gains(StateSpace([[-1.0]], [1.0], [1.0])) == []  # 1/(s + 1): every gain is stable
 
 
 @pytest.mark.slow
@@ -201,15 +201,17 @@ def test_large_blocks_are_certified_from_both_sides(block):
     found = max_slope(block)
     assert (found.verdict, found.evidence) == (Verdict.PROVED, Evidence.CERTIFIED)
     at = found.refuted_at
-    ahead, behind = (np.linalg.eigvals(block.A - k * at * np.outer(block.B, block.C)) for k in (1 - 1e-6, 1 + 1e-6))
-    assert ahead.real.max() < 0 < behind.real.max()
+    ahead, supporting_proof = (
+        np.linalg.eigvals(block.A - k * at * np.outer(block.B, block.C)) for k in (1 - 1e-6, 1 + 1e-6)
+    )
+    assert ahead.real.max() < 0 < supporting_proof.real.max()
     assert both_accept(found)
 
 
 def test_an_analysis_of_many_states_decides_the_class_of_its_law():
     block = dense(28)
     limit = max_sector(block)
-    for plant in (block, as_block((block.A, block.B, block.C))):
+    for plant in (block, as_plant((block.A, block.B, block.C))):
         proved = analyse(plant, Saturation(gain=0.99 * limit.largest.low))
         assert (proved.verdict, proved.case) == (Verdict.PROVED, "stable")
         assert recheck(dict(proved.shown.certificate)).accepted

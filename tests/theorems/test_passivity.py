@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from lure.analysis.theorems.passivity import passivity_indices
 from lure.analysis.verdict import Verdict
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 F = Fraction
 P, R = Verdict.PROVED, Verdict.REFUTED
@@ -19,7 +19,7 @@ P, R = Verdict.PROVED, Verdict.REFUTED
 def plus(block, constant):
     """H + constant."""
     padded = (F(0),) * (block.order + 1 - len(block.numerator)) + block.numerator
-    return RationalBlock(
+    return RationalPlant(
         [n + constant * d for n, d in zip(padded, block.denominator, strict=True)], block.denominator, block.dt
     )
 
@@ -27,7 +27,7 @@ def plus(block, constant):
 def feedback(block, gain):
     """H/(1 + gain H), whose inverse is 1/H + gain."""
     padded = (F(0),) * (block.order + 1 - len(block.numerator)) + block.numerator
-    return RationalBlock(
+    return RationalPlant(
         block.numerator, [d + gain * n for n, d in zip(padded, block.denominator, strict=True)], block.dt
     )
 
@@ -35,25 +35,25 @@ def feedback(block, gain):
 @pytest.mark.parametrize(
     ("block", "nu", "rho", "positive", "strictly"),
     [
-        (RationalBlock([1], [1, 1]), 0, 1, P, P),
-        (RationalBlock([1, 2], [1, 3]), 2 / 3, 1, P, P),
-        (RationalBlock([1], [1, 0]), 0, 0, P, R),
-        (RationalBlock([-1], [1, 0]), -math.inf, -math.inf, R, R),
-        (RationalBlock([1], [1, 0, 0]), -math.inf, -math.inf, R, R),
-        (RationalBlock([1, 0], [1, 0, 1]), 0, 0, P, R),  # lossless
-        (RationalBlock([1, 3], [1, 0, 4]), -math.inf, -3, R, R),  # 1/H + 3 = s + 13/(s + 3)
-        (RationalBlock([1, 1], [1, 0, 0]), -math.inf, -1, R, R),  # 1/H + 1 = s + 1/(s + 1)
-        (RationalBlock([1], [1, -1]), -math.inf, -1, R, R),
-        (RationalBlock([-1, 1], [1, 1]), -1, -math.inf, R, R),  # 1/H has a pole right of the axis
-        (RationalBlock([1], [1, 1, 1]), -1 / 3, -math.inf, R, R),
-        (RationalBlock([1, 3], [1, 3, 2]), 0, 0, P, R),  # w^2 Re H -> 0: positive real, not strictly
-        (RationalBlock([0], [1, 1]), 0, None, P, R),
-        (RationalBlock([-2], [1]), -2, -0.5, R, R),
-        (RationalBlock([1, -1], [1, 0, -1]), 0, 1, P, P),  # 1/(s + 1) with a hidden mode at 1
-        (RationalBlock([1, 1], [1, -1], dt=1), 0, 0, P, R),
-        (RationalBlock([1, F(1, 2)], [1, 1], dt=1), 0.75, 0, P, R),
-        (RationalBlock([1], [1, F(1, 2)], dt=1), -2, -math.inf, R, R),
-        (RationalBlock([2, 1], [2, 0], dt=1), 0.5, 2 / 3, P, P),  # 1 + 1/(2z)
+        (RationalPlant([1], [1, 1]), 0, 1, P, P),
+        (RationalPlant([1, 2], [1, 3]), 2 / 3, 1, P, P),
+        (RationalPlant([1], [1, 0]), 0, 0, P, R),
+        (RationalPlant([-1], [1, 0]), -math.inf, -math.inf, R, R),
+        (RationalPlant([1], [1, 0, 0]), -math.inf, -math.inf, R, R),
+        (RationalPlant([1, 0], [1, 0, 1]), 0, 0, P, R),  # lossless
+        (RationalPlant([1, 3], [1, 0, 4]), -math.inf, -3, R, R),  # 1/H + 3 = s + 13/(s + 3)
+        (RationalPlant([1, 1], [1, 0, 0]), -math.inf, -1, R, R),  # 1/H + 1 = s + 1/(s + 1)
+        (RationalPlant([1], [1, -1]), -math.inf, -1, R, R),
+        (RationalPlant([-1, 1], [1, 1]), -1, -math.inf, R, R),  # 1/H has a pole right of the axis
+        (RationalPlant([1], [1, 1, 1]), -1 / 3, -math.inf, R, R),
+        (RationalPlant([1, 3], [1, 3, 2]), 0, 0, P, R),  # w^2 Re H -> 0: positive real, not strictly
+        (RationalPlant([0], [1, 1]), 0, None, P, R),
+        (RationalPlant([-2], [1]), -2, -0.5, R, R),
+        (RationalPlant([1, -1], [1, 0, -1]), 0, 1, P, P),  # 1/(s + 1) with a hidden mode at 1
+        (RationalPlant([1, 1], [1, -1], dt=1), 0, 0, P, R),
+        (RationalPlant([1, F(1, 2)], [1, 1], dt=1), 0.75, 0, P, R),
+        (RationalPlant([1], [1, F(1, 2)], dt=1), -2, -math.inf, R, R),
+        (RationalPlant([2, 1], [2, 0], dt=1), 0.5, 2 / 3, P, P),  # 1 + 1/(2z)
     ],
 )
 def test_indices_by_hand(block, nu, rho, positive, strictly):
@@ -68,7 +68,7 @@ def test_indices_by_hand(block, nu, rho, positive, strictly):
 # floating-point tests with a tolerance call 1/(s + 1) - 1e-8 passive; it is not
 @pytest.mark.parametrize("lack", [F(1, 10**8), F(1, 10**100)])
 def test_a_tiny_lack_of_passivity_is_a_lack(lack):
-    found = passivity_indices(plus(RationalBlock([1], [1, 1]), -lack))
+    found = passivity_indices(plus(RationalPlant([1], [1, 1]), -lack))
     assert found.positive_real is R
     assert found.input_feedforward.low <= -lack <= found.input_feedforward.high < 0
 
@@ -89,7 +89,7 @@ def drawn(parts):
         b * b + 2 * damping * a * b,
         a * b * b,
     ]  # (s + a)(s^2 + 2 damping b s + b^2)
-    return RationalBlock(numerator, [c * d for d in denominator])
+    return RationalPlant(numerator, [c * d for d in denominator])
 
 
 @given(_BLOCKS)
@@ -117,7 +117,7 @@ def test_a_constant_adds_to_an_index_and_a_scale_multiplies_it(parts, constant):
     assert looped.output_feedback.middle == pytest.approx(
         before.output_feedback.middle + float(constant), abs=1e-9, rel=1e-12
     )
-    scaled = passivity_indices(RationalBlock([3 * c for c in block.numerator], block.denominator))
+    scaled = passivity_indices(RationalPlant([3 * c for c in block.numerator], block.denominator))
     assert scaled.input_feedforward.middle == pytest.approx(3 * before.input_feedforward.middle, rel=1e-12)
     assert scaled.output_feedback.middle == pytest.approx(before.output_feedback.middle / 3, rel=1e-12)
 

@@ -14,7 +14,7 @@ from plants import CONTINUOUS, block, stable_plants
 
 from lure import Sector
 from lure.analysis.inequality.gains import hurwitz_limit, is_stable_gain
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.inequality.polynomial import PopovInequality, is_nonnegative, least_value
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.numerics.precision import working_precision
@@ -51,7 +51,7 @@ def test_published_plants_are_bracketed_with_either_sign_of_theta(example, nonne
 @pytest.mark.parametrize("example", [1, 3, 5, 6])
 def test_the_upper_bound_follows_from_the_values_of_h_at_two_points(example):
     answer = popov_largest(CONTINUOUS[example])
-    response = Plant.of(CONTINUOUS[example]).response()
+    response = TransferPolynomials.of(CONTINUOUS[example]).response()
     values = []
     for point in answer.parameters["points"]:
         if point == "inf":

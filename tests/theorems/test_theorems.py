@@ -23,8 +23,8 @@ from lure.analysis.theorems.table import BEST, CRITERIA, TABLE, row_of, theorems
 from lure.analysis.verdict import Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
 
 ROOT = Path(__file__).parents[2]
 EVERY = [pytest.param(row, time, id=f"{row.name}-{time}") for row in TABLE for time in row.times]
@@ -45,22 +45,22 @@ def reach(row, block, lower=0):
 def with_time(block, time, speed):
     """``H(s/speed)``, or the same samples at another rate."""
     if time == "discrete":
-        return RationalBlock(block.numerator, block.denominator, dt=speed)
+        return RationalPlant(block.numerator, block.denominator, dt=speed)
     lead = len(block.denominator) - len(block.numerator)
-    return RationalBlock(
+    return RationalPlant(
         [c * speed ** (lead + i) for i, c in enumerate(block.numerator)],
         [c * speed**i for i, c in enumerate(block.denominator)],
     )
 
 
 def with_gain(block, gain):
-    return RationalBlock([gain * c for c in block.numerator], block.denominator, dt=block.dt)
+    return RationalPlant([gain * c for c in block.numerator], block.denominator, dt=block.dt)
 
 
-def behind(block, lower):
+def supporting_proof(block, lower):
     """``H/(1 + lower H)``, the loop closed with the gain ``lower``."""
     padded = [F(0)] * (len(block.denominator) - len(block.numerator)) + list(block.numerator)
-    return RationalBlock(
+    return RationalPlant(
         block.numerator, [d + lower * n for d, n in zip(block.denominator, padded, strict=True)], dt=block.dt
     )
 
@@ -88,7 +88,7 @@ def test_a_gain_moves_between_the_block_and_the_class(row, time, gain):
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_a_shift_of_the_class_is_a_shift_of_the_loop(row, time, lower):
     found = reach(row, FOUND[time], lower)
-    same(found, reach(row, behind(FOUND[time], lower)), shift=lower)
+    same(found, reach(row, supporting_proof(FOUND[time], lower)), shift=lower)
     assert found.law_class.sector.lower == lower
 
 
@@ -105,7 +105,7 @@ def sampled_plants(draw):
     d = product(*bottom)
     n = [draw(st.fractions(-3, 3, max_denominator=10)) for _ in range(len(d) - 1)]
     assume(any(n))
-    return RationalBlock(n, d, dt=1)
+    return RationalPlant(n, d, dt=1)
 
 
 RANDOM = {
@@ -123,7 +123,7 @@ def test_the_symmetries_hold_for_random_blocks(row, time, data, speed, lower):
     moved = with_gain(with_time(block, time, speed), speed)
     same(reach(row, block), reach(row, moved), scale=speed)
     assume(1 + lower * block.feedthrough != 0 and is_stable_gain(block, lower))
-    same(reach(row, block, lower), reach(row, behind(block, lower)), shift=lower)
+    same(reach(row, block, lower), reach(row, supporting_proof(block, lower)), shift=lower)
 
 
 @pytest.mark.parametrize(("row", "time"), RANDOMLY)
@@ -198,7 +198,7 @@ def test_a_criterion_is_found_by_each_of_its_names_and_refused_where_it_does_not
 
 
 def test_a_certificate_for_odd_laws_is_one_for_no_others():
-    plant = RationalBlock([F("-0.1"), 0], [1, F("1.8"), F("0.81")], dt=1)
+    plant = RationalPlant([F("-0.1"), 0], [1, F("1.8"), F("0.81")], dt=1)
     certificate = certified(plant, tsypkin_odd_largest(plant)).proved.certificate
     assert recheck(certificate).accepted
     every = {**certificate, "laws": {**certificate["laws"], "odd": False}}
@@ -214,13 +214,13 @@ def test_tsypkins_criterion_for_odd_laws_is_that_of_the_block_turned_round(examp
     turned = [
         [c * (-1) ** i for i, c in enumerate(reversed(side))][::-1] for side in (block.numerator, block.denominator)
     ]
-    one, other = tsypkin_largest(block), tsypkin_odd_largest(RationalBlock(*turned, dt=1))
+    one, other = tsypkin_largest(block), tsypkin_odd_largest(RationalPlant(*turned, dt=1))
     assert other.largest.low == pytest.approx(one.largest.low, rel=1e-9)
     assert other.law_class.odd
 
 
 def test_a_criterion_for_odd_laws_is_not_asked_about_others():
-    plant = RationalBlock([F("-0.1"), 0], [1, F("1.8"), F("0.81")], dt=1)
+    plant = RationalPlant([F("-0.1"), 0], [1, F("1.8"), F("0.81")], dt=1)
     with pytest.raises(AssumptionError, match="the criterion tsypkin-odd is for odd laws"):
         max_slope(plant, criterion="tsypkin-odd")
     found = max_slope(plant, criterion="tsypkin-odd", odd=True, search="linear")
@@ -242,7 +242,7 @@ def test_best_asks_every_criterion_about_nonlinear_laws_the_cheap_ones_first():
 
 
 def test_dead_time_leaves_the_criteria_about_sectors():
-    block = DelayBlock.parse("exp(-s)/(s + 1)")
+    block = DelayPlant.parse("exp(-s)/(s + 1)")
     assert [row.name for row in theorems_for(block, "slope", BEST)] == ["circle", "popov"]
     with pytest.raises(
         AssumptionError, match=r"the criterion park is evaluated for rational blocks.*ask circle or popov"

@@ -8,7 +8,7 @@ import pytest
 from plants import CIRCLE, DISCRETE, discrete
 
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.unit_circle import DiscreteBlock
+from lure.analysis.inequality.unit_circle import DiscretePlant
 from lure.analysis.theorems.differences import (
     JURY_LEE,
     TSYPKIN,
@@ -21,7 +21,7 @@ from lure.analysis.theorems.differences import (
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 OMEGA = np.linspace(0, math.pi, 100_001)
 Z = np.exp(1j * OMEGA)
@@ -67,7 +67,7 @@ def test_jury_lee_beats_the_circle_criterion_where_published_examples_let_it():
 
 @pytest.mark.parametrize("form", [TSYPKIN, JURY_LEE])
 def test_neither_end_moves_without_notice(form):
-    discrete = DiscreteBlock.of(DISCRETE[2], Fraction(0), "test")
+    discrete = DiscretePlant.of(DISCRETE[2], Fraction(0), "test")
     multiplier = DifferenceMultiplier(discrete=discrete, difference=form.difference, loss=form.loss)
     answer = {"tsypkin": tsypkin_largest, "jury-lee": jury_lee_largest}[form.name](DISCRETE[2])
     q, k = Fraction(answer.parameters["q"]), Fraction(answer.parameters["k"])
@@ -100,7 +100,7 @@ def test_refusals(largest):
     with pytest.raises(AssumptionError, match="z = 1"):
         largest(discrete([1], [1, -1]))
     with pytest.raises(InputError, match="dt is None"):
-        largest(RationalBlock([1], [1, 1]))
+        largest(RationalPlant([1], [1, 1]))
 
 
 def test_the_algebraic_loop_decides_which_slopes_are_covered():

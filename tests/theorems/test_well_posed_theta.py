@@ -5,17 +5,17 @@ from fractions import Fraction
 import pytest
 
 from lure.analysis.certificates import checker
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.theorems.kernels import Multiplier, check
 from lure.analysis.theorems.park import park_criterion, park_largest
 from lure.analysis.theorems.zames_falb import recheck, zames_falb_largest
 from lure.classes import SlopeBounds
 from lure.errors import InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # H = -2 s/(s + 1), k = 1, theta = 10: Re[H + 1 + 10 i w H] = 1 + 18 w^2/(1 + w^2) >= 1, times 1 + x: 1 + 19 x.
 # But H(inf) = -2: for phi = sigma/2, sigma = c x + sigma has no solution unless c x = 0.
-BLOCK, THETA = RationalBlock([-2, 0], [1, 1]), Fraction(10)
+BLOCK, THETA = RationalPlant([-2, 0], [1, 1]), Fraction(10)
 CLAIM = {
     "format": checker.FORMAT,
     "verdict": "PROVED",
@@ -36,7 +36,7 @@ THEOREMS = {
 
 
 def test_the_inequality_alone_holds():
-    assert check(Plant.of(BLOCK), Fraction(1), Multiplier(THETA, ())).holds
+    assert check(TransferPolynomials.of(BLOCK), Fraction(1), Multiplier(THETA, ())).holds
 
 
 def test_the_criteria_stop_at_the_gain_that_has_no_solution():

@@ -13,7 +13,7 @@ from plants import CONTINUOUS as PLANTS
 from plants import block
 
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.theorems.kernels import Delay, Gamma, Multiplier, check, check_every, multiplier_of
 from lure.analysis.theorems.park import park_largest
 from lure.analysis.theorems.popov import popov_largest
@@ -21,7 +21,7 @@ from lure.analysis.theorems.zames_falb import recheck, zames_falb_criterion, zam
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # Fitts: s^2/(((s + b)^2 + 0.81)((s + b)^2 + 1.21)), b = 0.03; phi = tanh(sigma/0.01) oscillates with period 11.917
 FITTS = block("1 0 0", "1 0.12 2.0254 0.121308 0.98191881")
@@ -124,10 +124,10 @@ def test_every_finite_slope():
 def test_every_finite_slope_needs_a_nonnegative_gain_at_zero_where_the_multiplier_vanishes():
     # (2 s - 1)/(s + 1) with 1 - 1/(1 - s): Re[M H] (1 + w^2)^2 = 2 w^4 + 2 w^2 >= 0, but the gain 1 has the pole s = 0
     multiplier = Multiplier(F(0), ((F(1), Gamma(F(1), 1, "anticausal")),))
-    assert not check_every(Plant.of(block("2 -1", "1 1")), multiplier)
-    assert check_every(Plant.of(PLANTS[7]), multiplier)
-    assert not check_every(Plant.of(PLANTS[7]), Multiplier(F(0), ((F(1), Gamma(F(1), 1, "causal")),)))
-    assert not check_every(Plant.of(PLANTS[7]), Multiplier(F(0), ((F(1), Delay(F(1))),)))
+    assert not check_every(TransferPolynomials.of(block("2 -1", "1 1")), multiplier)
+    assert check_every(TransferPolynomials.of(PLANTS[7]), multiplier)
+    assert not check_every(TransferPolynomials.of(PLANTS[7]), Multiplier(F(0), ((F(1), Gamma(F(1), 1, "causal")),)))
+    assert not check_every(TransferPolynomials.of(PLANTS[7]), Multiplier(F(0), ((F(1), Delay(F(1))),)))
 
 
 def test_negative_coefficients_are_for_odd_laws_only():
@@ -146,7 +146,7 @@ def test_mass_above_one_is_refused():
     parameters = {"lower": "0", "k": "1/100", "odd": True, "theta": "0", "kernels": [term]}
     assert recheck(plant, parameters)
     heavy = {**parameters, "kernels": [{**term, "coefficient": "-1001/1000"}]}
-    assert check(Plant.of(plant), F("1/100"), multiplier_of(heavy)).holds
+    assert check(TransferPolynomials.of(plant), F("1/100"), multiplier_of(heavy)).holds
     assert not recheck(plant, heavy)
 
 
@@ -185,7 +185,7 @@ def test_incomplete_parameters(parameters):
 
 def test_refusals():
     with pytest.raises(InputError, match="zames_falb_discrete"):
-        zames_falb_largest(RationalBlock([1], [1, 0], dt=1), odd=True)
+        zames_falb_largest(RationalPlant([1], [1, 0], dt=1), odd=True)
     with pytest.raises(AssumptionError, match="s = 0"):
         zames_falb_largest(block("1", "1 3 2 0"), odd=False)
     with pytest.raises(AssumptionError, match="right half-plane"):
@@ -226,7 +226,7 @@ def test_a_direct_term_moves_into_the_law():
     n, d = PLANTS[1].numerator, PLANTS[1].denominator
     direct = F("1/10")
     padded = [F(0)] * (len(d) - len(n)) + list(n)
-    with_direct = RationalBlock([a + direct * b for a, b in zip(padded, d, strict=True)], d)
+    with_direct = RationalPlant([a + direct * b for a, b in zip(padded, d, strict=True)], d)
     base, moved = (zames_falb_largest(system, odd=False).largest.low for system in (PLANTS[1], with_direct))
     assert 1 / base == pytest.approx(1 / moved + float(direct), rel=1e-7)
 
@@ -236,7 +236,7 @@ def test_lower_slope():
     answer = zames_falb_largest(block("1 0", "1 -1/2 1"), odd=False, lower=F(1))
     assert answer.largest.low == math.inf
     assert answer.parameters["lower"] == "1"
-    shifted = RationalBlock(
+    shifted = RationalPlant(
         PLANTS[1].numerator, [a + b / 2 for a, b in zip(PLANTS[1].denominator, (0, *PLANTS[1].numerator), strict=True)]
     )
     direct = zames_falb_largest(PLANTS[1], odd=False, lower=F("1/2"))

@@ -12,7 +12,7 @@ from multipliers import left_hand_side, samples, stable_blocks
 from plants import CONTINUOUS as PLANTS
 from plants import block
 
-from lure.analysis.inequality.plant import Plant
+from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.precision import ball
 from lure.analysis.theorems.kernel_search import first_order
 from lure.analysis.theorems.kernels import (
@@ -25,7 +25,7 @@ from lure.analysis.theorems.kernels import (
     multiplier_of,
     value_at,
 )
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 
 def test_multiplier_text_and_parameters():
@@ -100,7 +100,7 @@ def multipliers(draw, odd=False):
 @settings(max_examples=60, deadline=None)
 @given(stable_blocks(), multipliers(odd=True), st.integers(1, 60))
 def test_check_agrees_with_dense_samples(system, multiplier, tenths):
-    k, plant = F(tenths) / 10, Plant.of(system)
+    k, plant = F(tenths) / 10, TransferPolynomials.of(system)
     found = check(plant, k, multiplier)
     omega = samples(system, [0.0 if found.where is None or math.isinf(found.where) else found.where])
     values = left_hand_side(system, k, multiplier, omega)
@@ -120,7 +120,7 @@ def test_check_agrees_with_dense_samples(system, multiplier, tenths):
 @given(stable_blocks(), multipliers(), st.integers(1, 60), st.integers(0, 400))
 def test_value_from_balls_and_from_doubles(system, multiplier, tenths, hundredths):
     omega, k = F(hundredths) / 100, F(tenths) / 10
-    value = value_at(Plant.of(system), k, multiplier, omega)
+    value = value_at(TransferPolynomials.of(system), k, multiplier, omega)
     H = abs(system.transfer(1j * float(omega)))
     expected = left_hand_side(system, k, multiplier, np.array([float(omega)]))[0]
     assert float(value) == pytest.approx(expected, abs=1e-9 * (1 + H) * (1 + float(omega)) + 1e-9)
@@ -129,20 +129,20 @@ def test_value_from_balls_and_from_doubles(system, multiplier, tenths, hundredth
 @settings(max_examples=40, deadline=None)
 @given(stable_blocks(), multipliers(odd=True), st.integers(1, 60), st.sampled_from(["1/1000", "7/3", "4096"]))
 def test_symmetries_of_the_inequality(system, multiplier, tenths, text):
-    factor, k, plant = F(text), F(tenths) / 10, Plant.of(system)
+    factor, k, plant = F(text), F(tenths) / 10, TransferPolynomials.of(system)
     found = check(plant, k, multiplier).holds
     order = system.order
     # time scale: H(s / factor)
     n = [c / factor**i for c, i in zip(system.numerator, range(len(system.numerator) - 1, -1, -1), strict=True)]
     d = [c / factor**i for c, i in zip(system.denominator, range(order, -1, -1), strict=True)]
-    assert check(Plant.of(RationalBlock(n, d)), k, multiplier.scaled(factor)).holds is found
+    assert check(TransferPolynomials.of(RationalPlant(n, d)), k, multiplier.scaled(factor)).holds is found
     # gain moved from the block to the law
-    louder = RationalBlock([factor * c for c in system.numerator], system.denominator)
-    assert check(Plant.of(louder), k / factor, multiplier).holds is found
+    louder = RationalPlant([factor * c for c in system.numerator], system.denominator)
+    assert check(TransferPolynomials.of(louder), k / factor, multiplier).holds is found
     # time reversed: H(-s), where causal and anticausal change places
     n = [c * (-1) ** i for c, i in zip(system.numerator, range(len(system.numerator) - 1, -1, -1), strict=True)]
     d = [c * (-1) ** i for c, i in zip(system.denominator, range(order, -1, -1), strict=True)]
-    assert check(Plant.of(RationalBlock(n, d)), k, multiplier.mirrored()).holds is found
+    assert check(TransferPolynomials.of(RationalPlant(n, d)), k, multiplier.mirrored()).holds is found
     # a smaller slope is never harder
     assert not found or check(plant, k * F("2/3"), multiplier).holds
 
@@ -154,16 +154,16 @@ def test_the_limit_of_a_multiplier_from_both_sides():
     omega = np.unique(np.concatenate([omega, np.linspace(2.3, 2.7, 400_001), np.linspace(0.3, 0.5, 400_001)]))
     M, H = multiplier.at(omega), system.transfer(1j * omega)
     limit = 1 / np.max(-(M * H).real / M.real)
-    assert check(Plant.of(system), F(limit * (1 - 1e-7)), multiplier).holds
-    assert not check(Plant.of(system), F(limit * (1 + 1e-7)), multiplier).holds
+    assert check(TransferPolynomials.of(system), F(limit * (1 - 1e-7)), multiplier).holds
+    assert not check(TransferPolynomials.of(system), F(limit * (1 + 1e-7)), multiplier).holds
 
 
 def test_a_dip_too_narrow_for_a_grid():
     # a resonance of width 1e-9 at w = 1: Re H = -x (1 - x)/((1 - x)^2 + 1e-18 x) dips to -5e8 beside it
     system = block("-1 0 0", "1 1e-9 1")
     for multiplier in (Multiplier(F(0), ()), Multiplier(F(0), ((F("1/100"), Delay(F(1))),))):
-        assert check(Plant.of(system), F("1e-9"), multiplier).holds
-        assert not check(Plant.of(system), F("3e-9"), multiplier).holds
+        assert check(TransferPolynomials.of(system), F("1e-9"), multiplier).holds
+        assert not check(TransferPolynomials.of(system), F("3e-9"), multiplier).holds
 
 
 def test_a_long_delay_meets_every_phase():
@@ -174,13 +174,13 @@ def test_a_long_delay_meets_every_phase():
     phase = system.transfer(1j * omega) + 1 / float(k)
     assert (phase.real > 0.46 * np.abs(phase)).all()
     assert left_hand_side(system, k, multiplier, omega).min() < -0.01
-    assert not check(Plant.of(system), k, multiplier).holds
-    assert check(Plant.of(system), k, Multiplier(F(0), ((F("9/20"), Delay(F(1000))),))).holds
+    assert not check(TransferPolynomials.of(system), k, multiplier).holds
+    assert check(TransferPolynomials.of(system), k, Multiplier(F(0), ((F("9/20"), Delay(F(1000))),))).holds
 
 
 def test_an_inequality_that_fades_at_infinity():
     # 1/(s + 1), k = 1, theta = -1: Re[(1 - i w)/(1 + i w)] + 1 = 2/(1 + w^2) > 0, but no eps is left
-    plant = Plant.of(block("1", "1 1"))
+    plant = TransferPolynomials.of(block("1", "1 1"))
     assert not check(plant, F(1), Multiplier(F(-1), ())).holds
     assert check(plant, F(1), Multiplier(F("-99/100"), ())).holds
 
@@ -189,7 +189,7 @@ def test_an_inequality_that_fades_at_infinity():
 def test_the_bound_on_a_box(radius):
     # |T(m + u r) - sum T_j u^j| <= R, against T at single points
     multiplier = Multiplier(F("1/3"), ((F("1/2"), Delay(F(2))), (F("-1/4"), Delay(F(-1)))))
-    function = TaylorBound(Inequality.of(Plant.of(PLANTS[3]), F(2), multiplier, F(0)))
+    function = TaylorBound(Inequality.of(TransferPolynomials.of(PLANTS[3]), F(2), multiplier, F(0)))
     middle, r = F(6), F(radius)
     terms, rest = function.expansion(ball(middle), ball(r))
     for u in (F(i) / 10 for i in range(-10, 11)):
@@ -214,6 +214,10 @@ def test_the_parts_of_the_bound_on_a_box():
 
 def test_mass_one_of_delays_touches_zero():
     # 1 - exp(-s) vanishes at w = 0, 2 pi, ...: no eps is left, at zero, at infinity or between
-    assert not check(Plant.of(block("1", "1 1 1")), F("1/10"), Multiplier(F(0), ((F(1), Delay(F(1))),))).holds
+    assert not check(
+        TransferPolynomials.of(block("1", "1 1 1")), F("1/10"), Multiplier(F(0), ((F(1), Delay(F(1))),))
+    ).holds
     # with theta > 0 and relative degree one infinity is safe, zero is not
-    assert not check(Plant.of(block("1", "1 1")), F("1/10"), Multiplier(F(9), ((F(1), Delay(F(1))),))).holds
+    assert not check(
+        TransferPolynomials.of(block("1", "1 1")), F("1/10"), Multiplier(F(9), ((F(1), Delay(F(1))),))
+    ).holds

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from plants import DISCRETE, discrete
 
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.unit_circle import DiscreteBlock
+from lure.analysis.inequality.unit_circle import DiscretePlant
 from lure.analysis.theorems.differences import tsypkin_largest
 from lure.analysis.theorems.fir import Multiplier, certifies
 from lure.analysis.theorems.phase_limit import lowest_phase_limit, phase_limit
@@ -20,7 +20,7 @@ from lure.analysis.theorems.zames_falb_discrete import zames_falb_discrete_crite
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import SlopeBounds
 from lure.errors import AssumptionError, InputError
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 
 @cache
@@ -86,7 +86,7 @@ def test_the_criterion_is_sharp_in_k():
 def certified_taps(example, *, odd):
     answer = reach(example, odd)
     taps = {int(i): Fraction(h) for i, h in answer.parameters["taps"].items()}
-    return DiscreteBlock.of(DISCRETE[example], Fraction(0), "test"), taps, Fraction(answer.parameters["k"])
+    return DiscretePlant.of(DISCRETE[example], Fraction(0), "test"), taps, Fraction(answer.parameters["k"])
 
 
 @pytest.mark.parametrize(("example", "odd"), [(1, True), (2, False), (6, False)])
@@ -127,7 +127,7 @@ def test_the_multiplier_as_a_laurent_polynomial():
 def test_odd_laws_do_not_distinguish_z_from_minus_z(example):
     plant = DISCRETE[example]
     n, d = list(plant.numerator), list(plant.denominator)
-    turned = RationalBlock(
+    turned = RationalPlant(
         [c * (-1) ** (len(n) - 1 - i) for i, c in enumerate(n)],
         [c * (-1) ** (len(d) - 1 - i) for i, c in enumerate(d)],
         dt=1,
@@ -141,7 +141,7 @@ def test_a_lower_slope_is_the_shifted_block():
     lower = Fraction(3, 10)
     plant = DISCRETE[6]
     n = (Fraction(0), *plant.numerator)
-    shifted = RationalBlock(plant.numerator, [d + lower * c for d, c in zip(plant.denominator, n, strict=True)], dt=1)
+    shifted = RationalPlant(plant.numerator, [d + lower * c for d, c in zip(plant.denominator, n, strict=True)], dt=1)
     here = zames_falb_discrete_largest(plant, odd=False, lower=lower)
     there = zames_falb_discrete_largest(shifted, odd=False)
     assert here.largest.low == pytest.approx(float(lower) + there.largest.low, rel=1e-9)
@@ -195,7 +195,7 @@ def test_a_negative_feedthrough_stops_at_the_singular_algebraic_loop():
     # sigma - 3 phi(sigma) = r has no unique solution from slope 1/3 on
     answer = zames_falb_discrete_largest(discrete([-3], [1]), odd=True)
     assert 1 / 3 - 1e-9 < answer.largest.low < 1 / 3
-    system = DiscreteBlock.of(discrete([-3], [1]), Fraction(0), "test")
+    system = DiscretePlant.of(discrete([-3], [1]), Fraction(0), "test")
     assert system.well_posed(Fraction(33, 100))
     assert not system.well_posed(Fraction(1, 3))
 
@@ -208,7 +208,7 @@ def test_unstable_critical_and_continuous_blocks_are_refused():
     with pytest.raises(AssumptionError, match="cancels in H"):
         zames_falb_discrete_largest(discrete([1, -2], [1, "-2.5", 1]), odd=True)
     with pytest.raises(InputError, match="dt is None"):
-        zames_falb_discrete_largest(RationalBlock([1], [1, 1]), odd=True)
+        zames_falb_discrete_largest(RationalPlant([1], [1, 1]), odd=True)
     with pytest.raises(InputError, match="positive integer"):
         zames_falb_discrete_largest(DISCRETE[6], odd=True, taps=0)
     with pytest.raises(AssumptionError, match="finite slope bounds"):
@@ -224,7 +224,7 @@ def test_unstable_critical_and_continuous_blocks_are_refused():
     [(6, False, 3, 175 / 192), (1, True, 6, 13.5754), (2, True, 4, 1.10565), (2, False, 5, 0.80275)],
 )
 def test_the_phase_limits_of_the_literature(example, odd, period, k):
-    system = DiscreteBlock.of(DISCRETE[example], Fraction(0), "test")
+    system = DiscretePlant.of(DISCRETE[example], Fraction(0), "test")
     limit = phase_limit(system, period, odd=odd)
     assert limit.k == pytest.approx(k, abs=5.1e-6 * max(1, k))
     assert limit.k >= lowest_phase_limit(system, range(2, 8), odd=odd).k
@@ -232,7 +232,7 @@ def test_the_phase_limits_of_the_literature(example, odd, period, k):
 
 def test_the_weights_of_a_phase_limit_rule_out_every_short_multiplier():
     plant = DISCRETE[6]
-    limit = phase_limit(DiscreteBlock.of(plant, Fraction(0), "test"), 3, odd=False)
+    limit = phase_limit(DiscretePlant.of(plant, Fraction(0), "test"), 3, odd=False)
     z = np.exp(2j * math.pi * np.arange(2) / 3)
     G = plant.transfer(z) + 1 / limit.k
     for shift in range(-9, 10):
@@ -248,7 +248,7 @@ def stable_blocks(draw):
         poles += [radius * np.exp(1j * angle), radius * np.exp(-1j * angle)]
     size = draw(st.integers(1, len(poles)))
     numerator = draw(st.lists(st.integers(-20, 20), min_size=size, max_size=size))
-    return RationalBlock([Fraction(c, 10) for c in numerator], np.real(np.poly(poles)).tolist(), dt=1)
+    return RationalPlant([Fraction(c, 10) for c in numerator], np.real(np.poly(poles)).tolist(), dt=1)
 
 
 @pytest.mark.slow

@@ -173,8 +173,8 @@ class Curve:
         return None if any(self.terms) else self.terms[Fraction(0)][0]
 
 
-def curve(block: Shifted, multiplier: Multiplier, ease: Fraction) -> Curve:
-    r"""The inequality with ``1/w = ease``.
+def curve(block: Shifted, multiplier: Multiplier, inverse_gain: Fraction) -> Curve:
+    r"""The inequality with ``1/w = inverse_gain``.
 
     Parameters
     ----------
@@ -182,12 +182,12 @@ def curve(block: Shifted, multiplier: Multiplier, ease: Fraction) -> Curve:
         In continuous time.
     multiplier : Multiplier
         ``M`` and ``theta``.
-    ease : Fraction
+    inverse_gain : Fraction
         ``1/w``, 0 for every finite ``w`` at once and for laws without bound.
     """
     d = Axis.of(block.d)
     square = d * d.conjugate()
-    eased = Axis(to_fmpq(ease) * square.e, ZERO)
+    eased = Axis(to_fmpq(inverse_gain) * square.e, ZERO)
     sums: dict[Fraction, Axis] = {Fraction(0): Axis(ZERO, ZERO)}
     for delay, m in multiplier.terms.items():
         _add(sums, delay, m * eased)
@@ -204,12 +204,12 @@ def curve(block: Shifted, multiplier: Multiplier, ease: Fraction) -> Curve:
     return Curve(terms=terms, full=full - divided, divided=divided)
 
 
-def off_axis(block: Shifted, alpha: Fraction, ease: Fraction) -> tuple[fmpq_poly, int]:
-    """``Re[(1 + i alpha)(H + ease)] |d|^2`` as a polynomial in ``omega``, not in its square; and its full degree."""
+def off_axis(block: Shifted, alpha: Fraction, inverse_gain: Fraction) -> tuple[fmpq_poly, int]:
+    """``Re[(1 + i alpha)(H + inverse_gain)] |d|^2`` as a polynomial in ``omega``, not in ``omega^2``; its degree."""
     d = Axis.of(block.d)
     square = (d * d.conjugate()).e
     cross = Axis.of(block.n[0][1]) * d.conjugate()
-    even = cross.e + to_fmpq(ease) * square
+    even = cross.e + to_fmpq(inverse_gain) * square
     return even(X * X) - to_fmpq(alpha) * X * cross.o(X * X), 2 * square.degree()
 
 

@@ -60,7 +60,7 @@ class Claim:
         return self.laws.upper - self.lower if isinstance(self.laws.upper, Fraction) else None
 
     @property
-    def ease(self) -> Fraction:
+    def inverse_gain(self) -> Fraction:
         """``1/w``, or 0."""
         return Fraction(0) if self.width is None else 1 / self.width
 

@@ -57,7 +57,7 @@ def require_matrix(system: Rational, claim: Claim, theta: Fraction, proof: objec
     system : Rational
         The block before the shift.
     claim : Claim
-        Its ``lower`` and ``ease = 1/w``.
+        Its ``lower`` and ``inverse_gain = 1/w``.
     theta : Fraction
         Popov multiplier, 0 for the circle criterion.
     proof : object
@@ -86,7 +86,8 @@ def require_matrix(system: Rational, claim: Claim, theta: Fraction, proof: objec
             P = arb_mat([[arb(rows[max(i, j)][min(i, j)]) * unit for j in range(n)] for i in range(n)])
             definite = positive_definite(P)
             if definite and any(
-                positive_definite(_form(state, P, claim.ease, theta, discrete=system.discrete)) for state in states
+                positive_definite(_form(state, P, claim.inverse_gain, theta, discrete=system.discrete))
+                for state in states
             ):
                 return case
     raise NotShown("P or the matrix of the inequality is not shown to be positive definite")
@@ -169,10 +170,10 @@ def _part(M: arb_mat, top: int, bottom: int, left: int, right: int) -> arb_mat:
     return arb_mat([[M[i, j] for j in range(left, right)] for i in range(top, bottom)])
 
 
-def _form(state: State, P: arb_mat, ease: Fraction, theta: Fraction, *, discrete: bool) -> arb_mat:
+def _form(state: State, P: arb_mat, inverse_gain: Fraction, theta: Fraction, *, discrete: bool) -> arb_mat:
     """``M`` at the working precision."""
     n = len(state.b)
-    direct = 2 * ball(ease) + 2 * ball(state.direct)
+    direct = 2 * ball(inverse_gain) + 2 * ball(state.direct)
     if n == 0:
         return arb_mat([[direct + 2 * ball(theta * state.rho) - (ball(state.rho) if discrete else 0)]])
     A, b, c = balls(state.A), balls([[v] for v in state.b]), balls([[v] for v in state.c])

@@ -58,11 +58,11 @@ def require_on_circle(asked: Question, block: Shifted) -> None:
     one, z = Laurent(fmpq_poly([1])), Laurent(fmpq_poly([0, 1]))
     if asked.theorem == "circle":
         require(not (claim.unbounded and block.hidden), "laws without bound need a block without hidden modes")
-        p = on_response(block, one, claim.ease)
+        p = on_response(block, one, claim.inverse_gain)
     elif asked.theorem == "zames-falb":
         taps = read_taps(given)
         require_legal(list(taps.values()), claim, strict=True)
-        p = on_sum(block, taps_multiplier(taps), claim.ease)
+        p = on_sum(block, taps_multiplier(taps), claim.inverse_gain)
     else:
         q, width = number(record(given, "q")["q"]), claim.width
         require(q >= 0, "q is negative")
@@ -81,35 +81,35 @@ def require_on_circle(asked: Question, block: Shifted) -> None:
             )
             require(width is not None or q == 0, "for every finite bound at once q must be 0")
             difference, loss = z + one.scaled(Fraction(-1)), q * (width or 0) / 2
-        p = on_response(block, one + difference.scaled(q), claim.ease, loss)
+        p = on_response(block, one + difference.scaled(q), claim.inverse_gain, loss)
     require_written(asked, half_line(p), block, (fmpq_poly([1, 1]),))
     require(holds_on_circle(p, need), "the inequality does not hold on the unit circle")
 
 
-def on_sum(block: Shifted, multiplier: Laurent, ease: Fraction) -> fmpq_poly:
-    """``|d|^2 Re[M (H + ease)]``; in the critical case divided by ``1 - c``.
+def on_sum(block: Shifted, multiplier: Laurent, inverse_gain: Fraction) -> fmpq_poly:
+    """``|d|^2 Re[M (H + inverse_gain)]``; in the critical case divided by ``1 - c``.
 
     Parameters
     ----------
     block : Shifted
         In discrete time.
     multiplier : Laurent
-        ``M``; it acts on ``ease`` too.
-    ease : Fraction
+        ``M``; it acts on ``inverse_gain`` too.
+    inverse_gain : Fraction
         ``1/w``.
     """
     n, d = Laurent(block.n[0][1]), Laurent(block.d)
-    inner = n * d.conjugate() + (d * d.conjugate()).scaled(ease)
+    inner = n * d.conjugate() + (d * d.conjugate()).scaled(inverse_gain)
     return _finished(block, (multiplier * inner).real_part(), n, Fraction(0))
 
 
-def on_response(block: Shifted, multiplier: Laurent, ease: Fraction, loss: Fraction = Fraction(0)) -> fmpq_poly:
-    """``|d|^2 (ease + Re[M H] - loss |(z - 1) H|^2)``: the multiplier acts on ``H`` alone.
+def on_response(block: Shifted, multiplier: Laurent, inverse_gain: Fraction, loss: Fraction = Fraction(0)) -> fmpq_poly:
+    """``|d|^2 (inverse_gain + Re[M H] - loss |(z - 1) H|^2)``: the multiplier acts on ``H`` alone.
 
     ``loss`` is ``q w/2`` of the Jury-Lee criterion.
     """
     n, d = Laurent(block.n[0][1]), Laurent(block.d)
-    inner = multiplier * n * d.conjugate() + (d * d.conjugate()).scaled(ease)
+    inner = multiplier * n * d.conjugate() + (d * d.conjugate()).scaled(inverse_gain)
     return _finished(block, inner.real_part(), n, loss)
 
 
@@ -218,7 +218,7 @@ def _continuous(asked: Question, block: Shifted) -> None:
     claim, given = asked.claim, asked.document.multiplier
     need: Need = claim.need
     if asked.theorem == "off-axis-circle":
-        inequality = axis.off_axis(block, number(record(given, "alpha")["alpha"]), claim.ease)
+        inequality = axis.off_axis(block, number(record(given, "alpha")["alpha"]), claim.inverse_gain)
         require_polynomial(asked, block, inequality, need)
         return
     multiplier = axis.Multiplier()
@@ -238,7 +238,7 @@ def _continuous(asked: Question, block: Shifted) -> None:
         theta, kernels = read_kernels(given)
         require_legal([c for c, _ in kernels], claim, strict=False)
         multiplier = axis.kernels(theta, kernels)
-    curve = axis.curve(block, multiplier, claim.ease)
+    curve = axis.curve(block, multiplier, claim.inverse_gain)
     if curve.polynomial is None:
         require(need != "decaying" and asked.document.proof.get("method") == "cover", "delays need a cover")
         require_cover(curve, asked.document.proof, need)

@@ -21,7 +21,7 @@ from lure.errors import AssumptionError, InputError
 from lure.loop import sector_shift
 from lure.nonlinearities import Property
 from lure.nonlinearities.protocol import Nonlinearity
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 # Results as plain data, whatever numbers they hold.
 
@@ -67,7 +67,7 @@ def balance_hints(about: Subject) -> tuple[str, ...]:
         The loop.
     """
     block, law = about.block, about.law
-    if law is None or not isinstance(block, RationalBlock) or block.dt is not None:
+    if law is None or not isinstance(block, RationalPlant) or block.dt is not None:
         return ()
     if not getattr(law, "odd", False):
         return ("there is no describing function to look at: it is for odd laws, and this one is not known to be odd",)
@@ -102,7 +102,7 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
         "system": system,
         "conclusion": {key: found[key] for key in _KEYS.split()},
         "transformation": list(transformation(about)),
-        "gains": found["gains"] if isinstance(about.block, RationalBlock) else None,
+        "gains": found["gains"] if isinstance(about.block, RationalPlant) else None,
         "answers": found["answers"],
         "certificates": certificate_list(report.analysis.certificates),
         "observed": list(report.observed),
@@ -121,7 +121,7 @@ def transformation(about: Subject) -> tuple[str, ...]:
         The loop.
     """
     block, asked = about.block, about.law_class
-    if not isinstance(block, RationalBlock) or asked is None or asked.sector.lower in (0, -math.inf):
+    if not isinstance(block, RationalPlant) or asked is None or asked.sector.lower in (0, -math.inf):
         return ()
     return sector_shift(block, asked).steps
 

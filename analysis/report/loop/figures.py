@@ -18,15 +18,15 @@ from lure.analysis.plots import render
 from lure.analysis.plots.loops import plot_reach
 from lure.analysis.plots.orbits import plot_law, plot_orbit_signals, plot_solutions
 from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
-from lure.analysis.questions import Largest
+from lure.analysis.questions import StabilityBound
 from lure.analysis.questions.table import class_name
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.verdict import Verdict, Witness
 from lure.loop import shifted_block
-from lure.plants.delay import DelayBlock
-from lure.plants.rational import RationalBlock
-from lure.plants.state_space import StateSpaceBlock
+from lure.plants.delay import DelayPlant
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
 
 _REACH = (
     "Blue: proved for every member of the class. Hatched: unknown. Cross: the smallest class found with a member that "
@@ -39,7 +39,7 @@ _SEEN = "Simulated with {}: observed, no proof. Each curve is divided by its lar
 _LAW = "The nonlinearity φ of the counterexample.{}"
 _ORBIT = "One period of the solution with that φ: it repeats for ever."
 
-Block = RationalBlock | DelayBlock | StateSpaceBlock
+Plant = RationalPlant | DelayPlant | StateSpace
 Line = tuple[float, float, bool]
 """Upper end of a sector, multiplier [s], and whether the criterion proves the sector."""
 
@@ -84,10 +84,10 @@ def _popov(report: LoopReport) -> Iterator[FigureSpec]:
     if not continuous(block):
         return
     k, theta, proved = _line(report, "popov")
-    drawn: Block = block
-    if lower and isinstance(block, RationalBlock):
+    drawn: Plant = block
+    if lower and isinstance(block, RationalPlant):
         drawn = shifted_block(block, Fraction(lower))
-    elif lower and isinstance(block, StateSpaceBlock):
+    elif lower and isinstance(block, StateSpace):
         drawn = shifted_states(block, Fraction(lower))
     omega, values = axis_values(drawn, None)
     x, y = values.real, omega * values.imag
@@ -138,7 +138,7 @@ def _response(report: LoopReport) -> Iterator[FigureSpec]:
         yield FigureSpec(name="response", section="frequency", title=title, caption=_SEEN.format(words), draw=draw)
 
 
-def _counterexamples(block: Block, rows: tuple[Largest, ...]) -> Iterator[FigureSpec]:
+def _counterexamples(block: Plant, rows: tuple[StabilityBound, ...]) -> Iterator[FigureSpec]:
     """Of each periodic orbit its nonlinearity, and its signals over one period."""
     drawn: list[str] = []
     for row in rows:
@@ -151,7 +151,7 @@ def _counterexamples(block: Block, rows: tuple[Largest, ...]) -> Iterator[Figure
         yield from _orbit(block, witness, len(drawn), class_name(row))
 
 
-def _orbit(block: Block, witness: Witness, number: int, name: str) -> Iterator[FigureSpec]:
+def _orbit(block: Plant, witness: Witness, number: int, name: str) -> Iterator[FigureSpec]:
     visits = (
         "The solution visits the marked points." if "sigma" in witness.data else "The solution sweeps the thick part."
     )

@@ -19,11 +19,11 @@ from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.questions import LoopAnalysis
 from lure.analysis.report.parts import ContradictionError
 from lure.analysis.verdict import Verdict, Witness
-from lure.classes import LawClass, Sector, SlopeBounds
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.nonlinearities.piecewise_linear import Graph
-from lure.plants.rational import RationalBlock
+from lure.plants.rational import RationalPlant
 
 Runs = tuple[Trajectory, ...]
 
@@ -77,7 +77,7 @@ def observed(found: LoopAnalysis) -> Observation:
     """
     about = found.subject
     block, law = about.block, about.law
-    if not isinstance(block, RationalBlock) or block.order == 0:
+    if not isinstance(block, RationalPlant) or block.order == 0:
         return Observation()
     claimed, conclusion = _claim(found)
     if claimed is not None:
@@ -119,7 +119,7 @@ def _against(found: LoopAnalysis, run: Trajectory) -> str:
     )
 
 
-def _claim(found: LoopAnalysis) -> tuple[LawClass | None, Conclusion]:
+def _claim(found: LoopAnalysis) -> tuple[NonlinearityClass | None, Conclusion]:
     """The class said to be proved, and of what; no conclusion if nothing is."""
     if found.verdict is not Verdict.PROVED or found.shown is None:
         return None, ""
@@ -134,10 +134,12 @@ def _claim(found: LoopAnalysis) -> tuple[LawClass | None, Conclusion]:
     if not low < upper:
         return None, ""
     slope = SlopeBounds(low, upper) if row.question == "slope" else None
-    return LawClass(sector=Sector(low, upper), slope=slope, odd=row.odd, time_varying=row.time_varying), conclusion
+    return NonlinearityClass(
+        sector=Sector(low, upper), slope=slope, odd=row.odd, time_varying=row.time_varying
+    ), conclusion
 
 
-def _members(found: LoopAnalysis, block: RationalBlock, claimed: LawClass, conclusion: Conclusion) -> None:
+def _members(found: LoopAnalysis, block: RationalPlant, claimed: NonlinearityClass, conclusion: Conclusion) -> None:
     """Stop if the class said to be proved holds a linear gain that is not stable, or a certified counterexample.
 
     Raises
@@ -158,7 +160,7 @@ def _members(found: LoopAnalysis, block: RationalBlock, claimed: LawClass, concl
         )
 
 
-def _unstable_gain(found: LoopAnalysis, block: RationalBlock, sector: Sector, *, critical: bool) -> str | None:
+def _unstable_gain(found: LoopAnalysis, block: RationalPlant, sector: Sector, *, critical: bool) -> str | None:
     """A gain of the sector that is not stable, in words; by exact counts of roots."""
     low, high = sector.lower, sector.upper
     for end in (high,) if critical else (low, high):
@@ -183,7 +185,7 @@ def _witnesses(found: LoopAnalysis) -> Iterator[tuple[Fraction, Witness]]:
         yield row.lower, witness
 
 
-def _belongs(lower: Fraction, witness: Witness, claimed: LawClass) -> bool:
+def _belongs(lower: Fraction, witness: Witness, claimed: NonlinearityClass) -> bool:
     """Whether the class has the law of a witness, found for classes from ``lower`` on, as a member."""
     bounds = claimed.slope or claimed.sector
     return (
@@ -196,7 +198,7 @@ def _belongs(lower: Fraction, witness: Witness, claimed: LawClass) -> bool:
     )
 
 
-def _orbits(found: LoopAnalysis, block: RationalBlock, law: Law) -> list[tuple[NDArray[np.float64], float]]:
+def _orbits(found: LoopAnalysis, block: RationalPlant, law: Law) -> list[tuple[NDArray[np.float64], float]]:
     """States on the orbits of counterexamples, scaled from the kinks of their laws to the scales of this one."""
     orbits = [
         (*orbit_start(block, witness), scales(law_of(witness))[0])
@@ -206,7 +208,9 @@ def _orbits(found: LoopAnalysis, block: RationalBlock, law: Law) -> list[tuple[N
     return [(state * (knee / own), period) for state, period, own in orbits[:_ORBITS] for knee in scales(law)]
 
 
-def _examples(found: LoopAnalysis, block: RationalBlock, claimed: LawClass | None, conclusion: Conclusion) -> Runs:
+def _examples(
+    found: LoopAnalysis, block: RationalPlant, claimed: NonlinearityClass | None, conclusion: Conclusion
+) -> Runs:
     """Solutions with extreme members of the class that is proved.
 
     Raises
@@ -226,7 +230,7 @@ def _examples(found: LoopAnalysis, block: RationalBlock, claimed: LawClass | Non
     return tuple(shown[:SHOWN])
 
 
-def _extremes(block: RationalBlock, claimed: LawClass) -> Iterator[tuple[str, Graph]]:
+def _extremes(block: RationalPlant, claimed: NonlinearityClass) -> Iterator[tuple[str, Graph]]:
     """Piecewise-linear members of a class: gains of both its ends, inside and outside of ``|sigma| <= 1``."""
     bounds = claimed.sector
     if not math.isfinite(bounds.lower):
@@ -245,7 +249,7 @@ def _extremes(block: RationalBlock, claimed: LawClass) -> Iterator[tuple[str, Gr
         yield f"a gain that changes with |sigma| between {ends}", Graph.through([*mirrored, *points], low, low)
 
 
-def _large_gain(block: RationalBlock) -> Fraction:
+def _large_gain(block: RationalPlant) -> Fraction:
     """Ten times the gain that balances the block near its own frequency."""
     at = 1j * float(natural_frequency(block, Fraction(1))) if block.dt is None else np.exp(1j)
     size = float(np.abs(block.transfer(at)))

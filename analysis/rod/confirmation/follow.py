@@ -14,7 +14,7 @@ from lure.rod.motion import Window, motion_windows
 from lure.rod.motion.pieces import Array, right_ends
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 MOST_TRIPS = 1900  # so few that nothing is compiled for them: the report does not depend on what is installed
 _MOST_WORK = 1500.0
@@ -182,7 +182,7 @@ def log_echo(rod: Rod) -> float:
     rod : Rod
         The rod.
     """
-    return RodBlock(rod).log_reflection
+    return RodPlant(rod).log_reflection
 
 
 def trips_to_settle(rod: Rod) -> float:

@@ -15,7 +15,7 @@ from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.free_motion import free_motion
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario, initial_state
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 PAPER_SETTLING = 1.11e-3
 BANDS = (0.05, 0.02)
@@ -127,7 +127,7 @@ def rod_settling(rod: Rod, scenario: Scenario) -> Settling:
     """
     _check(rod, scenario)
     T = rod.travel_time
-    decay = RodBlock(rod).log_reflection / (2 * T)
+    decay = RodPlant(rod).log_reflection / (2 * T)
     late = [T * math.ceil(math.log(band) / decay / T + 2) for band in BANDS]  # q has its kinks at multiples of T
     motion = free_motion(rod, scenario, max(late) + 2 * T)
     start, back = motion.end_displacement([0.0, 2 * T])

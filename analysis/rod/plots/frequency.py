@@ -26,7 +26,7 @@ from lure.analysis.plots.style import (
 )
 from lure.analysis.rod.spectrum import rod_spectrum, wave_mode
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -140,7 +140,7 @@ def plot_rod_popov(scheme: UpwindScheme, result: CriterionResult, *, ax: Axes | 
     Axes
         The axes drawn on.
     """
-    block = RodBlock(scheme.rod)
+    block = RodPlant(scheme.rod)
     if result.theta is None:
         omega, values = curve(block, None)
         seen = np.isfinite(values)
@@ -169,7 +169,7 @@ def plot_rod_nyquist(scheme: UpwindScheme, result: CriterionResult, *, ax: Axes 
     Axes
         The axes drawn on.
     """
-    axes = plot_nyquist(RodBlock(scheme.rod), result.sector, worst=result.worst_frequency, ax=ax)
+    axes = plot_nyquist(RodPlant(scheme.rod), result.sector, worst=result.worst_frequency, ax=ax)
     _, values = curve(scheme, None)
     axes.plot(values.real, values.imag, color=PURPLE, lw=1.3, ls=(0, (4, 2)), label=_name(scheme))
     return _named(axes)

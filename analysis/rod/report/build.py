@@ -27,7 +27,7 @@ from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.parameters import Rod
 from lure.rod.scenario import matching
 from lure.rod.systems import RodSystem
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 PACKAGES = ("numpy", "scipy", "control", "python-flint", "sympy", "matplotlib", "jinja2")
 LARGEST_SIMULATED = 1000
@@ -156,7 +156,7 @@ def checked_criteria(scheme: UpwindScheme, results: Sequence[CriterionResult]) -
 def _checked(scheme: UpwindScheme, result: CriterionResult) -> CriterionResult:
     if result.verdict is Verdict.INCONCLUSIVE:
         return result
-    block = scheme if result.model == "scheme" else RodBlock(scheme.rod)
+    block = scheme if result.model == "scheme" else RodPlant(scheme.rod)
     proved = result.verdict is Verdict.PROVED
     draft = inequality_draft(block, result) if proved else negative_damping_draft(block, result.sector)
     found = guarded(result.name, lambda: settled(draft))

@@ -13,7 +13,7 @@ from lure.analysis.rod.plots.comparison import plot_both_decays, plot_both_ends
 from lure.analysis.rod.plots.frequency import plot_rod_nyquist, plot_rod_popov
 from lure.analysis.rod.report.model import StabilityReport
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 _NYQUIST = "For the circle criterion the curves have to stay out of the shaded half-plane."
 _POPOV = (
@@ -74,7 +74,7 @@ def _frequency(report: StabilityReport) -> list[FigureSpec]:
     """Popov and Nyquist plot of rod and scheme together; Popov expressions and resonances of each."""
     found = {(result.name, result.model): result for result in report.criteria}
     scheme = report.scheme
-    blocks: tuple[tuple[Model, UpwindScheme | RodBlock], ...] = (("scheme", scheme), ("rod", RodBlock(scheme.rod)))
+    blocks: tuple[tuple[Model, UpwindScheme | RodPlant], ...] = (("scheme", scheme), ("rod", RodPlant(scheme.rod)))
     popov, circle = found["popov", "rod"], found["circle", "rod"]
     both = [
         FigureSpec(
@@ -97,7 +97,7 @@ def _frequency(report: StabilityReport) -> list[FigureSpec]:
     return both + [spec for spec in rows if spec is not None]
 
 
-def _expression(model: Model, block: UpwindScheme | RodBlock, result: CriterionResult) -> FigureSpec | None:
+def _expression(model: Model, block: UpwindScheme | RodPlant, result: CriterionResult) -> FigureSpec | None:
     if result.theta is None:
         return None
     return FigureSpec(
@@ -109,7 +109,7 @@ def _expression(model: Model, block: UpwindScheme | RodBlock, result: CriterionR
     )
 
 
-def _resonances(model: Model, block: UpwindScheme | RodBlock, result: CriterionResult) -> FigureSpec | None:
+def _resonances(model: Model, block: UpwindScheme | RodPlant, result: CriterionResult) -> FigureSpec | None:
     if block.rod.reflection == 0.0:
         return None
     omega = drawing_frequencies(block)

@@ -113,7 +113,7 @@ class Kinds(SphinxDirective):
             role = "class" if isinstance(make, type) else "func"
             made = f"{make.__module__}.{make.__qualname__}"
             stands_for = {
-                "_expression": ":class:`~lure.ExpressionLaw`",
+                "_expression": ":class:`~lure.ExpressionNonlinearity`",
                 "_through_points": ":class:`~lure.PiecewiseLinear`",
             }
             seen = stands_for.get(make.__qualname__, f":{role}:`~{made}`")

@@ -39,7 +39,7 @@ def resolved(path: str) -> object:
     Parameters
     ----------
     path : str
-        Such as ``lure.LinearBlock`` or ``lure.Expression.parse``.
+        Such as ``lure.LinearPlant`` or ``lure.Expression.parse``.
 
     Raises
     ------

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from lure.errors import InputError
-from lure.nonlinearities import GraphLaw
+from lure.nonlinearities import GraphNonlinearity
 from lure.rod.datasets import impact_dicts
 from lure.rod.parameters import Rod
 
@@ -26,21 +26,21 @@ class Boundary:
         ``k_L >= 0``, a dashpot at ``x = L``: ``A E u_x(t, L) = -A p(z) - k_L u_t(t, L)`` [N s/m].
     rigid : bool
         Whether the obstacle is rigid, ``eps = 0``: ``z <= 0``, ``p >= 0``, ``z p = 0`` (Signorini).
-    law : GraphLaw or None
+    law : GraphNonlinearity or None
         A nondecreasing piecewise linear law ``p(z)`` [Pa] in place of the rod's own; None for that of the rod.
     """
 
     clamped: bool = False
     end_damping: float = 0.0
     rigid: bool = False
-    law: GraphLaw | None = None
+    law: GraphNonlinearity | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.end_damping, bool) or not 0.0 <= self.end_damping < math.inf:
             raise InputError(f"Boundary.end_damping is {self.end_damping!r}; give a number from 0 N s/m on")
         if self.rigid and self.law is not None:
             raise InputError("Boundary has both rigid and law; a rigid obstacle has no law, give one of the two")
-        if self.law is not None and not isinstance(self.law, GraphLaw):
+        if self.law is not None and not isinstance(self.law, GraphNonlinearity):
             raise InputError(
                 f"Boundary.law is a {type(self.law).__name__}; give a piecewise linear law of lure.nonlinearities"
             )
@@ -122,7 +122,7 @@ def _rigid() -> Segment:
     return Segment(low=0.0, high=math.inf, origin=0.0, push=0.0, rate=math.inf)
 
 
-def _graph(law: GraphLaw, mobility: float, transit: float) -> tuple[Segment, ...]:
+def _graph(law: GraphNonlinearity, mobility: float, transit: float) -> tuple[Segment, ...]:
     slopes, knots = law.graph.slopes, law.graph.knots
     if min(slopes) < 0 or mobility * float(max(slopes)) * transit > _STIFFEST:
         raise InputError(

@@ -11,7 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 
 from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodBlock
+from lure.rod.transfer import RodPlant
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ class ShiftRegister:
     @cached_property
     def log_echo(self) -> float:
         """``ln|f|``, accurate near ``|f| = 1``; ``-inf`` for ``k = Z``."""
-        return RodBlock(self.scheme.rod).log_reflection
+        return RodPlant(self.scheme.rod).log_reflection
 
     @property
     def opening(self) -> float:
