@@ -403,6 +403,45 @@ def test_a_rod_is_told_as_its_certificates_have_it(name):
     assert data["spectrum"]["zero_multiplicity"] == (2 if name == "free" else 1)
 
 
+def cells_of(html):
+    """The rows of the tables of a page, cell by cell, in plain words."""
+    rows = re.findall(r"<tr.*?</tr>", html, re.DOTALL)
+    return [[plain(cell) for cell in re.findall(r"<t[hd].*?</t[hd]>", row, re.DOTALL)] for row in rows]
+
+
+@pytest.mark.parametrize("name", RODS)
+def test_a_rod_in_a_notebook_says_of_each_criterion_what_its_json_says(name):
+    report = rod(name)
+    shown = [row[:4] for row in cells_of(report._repr_html_())[1:5]]
+    rows = document(report)["criteria"]
+    assert [row[:3] for row in shown] == [[row["name"], row["model"], row["verdict"]] for row in rows]
+    # without damping nothing is decided of any criterion, and nothing stands on evidence
+    assert {row[3] for row in shown} == {"-" if name == "free" else "certified"}
+
+
+def test_a_claim_about_the_exact_motion_names_what_was_compared():
+    # with 0 < k everything is compared; with k <= 0 there is neither a Lyapunov functional nor a resting place
+    for name, last in (("proved", "Lyapunov functional, zeta, resting place"), ("pushed", "energy"), ("free", "energy")):
+        said = next(row for row in claims(rod(name)) if row.text.startswith("exact motion"))
+        assert said.text.endswith(f"compared: energy balance, {'energy, ' if name == 'proved' else ''}{last}")
+        assert said.answer == "agrees"
+
+
+# k > 0 and m >= 1 are decided from exact values; the load, the data, the wave equation and the class are the user's word
+@pytest.mark.parametrize(
+    ("name", "assumed", "fails"), [("proved", 4, 0), ("bent", 4, 0), ("pushed", 0, 1), ("free", 0, 1), ("rough", 0, 2)]
+)
+def test_each_hypothesis_of_a_rod_is_shown_as_checked_assumed_or_failing(name, assumed, fails):
+    report = rod(name)
+    shown = page(document(report), claims(report), ())
+    stated = [row for row in cells_of(shown) if row and row[0] in ("checked", "assumed", "fails")]
+    assert [sum(row[0] == status for row in stated) for status in ("assumed", "fails")] == [assumed, fails]
+    for status, *rest in stated:
+        words = " ".join(rest)
+        assert (status == "fails") == bool(re.search(r"k > 0: fails|Lipschitz.*fails", words))
+        assert (status == "checked") == bool(re.search(r": checked|bounded below", words)) or status == "fails"
+
+
 @pytest.mark.parametrize("name", RODS)
 def test_the_numbers_of_a_rods_criteria_are_safe_to_quote_and_the_same_everywhere(name):
     report = rod(name)
