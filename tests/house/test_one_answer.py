@@ -421,13 +421,17 @@ def test_a_rod_in_a_notebook_says_of_each_criterion_what_its_json_says(name):
 
 def test_a_claim_about_the_exact_motion_names_what_was_compared():
     # with 0 < k everything is compared; with k <= 0 there is neither a Lyapunov functional nor a resting place
-    for name, last in (("proved", "Lyapunov functional, zeta, resting place"), ("pushed", "energy"), ("free", "energy")):
+    for name, last in (
+        ("proved", "Lyapunov functional, zeta, resting place"),
+        ("pushed", "energy"),
+        ("free", "energy"),
+    ):
         said = next(row for row in claims(rod(name)) if row.text.startswith("exact motion"))
         assert said.text.endswith(f"compared: energy balance, {'energy, ' if name == 'proved' else ''}{last}")
         assert said.answer == "agrees"
 
 
-# k > 0 and m >= 1 are decided from exact values; the load, the data, the wave equation and the class are the user's word
+# k > 0 and m >= 1 are decided from exact values; load, data, wave equation and class are the user's word
 @pytest.mark.parametrize(
     ("name", "assumed", "fails"), [("proved", 4, 0), ("bent", 4, 0), ("pushed", 0, 1), ("free", 0, 1), ("rough", 0, 2)]
 )
