@@ -21,7 +21,14 @@ extend(
     },
 )
 extend("file", {"builtins:object": "lure.analysis.plots.style:render"})
-extend("report", {"lure.rod.systems:RodSystem": "lure.analysis.rod.report.output:reported"})
+extend("report", {"lure.rod.systems:RodSystem": "lure.analysis.rod.report.build:build_report"})
+extend(
+    "report files",
+    {
+        "lure.analysis.report.loop.model:LoopReport": "lure.analysis.report.loop.write:write_loop_report",
+        "lure.analysis.rod.report.model:StabilityReport": "lure.analysis.rod.report.output:write_report",
+    },
+)
 extend(
     "resonances",
     {

@@ -270,6 +270,7 @@ def _shot(loop: PiecewiseLoop, orbit: Itinerary, unknowns: list[arb]) -> arb_mat
 Block = RationalPlant | DelayPlant | StateSpace
 Laws = Mapping[str, Any]
 
+_JUST_ABOVE = Fraction(1, 1000)
 REFUTATIONS_LADDER = (192, 320, 640, 1280, 2560, 4096)
 SQUARINGS = 64
 
@@ -387,14 +388,14 @@ def _proof(block: Block, witness: Witness, system: Mapping[str, Any], laws: Laws
 
 
 def _gain(block: RationalPlant, data: Mapping[str, object], top: Fraction | None) -> Fraction:
-    """The unstable gain; a larger one where it is a lower bound with a simple root at 0 besides stable ones.
+    """The unstable gain; one a little larger where it is a lower bound with a simple root at 0 besides stable ones.
 
     At an end of the class such a root refutes nothing.
     """
     gain, lower, plant = _number(data["gain"]), _number(data["lower"]), TransferPolynomials.of(block)
     if gain != lower or plant.shifted(lower).case != "critical":
         return gain
-    width = Fraction(1) if top is None or top - lower > 1 else top - lower
+    width = _JUST_ABOVE if top is None or top - lower > _JUST_ABOVE else top - lower
     inner = (lower + width / 2**j for j in range(64))
     worse = (g for g in inner if g > lower and not is_stable_gain(block, g))
     return next((g for g in worse if plant.shifted(g).case != "critical"), gain)

@@ -66,24 +66,25 @@ def report(
     """Analyse a system, write the report and return the status that its verdict stands for."""
     settings = set_ or []
     check_seconds(seconds)
-    from lure.analysis.cli.reporting import delivered, target_of
     from lure.files import find_system
     from lure.rod.systems import RodSystem
 
     chosen = find_system(system, settings)
     if seconds is not None and isinstance(chosen, RodSystem):
         raise refused("--seconds limits the searches for a loop, and a report on a rod has none; leave it out")
-    target = target_of(output, pdf=pdf)
 
     from lure.analysis.cli.progress import progress
+    from lure.analysis.report.parts import to_json
+    from lure.analysis.report.reporting import page_of, report_on
     from lure.analysis.verdict import Verdict
 
     changes = [part for setting in settings for part in ("--set", setting)]
     changes += [] if seconds is None else ["--seconds", f"{seconds:g}"]
     command = shlex.join(["lure", "report", system, *changes])
     with progress(quiet=quiet, verbose=verbose) as tell:
-        found, text = delivered(chosen, target, command=command, seconds=seconds, tell=tell)
-    _deliver(text if as_json else str(found), f"The report is {target.page}", as_json=as_json, quiet=quiet)
+        found = report_on(chosen, output=output, pdf=pdf, seconds=seconds, command=command, progress=tell)
+    text = to_json(found.to_dict()) if as_json else str(found)
+    _deliver(text, f"The report is {page_of(output)}", as_json=as_json, quiet=quiet)
     return {Verdict.PROVED: 0, Verdict.INCONCLUSIVE: 10, Verdict.REFUTED: 11}[found.verdict]
 
 

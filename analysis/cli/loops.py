@@ -79,7 +79,7 @@ def _claim(found: StabilityBound) -> str:
         tried = ", the largest k tried" if found.search_limited else ""
         return f"{found.conclusion.headline[:-1]}{tried}, by {found.criterion} ({found.evidence})."
     if found.verdict is Verdict.REFUTED:
-        return f"Not stable for every {classes}, whatever k."
+        return f"Not stable for every {classes}, {found.refuted_ends.partition(' > ')[0]}."
     if low > found.lower:
         reached = f"{found.criterion} reaches {bound_below(low)}, {found.evidence} only"
         return f"Nothing is proved for {classes}; {reached}."

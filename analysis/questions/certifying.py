@@ -143,8 +143,22 @@ def refuted_witness(asked: Problem, witness: Witness) -> Witness:
     for candidate in (witness, *_just_above(block, witness)):
         found = guarded(candidate.kind, partial(_refuted, block, candidate), passing=(TimeoutError,))
         if isinstance(found, Refuted):
-            return replace(candidate, refutation=found)
+            return _as_accepted(candidate, found)
     return replace(witness, evidence=Evidence.COMPUTED)
+
+
+def _as_accepted(witness: Witness, found: Refuted) -> Witness:
+    """The witness with the gain of its certificate: a larger one where the gain at a critical end refutes nothing."""
+    gain = found.certificate["proof"].get("gain")
+    if gain is None or gain == witness.data.get("gain"):
+        return replace(witness, refutation=found)
+    return replace(
+        witness,
+        k=rounded_up(Fraction(gain)),
+        description=f"phi = {short(Fraction(gain))} sigma: the loop is not asymptotically stable",
+        data={**witness.data, "gain": gain},
+        refutation=found,
+    )
 
 
 def _refuted(block: RationalPlant | DelayPlant, witness: Witness) -> Proved | Refuted:

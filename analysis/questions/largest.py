@@ -196,7 +196,8 @@ class StabilityBound:
     hurwitz : Bracket
         Supremum of the ``k`` for which every linear gain in ``[lower, k]`` (without 0 in the critical case) is stable.
     verdict : Verdict
-        PROVED: something is, up to ``largest.low``.  REFUTED: the class is never stable, by ``witness``.
+        PROVED: something is, up to ``largest.low``.  REFUTED: no linear gain above ``lower`` is stable, and from
+        ``refuted_at`` on every class is refuted by ``witness``.
     evidence : Evidence
         What ``largest.low`` rests on.
     theta : float or None
@@ -250,7 +251,9 @@ class StabilityBound:
     @property
     def closed(self) -> bool:
         """Whether what is proved and what is refuted meet, within one part in a million."""
-        if self.verdict is Verdict.REFUTED or self.largest.low == math.inf:
+        if self.verdict is Verdict.REFUTED:
+            return self.refuted_at is not None and self.refuted_at <= double_above(self.lower)
+        if self.largest.low == math.inf:
             return True
         return self.refuted_at is not None and meet(self.largest.low, self.refuted_at)
 
@@ -284,6 +287,13 @@ class StabilityBound:
         if self.refuted_at is None:
             return ""
         return _end_text(self.trivial or self.witness, self.refuted_at)
+
+    @property
+    def refuted_ends(self) -> str:
+        """For which ``k`` a class is refuted where ``verdict`` is REFUTED: for all, or those the certificate is of."""
+        start = bound_above(self.lower)
+        above = self.refuted_at is not None and self.refuted_at > double_above(self.lower)
+        return f"whatever k >= {self.refuted_text}" if above else f"whatever k > {start}"
 
     @property
     def witness_text(self) -> str:
@@ -381,7 +391,7 @@ class StabilityBound:
             tried = ", the largest k tried" if self.search_limited else ""
             head = f"{self.conclusion.headline[:-1]}{tried} ({self.criterion}, {self.evidence})"
         elif self.verdict is Verdict.REFUTED:
-            head = f"Not stable for {self.about} [{start}, k], whatever k > {start}"
+            head = f"Not stable for {self.about} [{start}, k], {self.refuted_ends}"
         elif self.largest.low > self.lower:
             head = f"Not proved; the inequality of {self.criterion} holds for {span} ({self.evidence})"
         else:
@@ -389,7 +399,8 @@ class StabilityBound:
         tail = f"; {self.witness}" if self.witness is not None and self.refuted_at is not None else ""
         if self.trivial is not None:
             tail = f"; {self.trivial}; from k = {self.witness_text} on also {self.witness}"
-        between = "" if self.closed or self.witness is None else "; in between nothing was shown"
+        told = self.closed or self.witness is None or self.verdict is Verdict.REFUTED
+        between = "" if told else "; in between nothing was shown"
         cure = f" ({self.reason})" if self.verdict is Verdict.REFUTED and self.reason else ""
         return " ".join(filter(None, (f"{head}{tail}{between}{cure}.", self.unfinished)))
 

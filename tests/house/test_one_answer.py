@@ -201,9 +201,7 @@ def test_every_row_says_what_its_certificates_say_everywhere(name):
         assert cell[4] == (data["refuted_text"] or "-")
         assert cell[6] == data["gap"]
         assert table["closed"].values[i] == data["closed"] == (data["gap"] == "closed")
-        assert data["closed"] == (
-            low == math.inf or data["verdict"] == "REFUTED" or (refuted is not None and low >= refuted * (1 - 1e-6))
-        )
+        assert data["closed"] == (low == math.inf or (refuted is not None and low >= refuted * (1 - 1e-6)))
         if refuted is None:
             assert (row.refutations, data["refuted_text"], data["witness"]) == ((), "", None)
             continue
@@ -288,6 +286,16 @@ def test_the_largest_sector_is_told_as_its_certificate_has_it(varying, lower):
 @pytest.mark.parametrize("odd", [False, True])
 def test_the_largest_slope_is_told_as_its_certificate_has_it(odd):
     one_question(max_slope("1/(s+1)^3", odd=odd))
+
+
+def test_where_every_gain_destabilises_no_class_is_refuted_but_those_of_the_certificate():
+    # -1/(s (s + 1)), s^2 + s - g: unstable for every g > 0, while with 0 itself its solutions converge to equilibria
+    found = max_sector("-1/(s*(s+1))")
+    sector = found.refutation.certificate["laws"]["sector"]
+    assert (str(found.verdict), sector[0]) == ("REFUTED", "0")
+    assert 0 < exact(sector[1]) <= Fraction(found.refuted_at) == Fraction(found.to_dict()["refuted_at"])
+    assert (found.closed, found.gap) == (False, "open")
+    assert "in the sector [0, k], whatever k >= 0.001; phi = " in str(found)
 
 
 @pytest.mark.parametrize("plant", ["4/((s-1)*(s/3+1))", "(s+1)/s^2"])
