@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lure.arrays import Reals, np
 from lure.errors import InputError
 from lure.nonlinearities.protocol import Nonlinearity
-from lure.plants import as_plant
+from lure.plants import one_channel
 from lure.plants.block import LinearBlock
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
@@ -81,7 +81,7 @@ def _realised(block: object, pade: int | None) -> _Realised:
     if isinstance(block, LinearBlock):
         return _Realised(block.dense(), block.b1, block.c, 0.0, 0.0)
     if isinstance(block, DelayPlant):
-        block = as_plant(block.to_control(pade=pade))
+        block = one_channel(block.to_control(pade=pade))
     if isinstance(block, StateSpace):
         return _Realised(block.A, block.B, block.C, block.D, block.period, block.names)
     if not isinstance(block, RationalPlant) or block.order == 0:

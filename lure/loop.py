@@ -57,9 +57,9 @@ class Loop:
 
     def __post_init__(self) -> None:
         if not hasattr(self.block, "transfer"):
-            from lure.plants import as_plant
+            from lure.plants import one_channel
 
-            object.__setattr__(self, "block", as_plant(self.block))
+            object.__setattr__(self, "block", one_channel(self.block))
         if not hasattr(self.nonlinearity, "sector"):
             from lure.nonlinearities.reading import as_nonlinearity
 

@@ -261,7 +261,7 @@ def block_of(
     """
     from lure.files import find_system
     from lure.files.system import LoopSystem
-    from lure.plants import as_plant
+    from lure.plants import one_channel
 
     given = [
         name
@@ -282,10 +282,10 @@ def block_of(
             raise refused(f"{system} is a rod; run: lure report {system}")
         return chosen.block
     if transfer is not None:
-        return as_plant(transfer, dt=step)
+        return one_channel(transfer, dt=step)
     if num is None or den is None:
         raise refused(f"--num and --den go together; give --{'den' if den is None else 'num'} too")
-    return as_plant((num, den), dt=step)
+    return one_channel((num, den), dt=step)
 
 
 def number_of(text: str, name: str = "--lower") -> Fraction:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.plants import as_plant
+from lure.plants import one_channel
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
@@ -85,7 +85,7 @@ def drawable(system: object) -> Drawable:
 
     if isinstance(system, Loop | LoopSystem):
         system = system.block
-    block = system if isinstance(system, UpwindScheme | RodPlant) else as_plant(system)
+    block = system if isinstance(system, UpwindScheme | RodPlant) else one_channel(system)
     return _finite_part(block) if isinstance(block, FrequencyData) else block
 
 

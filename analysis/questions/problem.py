@@ -25,7 +25,7 @@ from lure.loop import Loop
 from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.protocol import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
-from lure.plants import as_plant
+from lure.plants import one_channel
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
@@ -330,7 +330,7 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
     if law_class is None:
         law = ExpressionNonlinearity(nonlinearity) if isinstance(nonlinearity, str) else as_nonlinearity(nonlinearity)
     named = plant if isinstance(plant, LoopSystem) else None
-    block = as_plant(plant) if named is None else named.block
+    block = one_channel(plant) if named is None else named.block
     return LoopSystem(
         name="loop" if named is None else named.name,
         title="" if named is None else named.title,
@@ -403,7 +403,7 @@ def subject(loop: object) -> Subject:
             membership=None if given is None else given.membership,
         )
     if isinstance(loop, Loop):
-        block, given = certifiable(as_plant(loop.block)), examined(loop.nonlinearity)
+        block, given = certifiable(one_channel(loop.block)), examined(loop.nonlinearity)
         return Subject(
             name="loop",
             block=block,
@@ -411,7 +411,7 @@ def subject(loop: object) -> Subject:
             law_class=given.law_class,
             membership=given.membership,
         )
-    return Subject(name="loop", block=certifiable(as_plant(loop)))
+    return Subject(name="loop", block=certifiable(one_channel(loop)))
 
 
 def certifiable(block: object) -> RationalPlant | DelayPlant | StateSpace:
@@ -519,5 +519,5 @@ def _parts(loop: object, *, scheme: bool) -> tuple[Plant, Nonlinearity | None, N
     if isinstance(loop, LoopSystem):
         return loop.block, loop.nonlinearity, loop.law_class
     if isinstance(loop, Loop):
-        return as_plant(loop.block), loop.nonlinearity, None
-    return as_plant(loop), None, None
+        return one_channel(loop.block), loop.nonlinearity, None
+    return one_channel(loop), None, None

@@ -29,7 +29,7 @@ from lure.analysis.wording import proviso
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
-from lure.plants import as_plant
+from lure.plants import one_channel
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.rod.discretisation import UpwindScheme
@@ -217,7 +217,7 @@ def _checked(criterion: object, search: object, seconds: object, **flags: object
 def _block(block: object) -> Plant:
     if isinstance(block, UpwindScheme | RodPlant):
         return block
-    found = as_plant(block)
+    found = one_channel(block)
     return (by_matrices(found) or found) if isinstance(found, RationalPlant) else found
 
 

@@ -17,7 +17,7 @@ from lure.errors import InputError
 from lure.extensions import extension
 from lure.files.system import LoopSystem
 from lure.loop import Loop
-from lure.plants import as_plant
+from lure.plants import one_channel
 
 _COMMAND = "lure.analysis.report_on(plant, nonlinearity, output=...)"
 
@@ -135,5 +135,5 @@ def _system(loop: object) -> LoopSystem:
     if isinstance(loop, LoopSystem):
         return loop
     if isinstance(loop, Loop):
-        return LoopSystem(name="loop", title="", block=as_plant(loop.block), nonlinearity=loop.nonlinearity)  # type: ignore[arg-type]
-    return LoopSystem(name="loop", title="", block=as_plant(loop))  # type: ignore[arg-type]
+        return LoopSystem(name="loop", title="", block=one_channel(loop.block), nonlinearity=loop.nonlinearity)  # type: ignore[arg-type]
+    return LoopSystem(name="loop", title="", block=one_channel(loop))  # type: ignore[arg-type]

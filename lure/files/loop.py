@@ -18,7 +18,7 @@ from lure.files.schema import PLANT_TABLES, ClassTable, PlantTable, PlantTables
 from lure.files.system import LoopSystem, loop_system
 from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
-from lure.plants import as_plant
+from lure.plants import one_channel
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
@@ -101,11 +101,11 @@ def _block(plant: PlantTable) -> RationalPlant | DelayPlant | StateSpace:
     given = {key for key in ("num", "den", "A", "B", "C", "D", "transfer") if getattr(plant, key) is not None}
     try:
         if given == {"num", "den"}:
-            found = as_plant((plant.num, plant.den), dt=plant.dt)
+            found = one_channel((plant.num, plant.den), dt=plant.dt)
         elif given in ({"A", "B", "C"}, {"A", "B", "C", "D"}):
-            found = as_plant((plant.A, plant.B, plant.C, 0 if plant.D is None else plant.D), dt=plant.dt)
+            found = one_channel((plant.A, plant.B, plant.C, 0 if plant.D is None else plant.D), dt=plant.dt)
         elif given == {"transfer"}:
-            found = as_plant(str(plant.transfer), dt=plant.dt)
+            found = one_channel(str(plant.transfer), dt=plant.dt)
         else:
             listed = ", ".join(sorted(given)) or "none of them"
             raise InputError(f"the block is given by {_FORMS}; got {listed}")

@@ -16,10 +16,11 @@ from lure.plants.block import LinearBlock
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.matrices import MAX_EXACT_STATES, float_block, rational_block
+from lure.plants.multivariable import MultivariablePlant, plant_of_matrices, plant_of_transfers
 from lure.plants.rational import RationalPlant
 from lure.plants.realisation import Names, names_of
 from lure.plants.state_space import MAX_STATES, StateSpace
-from lure.plants.text import coefficients, parse_transfer, polynomial_of_roots, sampling_time
+from lure.plants.text import coefficients, exact_coefficient, parse_transfer, polynomial_of_roots, sampling_time
 
 # The exact block behind whatever a user has, for what can only be done exactly.
 
@@ -45,7 +46,7 @@ def exact_block(source: object, what: str) -> RationalPlant:
     >>> print(exact_block(control.tf([1], [1, 1]), "this"))
     1 / (s + 1)
     """
-    found = as_plant(source)
+    found = one_channel(source)
     if not isinstance(found, RationalPlant):
         raise InputError(
             f"{what} needs exact coefficients, and a {type(found).__name__} has none; give coefficients, matrices of "
@@ -55,9 +56,10 @@ def exact_block(source: object, what: str) -> RationalPlant:
 
 
 AnyBlock = RationalPlant | StateSpace | DelayPlant | FrequencyData
-"""Every kind of block that :func:`lure.as_plant` returns."""
+"""Every kind of block with one input and one output that :func:`lure.as_plant` returns."""
 
 Step = Fraction | Literal[True] | None
+_VARIABLE = re.compile(r"\b[sz]\b|[0-9][sz]\b")
 _EXPONENTIAL = re.compile(r"\bexp\s*\(")
 _WANTED = (
     "give coefficients (num, den), matrices (A, B, C), a text such as '1/(s*(s+1))', a system of python-control or "
@@ -66,15 +68,36 @@ _WANTED = (
 _PAIR = "a block has one input and one output; choose a pair, e.g. sys[0, 0]"
 
 
-def as_plant(source: object, *, dt: object = None) -> AnyBlock:
-    """The linear block that ``source`` describes, exact wherever it can be.
+def one_channel(source: object, *, dt: object = None) -> AnyBlock:
+    """The linear block with one input and one output that ``source`` describes, for what is about one nonlinearity.
+
+    Parameters
+    ----------
+    source, dt : object
+        As for :func:`as_plant`.
+
+    Raises
+    ------
+    InputError
+        As for :func:`as_plant`; or there are several inputs or outputs.
+    """
+    found = as_plant(source, dt=dt)
+    if isinstance(found, MultivariablePlant):
+        raise InputError(f"the system has {found.inputs} inputs and {found.outputs} outputs: {_PAIR}")
+    return found
+
+
+def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePlant:
+    """The linear plant that ``source`` describes, exact wherever it can be.
 
     Parameters
     ----------
     source : object
         - a ``RationalPlant``, ``StateSpace``, ``FrequencyData`` or ``DelayPlant``: returned as it is;
         - ``(num, den)``: lists or texts of coefficients, highest power first;
-        - ``(A, B, C)`` or ``(A, B, C, D)``: ints, Fractions, floats, texts; nested lists or arrays;
+        - ``(A, B, C)`` or ``(A, B, C, D)``: ints, Fractions, floats, texts; nested lists or arrays, of any shapes;
+        - a list of rows of formulas or blocks, ``[["1/(s+1)", "0"], ["1/s", "1/(s+2)"]]``: a transfer matrix, outputs
+          down;
         - a formula: ``"1/(s*(s+1))"``, ``"z/(z-0.5)"``; with ``exp(-T*s)`` it becomes a ``DelayPlant``;
         - ``control.TransferFunction``, ``StateSpace``, ``FrequencyResponseData``; ``scipy.signal`` ``lti``, ``dlti``;
         - a ``LinearPlant``, from ``mu`` to ``sigma``.
@@ -86,15 +109,16 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock:
 
     Returns
     -------
-    RationalPlant, StateSpace, DelayPlant or FrequencyData
-        Matrices of up to 60 states become an exact ``RationalPlant``, which keeps them and their names in ``matrices``,
-        larger ones a ``StateSpace`` in floating point.  ``FrequencyData`` can never carry a certificate.
+    RationalPlant, StateSpace, DelayPlant, FrequencyData or MultivariablePlant
+        The last where there are several inputs or outputs, of up to 200 states.  Else matrices of up to 60 states
+        become an exact ``RationalPlant``, which keeps them and their names in ``matrices``, larger ones a
+        ``StateSpace`` in floating point.  ``FrequencyData`` can never carry a certificate.
 
     Raises
     ------
     InputError
-        One sentence: the system is nonlinear, improper, empty, too large, has several inputs or outputs, complex,
-        infinite or nan entries, matrices that do not fit, or a sampling time that contradicts ``dt``.
+        One sentence: the system is nonlinear, improper, empty, too large, has complex, infinite or nan entries,
+        matrices that do not fit, or a sampling time that contradicts ``dt``.
 
     Notes
     -----
@@ -109,7 +133,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock:
     >>> print(as_plant(([[0, 1], [-2, -3]], [0, 1], [1, 0])))
     1 / (s^2 + 3 s + 2)
     """
-    if isinstance(source, RationalPlant | StateSpace | DelayPlant | FrequencyData):
+    if isinstance(source, RationalPlant | StateSpace | DelayPlant | FrequencyData | MultivariablePlant):
         own = None if isinstance(source, DelayPlant) else source.dt
         sampling_time(dt, 0 if own is None else own, name="the block")
         return source
@@ -124,7 +148,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock:
             if found is not None:
                 return found
     if isinstance(source, tuple | list):
-        return _from_parts(source, dt)
+        return _from_transfers(source, dt) if _is_transfers(source) else _from_parts(source, dt)
     if callable(source):
         raise InputError(
             "a function H(s) is known only where it is called, so that nothing can be shown with it; "
@@ -144,7 +168,33 @@ def _from_text(text: str, dt: object) -> RationalPlant | DelayPlant:
     return found.delayless or found
 
 
-def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpace:
+def _is_transfers(rows: Sequence[object]) -> bool:
+    """Whether these are rows of a transfer matrix, formulas or blocks, rather than coefficients or matrices."""
+    lists = bool(rows) and all(isinstance(row, list | tuple) for row in rows)
+    entries = [entry for row in rows for entry in cast("Sequence[object]", row)] if lists else []
+    return any(
+        isinstance(entry, RationalPlant) or (isinstance(entry, str) and _VARIABLE.search(entry)) for entry in entries
+    )
+
+
+def _from_transfers(rows: Sequence[object], dt: object) -> RationalPlant | MultivariablePlant:
+    listed = [[_transfer_entry(entry, dt) for entry in cast("Sequence[object]", row)] for row in rows]
+    return listed[0][0] if len(listed) == len(listed[0]) == 1 else plant_of_transfers(listed)
+
+
+def _transfer_entry(entry: object, dt: object) -> RationalPlant:
+    """An entry of a transfer matrix; a number, or the text of one, is a gain in continuous and in discrete time."""
+    if isinstance(entry, int | float | Fraction) or (isinstance(entry, str) and not _VARIABLE.search(entry)):
+        return RationalPlant([exact_coefficient(entry, "transfer")], [1])
+    found = one_channel(entry, dt=dt)
+    if not isinstance(found, RationalPlant):
+        raise InputError(
+            "with dead time a plant has one input and one output; give a transfer matrix of rational entries"
+        )
+    return found
+
+
+def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpace | MultivariablePlant:
     """``(num, den)`` or ``(A, B, C[, D])``."""
     if len(parts) == 2:
         top, bottom = (coefficients(part, name) for part, name in zip(parts, ("numerator", "denominator"), strict=True))
@@ -156,9 +206,14 @@ def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpa
     return _from_matrices(parts, sampling_time(dt))
 
 
-def _from_matrices(parts: Sequence[object], dt: Step, names: Names | None = None) -> RationalPlant | StateSpace:
+def _from_matrices(
+    parts: Sequence[object], dt: Step, names: Names | None = None
+) -> RationalPlant | StateSpace | MultivariablePlant:
     A, B, C = parts[:3]
     D = parts[3] if len(parts) == 4 else None
+    several = plant_of_matrices(A, B, C, D, dt=dt)
+    if several is not None:
+        return several
     states = A.shape[0] if hasattr(A, "shape") and A.shape else len(A) if isinstance(A, Sequence) else 1
     if states > MAX_STATES:
         raise InputError(f"the system has {states} states; dense matrices stop at {MAX_STATES}")
@@ -170,7 +225,7 @@ def _from_matrices(parts: Sequence[object], dt: Step, names: Names | None = None
     return RationalPlant(found.numerator, found.denominator, dt, matrices=replace(found.matrices, names=names))
 
 
-def _from_control(control: ModuleType, source: object, dt: object) -> RationalPlant | StateSpace | FrequencyData | None:
+def _from_control(control: ModuleType, source: object, dt: object) -> AnyBlock | MultivariablePlant | None:
     if not isinstance(source, control.InputOutputSystem):
         return None
     if not isinstance(source, control.FrequencyResponseData | control.TransferFunction | control.StateSpace):
@@ -178,20 +233,26 @@ def _from_control(control: ModuleType, source: object, dt: object) -> RationalPl
             f"{source.name} is a nonlinear system of python-control; linearise it where it is to run: "
             "control.linearize(system, x, u) with a state x and an input u of equilibrium"
         )
-    if (source.ninputs, source.noutputs) != (1, 1):
-        raise InputError(f"the system has {source.ninputs} inputs and {source.noutputs} outputs: {_PAIR}")
+    several = (source.ninputs, source.noutputs) != (1, 1)
     if isinstance(source, control.FrequencyResponseData):
+        if several:
+            raise InputError(f"the data have {source.ninputs} inputs and {source.noutputs} outputs: {_PAIR}")
         step, order = sampling_time(dt, source.dt, name="the data"), source.omega.argsort()
         return FrequencyData(source.omega[order], source.frdata[0, 0, order], None if step is None else Fraction(step))
     if isinstance(source, control.TransferFunction):
         step = sampling_time(dt, source.dt, name="the system")
-        top, bottom = source.num_list[0][0], source.den_list[0][0]
-        return RationalPlant(coefficients(top, "numerator"), coefficients(bottom, "denominator"), step)
+        pairs = [list(zip(*row, strict=True)) for row in zip(source.num_list, source.den_list, strict=True)]
+        found = [[_ratio(*pair, step) for pair in row] for row in pairs]
+        return plant_of_transfers(found) if several else found[0][0]
     step = sampling_time(dt, source.dt, name="the system")
     return _from_matrices((source.A, source.B, source.C, source.D), step, names_of(source))
 
 
-def _from_scipy(signal: ModuleType, source: object, dt: object) -> RationalPlant | StateSpace | None:
+def _ratio(top: object, bottom: object, step: Step) -> RationalPlant:
+    return RationalPlant(coefficients(top, "numerator"), coefficients(bottom, "denominator"), step)
+
+
+def _from_scipy(signal: ModuleType, source: object, dt: object) -> AnyBlock | MultivariablePlant | None:
     if not isinstance(source, signal.lti | signal.dlti):
         return None
     own = 0 if isinstance(source, signal.lti) else source.dt
@@ -203,5 +264,5 @@ def _from_scipy(signal: ModuleType, source: object, dt: object) -> RationalPlant
         gain = coefficients([source.gain], "gain")[0]
         return RationalPlant([gain * c for c in top], polynomial_of_roots(source.poles, "poles"), step)
     if getattr(source.num, "ndim", 1) > 1:
-        raise InputError(f"the system has {len(source.num)} outputs: {_PAIR}")
-    return RationalPlant(coefficients(source.num, "numerator"), coefficients(source.den, "denominator"), step)
+        return plant_of_transfers([[_ratio(top, source.den, step)] for top in source.num])
+    return _ratio(source.num, source.den, step)

@@ -87,7 +87,7 @@ def checked_matrices(A: object, B: object, C: object, D: object) -> tuple[list[R
     InputError
         As for :func:`rational_block`.
     """
-    state = [_row(row, f"A[{i}]") for i, row in enumerate(_rows(A, "A"))]
+    state = [_row(row, f"A[{i}]") for i, row in enumerate(rows_of(A, "A"))]
     n = len(state)
     for i, row in enumerate(state):
         if len(row) != n:
@@ -131,7 +131,7 @@ def float_block(
 
 
 def _entries(D: object) -> list[Fraction]:
-    return [] if D is None else [entry for row in _rows(D, "D") for entry in _row(row, "D")]
+    return [] if D is None else [entry for row in rows_of(D, "D") for entry in _row(row, "D")]
 
 
 def _direct(D: object) -> Fraction:
@@ -148,8 +148,21 @@ def _listed(values: object) -> object:
     return values.tolist() if hasattr(values, "tolist") else values
 
 
-def _rows(values: object, name: str) -> list[object]:
-    """Rows of a matrix; a number or a plain list counts as one row."""
+def rows_of(values: object, name: str) -> list[object]:
+    """Rows of a matrix; a number or a plain list counts as one row.
+
+    Parameters
+    ----------
+    values : object
+        Nested lists, an array or a sparse matrix.
+    name : str
+        What it is called, for errors.
+
+    Raises
+    ------
+    InputError
+        Numbers and lists are mixed.
+    """
     listed = _listed(values)
     if not isinstance(listed, Sequence) or isinstance(listed, str):
         return [[listed]]
@@ -163,12 +176,12 @@ def _rows(values: object, name: str) -> list[object]:
 
 
 def _row(row: object, name: str) -> Row:
-    assert isinstance(row, Sequence), "_rows returns lists of entries"
+    assert isinstance(row, Sequence), "rows_of returns lists of entries"
     return tuple(exact_coefficient(entry, f"{name}[{j}]") for j, entry in enumerate(row))
 
 
 def _vector(values: object, name: str, n: int) -> Row:
-    rows = [_row(row, name) for row in _rows(values, name)]
+    rows = [_row(row, name) for row in rows_of(values, name)]
     widths = {len(row) for row in rows}
     flat = tuple(entry for row in rows for entry in row)
     if len(flat) == n and (len(rows) <= 1 or widths == {1}):
