@@ -29,10 +29,6 @@ extend(
         "lure.analysis.rod.report.model:StabilityReport": "lure.analysis.rod.report.output:write_report",
     },
 )
-extend(
-    "resonances",
-    {
-        "lure.rod.transfer:RodPlant": "lure.analysis.rod.spectrum:drawn_resonances",
-        "lure.rod.discretisation:UpwindScheme": "lure.analysis.rod.spectrum:drawn_resonances",
-    },
-)
+_ROD = ("lure.rod.transfer:RodPlant", "lure.rod.discretisation:UpwindScheme")
+extend("resonances", dict.fromkeys(_ROD, "lure.analysis.rod.spectrum:drawn_resonances"))
+extend("theory", dict.fromkeys(_ROD, "lure.analysis.rod.theory:RodTheory"))

@@ -17,7 +17,7 @@ import control
 import numpy as np
 
 from lure import Sector
-from lure.analysis.theorems.popov import popov_criterion
+from lure.analysis.rod.popov import rod_popov_criterion as popov_criterion
 from lure.rod import builtin_system, upwind
 
 CELLS, FREQUENCIES, BATCH = 200, 1000, 100

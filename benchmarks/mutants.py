@@ -51,7 +51,7 @@ TESTS = tuple(
 )
 ROOMS = (
     "lure.analysis.questions",
-    "lure.analysis.rod.questions",
+    "lure.analysis.rod.theory",
     "lure.analysis.rod.conclusion",
     "lure.analysis.wording",
     "lure.analysis.report",

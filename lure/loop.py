@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import zip_longest
@@ -14,7 +15,7 @@ from lure.exact import Exact, exact_number
 from lure.nonlinearities.base import number_text
 from lure.nonlinearities.protocol import Nonlinearity
 from lure.nonlinearities.shifted import shifted_class
-from lure.plants.block import Plant
+from lure.plants.block import Plant, StructuredPlant
 from lure.plants.conversion import exact_block
 from lure.plants.rational import RationalPlant
 from lure.record import by_value, html_table, plain
@@ -23,6 +24,14 @@ if TYPE_CHECKING:
     import control
 
 # The loop: a block in negative feedback with a nonlinearity.
+
+
+class LoopModel(ABC):
+    """A model that is a loop by itself, such as a rod at an obstacle."""
+
+    @abstractmethod
+    def parts(self, *, discretised: bool) -> tuple[StructuredPlant, Nonlinearity]:
+        """Its plant, or an approximation of it by finitely many states, and its nonlinearity."""
 
 
 @by_value

@@ -36,8 +36,9 @@ import numpy as np
 from lure import Sector
 from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION
 from lure.analysis.rod.conclusion import conclusion
+from lure.analysis.rod.popov import rod_circle_criterion as circle_criterion
+from lure.analysis.rod.popov import rod_popov_criterion as popov_criterion
 from lure.analysis.rod.spectrum import rod_spectrum
-from lure.analysis.theorems.popov import circle_criterion, popov_criterion
 from lure.rod import Boundary, Rod, RodPlant, Scenario, builtin_system, exact_motion, upwind
 
 steel, paper = builtin_system("steel-rod").rod, builtin_system("paper-rod").rod

@@ -13,18 +13,18 @@ from lure.analysis.certificates.blocks import realised
 from lure.analysis.certificates.riccati import MOST_IN_BALLS, Inequality, Rounded, solutions
 from lure.analysis.certificates.states import deflated, matrix_facts
 from lure.analysis.certificates.systems import system_of, text
+from lure.analysis.certificates.theory import theory_of
 from lure.analysis.numerics.exact_matrix import column_of, integer_multiple, null_space
-from lure.analysis.rod.certificates import energy_matrix
 from lure.analysis.theorems.table import Upper
 from lure.arrays import np
 from lure.errors import AssumptionError
+from lure.plants.block import StructuredPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.rod.discretisation import UpwindScheme
 
 Vector = list[Fraction]
 Matrix = list[Vector]
-MatrixBlock = RationalPlant | StateSpace | UpwindScheme
+MatrixBlock = RationalPlant | StateSpace | StructuredPlant
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -62,15 +62,14 @@ def matrix_draft(
 
     Parameters
     ----------
-    block : RationalPlant, StateSpace or UpwindScheme
-        The block; entries of matrices mean the doubles they are.
+    block : RationalPlant, StateSpace or StructuredPlant
+        The block, of finitely many states; entries of matrices mean the doubles they are.
     upper : Fraction or {"finite", "inf"}
         Upper end of the sector.
     lower : Fraction
         Its lower end.
     theta : Fraction, optional
-        Popov's multiplier [s], of either sign; None for the circle criterion.  For the scheme of the rod with no upper
-        end :func:`lure.analysis.rod.certificates.energy_theta` always serves.
+        Popov's multiplier [s], of either sign; None for the circle criterion.
 
     Returns
     -------
@@ -98,7 +97,7 @@ def matrix_draft(
         raise AssumptionError(f"no matrix P serves here: {refusal}") from None
     width = None if isinstance(upper, str) else Fraction(upper) - lower
     claim = Claim(A=A, b=b, c=c, d=d, discrete=discrete, width=width, theta=theta or Fraction(0))
-    energy = energy_matrix(block, claim.theta) if isinstance(block, UpwindScheme) and claim.theta > 0 else None
+    known = theory_of(block).matrices(claim.theta) if isinstance(block, StructuredPlant) else ()
     sector = [text(lower), upper if isinstance(upper, str) else text(upper)]
     return {
         "verdict": "PROVED",
@@ -107,7 +106,7 @@ def matrix_draft(
         "laws": {"sector": sector, "slope": None, "odd": False, "time_varying": False, "linear": False},
         "theorem": "circle" if theta is None else "popov",
         "multiplier": {} if theta is None else {"theta": str(theta)},
-        "proof": _proof(claim, [] if energy is None else [energy]),
+        "proof": _proof(claim, known),
     }
 
 

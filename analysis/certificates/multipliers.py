@@ -13,9 +13,6 @@ from lure.classes import Sector
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.parameters import Rod
-from lure.rod.transfer import RodPlant
 
 # How much room a frequency inequality leaves, in floating point: at the frequencies of the poles, and in the dips.
 
@@ -105,17 +102,12 @@ def apart(points: Reals) -> Reals:
     return np.asarray(ordered[np.append(True, np.diff(ordered) > SAME * ordered[1:])])
 
 
-Plant = RationalPlant | DelayPlant | UpwindScheme | RodPlant
-
-EASE = Fraction(5, 4)
-
-
-def multipliers(block: Plant, answer: Answer, upper: Upper) -> Iterator[Multiplier]:
+def multipliers(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper) -> Iterator[Multiplier]:
     """The multipliers to try, the likeliest first.
 
     Parameters
     ----------
-    block : RationalPlant, DelayPlant, UpwindScheme or RodPlant
+    block : RationalPlant or DelayPlant
         The block of the answer.
     answer : Answer
         What was proved.
@@ -132,9 +124,6 @@ def multipliers(block: Plant, answer: Answer, upper: Upper) -> Iterator[Multipli
     Where ``theta`` (``alpha``, ``tau``) grows without bound with ``k``, no one multiplier serves every finite ``k``,
     and for ``"finite"`` there is nothing to try; for one number the criterion is asked again.
     """
-    if isinstance(block, UpwindScheme | RodPlant):
-        yield {"theta": str(rod_theta(block.rod))} if answer.theta else {}  # of the circle criterion it is 0
-        return
     row = row_of(answer.criterion, block)
     yield from row.multipliers(answer, upper)
     # an answer about every finite k: its multiplier need not serve any one of them
@@ -143,42 +132,3 @@ def multipliers(block: Plant, answer: Answer, upper: Upper) -> Iterator[Multipli
         again = row.decide(block, bounds, odd=answer.law_class.odd)
         if again.verdict is Verdict.PROVED:
             yield from row.multipliers(again, upper)
-
-
-def rod_theta(rod: Rod) -> Fraction:
-    r"""A multiplier that serves every sector ``[0, k]`` of the rod's scheme: 5/4 of ``L |k^2 - Z^2|/(k A E)``.
-
-    For ``k = Z`` any multiplier does, and the travel time is taken, to three digits.
-
-    Parameters
-    ----------
-    rod : Rod
-        A rod with ``damping > 0``.
-
-    Raises
-    ------
-    AssumptionError
-        The dashpot does not damp.
-    """
-    E, rho, L, A, k = (rod.exact[name] for name in ("youngs_modulus", "density", "length", "area", "damping"))
-    if k <= 0:
-        raise AssumptionError(f"rod.damping is {float(k):g}; Popov's criterion needs a positive one")
-    return EASE * L * abs(k * k - A * A * rho * E) / (k * A * E) or Fraction(f"{rod.travel_time:.3g}")
-
-
-def rod_circle_bound(rod: Rod) -> Fraction | None:
-    r"""``(E/L) min(k, Z)^2/|k^2 - Z^2|`` [Pa/m], below which the circle criterion covers ``[0, K]`` for every scheme.
-
-    Parameters
-    ----------
-    rod : Rod
-        A rod with ``damping > 0``.
-
-    Returns
-    -------
-    Fraction or None
-        None for ``k = Z``, where there is no bound.
-    """
-    E, rho, L, A, k = (rod.exact[name] for name in ("youngs_modulus", "density", "length", "area", "damping"))
-    squares = k * k, A * A * rho * E
-    return E / L * min(squares) / abs(squares[0] - squares[1]) if squares[0] != squares[1] else None

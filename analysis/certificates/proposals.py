@@ -9,28 +9,25 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.checker import CONVENTION, FORMAT, Proved
+from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.covers import Uncovered, cover_proof, has_delays
-from lure.analysis.certificates.multipliers import Plant, multipliers, rod_circle_bound
+from lure.analysis.certificates.multipliers import multipliers
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.certificates.systems import laws_of, system_of, text
+from lure.analysis.certificates.theory import Draft, theory_of
 from lure.analysis.deadline import checkpoint
-from lure.analysis.theorems.table import Multiplier, Upper, row_of
+from lure.analysis.theorems.table import Upper, row_of
 from lure.analysis.verdict import Answer
 from lure.arrays import np
-from lure.classes import NonlinearityClass, Sector
-from lure.errors import AssumptionError
+from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
 
 Numbers = Literal["rationals", "decimals as written", "doubles, exactly"]
 
 DOUBLES_BELOW = 3
 STEPS_DOWN = (1e-15, 1e-14, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7)
 FARTHER_DOWN = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 5e-4, 9e-4, 1e-2, 1e-1)
-ROD_SLACK = Fraction(1, 10**12)
 LARGE = (10**12, 10**9, 10**6, 10**3)
 
 
@@ -50,34 +47,13 @@ class Certified:
     upper: Upper
 
 
-def answer_draft(block: Plant, answer: Answer, upper: Upper, *, numbers: Numbers = "rationals") -> dict[str, Any]:
-    """The likeliest certificate for an answer, without what :func:`.settled` fills in.
-
-    Parameters
-    ----------
-    block : RationalPlant, DelayPlant, UpwindScheme or RodPlant
-        The block of the answer.
-    answer : Answer
-        An answer whose verdict is PROVED, of any criterion; of ``hurwitz`` whatever its verdict: the certificate is
-        then about linear gains.
-    upper : Fraction or {"finite", "inf"}
-        Upper end of the class.
-    numbers : str
-        Where the coefficients came from.
-
-    Raises
-    ------
-    AssumptionError
-        No multiplier serves such a class; give a number for ``upper``.
-    """
-    for multiplier in multipliers(block, answer, upper):
-        return _draft(block, answer, upper, multiplier, numbers)
-    raise AssumptionError(
-        f"no one multiplier of {answer.criterion} serves every finite k here; give a number for the upper end"
-    )
-
-
-def certified(block: Plant, answer: Answer, upper: Upper | None = None, *, numbers: Numbers = "rationals") -> Certified:
+def certified(
+    block: RationalPlant | DelayPlant | StructuredPlant,
+    answer: Answer,
+    upper: Upper | None = None,
+    *,
+    numbers: Numbers = "rationals",
+) -> Certified:
     r"""A certificate for an answer that the checker accepted.
 
     Multipliers beside that of the answer are tried, and then smaller classes: the next doubles below, relative steps
@@ -86,7 +62,7 @@ def certified(block: Plant, answer: Answer, upper: Upper | None = None, *, numbe
 
     Parameters
     ----------
-    block : RationalPlant, DelayPlant, UpwindScheme or RodPlant
+    block : RationalPlant, DelayPlant or StructuredPlant
         The block of the answer.
     answer : Answer
         An answer whose verdict is PROVED; of ``hurwitz`` whatever its verdict.
@@ -105,62 +81,51 @@ def certified(block: Plant, answer: Answer, upper: Upper | None = None, *, numbe
     Rejected
         The checker accepted none; the reason is that of the likeliest.
     """
-    asked = _default(block, answer) if upper is None else upper
     first: Rejected | None = None
-    for smaller in _uppers(block, answer, asked):
-        for multiplier in multipliers(block, answer, smaller):
-            checkpoint()
-            try:
-                proved = settled(_draft(block, answer, smaller, multiplier, numbers))
-            except (Rejected, Uncovered) as refusal:
-                first = first or (refusal if isinstance(refusal, Rejected) else Rejected(str(refusal)))
-                continue
-            if isinstance(proved, Proved):
-                return Certified(proved=proved, upper=smaller)
+    for smaller, draft in drafts(block, answer, upper):
+        checkpoint()
+        try:
+            proof = cover_proof(draft) if has_delays(draft) else draft["proof"]
+            proved = settled({**draft, "proof": proof, "numbers": numbers})
+        except (Rejected, Uncovered) as refusal:
+            first = first or (refusal if isinstance(refusal, Rejected) else Rejected(str(refusal)))
+            continue
+        if isinstance(proved, Proved):
+            return Certified(proved=proved, upper=smaller)
     raise first or Rejected(f"no multiplier of {answer.criterion} to propose")
 
 
-def energy_draft(block: UpwindScheme | RodPlant, *, numbers: Numbers = "rationals") -> dict[str, Any]:
-    """The certificate of the energy theorem for the rod or its scheme: the sector ``[0, inf]``, no multiplier.
+def drafts(
+    block: RationalPlant | DelayPlant | StructuredPlant, answer: Answer, upper: Upper | None = None
+) -> Iterator[tuple[Upper, Draft]]:
+    """The certificates to try for an answer, without what :func:`.settled` fills in or a cover, the likeliest first.
 
     Parameters
     ----------
-    block : UpwindScheme or RodPlant
-        The scheme, or the rod itself.
-    numbers : str
-        Where the parameters came from.
+    block : RationalPlant, DelayPlant or StructuredPlant
+        The block of the answer.
+    answer : Answer
+        As for :func:`certified`.
+    upper : Fraction or {"finite", "inf"}, optional
+        Upper end of the class.
+
+    Yields
+    ------
+    tuple of Fraction or str, dict
+        The upper end of the class, that asked for or a smaller one, and the draft.
     """
-    laws = laws_of(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=True)
-    return _certificate(block, laws, ("rod-energy", {}, {"method": "structure"}), numbers)
+    if isinstance(block, StructuredPlant):
+        yield from theory_of(block).drafts(answer, upper)
+        return
+    system = system_of(block)
+    for smaller in _uppers(block, answer, _default(answer) if upper is None else upper):
+        laws = _laws(block, answer, smaller)
+        for multiplier in multipliers(block, answer, smaller):
+            theorem = {"theorem": answer.criterion, "multiplier": multiplier, "proof": {"method": "polynomial"}}
+            yield smaller, {"verdict": "PROVED", "system": system, "laws": laws, **theorem}
 
 
-def _draft(block: Plant, answer: Answer, upper: Upper, multiplier: Multiplier, numbers: Numbers) -> dict[str, Any]:
-    rod = isinstance(block, UpwindScheme | RodPlant)
-    theorem = f"rod-{answer.criterion}" if rod else answer.criterion
-    method = "structure" if rod else "polynomial"
-    draft = _certificate(block, _laws(block, answer, upper), (theorem, multiplier, {"method": method}), numbers)
-    return {**draft, "proof": cover_proof(draft)} if has_delays(draft) else draft
-
-
-def _certificate(
-    block: Plant, laws: dict[str, Any], proof: tuple[str, Multiplier, dict[str, Any]], numbers: Numbers
-) -> dict[str, Any]:
-    theorem, multiplier, method = proof
-    return {
-        "format": FORMAT,
-        "verdict": "PROVED",
-        "convention": CONVENTION,
-        "numbers": numbers,
-        "system": system_of(block),
-        "laws": laws,
-        "law": None,
-        "theorem": theorem,
-        "multiplier": multiplier,
-        "proof": method,
-    }
-
-
-def _laws(block: Plant, answer: Answer, upper: Upper) -> dict[str, Any]:
+def _laws(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper) -> dict[str, Any]:
     """The class of the answer with another upper end."""
     given = answer.law_class
     laws = laws_of(given, unbounded=False, linear=row_of(answer.criterion, block).linear)
@@ -171,29 +136,22 @@ def _laws(block: Plant, answer: Answer, upper: Upper) -> dict[str, Any]:
     return laws
 
 
-def _no_upper_slope(block: Plant, answer: Answer) -> bool:
+def _no_upper_slope(block: RationalPlant | DelayPlant, answer: Answer) -> bool:
     """Whether the laws of the answer may be steeper than their sector: not where ``H(inf) < 0``."""
     direct = isinstance(block, RationalPlant) and block.feedthrough < 0
     return row_of(answer.criterion, block).free == "above" and not direct
 
 
-def _default(block: Plant, answer: Answer) -> Upper:
+def _default(answer: Answer) -> Upper:
     upper = answer.law_class.sector.upper
-    if upper != math.inf:
-        return Fraction(upper)
-    return "inf" if isinstance(block, UpwindScheme | RodPlant) and answer.theta else "finite"
+    return "finite" if upper == math.inf else Fraction(upper)
 
 
-def _uppers(block: Plant, answer: Answer, upper: Upper) -> Iterator[Upper]:
+def _uppers(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper) -> Iterator[Upper]:
     """The end asked for, then smaller ones."""
     yield upper
     lower = answer.law_class.sector.lower
     if lower == -math.inf:
-        return
-    if isinstance(block, UpwindScheme | RodPlant):
-        bound = None if answer.theta else rod_circle_bound(block.rod)
-        if bound is not None:
-            yield (1 - ROD_SLACK) * bound
         return
     low = Fraction(lower)
     if isinstance(upper, str):
@@ -208,7 +166,7 @@ def _uppers(block: Plant, answer: Answer, upper: Upper) -> Iterator[Upper]:
     yield from (upper - (upper - low) * Fraction(step) for step in steps)
 
 
-def _delayed(block: Plant, answer: Answer) -> bool:
+def _delayed(block: RationalPlant | DelayPlant, answer: Answer) -> bool:
     kernels = answer.parameters.get("kernels")
     return isinstance(block, DelayPlant) or (isinstance(kernels, list) and any("delay" in kernel for kernel in kernels))
 

@@ -11,11 +11,10 @@ from lure.classes import NonlinearityClass
 from lure.errors import InputError
 from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Tanh
 from lure.nonlinearities.protocol import NormalCompliance
+from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
 
 # Laws whose membership in a class the checker can decide: piecewise linear ones and the hyperbolic tangent.
 
@@ -50,23 +49,19 @@ def law_of(law: object) -> dict[str, Any] | None:
     }
 
 
-_ROD = {"E": "youngs_modulus", "rho": "density", "L": "length", "A": "area", "k": "damping"}
-
-
 def system_of(block: object) -> dict[str, Any]:
     r"""The system of a certificate for a block, in ``sigma = H mu``, ``mu = -phi(sigma)``.
 
     Parameters
     ----------
-    block : RationalPlant, DelayPlant, StateSpace, UpwindScheme or RodPlant
+    block : RationalPlant, DelayPlant, StateSpace or StructuredPlant
         The block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices mean the
-        doubles they are; the rod's parameters are those of :attr:`lure.rod.parameters.Rod.exact`.
+        doubles they are.
 
     Returns
     -------
     dict
-        ``SYSTEM`` of ``notebooks/notes/0008-certificates.md``.  The force on the rod does not enter the loop, so both
-        forms of the scheme and all orderings of its states are the same system.
+        ``SYSTEM`` of ``notebooks/notes/0008-certificates.md``.
 
     Raises
     ------
@@ -94,11 +89,8 @@ def system_of(block: object) -> dict[str, Any]:
             "c": texts(block.C.tolist()),
             "d": text(block.D),
         }
-    if isinstance(block, UpwindScheme | RodPlant):
-        parameters = {name: text(block.rod.exact[long]) for name, long in _ROD.items()}
-        if isinstance(block, RodPlant):
-            return {"kind": "rod", **parameters}
-        return {"kind": "rod-scheme", **parameters, "cells": block.cells}
+    if isinstance(block, StructuredPlant):
+        return dict(block.certificate_system())
     raise InputError(
         f"a {type(block).__name__} has no exact data to write in a certificate; give coefficients, matrices, a formula "
         "with dead time, or a rod"

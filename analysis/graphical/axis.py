@@ -8,20 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lure.analysis.questions.problem import plant_given
 from lure.errors import InputError
-from lure.plants import one_channel
+from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 from lure.record import by_value
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
 
 POINTS = 1500
 _DENSE = 150  # states beyond which a point costs so much that fewer are drawn
 Formula = RationalPlant | DelayPlant | StateSpace
-Drawable = Formula | FrequencyData | UpwindScheme | RodPlant
+Drawable = Formula | FrequencyData | StructuredPlant
 
 
 @by_value
@@ -39,7 +38,7 @@ class OnAxis:
     @property
     def discrete(self) -> bool:
         """Whether time is discrete."""
-        return not isinstance(self.block, DelayPlant) and self.block.dt is not None
+        return self.block.dt is not None
 
     def frequencies(self) -> NDArray[np.float64]:
         """Frequencies at which the curve looks as it is: a logarithmic grid, refined around every resonance."""
@@ -73,7 +72,7 @@ def drawable(system: object) -> Drawable:
     Parameters
     ----------
     system : object
-        Whatever :func:`lure.as_plant` takes, an ``UpwindScheme`` or a ``RodPlant``, or a loop with a ``block``.
+        Whatever :func:`lure.as_plant` takes, a ``StructuredPlant`` such as a rod, or a loop with a ``block``.
 
     Raises
     ------
@@ -85,7 +84,7 @@ def drawable(system: object) -> Drawable:
 
     if isinstance(system, Loop | LoopSystem):
         system = system.block
-    block = system if isinstance(system, UpwindScheme | RodPlant) else one_channel(system)
+    block = plant_given(system)
     return _finite_part(block) if isinstance(block, FrequencyData) else block
 
 
@@ -125,10 +124,10 @@ def axis_values(block: Drawable, omega: ArrayLike | None) -> tuple[NDArray[np.fl
         if omega is not None:
             raise InputError(f"omega was given for {block}: measured data have their own frequencies; leave omega out")
         return block.omega, block.response
-    step = 1.0 if isinstance(block, DelayPlant | UpwindScheme | RodPlant) or block.dt is None else float(block.dt)
+    step = 1.0 if block.dt is None else float(block.dt)
     if omega is not None:
         at = _frequencies(omega, math.inf if continuous(block) else math.pi / step)
-    elif isinstance(block, UpwindScheme | RodPlant):
+    elif isinstance(block, StructuredPlant):
         from lure.analysis.graphical.frequencies import drawing_frequencies
 
         at = drawing_frequencies(block)
@@ -146,7 +145,7 @@ def continuous(block: Drawable) -> bool:
     block : Drawable
         The block.
     """
-    return isinstance(block, DelayPlant | UpwindScheme | RodPlant) or block.dt is None
+    return block.dt is None
 
 
 def _frequencies(omega: ArrayLike, highest: float) -> NDArray[np.float64]:

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from lure.analysis.drawing import drawing
 from lure.analysis.graphical.axis import Drawable, axis_values, drawable
 from lure.analysis.graphical.supporting_proof import (
-    ROD,
     ROUNDING,
     block_text,
+    criterion_asked,
     drawn_dataset,
     drawn_dict,
     least,
@@ -28,18 +28,15 @@ from lure.analysis.graphical.supporting_proof import (
 from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions import StabilityBound, max_sector
-from lure.analysis.theorems.circle import circle_criterion
-from lure.analysis.theorems.popov import circle_criterion as rod_circle_criterion
 from lure.analysis.verdict import Answer, Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
+from lure.plants.block import StructuredPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 from lure.record import by_value, html_table
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
     import control
@@ -64,7 +61,7 @@ class NyquistResponse:
 
     Attributes
     ----------
-    block : RationalPlant, DelayPlant, StateSpace, FrequencyData, UpwindScheme or RodPlant
+    block : RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant
         The block, in continuous or discrete time.
     omega : ndarray
         (m,) frequencies [rad/s].
@@ -196,9 +193,7 @@ class NyquistResponse:
         """The values drawn as a ``control.FrequencyResponseData``."""
         import control
 
-        block = self.block
-        dt = 0.0 if isinstance(block, UpwindScheme | RodPlant) else float(getattr(block, "dt", None) or 0)
-        return control.FrequencyResponseData(self.values, self.omega, dt=dt)
+        return control.FrequencyResponseData(self.values, self.omega, dt=float(self.block.dt or 0))
 
     def _repr_html_(self) -> str:
         rows = [("block", block_text(self.block)), ("drawn", span_text(self.omega)), ("sector", self.sector_text)]
@@ -208,9 +203,6 @@ class NyquistResponse:
         table = html_table("Nyquist plot", rows, verdict=str(self.evidence).upper(), notes=[note])
         return with_figure(lambda *, ax: self.plot(ax), table, alt=f"Nyquist plot: {self}")
 
-
-if TYPE_CHECKING:
-    pass
 
 Region = tuple["float | Fraction | None", "StabilityBound | None", "Answer | CriterionResult | None", str]
 
@@ -227,7 +219,7 @@ def nyquist_response(
     Parameters
     ----------
     system : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
-        Whatever :func:`lure.as_plant` takes, an ``UpwindScheme`` or ``RodPlant``, or a loop, whose block it is then.
+        Whatever :func:`lure.as_plant` takes, a ``StructuredPlant`` such as a rod, or a loop, whose block it is then.
     k : int, float, Fraction or Decimal, optional
         Upper end of the sector, above ``lower``; may be ``inf``.
     lower : int, float, Fraction or Decimal
@@ -290,15 +282,9 @@ def _largest(block: Drawable, values: NDArray[np.complex128], lower: Fraction) -
 def _asked(block: Drawable, k: float | Fraction, lower: Fraction) -> Region:
     """A sector asked about, with the criterion's word on it."""
     try:
-        if isinstance(block, RationalPlant | UpwindScheme | RodPlant):
-            sector = Sector(lower, k)
-            answer: Answer | CriterionResult = (
-                circle_criterion(block, sector)
-                if isinstance(block, RationalPlant)
-                else rod_circle_criterion(block, sector)
-            )
-            reason = "" if answer.verdict is Verdict.PROVED else answer.reason
-            return k, None, answer, ROD if isinstance(block, RodPlant) else reason
+        if isinstance(block, RationalPlant | StructuredPlant):
+            answer, reason = criterion_asked(block, "circle", Sector(lower, k))
+            return k, None, answer, reason
         found = max_sector(block, criterion="circle", lower=lower, time_varying=True)
     except (AssumptionError, InputError) as refusal:
         return k, None, None, str(refusal)

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from lure.analysis.drawing import drawing
 from lure.analysis.graphical.axis import Drawable, axis_values, continuous, drawable
 from lure.analysis.graphical.supporting_proof import (
-    ROD,
     ROUNDING,
     block_text,
+    criterion_asked,
     drawn_dataset,
     drawn_dict,
     least,
@@ -34,11 +34,10 @@ from lure.analysis.verdict import Answer, Evidence, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
+from lure.plants.block import StructuredPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.record import by_value, html_table
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
     import control
@@ -62,7 +61,7 @@ class PopovResponse:
 
     Attributes
     ----------
-    block : RationalPlant, DelayPlant, StateSpace, FrequencyData, UpwindScheme or RodPlant
+    block : RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant
         The block, in continuous time.
     omega : ndarray
         (m,) frequencies [rad/s].
@@ -193,9 +192,6 @@ class PopovResponse:
         return with_figure(lambda *, ax: self.plot(ax), table, alt=f"Popov plot: {self}")
 
 
-if TYPE_CHECKING:
-    pass
-
 Line = tuple["float | Fraction | None", "float | None", "StabilityBound | None", "Answer | CriterionResult | None", str]
 
 
@@ -211,7 +207,7 @@ def popov_response(
     Parameters
     ----------
     system : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
-        Whatever :func:`lure.as_plant` takes, an ``UpwindScheme`` or ``RodPlant``, or a loop, whose block it is then.
+        Whatever :func:`lure.as_plant` takes, a ``StructuredPlant`` such as a rod, or a loop, whose block it is then.
     k : int, float, Fraction or Decimal, optional
         Upper end of the sector, positive; ``inf`` for a line through 0.
     theta : int, float, Fraction or Decimal, optional
@@ -275,7 +271,7 @@ def _line(
     if k is None:
         assert theta is not None
         k = _reach(block, seen, theta)
-    if isinstance(block, RationalPlant | UpwindScheme | RodPlant):
+    if isinstance(block, RationalPlant | StructuredPlant):
         return _asked(block, seen, k, theta)
     own = None if theta is None else float(theta)
     try:
@@ -307,7 +303,7 @@ def _largest(block: Drawable, seen: tuple[NDArray[np.float64], NDArray[np.comple
 
 
 def _asked(
-    block: RationalPlant | UpwindScheme | RodPlant,
+    block: RationalPlant | StructuredPlant,
     seen: tuple[NDArray[np.float64], NDArray[np.complex128]],
     k: float | Fraction,
     theta: Fraction | None,
@@ -315,12 +311,9 @@ def _asked(
     """The line of a sector asked about, with the criterion's word on it."""
     own = None if theta is None else float(theta)
     try:
-        answer: Answer | CriterionResult = popov_criterion(block, Sector(0, k), theta=theta)  # type: ignore[arg-type]
+        answer, reason = criterion_asked(block, "popov", Sector(0, k), theta)
     except (AssumptionError, InputError) as refusal:
         return k, own if own is not None else _searched(seen, float(k)), None, None, str(refusal)
-    reason = "" if answer.verdict is Verdict.PROVED else answer.reason
-    if isinstance(block, RodPlant):
-        reason = ROD
     used = own if own is not None else answer.theta if answer.verdict is Verdict.PROVED else None
     if used is None or not math.isfinite(used):
         used = _searched(seen, float(k))

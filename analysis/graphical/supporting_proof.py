@@ -11,16 +11,20 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.analysis.certificates.theory import theory_of
 from lure.analysis.drawing import drawing
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.theorems.circle import circle_criterion
+from lure.analysis.theorems.popov import popov_criterion
 from lure.analysis.verdict import Answer, Evidence, Verdict
+from lure.classes import Sector
 from lure.errors import InputError
 from lure.exact import exact_number
+from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
-from lure.plants.state_space import StateSpace
 from lure.record import plain, xarray_or_refusal
-from lure.rod.discretisation import UpwindScheme
 
 if TYPE_CHECKING:
     from lure.analysis.drawing import Draw
@@ -215,7 +219,38 @@ def _window(x: Floats, y: Floats, inverse_gain: float, k: float) -> tuple[float,
 
 
 _LONGEST = 160
-ROD = "the verdict about the rod itself rests on its energy theorem, not on this drawing: lure report"
+
+
+def criterion_asked(
+    block: RationalPlant | StructuredPlant, criterion: str, sector: Sector, theta: Fraction | None = None
+) -> tuple[Answer | CriterionResult, str]:
+    """What a criterion says of one sector, and why nothing rests on that; empty where something does.
+
+    Parameters
+    ----------
+    block : RationalPlant or StructuredPlant
+        The block.
+    criterion : {"popov", "circle"}
+        The criterion.
+    sector : Sector
+        The sector.
+    theta : Fraction, optional
+        Popov's multiplier [s]; None for the best one.
+
+    Raises
+    ------
+    AssumptionError, InputError
+        As the criterion.
+    """
+    if isinstance(block, RationalPlant):
+        asked = (
+            circle_criterion(block, sector) if criterion == "circle" else popov_criterion(block, sector, theta=theta)
+        )
+        return asked, "" if asked.verdict is Verdict.PROVED else asked.reason
+    theory = theory_of(block)
+    answer = theory.inequality(criterion, sector, None if theta is None else float(theta))
+    shown = "" if answer.verdict is Verdict.PROVED else answer.reason
+    return answer, theory.elsewhere("this drawing") or shown
 
 
 def with_figure(draw: Draw, table: str, *, alt: str) -> str:
@@ -250,9 +285,7 @@ def block_text(block: Drawable) -> str:
         return f"H = {text}" if len(text) <= _LONGEST else f"H of order {len(block.denominator) - 1}"
     if isinstance(block, FrequencyData):
         return "a measured response"
-    if isinstance(block, StateSpace):
-        return str(block)
-    return f"the scheme with {block.cells} cells" if isinstance(block, UpwindScheme) else "the rod"
+    return block.name if isinstance(block, StructuredPlant) else str(block)
 
 
 def span_text(omega: NDArray[np.float64]) -> str:

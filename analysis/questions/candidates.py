@@ -7,23 +7,21 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from typing import Any
 
 from lure.analysis.certificates.matrix import matrix_draft
-from lure.analysis.certificates.multipliers import rod_theta
 from lure.analysis.certificates.proposals import Numbers
+from lure.analysis.certificates.theory import Draft, theory_of
 from lure.analysis.questions.problem import Problem
-from lure.analysis.rod.certificates import energy_theta
-from lure.analysis.rod.questions import rod_largest
 from lure.analysis.theorems.table import Question, Theorem, Upper, row_of, theorems_for
 from lure.analysis.verdict import Answer, Verdict
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError
 from lure.exact import exact_number
+from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
+from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.rod.discretisation import UpwindScheme
 
 # Each criterion asked about exactly one class of laws, cheapest first.
 
@@ -32,13 +30,13 @@ LONG = "full effort"  # takes minutes
 
 
 def questions(
-    block: RationalPlant | DelayPlant | UpwindScheme, law_class: NonlinearityClass, criterion: str, *, finite: bool
+    block: RationalPlant | DelayPlant | StructuredPlant, law_class: NonlinearityClass, criterion: str, *, finite: bool
 ) -> Iterator[tuple[str, Upper, Ask]]:
     """The criteria that serve a class, each with the upper end to certify and a function that asks it.
 
     Parameters
     ----------
-    block : RationalPlant, DelayPlant or UpwindScheme
+    block : RationalPlant, DelayPlant or StructuredPlant
         The block.
     law_class : NonlinearityClass
         The class.
@@ -74,15 +72,15 @@ def questions(
 
 
 def _ask(
-    block: RationalPlant | DelayPlant | UpwindScheme,
+    block: RationalPlant | DelayPlant | StructuredPlant,
     row: Theorem,
     bounds: Sector | SlopeBounds,
     law_class: NonlinearityClass,
     *,
     finite: bool,
 ) -> Ask:
-    if isinstance(block, UpwindScheme):
-        return lambda: _reaching(rod_largest(block, row.name), bounds)
+    if isinstance(block, StructuredPlant):
+        return lambda: _reaching(theory_of(block).largest(row.name), bounds)
     if isinstance(block, RationalPlant) and not (finite and bounds.upper == math.inf):
         return partial(row.decide, block, bounds, odd=law_class.odd)
     if isinstance(block, RationalPlant) and bounds.lower == -math.inf:
@@ -108,7 +106,6 @@ def _reaching(answer: Answer, bounds: Sector | SlopeBounds) -> Answer:
     return answer
 
 
-Draft = dict[str, Any]
 _GUESSES = ("1", "1/10", "10")  # [s]
 
 
@@ -118,7 +115,7 @@ def matrix_drafts(question: Problem, numbers: Numbers) -> Iterator[tuple[str, Ca
     Parameters
     ----------
     question : Problem
-        About a ``StateSpace`` or an ``UpwindScheme``.
+        About a ``StateSpace``, or a ``StructuredPlant`` of finitely many states.
     numbers : str
         Where the numbers came from.
 
@@ -128,7 +125,7 @@ def matrix_drafts(question: Problem, numbers: Numbers) -> Iterator[tuple[str, Ca
         The name of the criterion, and what makes the draft or raises ``AssumptionError``.
     """
     wanted, varying = question.criterion, question.law_class.time_varying
-    continuous = getattr(question.plant, "dt", None) is None
+    continuous = question.plant.dt is None
     if wanted in ("best", "circle"):
         yield "circle, by matrices", lambda: _draft(question, None, numbers)
     if wanted in ("best", "popov") and not varying and continuous:
@@ -167,7 +164,8 @@ def draft_by_matrix(question: Problem, answer: Answer, numbers: Numbers) -> Draf
 
 def _draft(question: Problem, theta: Fraction | None, numbers: Numbers) -> Draft:
     block, sector = question.plant, question.law_class.sector
-    if not isinstance(block, RationalPlant | StateSpace | UpwindScheme):
+    infinite = isinstance(block, StructuredPlant) and block.order is None
+    if infinite or isinstance(block, DelayPlant | FrequencyData):
         raise AssumptionError(
             f"a proof by matrices is for blocks with finitely many states, not a {type(block).__name__}"
         )
@@ -180,11 +178,10 @@ def _draft(question: Problem, theta: Fraction | None, numbers: Numbers) -> Draft
 
 
 def _thetas(question: Problem) -> Iterator[Fraction]:
-    """Popov multipliers worth a try: the energy's of a rod, the one that floating point finds best, some guesses."""
+    """Popov multipliers worth a try: those of its structure, the one that floating point finds best, some guesses."""
     block = question.plant
-    if isinstance(block, UpwindScheme):
-        yield rod_theta(block.rod)
-        yield energy_theta(block)
+    if isinstance(block, StructuredPlant):
+        yield from theory_of(block).thetas()
         return
     lower = question.law_class.sector.lower
     if not isinstance(block, StateSpace) or lower == -math.inf:

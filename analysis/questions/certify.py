@@ -130,7 +130,7 @@ def certify(
 
     Parameters
     ----------
-    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.plants.as_plant` takes
+    loop : LoopSystem, LoopModel, Loop, or anything :func:`lure.plants.as_plant` takes
         The loop.
     nonlinearity : object
         The class of laws, as a ``NonlinearityClass``, a ``Sector`` or ``SlopeBounds``; by default that of the loop, or

@@ -14,10 +14,9 @@ from lure.analysis.inequality.unit_circle import below
 from lure.analysis.numerics.doubles import rounded_up, short
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
 from lure.plants.delay import DelayPlant
+from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -51,9 +50,7 @@ def proved_answer(asked: Problem, answer: Answer) -> Answer:
         if isinstance(by_matrix, Failure):
             return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {by_matrix}")
         return by_matrix
-    if answer.verdict is not Verdict.PROVED or not isinstance(
-        block, RationalPlant | DelayPlant | UpwindScheme | RodPlant
-    ):
+    if answer.verdict is not Verdict.PROVED or isinstance(block, FrequencyData):
         return answer
     wide = answer
     if asked.time_varying and not answer.law_class.time_varying:

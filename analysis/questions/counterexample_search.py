@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.arithmetic import Rejected
@@ -13,19 +12,18 @@ from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.proposals import Numbers
 from lure.analysis.certificates.refutations import refutation_draft
 from lure.analysis.certificates.sealing import Failure, check_for_class
-from lure.analysis.certificates.systems import system_of
+from lure.analysis.certificates.theory import theory_of
 from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError
+from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
 
 
 def linear_refutation(question: Problem, numbers: Numbers) -> Proved | Refuted | None:
-    """A constant gain of the class with which the loop does not come to rest; of a rod, a dashpot that feeds energy in.
+    """A constant gain of the class with which the loop does not come to rest; or what the plant's structure refutes.
 
     Parameters
     ----------
@@ -40,10 +38,9 @@ def linear_refutation(question: Problem, numbers: Numbers) -> Proved | Refuted |
         None if every gain is stable, or the block has none that is looked at.
     """
     block = question.plant
-    if isinstance(block, RodPlant | UpwindScheme):
-        if block.rod.exact["damping"] >= 0:
-            return None
-        return check_for_class(question, _draft(block, {"method": "structure"}, question, numbers))
+    if isinstance(block, StructuredPlant):
+        draft = theory_of(block).refutation()
+        return None if draft is None else check_for_class(question, {**draft, "numbers": numbers})
     if isinstance(block, StateSpace):
         witness = _growing(block, question)
     elif isinstance(block, RationalPlant | DelayPlant):
@@ -134,16 +131,3 @@ def _with_dead_time(block: DelayPlant, question: Problem) -> Witness | None:
     asked = Problem.largest(block, "sector", lower=Fraction(0), search="linear")
     sector, found = question.law_class.sector, linear_witnesses(asked, hurwitz(asked))
     return found[0] if found and sector.lower <= found[0].k <= sector.upper else None
-
-
-def _draft(
-    block: RodPlant | UpwindScheme, proof: dict[str, Any], question: Problem, numbers: Numbers
-) -> dict[str, Any]:
-    return {
-        "verdict": "REFUTED",
-        "numbers": numbers,
-        "system": system_of(block),
-        "laws": dict(question.laws),
-        "theorem": "counterexample",
-        "proof": proof,
-    }

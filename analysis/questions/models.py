@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import math
 
+from lure.analysis.certificates.theory import theory_of
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.questions.certifying import refuted_witness
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.state_space import growing_gain, state_space_answer
-from lure.analysis.rod.questions import rod_hurwitz, rod_largest
 from lure.analysis.theorems.table import Theorem
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
+from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
 
 REFUSED = "does not apply"
 NOT_NEEDED = "not needed"
@@ -46,8 +45,8 @@ def hurwitz(asked: Problem) -> Bracket:
         from lure.analysis.theorems.dead_time import hurwitz_limit as with_dead_time
 
         return with_dead_time(block)
-    if isinstance(block, UpwindScheme | RodPlant):
-        return rod_hurwitz(block)
+    if isinstance(block, StructuredPlant):
+        return theory_of(block).hurwitz()
     return Bracket(0.0, math.inf)
 
 
@@ -58,7 +57,7 @@ def critical(asked: Problem) -> bool:
         return TransferPolynomials.of(block).shifted(asked.lower).case == "critical"
     if isinstance(block, DelayPlant):
         return block.denominator[-1] == 0
-    return isinstance(block, UpwindScheme | RodPlant)
+    return isinstance(block, StructuredPlant) and theory_of(block).critical
 
 
 def answer_of(row: Theorem, asked: Problem) -> Answer | str:
@@ -82,8 +81,8 @@ def _largest(row: Theorem, asked: Problem) -> Answer:
     block = asked.plant
     if isinstance(block, RationalPlant | DelayPlant):
         return row.reach(block, lower=asked.lower, odd=asked.odd)
-    if isinstance(block, UpwindScheme | RodPlant):
-        return rod_largest(block, row.name)
+    if isinstance(block, StructuredPlant):
+        return theory_of(block).largest(row.name)
     if isinstance(block, StateSpace):
         return state_space_answer(block, row.name, asked.lower)
     from lure.analysis.inequality.samples import largest_sampled

@@ -21,22 +21,20 @@ from lure.analysis.theorems.table import BEST, TABLE, Question, theorems_for
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
 from lure.files.system import LoopSystem
-from lure.loop import Loop
+from lure.loop import Loop, LoopModel
 from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.protocol import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import one_channel
+from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.rod.discretisation import UpwindScheme, upwind
-from lure.rod.systems import RodSystem
-from lure.rod.transfer import RodPlant
 
 Kind = Literal["sector", "slope", "class"]
 Search = Literal["linear", "full"]
-Plant = RationalPlant | DelayPlant | StateSpace | FrequencyData | UpwindScheme | RodPlant
+Plant = RationalPlant | DelayPlant | StateSpace | FrequencyData | StructuredPlant
 _EVERY = NonlinearityClass(sector=Sector(0, math.inf))
 
 
@@ -46,7 +44,7 @@ class Problem:
 
     Attributes
     ----------
-    plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, UpwindScheme or RodPlant
+    plant : RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant
         The linear part ``H``.
     classes : Diagonal
         The class of each nonlinearity; where the largest upper end is asked for, with the upper end ``inf``.
@@ -98,7 +96,7 @@ class Problem:
 
         Parameters
         ----------
-        plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, UpwindScheme or RodPlant
+        plant : RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant
             The linear part.
         kind : {"sector", "slope"}
             What ``[lower, k]`` bounds.
@@ -135,7 +133,7 @@ class Problem:
 
         Parameters
         ----------
-        plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, UpwindScheme or RodPlant
+        plant : RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant
             The linear part.
         law_class : NonlinearityClass
             The class.
@@ -213,7 +211,8 @@ class Problem:
     @property
     def subject(self) -> str:
         """What moves, where it is an approximation of something else; else empty."""
-        return f"the scheme with {self.plant.cells} cells" if isinstance(self.plant, UpwindScheme) else ""
+        plant = self.plant
+        return plant.name if isinstance(plant, StructuredPlant) and plant.approximation else ""
 
     @property
     def spelled(self) -> Mapping[Fraction, str]:
@@ -226,7 +225,7 @@ class Problem:
     @cached_property
     def text(self) -> str:
         """The question as JSON with sorted keys: the same text for the same question, whatever object holds it."""
-        dt = str(getattr(self.plant, "dt", None))
+        dt = str(self.plant.dt)
         plant: object = {**self.system, "dt": dt}
         if isinstance(self.plant, FrequencyData):
             response = [[value.real.hex(), value.imag.hex()] for value in self.plant.response.tolist()]
@@ -267,10 +266,26 @@ def is_rough(nonlinearity: Nonlinearity | None, law_class: NonlinearityClass) ->
 def _next_state_is_defined(block: Plant) -> bool:
     """Whether the loop has exactly one solution whatever the law is: in discrete time, without a direct term."""
     direct = block.feedthrough if isinstance(block, RationalPlant) else getattr(block, "D", None)
-    return getattr(block, "dt", None) is not None and direct == 0
+    return block.dt is not None and direct == 0
 
 
 # A plant and a nonlinearity, each in whatever form a user has it, as one loop.
+
+
+def plant_given(source: object) -> Plant:
+    """The plant that a source describes: what :func:`lure.as_plant` makes of it, or the ``StructuredPlant`` it is.
+
+    Parameters
+    ----------
+    source : object
+        The source.
+
+    Raises
+    ------
+    InputError
+        It is no linear block.
+    """
+    return source if isinstance(source, StructuredPlant) else one_channel(source)
 
 
 def class_given(nonlinearity: object) -> NonlinearityClass | None:
@@ -319,7 +334,7 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
     """
     if nonlinearity is None:
         return plant
-    closed = isinstance(plant, Loop | RodSystem)
+    closed = isinstance(plant, Loop | LoopModel)
     if closed or (isinstance(plant, LoopSystem) and not (plant.nonlinearity is None and plant.law_class is None)):
         raise InputError(
             f"a {type(plant).__name__} closes the loop itself and a nonlinearity is given beside it; leave one of the "
@@ -449,8 +464,8 @@ def posed(
 
     Parameters
     ----------
-    loop : LoopSystem, RodSystem, Loop, or anything :func:`lure.plants.as_plant` takes
-        The loop.  A ``RodSystem`` means the rod itself, for a named criterion or a proof by matrices its scheme.
+    loop : LoopSystem, LoopModel, Loop, or anything :func:`lure.plants.as_plant` takes
+        The loop.  A model such as a rod means itself, for a named criterion or a proof by matrices its approximation.
     law_class : NonlinearityClass or None
         The class; None for the class of the loop, or the smallest its law is known to belong to.  A class given here
         leaves the law of the loop out.
@@ -467,7 +482,7 @@ def posed(
         The loop is none, there is no class, or no such criterion.
     """
     named = [row for row in TABLE if row.name == criterion]
-    block, law, own = _parts(loop, scheme=criterion != BEST or method == "matrix")
+    block, law, own = _parts(loop, discretised=criterion != BEST or method == "matrix")
     if isinstance(block, RationalPlant) and (criterion == BEST or any(row.matrix for row in named)):
         block = by_matrices(block) or block
     refusals, member, untested = list[Failure](), None, False
@@ -510,11 +525,11 @@ def posed(
     )
 
 
-def _parts(loop: object, *, scheme: bool) -> tuple[Plant, Nonlinearity | None, NonlinearityClass | None]:
+def _parts(loop: object, *, discretised: bool) -> tuple[Plant, Nonlinearity | None, NonlinearityClass | None]:
     """Block, law and class of whatever describes a loop."""
-    if isinstance(loop, RodSystem):
-        return upwind(loop.rod, loop.cells) if scheme else RodPlant(loop.rod), loop.rod.law, _EVERY
-    if isinstance(loop, UpwindScheme | RodPlant):
+    if isinstance(loop, LoopModel):
+        return *loop.parts(discretised=discretised), _EVERY
+    if isinstance(loop, StructuredPlant):
         return loop, None, _EVERY
     if isinstance(loop, LoopSystem):
         return loop.block, loop.nonlinearity, loop.law_class

@@ -6,28 +6,25 @@ import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import partial
-from typing import Any
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.covers import cover_proof
-from lure.analysis.certificates.proposals import Numbers, certified, energy_draft
+from lure.analysis.certificates.proposals import Numbers, certified
 from lure.analysis.certificates.sealing import Failure, check_for_class, guarded
+from lure.analysis.certificates.theory import Draft, theory_of
 from lure.analysis.questions.candidates import LONG, questions
 from lure.analysis.questions.counterexample_search import counterexample, linear_refutation
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import Upper, row_of
 from lure.analysis.verdict import Answer, Verdict
 from lure.errors import AssumptionError
-from lure.plants.delay import DelayPlant
+from lure.plants.block import StructuredPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
 
 Search = Callable[[], Proved | Refuted | Failure | None]
-Draft = dict[str, Any]
 Asked = tuple[str, Upper, Callable[[], Answer]]
 
 
@@ -53,13 +50,13 @@ def searches(question: Problem, *, numbers: Numbers) -> Iterator[tuple[str, Sear
     yield "linear gains", lambda: linear_refutation(question, numbers)
     if not proofs:
         pass
-    elif (
-        isinstance(block, RodPlant | UpwindScheme) and question.criterion == "best" and method in ("best", "structure")
-    ):
-        yield "the energy of the rod", lambda: _energy(question, numbers)
-    elif isinstance(block, StateSpace) or (isinstance(block, UpwindScheme) and method == "matrix"):
+    elif isinstance(block, StructuredPlant) and question.criterion == "best" and method in ("best", "structure"):
+        yield theory_of(block).argument, lambda: _by_structure(question, block, numbers)
+    elif isinstance(block, StructuredPlant) and block.order is None:
+        pass  # no criterion proves anything of infinitely many states
+    elif isinstance(block, StateSpace) or (isinstance(block, StructuredPlant) and method == "matrix"):
         yield from _by_matrices(question, numbers)
-    elif not isinstance(block, RodPlant):
+    else:
         asked = guarded("criteria", lambda: list(_questions(question, finite=question.finite)))
         if isinstance(asked, Failure):
             yield "criteria", lambda: asked
@@ -80,7 +77,7 @@ def _proofs(question: Problem, asked: list[Asked], method: str, numbers: Numbers
 
 def _questions(question: Problem, *, finite: bool) -> Iterator[Asked]:
     block = question.plant
-    assert isinstance(block, RationalPlant | DelayPlant | UpwindScheme)
+    assert not isinstance(block, StateSpace | FrequencyData)
     return questions(block, question.law_class, question.criterion, finite=finite)
 
 
@@ -99,7 +96,7 @@ def _proof(question: Problem, asked: Asked, method: str, numbers: Numbers) -> Pr
 
         return check_for_class(question, draft_by_matrix(question, answer, numbers))
     block = question.plant
-    assert isinstance(block, RationalPlant | DelayPlant | UpwindScheme)
+    assert not isinstance(block, StateSpace | FrequencyData)
     found = certified(block, answer, upper, numbers=numbers)
     if found.upper != upper:
         detail = f"what {name} proves is accepted with the upper end {found.upper} in place of {upper}"
@@ -113,14 +110,8 @@ def _proof(question: Problem, asked: Asked, method: str, numbers: Numbers) -> Pr
     return check_for_class(question, draft)
 
 
-def _energy(question: Problem, numbers: Numbers) -> Proved | Refuted | Failure:
-    """The energy theorem of the rod."""
-    block = question.plant
-    assert isinstance(block, RodPlant | UpwindScheme)
-    if block.rod.exact["damping"] == 0:
-        detail = "the dashpot has k = 0, and the energy does not fall"
-        return Failure(search="the energy of the rod", code=codes.UNDAMPED, detail=detail)
-    return check_for_class(question, energy_draft(block, numbers=numbers))
+def _by_structure(question: Problem, block: StructuredPlant, numbers: Numbers) -> Proved | Refuted:
+    return check_for_class(question, {**theory_of(block).proof(), "numbers": numbers})
 
 
 def _solvable(question: Problem) -> bool:
@@ -158,7 +149,8 @@ def _computed(question: Problem, name: str, draft: Callable[[], Draft]) -> Prove
 def _every_finite(question: Problem) -> Failure | None:
     """Whether the class would be proved if each of its laws had a bound."""
     block = question.plant
-    if isinstance(block, RodPlant | StateSpace | FrequencyData):
+    infinite = isinstance(block, StructuredPlant) and block.order is None
+    if infinite or isinstance(block, StateSpace | FrequencyData):
         return None
     for name, _, ask in _questions(question, finite=True):
         try:

@@ -21,7 +21,7 @@ from lure.analysis.questions.conclusion import (
 from lure.analysis.questions.findings import Findings, Tell, find
 from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.models import silent
-from lure.analysis.questions.problem import Plant, Problem, Search
+from lure.analysis.questions.problem import Plant, Problem, Search, plant_given
 from lure.analysis.questions.state_space import by_matrices
 from lure.analysis.theorems.table import BEST
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
@@ -29,11 +29,8 @@ from lure.analysis.wording import proviso
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
-from lure.plants import one_channel
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -66,7 +63,7 @@ def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
     Parameters
     ----------
     block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
-        The linear block, whatever :func:`lure.as_plant` takes, or an ``UpwindScheme`` or ``RodPlant``.
+        The linear block, whatever :func:`lure.as_plant` takes, or a ``StructuredPlant`` such as a rod.
     criterion : str
         ``circle``, ``popov``, ``hurwitz`` (linear gains only), or ``best``: the farthest of all that apply.
     lower : int, float, Fraction or Decimal
@@ -144,7 +141,7 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
     Parameters
     ----------
     block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
-        The linear block, whatever :func:`lure.as_plant` takes, or an ``UpwindScheme`` or ``RodPlant``.
+        The linear block, whatever :func:`lure.as_plant` takes, or a ``StructuredPlant`` such as a rod.
     odd : bool
         Whether ``phi(-sigma) = -phi(sigma)`` is assumed.
     criterion : str
@@ -215,9 +212,7 @@ def _checked(criterion: object, search: object, seconds: object, **flags: object
 
 
 def _block(block: object) -> Plant:
-    if isinstance(block, UpwindScheme | RodPlant):
-        return block
-    found = one_channel(block)
+    found = plant_given(block)
     return (by_matrices(found) or found) if isinstance(found, RationalPlant) else found
 
 

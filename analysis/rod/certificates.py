@@ -1,14 +1,17 @@
-"""The energy of the rod's scheme as a matrix P: a multiple of the identity, for every sector from 0."""
+"""Certificates for the rod and its scheme by their structure, and the energy of the scheme as a matrix P."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
 from lure.analysis.certificates.riccati import Rounded
 from lure.analysis.certificates.systems import laws_of, system_of, text
 from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.theorems.table import Upper
+from lure.analysis.verdict import Answer
 from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
@@ -19,6 +22,7 @@ from lure.rod.transfer import RodPlant
 # Certificates for the rod and its scheme by their structure: energy, Popov, circle, refutation of ``k < 0``.
 
 EASE = Fraction(5, 4)
+SLACK = Fraction(1, 10**12)
 STRUCTURE = {"method": "structure"}
 
 
@@ -30,7 +34,7 @@ def energy_theorem_draft(block: UpwindScheme | RodPlant) -> dict[str, Any]:
     block : UpwindScheme or RodPlant
         The scheme, or the rod itself.
     """
-    draft = _draft(block, "rod-energy", {}, Sector(0, math.inf), varying=False)
+    draft = _draft(block, "rod-energy", {}, laws_of(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=True))
     rod = block.rod.exact
     if rod["exponent"] == 1:
         kink = {"points": [["0", "0"]], "left": "0", "right": text(1 / rod["compliance"])}
@@ -50,8 +54,33 @@ def inequality_draft(block: UpwindScheme | RodPlant, result: CriterionResult) ->
     result : CriterionResult
         A result for ``k > 0``.
     """
-    multiplier = {"theta": text(EASE * popov_theta(block.rod))} if result.name == "popov" else {}
-    return _draft(block, f"rod-{result.name}", multiplier, result.sector, varying=result.name == "circle")
+    law_class = NonlinearityClass(sector=result.sector, time_varying=result.name == "circle")
+    multiplier = _multiplier(block, popov=result.name == "popov")
+    return _draft(block, f"rod-{result.name}", multiplier, laws_of(law_class, unbounded=True))
+
+
+def criterion_drafts(
+    block: UpwindScheme | RodPlant, answer: Answer, upper: Upper | None
+) -> Iterator[tuple[Upper, dict[str, Any]]]:
+    """Popov's or the circle criterion for the class of an answer; of the latter for the largest class there is, too.
+
+    Parameters
+    ----------
+    block : UpwindScheme or RodPlant
+        The scheme, or the rod itself.
+    answer : Answer
+        PROVED, of one of the two.
+    upper : Fraction, "finite", "inf" or None
+        Upper end of the class; None for that of the answer.
+    """
+    popov, own = bool(answer.theta), answer.law_class.sector.upper
+    whole: Upper = Fraction(own) if own != math.inf else "inf" if popov else "finite"
+    bound = None if popov else circle_bound(block.rod)
+    ends = [whole if upper is None else upper] + ([] if bound is None else [(1 - SLACK) * bound])
+    for end in ends:
+        laws = laws_of(answer.law_class, unbounded=False)
+        laws["sector"][1] = end if isinstance(end, str) else text(end)
+        yield end, _draft(block, f"rod-{answer.criterion}", _multiplier(block, popov=popov), laws)
 
 
 def negative_damping_draft(block: UpwindScheme | RodPlant, sector: Sector) -> dict[str, Any]:
@@ -64,25 +93,57 @@ def negative_damping_draft(block: UpwindScheme | RodPlant, sector: Sector) -> di
     sector : Sector
         The sector.
     """
-    return {**_draft(block, "counterexample", {}, sector, varying=False), "verdict": "REFUTED"}
+    laws = laws_of(NonlinearityClass(sector=sector), unbounded=True)
+    return {**_draft(block, "counterexample", {}, laws), "verdict": "REFUTED"}
 
 
 def popov_theta(rod: Rod) -> Fraction:
-    """``4 |a| T/(1 - a^2) = L |k^2 - Z^2|/(k A E)`` [s], the travel time ``T`` at least in proportion; never 0.
+    """A multiplier [s] that serves every sector ``[0, k]``: 5/4 of ``4 |a| T/(1 - a^2) = L |k^2 - Z^2|/(k A E)``.
+
+    For ``k = Z``, where any multiplier does, 5/4 of the travel time ``T``.
 
     Parameters
     ----------
     rod : Rod
         A rod with ``damping > 0``.
+
+    Raises
+    ------
+    AssumptionError
+        The dashpot does not damp.
     """
     E, rho, L, A, k = (rod.exact[name] for name in ("youngs_modulus", "density", "length", "area", "damping"))
-    return L * abs(k * k - A * A * rho * E) / (k * A * E) or L * A * rho / k
+    if k <= 0:
+        raise AssumptionError(f"rod.damping is {float(k):g}; Popov's criterion needs a positive one")
+    return EASE * (L * abs(k * k - A * A * rho * E) / (k * A * E) or L * A * rho / k)
+
+
+def circle_bound(rod: Rod) -> Fraction | None:
+    r"""``(E/L) min(k, Z)^2/|k^2 - Z^2|`` [Pa/m], below which the circle criterion covers ``[0, K]`` for every scheme.
+
+    Parameters
+    ----------
+    rod : Rod
+        A rod with ``damping > 0``.
+
+    Returns
+    -------
+    Fraction or None
+        None for ``k = Z``, where there is no bound.
+    """
+    E, rho, L, A, k = (rod.exact[name] for name in ("youngs_modulus", "density", "length", "area", "damping"))
+    squares = k * k, A * A * rho * E
+    return E / L * min(squares) / abs(squares[0] - squares[1]) if squares[0] != squares[1] else None
+
+
+def _multiplier(block: UpwindScheme | RodPlant, *, popov: bool) -> dict[str, str]:
+    """Of the circle criterion there is none."""
+    return {"theta": text(popov_theta(block.rod))} if popov else {}
 
 
 def _draft(
-    block: UpwindScheme | RodPlant, theorem: str, multiplier: dict[str, str], sector: Sector, *, varying: bool
+    block: UpwindScheme | RodPlant, theorem: str, multiplier: dict[str, str], laws: dict[str, Any]
 ) -> dict[str, Any]:
-    laws = laws_of(NonlinearityClass(sector=sector, time_varying=varying), unbounded=True)
     return {
         "verdict": "PROVED",
         "numbers": "decimals as written",

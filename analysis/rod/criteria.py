@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.theorems.popov import circle_criterion, popov_criterion
+from lure.analysis.rod.popov import rod_circle_criterion, rod_popov_criterion
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodPlant
 
@@ -30,10 +30,10 @@ def rod_criteria(scheme: UpwindScheme) -> tuple[CriterionResult, ...]:
     """
     sector, rod = scheme.rod.law.sector, RodPlant(scheme.rod)
     return (
-        popov_criterion(scheme, sector),
-        circle_criterion(scheme, sector),
-        popov_criterion(rod, sector),
-        circle_criterion(rod, sector),
+        rod_popov_criterion(scheme, sector),
+        rod_circle_criterion(scheme, sector),
+        rod_popov_criterion(rod, sector),
+        rod_circle_criterion(rod, sector),
     )
 
 

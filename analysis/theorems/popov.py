@@ -6,22 +6,16 @@ import math
 from collections.abc import Mapping
 from fractions import Fraction
 from types import MappingProxyType
-from typing import Literal, overload
+from typing import Literal
 
-from lure.analysis.inequality.checks import CriterionResult, require_well_posed
+from lure.analysis.inequality.checks import require_well_posed
 from lure.analysis.inequality.polynomial import CONCLUSION, LeastValue, PopovInequality, Reach, least_value
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.numerics.polynomial import to_fraction
-from lure.analysis.rod.popov import rod_circle_criterion as circle_criterion
-from lure.analysis.rod.popov import rod_popov_criterion
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError
 from lure.plants.rational import RationalPlant
-from lure.rod.discretisation import UpwindScheme
-from lure.rod.transfer import RodPlant
-
-__all__ = ["circle_criterion", "popov_criterion", "popov_largest"]
 
 THEOREM = (
     "Popov's criterion, theta of either sign: V. M. Popov, Automation and Remote Control 22 (1961) 857-875; "
@@ -83,22 +77,13 @@ def popov_largest(
     return _reach_answer(inequality, inequality.reach(nonnegative=sign == "nonnegative"))
 
 
-@overload
-def popov_criterion(
-    block: UpwindScheme | RodPlant, sector: Sector, *, theta: float | None = None
-) -> CriterionResult: ...
-@overload
-def popov_criterion(block: RationalPlant, sector: Sector, *, theta: float | Fraction | None = None) -> Answer: ...
-def popov_criterion(
-    block: UpwindScheme | RodPlant | RationalPlant, sector: Sector, *, theta: float | Fraction | None = None
-) -> CriterionResult | Answer:
+def popov_criterion(block: RationalPlant, sector: Sector, *, theta: float | Fraction | None = None) -> Answer:
     r"""Popov's inequality for one sector ``[lower, upper]``, certified over all frequencies.
 
     Parameters
     ----------
-    block : UpwindScheme, RodPlant or RationalPlant
-        For the rod and its scheme see :func:`lure.analysis.rod.popov.rod_popov_criterion`; the rest of this text is
-        about rational blocks, see :func:`popov_largest`.
+    block : RationalPlant
+        As for :func:`popov_largest`.
     sector : Sector
         ``lower`` finite.  ``upper = inf`` asks about every ``phi`` above the line of slope ``lower``, bounded by no
         gain; it needs ``Re[..] >= eps/(1 + omega^2)`` with ``theta >= 0`` and no hidden modes, or ``H(inf) > 0``.
@@ -122,8 +107,6 @@ def popov_criterion(
     >>> print(popov_criterion(RationalPlant([1], [1, 3, 2, 0]), Sector(0, 5)).verdict)
     PROVED
     """
-    if not isinstance(block, RationalPlant):
-        return rod_popov_criterion(block, sector, theta=None if theta is None else float(theta))
     if sector.lower == -math.inf:
         raise AssumptionError("Popov's criterion needs a finite lower end of the sector, and it is -inf; give a number")
     if theta is not None and not math.isfinite(theta):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
@@ -19,6 +21,39 @@ class Plant(Protocol):
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H(s)`` at complex ``s`` [1/s], elementwise."""
+
+
+class StructuredPlant(ABC):
+    """A plant in continuous time of whose structure more is known than of its transfer function, such as a rod.
+
+    What can be said of it is registered for its type as ``theory``, see
+    :class:`lure.analysis.certificates.theory.Theory`; of the plant itself everybody may use what stands here.
+    """
+
+    dt: ClassVar[None] = None
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """What it is, for people, with its article."""
+
+    @property
+    @abstractmethod
+    def order(self) -> int | None:
+        """Number of states; None for infinitely many."""
+
+    @property
+    @abstractmethod
+    def approximation(self) -> bool:
+        """Whether it stands for something else: what is said of it must name it."""
+
+    @abstractmethod
+    def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
+        """``H(s)`` at complex ``s`` [1/s], elementwise."""
+
+    @abstractmethod
+    def certificate_system(self) -> Mapping[str, str | int]:
+        """The plant as a certificate states it: its kind and its exact parameters, as text ``p/q``."""
 
 
 @by_value

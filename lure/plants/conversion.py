@@ -134,8 +134,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
     1 / (s^2 + 3 s + 2)
     """
     if isinstance(source, RationalPlant | StateSpace | DelayPlant | FrequencyData | MultivariablePlant):
-        own = None if isinstance(source, DelayPlant) else source.dt
-        sampling_time(dt, 0 if own is None else own, name="the block")
+        sampling_time(dt, 0 if source.dt is None else source.dt, name="the block")
         return source
     if isinstance(source, LinearBlock):
         return _from_matrices((source.A, source.b1, source.c, 0), sampling_time(dt, 0, name="the block"))

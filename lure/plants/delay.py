@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
@@ -48,6 +48,7 @@ class DelayPlant:
 
     terms: tuple[tuple[Fraction, tuple[Fraction, ...]], ...]
     denominator: tuple[Fraction, ...]
+    dt: ClassVar[None] = None
 
     def __init__(self, terms: Mapping[Fraction, tuple[Fraction, ...]], denominator: tuple[Fraction, ...]) -> None:
         if any(delay < 0 for delay in terms):

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
-from lure.plants.block import LinearBlock
+from lure.plants.block import LinearBlock, StructuredPlant
 from lure.record import by_value, html_table
 from lure.rod.parameters import Rod
-from lure.rod.transfer import RodPlant, ring_transfer
+from lure.rod.transfer import RodPlant, certificate_parameters, ring_transfer
 
 if TYPE_CHECKING:
     import control
@@ -126,7 +126,7 @@ MAX_CELLS = 10_000_000
 
 @by_value
 @dataclass(frozen=True, eq=False)
-class UpwindScheme:
+class UpwindScheme(StructuredPlant):
     r"""Courant-Isaacson-Rees semi-discretisation of the rod with ``N`` cells; build it with :func:`upwind`.
 
     State (39), ``y = [xi1^1 .. xi1^N, xi2^{N-1} .. xi2^0, z]``, rate ``s = c N / L``:
@@ -186,9 +186,26 @@ class UpwindScheme:
         return self.rod.wave_speed * self.cells / self.rod.length
 
     @property
+    def name(self) -> str:
+        """``the scheme with N cells``."""
+        return f"the scheme with {self.cells} cells"
+
+    @property
     def order(self) -> int:
         """Number of states, ``2N + 1``."""
         return 2 * self.cells + 1
+
+    @property
+    def approximation(self) -> bool:
+        """Yes: of the rod."""
+        return True
+
+    def certificate_system(self) -> dict[str, str | int]:
+        """The kind ``rod-scheme``, the parameters of the rod and the number of cells.
+
+        The force does not enter the loop, so both forms of the scheme and all orderings of its states are one system.
+        """
+        return {"kind": "rod-scheme", **certificate_parameters(self.rod), "cells": self.cells}
 
     @property
     def force_gain(self) -> float:

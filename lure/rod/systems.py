@@ -10,10 +10,14 @@ from types import MappingProxyType
 from typing import Any, cast
 
 from lure.errors import InputError
+from lure.loop import LoopModel
+from lure.nonlinearities.protocol import Nonlinearity
+from lure.plants.block import StructuredPlant
 from lure.record import by_value, html_table
-from lure.rod.discretisation import Form
+from lure.rod.discretisation import Form, upwind
 from lure.rod.parameters import PARAMETERS, Rod
 from lure.rod.scenario import Scenario
+from lure.rod.transfer import RodPlant
 
 _UNITS = {
     "youngs_modulus": "Pa",
@@ -29,7 +33,7 @@ _UNITS = {
 
 @by_value
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RodSystem:
+class RodSystem(LoopModel):
     """A rod with its scenario and the discretisation and simulation asked for.
 
     Attributes
@@ -63,6 +67,10 @@ class RodSystem:
     until: float
     simulation_cells: int | None = None
     source: str = ""
+
+    def parts(self, *, discretised: bool) -> tuple[StructuredPlant, Nonlinearity]:
+        """The rod, or its scheme, and the contact law."""
+        return upwind(self.rod, self.cells) if discretised else RodPlant(self.rod), self.rod.law
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data: names, exact parameters as text ``p/q``, loads and initial data, discretisation."""

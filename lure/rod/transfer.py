@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
+from lure.plants.block import StructuredPlant
 from lure.record import by_value, html_table
 from lure.rod.parameters import Rod
 
@@ -39,9 +40,23 @@ def ring_transfer(
         return np.asarray(integrator * (np.where(far, inverse - a, top) / np.where(far, inverse + a, bottom)))
 
 
+_LETTERS = {"E": "youngs_modulus", "rho": "density", "L": "length", "A": "area", "k": "damping"}
+
+
+def certificate_parameters(rod: Rod) -> dict[str, str | int]:
+    """The exact parameters of a rod as a certificate states them, as text ``p/q`` by the letters of the formulas.
+
+    Parameters
+    ----------
+    rod : Rod
+        The rod.
+    """
+    return {letter: str(rod.exact[name]) for letter, name in _LETTERS.items()}
+
+
 @by_value
 @dataclass(frozen=True, eq=False)
-class RodPlant:
+class RodPlant(StructuredPlant):
     r"""The rod as a block from ``mu = -p`` [Pa] to ``sigma = z = u(t,L) - gap`` [m], with no discretisation.
 
     .. math:: H_\infty(s) = \frac{d}{s}\,\frac{1 - a e^{-2sT}}{1 + a e^{-2sT}},
@@ -61,6 +76,25 @@ class RodPlant:
     rod: Rod
     response_units: ClassVar[tuple[str, str]] = ("m/Pa", "m/(Pa s)")  # of H and of omega H
     gain_letter: ClassVar[str] = "κ"  # of the sector's upper end: k is the dashpot
+
+    @property
+    def name(self) -> str:
+        """``the rod``."""
+        return "the rod"
+
+    @property
+    def order(self) -> None:
+        """None: a wave has infinitely many modes."""
+        return None
+
+    @property
+    def approximation(self) -> bool:
+        """No."""
+        return False
+
+    def certificate_system(self) -> dict[str, str | int]:
+        """The kind ``rod`` and the exact parameters that the loop depends on."""
+        return {"kind": "rod", **certificate_parameters(self.rod)}
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H_inf(s)`` [m/Pa] at complex ``s`` [1/s], elementwise; not finite at a pole."""

@@ -13,10 +13,10 @@ from lure.analysis.certificates.arithmetic import Form, Rejected
 from lure.analysis.certificates.balls import box
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
-from lure.analysis.certificates.multipliers import rod_circle_bound, rod_theta
-from lure.analysis.certificates.proposals import answer_draft, certified, energy_draft
+from lure.analysis.certificates.proposals import certified
 from lure.analysis.certificates.sealing import completed
-from lure.analysis.rod.questions import rod_largest
+from lure.analysis.rod.certificates import circle_bound, popov_theta
+from lure.analysis.rod.theory import RodTheory
 from lure.analysis.theorems import dead_time as dead_time
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayPlant
@@ -44,21 +44,22 @@ def test_blocks_with_dead_time_are_certified_by_covers(text):
 @pytest.mark.parametrize("cells", [1, 10, 200])
 def test_the_scheme_of_the_rod_is_certified_by_structure(cells):
     scheme = upwind(builtin_system("paper-rod").rod, cells)
-    popov = certified(scheme, rod_largest(scheme, "popov"))
+    theory = RodTheory(scheme)
+    popov = certified(scheme, theory.largest("popov"))
     assert popov.upper == "inf"
-    circle = certified(scheme, rod_largest(scheme, "circle"))
-    bound = rod_circle_bound(scheme.rod)
+    circle = certified(scheme, theory.largest("circle"))
+    bound = circle_bound(scheme.rod)
     assert bound * (1 - CLOSE) < circle.upper < bound
     with pytest.raises(Rejected):
-        completed(answer_draft(scheme, rod_largest(scheme, "circle"), bound))
-    energy = check(completed(energy_draft(scheme)))
+        completed(next(theory.drafts(theory.largest("circle"), bound))[1])
+    energy = check(completed(theory.proof()))
     assert isinstance(energy, Proved)
     assert energy.theorem == "rod-energy"
 
 
 def test_the_rod_itself_is_certified_by_its_energy():
     block = RodPlant(builtin_system("paper-rod").rod)
-    proved = check(completed(energy_draft(block)))
+    proved = check(completed(RodTheory(block).proof()))
     assert proved.certificate["system"]["kind"] == "rod"
     assert proved.certificate["laws"]["sector"] == ["0", "inf"]
 
@@ -69,17 +70,17 @@ def test_a_matched_dashpot_takes_any_multiplier():
     matched = type(rod)(
         youngs_modulus=4, density=1, length=1, area=Fraction(1, 4), damping=Fraction(1, 2), compliance=1
     )
-    assert rod_theta(matched) == Fraction(1, 2)  # the travel time L sqrt(rho/E)
-    assert rod_circle_bound(matched) is None
+    assert popov_theta(matched) == Fraction(5, 4) * Fraction(1, 2)  # of the travel time L sqrt(rho/E)
+    assert circle_bound(matched) is None
     scheme = upwind(matched, 5)
-    assert certified(scheme, rod_largest(scheme, "popov")).upper == "inf"
+    assert certified(scheme, RodTheory(scheme).largest("popov")).upper == "inf"
 
 
 def test_a_rod_that_does_not_damp_has_no_multiplier():
     rod = builtin_system("paper-rod").rod
     free = type(rod)(youngs_modulus=4, density=1, length=1, area=1, damping=0, compliance=1)
     with pytest.raises(AssumptionError, match="positive"):
-        rod_theta(free)
+        popov_theta(free)
 
 
 def test_boxes_are_neighbours_that_pass_and_end_where_the_tail_begins():

@@ -16,8 +16,8 @@ from lure import InputError, LinearBlock, Sector
 from lure.analysis.plots import drawing_frequencies, plot_nyquist, plot_popov, plot_popov_expression, render
 from lure.analysis.plots.style import finish_axes, number
 from lure.analysis.rod.plots import plot_damping, plot_decay, plot_end_motion, plot_rest, plot_spectrum, plot_surface
+from lure.analysis.rod.popov import rod_popov_criterion as popov_criterion
 from lure.analysis.rod.simulation import simulate
-from lure.analysis.theorems.popov import popov_criterion
 from lure.rod import Rod, RodPlant, Scenario, upwind
 from lure.rod.systems import paper_rod, rod_from_exact
 

@@ -12,7 +12,8 @@ from scipy.optimize import minimize_scalar
 
 from lure import AssumptionError, InputError, Sector
 from lure.analysis.rod.criteria import response_check, rod_criteria
-from lure.analysis.theorems.popov import circle_criterion, popov_criterion
+from lure.analysis.rod.popov import rod_circle_criterion as circle_criterion
+from lure.analysis.rod.popov import rod_popov_criterion as popov_criterion
 from lure.analysis.verdict import INFINITE, Evidence, Verdict
 from lure.rod import Rod, RodPlant, builtin_system, upwind
 from lure.rod.systems import rod_from_exact

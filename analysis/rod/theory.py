@@ -1,0 +1,130 @@
+"""What is known of the rod and its scheme, as the general part asks for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+from lure.analysis.certificates.riccati import Rounded
+from lure.analysis.certificates.theory import Draft
+from lure.analysis.inequality.checks import CriterionResult
+from lure.analysis.rod.certificates import (
+    criterion_drafts,
+    energy_matrix,
+    energy_theorem_draft,
+    energy_theta,
+    negative_damping_draft,
+    popov_theta,
+)
+from lure.analysis.rod.popov import rod_circle_criterion, rod_popov_criterion
+from lure.analysis.theorems.table import Upper
+from lure.analysis.verdict import INFINITE, Answer, Bracket, Verdict
+from lure.classes import NonlinearityClass, Sector
+from lure.errors import AssumptionError
+from lure.rod.discretisation import UpwindScheme
+from lure.rod.transfer import RodPlant
+
+
+@dataclass(frozen=True, slots=True)
+class RodTheory:
+    """The theory of a rod or its scheme, see :class:`lure.analysis.certificates.theory.Theory`.
+
+    Attributes
+    ----------
+    plant : UpwindScheme or RodPlant
+        The scheme, or the rod.
+    critical : bool
+        True: both have a simple pole at 0.
+    argument : str
+        The energy theorem.
+    """
+
+    plant: UpwindScheme | RodPlant
+    critical: bool = True
+    argument: str = "the energy of the rod"
+
+    def inequality(self, criterion: str, sector: Sector, theta: float | None = None) -> CriterionResult:
+        """Popov's or the circle criterion for one sector."""
+        if criterion == "circle":
+            return rod_circle_criterion(self.plant, sector)
+        return rod_popov_criterion(self.plant, sector, theta=theta)
+
+    def largest(self, criterion: str) -> Answer:
+        """The largest sector ``[0, k]`` of Popov's or the circle criterion for the rod or its scheme.
+
+        For the rod itself the answer is INCONCLUSIVE whatever the inequality reaches: the verdict about the partial
+        differential equation rests on the energy theorem, see :func:`lure.analysis.rod.conclusion.conclusion`.  That
+        the inequality would suffice too is proved in note 11, and not used here.
+
+        Parameters
+        ----------
+        criterion : {"popov", "circle"}
+            The criterion.
+
+        Raises
+        ------
+        AssumptionError
+            The criterion is not one for the rod.
+        """
+        if criterion != "popov" and criterion != "circle":
+            raise AssumptionError(f"for the rod and its scheme there are popov and circle, and no {criterion}")
+        found = self.inequality(criterion, Sector(0, math.inf))
+        reach = found.largest_sector if found.largest_sector is not None else Bracket(0.0, math.inf)
+        if 0 < reach.low < math.inf:  # asked of the largest sector, strictly inside its reach
+            reach = Bracket(math.nextafter(reach.low, 0), reach.high)
+            found = self.inequality(criterion, Sector(0, reach.low))
+        elsewhere = self.elsewhere("this inequality")
+        proved = not elsewhere and reach.low > 0 and found.verdict is Verdict.PROVED
+        return Answer(
+            criterion=criterion,
+            theorem=f"{criterion} criterion in the critical case of a simple zero eigenvalue",
+            largest=reach,
+            law_class=NonlinearityClass(sector=Sector(0, reach.low if reach.low > 0 else math.inf)),
+            verdict=found.verdict if proved or found.verdict is Verdict.REFUTED else Verdict.INCONCLUSIVE,
+            evidence=found.evidence,
+            needs=("time-invariant",),
+            theta=found.theta,
+            multiplier=None if found.theta is None else f"1 + {found.theta:.6g} s",
+            worst_frequency=found.worst_frequency,
+            hypotheses=found.hypotheses,
+            reason=elsewhere or found.reason,
+            witness=found.witness,
+        )
+
+    def hurwitz(self) -> Bracket:
+        """Every gain is stable if the dashpot damps, since Popov's criterion covers them."""
+        return INFINITE if self.plant.rod.exact["damping"] > 0 else Bracket(0.0, math.inf)
+
+    def elsewhere(self, what: str) -> str:
+        """The verdict on the rod itself rests on its energy theorem."""
+        if isinstance(self.plant, UpwindScheme):
+            return ""
+        return f"the verdict about the rod itself rests on its energy theorem, not on {what}: lure report"
+
+    def drafts(self, answer: Answer, upper: Upper | None) -> Iterator[tuple[Upper, Draft]]:
+        """Proofs of what a criterion answered."""
+        return criterion_drafts(self.plant, answer, upper)
+
+    def proof(self) -> Draft:
+        """The energy theorem; without damping the energy does not fall."""
+        if self.plant.rod.exact["damping"] == 0:
+            raise AssumptionError("the dashpot has k = 0, and the energy does not fall")
+        return energy_theorem_draft(self.plant)
+
+    def refutation(self) -> Draft | None:
+        """Of a dashpot that feeds energy in."""
+        return negative_damping_draft(self.plant, Sector(0, math.inf)) if self.plant.rod.exact["damping"] < 0 else None
+
+    def thetas(self) -> Iterator[Fraction]:
+        """The multiplier that serves every scheme, and the one with which the energy is a proof."""
+        if isinstance(self.plant, UpwindScheme):
+            yield popov_theta(self.plant.rod)
+            yield energy_theta(self.plant)
+
+    def matrices(self, theta: Fraction) -> Iterator[Rounded]:
+        """The energy, where it serves."""
+        if isinstance(self.plant, UpwindScheme) and theta > 0:
+            found = energy_matrix(self.plant, theta)
+            yield from () if found is None else (found,)
