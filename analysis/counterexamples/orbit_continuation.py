@@ -15,7 +15,7 @@ from lure.analysis.deadline import checkpoint
 from lure.arrays import Reals, np
 from lure.errors import InputError
 
-NEWTON_STEPS = 15
+_CORRECTOR_STEPS = 15
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def settled(loop: PiecewiseLoop, guess: Orbit) -> Orbit | None:
     n = len(guess.state)
     unknowns = np.concatenate([guess.state, guess.durations])
     with np.errstate(all="ignore"):
-        for _ in range(NEWTON_STEPS):
+        for _ in range(_CORRECTOR_STEPS):
             checkpoint()
             misses, jacobian = shooting.equations(unknowns)
             if not (np.isfinite(jacobian).all() and np.isfinite(misses).all()):

@@ -19,7 +19,7 @@ _FARTHEST = 1e100
 _SEED = 20_000
 _SURE = 0.999
 _POORLY = 3.0  # times what an end may miss, where pieces are too few for the law
-_CORRELATED = (
+_CORRELATED_READINGS = (
     "Errors of neighbouring rows are correlated ({:.2f}), against what is assumed: intervals are widened as for a "
     "first-order autoregressive sequence, and their confidence is approximate."
 )
@@ -95,7 +95,7 @@ def sector_from_data(
     if any(offsets):
         laws = tuple(mean_nonlinearity(sigma[part], measurements.load[part], pieces=pieces, free=True) for part in rows)
     each = 1 - (1 - confidence) / len(laws)
-    warnings = [_CORRELATED.format(correlation_of(law)) for law in laws if correlation_of(law)]
+    warnings = [_CORRELATED_READINGS.format(correlation_of(law)) for law in laws if correlation_of(law)]
     multipliers = tuple(_multiplier(law, each) * widening(law) for law in laws)
     bounds = [_bounds(law, multiplier) for law, multiplier in zip(laws, multipliers, strict=True)]
     lower, upper, least, most = (
@@ -143,21 +143,21 @@ def _bounds(law: MeanNonlinearity, multiplier: float) -> tuple[Bound, Bound, Bou
         (np.vstack([law.slopes(), ends]), middles, np.append(bent[1], beyond)),
     ):
         values = combination @ law.values
-        errors = multiplier * _errors(combination, law) + shape
+        errors = multiplier * _fitted_errors(combination, law) + shape
         i, j = int(np.argmin(values - errors)), int(np.argmax(values + errors))
         found.append(Bound(bound=float(values[i] - errors[i]), fitted=float(values.min()), at=float(places[i])))
         found.append(Bound(bound=float(values[j] + errors[j]), fitted=float(values.max()), at=float(places[j])))
     return found[0], found[1], found[2], found[3]
 
 
-def _errors(combination: Array, law: MeanNonlinearity) -> Array:
+def _fitted_errors(combination: Array, law: MeanNonlinearity) -> Array:
     return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", combination, law.covariance, combination), 0.0)))
 
 
 def _multiplier(law: MeanNonlinearity, confidence: float) -> float:
     """How many standard errors hold all chords and slopes at once: the quantile of the largest of correlated t."""
     combination = np.vstack([law.chords(), law.slopes(), law.end_slopes()[0]])
-    errors = _errors(combination, law)
+    errors = _fitted_errors(combination, law)
     combination = combination[errors > 0] / errors[errors > 0, None]
     if not len(combination):
         return 0.0

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.expressions import rigorous as balls
-from lure.expressions import rigorous as exact
 from lure.expressions.calculus import derivative, switches
 from lure.expressions.numeric import Closure, closure
 from lure.expressions.parser import FUNCTIONS, KEYWORDS, parse
@@ -174,7 +173,7 @@ class Expression:
         for name, number in fractions.items():
             if not isinstance(number, Fraction | int):
                 raise TypeError(f"Expression.exact needs Fractions; {name} is a {type(number).__name__}.")
-        return exact.value(self.tree, {name: Fraction(number) for name, number in fractions.items()})
+        return balls.value(self.tree, {name: Fraction(number) for name, number in fractions.items()})
 
     def ball(self, **arb_values: arb) -> arb:
         """Ball that contains the value at every point of the given balls at which the formula has one.

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from lure.analysis.numerics.doubles import json_number
+from lure.analysis.report.parts import Json
 from lure.analysis.rod.confirmation import Confirmation, Side
 from lure.analysis.rod.confirmation.result import Quantity, Rest
-
-Json = dict[str, Any]
 
 _UNDER_LOAD = (
     "under load nothing is claimed of energy, Lyapunov function or zeta, since the load feeds energy in; what is "

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.rod.response.recording import Progress
+from lure.analysis.rod.response.recording import Array, Progress
 from lure.analysis.rod.response.resting import resting_place
 from lure.analysis.rod.response.varying import checked_values
 from lure.analysis.verdict import Evidence
@@ -21,7 +21,6 @@ from lure.rod.scenario import Scenario
 if TYPE_CHECKING:
     from lure.analysis.plots.style import Axes
 
-Array = NDArray[np.float64]
 _GRID = "velocity offset"
 
 

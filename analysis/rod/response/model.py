@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lure.analysis.rod.response.plan import Plan, Settling
+from lure.analysis.rod.response.recording import Array
 from lure.analysis.rod.response.regime import Regime, Transients
 from lure.analysis.rod.response.separation import Separation
 from lure.analysis.rod.response.statistics import Balance, Impulses, Spectrum
@@ -20,7 +18,6 @@ from lure.rod.scenario import Scenario
 if TYPE_CHECKING:
     from lure.analysis.plots.style import Axes
 
-Array = NDArray[np.float64]
 _HARMONICS = 9
 _WATCHED = "motion of the rod itself from one start, watched for a finite time; it proves nothing of others"
 

@@ -19,7 +19,7 @@ _EVERY = 32
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Record:
+class Recording:
     """What is kept of a watch.
 
     Attributes
@@ -112,12 +112,12 @@ class Watch:
         self._add(self._returned, window.edges, window.returned, origin + 1.0)
         self._sample(window, origin, span)
 
-    def record(self) -> Record:
+    def record(self) -> Recording:
         """What was kept, once it is done."""
         assert self.done, "a watch is read when all of its times have passed"
         rod, loss = self._rod, 1.0 + self.boundary.end_damping / self._rod.impedance
         begun = [*self._touched] if self._open is None else [*self._touched, self._open]
-        return Record(
+        return Recording(
             rod=rod,
             boundary=self.boundary,
             t=self.t,

@@ -6,11 +6,10 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lure.analysis.rod.response.recording import Array
 from lure.record import Record, quantity
 
-Array = NDArray[np.float64]
 Kind = Literal["rest", "periodic", "drifting", "not seen to repeat"]
 Trend = Literal["over", "died out", "still approaching", "still changing", "no trend seen"]
 _TIMES = 4

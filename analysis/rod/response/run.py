@@ -9,7 +9,7 @@ import numpy as np
 from lure.analysis.rod.response.model import Response
 from lure.analysis.rod.response.period import load_period
 from lure.analysis.rod.response.plan import Plan, settling
-from lure.analysis.rod.response.recording import Array, Progress, Record, Watch, follow
+from lure.analysis.rod.response.recording import Array, Progress, Recording, Watch, follow
 from lure.analysis.rod.response.regime import Regime, Transients, observed_regime
 from lure.analysis.rod.response.separation import Separation, pushed, separation
 from lure.analysis.rod.response.statistics import balance, impulses, share_in_contact, spectrum
@@ -112,12 +112,12 @@ def scenario_of(force: Load) -> Scenario:
     return Scenario(force=force) if isinstance(force, Expression) else Scenario.parse(force=force)
 
 
-def classified(seen: Record, scenario: Scenario, plan: Plan) -> tuple[Regime, Transients]:
+def classified(seen: Recording, scenario: Scenario, plan: Plan) -> tuple[Regime, Transients]:
     """The kind of motion, and whether it was still changing.
 
     Parameters
     ----------
-    seen : Record
+    seen : Recording
         The watched motion.
     scenario : Scenario
         Its loads.
@@ -129,12 +129,12 @@ def classified(seen: Record, scenario: Scenario, plan: Plan) -> tuple[Regime, Tr
     return observed_regime(table, tolerance=plan.tolerance, unloaded=constant)
 
 
-def stroboscopic(seen: Record, plan: Plan) -> Array:
+def stroboscopic(seen: Recording, plan: Plan) -> Array:
     """Points ``(z, z')`` (R+1, 2) at whole periods of the load [m, m/s].
 
     Parameters
     ----------
-    seen : Record
+    seen : Recording
         The watched motion.
     plan : Plan
         Samples in a period.
@@ -155,7 +155,7 @@ def watched_times(plan: Plan, period: float, start: float) -> Array:
     return start + period * (np.arange(plan.run * plan.samples + 1) / plan.samples)
 
 
-def _parted(rod: Rod, scenario: Scenario, seen: Record, asked: tuple[Plan, float]) -> Separation:
+def _parted(rod: Rod, scenario: Scenario, seen: Recording, asked: tuple[Plan, float]) -> Separation:
     plan, period = asked
     watch = Watch(rod, plan.boundary, seen.t, plan.samples)
     follow(rod, pushed(scenario, float(seen.t[0]), period), [watch])

@@ -9,14 +9,13 @@ that the motion is chaotic nor that it is not.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lure.analysis.rod.response.recording import Array
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.record import Record, quantity
 from lure.rod.scenario import Scenario
 
-Array = NDArray[np.float64]
 PUSH = 1e-9
 _NOISE, _LARGE = 1e-13, 1e-2
 _FEWEST = 4

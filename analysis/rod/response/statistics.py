@@ -6,17 +6,14 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from lure.analysis.rod.response.recording import Record
+from lure.analysis.rod.response.recording import Array, Recording
 from lure.analysis.rod.response.regime import Regime
 from lure.expressions import Expression
 from lure.record import Record as Result
 from lure.record import derived, quantity
 from lure.rod.scenario import Scenario
-
-Array = NDArray[np.float64]
 
 
 class Impulses(Result):
@@ -82,12 +79,12 @@ class Spectrum(Result):
         return float(self.amplitude[i]) if i < self.amplitude.size and period > 0 else math.nan
 
 
-def impulses(record: Record, periods: int) -> Impulses:
+def impulses(record: Recording, periods: int) -> Impulses:
     """Statistics of the impacts.
 
     Parameters
     ----------
-    record : Record
+    record : Recording
         The watched motion.
     periods : int
         Periods of the force in it.
@@ -106,14 +103,14 @@ def impulses(record: Record, periods: int) -> Impulses:
     )
 
 
-def balance(record: Record, scenario: Scenario, period: float, multiple: int | None) -> Balance | None:
+def balance(record: Recording, scenario: Scenario, period: float, multiple: int | None) -> Balance | None:
     r"""Momentum per period; None with a body force, a clamped end or a start within one transit, which are not kept.
 
     .. math:: \int v(t, 0)\,dt = \tfrac{1 - a}{2} \int V(t - T)\,dt + b \int g\,dt.
 
     Parameters
     ----------
-    record : Record
+    record : Recording
         The watched motion.
     scenario : Scenario
         For its force.
@@ -152,12 +149,12 @@ def _impulse(force: Expression, low: float, high: float) -> float:
     return math.fsum(parts)
 
 
-def spectrum(record: Record, regime: Regime, period: float, samples: int) -> Spectrum:
+def spectrum(record: Recording, regime: Regime, period: float, samples: int) -> Spectrum:
     """Fourier amplitudes of ``z``.
 
     Parameters
     ----------
-    record : Record
+    record : Recording
         The watched motion.
     regime : Regime
         Whether it repeats, and after how many periods.
@@ -190,12 +187,12 @@ def spectrum(record: Record, regime: Regime, period: float, samples: int) -> Spe
     return Spectrum(frequency=frequency, amplitude=amplitude, phase=phase, periods=periods, window=window)
 
 
-def share_in_contact(record: Record) -> float:
+def share_in_contact(record: Recording) -> float:
     """Share of the watch in which the end touches the obstacle [-].
 
     Parameters
     ----------
-    record : Record
+    record : Recording
         The watched motion.
     """
     touching = math.fsum(end - start for start, end in record.contacts)
