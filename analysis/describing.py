@@ -16,7 +16,7 @@ from lure.analysis.numerics.polynomial import exact_midpoint, real_roots, to_fmp
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
 from lure.nonlinearities import Cubic, GraphNonlinearity, Quantiser, ShiftedNonlinearity
-from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity, control_saturation, is_control_nonlinearity
 from lure.plants.conversion import exact_block
 from lure.record import Page, Record, quantity

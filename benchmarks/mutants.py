@@ -397,7 +397,7 @@ def said(reports: dict[str, object]) -> list[str]:
     from lure.analysis.rod.report.build import checked_criteria
     from lure.analysis.rod.report.claims import claims
     from lure.analysis.rod.report.document import document
-    from lure.analysis.rod.report.page import page
+    from lure.analysis.rod.report.output import page
     from lure.files import parse_system
     from lure.files.builtin import builtin_loop
 

@@ -25,7 +25,7 @@ from lure.nonlinearities import Quantiser as Quantiser
 from lure.nonlinearities import ReLU as ReLU
 from lure.nonlinearities import Saturation as Saturation
 from lure.nonlinearities import Tanh as Tanh
-from lure.nonlinearities.protocol import Nonlinearity as Nonlinearity
+from lure.nonlinearities.base import Nonlinearity as Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity as as_nonlinearity
 from lure.plants import as_plant as as_plant
 from lure.plants.block import LinearBlock as LinearBlock

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from lure.arrays import Reals, np
 from lure.errors import InputError
-from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.base import Nonlinearity
 from lure.plants import one_channel
 from lure.plants.block import LinearBlock
 from lure.plants.delay import DelayPlant

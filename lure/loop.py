@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 from lure.classes import NonlinearityClass
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
-from lure.nonlinearities.base import number_text
-from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.base import Nonlinearity, number_text
 from lure.nonlinearities.shifted import shifted_class
 from lure.plants.block import Plant, StructuredPlant
 from lure.plants.conversion import exact_block

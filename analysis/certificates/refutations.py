@@ -19,8 +19,7 @@ from lure.analysis.certificates.growth import growth_proof
 from lure.analysis.certificates.states import classes, flow_orbit, gained
 from lure.analysis.certificates.systems import system_of, text, texts
 from lure.analysis.counterexamples.linear import Realisation, balls
-from lure.analysis.counterexamples.piecewise import PiecewiseLoop
-from lure.analysis.counterexamples.validated import Itinerary, refined
+from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop, refined
 from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.polynomial import exact_midpoint, real_roots

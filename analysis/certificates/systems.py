@@ -10,7 +10,7 @@ from typing import Any
 from lure.classes import NonlinearityClass
 from lure.errors import InputError
 from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Tanh
-from lure.nonlinearities.protocol import NormalCompliance
+from lure.nonlinearities.base import NormalCompliance
 from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant

@@ -3,20 +3,155 @@
 from __future__ import annotations
 
 import difflib
+import os
+import platform
 import shlex
 import sys
 import textwrap
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from lure import __version__
 from lure.analysis.cli import texts
 from lure.analysis.cli.progress import refused
 
 if TYPE_CHECKING:
     from lure.files.system import LoopSystem
     from lure.rod.systems import RodSystem
+
+# What is installed, for `lure doctor`.
+
+NEEDED = (
+    *("control", "jinja2", "matplotlib", "numpy", "pydantic", "python-flint", "rich", "scipy", "sympy"),
+    *("threadpoolctl", "typer"),
+)
+OPTIONAL = {  # the extras of pyproject.toml that a user chooses
+    "fast": ("numba",),
+    "netcdf": ("netCDF4", "xarray"),
+    "cvode": ("scikit-sundae",),
+    "pdf": ("weasyprint",),
+    "notebooks": ("ipykernel", "ipywidgets", "jsonschema", "jupytext", "nbmake"),
+    "testing": ("hypothesis", "pytest"),
+}
+
+
+def findings() -> tuple[list[str], bool]:
+    """Lines to print, and whether everything that lure needs is there."""
+    versions = {name: _version(name) for name in NEEDED}
+    lines = [
+        f"lure {__version__}, Python {platform.python_version()} ({platform.system()} {platform.machine()})",
+        "",
+        "Needed",
+        *(f"  {name:<14}{found or 'MISSING'}" for name, found in versions.items()),
+        f"  {'BLAS':<14}{_blas() if versions['numpy'] else 'unknown'}",
+        "",
+        'Optional (pip install "lure[fast]" and so on)',
+    ]
+    for extra, names in OPTIONAL.items():
+        found = ", ".join(f"{name} {_version(name) or 'missing'}" for name in names)
+        lines.append(f"  {extra:<14}{found}")
+    lines += [
+        "",
+        "Terminal",
+        f"  {'stdout':<14}{_stream(terminal=sys.stdout.isatty())}, {sys.stdout.encoding}",
+        f"  {'stderr':<14}{_stream(terminal=sys.stderr.isatty())}"
+        + ("; progress is shown there" if sys.stderr.isatty() else "; no progress is shown"),
+        f"  {'colours':<14}{'off, NO_COLOR is set' if os.environ.get('NO_COLOR') else 'where the terminal has them'}",
+    ]
+    missing = [name for name, found in versions.items() if not found]
+    lines += [
+        "",
+        f"Missing: {', '.join(missing)}; install lure again." if missing else "Everything lure needs is there.",
+    ]
+    return lines, not missing
+
+
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _blas() -> str:
+    """Name and version of numpy's linear algebra, as numpy tells it."""
+    import numpy as np
+
+    try:
+        library = np.show_config(mode="dicts")["Build Dependencies"]["blas"]
+        return f"{library['name']} {library['version']}"
+    except (KeyError, TypeError):
+        return "unknown"
+
+
+def _stream(*, terminal: bool) -> str:
+    return "a terminal" if terminal else "not a terminal"
+
+
+# What ``lure init`` writes: a system as TOML, a notebook about a loop, or a test of a law.
+
+
+def starting(path: Path | None, *, loop: bool, notebook: Path | None, test: Path | None) -> tuple[Path, str, str]:
+    """The file to write, its text, and what to do with it then.
+
+    Parameters
+    ----------
+    path : Path or None
+        The TOML file, None for its usual name.
+    loop : bool
+        Whether it describes a plant with a nonlinearity instead of a rod.
+    notebook, test : Path or None
+        The other files, asked for by the options of these names.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: more than one file is asked for, or a name that is not of its kind.
+    """
+    named = {"PATH": path is not None, "--loop": loop, "--notebook": notebook is not None, "--test": test is not None}
+    given = [name for name, asked in named.items() if asked]
+    if len(given) > 1 and given != ["PATH", "--loop"]:
+        raise refused(
+            f"{' and '.join(given)} do not go together; each writes a file of its own, so run lure init twice"
+        )
+    if notebook is not None:
+        return _notebook(notebook)
+    if test is not None:
+        return _test(test)
+    from lure.files import plant_template, template
+
+    target = path or Path("plant.toml" if loop else "rod.toml")
+    return target, plant_template() if loop else template(), f"edit it, then run: {_command('lure report', target)}"
+
+
+def _notebook(path: Path) -> tuple[Path, str, str]:
+    from lure.analysis.starters import notebook_json, notebook_script
+
+    _demand(path, "--notebook", "my-loop.ipynb", ".ipynb", ".py")
+    if path.suffix == ".py":
+        return path, notebook_script(), f"change the two lines marked in it, then run: {_command('python', path)}"
+    then = f"run it, change the two lines marked in it, run it again: {_command('jupyter lab', path)}"
+    return path, notebook_json(notebook_script()), then
+
+
+def _test(path: Path) -> tuple[Path, str, str]:
+    from lure.analysis.starters import law_test
+
+    _demand(path, "--test", "test_law.py", ".py")
+    return path, law_test(), f"edit the law and its bounds, then run: {_command('pytest', path)}"
+
+
+def _demand(path: Path, option: str, example: str, *endings: str) -> None:
+    if path.suffix not in endings:
+        raise refused(f"{option} is {str(path)!r}; give a name that ends in {' or '.join(endings)}, such as {example}")
+
+
+def _command(program: str, path: Path) -> str:
+    return f"{program} {shlex.quote(str(path))}"
+
 
 app = typer.Typer(
     rich_markup_mode=None,
@@ -127,7 +262,6 @@ def init(
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
 ) -> None:
     """Write the template."""
-    from lure.analysis.cli.starting import starting
     from lure.analysis.output import write_new
 
     target, text, then = starting(path, loop=loop, notebook=notebook, test=test)
@@ -200,8 +334,6 @@ def reproduce(
 @app.command(help=texts.DOCTOR)
 def doctor() -> int:
     """Print what is installed; status 2 if something lure needs is missing."""
-    from lure.analysis.cli.doctor import findings
-
     lines, healthy = findings()
     print("\n".join(lines))
     return 0 if healthy else 2

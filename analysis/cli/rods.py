@@ -134,7 +134,7 @@ def _checked_plot(plot: Path | None, *, replace: bool) -> FileKind | None:
     kind = plot.suffix.lower().removeprefix(".")
     if kind not in KINDS:
         raise refused(f"--plot is {str(plot)!r:.80}; give a name that ends in .svg, .png or .pdf")
-    from lure.analysis.rod.runs.writing import check_targets
+    from lure.analysis.rod.runs.drawing import check_targets
 
     check_targets([plot], replace=replace)
     return cast("FileKind", kind)
@@ -142,7 +142,7 @@ def _checked_plot(plot: Path | None, *, replace: bool) -> FileKind | None:
 
 def _draw(found: Comparison, plot: Path, kind: FileKind, *, replace: bool) -> None:
     from lure.analysis.rod.plots.comparison import comparison_file
-    from lure.analysis.rod.runs.writing import written
+    from lure.analysis.rod.runs.drawing import written
 
     picture = comparison_file(found, kind)
     with written([plot], replace=replace) as places:
@@ -254,9 +254,8 @@ def simulate(
     _check(targets, (request, chosen), span, replace=replace)
 
     from lure.analysis.cli.progress import progress
-    from lure.analysis.rod.runs.drawing import Wanted, write_results
+    from lure.analysis.rod.runs.drawing import Wanted, write_results, written
     from lure.analysis.rod.runs.request import for_drawing, perform
-    from lure.analysis.rod.runs.writing import written
 
     drawn = bool({"space-time", "animation"} & set(targets))
     with progress(quiet=quiet) as tell:
@@ -285,8 +284,7 @@ def _check(
     targets: dict[str, Path], asked: tuple[Request, RodSystem], span: tuple[float, float] | None, *, replace: bool
 ) -> None:
     """Refuse what cannot be written or drawn before anything is computed."""
-    from lure.analysis.rod.runs.drawing import check_drawings
-    from lure.analysis.rod.runs.writing import check_netcdf, check_targets
+    from lure.analysis.rod.runs.drawing import check_drawings, check_netcdf, check_targets
 
     request, system = asked
     check_drawings(targets, request, system.rod.travel_time, span)
@@ -505,7 +503,7 @@ def _check_figure(plot: Path | None, *, replace: bool) -> None:
         return
     if plot.suffix.lower() not in (".svg", ".png"):
         raise refused(f"--plot is {str(plot)!r}; give a name that ends in .svg or .png")
-    from lure.analysis.rod.runs.writing import check_targets
+    from lure.analysis.rod.runs.drawing import check_targets
 
     check_targets([plot], replace=replace)
 
@@ -533,7 +531,7 @@ def _responding_draw(
     if plot is None:
         return
     from lure.analysis.plots import render
-    from lure.analysis.rod.runs.writing import written
+    from lure.analysis.rod.runs.drawing import written
 
     picture = render(draw, name=plot.stem, size=size)
     with written([plot], replace=replace) as places:

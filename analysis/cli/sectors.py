@@ -335,7 +335,7 @@ def _check_figure(plot: Path | None, *, replace: bool) -> None:
         return
     if plot.suffix.lower() not in (".svg", ".png"):
         raise refused(f"--plot is {str(plot)!r}; give a name that ends in .svg or .png")
-    from lure.analysis.rod.runs.writing import check_targets
+    from lure.analysis.rod.runs.drawing import check_targets
 
     check_targets([plot], replace=replace)
 
@@ -349,7 +349,7 @@ def _draw(plot: Path, law: str, found: NonlinearityBounds, *, quantity: Quantity
 
 def _write(plot: Path, draw: Draw, size: tuple[float, float], *, replace: bool) -> None:
     from lure.analysis.plots import render
-    from lure.analysis.rod.runs.writing import written
+    from lure.analysis.rod.runs.drawing import written
 
     picture = render(draw, name=plot.stem, size=size)
     with written([plot], replace=replace) as places:

@@ -9,13 +9,11 @@ from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
 
-from lure.analysis.counterexamples.harmonic import HarmonicBalance, RelayOrbit, RelayOrbits
+from lure.analysis.counterexamples.harmonic import HarmonicBalance, Orbit, RelayOrbit, RelayOrbits, followed, settled
 from lure.analysis.counterexamples.linear import Realisation, companion, doubles
-from lure.analysis.counterexamples.orbit_continuation import Orbit, followed, settled
-from lure.analysis.counterexamples.piecewise import PiecewiseLoop, saturation
+from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop, proved, refined, saturation
 from lure.analysis.counterexamples.simulated import followed as followed_oscillation
 from lure.analysis.counterexamples.switched import circle_reach
-from lure.analysis.counterexamples.validated import Itinerary, proved, refined
 from lure.analysis.inequality.gains import hurwitz_limit
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.precision import ball, outward, working_precision

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lure.analysis.measured.measurements import Measurements
-from lure.analysis.measured.reading import read_measurements
+from lure.analysis.measured.reading import Measurements, read_measurements
 
 # The data set that comes with the package.
 

@@ -6,11 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lure.analysis.drawing import drawing
-from lure.analysis.measured.compliance import fit_compliance
-from lure.analysis.measured.compliance_fit import ComplianceFit
+from lure.analysis.measured.compliance import ComplianceFit, fit_compliance
 from lure.analysis.measured.measured_sector import MeasuredSector
-from lure.analysis.measured.measurements import Measurements
-from lure.analysis.measured.reading import read_measurements
+from lure.analysis.measured.reading import Measurements, read_measurements
 from lure.analysis.measured.sector import sector_from_data
 from lure.errors import AssumptionError, InputError
 from lure.record import Record, quantity

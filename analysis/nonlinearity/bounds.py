@@ -12,20 +12,36 @@ from typing import Any
 
 from lure.analysis.deadline import check_seconds
 from lure.analysis.nonlinearity import sampled as blackbox
-from lure.analysis.nonlinearity.extremes import BITS, Candidate, Cover, End, largest, least, tightened
 from lure.analysis.nonlinearity.jets import over_sigma, value_at
-from lure.analysis.nonlinearity.known import Known, Value, domain, jumps_possible, known_nonlinearity
-from lure.analysis.nonlinearity.pieces import Piece, difference_vanishes
-from lure.analysis.nonlinearity.rational import candidates, limit, roots_between
+from lure.analysis.nonlinearity.pieces import (
+    Known,
+    Piece,
+    Value,
+    difference_vanishes,
+    domain,
+    jumps_possible,
+    known_nonlinearity,
+)
+from lure.analysis.nonlinearity.rational import (
+    BITS,
+    Candidate,
+    Cover,
+    End,
+    candidates,
+    largest,
+    least,
+    limit,
+    roots_between,
+    tightened,
+)
 from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, short
 from lure.analysis.nonlinearity.search import Effort, NotEnclosed, Target, end_limit, extremes
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
 from lure.exact import exact_number
-from lure.expressions.calculus import derivative
 from lure.expressions.regularity import hull, nature
-from lure.expressions.tree import ZERO
+from lure.expressions.tree import ZERO, derivative
 from lure.nonlinearities import Quantiser
 
 # Chords and slopes gathered over the pieces of a law.

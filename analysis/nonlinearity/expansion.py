@@ -9,8 +9,8 @@ from fractions import Fraction
 
 from flint import arb, arb_series, fmpq
 
-from lure.analysis.nonlinearity.extremes import Candidate, Cover, End, bounds_of
 from lure.analysis.nonlinearity.jets import NOTHING, Span, inside_sech_square, sech_square_series, tanh_series
+from lure.analysis.nonlinearity.rational import Candidate, Cover, End, bounds_of
 from lure.analysis.nonlinearity.result import Bound
 from lure.expressions.rigorous import ball
 from lure.expressions.tree import Apply, Node, Number

@@ -11,15 +11,12 @@ from functools import lru_cache
 from typing import Literal, TypeVar
 
 from lure.analysis.nonlinearity.bounds import bounds_of_known, cuts_of, has_values, jumps_of, nonlinearity_bounds
-from lure.analysis.nonlinearity.extremes import BITS, Candidate
-from lure.analysis.nonlinearity.known import Known, Value, known_nonlinearity
-from lure.analysis.nonlinearity.parity import known_odd
-from lure.analysis.nonlinearity.pieces import Piece
-from lure.analysis.nonlinearity.rational import TooLarge
+from lure.analysis.nonlinearity.pieces import Known, Piece, Value, known_nonlinearity
+from lure.analysis.nonlinearity.rational import BITS, Candidate, TooLarge
 from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, above, below, short, stated
 from lure.analysis.nonlinearity.search import Effort, NotEnclosed
+from lure.analysis.nonlinearity.shape import ZeroSet, known_odd, zero_set
 from lure.analysis.nonlinearity.violations import Violation, violation
-from lure.analysis.nonlinearity.zero_set import ZeroSet, zero_set
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Verdict
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
@@ -37,10 +34,9 @@ from lure.nonlinearities import (
     shifted_class,
 )
 from lure.nonlinearities import law_class as smallest_class
-from lure.nonlinearities.base import number_text
+from lure.nonlinearities.base import Nonlinearity, number_text
 from lure.nonlinearities.formula import VARIABLE
 from lure.nonlinearities.properties import law_text
-from lure.nonlinearities.protocol import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.nonlinearities.shifted import shifted_bound
 

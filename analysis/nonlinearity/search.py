@@ -13,8 +13,8 @@ from itertools import count
 from flint import arb
 
 from lure.analysis.nonlinearity.expansion import Expansion, Stretch, Unsettled, enclosure_at_end, expanded
-from lure.analysis.nonlinearity.extremes import Candidate, Cover, End, bounds_of, interval_of
 from lure.analysis.nonlinearity.jets import jet, value_at, values_by_branch
+from lure.analysis.nonlinearity.rational import Candidate, Cover, End, bounds_of, interval_of
 from lure.analysis.nonlinearity.result import Bound
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.errors import InputError

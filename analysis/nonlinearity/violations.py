@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 
 from lure.analysis.nonlinearity.bounds import nonlinearity_bounds
-from lure.analysis.nonlinearity.extremes import BITS, End
-from lure.analysis.nonlinearity.known import Value, domain, known_nonlinearity
+from lure.analysis.nonlinearity.pieces import Value, domain, known_nonlinearity
+from lure.analysis.nonlinearity.rational import BITS, End
 from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, Quantity, as_double, short
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Evidence, Verdict

@@ -4,21 +4,233 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+
+from lure.analysis.counterexamples.simulated import law_of, orbit_of
 from lure.analysis.graphical.axis import OnAxis
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.plots.nyquist import plot_nyquist
-from lure.analysis.plots.popov import plot_popov
-from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, VERMILLION, axes_or_new, finish_axes
+from lure.analysis.plots.frequency import plot_nyquist, plot_popov
+from lure.analysis.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LEGEND,
+    PURPLE,
+    VERMILLION,
+    axes_or_new,
+    finish_axes,
+    number,
+    padded,
+    panels,
+)
 from lure.analysis.questions.largest import StabilityBound, proved_up_to
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector
+from lure.errors import InputError
+from lure.plants.conversion import exact_block
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from lure.analysis.counterexamples.trajectories import Trajectory
+    from lure.analysis.verdict import Witness
+
+# The periodic orbit of a counterexample: sigma over one period, and the law it belongs to.
+
+# Simulated solutions of a loop from several first states, on one figure.
+
+_LINES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.5))), (GREEN, (0, (1, 1))), (PURPLE, (0, (4, 1.2, 1, 1.2))))
+_UNSEEN = 1e-9  # share of the largest |sigma| of all below which a solution is rounding
+_ROOM = 0.5  # of the height of the curves, above them: the legend stands there
+
+
+def plot_solutions(trajectories: Sequence[Trajectory], *, ax: Axes | None = None) -> Axes:
+    """``sigma`` over time for the first few trajectories, each divided by its own largest ``|sigma|``.
+
+    Simulated, hence OBSERVED: what one solution does proves nothing about another.
+
+    Parameters
+    ----------
+    trajectories : sequence of Trajectory
+        Of one loop, such as ``report.trajectories``; at most four are drawn, and none that ``sigma`` hardly shows.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.
+
+    Raises
+    ------
+    InputError
+        There is no trajectory.
+    """
+    if not trajectories:
+        raise InputError("there is no trajectory to draw; give at least one")
+    axes = axes_or_new(ax)
+    seen_at_all = _UNSEEN * max(map(_largest, trajectories))
+    shown = [one for one in trajectories if _largest(one) >= seen_at_all][: len(_LINES)]
+    discrete = shown[0].discrete
+    for (colour, dashes), one in zip(_LINES, shown, strict=False):
+        seen, largest = np.isfinite(one.sigma), _largest(one)
+        look: dict[str, Any] = {"marker": ".", "ms": 3, "lw": 0.7} if discrete else {"lw": 1.2}
+        label = f"{one.finding}, largest |σ| {number(largest, 3)}"
+        axes.plot(one.t[seen], one.sigma[seen] / (largest or 1.0), color=colour, ls=dashes, label=label, **look)
+    axes.axhline(0.0, color=GREY, lw=0.6, zorder=1)
+    axes.set_ylim(-1.1, 1.1 + _ROOM * 2.2)
+    axes.set_yticks([-1, -0.5, 0, 0.5, 1])
+    end = max(float(one.t[-1]) for one in shown)
+    axes.set_xlim(0.0, end or 1.0)
+    axes.set_xlabel("t [s]")
+    axes.set_ylabel("σ / largest |σ|")
+    finish_axes(axes)
+    axes.legend(loc="upper right", **LEGEND)
+    return axes
+
+
+def _largest(one: Trajectory) -> float:
+    return float(np.max(np.abs(one.sigma[np.isfinite(one.sigma)]), initial=0.0))
+
+
+_STANDING = {Evidence.CERTIFIED: "certified orbit", Evidence.COMPUTED: "computed orbit"}
+
+
+def plot_orbit(block: object, witness: Witness, *, ax: Axes | None = None) -> Axes:
+    """``sigma`` over one period of the orbit of a witness, with the places where its law bends.
+
+    The curve is drawn in floating point; that there is an orbit is what ``witness.evidence`` says.
+
+    Parameters
+    ----------
+    block : object
+        The block that the witness was found for, whatever :func:`lure.as_plant` takes.
+    witness : Witness
+        Of kind ``periodic orbit``, such as ``max_slope(block).witness``.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.
+
+    Raises
+    ------
+    InputError
+        The witness is no periodic orbit, the block is not the one it was found for, or it has no exact coefficients.
+    """
+    linear = exact_block(block, "plot_orbit")
+    t, sigma = orbit_of(linear, witness)
+    axes = axes_or_new(ax)
+    name = _STANDING.get(witness.evidence, "observed orbit")
+    if linear.dt is None:
+        axes.plot(t, sigma, color=VERMILLION, lw=1.5, label=f"{name}, period {t[-1]:.4g} s")
+        axes.set_xlabel("t [s]")
+    else:
+        axes.plot(t, sigma, color=VERMILLION, lw=0.8, marker="o", ms=5, label=f"{name}, period {len(t) - 1} samples")
+        axes.set_xlabel("t [samples]")
+        axes.set_xticks(t[:: 1 + len(t) // 12])
+    bends = [float(Fraction(x)) for x, _ in cast("Sequence[Sequence[str]]", witness.data["points"])]
+    low, high = padded(float(sigma.min()), float(sigma.max()), 0.1)
+    for i, place in enumerate(x for x in bends if linear.dt is None and low < x < high):
+        axes.axhline(place, color=BLUE, lw=0.9, ls="--", label="where φ bends" if i == 0 else None, zorder=1)
+    axes.axhline(0.0, color=GREY, lw=0.6, zorder=1)
+    axes.set_xlim(t[0], t[-1])
+    axes.set_ylim(low, high + 0.25 * (high - low))  # room for the legend above the curve
+    axes.set_ylabel("σ [unit of σ]")
+    finish_axes(axes)
+    axes.legend(loc="upper right", ncols=2, **LEGEND)
+    return axes
+
+
+def plot_orbit_signals(block: object, witness: Witness, *, ax: Axes | None = None) -> Axes:
+    """``sigma`` and, below it, ``mu = -phi(sigma)`` over one period of the orbit of a witness.
+
+    Parameters
+    ----------
+    block : object
+        The block that the witness was found for, whatever :func:`lure.as_plant` takes.
+    witness : Witness
+        Of kind ``periodic orbit``.
+    ax : Axes, optional
+        Whose place the two take; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The upper axes; those of ``mu`` share its times.
+
+    Raises
+    ------
+    InputError
+        The witness is no periodic orbit, the block is not the one it was found for, or it has no exact coefficients.
+    """
+    linear = exact_block(block, "plot_orbit_signals")
+    t, sigma = orbit_of(linear, witness)
+    mu = -np.asarray(law_of(witness)(sigma), dtype=float)
+    above, below = panels(ax, 1.0)
+    discrete = linear.dt is not None
+    look: dict[str, Any] = {"marker": "o", "ms": 4, "lw": 0.8} if discrete else {"lw": 1.5}
+    for axes, values, colour, name in ((above, sigma, VERMILLION, "σ"), (below, mu, BLUE, "μ")):
+        axes.plot(t, values, color=colour, **look)
+        axes.axhline(0.0, color=GREY, lw=0.6, zorder=1)
+        axes.set_ylim(*padded(float(values.min()), float(values.max()), 0.1))
+        axes.set_ylabel(f"{name} [unit of {name}]")
+    above.set_xlim(t[0], t[-1])
+    above.tick_params(labelbottom=False)
+    below.set_xlabel("t [samples]" if discrete else "t [s]")
+    finish_axes(above)
+    finish_axes(below)
+    return above
+
+
+def plot_law(witness: Witness, *, ax: Axes | None = None) -> Axes:
+    """The piecewise linear law of a periodic orbit over all that the orbit visits.
+
+    Parameters
+    ----------
+    witness : Witness
+        With ``points`` in its data; ``sigma`` or ``visited``, ``left_slope`` and ``right_slope`` where there are any.
+    ax : Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes drawn on.
+    """
+    axes = axes_or_new(ax)
+    points = cast("Sequence[Sequence[str]]", witness.data["points"])
+    x, y = (np.array([float(Fraction(point[i])) for point in points]) for i in (0, 1))
+    slopes = [float(Fraction(str(witness.data.get(side, 0)))) for side in ("left_slope", "right_slope")]
+    span = cast("Sequence[float]", witness.data.get("visited", (x[0], x[-1])))
+    low, high = min(x[0], span[0]), max(x[-1], span[1])
+    room = 0.08 * (high - low) if "visited" in witness.data else 0.25 * (high - low)
+    ends = np.array([low - room, high + room])
+    heights = [y[0] + slopes[0] * (ends[0] - x[0]), y[-1] + slopes[1] * (ends[1] - x[-1])]
+    corners, values = np.array([ends[0], *x, ends[1]]), np.array([heights[0], *y, heights[1]])
+    axes.plot(corners, values, color=BLUE, lw=1.4, label="φ")
+    if "sigma" in witness.data:
+        visited = [float(Fraction(value)) for value in cast("Sequence[str]", witness.data["sigma"])]
+        axes.plot(visited, np.interp(visited, x, y), marker="o", ms=4, ls="", color=VERMILLION, label="visited")
+    elif "visited" in witness.data:
+        swept = np.array([span[0], *x[(x > span[0]) & (x < span[1])], span[1]])
+        axes.plot(
+            swept, np.interp(swept, corners, values), color=VERMILLION, lw=3.5, alpha=0.5, label="visited by the orbit"
+        )
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    axes.axvline(0.0, color=GREY, lw=0.6)
+    axes.set_xlabel("σ [unit of σ]")
+    axes.set_ylabel("φ(σ) [unit of μ]")
+    finish_axes(axes)
+    axes.legend(loc="upper left", **LEGEND)
+    return axes
 
 
 def plot_reach(rows: Sequence[StabilityBound], names: Sequence[str], *, ax: Axes | None = None) -> Axes:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lure.analysis.describing import DescribingHint, HarmonicBalance, amplitudes, real_describing_function
 from lure.analysis.graphical.axis import axis_values
 from lure.analysis.numerics.doubles import text_below
-from lure.analysis.plots.popov import FAR, boundary_name, unit
+from lure.analysis.plots.frequency import FAR, boundary_name, unit
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,

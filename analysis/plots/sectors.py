@@ -9,23 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.analysis.nonlinearity.known import kinks, parsed
+from lure.analysis.nonlinearity.pieces import kinks, parsed
 from lure.analysis.nonlinearity.result import as_double
-from lure.analysis.plots.style import (
-    BLUE,
-    GREY,
-    INK,
-    LEGEND,
-    VERMILLION,
-    axes_or_new,
-    finish_axes,
-    note,
-    padded,
-)
-from lure.analysis.plots.style import (
-    number as number_sectors,
-)
-from lure.analysis.testing.message import heights, number, values_where_defined
+from lure.analysis.plots.style import BLUE, GREY, INK, LEGEND, VERMILLION, axes_or_new, finish_axes, note, padded
+from lure.analysis.plots.style import number as number_sectors
+from lure.analysis.testing.result import heights, number, values_where_defined
 from lure.analysis.verdict import Evidence
 
 if TYPE_CHECKING:

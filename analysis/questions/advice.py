@@ -15,7 +15,7 @@ from lure.analysis.questions.problem import Subject
 from lure.analysis.verdict import Verdict
 from lure.arrays import np
 from lure.classes import NonlinearityClass
-from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.base import Nonlinearity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.codes import Code

@@ -21,7 +21,7 @@ from lure.analysis.theorems.table import TABLE
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import class_words, counterexample, destroys, direct_term, meaning, proviso
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
-from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.base import Nonlinearity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -368,7 +368,7 @@ def _rests_at_zero_only(law: Nonlinearity, shown: Proved) -> bool:
     an equilibrium then has ``phi(sigma) = l sigma``, and ``sigma`` determines its state.  See
     ``notebooks/notes/0012-one-nonlinearity.md``.
     """
-    from lure.analysis.nonlinearity.zero_set import zero_set
+    from lure.analysis.nonlinearity.shape import zero_set
     from lure.nonlinearities import shifted_law
 
     certificate = shown.certificate

@@ -23,7 +23,7 @@ from lure.errors import AssumptionError, InputError
 from lure.files.system import LoopSystem
 from lure.loop import Loop, LoopModel
 from lure.nonlinearities import ExpressionNonlinearity
-from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import one_channel
 from lure.plants.block import StructuredPlant

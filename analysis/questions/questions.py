@@ -12,12 +12,7 @@ from lure.analysis.certificates.codes import OUT_OF_TIME
 from lure.analysis.counterexamples.linear import refutes_lower
 from lure.analysis.deadline import check_seconds
 from lure.analysis.inequality.checks import require_solution
-from lure.analysis.questions.conclusion import (
-    Conclusion,
-    MismatchError,
-    conclusion_of,
-    undecided,
-)
+from lure.analysis.questions.conclusion import Conclusion, MismatchError, conclusion_of, undecided
 from lure.analysis.questions.findings import Findings, Tell, find
 from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.models import silent

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from lure.classes import NonlinearityClass
-from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.base import Nonlinearity
 
 Floats = NDArray[np.float64]
 

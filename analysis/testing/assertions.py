@@ -4,14 +4,374 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
 from os import PathLike
+from pathlib import Path
 
-from lure.analysis.testing.inquiry import Inquiry, Search, run
-from lure.analysis.testing.result import Checked
-from lure.analysis.testing.search import Limits
+from lure.analysis.nonlinearity.result import Extreme
+from lure.analysis.nonlinearity.shape import known_odd
+from lure.analysis.numerics.doubles import text_above, text_below
+from lure.analysis.testing.result import HISTORY, Checked, NonlinearityViolation, Violation, message, number
+from lure.analysis.testing.search import (
+    Domain,
+    Kind,
+    Limits,
+    Measure,
+    NotANumber,
+    Subject,
+    Worst,
+    domain,
+    rounding,
+    simplest,
+    subject,
+    worst,
+)
+from lure.analysis.verdict import Evidence, Verdict
+from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
-from lure.errors import InputError
+from lure.errors import AssumptionError, InputError
 from lure.exact import Exact
+from lure.expressions import Expression
+from lure.expressions.tree import is_total, names
+from lure.nonlinearities.formula import ExpressionNonlinearity
+from lure.nonlinearities.properties import Provenance, properties
+
+# One question about one law: decided exactly where that is possible, searched for a violation elsewhere.
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Decision:
+    """A verdict for every ``sigma``, and in words what it rests on; INCONCLUSIVE with what stood in the way.
+
+    ``total`` says that the law is known to have a value for every ``sigma``, whatever floating point makes of it.
+    """
+
+    verdict: Verdict = Verdict.INCONCLUSIVE
+    how: str = ""
+    total: bool = False
+
+
+def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> Decision:
+    """Whether a formula or a law of the library has a property, by exact or ball arithmetic.
+
+    Parameters
+    ----------
+    law : Subject
+        The law.
+    kind : {"sector", "slope", "odd"}
+        The property.
+    limits : Limits
+        Its bounds and the tolerance.
+    on : tuple of Fraction or None
+        The interval, None for all of R.
+
+    Raises
+    ------
+    NonlinearityViolation
+        The formula divides by zero at a point of the interval.
+    """
+    if kind == "odd":
+        return _oddness(law.law, on)
+    from lure.analysis.nonlinearity import nonlinearity_bounds
+    from lure.analysis.nonlinearity.pieces import Undefined
+    from lure.analysis.nonlinearity.result import above, below, stated
+
+    try:
+        bounds = nonlinearity_bounds(law.law, on=on)
+    except Undefined as error:  # doubles may step over it: 1/0 is inf, and sign(inf) is 1
+        raise NonlinearityViolation(
+            f"{law.name} has no value at sigma = {float(error.place):.10g}, where it divides by zero, and a law has a "
+            "finite real value everywhere; name the interval on which this one has, on=(low, high)"
+        ) from None
+    except InputError as error:
+        return Decision(how=f"for every sigma it was not decided: {error}")
+    claim = _widened(kind, limits)
+    verdict = bounds.within(claim)
+    low, high = (
+        (bounds.sector_lower, bounds.sector_upper) if kind == "sector" else (bounds.slope_lower, bounds.slope_upper)
+    )
+    if low is None or high is None:
+        return Decision(
+            how=f"for every sigma it was not decided: {bounds.notes[0]}" if bounds.notes else "", total=True
+        )
+    what = "phi(sigma)/sigma" if kind == "sector" else "the slope"
+    everywhere = "for every sigma" if on is None else f"for every sigma of [{float(on[0]):g}, {float(on[1]):g}]"
+    if verdict is Verdict.PROVED:
+        ends = [f"{stated(end, side, certified=True)} {_place(end)}" for end, side in ((low, -1), (high, 1))]
+        how = f"{everywhere} {what} is at least {ends[0].strip()} and at most {ends[1].strip()}"
+        return Decision(verdict=verdict, how=how, total=True)
+    if verdict is Verdict.REFUTED:
+        broken = f"the supremum of {what} is {high}" if high.inner > claim.upper else f"the infimum of {what} is {low}"
+        return Decision(verdict=verdict, how=broken, total=True)
+    shown = f"[{text_below(float(below(low.outer)))}, {text_above(float(above(high.outer)))}]"
+    return Decision(how=f"certified {everywhere} is only that {what} lies in {shown}", total=True)
+
+
+def _place(end: Extreme) -> str:
+    """Where a bound is reached or approached; nowhere that is known if it is infinite and something else was seen."""
+    return "" if isinstance(end.outer, float) and not end.exact else end.where
+
+
+def witness(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> str:
+    """An exact point, or pair, at which a known law breaks bounds that no double shows it to break; empty if none.
+
+    Parameters
+    ----------
+    law : Subject
+        The law.
+    kind : {"sector", "slope"}
+        The property.
+    limits : Limits
+        Its bounds and the tolerance.
+    on : tuple of Fraction or None
+        The interval, None for all of R.
+    """
+    from lure.analysis.nonlinearity import violation
+
+    found = violation(law.law, _widened(kind, limits), on=on)
+    if found is None:
+        return ""
+    places = [f"{float(point):.10g}" for point in found.points]
+    what = "phi(sigma)/sigma" if kind == "sector" else "the slope"
+    there = f"at sigma = {places[0]}" if len(places) == 1 else f"from sigma = {places[0]} to {places[1]}"
+    beyond = float(abs(found.value - Fraction(found.bound)))
+    return f"{what} passes the bound by {beyond:.2g} {there} ({found.evidence})"
+
+
+def _widened(kind: str, limits: Limits) -> Sector | SlopeBounds:
+    """The bounds, moved apart by the tolerance."""
+    lower, upper = (
+        bound if abs(bound) == math.inf else Fraction(bound) + side * Fraction(limits.tolerance)
+        for bound, side in ((limits.lower, -1), (limits.upper, 1))
+    )
+    return Sector(lower, upper) if kind == "sector" else SlopeBounds(lower, upper)
+
+
+def _oddness(law: object, on: tuple[Fraction, Fraction] | None) -> Decision:
+    if isinstance(law, ExpressionNonlinearity):
+        odd = known_odd(law.expression, "sigma")
+    elif isinstance(law, Expression):
+        odd = known_odd(law, next(iter(names(law.tree)), law.variables[0]))
+    else:
+        try:
+            known = properties(law).odd  # type: ignore[arg-type]  # a law of the library: what remains
+        except AssumptionError:
+            return Decision()
+        odd = known.value if known.provenance is Provenance.CHECKED else None
+    if odd is None:
+        return Decision(total=True)
+    if odd and not _has_values(law, on):
+        return Decision(how="by its form it is odd where it has values, but that it has one everywhere was not shown")
+    if odd:
+        return Decision(verdict=Verdict.PROVED, how="for every sigma, by its form", total=True)
+    return Decision(verdict=Verdict.REFUTED, how="the law is not odd, by its form", total=True)
+
+
+def _has_values(law: object, on: tuple[Fraction, Fraction] | None) -> bool:
+    """Whether a formula is known to have a value for every sigma, as a law of the library has."""
+    from lure.analysis.nonlinearity.bounds import bounds_of_known, has_values
+    from lure.analysis.nonlinearity.pieces import known_nonlinearity
+
+    if not isinstance(law, ExpressionNonlinearity | Expression):
+        return True
+    if is_total((law if isinstance(law, Expression) else law.expression).tree):
+        return True
+    low, high = (-math.inf, math.inf) if on is None else on
+    try:
+        known = known_nonlinearity(law, low, high)
+        return known is not None and has_values(known, bounds_of_known(known, low, high))
+    except InputError:
+        return False
+
+
+_QUANTITIES = {
+    "sector": "phi(sigma)/sigma",
+    "slope": "the slope from sigma to sigma",
+    "odd": "phi(sigma) + phi(-sigma)",
+}
+_FEWEST = 50
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Search:
+    """Where and how closely a law is looked at; see :func:`lure.analysis.testing.assert_in_sector`."""
+
+    on: tuple[Exact, Exact] | None
+    samples: int
+    breakpoints: tuple[float, ...]
+    plot: str | PathLike[str] | None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or self.samples < _FEWEST:
+            raise InputError(f"samples is {self.samples!r:.60}; give a whole number of at least {_FEWEST}")
+        if self.plot is not None and Path(self.plot).suffix not in (".png", ".svg"):
+            raise InputError(f"plot is {str(self.plot)!r:.60}; give a file name that ends in .png or .svg")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Inquiry:
+    """What is asserted of a law; ``words`` say that it is so, and that it is not."""
+
+    kind: Kind
+    words: tuple[str, str]
+    limits: Limits
+    search: Search
+
+
+def run(phi: object, inquiry: Inquiry) -> Checked:
+    """Answer, or raise.
+
+    Parameters
+    ----------
+    phi : object
+        The law, as :func:`lure.analysis.testing.search.subject` takes it.
+    inquiry : Inquiry
+        The question.
+
+    Raises
+    ------
+    NonlinearityViolation
+        The law does not have the property, or no value somewhere.
+    InputError
+        Something is not as described.
+    """
+    __tracebackhide__ = True
+    where, law = domain(inquiry.search.on), subject(phi)
+    try:
+        known = decided(law, inquiry.kind, inquiry.limits, where.given) if law.known else Decision()
+        violation = None
+        if known.verdict is not Verdict.PROVED:
+            violation = _found(law, inquiry, where, known)
+    except NotANumber as error:
+        raise NonlinearityViolation(_no_value(law, inquiry, error)) from None
+    if violation is not None:
+        if inquiry.search.plot is not None:
+            violation.save(Path(inquiry.search.plot))
+        raise NonlinearityViolation(message(violation), violation)
+    if known.verdict is Verdict.REFUTED:
+        exact = "" if inquiry.kind == "odd" else witness(law, inquiry.kind, inquiry.limits, where.given)
+        raise NonlinearityViolation(
+            f"{law.name} {inquiry.words[1]}: {exact or known.how}, though doubles do not show it"
+        )
+    checked = _passed(law, inquiry, where, known)
+    HISTORY.add(checked)
+    return checked
+
+
+def _passed(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Checked:
+    slack = inquiry.limits.tolerance
+    claim = f"{_claim(law, inquiry)}, to within {slack:g}" if slack else _claim(law, inquiry)
+    if known.verdict is Verdict.PROVED:
+        return Checked(claim=claim, evidence=Evidence.CERTIFIED, how=known.how, points=law.evaluations)
+    how = f"no violation among {law.evaluations} values on {where}"
+    how += f"; {known.how}" if known.how else ""
+    return Checked(claim=claim, evidence=Evidence.OBSERVED, how=how, points=law.evaluations)
+
+
+def _claim(law: Subject, inquiry: Inquiry) -> str:
+    return f"{law.name} {inquiry.words[0]}"
+
+
+def _found(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Violation | None:
+    """The violation, at the simplest numbers that show it; None if there is none."""
+    x = where.points(inquiry.search.samples, (*law.breakpoints, *inquiry.search.breakpoints))
+    if known.total:
+        x = x[np.isfinite(law.anyhow(x))]  # floating point may overflow where the law does not
+    noise = rounding(law, x, where)
+    if inquiry.kind == "odd":
+        x = x[(-x >= where.low) & (-x <= where.high) & (x > 0)]
+        if x.size == 0:
+            raise InputError(f"on is {where}; oddness is about sigma and -sigma: give an interval with 0 inside")
+    elif inquiry.kind == "sector":
+        if where.holds(0.0) and abs(law.at(0.0)) > noise:
+            return _violation(inquiry, law, (0.0,), np.inf, (where, known))
+        x = x[x != 0]
+    measure = Measure(kind=inquiry.kind, subject=law, limits=inquiry.limits, noise=noise)
+    found = worst(measure, x)
+    if found[0] <= 0:
+        return None
+
+    def excess(sigma: tuple[float, ...]) -> float:
+        """How far a point or a pair violates; nothing is asserted outside the interval, nor of a chord to 0."""
+        asserted = sigma[0] < sigma[1] if len(sigma) == 2 else sigma[0] != 0
+        mirrored = [-part for part in sigma] if inquiry.kind == "odd" else []
+        if not asserted or not all(map(where.holds, (*sigma, *mirrored))):
+            return -np.inf
+        try:
+            return float(measure.look(np.array(sigma))[1][0])
+        except NotANumber:
+            return -np.inf
+
+    sigma = simplest(excess, found, size=inquiry.limits.size, unit=where.unit)
+    value = float(measure.look(np.array(sigma))[0][0])
+    return _violation(inquiry, law, sigma, value, (where, known), found)
+
+
+def _violation(  # noqa: PLR0913  (what was found where, and what else is known)
+    inquiry: Inquiry,
+    law: Subject,
+    sigma: tuple[float, ...],
+    found: float,
+    context: tuple[Domain, Decision],
+    worst: Worst | None = None,
+) -> Violation:
+    where, known = context
+    how = f"Found in floating point, by a search of {law.evaluations} values on {where}."
+    if worst is not None and worst[1] != sigma:
+        places = " and ".join(map(number, worst[1]))
+        how += f" The search began to shrink it from sigma = {places}."
+    if known.verdict is Verdict.REFUTED:
+        how += f" {known.how[0].upper()}{known.how[1:]} ({Evidence.CERTIFIED})."
+    return Violation(
+        kind=inquiry.kind,
+        name=law.name,
+        claim=_claim(law, inquiry),
+        denial=f"{law.name} {inquiry.words[1]}",
+        quantity=_QUANTITIES[inquiry.kind] if inquiry.kind != "slope" else "the slope of the chord",
+        sigma=sigma,
+        phi=tuple(law.at(point) for point in sigma),
+        found=found,
+        lower=inquiry.limits.lower,
+        upper=inquiry.limits.upper,
+        tolerance=inquiry.limits.tolerance,
+        slope=_slope(law, sigma[0]) if inquiry.kind != "slope" else np.nan,
+        on=(where.low, where.high),
+        how=how,
+        subject=law,
+    )
+
+
+def _slope(law: Subject, sigma: float) -> float:
+    """A central difference quotient, nan where there is none: at a jump it grows as the step shrinks."""
+    steps = [share * (abs(sigma) or 1e-3) for share in (1e-5, 1e-6)]
+    try:
+        wide, narrow = ((law.at(sigma + step) - law.at(sigma - step)) / (2 * step) for step in steps)
+    except NotANumber:
+        return float(np.nan)
+    return narrow if abs(narrow - wide) <= 0.5 * abs(wide) else float(np.nan)
+
+
+def _no_value(law: Subject, inquiry: Inquiry, error: NotANumber) -> str:
+    where = domain(inquiry.search.on)
+
+    def missing(place: tuple[float, ...]) -> float:
+        """1 where the law has no value, 0 where it has or where nothing is asserted."""
+        try:
+            law.at(place[0])
+        except NotANumber:
+            return float(where.holds(place[0]))
+        return 0.0
+
+    (sigma,) = simplest(missing, (1.0, (error.sigma,)), size=1.0, unit=where.unit)
+    try:
+        law.at(sigma)
+    except NotANumber as simpler:
+        error = simpler
+    return (
+        f"it was not tested whether {_claim(law, inquiry)}: phi({number(error.sigma)}) {error}, and a law has a finite "
+        "real value everywhere; name the interval on which this one has, on=(low, high)"
+    )
 
 
 def assert_in_sector(  # noqa: PLR0913  (the law, the sector, and settings with defaults, all by name)
@@ -176,9 +536,8 @@ def assert_monotone(  # noqa: PLR0913  (as above)
     __tracebackhide__ = True
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
     limits = Limits(lower=0, upper=math.inf, tolerance=_slack(tolerance))
-    return run(
-        phi, Inquiry(kind="slope", words=("is nondecreasing", "is not nondecreasing"), limits=limits, search=search)
-    )
+    words = ("is nondecreasing", "is not nondecreasing")
+    return run(phi, Inquiry(kind="slope", words=words, limits=limits, search=search))
 
 
 def assert_odd(  # noqa: PLR0913  (as above)

@@ -1,22 +1,27 @@
-"""What an assertion about a law returns, and what it raises."""
+"""What an assertion about a nonlinearity returns, and the text of its failure: a sentence, the numbers, and a plot."""
 
 from __future__ import annotations
 
 import math
+import textwrap
 from collections import deque
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lure.analysis.drawing import drawing
-from lure.analysis.testing.subject import Subject
+from lure.analysis.testing.search import NotANumber, Subject
 from lure.analysis.verdict import Evidence
+from lure.arrays import Reals, np
 from lure.record import Page, Record
 from lure.record import quantity as declared
 
 if TYPE_CHECKING:
     from lure.analysis.drawing import Axes
+
+# What an assertion about a law returns, and what it raises.
 
 _REMEMBERED = 20
 
@@ -150,3 +155,224 @@ class NonlinearityViolation(AssertionError):
     def __init__(self, message: str, violation: Violation | None = None) -> None:
         super().__init__(message)
         self.violation = violation
+
+
+# A law, its bounds and a point, drawn with characters for a terminal of 80 columns.
+
+_COLUMNS, _ROWS, _LABEL = 60, 17, 9
+
+
+def ascii_plot(violation: Violation) -> str:
+    """The plot of a violation: the law ``*``, the bounds ``.`` (for oddness ``o``, the mirrored law), the point ``X``.
+
+    Parameters
+    ----------
+    violation : Violation
+        What to draw.
+
+    Returns
+    -------
+    str
+        Lines of at most 72 characters, ASCII only, without a line end at the end.
+    """
+    low, high = violation.window
+    x = np.linspace(low, high, 4 * _COLUMNS + 1)
+    phi = values_where_defined(violation, x)
+    lines = [y0 + slope * (x - x0) for x0, y0, slope in violation.lines()]
+    bottom, top = heights(violation, phi)
+    sheet = _Sheet((low, high), (bottom, top))
+    sheet.axes()
+    for line in lines:
+        sheet.curve(x, line, ".")
+    if violation.kind == "odd":
+        sheet.curve(x, -values_where_defined(violation, -x), "o")
+    sheet.curve(x, phi, "*")
+    for sigma, value in zip(violation.sigma, violation.phi, strict=True):
+        sheet.put(sigma, value, "X")
+    return sheet.text(_legend(violation))
+
+
+def values_where_defined(violation: Violation, x: Reals) -> Reals:
+    """Values of the law, nan where it has none.
+
+    Parameters
+    ----------
+    violation : Violation
+        The violation, which holds the law.
+    x : NDArray[np.float64]
+        Points.
+    """
+    values = np.full(x.size, np.nan)
+    for i, sigma in enumerate(x):
+        try:
+            values[i] = violation.subject.at(float(sigma))
+        except NotANumber:
+            continue
+    return values
+
+
+def heights(violation: Violation, phi: Reals) -> tuple[float, float]:
+    """The range of values worth drawing: that of the law and of the broken bound, cut where it dwarfs the point.
+
+    Parameters
+    ----------
+    violation : Violation
+        The violation.
+    phi : NDArray[np.float64]
+        Values of the law over the window, nan where it has none.
+    """
+    marked = list(violation.phi)
+    bound = float(violation.bound)
+    if violation.kind == "sector":
+        marked += [bound * violation.sigma[0], 0.0]
+    elif violation.kind == "slope":
+        marked.append(violation.phi[0] + bound * (violation.sigma[1] - violation.sigma[0]))
+    else:
+        marked.append(-violation.phi[0])
+    marked = [value for value in marked if math.isfinite(value)]
+    size = 3.0 * max(max(marked) - min(marked), 0.5 * max(map(abs, marked)))
+    near = phi[np.isfinite(phi)]
+    low, high = min([*near, *marked]), max([*near, *marked])
+    low, high = max(low, min(marked) - size), min(high, max(marked) + size)
+    room = 0.04 * (high - low) or 0.5 * abs(high) or 1.0
+    return low - room, high + room
+
+
+def _legend(violation: Violation) -> str:
+    mark = "X fails"
+    if violation.kind == "odd":
+        return f"* phi(sigma)   o -phi(-sigma)   {mark}"
+    what = "slope bounds, from the left X" if violation.kind == "slope" else "sector"
+    return f"* phi(sigma)   . {what}   {mark}"
+
+
+class _Sheet:
+    """Characters in rows, addressed by coordinates; rows from the top."""
+
+    def __init__(self, across: tuple[float, float], up: tuple[float, float]) -> None:
+        self.across, self.up = across, up
+        self.rows = [[" "] * _COLUMNS for _ in range(_ROWS)]
+
+    def place(self, x: float, y: float) -> tuple[int, int] | None:
+        """Row and column of a point, None outside."""
+        (left, right), (bottom, top) = self.across, self.up
+        if not (left <= x <= right and bottom <= y <= top):
+            return None
+        return round((top - y) / (top - bottom) * (_ROWS - 1)), round((x - left) / (right - left) * (_COLUMNS - 1))
+
+    def put(self, x: float, y: float, sign: str) -> None:
+        """One character at a point, nothing outside."""
+        where = self.place(x, y)
+        if where is not None:
+            self.rows[where[0]][where[1]] = sign
+
+    def curve(self, x: Reals, y: Reals, sign: str) -> None:
+        """A character at each of the points."""
+        for a, b in zip(x, y, strict=True):
+            self.put(float(a), float(b), sign)
+
+    def axes(self) -> None:
+        """The lines ``sigma = 0`` and ``phi = 0``, where they are within sight."""
+        for x in np.linspace(*self.across, _COLUMNS):
+            self.put(float(x), 0.0, "-")
+        for y in np.linspace(*self.up, _ROWS):
+            self.put(0.0, float(y), "|")
+
+    def text(self, legend: str) -> str:
+        """The sheet with the numbers at its edges, and the legend below."""
+        (left, right), (bottom, top) = self.across, self.up
+        labels: Sequence[str] = [_short(top), *[""] * (_ROWS - 2), _short(bottom)]
+        lines = [f"{label:>{_LABEL}} |{''.join(row)}".rstrip() for label, row in zip(labels, self.rows, strict=True)]
+        ends = f"{_short(left)}{_short(right):>{_COLUMNS - len(_short(left))}}"
+        margin = " " * (_LABEL + 2)
+        return "\n".join([*lines, f"{margin}{ends}", f"{margin}{legend}"])
+
+
+def _short(value: float) -> str:
+    return f"{value:.3g}"
+
+
+_WIDTH = 76
+
+
+def message(violation: Violation) -> str:
+    """The message of a violation.
+
+    Parameters
+    ----------
+    violation : Violation
+        What was found.
+
+    Returns
+    -------
+    str
+        A sentence that stands alone in pytest's summary, a table, and the plot.
+    """
+    return "\n".join(
+        [
+            textwrap.fill(_sentence(violation), _WIDTH),
+            "",
+            *_table(violation),
+            "",
+            ascii_plot(violation),
+            "",
+            *_how(violation),
+        ]
+    )
+
+
+def _sentence(violation: Violation) -> str:
+    places = list(map(number, violation.sigma))
+    if violation.kind == "odd":
+        found = f"phi({places[0]}) + phi({number(-violation.sigma[0])}) = {violation.found:.6g}"
+    elif violation.kind == "slope":
+        found = f"slope {measured(violation)} from sigma = {places[0]} to {places[1]}"
+    elif violation.sigma == (0.0,):
+        found = f"phi(0) = {number(violation.phi[0])}"
+    else:
+        found = f"phi(sigma)/sigma = {measured(violation)} at sigma = {places[0]}"
+    return f"{violation.denial}: {found}"
+
+
+def _table(violation: Violation) -> list[str]:
+    rows = [("sigma", ", ".join(map(number, violation.sigma)))]
+    rows.append(("phi(sigma)", ", ".join(f"{value:.8g}" for value in violation.phi)))
+    if math.isfinite(violation.found) and violation.sigma != (0.0,):
+        rows.append((violation.quantity, measured(violation)))
+    slack = f", tolerance {violation.tolerance:g}" if violation.tolerance else ""
+    if violation.kind != "odd":
+        rows.append(("allowed", f"[{number(violation.lower)}, {number(violation.upper)}]{slack}"))
+    if math.isfinite(violation.excess):
+        rows.append(("excess", f"{violation.excess:.6g}"))
+    if math.isfinite(violation.slope):
+        rows.append(("slope there", f"{violation.slope:.6g}"))
+    width = max(len(name) for name, _ in rows)
+    return [f"  {name:<{width}}  {value}" for name, value in rows]
+
+
+def _how(violation: Violation) -> list[str]:
+    return textwrap.wrap(violation.how, _WIDTH)
+
+
+def measured(violation: Violation) -> str:
+    """What was found, with digits enough to tell it from the bound.
+
+    Parameters
+    ----------
+    violation : Violation
+        What was found.
+    """
+    for digits in (6, 9, 12):
+        text = f"{violation.found:.{digits}g}"
+        if violation.excess > 10.0 ** (1 - digits) * abs(violation.found):
+            return text
+    return repr(violation.found)
+
+
+def number(value: float | Fraction) -> str:
+    """A number for people: short where it is exact, else of up to 12 digits."""
+    if isinstance(value, Fraction) and value.denominator != 1:
+        text = str(value)
+        return text if len(text) <= 15 else f"{float(value):.12g}"
+    short = f"{float(value):.6g}"
+    return short if float(short) == float(value) else f"{float(value):.12g}"

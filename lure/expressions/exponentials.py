@@ -13,7 +13,7 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from lure.arrays import np
-from lure.expressions.numeric import closure
+from lure.expressions.expression import closure
 from lure.expressions.rigorous import holds, value
 from lure.expressions.tree import Apply, Node, Number, Variable, names
 

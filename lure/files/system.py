@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lure.classes import NonlinearityClass
 from lure.errors import InputError
 from lure.loop import Loop, loop_rows
-from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.base import Nonlinearity
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace

@@ -1,8 +1,10 @@
 """The library of nonlinearities: exact parameters, values, slope, primitive, and what is known of each law."""
 
 from lure.nonlinearities.base import Law as Law
-from lure.nonlinearities.checking import check_declared as check_declared
 from lure.nonlinearities.formula import ExpressionNonlinearity as ExpressionNonlinearity
+from lure.nonlinearities.named import Cubic as Cubic
+from lure.nonlinearities.named import Quantiser as Quantiser
+from lure.nonlinearities.named import Tanh as Tanh
 from lure.nonlinearities.piecewise_linear import DeadZone as DeadZone
 from lure.nonlinearities.piecewise_linear import GraphNonlinearity as GraphNonlinearity
 from lure.nonlinearities.piecewise_linear import LeakyReLU as LeakyReLU
@@ -13,13 +15,11 @@ from lure.nonlinearities.piecewise_linear import relay_with_slope as relay_with_
 from lure.nonlinearities.properties import Properties as Properties
 from lure.nonlinearities.properties import Property as Property
 from lure.nonlinearities.properties import Provenance as Provenance
+from lure.nonlinearities.properties import check_declared as check_declared
 from lure.nonlinearities.properties import law_class as law_class
 from lure.nonlinearities.properties import properties as properties
-from lure.nonlinearities.quantiser import Quantiser as Quantiser
 from lure.nonlinearities.reading import LAW_KINDS as LAW_KINDS
 from lure.nonlinearities.reading import law_from_table as law_from_table
 from lure.nonlinearities.shifted import ShiftedNonlinearity as ShiftedNonlinearity
 from lure.nonlinearities.shifted import shifted_class as shifted_class
 from lure.nonlinearities.shifted import shifted_law as shifted_law
-from lure.nonlinearities.smooth import Cubic as Cubic
-from lure.nonlinearities.smooth import Tanh as Tanh

@@ -1,14 +1,19 @@
-"""What every law of the library offers, and the checks its parameters share."""
+"""Nonlinearities ``phi(sigma)``, which enter a loop as ``mu = -phi(sigma)``: what each offers, and what it checks."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
+from lure.record import by_value
+
+# What every law of the library offers, and the checks its parameters share.
 
 Parameter: TypeAlias = Exact | str
 """A number, or a text of one such as ``".1"`` or ``"1/3"``."""
@@ -96,3 +101,143 @@ def number_text(value: Fraction) -> str:
 def factor_text(value: Fraction) -> str:
     """A number before a product: ``2 ``, nothing for 1."""
     return "" if value == 1 else f"{number_text(value)} "
+
+
+class Nonlinearity(Protocol):
+    """What a loop needs of a law: its sector (the caller's word) and its values."""
+
+    @property
+    def sector(self) -> Sector:
+        """Sector the caller vouches for [unit of phi / unit of sigma]."""
+
+    def __call__(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
+        """Values ``phi(sigma)``, elementwise."""
+
+
+@by_value
+@dataclass(frozen=True, eq=False)
+class NormalCompliance:
+    r"""Normal compliance, ``p(r) = c_n max(r, 0)^m`` (Martins and Oden 1987).
+
+    ``r`` is the penetration: displacement of the contacting end minus the gap.  The paper's law (9) is ``m = 1``,
+    ``c_n = 1/eps``.  As ``c_n -> inf`` it tends to the Signorini condition ``r <= 0, p >= 0, r p = 0`` (a rigid
+    obstacle), which is a set-valued law and not a member of this class.
+
+    The law is continuous, nondecreasing, and zero on the whole half-line ``r <= 0``: a loop with it has a half-line
+    of equilibria, so that no theorem can make its origin asymptotically stable.
+
+    Parameters
+    ----------
+    stiffness : float or Fraction
+        ``c_n > 0`` [Pa/m^m].
+    exponent : float or Fraction
+        ``m > 0`` [-].
+
+    Attributes
+    ----------
+    sector : Sector
+        ``[0, c_n]`` for ``m = 1``, else ``[0, inf]``: for ``m > 1`` the chord slope grows without bound as ``r`` grows,
+        for ``m < 1`` as ``r`` falls to zero.
+    slope_bounds : SlopeBounds
+        ``[0, c_n]`` for ``m = 1``, else ``[0, inf]``.
+    locally_lipschitz : bool
+        ``m >= 1``.
+
+    Raises
+    ------
+    InputError
+        ``c_n`` or ``m`` is not a positive finite number.
+
+    References
+    ----------
+    J. A. C. Martins and J. T. Oden, Nonlinear Analysis TMA 11 (1987) 407-428.
+
+    Examples
+    --------
+    >>> law = NormalCompliance(stiffness=4, exponent=1)
+    >>> print(law.sector, law([-1.0, 0.5]), law.primitive([-1.0, 0.5]))
+    [0, 4] [0. 2.] [0.  0.5]
+    >>> print(law, "and", NormalCompliance(stiffness=1, exponent="3/2"))
+    the contact law 4 max(sigma, 0) and the contact law max(sigma, 0)^1.5
+    """
+
+    stiffness: float
+    exponent: float = 1.0
+    exact_stiffness: Fraction = field(init=False)
+    exact_exponent: Fraction = field(init=False)
+
+    def __post_init__(self) -> None:
+
+        for name in ("stiffness", "exponent"):
+            exact = positive(getattr(self, name), f"NormalCompliance.{name}")
+            object.__setattr__(self, f"exact_{name}", exact)
+            object.__setattr__(self, name, float(exact))
+
+    @property
+    def sector(self) -> Sector:
+        """``[0, c_n]`` for ``m = 1``, else ``[0, inf]`` [Pa/m]."""
+        return Sector(0, self.exact_stiffness if self.exact_exponent == 1 else math.inf)
+
+    @property
+    def slope_bounds(self) -> SlopeBounds:
+        """``[0, c_n]`` for ``m = 1``, else ``[0, inf]`` [Pa/m]."""
+        return SlopeBounds(0, self.exact_stiffness if self.exact_exponent == 1 else math.inf)
+
+    @property
+    def odd(self) -> bool:
+        """False: the law pushes one way only."""
+        return False
+
+    @property
+    def regularity(self) -> str:
+        """Continuity in words."""
+        if self.exact_exponent == 1:
+            return "piecewise linear, globally Lipschitz"
+        return "continuous, locally Lipschitz" if self.locally_lipschitz else "continuous, not Lipschitz at 0"
+
+    @property
+    def breakpoints(self) -> tuple[Fraction, ...]:
+        """The point of contact."""
+        return (Fraction(0),)
+
+    @property
+    def locally_lipschitz(self) -> bool:
+        """Whether ``p`` is locally Lipschitz: ``m >= 1``."""
+        return self.exact_exponent >= 1
+
+    def __call__(self, penetration: ArrayLike, /) -> NDArray[np.float64]:
+        """Contact stress ``p(r)`` [Pa] at the penetration ``r`` [m], elementwise; ``inf`` above the largest double."""
+        r = np.maximum(np.asarray(penetration, dtype=float), 0.0)
+        with np.errstate(over="ignore", under="ignore"):
+            return np.asarray(self.stiffness * r**self.exponent)
+
+    def slope(self, penetration: ArrayLike, /) -> NDArray[np.float64]:
+        """Derivative ``p'(r)`` [Pa/m], elementwise; at ``r = 0`` the left derivative, zero."""
+        r = np.asarray(penetration, dtype=float)
+        outside = r <= 0
+        with np.errstate(over="ignore", under="ignore"):
+            inside = self.stiffness * self.exponent * np.where(outside, 1.0, r) ** (self.exponent - 1)
+        return np.where(outside, 0.0, inside)
+
+    def primitive(self, penetration: ArrayLike, /) -> NDArray[np.float64]:
+        """``P(r) = int_0^r p = c_n max(r, 0)^(m+1) / (m+1)`` [Pa m], elementwise."""
+        r = np.maximum(np.asarray(penetration, dtype=float), 0.0)
+        with np.errstate(over="ignore", under="ignore"):
+            return np.asarray(self.stiffness * r ** (self.exponent + 1) / (self.exponent + 1))
+
+    def __str__(self) -> str:
+
+        m = number_text(self.exact_exponent)
+        power = "" if m == "1" else f"^({m})" if "/" in m else f"^{m}"
+        return f"the contact law {factor_text(self.exact_stiffness)}max(sigma, 0){power}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: parameters, and what is known with its provenance."""
+        from lure.nonlinearities.properties import law_dict
+
+        return law_dict(self)
+
+    def _repr_html_(self) -> str:
+        from lure.nonlinearities.properties import law_html
+
+        return law_html(self)

@@ -14,8 +14,9 @@ from typing import Any, TypeVar, cast
 
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
-from lure.nonlinearities.base import exact_parameter
+from lure.nonlinearities.base import Nonlinearity, NormalCompliance, exact_parameter
 from lure.nonlinearities.formula import ExpressionNonlinearity
+from lure.nonlinearities.named import Cubic, Quantiser, Tanh
 from lure.nonlinearities.piecewise_linear import (
     IDEAL_RELAY,
     DeadZone,
@@ -25,9 +26,6 @@ from lure.nonlinearities.piecewise_linear import (
     Saturation,
     relay_with_slope,
 )
-from lure.nonlinearities.protocol import Nonlinearity, NormalCompliance
-from lure.nonlinearities.quantiser import Quantiser
-from lure.nonlinearities.smooth import Cubic, Tanh
 
 # Laws from the tables of a system file: a kind and named values.
 

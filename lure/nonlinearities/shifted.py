@@ -10,10 +10,9 @@ from typing import Any
 from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.exact import Exact, exact_number
-from lure.nonlinearities.base import Law, number_text
+from lure.nonlinearities.base import Law, Nonlinearity, number_text
+from lure.nonlinearities.named import Cubic
 from lure.nonlinearities.piecewise_linear import GraphNonlinearity, PiecewiseLinear
-from lure.nonlinearities.protocol import Nonlinearity
-from lure.nonlinearities.smooth import Cubic
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-from lure.nonlinearities.protocol import NormalCompliance as NormalCompliance
+from lure.nonlinearities.base import NormalCompliance as NormalCompliance
 from lure.rod.discretisation import UpwindScheme as UpwindScheme
 from lure.rod.discretisation import upwind as upwind
 from lure.rod.motion import Boundary as Boundary

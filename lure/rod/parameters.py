@@ -13,7 +13,7 @@ from typing import cast
 
 from lure.errors import InputError
 from lure.exact import Exact, exact_number, square_root
-from lure.nonlinearities.protocol import NormalCompliance
+from lure.nonlinearities.base import NormalCompliance
 
 PARAMETERS = ("youngs_modulus", "density", "length", "area", "damping", "compliance", "exponent", "gap")
 _MULTIPLE = re.compile(r"([+-]?)\s*([0-9][^\s*Z]*|\.[0-9][^\s*Z]*)?\s*\*?\s*Z(?:\s*/\s*([0-9.]+))?")

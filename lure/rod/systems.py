@@ -11,7 +11,7 @@ from typing import Any, cast
 
 from lure.errors import InputError
 from lure.loop import LoopModel
-from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.base import Nonlinearity
 from lure.plants.block import StructuredPlant
 from lure.record import by_value, html_table
 from lure.rod.discretisation import Form, upwind

@@ -16,11 +16,11 @@ from lure.analysis.certificates.balls import exponential
 from lure.analysis.certificates.checker import Refuted, check
 from lure.analysis.certificates.refutations import refutation_draft
 from lure.analysis.certificates.sealing import completed
-from lure.analysis.counterexamples.acceptance import accept_orbit_continuous
 from lure.analysis.counterexamples.linear import balls
 from lure.analysis.counterexamples.orbit import accept_orbit
 from lure.analysis.counterexamples.oscillation import oscillation_witness
 from lure.analysis.counterexamples.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
+from lure.analysis.counterexamples.search import accept_orbit_continuous
 from lure.analysis.counterexamples.switched import switched_witness, switched_witness_discrete
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.verdict import Evidence, Witness

@@ -15,7 +15,7 @@ import pytest
 from commands import names
 
 from lure import __version__
-from lure.analysis.cli.doctor import NEEDED, OPTIONAL
+from lure.analysis.cli.commands import NEEDED, OPTIONAL
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError
 from lure.files import read_system, system_to_toml, template
@@ -399,7 +399,7 @@ def test_doctor_looks_for_what_the_extras_install():
 
 
 def test_doctor_says_what_is_missing(lure, monkeypatch):
-    monkeypatch.setattr("lure.analysis.cli.doctor.NEEDED", ("numpy", "no-such-package"))
+    monkeypatch.setattr("lure.analysis.cli.commands.NEEDED", ("numpy", "no-such-package"))
     status, out, _ = lure("doctor")
     assert status == 2
     assert "  no-such-package" in out

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lure.analysis.counterexamples.acceptance import accept_escape, accept_orbit_continuous
 from lure.analysis.counterexamples.linear import companion, realisation
 from lure.analysis.counterexamples.oscillation import oscillation_witness
-from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns, saturation
+from lure.analysis.counterexamples.piecewise import Flow, Itinerary, PiecewiseLoop, proved, refined, returns, saturation
+from lure.analysis.counterexamples.search import accept_escape, accept_orbit_continuous
 from lure.analysis.counterexamples.simulated import simulate_loop
-from lure.analysis.counterexamples.validated import Itinerary, proved, refined
 from lure.analysis.verdict import Evidence
 from lure.errors import InputError
 from lure.nonlinearities import PiecewiseLinear, Saturation, Tanh

@@ -11,8 +11,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from lure.analysis.counterexamples.linear import Exponential, companion, doubles
-from lure.analysis.counterexamples.switched import growing, switched_witness
-from lure.analysis.counterexamples.switching_search import SwitchingSearch
+from lure.analysis.counterexamples.switched import SwitchingSearch, growing, switched_witness
 from lure.analysis.verdict import Evidence
 from lure.plants.rational import RationalPlant
 

@@ -20,7 +20,7 @@ from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.write import loop_page
 from lure.analysis.rod.report import build_report, claims
 from lure.analysis.rod.report.document import document
-from lure.analysis.rod.report.page import page
+from lure.analysis.rod.report.output import page
 from lure.files import parse_system
 from lure.files.builtin import builtin_loop, loop_names
 from lure.rod import builtin_system

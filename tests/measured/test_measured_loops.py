@@ -15,7 +15,7 @@ from lure.analysis.measured import (
     report_from_data,
     sector_from_data,
 )
-from lure.analysis.measured.loops import has_loop, pairs_of
+from lure.analysis.measured.sector import has_loop, pairs_of
 
 WIDTH, COMMON = 3.0, 40  # deviations of the noise; readings on both of two branches
 

@@ -26,7 +26,7 @@ from lure.nonlinearities import (
     Tanh,
     law_from_table,
 )
-from lure.nonlinearities.protocol import NormalCompliance
+from lure.nonlinearities.base import NormalCompliance
 from lure.plants.rational import RationalPlant
 
 F = Fraction

@@ -1,4 +1,4 @@
-"""lure.nonlinearities.protocol: the normal compliance law, its sector, its slope and its primitive."""
+"""lure.nonlinearities.base: the normal compliance law, its sector, its slope and its primitive."""
 
 import math
 from fractions import Fraction

@@ -25,7 +25,7 @@ from lure.nonlinearities import (
     Tanh,
     shifted_law,
 )
-from lure.nonlinearities.protocol import NormalCompliance
+from lure.nonlinearities.base import NormalCompliance
 
 
 def check(extreme, truth, side, made, *, scale):

@@ -10,14 +10,14 @@ from flint import arb
 from lure import SlopeBounds
 from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.nonlinearity.expansion import Stretch, Unsettled, arb_of, enclosure_at_end, expanded
-from lure.analysis.nonlinearity.extremes import Candidate, Cover, tightened
 from lure.analysis.nonlinearity.jets import Span, jet, over_sigma, values_by_branch
 from lure.analysis.nonlinearity.pieces import difference_vanishes
+from lure.analysis.nonlinearity.rational import Candidate, Cover, tightened
 from lure.analysis.numerics.precision import working_precision
 from lure.expressions import Expression
-from lure.expressions.calculus import derivative
 from lure.expressions.regularity import hull
 from lure.expressions.rigorous import ball, enclosure
+from lure.expressions.tree import derivative
 
 BITS = 160
 FORMULAS = [

@@ -30,7 +30,7 @@ from lure.nonlinearities import (
     law_class,
     shifted_law,
 )
-from lure.nonlinearities.protocol import NormalCompliance
+from lure.nonlinearities.base import NormalCompliance
 
 LIBRARY = [
     Saturation(gain=2, limit=1),

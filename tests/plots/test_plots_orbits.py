@@ -7,9 +7,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from lure import InputError, PiecewiseLinear, RationalPlant, Saturation
-from lure.analysis.counterexamples.acceptance import accept_orbit_continuous
 from lure.analysis.counterexamples.linear import linear_witness
 from lure.analysis.counterexamples.orbit import accept_orbit
+from lure.analysis.counterexamples.search import accept_orbit_continuous
 from lure.analysis.counterexamples.simulated import orbit_of
 from lure.analysis.describing import DescribingHint, describing_hint
 from lure.analysis.plots import plot_hint, plot_law, plot_orbit, plot_orbit_signals

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 from lure import DelayPlant, InputError, RationalPlant
-from lure.analysis.plots.loops import OnAxis, plot_loop_nyquist, plot_loop_popov, plot_reach
-from lure.analysis.plots.orbits import plot_solutions
+from lure.analysis.plots.loops import OnAxis, plot_loop_nyquist, plot_loop_popov, plot_reach, plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
 from lure.analysis.report.loop.document import balance_hints, inputs_sha256, law_text, loop_document, plain
 from lure.analysis.report.loop.figures import loop_figures

@@ -21,7 +21,7 @@ from lure.analysis.rod.report import build, build_report, document, write_report
 from lure.analysis.rod.report.claims import claims
 from lure.analysis.rod.report.document import exact_text
 from lure.analysis.rod.report.figures import specs as figure_specs
-from lure.analysis.rod.report.page import page
+from lure.analysis.rod.report.output import page
 from lure.analysis.verdict import Verdict
 from lure.rod import Scenario, builtin_system, builtin_systems
 from lure.rod.systems import rod_from_exact

@@ -120,9 +120,7 @@ def test_processes_that_share_the_values_find_the_same():
 
 
 def test_a_value_that_cannot_be_followed_is_kept_with_the_reason(monkeypatch):
-    module = importlib.import_module(
-        "lure.analysis.rod.response.bifurcation"
-    )  # the package has a function of that name
+    module = importlib.import_module("lure.analysis.rod.response.sweeping")  # the package has a function of that name
 
     def refusing(rod, scenario, watches, progress=None):
         if rod.gap > 0.5:

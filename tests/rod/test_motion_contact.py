@@ -9,7 +9,7 @@ import pytest
 from motions import EITHER_WAY, imbalance, other_rod, unit_rod
 
 from lure import AssumptionError, PiecewiseLinear
-from lure.analysis.rod.paper.shift import rod_run
+from lure.analysis.rod.paper.runs import rod_run
 from lure.analysis.rod.simulation import simulate
 from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.motion import Boundary, Numerics, exact_motion

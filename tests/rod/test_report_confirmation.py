@@ -14,10 +14,11 @@ from lure.analysis.report.parts import to_json
 from lure.analysis.rod.confirmation import confirm
 from lure.analysis.rod.confirmation.result import Quantity
 from lure.analysis.rod.confirmation.rod_side import contradictions_of_rest, contradictions_of_rod
-from lure.analysis.rod.report import build, build_report, confirmed, document
+from lure.analysis.rod.report import build, build_report, document
+from lure.analysis.rod.report import document as confirmed
 from lure.analysis.rod.report.claims import claims
-from lure.analysis.rod.report.confirmed import confirmation_data, confirmation_sentence
-from lure.analysis.rod.report.page import page
+from lure.analysis.rod.report.document import confirmation_data, confirmation_sentence
+from lure.analysis.rod.report.output import page
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.trajectory import compared
 from lure.analysis.verdict import Evidence

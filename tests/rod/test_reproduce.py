@@ -12,11 +12,9 @@ from scipy.linalg import expm
 
 from lure import AssumptionError
 from lure.analysis.rod.paper import paper_figures, paper_runs, paper_table
-from lure.analysis.rod.paper.modal import HarmonicForce, ModalBasis, modal_run
-from lure.analysis.rod.paper.runs import AMPLITUDES, OMEGA
+from lure.analysis.rod.paper.figures import write_paper
+from lure.analysis.rod.paper.runs import AMPLITUDES, OMEGA, HarmonicForce, ModalBasis, modal_run, rod_run
 from lure.analysis.rod.paper.settling import rod_settling, scheme_settling
-from lure.analysis.rod.paper.shift import rod_run
-from lure.analysis.rod.paper.write import write_paper
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.verdict import Evidence
 from lure.rod import Rod, Scenario, builtin_system, initial_state, upwind

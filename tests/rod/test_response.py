@@ -204,7 +204,7 @@ def test_a_motion_on_its_way_to_its_regime_says_so():
 
 # k/M = 1 1/s, and the slower root of M s^2 + k s + A/eps: (1 - sqrt(1/2))/2 of k/M for the paper's numbers
 def test_the_time_to_wait_follows_from_the_slowest_time_constant_of_the_paper_rod():
-    from lure.analysis.rod.response.plan import settling
+    from lure.analysis.rod.response.recording import settling
     from lure.rod.systems import paper_rod
 
     found = settling(paper_rod(), Plan(), 1.0)
@@ -221,7 +221,7 @@ def test_the_time_to_wait_follows_from_the_slowest_time_constant_of_the_paper_ro
 
 @given(damping=st.floats(0.01, 50), end=st.sampled_from([0.0, 0.3, 2.0]))
 def test_the_rate_of_the_waves_is_that_of_the_echoes(damping, end):
-    from lure.analysis.rod.response.plan import wave_rate
+    from lure.analysis.rod.response.recording import wave_rate
 
     rod = unit_rod(damping=damping)
     echo = abs(rod.reflection * (1 - end) / (1 + end))

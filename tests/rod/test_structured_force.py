@@ -13,7 +13,7 @@ from scipy.linalg import expm
 
 from lure import InputError
 from lure.analysis.rod.energy import discrete_energy
-from lure.analysis.rod.paper.modal import HarmonicForce, ModalBasis, modal_run
+from lure.analysis.rod.paper.runs import HarmonicForce, ModalBasis, modal_run
 from lure.analysis.rod.simulation import simulate
 from lure.expressions import Expression
 from lure.expressions.exponentials import exponentials

@@ -23,7 +23,7 @@ from lure.analysis.rod.confirmation import confirmation
 from lure.analysis.rod.paper import PaperClaim, PaperTable, Peak
 from lure.analysis.rod.paper.settling import scheme_settling
 from lure.analysis.rod.response import Plan, Sweep, basin, bifurcation, response, resting_place
-from lure.analysis.rod.response.separation import separation
+from lure.analysis.rod.response.seen import separation
 from lure.analysis.rod.runs import Request, perform, sampled_motion
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.spectrum import rod_spectrum

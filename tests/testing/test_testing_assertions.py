@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import Cubic, Expression, Quantiser, Saturation, Sector, SlopeBounds, Tanh
-from lure.analysis.nonlinearity.parity import known_odd
+from lure.analysis.nonlinearity.shape import known_odd
 from lure.analysis.testing import (
     NonlinearityViolation,
     assert_in_sector,

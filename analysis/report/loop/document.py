@@ -20,7 +20,7 @@ from lure.analysis.report.parts import SCHEMA
 from lure.errors import AssumptionError, InputError
 from lure.loop import sector_shift
 from lure.nonlinearities import Property
-from lure.nonlinearities.protocol import Nonlinearity
+from lure.nonlinearities.base import Nonlinearity
 from lure.plants.rational import RationalPlant
 
 # Results as plain data, whatever numbers they hold.

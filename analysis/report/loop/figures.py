@@ -15,8 +15,7 @@ from lure.analysis.graphical.popov import PopovResponse
 from lure.analysis.graphical.supporting_proof import searched_theta
 from lure.analysis.inequality.state_space import shifted_states
 from lure.analysis.plots import render
-from lure.analysis.plots.loops import plot_reach
-from lure.analysis.plots.orbits import plot_law, plot_orbit_signals, plot_solutions
+from lure.analysis.plots.loops import plot_law, plot_orbit_signals, plot_reach, plot_solutions
 from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
 from lure.analysis.questions import StabilityBound
 from lure.analysis.questions.table import class_name

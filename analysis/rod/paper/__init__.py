@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lure.analysis.rod.paper.claims_figures import figure_claims
-from lure.analysis.rod.paper.claims_theory import theory_claims
+from lure.analysis.rod.paper.claims import figure_claims, theory_claims
 from lure.analysis.rod.paper.figures import PaperFigure as PaperFigure
 from lure.analysis.rod.paper.figures import paper_figures as paper_figures
 from lure.analysis.rod.paper.model import PaperClaim as PaperClaim
@@ -53,7 +52,7 @@ def reproduce_paper(directory: Path | None = None, *, progress: Progress | None 
     runs = paper_runs(progress=progress)
     table = paper_table(runs)
     if directory is not None:
-        from lure.analysis.rod.paper.write import write_paper
+        from lure.analysis.rod.paper.figures import write_paper
 
         write_paper(table, runs, directory)
     return table

@@ -10,8 +10,7 @@ import numpy as np
 
 from lure.analysis.graphical.supporting_proof import searched_theta
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.plots.nyquist import plot_nyquist
-from lure.analysis.plots.popov import curve, plot_popov
+from lure.analysis.plots.frequency import curve, plot_nyquist, plot_popov
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,

@@ -1,9 +1,11 @@
-"""The report as plain data: what goes into ``report.json`` and what the page prints."""
+"""The report as plain data, what goes into ``report.json`` and what the page prints; and in a dozen lines of text."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
+import textwrap
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -11,8 +13,8 @@ from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.doubles import json_number
 from lure.analysis.report.certificates import certificate_list
 from lure.analysis.report.parts import SCHEMA, Json
-from lure.analysis.rod.report.confirmed import confirmation_data
-from lure.analysis.rod.report.model import StabilityReport
+from lure.analysis.rod.confirmation import Confirmation, Side
+from lure.analysis.rod.confirmation.result import Quantity, Rest
 from lure.analysis.rod.simulation.trajectory import compared
 from lure.analysis.verdict import Bracket
 from lure.expressions.tree import decimal
@@ -20,7 +22,216 @@ from lure.rod.parameters import PARAMETERS
 from lure.rod.systems import RodSystem
 
 if TYPE_CHECKING:
+    from lure.analysis.rod.report.model import StabilityReport
     from lure.analysis.rod.simulation import Trajectory
+
+# The confirmation of a report as plain data and in words.
+
+_UNDER_LOAD = (
+    "under load nothing is claimed of energy, Lyapunov function or zeta, since the load feeds energy in; what is "
+    "checked is the balance of the energy"
+)
+
+
+def confirmation_data(found: Confirmation) -> Json:
+    """The ``confirmation`` part of ``report.json``.
+
+    Parameters
+    ----------
+    found : Confirmation
+        The two motions.
+    """
+    return {
+        "kind": found.kind,
+        "sentence": confirmation_sentence(found),
+        "rod": None if found.rod is None else _side(found.rod),
+        "scheme": None if found.scheme is None else _side(found.scheme),
+        "rod_skipped": found.rod_skipped,
+        "scheme_skipped": found.scheme_skipped,
+        "agrees": found.agrees,
+        "compared": list(found.compared),
+    }
+
+
+def _side(side: Side) -> Json:
+    return {
+        "model": side.model,
+        "until": json_number(side.until),
+        "contact_count": side.contacts,
+        "max_gap_coordinate": json_number(side.highest),
+        "energy_residual": json_number(side.energy_residual),
+        "energy": _quantity(side.energy),
+        "lyapunov": _quantity(side.lyapunov),
+        "lyapunov_theta": json_number(side.lyapunov_theta),
+        "zeta": _quantity(side.zeta),
+        "momentum_residual": json_number(side.momentum),
+        "rest": _rest(side.rest),
+        "open_end": side.open_end,
+    }
+
+
+def _quantity(quantity: Quantity | None) -> Json | None:
+    if quantity is None:
+        return None
+    return {
+        "start": json_number(quantity.start),
+        "end": json_number(quantity.end),
+        "residual": json_number(quantity.against),
+        "rounding": json_number(quantity.allowance),
+    }
+
+
+def _rest(rest: Rest | None) -> Json | None:
+    if rest is None:
+        return None
+    return {
+        "predicted": json_number(rest.predicted),
+        "shown": json_number(rest.shown),
+        "at": json_number(rest.at),
+        "way": rest.way,
+        "difference": json_number(rest.difference),
+        "rounding": json_number(rest.allowance),
+        "agrees": rest.agrees,
+    }
+
+
+def confirmation_sentence(found: Confirmation) -> str:
+    """What the two motions show, without a full stop.
+
+    Parameters
+    ----------
+    found : Confirmation
+        The two motions.
+    """
+    if found.rod is None:
+        return f"the rod was not followed: {found.rod_skipped}"
+    rod, scheme = found.rod, found.scheme
+    models = "exact motions of the rod and of its scheme" if scheme is not None else "exact motion of the rod"
+    if not found.compared:
+        return f"{models}: at rest throughout, which tests nothing"
+    followed = f"{models}, the rod up to {rod.until:.4g} s ({_contacts(rod)})"
+    if found.kind == "load":
+        return f"{followed}; {_UNDER_LOAD} ({_residuals(found)})"
+    assert rod.energy is not None
+    if found.kind == "growth":
+        return (
+            f"{followed}; the energy of the rod does not fall from sample to sample, and grows from "
+            f"{rod.energy.start:.3g} J{_growth(rod.energy)}"
+        )
+    if found.kind == "undamped":
+        kept = f"the energy of the rod stays {rod.energy.start:.3g} J within {_order(rod.energy.against)}"
+        return f"{followed}; {kept}{_scheme_loss(scheme)}"
+    return f"{followed}; energy, Lyapunov function and zeta do not rise from sample to sample; {_rests(found)}"
+
+
+def _growth(energy: Quantity) -> str:
+    """By how much, or to what: two numbers that look alike show no growth."""
+    share = energy.end / energy.start - 1.0 if energy.start > 0.0 else 1.0
+    return f" by {100.0 * share:.3g} %" if share < 1.0 else f" to {energy.end:.3g} J"
+
+
+def _contacts(side: Side) -> str:
+    return "no contact" if not side.contacts else f"{side.contacts} contact{'s' if side.contacts > 1 else ''}"
+
+
+def _residuals(found: Confirmation) -> str:
+    sides = [side for side in (found.rod, found.scheme) if side is not None]
+    return ", ".join(f"{side.model.split(',')[0]} within {_order(side.energy_residual)}" for side in sides)
+
+
+def _order(value: float) -> str:
+    """A relative error as a power of ten that is not exceeded, no finer than rounding."""
+    for exponent in range(-14, 0):
+        if value <= 10.0**exponent:
+            return f"1e{exponent}"
+    return f"{math.ceil(10.0 * value) / 10.0:.2g}"
+
+
+def _scheme_loss(scheme: Side | None) -> str:
+    if scheme is None or scheme.energy is None or scheme.energy.start <= 0.0:
+        return ""
+    left = scheme.energy.end / scheme.energy.start
+    return f", its waves persist; the scheme keeps {left:.2g} of it, since its damping is numerical"
+
+
+def _rests(found: Confirmation) -> str:
+    sides = [side for side in (found.rod, found.scheme) if side is not None]
+    settled = [(side.model.split(",")[0], side.rest) for side in sides if side.rest is not None]
+    if not settled:
+        of = "neither was" if len(sides) > 1 else "it was not"
+        return f"{of} followed to a resting place: contact is going on or can still come"
+    places = ", ".join(f"{name} at z = {rest.predicted:.9g} m" for name, rest in settled)
+    if all(rest.agrees for _, rest in settled):
+        return f"the resting place predicted from momentum ({places}) is the one shown, to 1e-9 of the largest |z|"
+    worst = max(rest.difference for _, rest in settled)
+    return f"the resting place predicted from momentum ({places}) is shown to {worst:.1g} of the largest |z| only"
+
+
+# The report in a dozen lines of plain text, for the terminal.
+
+_WIDTH = 80
+_HEAD = ("criterion", "model", "verdict", "evidence", "theta", "margin", "reach")
+
+
+def summary(report: StabilityReport) -> str:
+    """Verdict, conclusion, criteria, spectrum and motions, at most 80 columns wide.
+
+    Parameters
+    ----------
+    report : StabilityReport
+        The report.
+    """
+    reasons = dict.fromkeys(
+        f"In the {result.model}, {result.reason}" for result in report.criteria if result.theta is None
+    )
+    blocks = [
+        f"{report.verdict}  {report.system.name}",
+        _filled(report.conclusion.statement),
+        _filled(f"Criteria for the sector {report.criteria[0].sector} Pa/m; theta in s, margin in m/Pa, reach in Pa/m")
+        + "\n"
+        + _table([_HEAD, *(_row(result) for result in report.criteria)]),
+        *(_filled(f"{reason}.") for reason in reasons),
+        _filled(f"Spectrum: {report.spectrum}."),
+        _filled(f"Simulation: {_simulated(report)}."),
+        _filled(f"Confirmation: {confirmation_sentence(report.confirmation)}."),
+    ]
+    return "\n\n".join(blocks)
+
+
+def _filled(text: str) -> str:
+    return textwrap.fill(text, _WIDTH, break_on_hyphens=False)  # names such as rod-energy stay whole
+
+
+def _row(result: CriterionResult) -> tuple[str, ...]:
+    brackets = (result.margin, result.largest_sector)
+    numbers = [result.theta, *(bracket.low for bracket in brackets if bracket is not None)]
+    return (
+        result.name,
+        result.model,
+        str(result.verdict),
+        str(result.evidence_shown or "-"),
+        *(f"{value:.4g}" for value in numbers if value is not None),
+    )
+
+
+def _table(rows: list[tuple[str, ...]]) -> str:
+    widths = [max(len(row[i]) for row in rows if i < len(row)) for i in range(len(_HEAD))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _simulated(report: StabilityReport) -> str:
+    run = report.simulation.trajectory
+    if run is None:
+        return f"skipped, {report.simulation.skipped}"
+    count = len(run.contacts)
+    touches = f"{count} contact interval{'s' if count != 1 else ''}" if run.contact else "no contact"
+    return (
+        f"{report.simulation.cells} cells up to {float(run.t[-1]):.4g} s, {touches}, largest z "
+        f"{run.max_gap_coordinate:.6g} m, energy identity within {run.energy_residual:.1e}; compared with the theory: "
+        + (", ".join(compared(run)) or "nothing, the rod stays at rest")
+    )
+
 
 MOST_CONTACTS = 1000
 

@@ -11,7 +11,7 @@ from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.rod.conclusion import Conclusion
 from lure.analysis.rod.confirmation import Confirmation
 from lure.analysis.rod.criteria import ResponseCheck
-from lure.analysis.rod.report.console import summary
+from lure.analysis.rod.report.document import document, summary
 from lure.analysis.rod.spectrum import RodSpectrum
 from lure.analysis.verdict import Verdict
 from lure.record import html_table, xarray_or_refusal
@@ -103,8 +103,6 @@ class StabilityReport:
 
     def to_dict(self) -> dict[str, Any]:
         """``report.json`` as plain data, with its published schema."""
-        from lure.analysis.rod.report.document import document
-
         return document(self)
 
     def to_xarray(self) -> xarray.Dataset:

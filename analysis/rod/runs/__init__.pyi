@@ -1,3 +1,4 @@
+from lure.analysis.rod.runs.drawing import write_dataset as write_dataset
 from lure.analysis.rod.runs.methods import sampled_motion as sampled_motion
 from lure.analysis.rod.runs.request import Performed as Performed
 from lure.analysis.rod.runs.request import Request as Request
@@ -6,4 +7,3 @@ from lure.analysis.rod.runs.sampled import Along as Along
 from lure.analysis.rod.runs.sampled import SampledRun as SampledRun
 from lure.analysis.rod.runs.sampled import motion_dataset as motion_dataset
 from lure.analysis.rod.runs.sampled import run_dataset as run_dataset
-from lure.analysis.rod.runs.writing import write_dataset as write_dataset

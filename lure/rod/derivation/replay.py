@@ -4,14 +4,6 @@ from __future__ import annotations
 
 import sympy as sp
 
-from lure.rod.derivation.energy import (
-    Balance,
-    conserved_mean,
-    energy_identity,
-    local_energy_balance,
-    popov_lyapunov,
-    rod_energy,
-)
 from lure.rod.derivation.rod import (
     area_at,
     boundary_relations,
@@ -37,15 +29,21 @@ from lure.rod.derivation.rod import (
     weak_form,
 )
 from lure.rod.derivation.scheme import (
+    Balance,
     Scheme,
     characteristic_polynomial,
+    conserved_mean,
     delay_limit,
+    energy_identity,
     least_multiplier,
+    local_energy_balance,
     low_frequency_limit,
     numerical_damping,
     popov_expression,
+    popov_lyapunov,
     residue_at_zero,
     ring,
+    rod_energy,
     scheme_delay,
     stated_characteristic_polynomial,
     stated_matrices,

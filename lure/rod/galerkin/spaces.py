@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import AssumptionError, InputError
 from lure.expressions import Expression
-from lure.nonlinearities.protocol import NormalCompliance
+from lure.nonlinearities.base import NormalCompliance
 from lure.rod.parameters import Rod
 
 if TYPE_CHECKING:

@@ -19,8 +19,7 @@ import numpy as np
 
 from lure.errors import InputError
 from lure.expressions import Expression
-from lure.expressions.calculus import switches
-from lure.expressions.tree import COMPARISONS, Apply, Node, Number, names
+from lure.expressions.tree import COMPARISONS, Apply, Node, Number, names, switches
 from lure.rod.motion.end_law import Boundary, EndLaw
 from lure.rod.motion.kernel_series import BLOCK, Counts
 from lure.rod.motion.pieces import NARROWEST, SAME, Array, Pieces, basis, distinct, fitted, tails

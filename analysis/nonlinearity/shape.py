@@ -1,4 +1,7 @@
-"""Where a nonlinearity vanishes, exactly: with a pole at 0 the equilibria of the loop are these points."""
+"""What a formula shows of a nonlinearity: whether it is odd, and where it vanishes, exactly.
+
+With a pole at 0 the equilibria of the loop are the points where it vanishes.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +10,85 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from lure.analysis.nonlinearity.bounds import cuts_of
-from lure.analysis.nonlinearity.extremes import End
-from lure.analysis.nonlinearity.known import Known, known_nonlinearity
-from lure.analysis.nonlinearity.pieces import Piece
-from lure.analysis.nonlinearity.rational import Ratio, ratio, roots_between
+from lure.analysis.nonlinearity.pieces import Known, Piece, known_nonlinearity
+from lure.analysis.nonlinearity.rational import End, Ratio, ratio, roots_between
 from lure.analysis.nonlinearity.result import short
 from lure.errors import InputError
+from lure.expressions import Expression
 from lure.expressions.regularity import nature
-from lure.expressions.tree import Apply, Node, Number
+from lure.expressions.tree import Apply, Node, Number, Variable
 from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Quantiser
+from lure.nonlinearities.formula import piecewise_linear_graph
 from lure.nonlinearities.piecewise_linear import Graph
+
+# Oddness read off a formula: a proof for every ``sigma``, where the formula shows it.
+
+_ODD_FUNCTIONS = frozenset(("neg", "sin", "tan", "tanh", "atan", "sign"))
+_EVEN_OF_ODD = frozenset(("abs", "cos"))
+_EVEN, _ODD = 1, -1
+
+
+def known_odd(expression: Expression, variable: str) -> bool | None:
+    """Whether a formula is odd; None where its form does not tell.
+
+    Parameters
+    ----------
+    expression : Expression
+        The formula.
+    variable : str
+        Its variable.
+
+    Notes
+    -----
+    A piecewise linear formula is decided from its exact graph.  For others the parities of the parts are combined: sums
+    of odd parts are odd, a product of an odd and an even part is odd, an odd function of an odd part is odd.
+
+    Examples
+    --------
+    >>> known_odd(Expression.parse("sigma/(1 + abs(sigma))", variables=("sigma",)), "sigma")
+    True
+    """
+    graph = piecewise_linear_graph(expression, variable)
+    if graph is not None:
+        return graph.odd
+    return True if _parity(expression.tree) == _ODD else None
+
+
+def _parity(node: Node) -> int | None:
+    """1 for even, -1 for odd, None for neither or not known."""
+    if isinstance(node, Number):
+        return _EVEN
+    if isinstance(node, Variable):
+        return _ODD
+    return _of_operation(node)
+
+
+def _of_operation(node: Apply) -> int | None:
+    parts = [_parity(part) for part in node.arguments]
+    name = node.operation
+    if None in parts:
+        return None
+    if all(part == _EVEN for part in parts):
+        return _EVEN
+    if name in _ODD_FUNCTIONS:
+        return _ODD
+    if name in _EVEN_OF_ODD:
+        return _EVEN
+    if name in ("+", "-"):
+        return parts[0] if parts[0] == parts[1] else None
+    if name in ("*", "/"):
+        return (parts[0] or 0) * (parts[1] or 0)
+    exponent = node.arguments[1] if name == "**" else None
+    if isinstance(exponent, Number) and exponent.value.denominator == 1:
+        return _ODD if exponent.value.numerator % 2 else _EVEN
+    return _chosen(parts) if name == "where" else None
+
+
+def _chosen(parts: list[int | None]) -> int | None:
+    """``where(condition, a, b)`` with an even condition and both branches of one parity."""
+    condition, first, second = parts
+    return first if condition == _EVEN and first == second else None
+
 
 _LIKE_THEIR_ARGUMENT = frozenset(("neg", "tanh", "atan", "abs", "sqrt"))
 
