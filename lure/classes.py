@@ -2,41 +2,29 @@
 
 from __future__ import annotations
 
-import decimal
 import math
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, TypeVar
+from typing import Self
 
 from lure.errors import InputError
 from lure.exact import exact_number
-from lure.record import html_table, plain
+from lure.record import Record, Towards, quantity, rounded
 
 # Sectors and slope bounds: what is known of a nonlinearity, as exact numbers.
 
-Bounds = TypeVar("Bounds", "Sector", "SlopeBounds")
 _LONGEST = 24
 _A_BOUND = "an int, a float, a Fraction or math.inf"
 
 
-def _check_bounds(name: str, lower: float | Fraction, upper: float | Fraction) -> None:
-    for label, bound in (("lower", lower), ("upper", upper)):
-        if isinstance(bound, bool) or not isinstance(bound, int | float | Fraction):
-            raise InputError(f"{name}.{label} is {bound!r}; give {_A_BOUND}")
-        if bound != bound:
-            raise InputError(f"{name}.{label} is nan; give {_A_BOUND}")
-        if bound not in (math.inf, -math.inf):
-            exact_number(bound, f"{name}.{label}")
-    if not lower < upper:
-        raise InputError(f"{name} needs lower < upper; got [{lower}, {upper}]")
+def _lower(value: float | Fraction) -> str:
+    return _bound(value, "above")
 
 
-def _interval(lower: float | Fraction, upper: float | Fraction) -> str:
-    """The bounds as text, exact if that is short, else rounded inwards: no other sector is claimed."""
-    return f"[{_bound(lower, decimal.ROUND_CEILING)}, {_bound(upper, decimal.ROUND_FLOOR)}]"
+def _upper(value: float | Fraction) -> str:
+    return _bound(value, "below")
 
 
-def _bound(value: float | Fraction, rounding: str) -> str:
+def _bound(value: float | Fraction, towards: Towards) -> str:
     short = f"{float(value):g}"
     if value in (math.inf, -math.inf) or Fraction(short) == Fraction(value) or float(short) == value:
         return short
@@ -45,21 +33,50 @@ def _bound(value: float | Fraction, rounding: str) -> str:
         return repr(value)
     if len(whole) <= _LONGEST:
         return whole
-    exact = Fraction(value)
-    context = decimal.Context(prec=17, rounding=rounding)
-    return str(context.divide(decimal.Decimal(exact.numerator), decimal.Decimal(exact.denominator)))
+    return rounded(Fraction(value), towards, 17)
 
 
-def _line(kind: type[Bounds], gain: Fraction) -> Bounds:
-    """Bounds that coincide, which the constructors refuse: a linear gain belongs into the block."""
-    made = object.__new__(kind)
-    object.__setattr__(made, "lower", gain)
-    object.__setattr__(made, "upper", gain)
-    return made
+class Bounds(Record, kw_only=False):
+    """Bounds on a quotient of values of ``phi``: a :class:`Sector` or :class:`SlopeBounds`."""
+
+    lower: float | Fraction = quantity("Lower bound", form=_lower)
+    upper: float | Fraction = quantity("Upper bound", form=_upper)
+    _said = "text"
+
+    def __post_init__(self) -> None:
+        name = type(self).__name__
+        for label, bound in (("lower", self.lower), ("upper", self.upper)):
+            if isinstance(bound, bool) or not isinstance(bound, int | float | Fraction):
+                raise InputError(f"{name}.{label} is {bound!r}; give {_A_BOUND}")
+            if bound != bound:
+                raise InputError(f"{name}.{label} is nan; give {_A_BOUND}")
+            if bound not in (math.inf, -math.inf):
+                exact_number(bound, f"{name}.{label}")
+        if not self.lower < self.upper:
+            raise InputError(f"{name} needs lower < upper; got [{self.lower}, {self.upper}]")
+
+    @classmethod
+    def line(cls, gain: Fraction) -> Self:
+        """The bounds ``[gain, gain]``, which hold ``phi(sigma) = gain sigma`` only and which no theorem takes.
+
+        The constructors refuse them: a linear gain belongs into the block.
+
+        Parameters
+        ----------
+        gain : Fraction
+            The gain.
+        """
+        made = object.__new__(cls)
+        object.__setattr__(made, "lower", gain)
+        object.__setattr__(made, "upper", gain)
+        return made
+
+    def __str__(self) -> str:
+        """The bounds as text, exact if that is short, else rounded inwards: no other sector is claimed."""
+        return f"[{_lower(self.lower)}, {_upper(self.upper)}]"
 
 
-@dataclass(frozen=True, slots=True)
-class Sector:
+class Sector(Bounds, kw_only=False):
     r"""The laws with ``lower * sigma^2 <= sigma * phi(sigma) <= upper * sigma^2`` for every ``sigma``.
 
     An infinite bound drops the inequality on that side; ``Sector(0, inf)`` is ``sigma * phi(sigma) >= 0``.
@@ -81,40 +98,11 @@ class Sector:
     [0, 2]
     """
 
-    lower: float | Fraction
-    upper: float | Fraction
-
-    def __post_init__(self) -> None:
-        _check_bounds("Sector", self.lower, self.upper)
-
-    @classmethod
-    def line(cls, gain: Fraction) -> Sector:
-        """The sector ``[gain, gain]``, which holds ``phi(sigma) = gain sigma`` only and which no theorem takes.
-
-        Parameters
-        ----------
-        gain : Fraction
-            The gain.
-        """
-        return _line(cls, gain)
-
-    def __str__(self) -> str:
-        return _interval(self.lower, self.upper)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: exact bounds as text ``p/q``, infinite ones as ``inf``."""
-        return {"kind": "sector", "lower": plain(self.lower), "upper": plain(self.upper), "text": str(self)}
-
-    def _repr_html_(self) -> str:
-        rows = [
-            ("lower", _bound(self.lower, decimal.ROUND_CEILING)),
-            ("upper", _bound(self.upper, decimal.ROUND_FLOOR)),
-        ]
-        return html_table("Sector: lower sigma^2 <= sigma phi(sigma) <= upper sigma^2", rows)
+    _kind = "sector"
+    _title = "Sector: lower sigma^2 <= sigma phi(sigma) <= upper sigma^2"
 
 
-@dataclass(frozen=True, slots=True)
-class SlopeBounds:
+class SlopeBounds(Bounds, kw_only=False):
     r"""The laws with ``lower <= (phi(x) - phi(y)) / (x - y) <= upper`` for every ``x != y``.
 
     Slope bounds imply the sector of the same bounds when ``phi(0) = 0``; the converse is false.
@@ -135,40 +123,11 @@ class SlopeBounds:
     [0, 2]
     """
 
-    lower: float | Fraction
-    upper: float | Fraction
-
-    def __post_init__(self) -> None:
-        _check_bounds("SlopeBounds", self.lower, self.upper)
-
-    @classmethod
-    def line(cls, gain: Fraction) -> SlopeBounds:
-        """The slope bounds ``[gain, gain]`` of a straight line, which no theorem takes.
-
-        Parameters
-        ----------
-        gain : Fraction
-            The gain.
-        """
-        return _line(cls, gain)
-
-    def __str__(self) -> str:
-        return _interval(self.lower, self.upper)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: exact bounds as text ``p/q``, infinite ones as ``inf``."""
-        return {"kind": "slope bounds", "lower": plain(self.lower), "upper": plain(self.upper), "text": str(self)}
-
-    def _repr_html_(self) -> str:
-        rows = [
-            ("lower", _bound(self.lower, decimal.ROUND_CEILING)),
-            ("upper", _bound(self.upper, decimal.ROUND_FLOOR)),
-        ]
-        return html_table("Slope: lower <= (phi(x) - phi(y))/(x - y) <= upper", rows)
+    _kind = "slope bounds"
+    _title = "Slope: lower <= (phi(x) - phi(y))/(x - y) <= upper"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class NonlinearityClass:
+class NonlinearityClass(Record):
     r"""All ``phi`` with ``phi(0) = 0`` that satisfy the properties listed; a theorem holds for every one of them.
 
     Parameters
@@ -194,9 +153,12 @@ class NonlinearityClass:
     """
 
     sector: Sector
-    slope: SlopeBounds | None = None
-    odd: bool = False
-    time_varying: bool = False
+    slope: SlopeBounds | None = quantity("", form=lambda bounds: bounds or "nothing is assumed", default=None)
+    odd: bool = quantity("", form=lambda odd: "assumed" if odd else "not assumed", default=False)
+    time_varying: bool = quantity(
+        "", label="time", form=lambda varying: f"phi {'may' if varying else 'does not'} depend on it", default=False
+    )
+    _kind, _said = "class of laws", "text"
 
     def __post_init__(self) -> None:
         for bounds in (self.sector, self.slope):
@@ -226,29 +188,12 @@ class NonlinearityClass:
         when = ", time-varying" if self.time_varying else ""
         return f"{words} with {bounds}{when}" if self.slope is not None else f"{words} in the {bounds}{when}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: exact bounds as text ``p/q``, infinite ones as ``inf``."""
-        return {
-            "kind": "class of laws",
-            "sector": plain(self.sector),
-            "slope": plain(self.slope),
-            "odd": self.odd,
-            "time_varying": self.time_varying,
-            "text": str(self),
-        }
-
-    def _repr_html_(self) -> str:
-        rows = [
-            ("sector", self.sector),
-            ("slope", "nothing is assumed" if self.slope is None else self.slope),
-            ("odd", "assumed" if self.odd else "not assumed"),
-            ("time", "phi may depend on it" if self.time_varying else "phi does not depend on it"),
-        ]
-        return html_table(f"Class of laws: {self}", rows)
+    @property
+    def _title(self) -> str:
+        return f"Class of laws: {self}"
 
 
-@dataclass(frozen=True, slots=True)
-class Diagonal:
+class Diagonal(Record, kw_only=False):
     """The classes of several nonlinearities, one for each channel: ``mu_i = -phi_i(sigma_i)``.
 
     Parameters
@@ -269,8 +214,9 @@ class Diagonal:
     phi in the sector [0, 2]
     """
 
-    classes: tuple[NonlinearityClass, ...]
+    classes: tuple[NonlinearityClass, ...] = quantity("", label="class", form="rows")
     repeated: bool = False
+    _kind, _said = "classes of laws", "text"
 
     def __post_init__(self) -> None:
         if not self.classes:

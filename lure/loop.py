@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Iterator
 from fractions import Fraction
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from lure.classes import NonlinearityClass
 from lure.errors import InputError
@@ -17,7 +17,7 @@ from lure.nonlinearities.shifted import shifted_class
 from lure.plants.block import Plant, StructuredPlant
 from lure.plants.conversion import exact_block
 from lure.plants.rational import RationalPlant
-from lure.record import by_value, html_table, plain
+from lure.record import Record, quantity
 
 if TYPE_CHECKING:
     import control
@@ -33,9 +33,7 @@ class LoopModel(ABC):
         """Its plant, or an approximation of it by finitely many states, and its nonlinearity."""
 
 
-@by_value
-@dataclass(frozen=True, eq=False)
-class Loop:
+class Loop(Record, kw_only=False):
     r"""A Lur'e loop ``sigma = H mu``, ``mu = -phi(sigma)``.
 
     The minus sign stands here and nowhere else: blocks carry ``H`` from ``mu`` to ``sigma``, laws return ``phi``.
@@ -61,7 +59,9 @@ class Loop:
     """
 
     block: Plant
-    nonlinearity: Nonlinearity
+    nonlinearity: Nonlinearity = quantity("", key="law")
+    _kind = "loop"
+    _title = "Loop: sigma = H mu, mu = -phi(sigma)"
 
     def __post_init__(self) -> None:
         if not hasattr(self.block, "transfer"):
@@ -108,15 +108,11 @@ class Loop:
 
         return closed_loop(self.block, self.nonlinearity, pade=pade)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: the block and the law."""
-        return {"kind": "loop", "block": plain(self.block), "law": plain(self.nonlinearity)}
-
-    def _repr_html_(self) -> str:
-        return html_table("Loop: sigma = H mu, mu = -phi(sigma)", loop_rows(self.block, self.nonlinearity))
+    def _rows(self) -> Iterator[tuple[object, ...]]:
+        return loop_rows(self.block, self.nonlinearity)
 
 
-def loop_rows(block: object, law: object) -> list[tuple[str, str]]:
+def loop_rows(block: object, law: object) -> Iterator[tuple[str, str]]:
     """What the table of a loop says about its two parts.
 
     Parameters
@@ -126,36 +122,30 @@ def loop_rows(block: object, law: object) -> list[tuple[str, str]]:
     """
     from lure.nonlinearities.properties import law_text
 
-    rows = [("H", str(block) if type(block).__str__ is not object.__str__ else type(block).__name__)]
-    if law is None:
-        return rows
-    known = cast("Nonlinearity", law)
-    return [*rows, ("phi", law_text(known)), ("sector of phi", str(known.sector))]
+    formula = type(block).__str__ not in (object.__str__, Record.__str__)
+    yield "H", str(block) if formula else type(block).__name__
+    if law is not None:
+        known = cast("Nonlinearity", law)
+        yield "phi", law_text(known)
+        yield "sector of phi", str(known.sector)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Transformed:
+class Transformed(Record):
     r"""A loop with part of the law's gain moved into the block; stable exactly if the original is.
 
     With ``psi(sigma) = phi(sigma) - gain sigma``, the loops ``sigma = H mu, mu = -phi(sigma)`` and
     ``sigma = H' nu, nu = -psi(sigma)``, ``H' = H/(1 + gain H)``, have the same solutions.
 
-    Attributes
-    ----------
-    block : RationalPlant
-        ``H'``, hidden modes of ``H`` kept.
-    law_class : NonlinearityClass
-        The class of ``psi``.
-    gain : Fraction
-        What was moved from the law into the block, in total.
-    steps : tuple of str
-        What was replaced by what, one line each.
     """
 
-    block: RationalPlant
-    law_class: NonlinearityClass
-    gain: Fraction
-    steps: tuple[str, ...]
+    block: RationalPlant = quantity("``H'``, hidden modes of ``H`` kept", label="H'")
+    law_class: NonlinearityClass = quantity(
+        "The class of ``psi``", key="class", label="psi", form=lambda known: str(known).replace("phi", "psi")
+    )
+    gain: Fraction = quantity("What was moved from the law into the block, in total", label="gain moved", form=str)
+    steps: tuple[str, ...] = quantity("What was replaced by what, one line each", label="")
+    _kind = "transformed loop"
+    _title = "The same loop, with a gain moved from the law into the block"
 
     def undo(self, k: Exact) -> Fraction | float:
         """A gain ``k`` (of ``psi``) as one of the original law: ``k + gain``, exactly; an infinite ``k`` stays.
@@ -202,19 +192,9 @@ class Transformed:
         """The shifted block ``H'`` as a ``control.TransferFunction``."""
         return self.block.to_control()
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: block, class, gain and the steps in words."""
-        return {
-            "kind": "transformed loop",
-            "block": plain(self.block),
-            "class": plain(self.law_class),
-            "gain": str(self.gain),
-            "steps": list(self.steps),
-        }
-
-    def _repr_html_(self) -> str:
-        rows = [("H'", self.block), ("psi", str(self.law_class).replace("phi", "psi")), ("gain moved", self.gain)]
-        return html_table("The same loop, with a gain moved from the law into the block", rows, notes=self.steps)
+    @property
+    def _notes(self) -> tuple[str, ...]:
+        return self.steps
 
     def __str__(self) -> str:
         return "\n".join(self.steps)

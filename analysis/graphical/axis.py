@@ -15,7 +15,6 @@ from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.record import by_value
 
 POINTS = 1500
 _DENSE = 150  # states beyond which a point costs so much that fewer are drawn
@@ -23,7 +22,6 @@ Formula = RationalPlant | DelayPlant | StateSpace
 Drawable = Formula | FrequencyData | StructuredPlant
 
 
-@by_value
 @dataclass(frozen=True, eq=False, slots=True)
 class OnAxis:
     """A block along its stability boundary: ``H(i omega)``, or ``H(e^(i omega))`` with ``omega`` in rad per sample."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +35,7 @@ from lure.plants.block import StructuredPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.record import by_value, html_table
+from lure.record import Record, html_table
 
 if TYPE_CHECKING:
     import control
@@ -49,9 +48,7 @@ if TYPE_CHECKING:
 CRITERION = "the circle criterion"
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class NyquistResponse:
+class NyquistResponse(Record):
     r"""A curve ``H(i omega)``, the region that the circle criterion forbids to it, and what proves the sector, if any.
 
     For ``mu = -phi(t, sigma)``, ``sigma = H mu`` and the sector ``[lower, k]`` the criterion asks

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +36,7 @@ from lure.exact import Exact, exact_number
 from lure.plants.block import StructuredPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
-from lure.record import by_value, html_table
+from lure.record import Record, html_table
 
 if TYPE_CHECKING:
     import control
@@ -50,9 +49,7 @@ if TYPE_CHECKING:
 CRITERION = "Popov's criterion"
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class PopovResponse:
+class PopovResponse(Record):
     r"""A curve ``(Re H, omega Im H)``, the Popov line beside it, and what proves the sector of the line, if anything.
 
     For ``mu = -phi(sigma)``, ``sigma = H mu`` and the sector ``[0, k]`` the line ``Re H = theta omega Im H - 1/k``

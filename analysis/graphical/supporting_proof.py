@@ -24,7 +24,7 @@ from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
-from lure.record import plain, xarray_or_refusal
+from lure.record import Column, dataset, plain
 
 if TYPE_CHECKING:
     from lure.analysis.drawing import Draw
@@ -151,14 +151,12 @@ def drawn_dataset(
     InputError
         xarray is not installed.
     """
-    xr = xarray_or_refusal("to_xarray")
     known = {name: value for name, value in (*own.items(), ("margin_seen", response.margin_seen)) if value is not None}
-    made: xarray.Dataset = xr.Dataset(
-        {name: ("omega", values, {"long_name": words}) for name, (values, words) in variables.items()},
-        coords={"omega": ("omega", response.omega, {"units": "rad/s"})},
-        attrs={**known, "evidence": str(Evidence.OBSERVED), "comment": str(response)},
+    return dataset(
+        {name: Column(("omega",), values, "1", words) for name, (values, words) in variables.items()},
+        {"omega": Column(("omega",), response.omega, "rad/s", "frequency")},
+        {**known, "evidence": str(Evidence.OBSERVED), "comment": str(response)},
     )
-    return made
 
 
 # A Popov multiplier for a curve that is only drawn: the line with the most room, of those the simplest.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.record import Record, by_value, quantity
+from lure.record import Record, quantity
 
 # How much one reading scatters: a constant part and a part in proportion to the load.
 
@@ -158,7 +158,6 @@ _TUKEY, _HUBER = 4.685, 1.345
 _HUBER_ROUNDS, _HATS_ROUNDS = 3, 12
 
 
-@by_value
 @dataclass(frozen=True, kw_only=True, eq=False)  # without slots, for the cached property
 class Hats:
     """Points and knots: the value of the function at a point is a mean of its values at two knots.
@@ -214,7 +213,6 @@ class Hats:
         return np.asarray(values[index] + share * np.diff(values)[index])
 
 
-@by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class HatFit:
     """A fit: values at the knots, their covariance, the noise, which points were kept, and residuals in deviations."""
@@ -341,7 +339,6 @@ def one_thread(function: Callable[P, R]) -> Callable[P, R]:
     return limited
 
 
-@by_value
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class MeanNonlinearity:
     """The fitted mean law.

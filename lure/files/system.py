@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lure.classes import NonlinearityClass
 from lure.errors import InputError
@@ -14,42 +13,28 @@ from lure.nonlinearities.base import Nonlinearity
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.record import by_value, html_table, plain
+from lure.record import Record, quantity
 
 if TYPE_CHECKING:
     import control
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class LoopSystem:
-    """A linear block in a loop ``sigma = H mu``, ``mu = -phi(sigma)``, and what is said of ``phi``.
+class LoopSystem(Record):
+    """A linear block in a loop ``sigma = H mu``, ``mu = -phi(sigma)``, and what is said of ``phi``."""
 
-    Attributes
-    ----------
-    name : str
-        Name for the report.
-    title : str
-        One line that says what it is.
-    block : RationalPlant, DelayPlant or StateSpace
-        The linear block.
-    nonlinearity : Nonlinearity or None
-        The law, if there is one.
-    law_class : NonlinearityClass or None
-        The class of laws asked about, if there is one; it contains the law.
-    source : str
-        Where the numbers come from.
-    law_table : Mapping of str to object, or None
-        The entries of the table ``[nonlinearity]`` that mean the law.
-    """
-
-    name: str
-    title: str
-    block: RationalPlant | DelayPlant | StateSpace
-    nonlinearity: Nonlinearity | None = None
-    law_class: NonlinearityClass | None = None
-    source: str = ""
-    law_table: Mapping[str, object] | None = None
+    name: str = quantity("Name for the report")
+    title: str = quantity("One line that says what it is")
+    source: str = quantity("Where the numbers come from", default="")
+    block: RationalPlant | DelayPlant | StateSpace = quantity("The linear block")
+    nonlinearity: Nonlinearity | None = quantity("The law, if there is one", key="law", default=None)
+    law_class: NonlinearityClass | None = quantity(
+        "The class of laws asked about, if there is one; it contains the law", key="class", default=None
+    )
+    law_table: Mapping[str, object] | None = quantity(
+        "The entries of the table ``[nonlinearity]`` that mean the law", key="", default=None
+    )
+    _kind = "loop system"
+    _notes = ("sigma = H mu, mu = -phi(sigma); lure.analysis.analyse(system) decides.",)
 
     def to_control(self, *, pade: int | None = None) -> control.NonlinearIOSystem:
         """The closed loop with the law; see :meth:`lure.Loop.to_control`.
@@ -70,24 +55,16 @@ class LoopSystem:
             )
         return Loop(self.block, self.nonlinearity).to_control(pade=pade)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: names, block, law and class."""
-        return {
-            "kind": "loop system",
-            "name": self.name,
-            "title": self.title,
-            "source": self.source,
-            "block": plain(self.block),
-            "law": plain(self.nonlinearity),
-            "class": plain(self.law_class),
-        }
+    @property
+    def _title(self) -> str:
+        return f"{self.name}: {self.title}" if self.title else self.name
 
-    def _repr_html_(self) -> str:
-        rows = [*loop_rows(self.block, self.nonlinearity)]
-        rows += [] if self.law_class is None else [("class asked about", str(self.law_class))]
-        rows += [("source", self.source)] if self.source else []
-        title = f"{self.name}: {self.title}" if self.title else self.name
-        return html_table(title, rows, notes=["sigma = H mu, mu = -phi(sigma); lure.analysis.analyse(system) decides."])
+    def _rows(self) -> Iterator[tuple[object, ...]]:
+        yield from loop_rows(self.block, self.nonlinearity)
+        if self.law_class is not None:
+            yield "class asked about", str(self.law_class)
+        if self.source:
+            yield "source", self.source
 
 
 def loop_system(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Protocol, TypeAlias
 
@@ -11,7 +10,7 @@ from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
-from lure.record import by_value
+from lure.record import Page, Record, quantity
 
 # What every law of the library offers, and the checks its parameters share.
 
@@ -114,9 +113,22 @@ class Nonlinearity(Protocol):
         """Values ``phi(sigma)``, elementwise."""
 
 
-@by_value
-@dataclass(frozen=True, eq=False)
-class NormalCompliance:
+class NamedNonlinearity(Record):
+    """The base of the nonlinearities of the library: what is known of one is its plain data and its table."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data: parameters, and what is known with its provenance."""
+        from lure.nonlinearities.properties import law_dict
+
+        return law_dict(self)  # type: ignore[arg-type]  # each is a Nonlinearity
+
+    def _page(self) -> Page:
+        from lure.nonlinearities.properties import law_page
+
+        return law_page(self)  # type: ignore[arg-type]
+
+
+class NormalCompliance(NamedNonlinearity, kw_only=False):
     r"""Normal compliance, ``p(r) = c_n max(r, 0)^m`` (Martins and Oden 1987).
 
     ``r`` is the penetration: displacement of the contacting end minus the gap.  The paper's law (9) is ``m = 1``,
@@ -142,6 +154,8 @@ class NormalCompliance:
         ``[0, c_n]`` for ``m = 1``, else ``[0, inf]``.
     locally_lipschitz : bool
         ``m >= 1``.
+    exact_stiffness, exact_exponent : Fraction
+        Both parameters, exactly.
 
     Raises
     ------
@@ -163,8 +177,8 @@ class NormalCompliance:
 
     stiffness: float
     exponent: float = 1.0
-    exact_stiffness: Fraction = field(init=False)
-    exact_exponent: Fraction = field(init=False)
+    exact_stiffness: Fraction = quantity("", init=False)
+    exact_exponent: Fraction = quantity("", init=False)
 
     def __post_init__(self) -> None:
 
@@ -230,14 +244,3 @@ class NormalCompliance:
         m = number_text(self.exact_exponent)
         power = "" if m == "1" else f"^({m})" if "/" in m else f"^{m}"
         return f"the contact law {factor_text(self.exact_stiffness)}max(sigma, 0){power}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its provenance."""
-        from lure.nonlinearities.properties import law_dict
-
-        return law_dict(self)
-
-    def _repr_html_(self) -> str:
-        from lure.nonlinearities.properties import law_html
-
-        return law_html(self)

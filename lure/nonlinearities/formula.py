@@ -6,10 +6,10 @@ import math
 import operator
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import Sector, SlopeBounds
@@ -17,8 +17,9 @@ from lure.errors import InputError
 from lure.expressions import Expression
 from lure.expressions.regularity import Nature, has_value, nature
 from lure.expressions.tree import COMPARISONS, CONDITIONS, Apply, Node, Number
-from lure.nonlinearities.base import assign
+from lure.nonlinearities.base import NamedNonlinearity, assign
 from lure.nonlinearities.piecewise_linear import Graph
+from lure.record import quantity
 
 # Formulas that are piecewise linear without looking it: from the tree to the exact graph.
 
@@ -162,8 +163,7 @@ _ARITHMETIC: Mapping[str, Callable[..., Line]] = {
 VARIABLE = "sigma"
 
 
-@dataclass(frozen=True, slots=True)
-class ExpressionNonlinearity:
+class ExpressionNonlinearity(NamedNonlinearity):
     r"""``phi(sigma)`` as text, read by the whitelist parser; the author may vouch for its sector and slope.
 
     What is declared stays declared: :func:`lure.nonlinearities.properties` calls it checked only for a formula that
@@ -207,11 +207,11 @@ class ExpressionNonlinearity:
     slope_bounds: SlopeBounds | None
     odd: bool
     locally_lipschitz: bool
-    sector_declared: bool = field(init=False, repr=False, compare=False)
-    expression: Expression = field(init=False, repr=False, compare=False)
-    derivative: Expression = field(init=False, repr=False, compare=False)
-    graph: Graph | None = field(init=False, repr=False, compare=False)
-    nature: Nature | None = field(init=False, repr=False, compare=False)
+    sector_declared: bool = quantity("", hidden=True, init=False)
+    expression: Expression = quantity("", hidden=True, init=False)
+    derivative: Expression = quantity("", hidden=True, init=False)
+    graph: Graph | None = quantity("", hidden=True, init=False)
+    nature: Nature | None = quantity("", hidden=True, init=False)
 
     def __init__(
         self,
@@ -309,17 +309,6 @@ class ExpressionNonlinearity:
 
     def __str__(self) -> str:
         return self.text
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its provenance."""
-        from lure.nonlinearities.properties import law_dict
-
-        return law_dict(self)
-
-    def _repr_html_(self) -> str:
-        from lure.nonlinearities.properties import law_html
-
-        return law_html(self)
 
 
 def _undeclared(graph: Graph | None, slope_bounds: SlopeBounds | None) -> Sector:

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Literal
+from typing import Literal
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import exact_number
-from lure.nonlinearities.base import Parameter, assign, exact_parameter, factor_text, number_text, positive
+from lure.nonlinearities.base import (
+    NamedNonlinearity,
+    Parameter,
+    assign,
+    exact_parameter,
+    factor_text,
+    number_text,
+    positive,
+)
 
 # The uniform quantiser: a law with jumps, known by its sector alone.
 
 QuantiserKind = Literal["mid-tread"]
 
 
-@dataclass(frozen=True, slots=True)
-class Quantiser:
+class Quantiser(NamedNonlinearity):
     r"""Rounding to the nearest multiple of ``step``, halves away from 0; the sector is ``[0, 2]``, whatever the step.
 
     ``phi`` jumps, so that it has no slope bounds, and in continuous time a loop with it is a differential inclusion:
@@ -112,20 +118,8 @@ class Quantiser:
     def __str__(self) -> str:
         return f"mid-tread quantiser of step {number_text(self.step)}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its provenance."""
-        from lure.nonlinearities.properties import law_dict
 
-        return law_dict(self)
-
-    def _repr_html_(self) -> str:
-        from lure.nonlinearities.properties import law_html
-
-        return law_html(self)
-
-
-@dataclass(frozen=True, slots=True)
-class Cubic:
+class Cubic(NamedNonlinearity):
     r"""``phi(sigma) = linear sigma + cubic sigma^3``.
 
     Sector and slope bounds are ``[linear, inf]`` for ``cubic > 0``, ``[-inf, linear]`` for ``cubic < 0``; the finite
@@ -210,20 +204,8 @@ class Cubic:
         sign = "-" if self.cubic < 0 else "+"
         return f"cubic {factor_text(self.linear)}sigma {sign} {factor_text(abs(self.cubic))}sigma^3"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its provenance."""
-        from lure.nonlinearities.properties import law_dict
 
-        return law_dict(self)
-
-    def _repr_html_(self) -> str:
-        from lure.nonlinearities.properties import law_html
-
-        return law_html(self)
-
-
-@dataclass(frozen=True, slots=True)
-class Tanh:
+class Tanh(NamedNonlinearity):
     r"""``phi(sigma) = gain tanh(sigma / scale)``, with values in ``(-gain, gain)`` and the slope ``gain/scale`` at 0.
 
     Sector and slope bounds are ``[0, gain/scale]``: the slope ``(gain/scale) / cosh^2(sigma/scale)`` falls from its
@@ -304,14 +286,3 @@ class Tanh:
 
     def __str__(self) -> str:
         return f"{factor_text(self.gain)}tanh(sigma / {number_text(self.scale)})"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its provenance."""
-        from lure.nonlinearities.properties import law_dict
-
-        return law_dict(self)
-
-    def _repr_html_(self) -> str:
-        from lure.nonlinearities.properties import law_html
-
-        return law_html(self)

@@ -10,14 +10,22 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 from lure.arrays import ArrayLike, NDArray, is_array, np
 from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import exact_number
-from lure.nonlinearities.base import Parameter, assign, exact_parameter, factor_text, number_text, positive
+from lure.nonlinearities.base import (
+    NamedNonlinearity,
+    Parameter,
+    assign,
+    exact_parameter,
+    factor_text,
+    number_text,
+    positive,
+)
 from lure.nonlinearities.points_file import Points, points_from_csv
+from lure.record import quantity
 
 # Piecewise linear graphs through the origin: everything about them is exact and read off the points.
 
@@ -151,11 +159,10 @@ class Graph:
 # Piecewise linear laws: saturation, relay with slope, dead zone and rectifiers.
 
 
-class GraphNonlinearity:
+class GraphNonlinearity(NamedNonlinearity):
     """What laws with a piecewise linear graph share; each sets ``graph`` when it is made and overrides nothing."""
 
-    __slots__ = ()
-    graph: Graph
+    graph: Graph = quantity("", hidden=True, init=False)
 
     @property
     def sector(self) -> Sector:
@@ -203,19 +210,7 @@ class GraphNonlinearity:
         """``int_0^sigma phi``, elementwise."""
         return self.graph.primitive(sigma)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its provenance."""
-        from lure.nonlinearities.properties import law_dict
 
-        return law_dict(self)
-
-    def _repr_html_(self) -> str:
-        from lure.nonlinearities.properties import law_html
-
-        return law_html(self)
-
-
-@dataclass(frozen=True, slots=True)
 class Saturation(GraphNonlinearity):
     r"""Saturation, ``phi(sigma) = min(max(gain sigma, lower_limit), limit)``; sector and slope ``[0, gain]``.
 
@@ -243,7 +238,6 @@ class Saturation(GraphNonlinearity):
     gain: Fraction
     limit: Fraction
     lower_limit: Fraction
-    graph: Graph = field(init=False, repr=False, compare=False)
 
     def __init__(self, *, gain: Parameter = 1, limit: Parameter = 1, lower_limit: Parameter | None = None) -> None:
         g, top = positive(gain, "Saturation.gain"), positive(limit, "Saturation.limit")
@@ -289,7 +283,6 @@ IDEAL_RELAY = (
 )
 
 
-@dataclass(frozen=True, slots=True)
 class DeadZone(GraphNonlinearity):
     r"""Dead zone: 0 for ``|sigma| <= width``, then ``gain (|sigma| - width)`` with the sign of ``sigma``.
 
@@ -316,7 +309,6 @@ class DeadZone(GraphNonlinearity):
 
     width: Fraction
     gain: Fraction
-    graph: Graph = field(init=False, repr=False, compare=False)
 
     def __init__(self, *, width: Parameter = 1, gain: Parameter = 1) -> None:
         w, g = positive(width, "DeadZone.width"), positive(gain, "DeadZone.gain")
@@ -326,7 +318,6 @@ class DeadZone(GraphNonlinearity):
         return f"dead zone of |sigma| <= {number_text(self.width)}, then slope {number_text(self.gain)}"
 
 
-@dataclass(frozen=True, slots=True)
 class ReLU(GraphNonlinearity):
     """Rectifier, ``phi(sigma) = gain max(sigma, 0)``; sector and slope ``[0, gain]``, not odd.
 
@@ -342,7 +333,6 @@ class ReLU(GraphNonlinearity):
     """
 
     gain: Fraction
-    graph: Graph = field(init=False, repr=False, compare=False)
 
     def __init__(self, *, gain: Parameter = 1) -> None:
         g = positive(gain, "ReLU.gain")
@@ -352,7 +342,6 @@ class ReLU(GraphNonlinearity):
         return f"ReLU {factor_text(self.gain)}max(sigma, 0)"
 
 
-@dataclass(frozen=True, slots=True)
 class LeakyReLU(GraphNonlinearity):
     """Two slopes that meet at 0; sector and slope bounds are the two, in order, and the law is not odd.
 
@@ -369,7 +358,6 @@ class LeakyReLU(GraphNonlinearity):
 
     negative_slope: Fraction
     positive_slope: Fraction
-    graph: Graph = field(init=False, repr=False, compare=False)
 
     def __init__(self, *, negative_slope: Parameter = Fraction(1, 100), positive_slope: Parameter = 1) -> None:
         left = exact_parameter(negative_slope, "LeakyReLU.negative_slope")
@@ -395,7 +383,6 @@ def bent(graph: Graph, name: str) -> Graph:
     return graph
 
 
-@dataclass(frozen=True, slots=True)
 class PiecewiseLinear(GraphNonlinearity):
     r"""The continuous law through a table of points, straight between and outside them.
 
@@ -425,7 +412,6 @@ class PiecewiseLinear(GraphNonlinearity):
     points: tuple[tuple[Fraction, Fraction], ...]
     left_slope: Fraction
     right_slope: Fraction
-    graph: Graph = field(init=False, repr=False, compare=False)
 
     def __init__(self, points: Sequence[Sequence[Parameter]], *, left_slope: Parameter, right_slope: Parameter) -> None:
         left = exact_parameter(left_slope, "PiecewiseLinear.left_slope")

@@ -19,7 +19,7 @@ from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.named import Cubic, Quantiser, Tanh
 from lure.nonlinearities.piecewise_linear import DeadZone, Graph, LeakyReLU, PiecewiseLinear, ReLU, Saturation
 from lure.nonlinearities.shifted import ShiftedNonlinearity
-from lure.record import html_table, plain
+from lure.record import Page, plain
 
 if TYPE_CHECKING:
     from flint import arb
@@ -391,7 +391,7 @@ def law_dict(law: Nonlinearity) -> dict[str, Any]:
     return {**data, "contradicted": against}
 
 
-def law_html(law: Nonlinearity) -> str:
+def law_page(law: Nonlinearity) -> Page:
     """A law as a table.
 
     Parameters
@@ -402,7 +402,7 @@ def law_html(law: Nonlinearity) -> str:
     known, against = _known(law)
     rows = [(name.replace("_", " "), value, standing, how) for name, (value, standing, how) in known.items()]
     notes = ["It enters the loop as mu = -phi(sigma)."] if against is None else [f"CONTRADICTED: {against}"]
-    return html_table(f"phi: {law_text(law)}", rows, head=("", "value", "standing", "how it is known"), notes=notes)
+    return Page(f"phi: {law_text(law)}", rows, head=("", "value", "standing", "how it is known"), notes=notes)
 
 
 def law_text(law: Nonlinearity) -> str:

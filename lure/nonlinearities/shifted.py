@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.exact import Exact, exact_number
-from lure.nonlinearities.base import Law, Nonlinearity, number_text
+from lure.nonlinearities.base import Law, NamedNonlinearity, Nonlinearity, number_text
 from lure.nonlinearities.named import Cubic
 from lure.nonlinearities.piecewise_linear import GraphNonlinearity, PiecewiseLinear
 
 
-@dataclass(frozen=True, slots=True)
-class ShiftedNonlinearity:
+class ShiftedNonlinearity(NamedNonlinearity, kw_only=False):
     """``phi(sigma) - gain sigma`` of another law; made by :func:`shifted_law`.
 
     Attributes
@@ -80,17 +78,6 @@ class ShiftedNonlinearity:
     def __str__(self) -> str:
         sign = "+" if self.gain < 0 else "-"
         return f"({self.law}) {sign} {number_text(abs(self.gain))} sigma"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: parameters, and what is known with its provenance."""
-        from lure.nonlinearities.properties import law_dict
-
-        return law_dict(self)
-
-    def _repr_html_(self) -> str:
-        from lure.nonlinearities.properties import law_html
-
-        return law_html(self)
 
 
 def shifted_law(law: Nonlinearity, gain: Exact) -> Nonlinearity:

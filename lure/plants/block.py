@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
-from lure.record import by_value, html_table, plain
+from lure.record import Record, derived, plain, quantity
 
 if TYPE_CHECKING:
     import control
@@ -56,9 +55,7 @@ class StructuredPlant(ABC):
         """The plant as a certificate states it: its kind and its exact parameters, as text ``p/q``."""
 
 
-@by_value
-@dataclass(frozen=True, eq=False)
-class LinearBlock:
+class LinearBlock(Record, kw_only=False):
     r"""A finite block ``y' = A y + b1 mu + b2 g``, ``sigma = c^T y``, with ``H(s) = c^T (sI - A)^{-1} b1``.
 
     In a loop ``mu = -phi(sigma)``: the sign is in :class:`lure.loop.Loop` and nowhere else.
@@ -80,10 +77,17 @@ class LinearBlock:
         Shapes do not fit, or an entry is not a finite real number.
     """
 
-    A: NDArray[np.float64] | csr_array
-    b1: NDArray[np.float64]
-    b2: NDArray[np.float64]
-    c: NDArray[np.float64]
+    A: NDArray[np.float64] | csr_array = quantity(
+        "",
+        plainly=lambda A: plain(_dense(A)),
+        form=lambda A: f"sparse, {A.nnz} entries" if hasattr(A, "nnz") else "dense",
+    )
+    b1: NDArray[np.float64] = quantity("", label="")
+    b2: NDArray[np.float64] = quantity("", label="")
+    c: NDArray[np.float64] = quantity("", label="")
+    _kind = "linear block"
+    _title = "y' = A y + b1 mu + b2 g, sigma = c^T y"
+    _notes = ("In a loop mu = -phi(sigma).",)
 
     def __post_init__(self) -> None:
         for name in ("A", "b1", "b2", "c"):
@@ -94,13 +98,14 @@ class LinearBlock:
             raise InputError(f"LinearBlock needs A (n, n), b1 (n,), b2 (n,), c (n,) with n >= 1; got {shapes}")
 
     @property
+    @derived(label="states")
     def order(self) -> int:
         """Number of states ``n``."""
         return int(self.b1.shape[0])
 
     def dense(self) -> NDArray[np.float64]:
         """``A`` as an (n, n) array [1/s]."""
-        return np.asarray(self.A.toarray() if hasattr(self.A, "toarray") else self.A)
+        return _dense(self.A)
 
     def transfer(self, s: ArrayLike) -> NDArray[np.complex128]:
         """``H(s)`` by one sparse solve a point; not finite where a pivot of ``sI - A`` is exactly zero."""
@@ -129,16 +134,13 @@ class LinearBlock:
 
         return control.frequency_response(self.to_control(), np.atleast_1d(np.asarray(omega, dtype=float)))
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: the matrices, dense."""
-        matrices = {"A": self.dense(), "b1": self.b1, "b2": self.b2, "c": self.c}
-        return {"kind": "linear block", "order": self.order, **{name: plain(m) for name, m in matrices.items()}}
+    def _rows(self) -> Iterator[tuple[object, ...]]:
+        yield from super()._rows()
+        yield "time", "continuous"
 
-    def _repr_html_(self) -> str:
-        stored = f"sparse, {self.A.nnz} entries" if hasattr(self.A, "nnz") else "dense"
-        rows = [("states", self.order), ("A", stored), ("time", "continuous")]
-        notes = ["In a loop mu = -phi(sigma)."]
-        return html_table("y' = A y + b1 mu + b2 g, sigma = c^T y", rows, notes=notes)
+
+def _dense(A: NDArray[np.float64] | csr_array) -> NDArray[np.float64]:
+    return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
 
 
 def _frozen(values: ArrayLike | csr_array, name: str) -> NDArray[np.float64] | csr_array:

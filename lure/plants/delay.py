@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.expressions.parser import parse
 from lure.expressions.tree import Node, Number, Variable
 from lure.plants.rational import RationalPlant, polynomial_text
-from lure.record import html_table
+from lure.record import Record, quantity
 
 if TYPE_CHECKING:
     import control
@@ -21,8 +20,7 @@ MAX_DEGREE = 100
 Polynomial = tuple[Fraction, ...]  # ascending powers, no trailing zero
 
 
-@dataclass(frozen=True, slots=True)
-class DelayPlant:
+class DelayPlant(Record):
     r"""A block ``H(s) = sum_j n_j(s) exp(-s T_j) / d(s)`` in continuous time, all coefficients and delays exact.
 
     Every ``n_j/d`` is proper.  Delays in the denominator (a delayed feedback inside the block) are not covered.
@@ -46,9 +44,13 @@ class DelayPlant:
     exp(-0.5 s) / (s + 1)
     """
 
-    terms: tuple[tuple[Fraction, tuple[Fraction, ...]], ...]
-    denominator: tuple[Fraction, ...]
+    terms: tuple[tuple[Fraction, tuple[Fraction, ...]], ...] = quantity(
+        "", label="dead times", form=lambda terms: ", ".join(f"{float(delay):g} s" for delay, _ in terms)
+    )
+    denominator: tuple[Fraction, ...] = quantity("", label="order of d", form=lambda d: len(d) - 1)
     dt: ClassVar[None] = None
+    _kind, _said = "delay block", "text"
+    _notes = ("From mu to sigma; in a loop mu = -phi(sigma).",)
 
     def __init__(self, terms: Mapping[Fraction, tuple[Fraction, ...]], denominator: tuple[Fraction, ...]) -> None:
         if any(delay < 0 for delay in terms):
@@ -124,19 +126,13 @@ class DelayPlant:
             total = total + (term * control.TransferFunction(*control.pade(float(delay), pade)) if delay else term)
         return total * control.TransferFunction([1.0], [float(c) for c in self.denominator])
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: ``[delay, numerator]`` for each term, exact numbers as text ``p/q``."""
-        return {
-            "kind": "delay block",
-            "text": str(self),
-            "terms": [[str(delay), [str(c) for c in top]] for delay, top in self.terms],
-            "denominator": [str(c) for c in self.denominator],
-        }
+    @property
+    def _title(self) -> str:
+        return f"H(s) = {self}"
 
-    def _repr_html_(self) -> str:
-        delays = ", ".join(f"{float(delay):g} s" for delay, _ in self.terms)
-        rows = [("time", "continuous"), ("dead times", delays), ("order of d", len(self.denominator) - 1)]
-        return html_table(f"H(s) = {self}", rows, notes=["From mu to sigma; in a loop mu = -phi(sigma)."])
+    def _rows(self) -> Iterator[tuple[object, ...]]:
+        yield "time", "continuous"
+        yield from super()._rows()
 
     def __str__(self) -> str:
         parts = []

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.plants.rational import time_text
-from lure.record import by_value, html_table, plain, xarray_or_refusal
+from lure.record import Record, derived, quantity
 
 if TYPE_CHECKING:
     import control
-    import xarray
 
 
-@by_value
-@dataclass(frozen=True, eq=False, slots=True)
-class FrequencyData:
+class FrequencyData(Record, kw_only=False):
     r"""``H(i omega)``, in discrete time ``H(e^{i omega dt})``, at finitely many frequencies and nowhere else.
 
     Between and beyond the frequencies ``H`` is unknown, and so are its poles: a criterion evaluated on such data is
@@ -49,10 +46,15 @@ class FrequencyData:
     None
     """
 
-    omega: NDArray[np.float64]
-    response: NDArray[np.complex128]
+    omega: NDArray[np.float64] = quantity("frequency", "rad/s", dims="omega", key="omega")
+    response: NDArray[np.complex128] = quantity("", key="")
     dt: Fraction | None = None
-    error: NDArray[np.float64] | None = None
+    error: NDArray[np.float64] | None = quantity(
+        "estimate of the error of H", "1", dims="omega", key="error", default=None
+    )
+    _kind, _said = "frequency data", "text"
+    _title = "H at a list of frequencies"
+    _notes = ("Nothing is known between and beyond them: what follows is observed, and proves nothing.",)
 
     def __post_init__(self) -> None:
         omega, response = _copied(self.omega, "omega", float), _copied(self.response, "response", complex)
@@ -82,44 +84,26 @@ class FrequencyData:
         low, high = self.omega[0], self.omega[-1]
         return f"{self.omega.size} values of H from {low:.6g} to {high:.6g} rad/s"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: frequencies [rad/s], real and imaginary parts, and the errors where they are known."""
-        return {
-            "kind": "frequency data",
-            "text": str(self),
-            "omega": plain(self.omega),
-            "real": plain(self.response.real),
-            "imag": plain(self.response.imag),
-            "error": plain(self.error),
-            "dt": None if self.dt is None else str(self.dt),
-        }
+    @property
+    @derived("1", dims="omega", key="real")
+    def real(self) -> NDArray[np.float64]:
+        """Re H."""
+        return self.response.real
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The values over ``omega``, as real variables that netCDF can hold.
+    @property
+    @derived("1", dims="omega", key="imag")
+    def imag(self) -> NDArray[np.float64]:
+        """Im H."""
+        return self.response.imag
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        xr = xarray_or_refusal("FrequencyData.to_xarray")
-        variables = {
-            "real": ("omega", self.response.real, {"long_name": "Re H"}),
-            "imag": ("omega", self.response.imag, {"long_name": "Im H"}),
-        }
-        if self.error is not None:
-            variables["error"] = ("omega", self.error, {"long_name": "estimate of the error of H"})
-        attributes = {"comment": str(self), "time": time_text(self.dt)}
-        made: xarray.Dataset = xr.Dataset(
-            variables, coords={"omega": ("omega", self.omega, {"units": "rad/s"})}, attrs=attributes
-        )
-        return made
+    def _attributes(self) -> dict[str, object]:
+        return {"comment": str(self), "time": time_text(self.dt)}
 
-    def _repr_html_(self) -> str:
-        low, high = (f"{self.omega[i]:.6g} rad/s" for i in (0, -1))
-        rows = [("time", time_text(self.dt)), ("frequencies", self.omega.size), ("from", low), ("to", high)]
-        note = "Nothing is known between and beyond them: what follows is observed, and proves nothing."
-        return html_table("H at a list of frequencies", rows, notes=[note])
+    def _rows(self) -> Iterator[tuple[object, ...]]:
+        yield "time", time_text(self.dt)
+        yield "frequencies", self.omega.size
+        yield "from", f"{self.omega[0]:.6g} rad/s"
+        yield "to", f"{self.omega[-1]:.6g} rad/s"
 
 
 def _copied(values: ArrayLike, name: str, kind: type) -> NDArray[Any]:

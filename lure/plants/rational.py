@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,7 +12,7 @@ from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 from lure.plants.realisation import Realisation, companion
-from lure.record import html_table
+from lure.record import Record, derived, quantity
 
 if TYPE_CHECKING:
     import control
@@ -21,8 +20,7 @@ if TYPE_CHECKING:
 MAX_ORDER = 1000
 
 
-@dataclass(frozen=True, slots=True)
-class RationalPlant:
+class RationalPlant(Record):
     r"""A block ``sigma = H mu`` with ``H = numerator / denominator``, coefficients exact and in descending powers.
 
     The denominator is the characteristic polynomial of the system behind ``H``: a factor common to both is kept, as a
@@ -55,11 +53,13 @@ class RationalPlant:
     1 / (s^3 + 3 s^2 + 2 s) 3
     """
 
-    numerator: tuple[Fraction, ...]
-    denominator: tuple[Fraction, ...]
-    dt: Fraction | None = None
-    matrices: Realisation | None = field(default=None, compare=False, repr=False)
-    any_period: bool = field(default=False, compare=False, repr=False)
+    numerator: tuple[Fraction, ...] = quantity("", label="")
+    denominator: tuple[Fraction, ...] = quantity("", label="")
+    dt: Fraction | None = quantity("", label="time", form=lambda dt: time_text(dt))
+    matrices: Realisation | None = quantity("", hidden=True)
+    any_period: bool = quantity("", hidden=True)
+    _kind, _said = "rational block", "text"
+    _notes = ("From mu to sigma; in a loop mu = -phi(sigma).",)
 
     def __init__(
         self,
@@ -93,11 +93,13 @@ class RationalPlant:
         object.__setattr__(self, "any_period", dt is True)
 
     @property
+    @derived()
     def order(self) -> int:
         """Degree of the denominator: the number of states behind ``H``."""
         return len(self.denominator) - 1
 
     @property
+    @derived(key="", label="H(infinity)", form=lambda value: _six_digits(value))
     def feedthrough(self) -> Fraction:
         """``H(infinity)``, the direct term ``D``."""
         return self.numerator[0] if len(self.numerator) == len(self.denominator) else Fraction(0)
@@ -171,20 +173,11 @@ class RationalPlant:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data: coefficients as text ``p/q``, highest power first, exactly; the matrices if it has any."""
-        matrices = {} if self.matrices is None else {"matrices": self.matrices.to_dict()}
-        return {
-            "kind": "rational block",
-            "text": str(self),
-            "numerator": [str(c) for c in self.numerator],
-            "denominator": [str(c) for c in self.denominator],
-            "dt": None if self.dt is None else str(self.dt),
-            "order": self.order,
-            **matrices,
-        }
+        return super().to_dict() | ({} if self.matrices is None else {"matrices": self.matrices.to_dict()})
 
-    def _repr_html_(self) -> str:
-        rows = [("time", time_text(self.dt)), ("order", self.order), ("H(infinity)", _six_digits(self.feedthrough))]
-        return html_table(f"H({self.variable}) = {self}", rows, notes=["From mu to sigma; in a loop mu = -phi(sigma)."])
+    @property
+    def _title(self) -> str:
+        return f"H({self.variable}) = {self}"
 
     def _repr_latex_(self) -> str:
         top, bottom = (_latex(polynomial_text(side, self.variable)) for side in (self.numerator, self.denominator))

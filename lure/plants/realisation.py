@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lure.arrays import NDArray, np
 from lure.errors import InputError
+from lure.record import Record, quantity
 
 if TYPE_CHECKING:
     import control
@@ -19,47 +19,23 @@ Row = tuple[Fraction, ...]
 Doubles: TypeAlias = "tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]"
 
 
-@dataclass(frozen=True, slots=True)
-class Names:
-    """What the author of a system calls its parts.
+class Names(Record, kw_only=False):
+    """What the author of a system calls its parts."""
 
-    Attributes
-    ----------
-    states : tuple of str
-        (n,).
-    input, output : str
-        The signals.
-    system : str
-        The whole.
-    """
-
-    states: tuple[str, ...]
-    input: str
-    output: str
-    system: str
+    states: tuple[str, ...] = quantity("(n,)")
+    input: str = quantity("The signal ``mu``")
+    output: str = quantity("The signal ``sigma``")
+    system: str = quantity("The whole")
 
 
-@dataclass(frozen=True, slots=True)
-class Realisation:
-    r"""``x' = A x + b mu``, ``sigma = c x + d mu`` (in discrete time ``x+``), every entry a Fraction.
+class Realisation(Record, kw_only=False):
+    r"""``x' = A x + b mu``, ``sigma = c x + d mu`` (in discrete time ``x+``), every entry a Fraction."""
 
-    Attributes
-    ----------
-    A : tuple of tuples
-        (n, n), row by row.
-    b, c : tuple
-        (n,).
-    d : Fraction
-        Feedthrough ``H(infinity)``.
-    names : Names or None
-        Those of states and signals, where the source has any.
-    """
-
-    A: tuple[Row, ...]
-    b: Row
-    c: Row
-    d: Fraction
-    names: Names | None = None
+    A: tuple[Row, ...] = quantity("(n, n), row by row")
+    b: Row = quantity("(n,)", key="B")
+    c: Row = quantity("(n,)", key="C")
+    d: Fraction = quantity("Feedthrough ``H(infinity)``", key="D")
+    names: Names | None = quantity("Those of states and signals, where the source has any", default=None)
 
     @property
     def order(self) -> int:
@@ -97,20 +73,6 @@ class Realisation:
             As python-control has it: 0 is continuous, True discrete of unspecified period.
         """
         return control_system(self.doubles(), self.names, dt=dt)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: the entries as text ``p/q``, and the names."""
-        names = None
-        if self.names is not None:
-            signals = {"input": self.names.input, "output": self.names.output}
-            names = {"states": list(self.names.states), **signals, "system": self.names.system}
-        return {
-            "A": [[str(v) for v in row] for row in self.A],
-            "B": [str(v) for v in self.b],
-            "C": [str(v) for v in self.c],
-            "D": str(self.d),
-            "names": names,
-        }
 
 
 def companion(block: RationalPlant) -> Realisation:

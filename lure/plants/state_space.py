@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import sampling_period, time_text
 from lure.plants.realisation import Names, control_system
-from lure.record import by_value, html_table, plain
+from lure.record import Record, derived, quantity
 
 if TYPE_CHECKING:
     import control
@@ -108,9 +108,7 @@ _BATCH_ENTRIES = 1 << 19  # of the solutions held at once, n for each point
 _UNIT = sys.float_info.epsilon
 
 
-@by_value
-@dataclass(frozen=True, eq=False)
-class StateSpace:
+class StateSpace(Record, kw_only=False):
     r"""A block ``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x[k+1] = ...``) with ``H(s) = C (sI - A)^{-1} B + D``.
 
     In a loop ``mu = -phi(sigma)``, see :class:`lure.loop.Loop`.  The entries are doubles, each an exact number in a
@@ -142,13 +140,16 @@ class StateSpace:
     array(0.1-0.3j)
     """
 
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    D: float = 0.0
-    dt: Fraction | None = None
-    names: Names | None = None
-    any_period: bool = field(default=False, init=False, repr=False)
+    A: NDArray[np.float64] = quantity("", label="")
+    B: NDArray[np.float64] = quantity("", label="")
+    C: NDArray[np.float64] = quantity("", label="")
+    D: float = quantity("", form="g", default=0.0)
+    dt: Fraction | None = quantity("", label="time", form=time_text, default=None)
+    names: Names | None = quantity("", key="", label="", default=None)
+    any_period: bool = quantity("", hidden=True, init=False, default=False)
+    _kind, _said = "state-space block", "text"
+    _title = "H(s) = C (sI - A)^-1 B + D"
+    _notes = ("Kept as doubles, for which classes are certified by matrices. In a loop mu = -phi(sigma).",)
 
     def __post_init__(self) -> None:
         for name in ("A", "B", "C", "D"):
@@ -165,6 +166,7 @@ class StateSpace:
         object.__setattr__(self, "dt", sampling_period(self.dt, "StateSpace.dt"))
 
     @property
+    @derived()
     def order(self) -> int:
         """Number of states ``n``."""
         return int(self.B.size)
@@ -219,17 +221,6 @@ class StateSpace:
     def __str__(self) -> str:
         time = "continuous time" if self.dt is None else f"discrete time, dt = {float(self.dt):g}"
         return f"state space of order {self.order} in {time}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: the matrices, as the doubles they are."""
-        matrices = {name: plain(getattr(self, name)) for name in ("A", "B", "C", "D")}
-        step = None if self.dt is None else str(self.dt)
-        return {"kind": "state-space block", "text": str(self), "order": self.order, **matrices, "dt": step}
-
-    def _repr_html_(self) -> str:
-        rows = [("time", time_text(self.dt)), ("order", self.order), ("D", f"{self.D:g}")]
-        note = "Kept as doubles, for which classes are certified by matrices. In a loop mu = -phi(sigma)."
-        return html_table("H(s) = C (sI - A)^-1 B + D", rows, notes=[note])
 
     @cached_property
     def _forms(self) -> tuple[ControllerForm, ControllerForm]:

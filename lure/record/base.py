@@ -15,7 +15,7 @@ from fractions import Fraction
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeVar, cast, dataclass_transform
 
-from lure.record.values import Column, Towards, by_value, dataset, html_table, numbered, plain, rounded
+from lure.record.values import Column, Towards, dataset, digest, html_table, numbered, plain, rounded, same
 
 if TYPE_CHECKING:
     import xarray
@@ -65,6 +65,7 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
     inline: bool = False,
     each: type[Record] | None = None,
     hidden: bool = False,
+    init: bool = True,
     default: Any = dataclasses.MISSING,  # noqa: ANN401  (of any type)
     default_factory: Any = dataclasses.MISSING,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401  (as dataclasses.field)
@@ -88,7 +89,7 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
         Heading of its row or column in the table; left out if ``""``.
     form : str or callable
         How a number is written there: a format, ``below`` or ``above`` for a bound that is rounded that way, or a
-        function.
+        function; ``rows`` for a row of its own for each entry.
     plainly : callable, optional
         What the dictionary holds, if not :func:`plain` data of the value.
     inline : bool
@@ -97,6 +98,8 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
         Type of the records of a tuple along ``dims``: each of their single numbers and texts becomes a variable.
     hidden : bool
         Whether it takes no part in comparisons, texts and the dictionary, as what only a drawing needs.
+    init : bool
+        Whether it is given when the record is made; False for what is computed then.
     default, default_factory
         As for ``dataclasses.field``.
     """
@@ -112,8 +115,8 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
         inline=inline,
         each=each,
     )
-    seen, metadata = not hidden, {"declared": declared}
-    return field(default=default, default_factory=default_factory, repr=seen, compare=seen, metadata=metadata)
+    more: dict[str, Any] = {"default": default, "default_factory": default_factory, "init": init}
+    return field(repr=not hidden, compare=not hidden, metadata={"declared": declared}, **more)
 
 
 def derived(unit: str = "", **more: Any) -> Callable[[T], T]:  # noqa: ANN401  (those of `quantity`)
@@ -163,8 +166,10 @@ class Record:
 
     A field made with :func:`quantity`, or a property marked with :func:`derived`, declares its meaning, unit, dimension
     and rounding.  From that follow the docstring, plain data, JSON, a Dataset, a table and text; equality, hash, copies
-    and pickles are by value.  Where the declarations do not say all, a subclass overrides :meth:`to_dict`,
-    ``_columns``, ``_attributes`` or ``_page``.
+    and pickles are by value: ``==`` gives True or False and never an array; types, shapes and entries are equal, and
+    where one is nan, so is the other.  A subclass says ``_kind``, what the dictionary calls it, ``_said``, the key
+    under which it holds the text, and for the table ``_title``, ``_verdict`` and ``_notes``.  Where the declarations do
+    not say all, it overrides :meth:`to_dict`, ``_columns``, ``_attributes``, ``_rows`` or ``_page``.
 
     Examples
     --------
@@ -182,12 +187,23 @@ class Record:
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+    _kind: ClassVar[str] = ""
+    _said: ClassVar[str] = ""
 
     def __init_subclass__(cls, *, kw_only: bool = True) -> None:
         super().__init_subclass__()
         dataclass(frozen=True, kw_only=kw_only, eq=False)(cls)
-        by_value(cls)
         cls.__doc__ = _documented(cls)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or same(self, other) if type(self) is type(other) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(digest(self))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what cached properties keep, which is made again."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @classmethod
     def _declared(cls) -> Iterator[tuple[str, Declared]]:
@@ -200,14 +216,13 @@ class Record:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data: exact numbers as text ``p/q``, infinite ones as ``inf``, None for what is not known."""
-        found: dict[str, Any] = {}
+        found: dict[str, Any] = {"kind": self._kind} if self._kind else {}
         for name, declared in self._declared():
-            value = getattr(self, name)
-            if declared.inline and isinstance(value, Record):
+            if declared.inline and isinstance(value := getattr(self, name), Record):
                 found |= value.to_dict()
             elif declared.key != "":
-                found[declared.key or name] = (declared.plainly or plain)(value)
-        return found
+                found[declared.key or name] = (declared.plainly or plain)(getattr(self, name))
+        return found | ({self._said: str(self)} if self._said else {})
 
     def to_json(self) -> str:
         """The same as text."""
@@ -248,14 +263,32 @@ class Record:
         """The attributes of the Dataset."""
         return {name: str(getattr(self, name)) for name in ("evidence", "comment") if hasattr(self, name)}
 
-    def _page(self) -> Page:
-        """What is shown to people."""
-        rows = []
+    @property
+    def _title(self) -> str:
+        return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(self).__name__).lower()
+
+    @property
+    def _verdict(self) -> str:
+        return ""
+
+    @property
+    def _notes(self) -> Sequence[str]:
+        return ()
+
+    def _rows(self) -> Iterator[tuple[object, ...]]:
+        """The rows of the table: those that the fields declare."""
         for name, declared in self._declared():
             if declared.label != "" and not declared.dims and declared.each is None:
                 unit = f" [{declared.unit}]" if declared.unit not in ("", "1") else ""
-                rows.append((declared.label or f"{name.replace('_', ' ')}{unit}", declared.shown(getattr(self, name))))
-        return Page(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(self).__name__).lower(), rows)
+                label, value = declared.label or f"{name.replace('_', ' ')}{unit}", getattr(self, name)
+                if declared.form == "rows":
+                    yield from ((label, entry) for entry in value)
+                else:
+                    yield label, declared.shown(value)
+
+    def _page(self) -> Page:
+        """What is shown to people."""
+        return Page(self._title, tuple(self._rows()), verdict=self._verdict, notes=self._notes)
 
     def _repr_html_(self) -> str:
         title, rows, head, verdict, notes = self._page()

@@ -13,7 +13,7 @@ from enum import Enum
 from fractions import Fraction
 from importlib import import_module
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from lure.errors import InputError
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import ArrayLike, NDArray
 
-T = TypeVar("T")
+_NUMBERS = (int, float, Fraction)
 Towards = Literal["nearest", "below", "above"]
 _ROUNDING = {"nearest": decimal.ROUND_HALF_EVEN, "below": decimal.ROUND_FLOOR, "above": decimal.ROUND_CEILING}
 
@@ -305,44 +305,6 @@ def _reduced(view: MappingProxyType[Any, Any]) -> tuple[Any, ...]:
 copyreg.pickle(MappingProxyType, _reduced)  # read-only views are part of results, and Python pickles none
 
 
-def by_value(kind: type[T]) -> type[T]:
-    """Give a dataclass ``==`` and ``hash`` by its fields, for classes that hold arrays, mappings or sparse matrices.
-
-    Parameters
-    ----------
-    kind : type
-        The dataclass, ``eq=False``; fields with ``compare=False`` do not count.
-
-    Returns
-    -------
-    type
-        The same class.  ``==`` gives True or False and never an array: types, shapes and entries are equal, and where
-        one is nan, so is the other.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lure import FrequencyData
-    >>> FrequencyData(np.array([1.0]), np.array([2j])) == FrequencyData([1], [2j])
-    True
-    """
-
-    def equal(self: T, other: object) -> bool:
-        return True if self is other else same(self, other) if type(self) is type(other) else NotImplemented
-
-    def hashed(self: T) -> int:
-        return hash(_digest(self))
-
-    def state(self: T) -> dict[str, Any]:
-        return {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]
-
-    if not hasattr(kind, "__slots__"):  # without what cached properties keep, which is made again
-        setattr(kind, "__getstate__", state)  # noqa: B010
-    setattr(kind, "__eq__", equal)  # noqa: B010
-    setattr(kind, "__hash__", hashed)  # noqa: B010
-    return kind
-
-
 def same(one: object, other: object) -> bool:
     """Whether two objects have the same values, entry by entry.
 
@@ -357,7 +319,7 @@ def same(one: object, other: object) -> bool:
     if np is not None and (isinstance(one, np.ndarray) or isinstance(other, np.ndarray)):
         return _same_arrays(one, other)
     if type(one) is not type(other):
-        return isinstance(one, int | float) and isinstance(other, int | float) and one == other
+        return isinstance(one, _NUMBERS) and isinstance(other, _NUMBERS) and one == other
     if is_dataclass(one):
         return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one) if f.compare)
     if isinstance(one, Mapping) and isinstance(other, Mapping):
@@ -378,15 +340,21 @@ def _same_arrays(one: object, other: object) -> bool:
     return bool(np.array_equal(one, other, equal_nan=inexact))
 
 
-def _digest(value: object) -> object:
-    """Something that can be hashed, equal where the values are the same."""
+def digest(value: object) -> object:
+    """Something that can be hashed, equal where the values are the same.
+
+    Parameters
+    ----------
+    value : object
+        As for :func:`same`.
+    """
     if isinstance(value, int | float | Fraction | str | bytes | None):
         return value if value == value else "nan"
     if is_dataclass(value):
-        parts = (_digest(getattr(value, field.name)) for field in fields(value) if field.compare)
+        parts = (digest(getattr(value, field.name)) for field in fields(value) if field.compare)
         return (type(value).__name__, *parts)
     if isinstance(value, tuple | list):
-        return tuple(map(_digest, value))
+        return tuple(map(digest, value))
     if isinstance(value, Mapping):
         return frozenset(value)
     return getattr(value, "shape", type(value).__name__)

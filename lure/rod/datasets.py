@@ -9,7 +9,6 @@ from lure.arrays import ArrayLike, Reals, np
 from lure.record import Column as Column
 from lure.record import dataset as dataset
 from lure.record import numbered as numbered
-from lure.record import plain
 from lure.rod.parameters import PARAMETERS, Rod
 
 if TYPE_CHECKING:
@@ -180,12 +179,6 @@ def scenario_dict(scenario: Scenario) -> dict[str, str]:
     """The formulas of loads and initial data as plain data."""
     names = ("force", "body_force", "displacement", "velocity")
     return {name: getattr(scenario, name).source for name in names}
-
-
-def impact_dicts(impacts: Iterable[Impact]) -> list[dict[str, object]]:
-    """Contacts as plain data; numbers that are not known are None."""
-    names = (*_IMPACTS, "closed")
-    return [{name: plain(getattr(impact, name)) for name in names} for impact in impacts]
 
 
 def loop_response(name: str, t: Reals, z: Reals, stress: Reals, force: ArrayLike | None) -> control.TimeResponseData:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.plants.block import LinearBlock, StructuredPlant
-from lure.record import by_value, html_table
+from lure.record import Record, derived, quantity
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodPlant, certificate_parameters, ring_transfer
 
@@ -124,9 +124,7 @@ FORMS: tuple[Form, ...] = ("corrected", "as-printed")
 MAX_CELLS = 10_000_000
 
 
-@by_value
-@dataclass(frozen=True, eq=False)
-class UpwindScheme(StructuredPlant):
+class UpwindScheme(Record, StructuredPlant, kw_only=False):
     r"""Courant-Isaacson-Rees semi-discretisation of the rod with ``N`` cells; build it with :func:`upwind`.
 
     State (39), ``y = [xi1^1 .. xi1^N, xi2^{N-1} .. xi2^0, z]``, rate ``s = c N / L``:
@@ -162,12 +160,14 @@ class UpwindScheme(StructuredPlant):
     rod does not have (see :func:`lure.analysis.rod.spectrum.rod_spectrum`).
     """
 
-    rod: Rod
+    rod: Rod = quantity("", label="")
     cells: int
     form: Form = "corrected"
-    ordering: Ordering = "eq39"
+    ordering: Ordering = quantity("", label="", default="eq39")
     response_units: ClassVar[tuple[str, str]] = ("m/Pa", "m/(Pa s)")  # of H and of omega H
     gain_letter: ClassVar[str] = "κ"  # of the sector's upper end: k is the dashpot
+    _title = "The upwind scheme of the rod"
+    _notes = ("A scheme, not the rod: upwinding adds damping that the rod does not have. In a loop mu = -p(sigma).",)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cells", checked_cells(self.cells))
@@ -175,12 +175,8 @@ class UpwindScheme(StructuredPlant):
             raise InputError(f"discretisation.form is {self.form!r}; give one of {', '.join(FORMS)}")
         ordering_permutation(1, self.ordering)
 
-    def _repr_html_(self) -> str:
-        rows = [("cells", self.cells), ("states", self.order), ("form", self.form), ("c N/L", f"{self.rate:.6g} 1/s")]
-        notes = ["A scheme, not the rod: upwinding adds damping that the rod does not have. In a loop mu = -p(sigma)."]
-        return html_table("The upwind scheme of the rod", rows, notes=notes)
-
     @property
+    @derived("1/s", label="c N/L", form=lambda rate: f"{rate:.6g} 1/s")
     def rate(self) -> float:
         """``s = c N / L`` [1/s]."""
         return self.rod.wave_speed * self.cells / self.rod.length
@@ -191,6 +187,7 @@ class UpwindScheme(StructuredPlant):
         return f"the scheme with {self.cells} cells"
 
     @property
+    @derived(label="states")
     def order(self) -> int:
         """Number of states, ``2N + 1``."""
         return 2 * self.cells + 1

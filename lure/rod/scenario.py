@@ -9,7 +9,7 @@ from functools import cached_property
 from lure.arrays import NDArray, np
 from lure.errors import InputError
 from lure.expressions import Expression
-from lure.record import by_value
+from lure.record import Record
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 
@@ -18,9 +18,7 @@ def _zero(*variables: str) -> Expression:
     return Expression.parse(0, variables=variables)
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Scenario:
+class Scenario(Record):
     """What acts on the rod and how it starts.
 
     Parameters

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from types import MappingProxyType
-from typing import Any, cast
+from typing import cast
 
 from lure.errors import InputError
 from lure.loop import LoopModel
 from lure.nonlinearities.base import Nonlinearity
 from lure.plants.block import StructuredPlant
-from lure.record import by_value, html_table
+from lure.record import Page, Record, quantity
 from lure.rod.discretisation import Form, upwind
 from lure.rod.parameters import PARAMETERS, Rod
 from lure.rod.scenario import Scenario
@@ -31,63 +30,31 @@ _UNITS = {
 }
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RodSystem(LoopModel):
-    """A rod with its scenario and the discretisation and simulation asked for.
+class RodSystem(Record, LoopModel):
+    """A rod with its scenario and the discretisation and simulation asked for."""
 
-    Attributes
-    ----------
-    name : str
-        Name for the report.
-    title : str
-        One line that says what it is.
-    rod : Rod
-        The rod.
-    scenario : Scenario
-        Loads and initial data.
-    cells : int
-        ``N`` of the scheme that is analysed.
-    form : {"corrected", "as-printed"}
-        See :class:`lure.rod.discretisation.UpwindScheme`.
-    until : float
-        End of the simulation [s].
-    simulation_cells : int or None
-        ``N`` of the scheme that is simulated; None for the ``cells`` analysed.
-    source : str
-        Where the numbers come from.
-    """
-
-    name: str
-    title: str
-    rod: Rod
-    scenario: Scenario
-    cells: int
-    form: Form = "corrected"
-    until: float
-    simulation_cells: int | None = None
-    source: str = ""
+    name: str = quantity("Name for the report")
+    title: str = quantity("One line that says what it is")
+    source: str = quantity("Where the numbers come from", default="")
+    rod: Rod = quantity(
+        "The rod",
+        key="parameters",
+        plainly=lambda rod: {name: str(rod.exact[name]) for name in PARAMETERS},
+    )
+    scenario: Scenario = quantity("Loads and initial data", key="force", plainly=lambda scenario: str(scenario.force))
+    cells: int = quantity("``N`` of the scheme that is analysed")
+    form: Form = quantity("See :class:`lure.rod.discretisation.UpwindScheme`", default="corrected")
+    until: float = quantity("End of the simulation", "s", plainly=float)
+    simulation_cells: int | None = quantity(
+        "``N`` of the scheme that is simulated; None for the ``cells`` analysed", default=None
+    )
+    _kind = "rod system"
 
     def parts(self, *, discretised: bool) -> tuple[StructuredPlant, Nonlinearity]:
         """The rod, or its scheme, and the contact law."""
         return upwind(self.rod, self.cells) if discretised else RodPlant(self.rod), self.rod.law
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: names, exact parameters as text ``p/q``, loads and initial data, discretisation."""
-        return {
-            "kind": "rod system",
-            "name": self.name,
-            "title": self.title,
-            "source": self.source,
-            "parameters": {name: str(self.rod.exact[name]) for name in PARAMETERS},
-            "force": str(self.scenario.force),
-            "cells": self.cells,
-            "form": self.form,
-            "until": float(self.until),
-            "simulation_cells": self.simulation_cells,
-        }
-
-    def _repr_html_(self) -> str:
+    def _page(self) -> Page:
         units = {**_UNITS, "compliance": "m/Pa"} if self.rod.exponent == 1 else _UNITS
         rows = [(name.replace("_", " "), f"{getattr(self.rod, name):g}", units[name]) for name in PARAMETERS]
         rows += [("force g", str(self.scenario.force), "N"), ("cells of the scheme", str(self.cells), "")]
@@ -95,7 +62,7 @@ class RodSystem(LoopModel):
         notes.append(
             "lure.analysis.rod.report.build.build_report(system) decides; the scheme and the rod are told apart there."
         )
-        return html_table(f"{self.name}: {self.title}", rows, head=("", "value", "unit"), notes=notes)
+        return Page(f"{self.name}: {self.title}", rows, head=("", "value", "unit"), notes=notes)
 
 
 _PAPER = "Danciu, Matei, Micu and Roventa, section 5; gap 0.02 m and displacement as the printed figures require"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
 from typing import ClassVar
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.plants.block import StructuredPlant
-from lure.record import by_value, html_table
+from lure.record import Record
 from lure.rod.parameters import Rod
 
 
@@ -54,9 +54,7 @@ def certificate_parameters(rod: Rod) -> dict[str, str | int]:
     return {letter: str(rod.exact[name]) for letter, name in _LETTERS.items()}
 
 
-@by_value
-@dataclass(frozen=True, eq=False)
-class RodPlant(StructuredPlant):
+class RodPlant(Record, StructuredPlant, kw_only=False):
     r"""The rod as a block from ``mu = -p`` [Pa] to ``sigma = z = u(t,L) - gap`` [m], with no discretisation.
 
     .. math:: H_\infty(s) = \frac{d}{s}\,\frac{1 - a e^{-2sT}}{1 + a e^{-2sT}},
@@ -76,6 +74,8 @@ class RodPlant(StructuredPlant):
     rod: Rod
     response_units: ClassVar[tuple[str, str]] = ("m/Pa", "m/(Pa s)")  # of H and of omega H
     gain_letter: ClassVar[str] = "κ"  # of the sector's upper end: k is the dashpot
+    _title = "H(s) = (d/s) (1 - a exp(-2 s T))/(1 + a exp(-2 s T))"
+    _notes = ("The rod itself, without a grid. In a loop mu = -p(sigma).",)
 
     @property
     def name(self) -> str:
@@ -145,12 +145,7 @@ class RodPlant(StructuredPlant):
         magnitude = math.log1p(-ratio) - math.log1p(ratio)
         return magnitude if self.rod.damping >= 0 else -magnitude
 
-    def _repr_html_(self) -> str:
-        rod = self.rod
-        rows = [
-            ("a", f"{rod.reflection:.6g}"),
-            ("d = 1/sqrt(rho E)", f"{rod.mobility:.6g} m/(Pa s)"),
-            ("T = L/c", f"{rod.travel_time:.6g} s"),
-        ]
-        notes = ["The rod itself, without a grid. In a loop mu = -p(sigma)."]
-        return html_table("H(s) = (d/s) (1 - a exp(-2 s T))/(1 + a exp(-2 s T))", rows, notes=notes)
+    def _rows(self) -> Iterator[tuple[object, ...]]:
+        yield "a", f"{self.rod.reflection:.6g}"
+        yield "d = 1/sqrt(rho E)", f"{self.rod.mobility:.6g} m/(Pa s)"
+        yield "T = L/c", f"{self.rod.travel_time:.6g} s"

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from results import HOSTILE, SYSTEMS, THIRD, loop_named
 
 import lure
 from lure.analysis import analyse, certify, check, max_sector, max_slope, nyquist_response, popov_response
@@ -23,13 +24,9 @@ from lure.analysis.theorems.passivity import passivity_indices
 from lure.analysis.verdict import Bracket
 from lure.errors import InputError
 from lure.files.builtin import builtin_loops
-from lure.files.system import LoopSystem
-from lure.nonlinearities import shifted_law
 from lure.record import html_table, plain, xarray_or_refusal
 from lure.rod.systems import builtin_systems, paper_rod
 
-HOSTILE = "<script>alert('\"&')</script>"
-THIRD = lure.RationalPlant([1], [1, 3, 2, 0])
 SAMPLES = lure.FrequencyData([1, 2], [1, -1])
 VOID = {"br", "hr", "img", "path", "use", "rect", "stop", "circle", "metadata"}
 
@@ -64,55 +61,6 @@ def read(page):
     assert "script" not in reader.tags
     assert not {"#000", "#fff", "color:", "background"} & set(page.split("<svg")[0].split())
     return reader.tags, "".join(reader.words)
-
-
-def loop_named(name):
-    return LoopSystem(name=name, title=name, source=name, block=THIRD, nonlinearity=lure.Saturation())
-
-
-class Odd:
-    """A law of a stranger, with a hostile name."""
-
-    sector = lure.Sector(0, 1)
-
-    def __call__(self, sigma):
-        return 0.5 * np.asarray(sigma)
-
-    def __str__(self):
-        return HOSTILE
-
-
-SYSTEMS = {
-    "rational": THIRD,
-    "discrete": lure.RationalPlant([2, 1], [1, 2], dt=1),
-    "constant": lure.RationalPlant([3], [1]),
-    "delay": lure.DelayPlant.parse("exp(-s/2)/(s + 1)"),
-    "state space": lure.StateSpace([[0, 1], [-2, -3]], [0, 1], [1, 0]),
-    "linear": lure.rod.upwind(paper_rod(), 3).block,
-    "data": lure.FrequencyData([0, 2], [complex(math.inf, 0), 1j], error=[0.0, math.inf]),
-    "sector": lure.Sector(0, math.inf),
-    "sector of a third": lure.Sector(-math.inf, Fraction(1, 3)),
-    "slope": lure.SlopeBounds(Fraction(1, 3), 2),
-    "class": lure.NonlinearityClass.slope_restricted(0, 2, odd=True),
-    "saturation": lure.Saturation(),
-    "dead zone": lure.DeadZone(width=1, gain=2),
-    "relu": lure.ReLU(),
-    "leaky": lure.LeakyReLU(),
-    "points": lure.PiecewiseLinear([(-1, -3), (2, 6)], left_slope=0, right_slope=1),
-    "cubic": lure.Cubic(),
-    "tanh": lure.Tanh(),
-    "quantiser": lure.Quantiser(step=1),
-    "formula": lure.ExpressionNonlinearity("sigma/(1 + abs(sigma))", sector=lure.Sector(0, 1)),
-    "contradicted": lure.ExpressionNonlinearity("2*max(sigma, 0)", sector=lure.Sector(0, 1)),
-    "shifted": shifted_law(lure.Tanh(), 1),
-    "contact": lure.rod.NormalCompliance(Fraction(4), 2),
-    "loop": lure.Loop(THIRD, lure.Saturation()),
-    "loop of a stranger": lure.Loop(THIRD, Odd()),
-    "transformed": lure.loop.sector_shift("1/(s^2+s-1)", lure.NonlinearityClass(sector=lure.Sector(2, 5))),
-    "hostile loop": loop_named(HOSTILE),
-    **dict(builtin_systems().items()),
-    **dict(builtin_loops().items()),
-}
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

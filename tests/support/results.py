@@ -1,13 +1,18 @@
 """One small result of every class that hands itself on, made when it is first asked for."""
 
+import math
+from fractions import Fraction
 from functools import cache, partial
 
+import control
 import numpy as np
 import sympy
 from motions import unit_rod
 
+import lure
 from lure import RationalPlant, Saturation, Sector
 from lure.analysis.describing import describing_hint
+from lure.analysis.graphical import nyquist_response, popov_response
 from lure.analysis.measured import (
     Measurements,
     example_measurements,
@@ -31,11 +36,15 @@ from lure.analysis.testing import NonlinearityViolation, assert_in_sector
 from lure.analysis.verdict import Evidence
 from lure.expressions import Expression
 from lure.files import find_system
+from lure.files.builtin import builtin_loops
+from lure.files.system import LoopSystem
+from lure.nonlinearities import shifted_law
 from lure.rod import Scenario, builtin_system, exact_motion, upwind
 from lure.rod.cellular import CellularNetwork, Template, chua_yang, edge_network
 from lure.rod.derivation import Step, misprints
 from lure.rod.galerkin import convergence, formula_state, galerkin
 from lure.rod.scheme import structured_motion
+from lure.rod.systems import builtin_systems, paper_rod
 
 # struck once, at 0.156 ms in the scheme of 10 cells
 STRUCK = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9", "force.g=0.01*sin(4000*t)"])
@@ -211,5 +220,65 @@ RESULTS = {
     "separation": lambda: separation(*np.random.default_rng(0).standard_normal((2, 9, 4)), 1.0),
     "resting place": lambda: resting_place(unit_rod(damping=0.5, compliance=0.01), Scenario.parse(velocity=1)),
     "memory": cache(memory),
+    "nyquist": cache(lambda: nyquist_response(THIRD, k=1)),
+    "popov": cache(lambda: popov_response(THIRD)),
     "hint": lambda: describing_hint(RationalPlant([12], [1, 3, 2, 0]), Saturation()),
+}
+
+
+# What is asked about: plants, nonlinearities, classes and loops.
+
+HOSTILE = "<script>alert('\"&')</script>"
+THIRD = RationalPlant([1], [1, 3, 2, 0])
+
+
+def loop_named(name):
+    return LoopSystem(name=name, title=name, source=name, block=THIRD, nonlinearity=lure.Saturation())
+
+
+class Odd:
+    """A law of a stranger, with a hostile name."""
+
+    sector = lure.Sector(0, 1)
+
+    def __call__(self, sigma):
+        return 0.5 * np.asarray(sigma)
+
+    def __str__(self):
+        return HOSTILE
+
+
+SYSTEMS = {
+    "rational": THIRD,
+    "matrices": lure.as_plant(control.ss([[-1, 3], [0, -2]], [[1], [2]], [[1, 1]], 0)),
+    "discrete": lure.RationalPlant([2, 1], [1, 2], dt=1),
+    "constant": lure.RationalPlant([3], [1]),
+    "delay": lure.DelayPlant.parse("exp(-s/2)/(s + 1)"),
+    "state space": lure.StateSpace([[0, 1], [-2, -3]], [0, 1], [1, 0]),
+    "linear": lure.rod.upwind(paper_rod(), 3).block,
+    "data": lure.FrequencyData([0, 2], [complex(math.inf, 0), 1j], error=[0.0, math.inf]),
+    "sector": lure.Sector(0, math.inf),
+    "sector of a third": lure.Sector(-math.inf, Fraction(1, 3)),
+    "slope": lure.SlopeBounds(Fraction(1, 3), 2),
+    "class": lure.NonlinearityClass.slope_restricted(0, 2, odd=True),
+    "classes": lure.classes.Diagonal((lure.NonlinearityClass.slope_restricted(0, 2),)),
+    "rod": lure.rod.RodPlant(paper_rod()),
+    "saturation": lure.Saturation(),
+    "dead zone": lure.DeadZone(width=1, gain=2),
+    "relu": lure.ReLU(),
+    "leaky": lure.LeakyReLU(),
+    "points": lure.PiecewiseLinear([(-1, -3), (2, 6)], left_slope=0, right_slope=1),
+    "cubic": lure.Cubic(),
+    "tanh": lure.Tanh(),
+    "quantiser": lure.Quantiser(step=1),
+    "formula": lure.ExpressionNonlinearity("sigma/(1 + abs(sigma))", sector=lure.Sector(0, 1)),
+    "contradicted": lure.ExpressionNonlinearity("2*max(sigma, 0)", sector=lure.Sector(0, 1)),
+    "shifted": shifted_law(lure.Tanh(), 1),
+    "contact": lure.rod.NormalCompliance(Fraction(4), 2),
+    "loop": lure.Loop(THIRD, lure.Saturation()),
+    "loop of a stranger": lure.Loop(THIRD, Odd()),
+    "transformed": lure.loop.sector_shift("1/(s^2+s-1)", lure.NonlinearityClass(sector=lure.Sector(2, 5))),
+    "hostile loop": loop_named(HOSTILE),
+    **dict(builtin_systems().items()),
+    **dict(builtin_loops().items()),
 }

@@ -14,7 +14,7 @@ from lure.analysis.verdict import Evidence
 from lure.errors import InputError
 from lure.record import Column, Page, Record, finite, plain, quantity
 from lure.rod import datasets
-from lure.rod.datasets import SERIES, STRESS, impact_dicts, what_it_shows
+from lure.rod.datasets import SERIES, STRESS, what_it_shows
 from lure.rod.motion import Impact, Motion
 from lure.rod.motion.sampling import check_places as check_places
 from lure.rod.motion.sampling import check_samples as check_samples
@@ -333,7 +333,7 @@ def summary_dict(run: SampledRun, name: str) -> dict[str, Any]:
         "largest_stress": stress,
         "largest_stress_is": where,
         "impulse": finite(run.impulse),
-        "impacts": impact_dicts(run.impacts),
+        "impacts": plain(run.impacts),
         "energy_residual": run.energy_residual,
         "error": run.error,
         "attributes": run._attributes() | {"title": f"Motion of {name}"},

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
 from lure.expressions import Expression
-from lure.record import by_value
+from lure.record import Record, quantity
 from lure.rod.galerkin.spaces import NonuniformRod, Quadrature, Space, SpaceName, interior_breakpoints, quadrature
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
@@ -27,9 +27,7 @@ Array = NDArray[np.float64]
 _ROUNDING, _ASIDE, _JUMP = 1e-15, 1e-9, 1e-6
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False)
-class GalerkinModel:
+class GalerkinModel(Record):
     r"""A rod in ``V_m``; build it with :func:`galerkin`.
 
     With ``u_m = sum_j a_j(t) w_j(x)`` the weak form (10), with every constant and the sign of ``g`` as (8) has it, is
@@ -46,25 +44,20 @@ class GalerkinModel:
     The paper prints ``+ g`` on the left of (10), (11), (14), (20) and (25), against (8) and (15), and ``\dot a`` beside
     ``K`` in (14); here ``g > 0`` pushes along ``x``.
 
-    Attributes
-    ----------
-    rod : NonuniformRod
-        The rod.
-    space : Space
-        ``V_m``.
-    quadrature : Quadrature
-        Panels end at the elements and where a coefficient changes its formula: integrals of piecewise polynomials
-        are exact to rounding.
-
     Notes
     -----
     A break of a coefficient inside an element leaves the integrals right and spoils the order: the motion has a kink
     there that the element cannot bend to.  Choose ``order`` so that a node falls on it.
     """
 
-    rod: NonuniformRod
-    space: Space
-    quadrature: Quadrature
+    rod: NonuniformRod = quantity("The rod")
+    space: Space = quantity("``V_m``")
+    quadrature: Quadrature = quantity(
+        "Panels end at the elements and where a coefficient changes its formula: integrals of piecewise polynomials "
+        "are exact to rounding",
+        key="",
+        label="",
+    )
 
     @cached_property
     def mass(self) -> csr_array:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lure.errors import InputError
-from lure.record import by_value
+from lure.record import Page, Record, quantity
 from lure.rod.motion.end_law import Boundary, Impact, end_law
 from lure.rod.motion.engine import Engine, compilation_pays
 from lure.rod.motion.fields import Fields
@@ -29,54 +29,29 @@ if TYPE_CHECKING:
 _MOST_TRIPS = 10_000_000
 
 
-@by_value
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Motion:
-    r"""A motion of the rod itself, without grid or time step; make one with :func:`exact_motion`.
+class Motion(Record):
+    r"""A motion of the rod itself, without grid or time step; make one with :func:`exact_motion`."""
 
-    Attributes
-    ----------
-    rod : Rod
-        The rod.
-    scenario : Scenario
-        Loads and initial data.
-    boundary : Boundary
-        Boundary conditions beyond the paper's.
-    until : float
-        End of the motion [s].
-    since : float
-        Start of what was kept [s].
-    impacts : tuple of Impact
-        In order; the last is not closed if the end still touches the obstacle.
-    crossings : int
-        Passages between segments of the law.
-    energy_residual : float
-        Largest ``|work of the waves on the end - loss there - change of A P(z)|`` since the start, relative to the
-        largest energy that passed the end in one round trip or was stored in the obstacle.  In the rod and at
-        ``x = 0`` the balance ``E' = -k v(t,0)^2 + g v(t,0) + int f v dx`` holds identically for waves that are shifted.
-    error : float
-        Sum of the estimates of all local errors, as displacement [m].  How the motion enlarges them (impacts may) is
-        not in it: compare two values of ``Numerics.degree``.
-    note : str
-        What the computation put in place of the data, or nothing.
-    compiled : bool
-        Whether compiled code computed it; see :class:`lure.rod.motion.Numerics`.
-    fields : Fields
-        The waves as they were kept; :meth:`waves` and the methods beside it read them.
-    """
-
-    rod: Rod
-    scenario: Scenario
-    boundary: Boundary
-    until: float
-    since: float
-    impacts: tuple[Impact, ...]
-    crossings: int
-    energy_residual: float
-    error: float
-    note: str
-    compiled: bool
-    fields: Fields
+    rod: Rod = quantity("The rod")
+    scenario: Scenario = quantity("Loads and initial data")
+    boundary: Boundary = quantity("Boundary conditions beyond the paper's")
+    until: float = quantity("End of the motion", "s")
+    since: float = quantity("Start of what was kept", "s")
+    impacts: tuple[Impact, ...] = quantity("In order; the last is not closed if the end still touches the obstacle")
+    crossings: int = quantity("Passages between segments of the law")
+    energy_residual: float = quantity(
+        "Largest ``|work of the waves on the end - loss there - change of A P(z)|`` since the start, relative to the "
+        "largest energy that passed the end in one round trip or was stored in the obstacle.  In the rod and at ``x = "
+        "0`` the balance ``E' = -k v(t,0)^2 + g v(t,0) + int f v dx`` holds identically for waves that are shifted"
+    )
+    error: float = quantity(
+        "Sum of the estimates of all local errors, as displacement.  How the motion enlarges them (impacts may) is "
+        "not in it: compare two values of ``Numerics.degree``",
+        "m",
+    )
+    note: str = quantity("What the computation put in place of the data, or nothing")
+    compiled: bool = quantity("Whether compiled code computed it; see :class:`lure.rod.motion.Numerics`")
+    fields: Fields = quantity("The waves as they were kept; :meth:`waves` and the methods beside it read them")
 
     def z(self, t: ArrayLike) -> Array:
         """Contact coordinate ``u(t, L) - gap`` [m] at ``since <= t <= until`` [s], elementwise."""
@@ -200,10 +175,10 @@ class Motion:
 
         return motion_response(self, samples)
 
-    def _repr_html_(self) -> str:
-        from lure.rod.motion.sampling import motion_html
+    def _page(self) -> Page:
+        from lure.rod.motion.sampling import motion_page
 
-        return motion_html(self)
+        return motion_page(self)
 
     @property
     def _rigid(self) -> bool:

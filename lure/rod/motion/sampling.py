@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lure.errors import InputError
-from lure.record import html_table, plain
+from lure.record import Page, plain
 from lure.rod import datasets
 from lure.rod.datasets import Column
 
@@ -136,7 +136,7 @@ def motion_dict(motion: Motion) -> dict[str, object]:
         "boundary": plain(boundary_attributes(motion.boundary)),
         "since": motion.since,
         "until": motion.until,
-        "impacts": datasets.impact_dicts(motion.impacts),
+        "impacts": plain(motion.impacts),
         "crossings": motion.crossings,
         "energy_residual": plain(motion.energy_residual),
         "error": plain(motion.error),
@@ -159,9 +159,9 @@ def motion_response(motion: Motion, samples: int) -> control.TimeResponseData:
     return datasets.loop_response("the rod", t, motion.z(t), motion.contact_stress(t), motion.scenario.force(t=t))
 
 
-def motion_html(motion: Motion) -> str:
+def motion_page(motion: Motion) -> Page:
     """A table for notebooks: what moved, from when to when, what touched, and how well it is known."""
-    rows: list[tuple[str, object]] = [
+    rows: list[tuple[object, ...]] = [
         ("what moved", ABOUT),
         ("time", f"{motion.since:g} s to {motion.until:g} s"),
         ("force g(t) [N]", motion.scenario.force),
@@ -173,7 +173,7 @@ def motion_html(motion: Motion) -> str:
     if motion.note:
         rows.append(("note", motion.note))
     notes = (datasets.what_it_shows("rod", ABOUT, "computed"),)
-    return html_table("motion of the rod", rows, verdict="COMPUTED", notes=notes)
+    return Page("motion of the rod", rows, verdict="COMPUTED", notes=notes)
 
 
 def _contacts(impacts: tuple[Impact, ...]) -> str:
@@ -183,14 +183,3 @@ def _contacts(impacts: tuple[Impact, ...]) -> str:
     more = ", ..." if len(impacts) > _SHOWN else ""
     peak = max(hit.peak_stress for hit in impacts)
     return f"{len(impacts)}, beginning at {shown}{more}; largest stress {peak:.6g} Pa"
-
-
-def impact_html(impact: Impact) -> str:
-    """A table for notebooks: one contact."""
-    rows = [
-        ("from", f"{impact.start:.9g} s"),
-        ("to", f"{impact.end:.9g} s" + ("" if impact.closed else " (still in contact)")),
-        ("impulse", f"{impact.impulse:.6g} N s"),
-        ("largest stress", f"{impact.peak_stress:.6g} Pa"),
-    ]
-    return html_table("contact with the obstacle", rows, notes=("One contact of one motion.",))
