@@ -131,7 +131,7 @@ class Answer:
         The destabilising member behind REFUTED.
     proof : Proved or None
         What the checker accepted of a PROVED answer, with its certificate; None where it was not asked.
-    capped : bool
+    search_limited : bool
         Whether ``largest.low`` is no end of the criterion, but the largest ``k`` for which a certificate was tried.
     """
 

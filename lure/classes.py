@@ -8,7 +8,8 @@ from typing import Self
 
 from lure.errors import InputError
 from lure.exact import exact_number
-from lure.record import Record, Towards, quantity, rounded
+from lure.record import Record, quantity, rounded
+from lure.record.values import Towards
 
 # Sectors and slope bounds: what is known of a nonlinearity, as exact numbers.
 

@@ -160,7 +160,13 @@ class Graph:
 
 
 class GraphNonlinearity(NamedNonlinearity):
-    """What laws with a piecewise linear graph share; each sets ``graph`` when it is made and overrides nothing."""
+    """What laws with a piecewise linear graph share; each sets ``graph`` when it is made and overrides nothing.
+
+    Attributes
+    ----------
+    graph : Graph
+        The points and slopes, exactly.
+    """
 
     graph: Graph = quantity("", hidden=True, init=False)
 

@@ -3,7 +3,6 @@ from lure.record.base import Record as Record
 from lure.record.base import derived as derived
 from lure.record.base import quantity as quantity
 from lure.record.values import Column as Column
-from lure.record.values import Towards as Towards
 from lure.record.values import dataset as dataset
 from lure.record.values import finite as finite
 from lure.record.values import html_table as html_table

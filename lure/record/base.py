@@ -192,7 +192,8 @@ class Record:
 
     def __init_subclass__(cls, *, kw_only: bool = True) -> None:
         super().__init_subclass__()
-        dataclass(frozen=True, kw_only=kw_only, eq=False)(cls)
+        own = bool(inspect.get_annotations(cls))  # without fields of its own it is made as its base is
+        dataclass(init=own, frozen=True, kw_only=kw_only, eq=False)(cls)
         cls.__doc__ = _documented(cls)
 
     def __eq__(self, other: object) -> bool:

@@ -166,6 +166,7 @@ class UpwindScheme(Record, StructuredPlant, kw_only=False):
     ordering: Ordering = quantity("", label="", default="eq39")
     response_units: ClassVar[tuple[str, str]] = ("m/Pa", "m/(Pa s)")  # of H and of omega H
     gain_letter: ClassVar[str] = "κ"  # of the sector's upper end: k is the dashpot
+    _kind = "upwind scheme"
     _title = "The upwind scheme of the rod"
     _notes = ("A scheme, not the rod: upwinding adds damping that the rod does not have. In a loop mu = -p(sigma).",)
 

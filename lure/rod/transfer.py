@@ -74,6 +74,7 @@ class RodPlant(Record, StructuredPlant, kw_only=False):
     rod: Rod
     response_units: ClassVar[tuple[str, str]] = ("m/Pa", "m/(Pa s)")  # of H and of omega H
     gain_letter: ClassVar[str] = "κ"  # of the sector's upper end: k is the dashpot
+    _kind = "rod"
     _title = "H(s) = (d/s) (1 - a exp(-2 s T))/(1 + a exp(-2 s T))"
     _notes = ("The rod itself, without a grid. In a loop mu = -p(sigma).",)
 
