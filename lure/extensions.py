@@ -27,6 +27,17 @@ def extend(task: str, places: Mapping[str, str]) -> None:
     SERVED.setdefault(task, {}).update(places)
 
 
+def extensions(task: str) -> list[Any]:
+    """What is registered for a task, of every type, in the order of registration.
+
+    Parameters
+    ----------
+    task : str
+        The task.
+    """
+    return [_found(place) for place in dict.fromkeys(SERVED.get(task, {}).values())]
+
+
 def extension(task: str, served: object) -> Callable[..., Any] | None:
     """What does a task for an object: that of its type or of the nearest base; None where there is none.
 
@@ -41,7 +52,11 @@ def extension(task: str, served: object) -> Callable[..., Any] | None:
     for kind in type(served).__mro__:
         place = places.get(f"{kind.__module__}:{kind.__qualname__}")
         if place is not None:
-            module, name = place.split(":")
-            found: Callable[..., Any] = getattr(import_module(module), name)
+            found: Callable[..., Any] = _found(place)
             return found
     return None
+
+
+def _found(place: str) -> Any:  # noqa: ANN401  (whatever stands there)
+    module, name = place.split(":")
+    return getattr(import_module(module), name)

@@ -121,7 +121,8 @@ def starting(path: Path | None, *, loop: bool, notebook: Path | None, test: Path
         return _notebook(notebook)
     if test is not None:
         return _test(test)
-    from lure.files import plant_template, template
+    from lure.files import plant_template
+    from lure.rod.file import template
 
     target = path or Path("plant.toml" if loop else "rod.toml")
     return target, plant_template() if loop else template(), f"edit it, then run: {_command('lure report', target)}"
@@ -278,8 +279,9 @@ def systems(
     toml: Annotated[bool, typer.Option("--toml", help="Print it as a TOML file.")] = False,
 ) -> None:
     """List the built-in systems, or show one."""
-    from lure.files import loop_to_toml, system_to_toml
+    from lure.files import loop_to_toml
     from lure.files.builtin import builtin_loop, loop_names
+    from lure.rod.file import system_to_toml
     from lure.rod.systems import RodSystem, builtin_system, builtin_systems
 
     rods, loops = tuple(builtin_systems()), loop_names()

@@ -3,5 +3,3 @@ from lure.files.loop import plant_template as plant_template
 from lure.files.reading import find_system as find_system
 from lure.files.reading import parse_system as parse_system
 from lure.files.reading import read_system as read_system
-from lure.rod.file import system_to_toml as system_to_toml
-from lure.rod.file import template as template

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.expressions.tree import decimal
-from lure.files.schema import PLANT_TABLES, ClassTable, PlantTable, PlantTables
+from lure.files.builtin import builtin_loop, loop_names
+from lure.files.kinds import FileKind
+from lure.files.schema import LAW_TEXTS, PLANT_TABLES, ClassTable, PlantTable, PlantTables
 from lure.files.system import LoopSystem, loop_system
 from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
@@ -23,35 +23,10 @@ from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.rod.file import TABLES
 
 # From checked tables to a :class:`lure.files.system.LoopSystem`, with the checks that concern several keys at once.
 
 _FORMS = "num and den, or A, B and C, or transfer"
-
-
-def is_plant_file(tables: Mapping[str, Any]) -> bool:
-    """Whether the tables of a file are those of a loop rather than of a rod.
-
-    Parameters
-    ----------
-    tables : Mapping
-        The tables of the file.
-
-    Raises
-    ------
-    InputError
-        The file has both a rod and a plant.
-    """
-    if "rod" in tables and "plant" in tables:
-        raise InputError("the file has both [rod] and [plant]; give one of them, or two files")
-    if any(table in tables for table in TABLES):
-        return False
-    if any(table in tables for table in PLANT_TABLES):
-        return True
-    known = [*TABLES, *PLANT_TABLES, "name", "title"]
-    near = [difflib.get_close_matches(key[:40].lower(), known, n=1, cutoff=0.6) for key in tables]
-    return any(match and match[0] in PLANT_TABLES for match in near)
 
 
 def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) -> LoopSystem:
@@ -230,3 +205,19 @@ def _written(value: object) -> str:
     assert isinstance(value, int | float | Fraction), "tables hold numbers, texts, truth values and lists"
     text = _text(Fraction(value))
     return f'"{text}"' if "/" in text else text
+
+
+PLANT_FILE = FileKind(
+    word="loop",
+    tables=PLANT_TABLES,
+    model=PlantTables,
+    build=built_loop,
+    written=loop_tables,
+    names=loop_names,
+    builtin=builtin_loop,
+    texts=("name", "title", "plant.transfer", *(f"nonlinearity.{key}" for key in LAW_TEXTS)),
+    single=("name", "title"),
+    letters={"numerator": "plant.num", "denominator": "plant.den", "H": "plant.transfer", "G": "plant.transfer"},
+    free="nonlinearity",
+)
+"""Files with a ``[plant]``, and the built-in loops."""

@@ -1,4 +1,4 @@
-"""From the name of a built-in, a file or a text to a checked rod or loop."""
+"""From the name of a built-in, a file or a text to a checked system."""
 
 from __future__ import annotations
 
@@ -12,21 +12,47 @@ from typing import Any, TypeAlias
 from pydantic import ValidationError
 
 from lure.errors import InputError
-from lure.files.builtin import builtin_loop, loop_names
-from lure.files.loop import built_loop, is_plant_file, loop_tables
-from lure.files.problems import ROD_FILE, Vocabulary, refusal, unknown_key
-from lure.files.schema import PLANT_FILE, PLANT_TEXTS, PlantTables
-from lure.files.system import LoopSystem
+from lure.extensions import extensions
+from lure.files.kinds import FileKind, NamedSystem, refusal, unknown_key
+from lure.files.loop import PLANT_FILE
 from lure.files.values import exact_decimal, number_or_text, shown, shown_path
-from lure.rod.file import TEXT_KEYS, SystemTables, built_system, system_tables
-from lure.rod.systems import RodSystem, builtin_system, builtin_systems
 
 MAX_BYTES = 64 * 1024
 _MAX_DOTS = 1000
 Tables: TypeAlias = dict[str, Any]
 
 
-def find_system(reference: str, settings: Sequence[str] = ()) -> RodSystem | LoopSystem:
+def kinds() -> list[FileKind]:
+    """The kinds of files that are read: those registered as ``system file``, and files with a ``[plant]``."""
+    return [*extensions("system file"), PLANT_FILE]
+
+
+def kind_of(tables: Tables) -> FileKind:
+    """The kind of a file: by its tables, else by what is written like one of them, else the first.
+
+    Parameters
+    ----------
+    tables : dict
+        The tables of the file.
+
+    Raises
+    ------
+    InputError
+        The file is of two kinds.
+    """
+    known = kinds()
+    both = [kind.first for kind in known if kind.first in tables]
+    if len(both) > 1:
+        raise InputError(f"the file has both [{both[0]}] and [{both[1]}]; give one of them, or two files")
+    for kind in known:
+        if any(table in tables for table in kind.tables):
+            return kind
+    names = [*(table for kind in known for table in kind.tables), "name", "title"]
+    near = {match for key in tables for match in difflib.get_close_matches(key[:40].lower(), names, n=1, cutoff=0.6)}
+    return next((kind for kind in reversed(known) if near & set(kind.tables)), known[0])
+
+
+def find_system(reference: str, settings: Sequence[str] = ()) -> NamedSystem:
     """The system a user names: a built-in, else a file (the name ends in ``.toml``, or something of that name exists).
 
     Parameters
@@ -47,22 +73,22 @@ def find_system(reference: str, settings: Sequence[str] = ()) -> RodSystem | Loo
     >>> system.name, system.rod.damping
     ('paper-rod (changed)', 0.0008)
     """
-    if reference in builtin_systems() or reference in loop_names():
-        system = builtin_system(reference) if reference in builtin_systems() else builtin_loop(reference)
+    names = {name: kind for kind in kinds() for name in kind.names()}
+    if reference in names:
+        kind = names[reference]
+        system = kind.builtin(reference)
         if not settings:
             return system
-        tables = system_tables(system) if isinstance(system, RodSystem) else loop_tables(system)
-        tables = _changed(tables, settings, ROD_FILE if isinstance(system, RodSystem) else PLANT_FILE)
+        tables = _changed(kind.written(system), settings, kind)
         name = system.name if tables.get("name") == system.name else None
         tables["name"] = f"{name} (changed)" if name else tables.get("name")
         if tables.get("title") == system.title:
             del tables["title"]
         changes = _changes(settings)
-        return _checked(tables, title=system.title + changes, source=system.source + changes)
+        return _checked(tables, kind, title=system.title + changes, source=system.source + changes)
     path = Path(reference)
     if reference.endswith(".toml") or path.exists():
         return read_system(path, settings)
-    names = [*builtin_systems(), *loop_names()]
     near = difflib.get_close_matches(reference, names, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]!r}? " if near else ""
     raise InputError(
@@ -71,7 +97,7 @@ def find_system(reference: str, settings: Sequence[str] = ()) -> RodSystem | Loo
     )
 
 
-def read_system(path: Path, settings: Sequence[str] = ()) -> RodSystem | LoopSystem:
+def read_system(path: Path, settings: Sequence[str] = ()) -> NamedSystem:
     """The system in a TOML file, every decimal taken exactly (``0.1`` is 1/10).
 
     Parameters
@@ -92,8 +118,8 @@ def read_system(path: Path, settings: Sequence[str] = ()) -> RodSystem | LoopSys
 
 def parse_system(
     text: str, *, name: str, source: str, settings: Sequence[str] = (), folder: Path = Path()
-) -> RodSystem | LoopSystem:
-    """The system in the text of a TOML file: a loop if it has a table ``[plant]``, else a rod.
+) -> NamedSystem:
+    """The system in the text of a TOML file, of the kind that its tables tell: a loop if it has a ``[plant]``.
 
     Parameters
     ----------
@@ -115,10 +141,9 @@ def parse_system(
 
     Examples
     --------
-    >>> from lure.files import template
-    >>> system = parse_system(template(), name="rod", source="the template")
-    >>> system.rod.exact["damping"], system.cells
-    (Fraction(1, 5000), 10)
+    >>> from lure.files import plant_template
+    >>> print(parse_system(plant_template(), name="loop", source="the template").block)
+    1 / (s^3 + 3 s^2 + 2 s)
     """
     label = shown_path(source)
     # the time and memory tomllib needs grow with the square of the parts of a dotted key
@@ -132,12 +157,12 @@ def parse_system(
         raise InputError(f"{label} does not parse as TOML: brackets are nested too deeply") from None
     except ValueError:  # int() of more than 4300 digits
         raise InputError(f"{label} does not parse as TOML: a whole number has more than 4300 digits") from None
-    plant = is_plant_file(tables)
-    tables = _changed(tables, settings, PLANT_FILE if plant else ROD_FILE)
-    tables.setdefault("name", shown(name)[1:-1] or ("loop" if plant else "rod"))
+    kind = kind_of(tables)
+    tables = _changed(tables, settings, kind)
+    tables.setdefault("name", shown(name)[1:-1] or kind.word)
     changes = _changes(settings)
-    title = f"the {'loop' if plant else 'rod'} of {label}{changes}"
-    return _checked(tables, title=title, source=f"{label}{changes}", folder=folder)
+    title = f"the {kind.word} of {label}{changes}"
+    return _checked(tables, kind, title=title, source=f"{label}{changes}", folder=folder)
 
 
 def _text(path: Path) -> str:
@@ -171,7 +196,7 @@ def _changes(settings: Sequence[str]) -> str:
     return "".join(f"; with {shown(setting.strip())[1:-1]}" for setting in settings)
 
 
-def _changed(tables: Tables, settings: Sequence[str], words: Vocabulary) -> Tables:
+def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
     changed = {key: dict(value) if isinstance(value, dict) else value for key, value in tables.items()}
     for setting in settings:
         key, equals, text = (part.strip() for part in setting.partition("="))
@@ -179,29 +204,26 @@ def _changed(tables: Tables, settings: Sequence[str], words: Vocabulary) -> Tabl
             raise InputError(f"--set {shown(setting)[1:-1]}: give KEY=VALUE, such as --set rod.damping=8e-4")
         if not key:
             raise InputError(f"--set {shown(setting)[1:-1]}: the key is missing; give one such as rod.damping=8e-4")
-        if key not in words.keys and not (words is PLANT_FILE and key.startswith("nonlinearity.")):
-            raise InputError(f"--set: {unknown_key(key, words)}")
         table, _, last = key.rpartition(".")
+        if key not in kind.keys and not (kind.free and key.startswith(f"{kind.free}.")):
+            raise InputError(f"--set: {unknown_key(key, kind)}")
         target = changed.setdefault(table, {}) if table else changed
         if isinstance(target, dict):  # otherwise the file is wrong here, and is told so when it is checked
-            target[last] = _value(key, text, words)
+            target[last] = _value(key, text, kind)
     return changed
 
 
-def _value(key: str, text: str, words: Vocabulary) -> object:
-    if key in (TEXT_KEYS if words is ROD_FILE else PLANT_TEXTS):
+def _value(key: str, text: str, kind: FileKind) -> object:
+    if key in kind.texts:
         return text
-    if words is PLANT_FILE and text in ("true", "false"):
+    if kind.free and text in ("true", "false"):  # elsewhere there are no truth values
         return text == "true"
     return number_or_text(text)
 
 
-def _checked(tables: Tables, *, title: str, source: str, folder: Path = Path()) -> RodSystem | LoopSystem:
-    plant = is_plant_file(tables)
+def _checked(tables: Tables, kind: FileKind, *, title: str, source: str, folder: Path = Path()) -> NamedSystem:
     try:
-        if plant:
-            return built_loop(PlantTables.model_validate(tables), title=title, source=source, folder=folder)
-        checked = SystemTables.model_validate(tables)
+        checked = kind.model.model_validate(tables)
     except ValidationError as error:
-        raise refusal(error, PLANT_FILE if plant else ROD_FILE) from None
-    return built_system(checked, title=title, source=source)
+        raise refusal(error, kind) from None
+    return kind.build(checked, title=title, source=source, folder=folder)

@@ -13,10 +13,8 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 
 from lure.errors import InputError
-from lure.files.problems import Vocabulary
-from lure.files.values import shown
+from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.plants import coefficients
-from lure.rod.file import STRICT, field_key, number_of, one_line
 
 _INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
 
@@ -174,13 +172,7 @@ PLANT_TABLES: dict[str, type[BaseModel]] = {
     "nonlinearity": NonlinearityTable,
     "class": ClassTable,
 }
-PLANT_FILE = Vocabulary(
-    tables=PLANT_TABLES,
-    single=("name", "title"),
-    letters={"numerator": "plant.num", "denominator": "plant.den", "H": "plant.transfer", "G": "plant.transfer"},
-)
 LAW_TEXTS = ("text", "expression", "formula", "law", "kind", "file")
-PLANT_TEXTS = ("name", "title", "plant.transfer", *(f"nonlinearity.{key}" for key in LAW_TEXTS))
 
 
 def _parameter(value: object, name: str) -> object:

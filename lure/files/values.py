@@ -1,14 +1,26 @@
-"""Values as they stand in TOML: decimals kept exact, and every value in a form fit for an error message."""
+"""Values as they stand in TOML: decimals kept exact, checked, and in a form fit for an error message."""
 
 from __future__ import annotations
 
 import re
 from decimal import Decimal, InvalidOperation
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from lure.errors import InputError
+from lure.exact import exact_number
+
+if TYPE_CHECKING:
+    from pydantic import ConfigDict, ValidationInfo
 
 _NUMBER = re.compile(r"[+-]?(?=\.?\d)(?P<whole>\d[\d_]*)?(?P<fraction>\.[\d_]*)?(?P<exponent>[eE][+-]?\d+)?", re.ASCII)
 _WIDTH = 60
 _PATH_WIDTH = 200
 _PRINTED_BITS = 200
+MAX_NAME = 100
+_MAX_DIGITS = 1000
+_MAX_EXPONENT = 400
+STRICT: ConfigDict = {"strict": True, "extra": "forbid", "frozen": True, "arbitrary_types_allowed": True}
 
 
 def exact_decimal(text: str) -> Decimal | str:
@@ -63,3 +75,30 @@ def shown_path(path: str) -> str:
     """A path or the name of a file in a message: without quotes, escaped, and long enough to be recognised."""
     text = repr(path)[1:-1]
     return text if len(text) <= _PATH_WIDTH else f"...{text[3 - _PATH_WIDTH :]}"
+
+
+def field_key(info: ValidationInfo) -> str:
+    """Dotted key, ``rod.length``; the title of a table's model is the name of the table, in small letters."""
+    title = info.config.get("title") if info.config else None
+    return f"{title}.{info.field_name}" if title and title.islower() else str(info.field_name)
+
+
+def number_of(value: object, name: str) -> Fraction:
+    """The exact number; size and digits are looked at before anything is computed with it."""
+    if isinstance(value, bool) or not isinstance(value, int | Decimal | Fraction):
+        raise InputError(f"{name} is {shown(value)}; give a number")
+    if isinstance(value, Decimal) and value.is_finite() and value:
+        if abs(value.adjusted()) > _MAX_EXPONENT:
+            raise InputError(f"{name} is {shown(value)}, outside the range of double precision; rescale the units")
+        if len(value.as_tuple().digits) > _MAX_DIGITS:
+            raise InputError(f"{name} has more than {_MAX_DIGITS} digits; give fewer")
+    return Fraction(0) if isinstance(value, Decimal) and not value else exact_number(value, name)
+
+
+def one_line(value: object, info: ValidationInfo) -> str:
+    """A text that fits in a heading."""
+    if not isinstance(value, str):
+        raise InputError(f"{field_key(info)} is {shown(value)}; give a text in quotes")
+    if not value.strip() or len(value) > MAX_NAME or not value.isprintable():
+        raise InputError(f"{field_key(info)} is {shown(value)}; give one line of 1 to {MAX_NAME} printable characters")
+    return value

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
 from decimal import Decimal
 from fractions import Fraction
 from importlib.resources import files
-from types import MappingProxyType
 from typing import Annotated, TypeAlias
 
 import numpy as np
@@ -16,42 +14,20 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 
 from lure.errors import InputError
-from lure.exact import exact_number
 from lure.expressions import Expression
 from lure.expressions.tree import decimal
-from lure.files.values import shown
+from lure.files.kinds import FileKind
+from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.rod.discretisation import FORMS, Form, checked_cells
 from lure.rod.parameters import Rod, impedance_multiple
 from lure.rod.scenario import Scenario
-from lure.rod.systems import RodSystem, rod_from_exact
+from lure.rod.systems import RodSystem, builtin_system, builtin_systems, rod_from_exact
 
 # What a system file may hold: one pydantic model for each table, strict, with no keys besides the known ones.
 #
 # A field's description names the quantity and its unit; error messages and written files show it.
 
-MAX_NAME = 100
-_MAX_DIGITS = 1000
-_MAX_EXPONENT = 400
 _VARIABLES = {"g": ("t",), "f": ("t", "x"), "u0": ("x",), "u1": ("x",)}
-STRICT = ConfigDict(strict=True, extra="forbid", frozen=True, arbitrary_types_allowed=True)
-
-
-def field_key(info: ValidationInfo) -> str:
-    """Dotted key, ``rod.length``; the title of a table's model is the name of the table, in small letters."""
-    title = info.config.get("title") if info.config else None
-    return f"{title}.{info.field_name}" if title and title.islower() else str(info.field_name)
-
-
-def number_of(value: object, name: str) -> Fraction:
-    """The exact number; size and digits are looked at before anything is computed with it."""
-    if isinstance(value, bool) or not isinstance(value, int | Decimal | Fraction):
-        raise InputError(f"{name} is {shown(value)}; give a number")
-    if isinstance(value, Decimal) and value.is_finite() and value:
-        if abs(value.adjusted()) > _MAX_EXPONENT:
-            raise InputError(f"{name} is {shown(value)}, outside the range of double precision; rescale the units")
-        if len(value.as_tuple().digits) > _MAX_DIGITS:
-            raise InputError(f"{name} has more than {_MAX_DIGITS} digits; give fewer")
-    return Fraction(0) if isinstance(value, Decimal) and not value else exact_number(value, name)
 
 
 def _number(value: object, info: ValidationInfo) -> Fraction:
@@ -90,15 +66,6 @@ def _form(value: object, info: ValidationInfo) -> Form:
     if value not in FORMS:
         allowed = " or ".join(f'"{form}"' for form in FORMS)
         raise InputError(f"{field_key(info)} is {shown(value)}; give {allowed}")
-    return value
-
-
-def one_line(value: object, info: ValidationInfo) -> str:
-    """A text that fits in a heading."""
-    if not isinstance(value, str):
-        raise InputError(f"{field_key(info)} is {shown(value)}; give a text in quotes")
-    if not value.strip() or len(value) > MAX_NAME or not value.isprintable():
-        raise InputError(f"{field_key(info)} is {shown(value)}; give one line of 1 to {MAX_NAME} printable characters")
     return value
 
 
@@ -181,15 +148,6 @@ TABLES: dict[str, type[BaseModel]] = {
     "initial": InitialTable,
     "simulation": SimulationTable,
 }
-TEXT_KEYS = ("name", "discretisation.form")
-
-
-def dotted_keys(
-    tables: Mapping[str, type[BaseModel]] = MappingProxyType(TABLES), single: tuple[str, ...] = ("name",)
-) -> list[str]:
-    """Every key there is, ``rod.length`` and ``name``."""
-    return [*single, *(f"{table}.{key}" for table, model in tables.items() for key in model.model_fields)]
-
 
 # From checked tables to a :class:`lure.rod.systems.RodSystem`, with the checks that concern several tables at once.
 
@@ -318,3 +276,26 @@ def _written(value: object) -> str:
 def _quoted(text: str) -> str:
     """A TOML string; JSON's rules for one are TOML's, except that TOML also escapes the delete character."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+ROD_FILE = FileKind(
+    word="rod",
+    tables=TABLES,
+    model=SystemTables,
+    build=lambda tables, *, title, source, folder: built_system(tables, title=title, source=source),
+    written=system_tables,
+    names=lambda: tuple(builtin_systems()),
+    builtin=builtin_system,
+    texts=("name", "discretisation.form"),
+    letters={
+        "E": "rod.youngs_modulus",
+        "rho": "rod.density",
+        "L": "rod.length",
+        "A": "rod.area",
+        "k": "rod.damping",
+        "eps": "rod.compliance",
+        "m": "rod.exponent",
+        "N": "discretisation.cells",
+    },
+)
+"""Files with a ``[rod]``, and the built-in rods."""

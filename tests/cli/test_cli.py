@@ -18,8 +18,9 @@ from lure import __version__
 from lure.analysis.cli.commands import NEEDED, OPTIONAL
 from lure.analysis.verdict import Verdict
 from lure.errors import InputError
-from lure.files import read_system, system_to_toml, template
+from lure.files import read_system
 from lure.files.builtin import loop_names
+from lure.rod.file import system_to_toml, template
 from lure.rod.systems import builtin_system, builtin_systems
 
 ROOT = Path(__file__).parents[2]

@@ -12,13 +12,14 @@ from refusals import refusal
 from lure.analysis.inequality.plant import TransferPolynomials, closed_loop_poles
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import InputError
-from lure.files import find_system, loop_to_toml, parse_system, plant_template, read_system, template
+from lure.files import find_system, loop_to_toml, parse_system, plant_template, read_system
 from lure.files.builtin import builtin_loop, builtin_loops, loop_names
 from lure.files.system import LoopSystem, loop_system
 from lure.plants import as_plant
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
+from lure.rod.file import template
 from lure.rod.systems import RodSystem
 
 F = Fraction

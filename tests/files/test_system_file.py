@@ -11,9 +11,9 @@ from system_files import ROD, parsed, refused, with_line
 
 from lure import __version__
 from lure.errors import InputError
-from lure.files import find_system, parse_system, read_system, system_to_toml, template
+from lure.files import find_system, parse_system, read_system
 from lure.rod.discretisation import MAX_CELLS
-from lure.rod.file import dotted_keys
+from lure.rod.file import ROD_FILE, system_to_toml, template
 from lure.rod.parameters import PARAMETERS
 from lure.rod.systems import builtin_system, builtin_systems
 
@@ -83,7 +83,7 @@ def test_the_template_is_the_paper_rod():
 def test_the_template_shows_every_key_and_keeps_to_100_columns():
     lines = template().splitlines()
     keys = {re.match(r"(?:# )?(\w+) *=", line)[1] for line in lines if re.match(r"(?:# )?\w+ *= \S", line)}
-    assert keys == {key.rpartition(".")[2] for key in dotted_keys()}
+    assert keys == {key.rpartition(".")[2] for key in ROD_FILE.keys}
     assert max(map(len, lines)) <= 100
     assert str(MAX_CELLS) in template()
 

@@ -5,7 +5,8 @@ import re
 import pytest
 from system_files import ROD, refused, with_line
 
-from lure.files.problems import nearest_key
+from lure.files.kinds import nearest_key
+from lure.rod.file import ROD_FILE
 from lure.rod.parameters import PARAMETERS
 
 # unknown and missing keys
@@ -24,11 +25,13 @@ from lure.rod.parameters import PARAMETERS
         ("rod.cells", "discretisation.cells"),
         ("rod.until", "simulation.until"),
         ("N", "discretisation.cells"),
+        ("cell", "discretisation.cells"),
+        ("rods", "rod"),
         ("rod.colour", None),
     ],
 )
 def test_a_misspelt_key_is_recognised(key, meant):
-    assert nearest_key(key) == meant
+    assert nearest_key(key, ROD_FILE) == meant
 
 
 def test_an_unknown_key_names_its_table_what_was_meant_and_what_is_allowed():

@@ -7,8 +7,9 @@ import pytest
 
 from lure import InputError
 from lure.analysis.rod.confirmation import confirmation
-from lure.files import parse_system, system_to_toml
+from lure.files import parse_system
 from lure.rod import Rod, builtin_system, upwind
+from lure.rod.file import system_to_toml
 
 # Z = A sqrt(rho E) = 2.5e-5 sqrt(8 * 288e6) = 1.2 N s/m
 PAPER = {"youngs_modulus": "288e6", "density": 8, "length": 1, "area": "0.25e-4", "compliance": 1}
