@@ -13,7 +13,7 @@ from lure.analysis.inequality.gains import GainEnd, gain_ends, is_stable_gain, s
 from lure.analysis.inequality.hamiltonian import HamiltonianFamily
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.inequality.state_space import state_space_family
-from lure.analysis.numerics.doubles import rounded_up, short
+from lure.analysis.numerics.doubles import double_above, short
 from lure.analysis.numerics.exact_matrix import exact_entry
 from lure.analysis.numerics.precision import ball
 from lure.analysis.verdict import Evidence, Witness
@@ -167,7 +167,7 @@ def _gain(block: RationalPlant, lower: Fraction, gain: Fraction) -> Witness:
     solvable = 1 + gain * block.feedthrough != 0
     text = "the loop is not asymptotically stable" if solvable else "the loop has no solution, 1 + k H(inf) = 0"
     law = f"phi = {short(gain)} sigma" if gain else "phi = 0"
-    return _witness(rounded_up(gain), f"{law}: {text}", {"lower": str(lower), "gain": str(gain)})
+    return _witness(double_above(gain), f"{law}: {text}", {"lower": str(lower), "gain": str(gain)})
 
 
 def _witness(k: float, text: str, data: Mapping[str, object]) -> Witness:
@@ -280,7 +280,7 @@ def _bisected(family: HamiltonianFamily, unstable: float) -> float:
 def _state_space_witness(gain: Fraction, lower: Fraction) -> Witness:
     return Witness(
         kind="linear gain",
-        k=rounded_up(gain),
+        k=double_above(gain),
         evidence=Evidence.CERTIFIED,
         slope_restricted=True,
         odd=True,

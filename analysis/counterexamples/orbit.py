@@ -11,7 +11,7 @@ from typing import cast
 
 from flint import fmpq_mat
 
-from lure.analysis.numerics.doubles import rounded_up, short
+from lure.analysis.numerics.doubles import double_above, short
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError, InputError
@@ -201,7 +201,7 @@ def orbit_witness(
     )
     return Witness(
         kind="periodic orbit",
-        k=rounded_up(k),
+        k=double_above(k),
         evidence=Evidence.CERTIFIED,
         slope_restricted=slope_restricted,
         odd=law.odd,

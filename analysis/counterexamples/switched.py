@@ -26,7 +26,7 @@ from lure.analysis.counterexamples.periodic_discrete import SECTOR_PERIODS, prop
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.gains import hurwitz_limit, simplest_between
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.numerics.doubles import rounded_up, short
+from lure.analysis.numerics.doubles import double_above, short
 from lure.analysis.numerics.polynomial import positive_root_count, real_roots, to_fmpq
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Evidence, Witness
@@ -534,7 +534,7 @@ def _switched_discrete_certified(
         text = _runs(["k" if g else short(lower) for g in pattern])
         return Witness(
             kind="switched gain",
-            k=rounded_up(upper),
+            k=double_above(upper),
             evidence=Evidence.CERTIFIED,
             slope_restricted=True,
             odd=True,

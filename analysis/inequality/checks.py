@@ -278,6 +278,50 @@ def check_plant(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Trans
     return plant
 
 
+def admitted_plant(
+    block: RationalPlant, lower: Fraction, criterion: str, *, discrete: bool = False, critical: bool = False
+) -> TransferPolynomials:
+    """The plant of :func:`check_plant`, for a criterion that is about one time domain.
+
+    Parameters
+    ----------
+    block : RationalPlant
+        The block as given.
+    lower : Fraction
+        Lower end of the class.
+    criterion : str
+        Who asks, for the messages.
+    discrete, critical : bool
+        Whether the criterion is for discrete time, and whether it covers the critical case.
+
+    Raises
+    ------
+    InputError
+        As :func:`check_plant`; the block is in continuous time and should not be.
+    AssumptionError
+        As :func:`check_plant`; the block is in discrete time, or has a pole at 0 (``z = 1``), and should not.
+    """
+    if isinstance(block, RationalPlant) and block.dt is not None and not discrete:
+        raise AssumptionError(
+            f"{criterion} is about continuous time, and the block has dt = {float(block.dt):g} s; ask for "
+            "circle, tsypkin or zames-falb instead"
+        )
+    if isinstance(block, RationalPlant) and block.dt is None and discrete:
+        raise InputError(f"{criterion} is for discrete time; RationalPlant.dt is None: give the sampling time")
+    plant = check_plant(block, lower=lower)
+    if plant.case == "stable" or critical:
+        return plant
+    if discrete:
+        raise AssumptionError(
+            f"{criterion} needs every pole inside the unit circle; with the lower slope {float(lower):g} the loop "
+            "has one at z = 1: give a larger lower slope, which shifts it inside"
+        )
+    raise AssumptionError(
+        f"{criterion} needs a stable block, and this one has a pole at 0; give a positive lower slope bound, or ask "
+        "Popov's"
+    )
+
+
 def require_solution(block: RationalPlant, lower: Fraction) -> None:
     """Refuse a lower gain with which the loop has no solution.
 

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from flint import acb, arb, arb_series, fmpq_poly
 
-from lure.analysis.numerics.minimum import Minimum, minimum
+from lure.analysis.numerics.minimum import Minimum, at, minimum
 from lure.analysis.numerics.polynomial import X, even_odd, from_descending, root_counts
 from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.verdict import Bracket
@@ -104,7 +104,7 @@ class DelayResponse:
         real: Number = 0 * omega
         slope: Number = 0 * omega
         for term in self.terms:
-            a, b = _at(term.a, x), _at(term.b, x)
+            a, b = at(term.a, x), at(term.b, x)
             angle = omega * ball(term.delay)
             c, s = angle.cos(), angle.sin()
             if self.critical:
@@ -113,7 +113,7 @@ class DelayResponse:
             else:
                 real += a * c + omega * b * s
                 slope += omega * a * s - x * b * c
-        size = _at(self.size, x)
+        size = at(self.size, x)
         return real / size, slope / size
 
     def tail(self, start: arb, theta: arb) -> arb:
@@ -135,13 +135,6 @@ class DelayResponse:
         degree = self.bottom.degree()
         below = _reversed_at(self.bottom, degree, v)
         return sum(((_reversed_at(term.top, degree, v) / below).abs_upper() for term in self.terms), arb(0)).upper()
-
-
-def _at(p: fmpq_poly, x: Number) -> Number:
-    total: Number = 0 * x
-    for c in reversed(p.coeffs()):
-        total = total * x + arb(c)
-    return total
 
 
 def _reversed_at(p: fmpq_poly, degree: int, v: arb) -> acb:

@@ -12,7 +12,7 @@ from typing import Any
 from flint import arb, fmpq_mat, fmpq_poly
 
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.numerics.minimum import value_at
+from lure.analysis.numerics.minimum import at
 from lure.analysis.numerics.polynomial import X, even_odd, exact_midpoint, is_hurwitz, real_roots, to_fmpq, to_fraction
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import INFINITE, Answer, Bracket, Evidence, Verdict
@@ -132,7 +132,7 @@ def _groups(curve: _Curve) -> list[list[_Crossing]]:
             found = [_Crossing(ball(gain), gain, omega) for gain, omega in curve.rational]
             for x in real_roots(curve.I):
                 if x > 0:
-                    gain = -value_at(curve.U, x) / value_at(curve.N, x)
+                    gain = -at(curve.U, x) / at(curve.N, x)
                     found.append(_Crossing(gain, None, float(x.sqrt())))
             fine = all(one.exact is not None or one.gain.rel_accuracy_bits() >= RELATIVE_BITS for one in found)
             groups = _by_overlap(found) if fine else []

@@ -75,6 +75,12 @@ class TransferPolynomials:
         return cls(block, n, d, n.gcd(d) if n.degree() >= 0 else d, block.order)
 
     @property
+    def visible(self) -> TransferPolynomials:
+        """The plant without its hidden modes."""
+        h = self.hidden
+        return TransferPolynomials(self.block, self.n // h, self.d // h, h // h, self.degree - h.degree())
+
+    @property
     def discrete(self) -> bool:
         """Whether the block is in discrete time."""
         return self.block.dt is not None

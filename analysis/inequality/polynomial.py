@@ -1,157 +1,280 @@
-"""The least value over all frequencies for one multiplier, as a rigorous bracket."""
+"""The inequality of a rational plant as polynomials, decided by exact root counts, its best multiplier searched for."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
+from typing import Protocol
 
 from flint import arb, arb_poly, fmpq, fmpq_poly
 
-from lure.analysis.inequality.checks import check_plant
+from lure.analysis.inequality.checks import admitted_plant
 from lure.analysis.inequality.gains import simplest_between
-from lure.analysis.inequality.multiplier_search import CAP, Cut, SearchResult, admissible, choice, mixture, search
+from lure.analysis.inequality.multiplier_search import CAP, Cut, admissible, choice, mixture, search
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.doubles import double_above, double_below
+from lure.analysis.numerics.minimum import infimum, nonnegative_from_zero
 from lure.analysis.numerics.polynomial import (
     exact_midpoint,
     positive_from_zero,
-    positive_root_count,
     real_roots,
     to_fmpq,
     to_fraction,
 )
-from lure.analysis.numerics.precision import ball, working_precision
+from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import INFINITE, Bracket
-from lure.errors import AssumptionError
 from lure.plants.rational import RationalPlant
 
-# Popov's inequality of a rational block as polynomials in ``x = omega^2``, with the exact tests that decide it.
-
+Multiplier = Mapping[str, Fraction]
+Proves = Callable[[Multiplier], bool]
 TRIES = 100
-CONCLUSION = "0 is globally asymptotically stable for every law of the class"
+MARGIN_BITS = 128
 
 
-@dataclass(frozen=True, slots=True)
-class Reach:
-    """How far a multiplier goes: every finite ``k`` if ``found`` is None.
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Best:
+    """How far the multipliers of a cone go.
 
-    ``theta`` is infinite, and no multiplier, where each finite ``k`` needs a larger one; None if none was certified.
+    Attributes
+    ----------
+    multiplier : Mapping or None
+        The weights by name; an infinite one must grow with ``k``.  None if no multiplier was certified.
+    largest : Bracket
+        The largest ``k``, both ends exact statements; infinite where every finite ``k`` is proved.
+    points : tuple
+        Where the inequality is tight, as values of its variable; None is infinity.
     """
 
-    theta: Fraction | float | None
-    found: SearchResult | None = None
+    multiplier: Mapping[str, Fraction | float] | None
+    largest: Bracket
+    points: tuple[Fraction | None, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class PopovInequality:
-    """``1/k + Re[(1 + i omega theta) H] > 0`` on ``[0, inf]`` for the shifted block, ``k = upper - lower``."""
+class Inequality(Protocol):
+    """``F(omega; multiplier, k) > 0`` for one plant and the classes ``[lower, k]``, whatever decides it."""
+
+    @property
+    def base(self) -> RationalInequality:
+        """The same with one weight and nothing else: it knows the plant, the lower end and the frequencies."""
+        ...
+
+    def best(self) -> Best:
+        """The largest ``k`` over the cone of multipliers."""
+        ...
+
+    def serving(self, best: Best, proves: Proves) -> Multiplier:
+        """The best multiplier or one beside it that proves a class; where none does, a finite one all the same."""
+        ...
+
+    def decide(self, multiplier: Multiplier, upper: Fraction) -> bool:
+        """Whether the multiplier proves the class ``[lower, upper]``, exactly."""
+        ...
+
+    def least(self, multiplier: Multiplier, upper: Fraction | float) -> tuple[Bracket, float]:
+        """The infimum of ``F`` over frequency, and where it is attained [rad/s; rad per sample]."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RationalInequality:
+    """``1/(k - lower) + (U + theta W)/D > 0`` on ``[0, inf]`` with one weight ``theta``.
+
+    Attributes
+    ----------
+    plant : TransferPolynomials
+        The plant shifted by ``lower``.
+    lower : Fraction
+        Lower end of the classes.
+    family : PolynomialFamily
+        ``D``, ``U`` and ``W``.
+    weight : str
+        Name of ``theta``.
+    nonnegative : bool
+        Whether only ``theta >= 0`` is admitted.
+    squared : bool
+        Whether the variable is ``omega^2`` (in discrete time ``tan^2(omega/2)``); else it is ``omega``.
+    """
 
     plant: TransferPolynomials
     lower: Fraction
     family: PolynomialFamily
+    weight: str = "theta"
+    nonnegative: bool = False
+    squared: bool = True
 
     @classmethod
-    def of(cls, block: RationalPlant, lower: Fraction, criterion: str = "Popov's criterion") -> PopovInequality:
-        """The inequality of a block.
+    def of(
+        cls, block: RationalPlant, lower: Fraction, criterion: str, *, discrete: bool = False, critical: bool = False
+    ) -> RationalInequality:
+        """Popov's inequality of a plant, in discrete time that of the plant mapped by ``z = (1 + s)/(1 - s)``.
 
         Raises
         ------
-        AssumptionError
-            The block is in discrete time, or the shifted block is neither stable nor critical.
+        AssumptionError, InputError
+            As :func:`lure.analysis.inequality.checks.admitted_plant`.
         """
-        if isinstance(block, RationalPlant) and block.dt is not None:
-            raise AssumptionError(
-                f"{criterion} is about continuous time, and the block has dt = {float(block.dt):g} s; ask for "
-                "circle, tsypkin or zames-falb instead"
-            )
-        plant = check_plant(block, lower=lower)
-        h = plant.hidden
-        visible = TransferPolynomials(block, plant.n // h, plant.d // h, h // h, plant.degree - h.degree())
-        response = visible.response()
-        return cls(plant, lower, PolynomialFamily(response.D, response.U, response.W))
-
-    @classmethod
-    def of_stable(cls, block: RationalPlant, lower: Fraction, criterion: str) -> PopovInequality:
-        """The inequality for a criterion that does not cover the critical case.
-
-        Raises
-        ------
-        AssumptionError
-            As :meth:`of`, or the shifted block has a pole at 0.
-        """
-        inequality = cls.of(block, lower, criterion)
-        if inequality.plant.case != "stable":
-            raise AssumptionError(
-                f"{criterion} needs a stable block, and this one has a pole at 0; give a positive lower slope bound, "
-                "or ask Popov's"
-            )
-        return inequality
+        plant = admitted_plant(block, lower, criterion, discrete=discrete, critical=critical)
+        response = plant.visible.response()
+        return cls(plant=plant, lower=lower, family=PolynomialFamily(response.D, response.U, response.W))
 
     @property
-    def direct(self) -> fmpq:
-        """The direct term ``D`` of the shifted block."""
-        return self.family.at_infinity.u
+    def base(self) -> RationalInequality:
+        """Itself."""
+        return self
 
-    def holds(self, theta: Fraction, upper: float | Fraction) -> bool:
-        """Whether the inequality proves the sector ``[lower, upper]``, exactly.
+    @property
+    def direct(self) -> Fraction:
+        """The direct term ``D`` of the shifted plant."""
+        given = self.plant.block.feedthrough
+        return given / (1 + self.lower * given)
 
-        For ``upper = inf`` either ``1 + theta s`` serves ``H - D`` and the finite sector ``[0, 1/D]``, or ``D = 0``,
-        ``theta >= 0`` and ``Re[..] >= eps/(1 + omega^2)``, and no mode is hidden.
-        """
-        p = to_fmpq(theta)
-        if upper != math.inf:
-            level = -1 / to_fmpq(Fraction(upper) - self.lower)
-            return bool(self.direct > level) and self.family.exceeds(p, level)
-        if self.direct > 0:
-            return self.family.exceeds(p, fmpq(0))
-        if theta < 0 or self.direct < 0 or self.plant.hidden.degree() > 0:
-            return False
-        least = self.family.level(p, fmpq(0))
-        return positive_from_zero(least) and least.degree() >= self.family.D.degree() - 1
+    def decide(self, multiplier: Multiplier, upper: Fraction) -> bool:
+        """Whether the multiplier proves the class ``[lower, upper]``, exactly."""
+        level = -1 / (Fraction(upper) - self.lower)
+        legal = not self.nonnegative or multiplier[self.weight] >= 0
+        return legal and self.direct > level and self.family.exceeds(to_fmpq(multiplier[self.weight]), to_fmpq(level))
 
-    def reach(self, *, nonnegative: bool = False) -> Reach:
+    def best(self) -> Best:
         """The best multiplier, and how far it goes."""
-        cuts = [*self.family.first_cuts(), Cut(self.direct, fmpq(0))]  # 1 + k D > 0, or the loop may have no solution
+        cuts = [*self.family.first_cuts(), Cut(to_fmpq(self.direct), fmpq(0))]  # 1 + k D > 0, or no solution perhaps
         if self.direct >= 0:
-            theta = self.family.everywhere(cuts, nonnegative=nonnegative)
+            theta = self._for_every_finite(cuts)
             if theta is not None:
-                return Reach(to_fraction(theta))
-            if all(cut.w >= 0 for cut in cuts) and self.family.rises_for_ever():
-                return Reach(math.inf)
-            if not nonnegative and all(cut.w <= 0 for cut in cuts) and self.family.mirrored.rises_for_ever():
-                return Reach(-math.inf)
-        found = search(self.family, cuts, self.level_of_a_double, nonnegative=nonnegative)
-        return Reach(None if found.theta is None else to_fraction(found.theta), found)
+                return Best(multiplier={self.weight: theta}, largest=INFINITE)
+        found = search(self.family, cuts, self.level_of_a_double, nonnegative=self.nonnegative)
+        top = to_fraction(found.upper_bound.value)
+        low = self.lower if found.theta is None else self.lower - 1 / to_fraction(found.level)
+        return Best(
+            multiplier=None if found.theta is None else {self.weight: to_fraction(found.theta)},
+            largest=Bracket(double_below(low), double_above(self.lower - 1 / top) if top < 0 else math.inf),
+            points=tuple(None if cut.x is None else to_fraction(cut.x) for cut in found.upper_bound.support),
+        )
 
-    def serving(self, best: Reach, upper: float | Fraction) -> Fraction:
-        """A multiplier for ``[lower, upper]``, from the best one."""
-        if best.theta is None:
-            return Fraction(0)
+    def _for_every_finite(self, cuts: list[Cut]) -> Fraction | float | None:
+        """A weight for every finite ``k``, infinite where it must grow with ``k``; None if none was found."""
+        theta = self.family.everywhere(cuts, nonnegative=self.nonnegative)
+        if theta is not None:
+            return to_fraction(theta)
+        if all(cut.w >= 0 for cut in cuts) and self.family.rises_for_ever():
+            return math.inf
+        if not self.nonnegative and all(cut.w <= 0 for cut in cuts) and self.family.mirrored.rises_for_ever():
+            return -math.inf
+        return None
+
+    def serving(self, best: Best, proves: Proves) -> Multiplier:
+        """The best multiplier or one beside it that proves a class; where none does, a finite one all the same."""
+        start = Fraction(0) if best.multiplier is None else best.multiplier[self.weight]
         candidates: list[Fraction]
-        if isinstance(best.theta, float):
-            start = Fraction(1 if best.theta > 0 else -1)
+        if isinstance(start, float):
+            start = Fraction(1 if start > 0 else -1)
             candidates = [start * Fraction(4) ** power for power in range(-8, TRIES)]
         else:
-            start = best.theta
             candidates = [start * Fraction(c) for c in ("1", "9/8", "2", "7/8")] if start else [start, Fraction(1)]
-        return next((theta for theta in candidates if self.holds(theta, upper)), start)
+        given: list[Multiplier] = [{self.weight: theta} for theta in candidates]
+        return next((each for each in given if proves(each)), {self.weight: start})
 
-    def largest(self, best: Reach) -> Bracket:
-        """How far that is: the largest ``upper`` as a bracket, both ends exact statements."""
-        if best.found is None:
-            return INFINITE
-        top = to_fraction(best.found.upper_bound.value)
-        high = double_above(self.lower - 1 / top) if top < 0 else math.inf
-        if best.theta is None:
-            return Bracket(double_below(self.lower), high)
-        return Bracket(double_below(self.lower - 1 / to_fraction(best.found.level)), high)
+    def least(self, multiplier: Multiplier, upper: Fraction | float) -> tuple[Bracket, float]:
+        """The infimum over frequency of the left-hand side, and where it is attained [rad/s; rad per sample]."""
+        return self.least_of(self.family, multiplier[self.weight], upper)
+
+    def least_of(self, family: PolynomialFamily, theta: Fraction, upper: Fraction | float) -> tuple[Bracket, float]:
+        """The same for another family: that of a second weight."""
+        found = infimum(family.U + to_fmpq(theta) * family.W, family.D)
+        with working_precision(MARGIN_BITS):
+            inverse = arb(0) if upper == math.inf else 1 / ball(Fraction(upper) - self.lower)
+            return outward(found.low + inverse, found.high + inverse), self.frequency(found.where)
+
+    def frequency(self, x: Fraction | float | None) -> float:
+        """The frequency [rad/s; rad per sample] at a value of the variable; None is infinity."""
+        value = math.inf if x is None else float(x)
+        return self.plant.frequency(math.sqrt(value) if self.squared else value)
 
     def level_of_a_double(self, level: fmpq) -> fmpq:
         """A level not above a negative one that belongs to a double ``lower - 1/level``, where there is one."""
         upper = Fraction(double_below(self.lower - 1 / to_fraction(level)))
         return -1 / to_fmpq(upper - self.lower) if upper > self.lower else level
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LossyInequality:
+    """``1/K + (U + q (W - K V))/D > 0`` with ``q, V >= 0``, ``K = k - lower``: a loss that grows with the class.
+
+    Where it holds for one ``K``, it holds with the same ``q`` for every smaller one.
+
+    Attributes
+    ----------
+    base : RationalInequality
+        The same without loss.
+    loss : fmpq_poly
+        ``V``.
+    """
+
+    base: RationalInequality
+    loss: fmpq_poly
+
+    def at(self, upper: Fraction) -> RationalInequality:
+        """The inequality with the loss of ``K = upper - lower``."""
+        family = self.base.family
+        return replace(
+            self.base, family=replace(family, W=family.W - to_fmpq(Fraction(upper) - self.base.lower) * self.loss)
+        )
+
+    def best(self) -> Best:
+        """The best weight: where the ``k`` that is reached with the loss of ``k'`` falls below ``k'``, by secants.
+
+        With the loss of ``k'`` every class up to ``g(k')`` is reached, and ``g`` decreases: the largest class lies
+        between ``k'`` and ``g(k')``.
+        """
+        family = self.base.family
+        found = replace(self.base, family=replace(family, W=fmpq_poly([]))).best()  # q = 0
+        low, high = found.largest.low, math.inf
+        if low == math.inf or not low > self.base.lower:
+            return found
+        below, above = (low, math.inf), (math.inf, -math.inf)
+        k = low + CLOSED / 2 * (low - float(self.base.lower))
+        for _ in range(SECANTS):
+            lossy = self.at(Fraction(k))
+            trial = lossy.best()
+            end = trial.largest
+            high = min(high, max(k, end.high))
+            if trial.multiplier is not None and min(k, end.low) > low:
+                proves = partial(lossy.decide, upper=Fraction(min(k, end.low)))
+                used = lossy.serving(trial, proves)
+                low, found = (min(k, end.low), replace(trial, multiplier=used)) if proves(used) else (low, found)
+            if math.isfinite(high) and high - low <= CLOSED * (high - float(self.base.lower)):
+                break
+            below, above = ((k, end.low), above) if end.low > k else (below, (k, end.low))
+            k = _crossing(below, above, float(self.base.lower))
+        return replace(found, largest=Bracket(low, high))
+
+    def serving(self, best: Best, proves: Proves) -> Multiplier:
+        """The best multiplier or one beside it that proves a class; where none does, a finite one all the same."""
+        return self.base.serving(best, proves)
+
+    def decide(self, multiplier: Multiplier, upper: Fraction) -> bool:
+        """Whether the multiplier proves the class ``[lower, upper]``, exactly."""
+        return self.at(upper).decide(multiplier, upper)
+
+    def least(self, multiplier: Multiplier, upper: Fraction | float) -> tuple[Bracket, float]:
+        """The infimum over frequency of the left-hand side, and where it is attained [rad per sample]."""
+        return (self.base if upper == math.inf else self.at(Fraction(upper))).least(multiplier, upper)
+
+
+SECANTS = 60
+CLOSED = 1e-11
+
+
+def _crossing(below: tuple[float, float], above: tuple[float, float], least: float) -> float:
+    """About where a decreasing function crosses the diagonal, from a point on either side of it; infinity for none."""
+    (a, at_a), (b, at_b) = below, above
+    if b == math.inf:
+        return min(at_a, least + 4 * (a - least))
+    rise, fall = at_a - a, b - at_b
+    share = min(max(rise / (rise + fall), 0.02), 0.98) if math.isfinite(rise) and rise + fall > 0 else 0.5
+    return a + (b - a) * share
 
 
 # ``(U + theta W)/D`` on ``[0, inf]`` for polynomials: exact levels, and points where a level fails.
@@ -299,7 +422,7 @@ class PolynomialFamily:
                 return None
             theta = choice(window)
             p = self.level(theta, fmpq(0))
-            if is_nonnegative(p):
+            if nonnegative_from_zero(p):
                 return theta
             known += [self.cut(x) for x in self.dips(p, _positive_roots(p), theta)]
         return None
@@ -321,7 +444,7 @@ class PolynomialFamily:
 
     def rises_for_ever(self) -> bool:
         """Whether ``m`` tends to 0 or more for ``theta -> inf``: ``W >= 0``, and ``U >= 0`` where ``W/D`` vanishes."""
-        if self.W.degree() < 0 or not is_nonnegative(self.W):
+        if self.W.degree() < 0 or not nonnegative_from_zero(self.W):
             return False
         ends = [self.cut(fmpq(0)), self.at_infinity]
         if any(end.w == 0 and end.u < 0 for end in ends):
@@ -354,16 +477,6 @@ def short_between(low: fmpq, high: fmpq) -> fmpq:
     return to_fmpq(simplest_between(first, last))
 
 
-def is_nonnegative(p: fmpq_poly) -> bool:
-    """Whether ``p(x) >= 0`` for every ``x >= 0``."""
-    if p.degree() < 0:
-        return True
-    if p[p.degree()] < 0:
-        return False
-    odd = [factor for factor, times in p.numer().factor_squarefree()[1] if int(times) % 2]
-    return all(positive_root_count(fmpq_poly(factor)) == 0 for factor in odd if factor.degree() > 0)
-
-
 def _positive_at(p: fmpq_poly, q: fmpq_poly, index: int) -> bool:
     """Whether ``p > 0`` at a root of ``q``, given by its place among the real ones; they share no root."""
     bits = 128
@@ -373,46 +486,3 @@ def _positive_at(p: fmpq_poly, q: fmpq_poly, index: int) -> bool:
             if there > 0 or there < 0:
                 return bool(there > 0)
         bits *= 2
-
-
-@dataclass(frozen=True, slots=True)
-class LeastValue:
-    """``low <= inf (U + theta W)/D <= high``, exactly; ``low`` None if no bound was found."""
-
-    low: Fraction | None
-    high: Fraction
-    x: Fraction | None
-
-    @property
-    def frequency(self) -> float:
-        """``sqrt(x)`` where the value is least, ``inf`` if only in the limit."""
-        return math.inf if self.x is None else math.sqrt(self.x)
-
-    def bracket(self, inverse_gain: Fraction = Fraction(0)) -> Bracket:
-        """The bracket of the value plus ``inverse_gain`` in doubles."""
-        low = -math.inf if self.low is None else double_below(self.low + inverse_gain)
-        return Bracket(low, double_above(self.high + inverse_gain))
-
-
-def least_value(family: PolynomialFamily, theta: Fraction) -> LeastValue:
-    """The infimum of ``(U + theta W)/D`` on ``[0, inf]``, relative width about 1e-10, and where it is attained.
-
-    Parameters
-    ----------
-    family : PolynomialFamily
-        The functions.
-    theta : Fraction
-        The multiplier.
-    """
-    total = family.U + to_fmpq(theta) * family.W
-    fixed = PolynomialFamily(family.D, total, fmpq_poly([]))
-    start = [fixed.cut(fmpq(0)), fixed.at_infinity]
-    lowest = min(start, key=lambda cut: cut.u)
-    lowered = PolynomialFamily(family.D, total - lowest.u * family.D, fmpq_poly([]))
-    found = search(lowered, lowered.first_cuts(), lambda level: level)
-    low = None if found.theta is None else to_fraction(found.level + lowest.u)
-    least = found.upper_bound.support[0]
-    where: Cut = lowest if least is CAP else least
-    return LeastValue(
-        low, to_fraction(found.upper_bound.value + lowest.u), None if where.x is None else to_fraction(where.x)
-    )

@@ -9,11 +9,10 @@ from fractions import Fraction
 
 from flint import fmpq, fmpq_poly
 
-from lure.analysis.inequality.checks import check_plant
+from lure.analysis.inequality.checks import admitted_plant
 from lure.analysis.numerics.polynomial import from_descending, to_fmpq, to_fraction
 from lure.analysis.numerics.trigonometric import Laurent
 from lure.arrays import NDArray, np
-from lure.errors import AssumptionError, InputError
 from lure.plants.rational import RationalPlant
 
 STEPS_BACK = (1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5)
@@ -58,13 +57,7 @@ class DiscretePlant:
         AssumptionError
             A pole of the shifted block, hidden modes included, does not lie inside the unit circle.
         """
-        if block.dt is None:
-            raise InputError(f"{criterion} is for discrete time; RationalPlant.dt is None: give the sampling time")
-        if check_plant(block, lower=lower).case != "stable":
-            raise AssumptionError(
-                f"{criterion} needs every pole inside the unit circle; with the lower slope {float(lower):g} the loop "
-                "has one at z = 1: give a larger lower slope, which shifts it inside"
-            )
+        admitted_plant(block, lower, criterion, discrete=True)
         n = from_descending(block.numerator)
         return cls(Laurent(n), Laurent(from_descending(block.denominator) + to_fmpq(lower) * n), lower)
 
@@ -128,14 +121,6 @@ def nearest_double(value: Fraction) -> float:
         return float(value)
     except OverflowError:
         return math.inf if value > 0 else -math.inf
-
-
-def below(value: Fraction) -> float:
-    """The largest double that is not above ``value``."""
-    nearest = nearest_double(value)
-    if math.isinf(nearest):
-        return nearest
-    return nearest if Fraction(nearest) <= value else math.nextafter(nearest, -math.inf)
 
 
 def _floats(values: list[fmpq]) -> NDArray[np.float64]:

@@ -94,15 +94,6 @@ def json_number(value: float | None) -> float | str | None:
     return float(value)
 
 
-def rounded_up(value: Fraction) -> float:
-    """The least double not below ``value``; ``inf`` beyond the largest."""
-    try:
-        nearest = float(value)
-    except OverflowError:
-        return math.inf if value > 0 else -math.nextafter(math.inf, 0.0)
-    return nearest if Fraction(nearest) >= value else math.nextafter(nearest, math.inf)
-
-
 def short(value: Fraction) -> str:
     """``p/q`` if that is short, else ten digits."""
     text = str(value)

@@ -8,11 +8,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Protocol, overload
+from typing import Protocol, TypeVar, overload
 
 from flint import arb, arb_series, fmpq_poly
 
-from lure.analysis.numerics.polynomial import positive_from_zero, real_roots, to_fmpq
+from lure.analysis.numerics.polynomial import positive_from_zero, positive_root_count, real_roots, to_fmpq
 from lure.analysis.numerics.precision import working_precision
 
 # The least value of a smooth function on an interval, with a rigorous bracket.
@@ -20,6 +20,9 @@ from lure.analysis.numerics.precision import working_precision
 SOFT_BOXES = 1_000
 MAX_BOXES = 20_000
 ORDER = 6
+
+
+Number = TypeVar("Number", arb, arb_series)
 
 
 class Function(Protocol):
@@ -210,7 +213,7 @@ def infimum(U: fmpq_poly, D: fmpq_poly) -> Infimum:
             found = [(arb(value), where) for value, where in ends]
             found += [(arb(0), float(x)) for x in real_roots(touching) if x > 0]
             if rest.degree() > 0:
-                found += [(value_at(U, x) / value_at(D, x), float(x)) for x in real_roots(rest) if x > 0]
+                found += [(at(U, x) / at(D, x), float(x)) for x in real_roots(rest) if x > 0]
             low, high = found[0][0].lower(), found[0][0].upper()
             for value, _ in found[1:]:
                 low, high = low.min(value.lower()), high.min(value.upper())
@@ -229,12 +232,8 @@ def nonnegative_from_zero(p: fmpq_poly) -> bool:
     """Whether ``p(x) >= 0`` for every ``x >= 0``: it is zero, or its sign never changes and ends positive."""
     if p.degree() < 0:
         return True
-    if not p[p.degree()] > 0:
-        return False
-    for factor, multiplicity in p.numer().factor_squarefree()[1]:
-        if multiplicity % 2 and any(bool(root > 0) for root in real_roots(fmpq_poly(factor))):
-            return False
-    return True
+    odd = [fmpq_poly(factor) for factor, multiplicity in p.numer().factor_squarefree()[1] if int(multiplicity) % 2]
+    return bool(p[p.degree()] > 0) and all(positive_root_count(factor) == 0 for factor in odd)
 
 
 def largest_below(p: fmpq_poly, q: fmpq_poly, guess: float, shift: Fraction = Fraction(0)) -> float | None:
@@ -263,9 +262,9 @@ def largest_below(p: fmpq_poly, q: fmpq_poly, guess: float, shift: Fraction = Fr
     return None
 
 
-def value_at(p: fmpq_poly, x: arb) -> arb:
-    """``p(x)`` for a ball ``x``."""
-    result = arb(0)
+def at(p: fmpq_poly, x: Number) -> Number:
+    """``p(x)`` for a ball or a power series ``x``."""
+    total: Number = 0 * x
     for coefficient in reversed(p.coeffs()):
-        result = result * x + arb(coefficient)
-    return result
+        total = total * x + arb(coefficient)
+    return total

@@ -6,13 +6,12 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from flint import arb, arb_poly, fmpq, fmpq_poly, fmpz_poly
+from flint import fmpq, fmpq_poly, fmpz_poly
 
 from lure.analysis.numerics.evidence import Bracket
-from lure.analysis.numerics.polynomial import exact_midpoint, positive_root_count, real_roots, to_fraction
-from lure.analysis.numerics.precision import outward, working_precision
+from lure.analysis.numerics.minimum import infimum, nonnegative_from_zero, positive_with_limits
+from lure.analysis.numerics.precision import outward
 
-BITS = (192, 768, 3072)
 ONE_MINUS_TWO_V = fmpq_poly([1, -2])
 ONE_PLUS = fmpq_poly([1, 1])
 
@@ -55,23 +54,13 @@ class Laurent:
 
 def positive_on_circle(p: fmpq_poly) -> bool:
     """Whether ``p(c) > 0`` for every ``c = cos w`` in ``[-1, 1]``, by an exact root count."""
-    q = _on_half_line(p)
-    if q.degree() < 0 or not (q[0] > 0 and q[max(p.degree(), 0)] > 0):
-        return False
-    return positive_root_count(q) == 0
+    degree = max(p.degree(), 0)
+    return positive_with_limits(_on_half_line(p, degree), degree)
 
 
 def nonnegative_on_circle(p: fmpq_poly) -> bool:
     """Whether ``p(c) >= 0`` for every ``c`` in ``[-1, 1]``: no zero of odd order inside, and the sign right."""
-    q = _on_half_line(p)
-    if q.degree() < 0:
-        return True
-    if not q[q.degree()] > 0:
-        return False
-    while q[0] == 0:
-        q = q // fmpq_poly([0, 1])
-    _, factors = q.numer().factor_squarefree()
-    return all(positive_root_count(fmpq_poly(factor)) == 0 for factor, order in factors if int(order) % 2)
+    return nonnegative_from_zero(_on_half_line(p, max(p.degree(), 0)))
 
 
 def least_on_circle(p: fmpq_poly, q: fmpq_poly) -> tuple[Bracket, float]:
@@ -81,38 +70,15 @@ def least_on_circle(p: fmpq_poly, q: fmpq_poly) -> tuple[Bracket, float]:
     ----------
     p, q : fmpq_poly
         Polynomials in ``c``; ``q > 0`` on ``[-1, 1]``.
-
-    Returns
-    -------
-    bracket : Bracket
-        Around the minimum.
-    where : float
-        The minimiser, rounded; NaN, with an infinite bracket, if 3072 bits do not tell ``q`` from zero.
     """
-    slope = p.derivative() * q - p * q.derivative()
-    for bits in BITS:
-        with working_precision(bits):
-            points = [arb(-1), arb(1)]
-            if slope.degree() > 0:
-                # a ball that straddles an end is kept: it encloses the root, and the end is in the list anyway
-                points += [root for root in real_roots(slope) if not (root < -1 or root > 1)]
-            above, below = arb_poly(p), arb_poly(q)
-            values = [(above(c) / below(c), c) for c in points]
-            if all(value.is_finite() for value, _ in values):
-                low = min(values, key=lambda pair: exact_midpoint(pair[0].lower()))
-                high = min((value.upper() for value, c in values if -1 <= c <= 1), key=exact_midpoint)
-                return outward(low[0], high), float(low[1].mid())
-    return Bracket(-math.inf, math.inf), math.nan
+    degree = max(p.degree(), q.degree())
+    found = infimum(_on_half_line(p, degree), _on_half_line(q, degree))
+    where = -1.0 if found.where == math.inf else (1 - found.where) / (1 + found.where)
+    return outward(found.low, found.high), where
 
 
-def at_cosine(p: fmpq_poly, c: Fraction) -> Fraction:
-    """``p(c)``, exactly."""
-    return to_fraction(p(fmpq(c.numerator, c.denominator)))
-
-
-def _on_half_line(p: fmpq_poly) -> fmpq_poly:
-    """``(1 + x)^deg p((1 - x)/(1 + x))``, ``x = tan^2(w/2) >= 0``; its coefficient of ``x^deg`` is ``p(-1)``."""
-    degree = max(p.degree(), 0)
+def _on_half_line(p: fmpq_poly, degree: int) -> fmpq_poly:
+    """``(1 + x)^degree p((1 - x)/(1 + x))``, ``x = tan^2(w/2) >= 0``; its coefficient of ``x^degree`` is ``p(-1)``."""
     in_v = p(ONE_MINUS_TWO_V)  # v = (1 - c)/2 = x/(1 + x)
     shifted = fmpq_poly(list(reversed(_padded(in_v, degree))))(ONE_PLUS)
     return fmpq_poly(list(reversed(_padded(shifted, degree))))

@@ -10,8 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lure.analysis.inequality.gains import is_stable_gain
-from lure.analysis.inequality.unit_circle import below
-from lure.analysis.numerics.doubles import rounded_up, short
+from lure.analysis.numerics.doubles import double_above, double_below, short
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
@@ -117,7 +116,7 @@ def _reach(answer: Answer, found: Certified) -> Bracket:
     """The largest class, as far as it was accepted."""
     largest = answer.largest
     if isinstance(found.upper, Fraction) and found.upper < largest.low:
-        return Bracket(below(found.upper), largest.high)
+        return Bracket(double_below(found.upper), largest.high)
     return largest
 
 
@@ -175,7 +174,7 @@ def _just_above(block: RationalPlant | DelayPlant, witness: Witness) -> Iterator
         if isinstance(block, RationalPlant) and not is_stable_gain(block, above):
             yield replace(
                 witness,
-                k=rounded_up(above),
+                k=double_above(above),
                 description=f"phi = k sigma, k just above {short(gain)}: the loop is not asymptotically stable",
                 data={**witness.data, "gain": str(above)},
             )

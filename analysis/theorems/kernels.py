@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeVar
 
-from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_poly
+from flint import acb, acb_poly, arb, arb_series, fmpq_poly
 
 from lure.analysis.inequality.plant import TransferPolynomials
+from lure.analysis.numerics.minimum import at, minimum, nonnegative_from_zero
 from lure.analysis.numerics.polynomial import (
     X,
     even_odd,
     exact_midpoint,
     positive_from_zero,
-    positive_root_count,
     real_roots,
     to_fmpq,
 )
@@ -201,9 +201,8 @@ def _read(entry: Mapping[str, object]) -> tuple[Fraction, Kernel]:
 
 # The inequality of Zames and Falb in exact polynomials, and its proof on bounded intervals by balls.
 
-Ball = TypeVar("Ball", arb, acb)
+Number = TypeVar("Number", arb, arb_series)
 BITS = 128
-ORDER = 6
 _MIRROR = fmpq_poly([0, -1])
 
 
@@ -226,8 +225,8 @@ class Inequality:
     ----------
     A : fmpq_poly
         In ``x = w^2``.
-    psi : fmpq_poly
-        In ``s``.
+    even, odd : fmpq_poly
+        In ``x``: ``Psi(i w) = even + i w odd``.
     delays : tuple of (Fraction, Fraction)
         Coefficients ``c_j`` and delays ``tau_j`` [s].
     full : int
@@ -235,7 +234,8 @@ class Inequality:
     """
 
     A: fmpq_poly
-    psi: fmpq_poly
+    even: fmpq_poly
+    odd: fmpq_poly
     delays: tuple[tuple[Fraction, Fraction], ...]
     full: int
 
@@ -259,47 +259,21 @@ class Inequality:
         psi = (gain * n + d) * mirrored
         total = rational * psi + (to_fmpq(multiplier.theta) * X * n - to_fmpq(floor) * d) * gain * E * mirrored
         delays = tuple((c, g.delay) for c, g in multiplier.terms if isinstance(g, Delay) and c != 0)
-        return cls(even_odd(total)[0], E * psi, delays, d.degree() + E.degree() // 2)
+        return cls(even_odd(total)[0], *even_odd(E * psi), delays, d.degree() + E.degree() // 2)
 
-
-class TaylorBound:
-    """``T`` on boxes in ``w``: its Taylor polynomial at the midpoint and a bound on the rest, in ball arithmetic."""
-
-    def __init__(self, inequality: Inequality) -> None:
-        in_omega = [fmpq(0)] * (2 * inequality.A.degree() + 1)
-        in_omega[0::2] = inequality.A.coeffs()
-        self.real = arb_poly(in_omega)
-        turned = [arb(c * (1, 1, -1, -1)[i % 4]) for i, c in enumerate(inequality.psi.coeffs())]
-        self.psi = acb_poly([acb(0, c) if i % 2 else acb(c) for i, c in enumerate(turned)])
-        self.delays = [(ball(c), ball(tau)) for c, tau in inequality.delays]
-
-    def expansion(self, middle: arb, radius: arb) -> tuple[list[arb], arb]:
-        """``T_j`` for ``j < ORDER`` and ``R``: ``|T(middle + u radius) - sum T_j u^j| <= R`` for ``-1 <= u <= 1``."""
-        real = _padded(self.real(arb_poly([middle, radius])).coeffs(), arb(0))
-        psi = _padded(self.psi(acb_poly([acb(middle), acb(radius)])).coeffs(), acb(0))
-        waves, rest = self._waves(middle, radius)
-        terms = [real[j] - sum((waves[i] * psi[j - i] for i in range(j + 1)), acb(0)).real for j in range(ORDER)]
-        sizes, heights = [abs(wave) for wave in waves], [abs(value) for value in psi]
-        beyond = _total(abs(value) for value in real[ORDER:])
-        beyond += _total(sizes[i] * heights[j] for i in range(ORDER) for j in range(ORDER - i, ORDER))
-        beyond += _total(sizes) * _total(heights[ORDER:]) + rest * _total(heights)
-        return terms, beyond
-
-    def _waves(self, middle: arb, radius: arb) -> tuple[list[acb], arb]:
-        """The same for ``q``."""
-        waves, rest = [acb(0)] * ORDER, arb(0)
+    def at(self, omega: Number) -> Number:
+        """``T`` at a frequency: on a ball, or on a power series."""
+        x = omega * omega
+        real, turned = at(self.even, x), omega * at(self.odd, x)
+        total = at(self.A, x)
         for c, tau in self.delays:
-            sine, cosine = (middle * tau).sin_cos()
-            term, step = c * acb(cosine, -sine), acb(0, -tau * radius)
-            for power in range(ORDER):
-                waves[power] += term
-                term *= step / (power + 1)
-            rest += abs(term)
-        return waves, rest
+            angle = omega * ball(tau)
+            total -= ball(c) * (angle.cos() * real + angle.sin() * turned)
+        return total
 
 
-def positive_on(inequality: Inequality, intervals: list[tuple[arb, arb]], boxes: int) -> Check:
-    """Whether ``T > 0`` on intervals of ``w``, by at most ``boxes`` boxes.
+def positive_on(inequality: Inequality, intervals: list[tuple[arb, arb]]) -> Check:
+    """Whether ``T > 0`` on intervals of ``w``, by branch and bound in balls.
 
     Parameters
     ----------
@@ -307,38 +281,15 @@ def positive_on(inequality: Inequality, intervals: list[tuple[arb, arb]], boxes:
         ``T``.
     intervals : list of (arb, arb)
         Ends [rad/s]; a ball stands for every end in it.
-    boxes : int
-        Number of boxes after which the proof is given up.
     """
-    with working_precision(BITS + 4 * inequality.psi.degree()):
-        function = TaylorBound(inequality)
-        waiting = list(intervals)
-        for _ in range(boxes):
-            if not waiting:
-                return Check(holds=True)
-            low, high = waiting.pop()
-            box = low.union(high)
-            middle = box.mid()
-            terms, beyond = function.expansion(middle, (box - middle).abs_upper())
-            if not terms[0] > 0:
-                return Check(holds=False, where=float(middle))
-            beyond += _total(abs(term) for term in terms[3:])
-            straight = terms[0] - abs(terms[1]) - (abs(terms[2]) if not terms[2] > 0 else 0)
-            if straight > beyond or (terms[2] > 0 and terms[0] - terms[1] ** 2 / (4 * terms[2]) > beyond):
-                continue
-            waiting += [(low, middle), (middle, high)]
-        return Check(holds=not waiting, where=float(waiting[-1][0]) if waiting else None)
+    with working_precision(BITS + 8 * inequality.even.degree()):
+        for low, high in intervals:
+            found = minimum(inequality.at, low, high, width=lambda best: best / 2 if best > 0 else arb("inf"))
+            if not found.low > 0:
+                return Check(holds=False, where=float(found.where))
+    return Check(holds=True)
 
 
-def _total(values: Iterable[arb]) -> arb:
-    return sum(values, arb(0))
-
-
-def _padded(values: list[Ball], zero: Ball) -> list[Ball]:
-    return values + [zero] * (ORDER - len(values))
-
-
-MAX_BOXES = 5_000
 SHARES = (Fraction(999, 1000), Fraction(9, 10), Fraction(1, 2), Fraction(1, 10))
 
 
@@ -348,7 +299,6 @@ def check(
     multiplier: Multiplier,
     *,
     floor: Fraction = Fraction(0),
-    boxes: int = MAX_BOXES,
 ) -> Check:
     r"""Whether ``Re[M(iw)(H(iw) + 1/k) + i w theta H(iw)] >= floor + eps``, some ``eps > 0``, for every real ``w``.
 
@@ -367,8 +317,6 @@ def check(
         Its admissibility is not checked here.
     floor : Fraction
         What the left-hand side is to exceed.
-    boxes : int
-        Number of boxes after which the search for a proof is given up.
     """
     inequality = Inequality.of(plant, k, multiplier, floor)
     A = inequality.A
@@ -377,11 +325,10 @@ def check(
     if not inequality.delays:
         return Check(holds=True) if positive_from_zero(A) else Check(holds=False, where=_first_failure(A))
     mass = to_fmpq(sum((abs(c) for c, _ in inequality.delays), Fraction(0)))
-    even, odd = even_odd(inequality.psi)
-    bound = A * A - mass**2 * (even * even + X * odd * odd)
+    bound = A * A - mass**2 * (inequality.even**2 + X * inequality.odd**2)
     if bound.degree() < 2 * inequality.full or not bound[bound.degree()] > 0:
         return Check(holds=False, where=math.inf)
-    return positive_on(inequality, _open_intervals(A, bound), boxes)
+    return positive_on(inequality, _open_intervals(A, bound))
 
 
 def check_every(plant: TransferPolynomials, multiplier: Multiplier) -> bool:
@@ -406,7 +353,7 @@ def check_every(plant: TransferPolynomials, multiplier: Multiplier) -> bool:
     if not (multiplier.mass < 1 or signs_differ or plant.n[0] * plant.d[0] >= 0):
         return False
     one, two = (Inequality.of(plant, k, multiplier, Fraction(0)).A for k in (Fraction(1), Fraction(2)))
-    return _nonnegative(two - one)
+    return nonnegative_from_zero(two - one)
 
 
 def value_at(plant: TransferPolynomials, k: Fraction, multiplier: Multiplier, omega: Fraction) -> arb:
@@ -441,17 +388,6 @@ def margin_near(plant: TransferPolynomials, k: Fraction, multiplier: Multiplier,
         if guess > 0 and check(plant, k, multiplier, floor=share * guess).holds:
             return outward(ball(share * guess), high)
     return outward(ball(0), high)
-
-
-def _nonnegative(p: fmpq_poly) -> bool:
-    """Whether ``p(x) >= 0`` for every ``x >= 0``."""
-    if p.degree() < 0:
-        return True
-    odd = fmpq_poly([1])
-    for factor, multiplicity in p.numer().factor_squarefree()[1]:
-        if multiplicity % 2:
-            odd *= fmpq_poly(factor)
-    return bool(p[p.degree()] > 0) and positive_root_count(odd) == 0
 
 
 def _first_failure(A: fmpq_poly) -> float:

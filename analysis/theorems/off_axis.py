@@ -5,25 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
-from types import MappingProxyType
 
-from flint import fmpq_poly
-
-from lure.analysis.inequality.checks import finite_bounds, require_well_posed
-from lure.analysis.inequality.polynomial import CONCLUSION, PolynomialFamily, PopovInequality, Reach, least_value
-from lure.analysis.numerics.doubles import text_above, text_below
-from lure.analysis.numerics.polynomial import X, to_fraction
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
-from lure.classes import NonlinearityClass, SlopeBounds
+from lure.analysis.inequality.polynomial import PolynomialFamily, RationalInequality
+from lure.analysis.numerics.polynomial import X
+from lure.analysis.theorems.criterion import Criterion
+from lure.analysis.verdict import Answer
+from lure.classes import SlopeBounds
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
 
 NAME = "the off-axis circle criterion"
-THEOREM = (
-    "off-axis circle criterion; Y.-S. Cho and K. S. Narendra, IEEE Trans. Automatic Control 13 (1968) 413-416; through "
-    "multipliers of G. Zames and P. L. Falb, SIAM J. Control 6 (1968) 89-108"
-)
-FORMULA = "1 + i alpha for omega > 0"
 
 
 def off_axis_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
@@ -71,30 +62,7 @@ def off_axis_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> 
     >>> off_axis_largest(RationalPlant([1], [1, 3, 3, 1])).largest.low
     8.0
     """
-    inequality = _inequality(block, Fraction(lower))
-    best = inequality.reach()
-    largest = inequality.largest(best)
-    proved = best.theta is not None and largest.low > inequality.lower
-    said = (
-        "every finite k is proved"
-        if best.found is None
-        else f"every k up to {text_below(largest.low, 15)} is proved, and no straight line reaches "
-        f"{text_above(largest.high, 15)}"
-    )
-    return Answer(
-        criterion="off-axis-circle",
-        theorem=THEOREM,
-        largest=largest,
-        law_class=NonlinearityClass.slope_restricted(inequality.lower, largest.low if proved else math.inf),
-        verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        needs=("slope", "time-invariant"),
-        multiplier=FORMULA,
-        parameters=MappingProxyType({} if best.theta is None else {"alpha": str(best.theta)}),
-        worst_frequency=_worst(best),
-        hypotheses=_hypotheses(inequality, holds=proved),
-        reason=f"{said}; {CONCLUSION}" if proved else "no k that a double can state was reached",
-    )
+    return OFF_AXIS.largest(block, lower=lower)
 
 
 def off_axis_criterion(block: RationalPlant, bounds: SlopeBounds, *, alpha: Fraction | None = None) -> Answer:
@@ -121,65 +89,27 @@ def off_axis_criterion(block: RationalPlant, bounds: SlopeBounds, *, alpha: Frac
     InputError
         ``alpha`` is not finite, or ``1 + k H(inf) = 0`` for some ``k`` within the bounds.
     """
-    lower, upper = finite_bounds(bounds, NAME)
     if alpha is not None and not math.isfinite(alpha):
         raise InputError(f"alpha is {alpha}; give a finite number, or None for the best one")
-    inequality = _inequality(block, lower)
-    require_well_posed(block, upper, lower=lower)
-    best = inequality.reach()
-    used = inequality.serving(best, upper) if alpha is None else Fraction(alpha)
-    holds = inequality.holds(used, upper)
-    least = least_value(inequality.family, used)
-    margin = least.bracket(1 / (upper - lower))
-    if holds:
-        margin = Bracket(max(margin.low, 0.0), margin.high)
-    said = (
-        f"the inequality holds at every frequency, the margin is {margin}; {CONCLUSION}"
-        if holds
-        else "the inequality fails with this line, from which nothing follows for the loop; with the best one the "
-        f"largest k is {inequality.largest(best)}"
-    )
-    return Answer(
-        criterion="off-axis-circle",
-        theorem=THEOREM,
-        largest=inequality.largest(best),
-        law_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper),
-        verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        needs=("slope", "time-invariant"),
-        multiplier=FORMULA,
-        parameters=MappingProxyType({"alpha": str(used)}),
-        margin=margin,
-        worst_frequency=math.inf if least.x is None else float(least.x),
-        hypotheses=_hypotheses(inequality, holds=holds),
-        reason=said,
-    )
+    given = None if alpha is None else {"alpha": Fraction(alpha)}
+    return OFF_AXIS.decide(block, bounds, multiplier=given)
 
 
-def _inequality(block: RationalPlant, lower: Fraction) -> PopovInequality:
+def _inequality(block: RationalPlant, lower: Fraction) -> RationalInequality:
     """The inequality with ``-Im H`` in the place of ``-omega Im H`` and ``omega`` in that of ``x``."""
-    inequality = PopovInequality.of_stable(block, lower, NAME)
-    found = inequality.family
-    family = PolynomialFamily(_of_square(found.D), _of_square(found.U), X * _of_square(found.W // X))
-    return replace(inequality, family=family)
+    found = RationalInequality.of(block, lower, NAME)
+    D, U, W = found.family.D, found.family.U, found.family.W
+    square = X * X
+    family = PolynomialFamily(D(square), U(square), X * (W // X)(square))
+    return replace(found, family=family, weight="alpha", squared=False)
 
 
-def _of_square(p: fmpq_poly) -> fmpq_poly:
-    """``p(t^2)``."""
-    return p(X * X)
-
-
-def _worst(best: Reach) -> float | None:
-    if best.found is None:
-        return None
-    x = best.found.upper_bound.support[0].x
-    return math.inf if x is None else float(to_fraction(x))
-
-
-def _hypotheses(inequality: PopovInequality, *, holds: bool) -> tuple[str, ...]:
-    return (
-        "all poles in the open left half-plane, hidden modes too: checked by an exact count",
-        f"inequality on [0, inf], ends included: {'holds, by an exact root count' if holds else 'not established'}",
-        "1 + k H(inf) > 0: checked" if inequality.direct != 0 else "no direct term: checked",
-        "phi time-invariant with slope within the bounds, phi(0) = 0: assumed of the class; it need not be odd",
-    )
+OFF_AXIS = Criterion(
+    name="off-axis-circle",
+    title=NAME,
+    theorem="off-axis circle criterion; Y.-S. Cho and K. S. Narendra, IEEE Trans. Automatic Control 13 (1968) 413-416; "
+    "through multipliers of G. Zames and P. L. Falb, SIAM J. Control 6 (1968) 89-108",
+    formula="1 + i alpha for omega > 0",
+    inequality=_inequality,
+    kind="straight line",
+)

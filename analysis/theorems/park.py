@@ -1,30 +1,28 @@
-"""The criterion of Yakubovich and Park for laws of restricted slope."""
+"""The criterion of Yakubovich and Park for nonlinearities of restricted slope."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
-from types import MappingProxyType
-from typing import Literal
 
 from flint import fmpq
 
-from lure.analysis.inequality.checks import finite_bounds, require_well_posed
 from lure.analysis.inequality.multiplier_search import Cut, SearchResult, search
 from lure.analysis.inequality.polynomial import (
-    CONCLUSION,
+    Best,
+    Multiplier,
     PolynomialFamily,
-    PopovInequality,
-    Reach,
-    least_value,
+    Proves,
+    RationalInequality,
     short_between,
 )
-from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
+from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.numerics.polynomial import X, to_fmpq, to_fraction
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
-from lure.classes import NonlinearityClass, SlopeBounds
+from lure.analysis.theorems.criterion import Criterion
+from lure.analysis.verdict import INFINITE, Answer, Bracket
+from lure.classes import SlopeBounds
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
 
@@ -38,6 +36,7 @@ from lure.plants.rational import RationalPlant
 
 EXPANSIONS = 24
 HALVINGS = 60
+STEPS_UP = 200
 KEPT = 32
 LOOSE = fmpq(1, 10**11)
 CLOSED = fmpq(1, 10**11)
@@ -59,76 +58,122 @@ class Support:
         return total
 
 
-@dataclass(frozen=True, slots=True)
-class Best:
-    """``theta``, ``tau`` and the level they exceed, with a level that no pair exceeds; None where none was shown.
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ParkInequality:
+    """``1/(k - lower) + (U + theta W/(1 + tau x))/D > 0`` on ``[0, inf]`` with ``tau >= 0``.
 
-    A level of 0 stands for every negative one.  ``growing`` says what must grow with ``k`` then: ``theta``, whose
-    sign is given, or ``tau``, with ``theta`` the ratio ``theta/tau``.
-    """
-
-    theta: fmpq | None
-    tau: fmpq
-    level: fmpq
-    unreachable: fmpq | None = None
-    growing: Literal["", "theta", "tau"] = ""
-
-
-def best_pair(family: PolynomialFamily, scale: fmpq, rounded: Callable[[fmpq], fmpq]) -> Best:
-    """The largest level that some ``theta`` and ``tau >= 0`` exceed.
-
-    Parameters
+    Attributes
     ----------
-    family : PolynomialFamily
-        ``D, U, W`` of a stable block.
-    scale : fmpq
-        A typical ``1/x``: where ``tau`` begins.
-    rounded : callable
-        As in :func:`lure.analysis.inequality.multiplier_search.search`.
+    base : RationalInequality
+        The same for ``tau = 0``.
     """
-    return _Search(family, rounded, list(family.first_cuts())).run(scale)
+
+    base: RationalInequality
+
+    @classmethod
+    def of(cls, block: RationalPlant, lower: Fraction) -> ParkInequality:
+        """The inequality of a stable plant."""
+        return cls(base=RationalInequality.of(block, lower, NAME))
+
+    @property
+    def time_scale(self) -> fmpq:
+        """A typical time constant: the geometric mean."""
+        d = self.base.family.D
+        ratio = abs(float(to_fraction(d[0]))), abs(float(to_fraction(d[d.degree()])))
+        if d.degree() < 1 or not all(0 < value < math.inf for value in ratio):
+            return fmpq(1)
+        mean = (ratio[0] / ratio[1]) ** (-0.5 / d.degree())
+        return to_fmpq(Fraction(mean).limit_denominator(10**6) or Fraction(mean))
+
+    def best(self) -> Best:
+        """The best multiplier: Popov's if that serves every finite ``k``, one with ``tau -> inf`` if that does."""
+        popov, family = self.base.best(), self.base.family
+        if popov.multiplier is not None and popov.largest.low == math.inf:
+            return Best(multiplier={**popov.multiplier, "tau": Fraction(0)}, largest=INFINITE)
+        if family.U[0] >= 0:  # U + r W/x >= 0: theta = r tau serves every finite k for tau large enough
+            ratio = PolynomialFamily(family.D, family.U, family.W // X).everywhere([])
+            if ratio is not None:
+                return Best(multiplier={"theta/tau": to_fraction(ratio), "tau": math.inf}, largest=INFINITE)
+        return _Search(self.base, list(family.first_cuts())).run(self.time_scale**2)
+
+    def serving(self, best: Best, proves: Proves) -> Multiplier:
+        """The best multiplier or one beside it that proves a class; where none does, a finite one all the same."""
+        if best.multiplier is None or isinstance(best.multiplier.get("theta"), float):
+            used = self.base.serving(best, lambda given: proves({**given, "tau": Fraction(0)}))
+            return {**used, "tau": Fraction(0)}
+        if "theta" in best.multiplier:
+            return {name: Fraction(value) for name, value in best.multiplier.items()}
+        tau, ratio = to_fraction(self.time_scale) ** 2, Fraction(best.multiplier["theta/tau"])
+        for _ in range(STEPS_UP):
+            if proves({"theta": ratio * tau, "tau": tau}):
+                break
+            tau *= 16
+        return {"theta": ratio * tau, "tau": tau}
+
+    def decide(self, multiplier: Multiplier, upper: Fraction) -> bool:
+        """Whether the multiplier proves the class ``[lower, upper]``, exactly."""
+        level = -1 / (Fraction(upper) - self.base.lower)
+        stretched = self.base.family.stretched(to_fmpq(multiplier["tau"]))
+        return self.base.direct > level and stretched.exceeds(to_fmpq(multiplier["theta"]), to_fmpq(level))
+
+    def least(self, multiplier: Multiplier, upper: Fraction | float) -> tuple[Bracket, float]:
+        """The infimum over frequency of the left-hand side over ``1 + tau omega^2``, and where it is attained."""
+        stretched = self.base.family.stretched(to_fmpq(multiplier["tau"]))
+        return self.base.least_of(stretched, multiplier["theta"], upper)
 
 
 @dataclass(slots=True)
 class _Search:
-    family: PolynomialFamily
-    rounded: Callable[[fmpq], fmpq]
+    """The largest level that some ``theta`` and ``tau >= 0`` exceed; ``level`` 0 stands for every negative one."""
+
+    popov: RationalInequality
     raw: list[Cut]
-    best: Best = Best(None, fmpq(0), fmpq(-1))
+    theta: fmpq | None = None
+    tau: fmpq = field(default_factory=fmpq)
+    level: fmpq = field(default_factory=lambda: fmpq(-1))
+    unreachable: fmpq | None = None
     low: tuple[fmpq, Support] | None = None
     high: tuple[fmpq, Support] | None = None
 
-    def run(self, scale: fmpq) -> Best:
-        """The best multiplier found."""
-        if self._visit(fmpq(0)):
-            return self.best
-        tau = scale
+    def run(self, tau: fmpq) -> Best:
+        """The best multiplier found, beginning at ``tau``."""
+        done = self._visit(fmpq(0))
         for _ in range(EXPANSIONS):
-            if self._visit(tau):
-                return self.best
+            if done or self._visit(tau):
+                return self._best()
             if self.high is not None and self.low is not None and self.low[0] > 0:
                 break
             tau = tau * 16 if self.high is None else tau / 16
         for _ in range(HALVINGS if self.high is not None else 0):
             if self._closed() or self._visit(self._between()):
                 break
-        return self.best
+        return self._best()
+
+    def _best(self) -> Best:
+        lower, top = self.popov.lower, self.unreachable
+        found = None
+        if self.theta is not None:
+            found = {"theta": to_fraction(self.theta), "tau": to_fraction(self.tau)}
+            if self.level == 0:
+                return Best(multiplier=found, largest=INFINITE)
+        high = double_above(lower - 1 / to_fraction(top)) if top is not None and top < 0 else math.inf
+        low = lower if self.theta is None else lower - 1 / to_fraction(self.level)
+        return Best(multiplier=found, largest=Bracket(double_below(low), high))
 
     def _visit(self, tau: fmpq) -> bool:
         """Look at one ``tau``; whether nothing better is left."""
-        stretched = self.family.stretched(tau)
-        cuts = [_stretch(cut, tau) for cut in self.raw]
-        direct = Cut(self.family.at_infinity.u, fmpq(0))
-        found = search(stretched, [*cuts, direct], self.rounded)
-        if found.theta is not None and (self.best.theta is None or found.level > self.best.level):
-            self.best = Best(found.theta, tau, found.level, self.best.unreachable)
+        stretched = self.popov.family.stretched(tau)
+        direct = Cut(to_fmpq(self.popov.direct), fmpq(0))
+        found = search(stretched, [*(_stretch(cut, tau) for cut in self.raw), direct], self.popov.level_of_a_double)
+        if found.theta is not None and (self.theta is None or found.level > self.level):
+            self.theta, self.tau, self.level = found.theta, tau, found.level
         self.raw = self._kept(found)
         if any(cut.x is None for cut in found.upper_bound.support):
             return self._at_infinity(found, stretched, tau)
         support = self._support(found)
         level = found.upper_bound.value * (1 - LOOSE)
         if support.moment(0, level) <= 0 and support.moment(1, level) <= 0:
-            self._bound(level)
+            self.unreachable = level
             return True
         if support.moment(1, found.upper_bound.value) > 0:
             self.low = (tau, support)
@@ -139,8 +184,8 @@ class _Search:
     def _kept(self, found: SearchResult) -> list[Cut]:
         theta = found.theta if found.theta is not None else fmpq(0)
         inner = sorted((cut for cut in found.cuts if cut.x is not None), key=lambda cut: cut.at(theta))
-        points = [cut.x for cut in inner[:KEPT]]
-        return [self.family.at_infinity, *(self.family.cut(x) for x in points if x is not None)]
+        family = self.popov.family
+        return [family.at_infinity, *(family.cut(cut.x) for cut in inner[:KEPT] if cut.x is not None)]
 
     def _at_infinity(self, found: SearchResult, stretched: PolynomialFamily, tau: fmpq) -> bool:
         """Whether the bound is one that no multiplier moves: a level of 0, or ``1/k + D > 0``."""
@@ -148,20 +193,16 @@ class _Search:
             return False
         theta = stretched.everywhere(list(found.cuts)) if found.upper_bound.value == 0 else None
         if theta is not None:
-            self.best = Best(theta, tau, fmpq(0))
+            self.theta, self.tau, self.level = theta, tau, fmpq(0)
         elif found.upper_bound.value < 0:
-            self._bound(found.upper_bound.value)
+            self.unreachable = found.upper_bound.value
         return True
 
     def _support(self, found: SearchResult) -> Support:
         """The support in terms of the unstretched functions."""
-        cuts = tuple(self.family.exact(cut.x) for cut in found.upper_bound.support if cut.x is not None)
-        if len(cuts) == 1:
-            return Support(cuts, (fmpq(1),))
-        return Support(cuts, (-cuts[1].w, cuts[0].w))
-
-    def _bound(self, level: fmpq) -> None:
-        self.best = Best(self.best.theta, self.best.tau, self.best.level, level)
+        exact = self.popov.family.exact
+        cuts = tuple(exact(cut.x) for cut in found.upper_bound.support if cut.x is not None)
+        return Support(cuts, (fmpq(1),) if len(cuts) == 1 else (-cuts[1].w, cuts[0].w))
 
     def _between(self) -> fmpq:
         assert self.low is not None
@@ -175,9 +216,9 @@ class _Search:
         """Whether the two supports together bound every pair at a level next to the best one."""
         assert self.low is not None
         assert self.high is not None
-        level = self.best.level * (1 - CLOSED)
+        level = self.level * (1 - CLOSED)
         if level < 0 and jointly_infeasible((self.low[1], self.high[1]), level):
-            self._bound(level)
+            self.unreachable = level
             return True
         return False
 
@@ -201,12 +242,16 @@ def _stretch(cut: Cut, tau: fmpq) -> Cut:
 
 
 NAME = "Park's criterion"
-THEOREM = (
-    "Yakubovich's criterion for restricted slope, found again by P. Park, IEEE Trans. Automatic Control 47 (2002) "
-    "308-313; by J. Carrasco, W. P. Heath, A. Lanzon, Automatica 49 (2013) 1732-1740, a case of the theorem of "
-    "G. Zames and P. L. Falb, SIAM J. Control 6 (1968) 89-108"
+PARK = Criterion(
+    name="park",
+    title=NAME,
+    theorem="Yakubovich's criterion for restricted slope, found again by P. Park, IEEE Trans. Automatic Control 47 "
+    "(2002) 308-313; by J. Carrasco, W. P. Heath, A. Lanzon, Automatica 49 (2013) 1732-1740, a case of the theorem of "
+    "G. Zames and P. L. Falb, SIAM J. Control 6 (1968) 89-108",
+    formula="1 + theta s - tau s^2",
+    inequality=ParkInequality.of,
+    kind="multiplier of this form",
 )
-FORMULA = "1 + theta s - tau s^2"
 
 
 def park_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
@@ -257,32 +302,7 @@ def park_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answ
     >>> park_largest(RationalPlant([1, 0, 0], [1, Fraction("0.2"), 6, Fraction("0.1"), 1])).largest.low
     0.788331477
     """
-    inequality = PopovInequality.of_stable(block, Fraction(lower), NAME)
-    best = _best(inequality)
-    largest = _largest(inequality, best)
-    proved = best.theta is not None and largest.low > inequality.lower
-    said = (
-        "every finite k is proved"
-        if largest.low == math.inf
-        else f"every k up to {text_below(largest.low, 15)} is proved, and no multiplier of this form reaches "
-        f"{text_above(largest.high, 15)}"
-        if proved
-        else "no k that a double can state was reached"
-    )
-    return Answer(
-        criterion="park",
-        theorem=THEOREM,
-        largest=largest,
-        law_class=NonlinearityClass.slope_restricted(inequality.lower, largest.low if proved else math.inf),
-        verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        needs=("slope", "time-invariant"),
-        theta=float(to_fraction(best.theta)) if best.theta is not None and not best.growing else None,
-        multiplier=FORMULA,
-        parameters=_parameters(best),
-        hypotheses=_hypotheses(inequality, holds=proved),
-        reason=f"{said}; {CONCLUSION}" if proved else said,
-    )
+    return PARK.largest(block, lower=lower)
 
 
 def park_criterion(
@@ -311,114 +331,7 @@ def park_criterion(
     InputError
         ``tau < 0``, only one of ``theta`` and ``tau``, or ``1 + k H(inf) = 0`` for some ``k`` within the bounds.
     """
-    lower, upper = finite_bounds(bounds, NAME)
     if (theta is None) != (tau is None) or (tau is not None and tau < 0):
         raise InputError(f"{NAME} needs theta and tau >= 0 together, or neither; got theta = {theta}, tau = {tau}")
-    inequality = PopovInequality.of_stable(block, lower, NAME)
-    require_well_posed(block, upper, lower=lower)
-    best = _best(inequality)
-    used = (to_fmpq(theta), to_fmpq(tau)) if theta is not None and tau is not None else _pair(inequality, best, upper)
-    level = -1 / to_fmpq(upper - lower)
-    family = inequality.family.stretched(used[1])
-    holds = bool(inequality.direct > level) and family.exceeds(used[0], level)
-    least = least_value(family, to_fraction(used[0]))
-    margin = least.bracket(1 / (upper - lower))
-    if holds:
-        margin = Bracket(max(margin.low, 0.0), margin.high)
-    largest = _largest(inequality, best)
-    said = (
-        f"the inequality holds at every frequency, the margin is {margin}; {CONCLUSION}"
-        if holds
-        else "the inequality fails with this multiplier, from which nothing follows for the loop; with the best one "
-        f"the largest k is {largest}"
-    )
-    return Answer(
-        criterion="park",
-        theorem=THEOREM,
-        largest=largest,
-        law_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper),
-        verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        needs=("slope", "time-invariant"),
-        theta=float(to_fraction(used[0])),
-        multiplier=FORMULA,
-        parameters=MappingProxyType({"theta": str(used[0]), "tau": str(used[1])}),
-        margin=margin,
-        worst_frequency=least.frequency,
-        hypotheses=_hypotheses(inequality, holds=holds),
-        reason=said,
-    )
-
-
-def _best(inequality: PopovInequality) -> Best:
-    popov = inequality.reach()
-    if popov.found is None:
-        endless = isinstance(popov.theta, float)
-        theta = Fraction(math.copysign(1, popov.theta or 0)) if endless else Fraction(popov.theta or 0)
-        return Best(to_fmpq(theta), fmpq(0), fmpq(0), growing="theta" if endless else "")
-    if inequality.family.U[0] >= 0:
-        ratio = _steep(inequality.family).everywhere([])
-        if ratio is not None:
-            return Best(ratio, fmpq(1), fmpq(0), growing="tau")
-    return best_pair(inequality.family, _time_scale(inequality) ** 2, inequality.level_of_a_double)
-
-
-def _steep(family: PolynomialFamily) -> PolynomialFamily:
-    """``U + r W/x``: if that is nonnegative, ``theta = r tau`` serves every finite ``k`` for ``tau`` large enough."""
-    return PolynomialFamily(family.D, family.U, family.W // X)
-
-
-def _time_scale(inequality: PopovInequality) -> fmpq:
-    """A typical time constant: the geometric mean."""
-    d = inequality.family.D
-    ratio = abs(float(to_fraction(d[0]))), abs(float(to_fraction(d[d.degree()])))
-    if d.degree() < 1 or not all(0 < value < math.inf for value in ratio):
-        return fmpq(1)
-    mean = (ratio[0] / ratio[1]) ** (-0.5 / d.degree())
-    return to_fmpq(Fraction(mean).limit_denominator(10**6) or Fraction(mean))
-
-
-def _pair(inequality: PopovInequality, best: Best, upper: Fraction) -> tuple[fmpq, fmpq]:
-    """A multiplier for finite bounds."""
-    if best.theta is None:
-        return fmpq(0), fmpq(0)
-    if best.growing == "theta":
-        return to_fmpq(inequality.serving(Reach(math.copysign(math.inf, best.theta)), upper)), fmpq(0)
-    if not best.growing:
-        return best.theta, best.tau
-    level = -1 / to_fmpq(upper - inequality.lower)
-    tau = _time_scale(inequality) ** 2
-    for _ in range(200):
-        if inequality.family.stretched(tau).exceeds(best.theta * tau, level):
-            break
-        tau *= 16
-    return best.theta * tau, tau
-
-
-def _largest(inequality: PopovInequality, best: Best) -> Bracket:
-    if best.theta is not None and best.level == 0:
-        return Bracket(math.inf, math.inf)
-    top = best.unreachable
-    high = double_above(inequality.lower - 1 / to_fraction(top)) if top is not None and top < 0 else math.inf
-    if best.theta is None:
-        return Bracket(double_below(inequality.lower), high)
-    return Bracket(double_below(inequality.lower - 1 / to_fraction(best.level)), high)
-
-
-def _parameters(best: Best) -> MappingProxyType[str, object]:
-    if best.theta is None:
-        return MappingProxyType({})
-    if best.growing == "tau":
-        return MappingProxyType({"theta/tau": str(best.theta), "tau": "inf"})
-    if best.growing == "theta":
-        return MappingProxyType({"theta": "inf" if best.theta > 0 else "-inf", "tau": "0"})
-    return MappingProxyType({"theta": str(best.theta), "tau": str(best.tau)})
-
-
-def _hypotheses(inequality: PopovInequality, *, holds: bool) -> tuple[str, ...]:
-    return (
-        "all poles in the open left half-plane, hidden modes too: checked by an exact count",
-        f"inequality on [0, inf], limit included: {'holds, by an exact root count' if holds else 'not established'}",
-        "1 + k H(inf) > 0: checked" if inequality.direct != 0 else "no direct term: checked",
-        "phi time-invariant with slope within the bounds, phi(0) = 0: assumed of the class; it need not be odd",
-    )
+    given = None if theta is None or tau is None else {"theta": Fraction(theta), "tau": Fraction(tau)}
+    return PARK.decide(block, bounds, multiplier=given)

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
-from types import MappingProxyType
 from typing import Literal
 
-from lure.analysis.inequality.checks import require_well_posed
-from lure.analysis.inequality.polynomial import CONCLUSION, LeastValue, PopovInequality, Reach, least_value
-from lure.analysis.numerics.doubles import text_above, text_below
-from lure.analysis.numerics.polynomial import to_fraction
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
-from lure.classes import NonlinearityClass, Sector
-from lure.errors import AssumptionError, InputError
+from flint import fmpq
+
+from lure.analysis.inequality.polynomial import Inequality, Multiplier, RationalInequality
+from lure.analysis.numerics.polynomial import positive_from_zero, to_fmpq
+from lure.analysis.theorems.criterion import Criterion, sector_class
+from lure.analysis.verdict import Answer
+from lure.classes import Sector
+from lure.errors import InputError
 from lure.plants.rational import RationalPlant
 
-THEOREM = (
-    "Popov's criterion, theta of either sign: V. M. Popov, Automation and Remote Control 22 (1961) 857-875; "
-    "M. A. Aizerman and F. R. Gantmacher, Absolute Stability of Regulator Systems, Holden-Day, 1964"
-)
+NAME = "Popov's criterion"
 
 
 def popov_largest(
@@ -73,8 +70,8 @@ def popov_largest(
     >>> answer.largest.low, answer.theta
     (6.0, 1.5)
     """
-    inequality = PopovInequality.of(block, Fraction(lower))
-    return _reach_answer(inequality, inequality.reach(nonnegative=sign == "nonnegative"))
+    inequality = _inequality(block, Fraction(lower))
+    return POPOV.reach(replace(inequality, nonnegative=sign == "nonnegative"))
 
 
 def popov_criterion(block: RationalPlant, sector: Sector, *, theta: float | Fraction | None = None) -> Answer:
@@ -107,130 +104,42 @@ def popov_criterion(block: RationalPlant, sector: Sector, *, theta: float | Frac
     >>> print(popov_criterion(RationalPlant([1], [1, 3, 2, 0]), Sector(0, 5)).verdict)
     PROVED
     """
-    if sector.lower == -math.inf:
-        raise AssumptionError("Popov's criterion needs a finite lower end of the sector, and it is -inf; give a number")
     if theta is not None and not math.isfinite(theta):
         raise InputError(f"theta is {theta}; give a finite number of seconds, or None for the best one")
-    lower = Fraction(sector.lower)
-    inequality = PopovInequality.of(block, lower)
-    require_well_posed(block, sector.upper, lower=lower)
-    best = inequality.reach()
-    used = inequality.serving(best, sector.upper) if theta is None else Fraction(theta)
-    return _sector_answer(inequality, sector, used, best)
+    given = None if theta is None else {"theta": Fraction(theta)}
+    return POPOV.decide(block, sector, multiplier=given)
 
 
-def _reach_answer(inequality: PopovInequality, best: Reach) -> Answer:
-    """The answer about the largest ``k``."""
-    largest = inequality.largest(best)
-    proved = best.theta is not None and largest.low > inequality.lower
-    if best.found is None:
-        how = "one theta serves them all" if isinstance(best.theta, Fraction) else "the larger k, the larger |theta|"
-        said = f"every finite k is proved, {how}; {_conclusion(inequality)}"
-    elif proved:
-        said = f"every k up to {text_below(largest.low, 15)} is proved, and no multiplier reaches "
-        said += text_above(largest.high, 15)
-        said = f"{said}; {_conclusion(inequality)}"
-    else:
-        said = "no k that a double can state was reached"
-    return Answer(
-        criterion="popov",
-        theorem=THEOREM,
-        largest=largest,
-        law_class=NonlinearityClass(sector=Sector(inequality.lower, largest.low if proved else math.inf)),
-        verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        needs=("time-invariant",),
-        theta=None if best.theta is None else float(best.theta),
-        multiplier="1 + theta s",
-        parameters=_parameters(best.theta, best),
-        worst_frequency=None if best.found is None else _worst(best),
-        hypotheses=_hypotheses(inequality, holds=proved),
-        reason=said,
-    )
+def _inequality(block: RationalPlant, lower: Fraction) -> RationalInequality:
+    return RationalInequality.of(block, lower, NAME, critical=True)
 
 
-def _sector_answer(inequality: PopovInequality, sector: Sector, theta: Fraction, best: Reach) -> Answer:
-    """The answer about one sector and one multiplier."""
-    inverse_gain = Fraction(0) if sector.upper == math.inf else 1 / (Fraction(sector.upper) - inequality.lower)
-    least = least_value(inequality.family, theta)
-    margin = least.bracket(inverse_gain)
-    holds = inequality.holds(theta, sector.upper)
-    if holds:
-        margin = Bracket(max(margin.low, 0.0), margin.high)
-    largest = inequality.largest(best)
-    said = f"the inequality holds at every frequency, the margin is {margin}; {_conclusion(inequality)}"
-    return Answer(
-        criterion="popov",
-        theorem=THEOREM,
-        largest=largest,
-        law_class=NonlinearityClass(sector=sector),
-        verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        needs=("time-invariant",),
-        theta=float(theta),
-        multiplier="1 + theta s",
-        parameters=_parameters(theta, best),
-        margin=margin,
-        worst_frequency=least.frequency,
-        hypotheses=_hypotheses(inequality, holds=holds),
-        reason=said if holds else _shortfall(sector, least, margin, largest),
-    )
+def _endless(inequality: Inequality, multiplier: Multiplier) -> bool:
+    """Whether a multiplier serves the nonlinearities that no gain bounds.
+
+    Either ``1 + theta s`` serves ``H - D`` and the finite sector ``[0, 1/D]``, or ``D = 0``, ``theta >= 0``,
+    ``Re[..] >= eps/(1 + omega^2)``, and no mode is hidden.
+    """
+    base = inequality.base
+    theta, family = to_fmpq(multiplier["theta"]), base.family
+    if base.direct > 0:
+        return family.exceeds(theta, fmpq(0))
+    if theta < 0 or base.direct < 0 or base.plant.hidden.degree() > 0:
+        return False
+    least = family.level(theta, fmpq(0))
+    return positive_from_zero(least) and least.degree() >= family.D.degree() - 1
 
 
-def _parameters(theta: Fraction | float | None, best: Reach) -> Mapping[str, object]:
-    found: dict[str, object] = {} if theta is None else {"theta": str(theta)}
-    if best.found is not None:
-        found["points"] = tuple("inf" if cut.x is None else str(cut.x) for cut in best.found.upper_bound.support)
-    return MappingProxyType(found)
-
-
-def _worst(best: Reach) -> float:
-    assert best.found is not None
-    x = best.found.upper_bound.support[0].x
-    return math.inf if x is None else math.sqrt(to_fraction(x))
-
-
-def _conclusion(inequality: PopovInequality) -> str:
-    if inequality.plant.case == "stable":
-        return CONCLUSION
-    return (
-        "every solution is bounded and converges to a point of the stationary set, 0 being asymptotically stable only "
-        "if phi vanishes at 0 alone"
-    )
-
-
-def _shortfall(sector: Sector, least: LeastValue, margin: Bracket, largest: Bracket) -> str:
-    if sector.upper == math.inf:
-        return (
-            "the inequality for laws that no gain bounds is not established; the sectors [lower, k] are proved for "
-            f"every k up to {text_below(largest.low)}"
-        )
-    fails = f"fails by {-margin.high:.6g} at {least.frequency:.6g} rad/s" if margin.high < 0 else "is not strict"
-    return (
-        f"the inequality {fails} with this theta, from which nothing follows for the loop; with the best theta the "
-        f"largest k is {largest}"
-    )
-
-
-def _hypotheses(inequality: PopovInequality, *, holds: bool) -> tuple[str, ...]:
-    plant = inequality.plant
-    shift = f" after the shift by {float(inequality.lower):g}" if inequality.lower else ""
-    if plant.case == "stable":
-        poles = f"all poles in the open left half-plane{shift}, hidden modes too: checked by an exact count"
-    else:
-        poles = (
-            f"one simple pole at 0{shift} with residue {float(plant.residue):.6g} > 0, all others in the open left "
-            "half-plane, hidden modes too: checked by exact counts"
-        )
-    checked = "holds, by an exact root count in omega^2" if holds else "not established"
-    direct = (
-        ("sigma + D phi(sigma) invertible with a locally Lipschitz inverse (H has a direct term D): assumed",)
-        if inequality.direct != 0
-        else ()
-    )
-    return (
-        poles,
-        f"inequality on [0, inf], limits included: {checked}",
-        "phi time-invariant, locally Lipschitz, in the sector: assumed of the class",
-        *direct,
-    )
+POPOV = Criterion(
+    name="popov",
+    title=NAME,
+    theorem="Popov's criterion, theta of either sign: V. M. Popov, Automation and Remote Control 22 (1961) 857-875; "
+    "M. A. Aizerman and F. R. Gantmacher, Absolute Stability of Regulator Systems, Holden-Day, 1964",
+    formula="1 + theta s",
+    inequality=_inequality,
+    nonlinearities=sector_class,
+    assumed="phi time-invariant, locally Lipschitz, in the sector: assumed of the class",
+    needs=("time-invariant",),
+    composed=True,
+    endless=_endless,
+)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from importlib import import_module
+from operator import attrgetter
 from typing import Any, Literal
 
 from lure.analysis.verdict import Answer
@@ -126,7 +127,7 @@ class Theorem:
 
 def _called(place: str, *given: object, **options: object) -> Answer:
     module, function = place.split(":")
-    answer: Answer = getattr(import_module(f"lure.analysis.{module}"), function)(*given, **options)
+    answer: Answer = attrgetter(function)(import_module(f"lure.analysis.{module}"))(*given, **options)
     return answer
 
 
@@ -247,8 +248,8 @@ TABLE = (  # in each stage the cheapest first
         slope=True,
         free="above",
         stage=1,
-        largest="theorems.differences:tsypkin_largest",
-        decision="theorems.differences:tsypkin_criterion",
+        largest="theorems.differences:TSYPKIN.largest",
+        decision="theorems.differences:TSYPKIN.decide",
         multipliers=_number("q"),
     ),
     Theorem(
@@ -259,8 +260,8 @@ TABLE = (  # in each stage the cheapest first
         free="above",
         only_odd=True,
         stage=1,
-        largest="theorems.differences:tsypkin_odd_largest",
-        decision="theorems.differences:tsypkin_odd_criterion",
+        largest="theorems.differences:TSYPKIN_ODD.largest",
+        decision="theorems.differences:TSYPKIN_ODD.decide",
         multipliers=_number("q"),
     ),
     Theorem(
@@ -270,8 +271,8 @@ TABLE = (  # in each stage the cheapest first
         slope=True,
         free="below",
         stage=1,
-        largest="theorems.differences:jury_lee_largest",
-        decision="theorems.differences:jury_lee_criterion",
+        largest="theorems.differences:JURY_LEE.largest",
+        decision="theorems.differences:JURY_LEE.decide",
         multipliers=_number("q"),
     ),
     Theorem(

@@ -10,8 +10,8 @@ from types import MappingProxyType
 
 from lure.analysis.inequality.checks import finite_bounds
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.unit_circle import DiscretePlant, below, largest_certified
-from lure.analysis.numerics.doubles import text_above, text_below
+from lure.analysis.inequality.unit_circle import DiscretePlant, largest_certified
+from lure.analysis.numerics.doubles import double_below, text_above, text_below
 from lure.analysis.numerics.trigonometric import least_on_circle
 from lure.analysis.theorems.fir import (
     Multiplier,
@@ -97,7 +97,7 @@ def zames_falb_discrete_largest(
     ceiling, why = _ceiling(block, discrete, odd=odd)
     multiplier, low = _reach(discrete, ceiling, odd=odd, taps=taps)
     if not low > lower:
-        return replace(_blank(SlopeBounds(lower, math.inf), odd=odd), largest=Bracket(below(lower), ceiling))
+        return replace(_blank(SlopeBounds(lower, math.inf), odd=odd), largest=Bracket(double_below(lower), ceiling))
     width = None if math.isinf(low) else Fraction(low) - lower
     margin, worst = _margin(discrete, multiplier, width)
     reach = "every finite slope" if width is None else f"slopes up to {text_below(low)}"
@@ -146,7 +146,7 @@ def zames_falb_discrete_criterion(block: RationalPlant, bounds: SlopeBounds, *, 
     margin, worst = _margin(discrete, multiplier, upper - lower)
     return replace(
         _blank(bounds, odd=odd),
-        largest=Bracket(low if low > lower else below(lower), ceiling),
+        largest=Bracket(low if low > lower else double_below(lower), ceiling),
         verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
         multiplier=str(multiplier),
         parameters=_parameters(multiplier, upper),
@@ -241,7 +241,7 @@ def _blank(bounds: SlopeBounds, *, odd: bool) -> Answer:
     return Answer(
         criterion=NAME,
         theorem=THEOREM,
-        largest=Bracket(below(Fraction(bounds.lower)), math.inf),
+        largest=Bracket(double_below(Fraction(bounds.lower)), math.inf),
         law_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper, odd=odd),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,

@@ -18,7 +18,7 @@ from lure.analysis.certificates.sealing import completed
 from lure.analysis.certificates.systems import laws_of, system_of
 from lure.analysis.inequality.gains import hurwitz_largest
 from lure.analysis.theorems.circle import circle_criterion, circle_largest
-from lure.analysis.theorems.differences import jury_lee_criterion, jury_lee_largest, tsypkin_criterion, tsypkin_largest
+from lure.analysis.theorems.differences import JURY_LEE, TSYPKIN, jury_lee_largest, tsypkin_largest
 from lure.analysis.theorems.off_axis import off_axis_criterion, off_axis_largest
 from lure.analysis.theorems.park import park_criterion, park_largest
 from lure.analysis.theorems.popov import popov_criterion, popov_largest
@@ -284,7 +284,7 @@ def test_a_class_that_was_asked_about_is_certified_as_it_stands(k):
         assert found.upper == k
         assert found.proved.certificate["numbers"] == "decimals as written"
     discrete = DISCRETE[6]
-    for answer in (tsypkin_criterion(discrete, bounds), jury_lee_criterion(discrete, bounds)):
+    for answer in (TSYPKIN.decide(discrete, bounds), JURY_LEE.decide(discrete, bounds)):
         assert certified(discrete, answer).upper == k
 
 

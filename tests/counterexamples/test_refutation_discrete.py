@@ -33,7 +33,7 @@ from lure.analysis.counterexamples.periodic_discrete import (
 )
 from lure.analysis.counterexamples.switched import switched_witness_discrete
 from lure.analysis.inequality.gains import is_stable_gain
-from lure.analysis.numerics.doubles import rounded_up
+from lure.analysis.numerics.doubles import double_above
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
 from lure.plants.rational import RationalPlant
@@ -317,8 +317,8 @@ def test_law_passes_its_points_and_keeps_its_bounds(sigmas, data):
 
 @given(st.fractions())
 def test_rounding_up_is_the_least_double_not_below(value):
-    assert F(rounded_up(value)) >= value
-    assert F(math.nextafter(rounded_up(value), -math.inf)) < value
+    assert F(double_above(value)) >= value
+    assert F(math.nextafter(double_above(value), -math.inf)) < value
 
 
 def test_steady_state_satisfies_the_difference_equation_by_convolution():

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from lure.analysis.numerics.trigonometric import (
     Laurent,
-    at_cosine,
     least_on_circle,
     nonnegative_on_circle,
     positive_on_circle,
@@ -90,7 +89,8 @@ def test_the_least_value_of_a_ratio_is_bracketed(top, bottom):
     ratio = values_at_cosine(fmpq_poly(top), c) / values_at_cosine(square, c)
     assert found.low <= ratio.min() + 1e-9
     assert found.width <= 1e-12 * (1 + abs(found.low))
-    at_minimum = at_cosine(fmpq_poly(top), Fraction(where)) / at_cosine(square, Fraction(where))
+    exact = fmpq(*where.as_integer_ratio())
+    at_minimum = fmpq_poly(top)(exact) / square(exact)
     assert float(at_minimum) == pytest.approx(found.low, rel=1e-6, abs=1e-9)
 
 

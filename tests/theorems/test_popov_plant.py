@@ -15,8 +15,9 @@ from plants import CONTINUOUS, block, stable_plants
 from lure import Sector
 from lure.analysis.inequality.gains import hurwitz_limit, is_stable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.inequality.polynomial import PopovInequality, is_nonnegative, least_value
+from lure.analysis.inequality.polynomial import RationalInequality
 from lure.analysis.numerics.doubles import double_above, double_below
+from lure.analysis.numerics.minimum import nonnegative_from_zero
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.theorems.popov import popov_criterion, popov_largest
 from lure.analysis.verdict import Evidence, Verdict
@@ -232,7 +233,8 @@ def test_the_bracket_is_narrow_and_both_signs_reach_at_least_as_far_as_one(plant
     assert both.largest.high >= one.largest.low
     for answer in (both, one):
         assert answer.largest.width <= 1e-9 * answer.largest.high or answer.largest.low == math.inf
-    circle = least_value(PopovInequality.of(plant, Fraction(0)).family, Fraction(0))
+    inequality = RationalInequality.of(plant, Fraction(0), "test", critical=True)
+    circle, _ = inequality.least({"theta": Fraction(0)}, math.inf)
     if circle.low < 0:  # theta = 0 reaches -1 / circle.high or less
         assert one.largest.high >= -1 / circle.low * (1 - Fraction(1, 10**9))
 
@@ -261,7 +263,7 @@ def test_the_limit_at_infinity_must_be_strict_too():
     ("coefficients", "expected"), [([-1], False), ([1, -2, 1], True), ([1, -3, 1], False), ([], True), ([0, 1], True)]
 )
 def test_a_polynomial_may_touch_zero_and_still_be_nonnegative(coefficients, expected):
-    assert is_nonnegative(fmpq_poly(coefficients)) == expected
+    assert nonnegative_from_zero(fmpq_poly(coefficients)) == expected
 
 
 # one tenth lies below the double 0.1, one fifth below 0.2, 3/10 above 0.3

@@ -8,14 +8,10 @@ import pytest
 from plants import CIRCLE, DISCRETE, discrete
 
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.inequality.unit_circle import DiscretePlant
 from lure.analysis.theorems.differences import (
     JURY_LEE,
     TSYPKIN,
-    DifferenceMultiplier,
-    jury_lee_criterion,
     jury_lee_largest,
-    tsypkin_criterion,
     tsypkin_largest,
 )
 from lure.analysis.verdict import Evidence, Verdict
@@ -65,34 +61,27 @@ def test_jury_lee_beats_the_circle_criterion_where_published_examples_let_it():
     assert jury_lee_largest(DISCRETE[6]).law_class.slope.lower == -math.inf
 
 
-@pytest.mark.parametrize("form", [TSYPKIN, JURY_LEE])
-def test_neither_end_moves_without_notice(form):
-    discrete = DiscretePlant.of(DISCRETE[2], Fraction(0), "test")
-    multiplier = DifferenceMultiplier(discrete=discrete, difference=form.difference, loss=form.loss)
-    answer = {"tsypkin": tsypkin_largest, "jury-lee": jury_lee_largest}[form.name](DISCRETE[2])
-    q, k = Fraction(answer.parameters["q"]), Fraction(answer.parameters["k"])
-    assert multiplier.certifies(k, q)
-    assert not multiplier.certifies(k * (1 + Fraction(1, 10**6)), q)
-    assert not multiplier.certifies(k, 2 * q)
-    assert multiplier.certifies(k / 100, Fraction(0))
-    assert not multiplier.certifies(k / 100, Fraction(-1, 100))  # the inequality holds, the theorem does not
-    assert multiplier.inequality(k / 100, Fraction(-1, 100))(0) > 0
-    cosines = [Fraction(i, 1000) for i in range(-1000, 1001)]
-    assert multiplier.excluded(k * (1 + Fraction(1, 100)), cosines)
-    assert not multiplier.excluded(k, cosines)
+@pytest.mark.parametrize("criterion", [TSYPKIN, JURY_LEE], ids=["tsypkin", "jury-lee"])
+def test_neither_end_moves_without_notice(criterion):
+    inequality = criterion.inequality(DISCRETE[2], Fraction(0))
+    best = inequality.best()
+    q, k = best.multiplier["q"], Fraction(best.largest.low)
+    assert inequality.decide({"q": q}, k)
+    assert not inequality.decide({"q": q}, k * (1 + Fraction(1, 10**6)))
+    assert not inequality.decide({"q": 2 * q}, k)
+    assert inequality.decide({"q": Fraction(0)}, k / 100)
+    assert not inequality.decide({"q": Fraction(-1, 100)}, k / 100)  # the inequality holds, the theorem does not
+    assert inequality.least({"q": Fraction(-1, 100)}, k / 100)[0].low > 0
 
 
-@pytest.mark.parametrize("criterion", [tsypkin_criterion, jury_lee_criterion])
+@pytest.mark.parametrize("criterion", [TSYPKIN, JURY_LEE], ids=["tsypkin", "jury-lee"])
 def test_one_class(criterion):
-    reach = {tsypkin_criterion: tsypkin_largest, jury_lee_criterion: jury_lee_largest}[criterion](
-        DISCRETE[1]
-    ).largest.low
-    assert criterion(DISCRETE[1], SlopeBounds(0, 0.999 * reach)).verdict is Verdict.PROVED
-    beyond = criterion(DISCRETE[1], SlopeBounds(0, 1.001 * reach))
+    reach = criterion.largest(DISCRETE[1]).largest.low
+    beyond = criterion.decide(DISCRETE[1], SlopeBounds(0, 1.001 * reach))
     assert beyond.verdict is Verdict.INCONCLUSIVE
     assert beyond.margin.high < 0
     with pytest.raises(AssumptionError, match="finite slope bounds"):
-        criterion(DISCRETE[1], SlopeBounds(0, math.inf))
+        criterion.decide(DISCRETE[1], SlopeBounds(0, math.inf))
 
 
 @pytest.mark.parametrize("largest", [tsypkin_largest, jury_lee_largest])

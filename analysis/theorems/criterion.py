@@ -1,0 +1,249 @@
+"""The answer of a criterion with one inequality: the largest class it proves, and whether it proves one class."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from types import MappingProxyType
+
+from lure.analysis.inequality.checks import require_well_posed
+from lure.analysis.inequality.polynomial import Best, Inequality, Multiplier, RationalInequality
+from lure.analysis.numerics.doubles import text_above, text_below
+from lure.analysis.verdict import Answer, Bracket, Evidence, Needs, Verdict
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
+from lure.errors import AssumptionError
+from lure.plants.rational import RationalPlant
+
+Bound = Fraction | float
+CONCLUSION = "0 is globally asymptotically stable for every nonlinearity of the class"
+STATIONARY = (
+    "every solution is bounded and converges to a point of the stationary set, 0 being asymptotically stable only if "
+    "phi vanishes at 0 alone"
+)
+INVERTIBLE = "sigma + D phi(sigma) invertible with a locally Lipschitz inverse (H has a direct term D): assumed"
+SLOPE = "phi time-invariant with slope within the bounds, phi(0) = 0: assumed of the class; it need not be odd"
+
+
+def _never(_inequality: Inequality, _multiplier: Multiplier) -> bool:
+    return False
+
+
+def slope_class(lower: Bound, upper: Bound, _direct: Fraction) -> NonlinearityClass:
+    """The nonlinearities with slope in ``[lower, upper]``."""
+    return NonlinearityClass.slope_restricted(lower, upper)
+
+
+def sector_class(lower: Bound, upper: Bound, _direct: Fraction) -> NonlinearityClass:
+    """The nonlinearities in the sector ``[lower, upper]``."""
+    return NonlinearityClass(sector=Sector(lower, upper))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Criterion:
+    """What sets one criterion apart from the others.
+
+    Attributes
+    ----------
+    name : str
+        The name of its row in the table.
+    title : str
+        Its name in sentences.
+    theorem : str
+        The theorem with its source.
+    formula : str
+        The multiplier, or the left-hand side with it.
+    inequality : callable
+        The inequality of a plant and a lower end; it refuses what the theorem does not cover.
+    nonlinearities : callable
+        The class that the theorem is about, from both ends of the sector and the direct term of the shifted plant.
+    assumed : str
+        What is assumed of the class; ``{class}`` stands for it.
+    kind : str
+        What is searched for: a multiplier, a line, a weight.
+    needs : tuple of {"slope", "odd", "time-invariant"}
+        Properties of the class beyond its sector.
+    composed : bool
+        Whether a direct term asks for more than ``1 + k D > 0``.
+    endless : callable, optional
+        Whether a multiplier proves the nonlinearities that no gain bounds; without it a class has finite bounds.
+    """
+
+    name: str
+    title: str
+    theorem: str
+    formula: str
+    inequality: Callable[[RationalPlant, Fraction], Inequality]
+    nonlinearities: Callable[[Bound, Bound, Fraction], NonlinearityClass] = slope_class
+    assumed: str = SLOPE
+    kind: str = "multiplier"
+    needs: tuple[Needs, ...] = ("slope", "time-invariant")
+    composed: bool = False
+    endless: Callable[[Inequality, Multiplier], bool] = _never
+
+    def largest(self, block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
+        """How far the criterion reaches from the lower end.
+
+        Parameters
+        ----------
+        block : RationalPlant
+            The plant.
+        lower : Fraction
+            Lower end of the classes.
+
+        Raises
+        ------
+        AssumptionError, InputError
+            The theorem does not cover the plant.
+        """
+        return self.reach(self.inequality(block, Fraction(lower)))
+
+    def reach(self, inequality: Inequality) -> Answer:
+        """The same for an inequality at hand."""
+        best, lower = inequality.best(), inequality.base.lower
+        proved = best.multiplier is not None and best.largest.low > lower
+        blank = _blank(self, inequality, (lower, best.largest.low if proved else math.inf), best, holds=proved)
+        worst = inequality.base.frequency(best.points[0]) if best.points else None
+        reason = _reached(self, inequality, best) if proved else "no k that a double can state was reached"
+        return replace(blank, worst_frequency=worst, reason=reason)
+
+    def decide(
+        self, block: RationalPlant, bounds: Sector | SlopeBounds, *, multiplier: Multiplier | None = None
+    ) -> Answer:
+        """Whether the criterion proves one class.
+
+        Parameters
+        ----------
+        block : RationalPlant
+            The plant.
+        bounds : Sector or SlopeBounds
+            Both ends of the class.
+        multiplier : Mapping, optional
+            Its weights by name; by default the best ones.
+
+        Returns
+        -------
+        Answer
+            PROVED or INCONCLUSIVE, which says nothing about the loop; ``margin`` is the infimum over frequency of the
+            left-hand side.
+
+        Raises
+        ------
+        AssumptionError
+            A bound is infinite that the theorem needs finite; the theorem does not cover the plant.
+        InputError
+            ``1 + k H(inf) = 0`` for some ``k`` within the bounds.
+        """
+        lower, upper = bounds.lower, bounds.upper
+        if lower == -math.inf or (upper == math.inf and self.endless is _never):
+            wanted = "finite slope bounds" if "slope" in self.needs else "a finite lower end of the sector"
+            raise AssumptionError(f"{self.title} needs {wanted}, and the class is {bounds}; give numbers")
+        inequality = self.inequality(block, Fraction(lower))
+        require_well_posed(block, upper, lower=inequality.base.lower)
+
+        def proves(multiplier: Multiplier) -> bool:
+            """Whether a multiplier proves the class, exactly."""
+            if upper == math.inf:
+                return self.endless(inequality, multiplier)
+            return inequality.decide(multiplier, Fraction(upper))
+
+        best = inequality.best()
+        used = multiplier or inequality.serving(best, proves)
+        holds = proves(used)
+        margin, worst = inequality.least(used, upper)
+        if holds:
+            margin = Bracket(max(margin.low, 0.0), margin.high)
+        said = f"the inequality holds at every frequency, the margin is {margin}; {_conclusion(inequality)}"
+        reason = said if holds else _shortfall(self, upper, (margin, worst), best.largest)
+        blank = _blank(self, inequality, (lower, upper), replace(best, multiplier=used), holds=holds)
+        return replace(blank, margin=margin, worst_frequency=worst, reason=reason)
+
+
+def _blank(
+    criterion: Criterion, inequality: Inequality, bounds: tuple[Bound, Bound], used: Best, *, holds: bool
+) -> Answer:
+    """What is the same for every question: the answer about the class with these bounds."""
+    nonlinearities = criterion.nonlinearities(*bounds, inequality.base.direct)
+    return Answer(
+        criterion=criterion.name,
+        theorem=criterion.theorem,
+        largest=used.largest,
+        law_class=nonlinearities,
+        verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
+        evidence=Evidence.CERTIFIED,
+        needs=criterion.needs,
+        theta=_theta(used.multiplier),
+        multiplier=criterion.formula,
+        parameters=_parameters(used, bounds[1]),
+        hypotheses=_hypotheses(criterion, inequality.base, nonlinearities, holds=holds),
+    )
+
+
+def _theta(multiplier: Mapping[str, Fraction | float] | None) -> float | None:
+    """The weight of ``s``, where there is one."""
+    return float(multiplier["theta"]) if multiplier is not None and "theta" in multiplier else None
+
+
+def _parameters(used: Best, upper: Bound) -> MappingProxyType[str, object]:
+    found: dict[str, object] = {name: str(value) for name, value in (used.multiplier or {}).items()}
+    if used.points:
+        found["points"] = tuple("inf" if x is None else str(x) for x in used.points)
+    if used.multiplier is not None:
+        found["k"] = "inf" if upper == math.inf else str(Fraction(upper))
+    return MappingProxyType(found)
+
+
+def _conclusion(inequality: Inequality) -> str:
+    return CONCLUSION if inequality.base.plant.case == "stable" else STATIONARY
+
+
+def _reached(criterion: Criterion, inequality: Inequality, best: Best) -> str:
+    largest, multiplier = best.largest, best.multiplier or {}
+    if largest.low == math.inf:
+        growing = [name for name, value in multiplier.items() if isinstance(value, float)]
+        how = f"the larger k, the larger |{growing[0]}|" if growing else f"one {criterion.kind} serves them all"
+        return f"every finite k is proved, {how}; {_conclusion(inequality)}"
+    return (
+        f"every k up to {text_below(largest.low, 15)} is proved, and no {criterion.kind} reaches "
+        f"{text_above(largest.high, 15)}; {_conclusion(inequality)}"
+    )
+
+
+def _shortfall(criterion: Criterion, upper: Bound, least: tuple[Bracket, float], largest: Bracket) -> str:
+    if upper == math.inf:
+        return (
+            "the inequality for nonlinearities that no gain bounds is not established; the sectors [lower, k] are "
+            f"proved for every k up to {text_below(largest.low)}"
+        )
+    margin, worst = least
+    fails = f"fails by {-margin.high:.6g} at {worst:.6g} rad/s" if margin.high < 0 else "is not strict"
+    return (
+        f"the inequality {fails} with this {criterion.kind}, from which nothing follows for the loop; with the best "
+        f"{criterion.kind} the largest k is {largest}"
+    )
+
+
+def _hypotheses(
+    criterion: Criterion, base: RationalInequality, nonlinearities: NonlinearityClass, *, holds: bool
+) -> tuple[str, ...]:
+    plant = base.plant
+    shift = f" after the shift by {float(base.lower):g}" if base.lower else ""
+    inside = "inside the unit circle" if plant.discrete else "in the open left half-plane"
+    poles = (
+        f"all poles {inside}{shift}, hidden modes too: checked by an exact count"
+        if plant.case == "stable"
+        else f"one simple pole at 0{shift} with residue {float(plant.residue):.6g} > 0, all others {inside}, hidden "
+        "modes too: checked by exact counts"
+    )
+    where = "on the unit circle" if plant.discrete else "on [0, inf], limits included"
+    if criterion.composed:
+        solvable = (INVERTIBLE,) if base.direct else ()
+    else:
+        solvable = ("1 + k H(inf) > 0: checked" if base.direct else "no direct term: checked",)
+    return (
+        poles,
+        f"inequality {where}: {'holds, by an exact root count' if holds else 'not established'}",
+        *solvable,
+        criterion.assumed.format(**{"class": nonlinearities}),
+    )
