@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import math
 
+from flint import fmpq
+
+from lure.analysis.inequality.multiplier_search import CAP, TOLERANCE, Cut, admissible, choice, upper_bound
+from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
@@ -61,13 +65,11 @@ def largest_sampled(data: FrequencyData, name: str) -> Answer:
 
 
 def _best(data: FrequencyData) -> tuple[float, float]:
-    """The multiplier that raises the least value over the samples most: a linear programme in ``theta``."""
-    from scipy.optimize import linprog
-
-    slope = -data.omega * data.response.imag
-    scale = float(np.abs(slope).max()) or 1.0
-    rows = np.column_stack([-slope / scale, np.ones(len(slope))])
-    found = linprog([0, -1], A_ub=rows, b_ub=data.response.real, bounds=[(-1e9, 1e9), (None, 0)])
-    if not found.success:
-        return 0.0, float(data.response.real.min())
-    return float(found.x[0]) / scale, float(found.x[1])
+    """The multiplier that raises the least value over the samples most, and that value: at most 0."""
+    slopes = -data.omega * data.response.imag
+    rows = zip(data.response.real.tolist(), slopes.tolist(), strict=True)
+    cuts = [CAP, *(Cut(to_fmpq(u), to_fmpq(w)) for u, w in rows)]
+    top = upper_bound(cuts).value
+    window = admissible(cuts, top + TOLERANCE * top)  # None: only a theta that grows without bound comes close
+    theta = fmpq(0) if window is None else choice(window)
+    return float(to_fraction(theta)), float(to_fraction(top))

@@ -150,7 +150,7 @@ def _as_accepted(witness: Witness, found: Refuted) -> Witness:
         return replace(witness, refutation=found)
     return replace(
         witness,
-        k=rounded_up(Fraction(gain)),
+        k=double_above(Fraction(gain)),
         description=f"phi = {short(Fraction(gain))} sigma: the loop is not asymptotically stable",
         data={**witness.data, "gain": gain},
         refutation=found,
