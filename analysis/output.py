@@ -1,4 +1,4 @@
-"""A directory written aside and moved into place in one step.
+"""Files and directories written aside and moved into place in one step.
 
 At any moment, also after ``kill -9``, the target holds the old results or the new ones or nothing, never a mixture.
 Where the system can exchange two names atomically (Linux) the old report is there until the new one is.  Elsewhere the
@@ -17,7 +17,7 @@ import re
 import secrets
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -147,10 +147,10 @@ def checked_target(directory: Path) -> Path:
         raise InputError(unwritable(directory, error)) from None
 
 
-def unwritable(directory: Path, error: Exception) -> str:
+def unwritable(path: Path, error: Exception, instead: str = "another directory with -o") -> str:
     """Sentence on a system call that failed."""
     reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-    return f"{str(directory)!r} cannot be written ({reason}); give another directory with -o"
+    return f"{str(path)!r} cannot be written ({reason}); give {instead}"
 
 
 def _checked(directory: Path) -> Path:
@@ -303,3 +303,99 @@ def _place(new: Path, target: Path) -> None:
         if not exchange(new, target):
             target.rename(new.with_name(_OLD))
             new.rename(target)  # should this fail, what is old is moved back by _discard
+
+
+# Files and folders that appear together when all is done, or not at all.
+
+
+def check_targets(paths: Sequence[Path], *, replace: bool) -> None:
+    """Refuse places that cannot be written to, before anything is computed; a name without a suffix is a folder.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Files, and folders to come.
+    replace : bool
+        Whether files that exist may be replaced.
+
+    Raises
+    ------
+    InputError
+        Two are the same; one exists, is a directory, or lies in a directory that does not exist or is read-only.
+    """
+    if len({os.path.abspath(path) for path in paths}) < len(paths):
+        raise InputError(f"{str(paths[-1])!r} is given for two results; give each a name of its own")
+    for path in paths:
+        try:
+            _check_target(path, replace=replace)
+            probe = _aside(path)
+            probe.touch(exist_ok=False)
+            probe.unlink()
+        except InputError:
+            raise
+        except (OSError, ValueError) as error:  # ValueError: a NUL byte
+            raise InputError(unwritable(path, error, "another place")) from None
+
+
+def _check_target(path: Path, *, replace: bool) -> None:
+    label = repr(str(path))
+    if not path.parent.is_dir():
+        raise InputError(f"{str(path.parent)!r} is no directory; give a file in one that exists")
+    if not path.suffix:
+        if _exists(path) and not (path.is_dir() and not any(path.iterdir())):
+            raise InputError(f"{label} exists; frames go to a folder that is new or empty, give another name")
+    elif path.is_dir():
+        raise InputError(f"{label} is a directory; give the name of a file")
+    elif _exists(path) and not replace:
+        raise InputError(f"{label} exists; give another name, or --replace to replace it")
+
+
+def _exists(path: Path) -> bool:
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        return False
+    return True
+
+
+@contextmanager
+def written(paths: Sequence[Path], *, replace: bool) -> Iterator[dict[Path, Path]]:
+    """Places beside the targets to write to; all are moved into place when the block ends well, and removed if not.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        As for :func:`check_targets`.
+    replace : bool
+        Whether files that exist may be replaced.
+
+    Yields
+    ------
+    dict of Path to Path
+        For each target the file, not there yet, or the folder, empty, to write to.
+
+    Raises
+    ------
+    InputError
+        A target appeared meanwhile, or the system refuses to write.
+    """
+    aside = {path: _aside(path) for path in paths}
+    try:
+        for path, place in aside.items():
+            if not path.suffix:
+                place.mkdir()
+        yield aside
+        check_targets(paths, replace=replace)
+        for path, place in aside.items():
+            place.replace(path)
+    except OSError as error:
+        place = paths[0] if len(paths) == 1 else paths[0].parent
+        raise InputError(unwritable(place, error, "another place")) from error
+    finally:
+        for place in aside.values():
+            with suppress(OSError):
+                shutil.rmtree(place) if place.is_dir() else place.unlink(missing_ok=True)
+
+
+def _aside(path: Path) -> Path:
+    return path.with_name(f".lure-{secrets.token_hex(4)}{path.suffix}")

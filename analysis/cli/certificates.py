@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import math
 import os
@@ -19,10 +18,23 @@ import typer
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.cli import texts
-from lure.analysis.cli.commands import Json, Quiet, Seconds, Settings, Verbose, check_seconds
 from lure.analysis.cli.loops import Criterion, Den, Dt, Num, Transfer, block_of, number_of
-from lure.analysis.cli.loops import app as app
-from lure.analysis.cli.progress import refused
+from lure.analysis.cli.options import (
+    Force,
+    Json,
+    Quiet,
+    Seconds,
+    Settings,
+    Verbose,
+    app,
+    check_seconds,
+    exit_status,
+    hint,
+    option,
+    print_json,
+    refused,
+)
+from lure.analysis.cli.progress import progress
 from lure.analysis.cli.texts import wrapped
 
 if TYPE_CHECKING:
@@ -218,7 +230,7 @@ def verify(
 
     found = [verified(file, second=second, seconds=seconds) for file in files]
     if as_json:
-        print(json.dumps([each.to_dict() for each in found], indent=2, ensure_ascii=False))
+        print_json([each.to_dict() for each in found])
     for each in found:
         if each.result == NO_CERTIFICATE:
             print(f"lure: {each.reason}", file=sys.stderr)
@@ -237,19 +249,13 @@ def certify(
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="The file to write; - for standard output.")
     ] = Path("certificate.json"),
-    force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
+    force: Force = False,
     num: Num = None,
     den: Den = None,
     transfer: Transfer = None,
     dt: Dt = None,
-    sector: Annotated[
-        Pair | None,
-        typer.Option("--sector", metavar="K1 K2", help="The class: phi(sigma)/sigma in [K1, K2].", show_default=False),
-    ] = None,
-    slope: Annotated[
-        Pair | None,
-        typer.Option("--slope", metavar="K1 K2", help="The class: slopes in [K1, K2].", show_default=False),
-    ] = None,
+    sector: Annotated[Pair | None, option("--sector", "K1 K2", "The class: phi(sigma)/sigma in [K1, K2].")] = None,
+    slope: Annotated[Pair | None, option("--slope", "K1 K2", "The class: slopes in [K1, K2].")] = None,
     odd: Annotated[bool, typer.Option("--odd", help="Assume that phi is odd.")] = False,
     time_varying: Annotated[bool, typer.Option("--time-varying", help="Let phi depend on time.")] = False,
     criterion: Criterion = "best",
@@ -270,7 +276,6 @@ def certify(
         raise refused("no class of laws is given; give one, such as --sector 0 5.9 or --slope 0 1")
     if str(output) != "-":
         _check_target(output, force=force)
-    from lure.analysis.cli.progress import progress
     from lure.analysis.questions.certify import ProofOptions, text_of
     from lure.analysis.questions.certify import certify as run
 
@@ -287,14 +292,12 @@ def certify(
 
             write_new(output, text, force=force)
     _told(found, output, as_json=as_json, quiet=quiet)
-    return {"PROVED": 0, "INCONCLUSIVE": 10, "REFUTED": 11}[str(found.verdict)]
+    return exit_status(found.verdict)
 
 
 def _check_options(method: str, seconds: float | None) -> None:
     if method not in METHODS:
-        near = difflib.get_close_matches(method, METHODS, n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}? " if near else ""
-        raise refused(f"--method is {method!r:.40}; {hint}choose from {', '.join(METHODS)}")
+        raise refused(f"--method is {method!r:.40}; {hint(method, METHODS)}choose from {', '.join(METHODS)}")
     check_seconds(seconds)
 
 
@@ -371,7 +374,7 @@ def _told(found: Certification, output: Path, *, as_json: bool, quiet: bool) -> 
 
     to_stdout = str(output) == "-"
     if as_json and not to_stdout:
-        print(json.dumps(_outcome(found, output), indent=2, ensure_ascii=False))
+        print_json(_outcome(found, output))
         return
     said = wrapped(f"{found.verdict}: {found.detail}", indent=2)
     if found.shown is not None:
@@ -412,14 +415,20 @@ def explain(
     from lure.analysis.certificates.codes import CODES, find, nearest
 
     if code is None:
-        print(json.dumps(list(map(_plain, CODES)), indent=2) if as_json else "\n".join(map(str, CODES)))
+        if as_json:
+            print_json(list(map(_plain, CODES)))
+        else:
+            print("\n".join(map(str, CODES)))
         return
     found = find(code)
     if found is None:
         near = nearest(code)
-        hint = "" if near is None else f"did you mean {near}? "
-        raise refused(f"there is no code {code!r:.40}; {hint}lure explain lists them")
-    print(json.dumps(_plain(found), indent=2) if as_json else "\n".join(_explained(found)))
+        meant = "" if near is None else f"did you mean {near}? "
+        raise refused(f"there is no code {code!r:.40}; {meant}lure explain lists them")
+    if as_json:
+        print_json(_plain(found))
+    else:
+        print("\n".join(_explained(found)))
 
 
 def _plain(code: Code) -> dict[str, Any]:
@@ -433,8 +442,6 @@ def _plain(code: Code) -> dict[str, Any]:
 
 
 def _explained(code: Code) -> list[str]:
-    from lure.analysis.cli.texts import wrapped
-
     said = [str(code)]
     for title, text in (("What happened", code.happened), ("What it means", code.means)):
         said += ["", title, *wrapped(f"  {text}", indent=2)]

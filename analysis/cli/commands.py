@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 import platform
 import shlex
@@ -16,7 +15,22 @@ import typer
 
 from lure import __version__
 from lure.analysis.cli import texts
-from lure.analysis.cli.progress import refused
+from lure.analysis.cli.options import (
+    Force,
+    Json,
+    Quiet,
+    Seconds,
+    Settings,
+    Verbose,
+    app,
+    check_seconds,
+    exit_status,
+    hint,
+    option,
+    print_note,
+    refused,
+)
+from lure.analysis.cli.progress import progress
 
 if TYPE_CHECKING:
     from lure.files.system import LoopSystem
@@ -154,23 +168,6 @@ def _command(program: str, path: Path) -> str:
     return f"{program} {shlex.quote(str(path))}"
 
 
-app = typer.Typer(
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 80},
-)
-
-Output = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Where to write.")]
-Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else, on stdout.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no messages besides errors.")]
-Seconds = Annotated[
-    float | None, typer.Option("--seconds", metavar="S", help="Time allowed; without it no limit.", show_default=False)
-]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Show each step and its time on stderr.")]
-Settings = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the system; repeatable.")
-]
-
-
 @app.callback(invoke_without_command=True, help=texts.ROOT)
 def root(
     context: typer.Context,
@@ -209,36 +206,17 @@ def report(
     if seconds is not None and isinstance(chosen, RodSystem):
         raise refused("--seconds limits the searches for a loop, and a report on a rod has none; leave it out")
 
-    from lure.analysis.cli.progress import progress
     from lure.analysis.report.parts import to_json
     from lure.analysis.report.reporting import page_of, report_on
-    from lure.analysis.verdict import Verdict
 
     changes = [part for setting in settings for part in ("--set", setting)]
     changes += [] if seconds is None else ["--seconds", f"{seconds:g}"]
     command = shlex.join(["lure", "report", system, *changes])
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = report_on(chosen, output=output, pdf=pdf, seconds=seconds, command=command, progress=tell)
-    text = to_json(found.to_dict()) if as_json else str(found)
-    _deliver(text, f"The report is {page_of(output)}", as_json=as_json, quiet=quiet)
-    return {Verdict.PROVED: 0, Verdict.INCONCLUSIVE: 10, Verdict.REFUTED: 11}[found.verdict]
-
-
-def check_seconds(seconds: float | None) -> None:
-    """Refuse what is no time allowed.
-
-    Parameters
-    ----------
-    seconds : float or None
-        The option.
-
-    Raises
-    ------
-    refused
-        An ``InputError``: it is not positive, or not finite.
-    """
-    if seconds is not None and not 0 < seconds < 1e9:
-        raise refused(f"--seconds is {seconds:g}; give a positive number of seconds, or leave it out")
+    print((to_json(found.to_dict()) if as_json else str(found)).rstrip("\n"))
+    print_note(f"The report is {page_of(output)}", as_json=as_json, quiet=quiet)
+    return exit_status(found.verdict)
 
 
 @app.command(help=texts.INIT)
@@ -251,16 +229,10 @@ def init(
     ] = None,
     loop: Annotated[bool, typer.Option("--loop", help="A plant with a nonlinearity instead of a rod.")] = False,
     notebook: Annotated[
-        Path | None,
-        typer.Option(
-            "--notebook", metavar="FILE", help="A notebook about your own loop, .ipynb or .py.", show_default=False
-        ),
+        Path | None, option("--notebook", "FILE", "A notebook about your own loop, .ipynb or .py.")
     ] = None,
-    test: Annotated[
-        Path | None,
-        typer.Option("--test", metavar="FILE", help="A pytest file that guards a law, .py.", show_default=False),
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
+    test: Annotated[Path | None, option("--test", "FILE", "A pytest file that guards a law, .py.")] = None,
+    force: Force = False,
 ) -> None:
     """Write the template."""
     from lure.analysis.output import write_new
@@ -293,9 +265,7 @@ def systems(
             print(textwrap.fill(f"{system.name:<23} {system.title}", 80, subsequent_indent=" " * 24))
         return
     if name not in (*rods, *loops):
-        near = difflib.get_close_matches(name, (*rods, *loops), n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}? " if near else ""
-        raise refused(f"there is no built-in system {name!r:.60}; {hint}lure systems lists them")
+        raise refused(f"there is no built-in system {name!r:.60}; {hint(name, (*rods, *loops))}lure systems lists them")
     chosen = builtin_system(name) if name in rods else builtin_loop(name)
     rod = isinstance(chosen, RodSystem)
     if toml:
@@ -313,7 +283,7 @@ def systems(
 @app.command(help=texts.REPRODUCE)
 def reproduce(
     what: Annotated[str, typer.Argument(metavar="WHAT", help="Only `paper` so far.")] = "paper",
-    output: Output = Path("lure-paper"),
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Where to write.")] = Path("lure-paper"),
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -324,13 +294,13 @@ def reproduce(
 
     checked_target(output)
 
-    from lure.analysis.cli.progress import progress
     from lure.analysis.rod.paper import reproduce_paper
 
     with progress(quiet=quiet) as tell, replaced(output) as directory:
         table = reproduce_paper(directory, progress=tell)
         text = (directory / "paper.json").read_text(encoding="utf-8")
-    _deliver(text if as_json else str(table), f"The page is {output / 'paper.html'}", as_json=as_json, quiet=quiet)
+    print((text if as_json else str(table)).rstrip("\n"))
+    print_note(f"The page is {output / 'paper.html'}", as_json=as_json, quiet=quiet)
 
 
 @app.command(help=texts.DOCTOR)
@@ -339,14 +309,3 @@ def doctor() -> int:
     lines, healthy = findings()
     print("\n".join(lines))
     return 0 if healthy else 2
-
-
-def _deliver(results: str, message: str, *, as_json: bool, quiet: bool) -> None:
-    """Results to stdout; the message after them, or to stderr where stdout is for JSON only."""
-    print(results.rstrip("\n"))
-    if quiet:
-        return
-    if as_json:
-        print(message, file=sys.stderr)
-    else:
-        print(f"\n{message}")

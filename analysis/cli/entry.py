@@ -7,16 +7,15 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from importlib import import_module
 from typing import cast
 
 import typer
 
-from lure.analysis.cli import certificates, sectors
-from lure.analysis.cli import rods as comparing
-from lure.analysis.cli import rods as responding
-from lure.analysis.cli import rods as simulating
+from lure.analysis.cli.options import app
 
-COMMANDS = (certificates, simulating, comparing, responding, sectors)  # importing them has put theirs on the one app
+for _commands in ("commands", "loops", "certificates", "sectors", "rods"):  # as ``lure --help`` lists them
+    import_module(f"lure.analysis.cli.{_commands}")  # puts its commands on the one app
 BUG, BAD_INPUT, INTERRUPTED, CLOSED_PIPE = 1, 2, 130, 141
 USAGE_ERROR = cast(
     "type[Exception]", typer.BadParameter.__base__
@@ -53,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     try:
-        result = typer.main.get_command(COMMANDS[0].app).main(arguments, prog_name="lure", standalone_mode=False)
+        result = typer.main.get_command(app).main(arguments, prog_name="lure", standalone_mode=False)
         return result if isinstance(result, int) else 0
     except (KeyboardInterrupt, typer.Abort):
         return INTERRUPTED

@@ -2,25 +2,36 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 import textwrap
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from lure.analysis.cli import texts
-from lure.analysis.cli.commands import Json, Quiet, Seconds, Settings, Verbose, check_seconds
-from lure.analysis.cli.commands import app as app
-from lure.analysis.cli.progress import refused
+from lure.analysis.cli.options import (
+    Json,
+    Quiet,
+    Seconds,
+    Settings,
+    Verbose,
+    app,
+    check_seconds,
+    exit_status,
+    loop_named,
+    option,
+    print_json,
+    refused,
+)
+from lure.analysis.cli.progress import progress
 
 if TYPE_CHECKING:
     from lure.analysis.inequality.gains import GainInterval
     from lure.analysis.questions import StabilityBound
-    from lure.analysis.verdict import Bracket, Verdict, Witness
+    from lure.analysis.verdict import Bracket, Witness
 
 # The answers of ``lure max-sector`` and ``lure max-slope`` in a few lines to quote.
 
@@ -122,24 +133,22 @@ def linear(limit: Bracket, lower: Fraction) -> str:
     return f"Linear gains are stable up to {limit.middle:.7g}."
 
 
-Num = Annotated[
-    str | None, typer.Option("--num", metavar="COEFFS", help="Numerator of H, highest power first.", show_default=False)
-]
+Num = Annotated[str | None, option("--num", "COEFFS", "Numerator of H, highest power first.")]
 Den = Annotated[
     str | None,
-    typer.Option("--den", metavar="COEFFS", help="Denominator of H, highest power first.", show_default=False),
+    option("--den", "COEFFS", "Denominator of H, highest power first."),
 ]
 Transfer = Annotated[
     str | None,
-    typer.Option("--transfer", metavar="FORMULA", help='H as a formula, e.g. "1/(s*(s+1))".', show_default=False),
+    option("--transfer", "FORMULA", 'H as a formula, e.g. "1/(s*(s+1))".'),
 ]
 Dt = Annotated[
     str | None,
-    typer.Option("--dt", metavar="SECONDS", help="Sampling time; without it time is continuous.", show_default=False),
+    option("--dt", "SECONDS", "Sampling time; without it time is continuous."),
 ]
 System = Annotated[
     str | None,
-    typer.Option("--system", metavar="SYSTEM", help="A TOML file or a built-in system instead.", show_default=False),
+    option("--system", "SYSTEM", "A TOML file or a built-in system instead."),
 ]
 Criterion = Annotated[
     str, typer.Option("--criterion", metavar="NAME", help="A criterion by name, or best: all that apply.")
@@ -158,21 +167,18 @@ def analyse(
 ) -> int:
     """Run every criterion and every search for a counterexample on a loop."""
     check_seconds(seconds)
-    from lure.files import find_system
-    from lure.files.system import LoopSystem
-
-    chosen = find_system(system, set_ or [])
-    if not isinstance(chosen, LoopSystem):
-        raise refused(f"{system} is a rod; run: lure report {system}")
-    from lure.analysis.cli.progress import progress
+    chosen = loop_named(system, set_)
     from lure.analysis.questions import analyse as run
     from lure.analysis.questions.table import analysis_dict
     from lure.analysis.report.loop.document import plain
 
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = run(chosen, seconds=seconds, progress=tell)
-    print(_json(plain(analysis_dict(found))) if as_json else f"{found}")
-    return _status(found.verdict)
+    if as_json:
+        print_json(plain(analysis_dict(found)))
+    else:
+        print(found)
+    return exit_status(found.verdict)
 
 
 @app.command("max-sector", help=texts.MAX_SECTOR)
@@ -194,7 +200,6 @@ def max_sector(
     """Print the largest sector."""
     check_seconds(seconds)
     block = block_of(num, den, transfer, dt, system)
-    from lure.analysis.cli.progress import progress
     from lure.analysis.questions import max_sector as run
 
     with progress(quiet=quiet, verbose=verbose) as tell:
@@ -228,7 +233,6 @@ def max_slope(
     """Print the largest slope."""
     check_seconds(seconds)
     block = block_of(num, den, transfer, dt, system)
-    from lure.analysis.cli.progress import progress
     from lure.analysis.questions import max_slope as run
 
     with progress(quiet=quiet, verbose=verbose) as tell:
@@ -259,8 +263,6 @@ def block_of(
     refused
         An ``InputError``: the block is given more than once or not at all, or an option is no good.
     """
-    from lure.files import find_system
-    from lure.files.system import LoopSystem
     from lure.plants import one_channel
 
     given = [
@@ -277,10 +279,7 @@ def block_of(
     if system is not None:
         if step is not None:
             raise refused("--dt belongs to --num and --den or --transfer; a system has its own sampling time")
-        chosen = find_system(system, [])
-        if not isinstance(chosen, LoopSystem):
-            raise refused(f"{system} is a rod; run: lure report {system}")
-        return chosen.block
+        return loop_named(system, None).block
     if transfer is not None:
         return one_channel(transfer, dt=step)
     if num is None or den is None:
@@ -326,19 +325,11 @@ def _print(found: StabilityBound, block: object, *, as_json: bool) -> int:
     if as_json:
         from lure.analysis.report.loop.document import plain
 
-        print(_json(plain(found.to_dict())))
-        return _status(found.verdict)
+        print_json(plain(found.to_dict()))
+        return exit_status(found.verdict)
     from lure.analysis.inequality.gains import gain_intervals
     from lure.plants.rational import RationalPlant
 
     stable = gain_intervals(block) if isinstance(block, RationalPlant) else None
     print("\n".join(lines(found, stable=stable)))
-    return _status(found.verdict)
-
-
-def _json(data: dict[str, Any]) -> str:
-    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
-
-
-def _status(verdict: Verdict) -> int:
-    return {"PROVED": 0, "INCONCLUSIVE": 10, "REFUTED": 11}[str(verdict)]
+    return exit_status(found.verdict)

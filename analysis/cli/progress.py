@@ -12,26 +12,6 @@ from typing import TYPE_CHECKING, TypeAlias
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
-    from lure.errors import InputError
-
-# Refusals of the command line, made without importing the package ``lure`` before there is one to make.
-
-
-def refused(sentence: str) -> InputError:
-    """The error that ends a command with status 2.
-
-    ``import lure`` takes longer than most certificates do to check; a command that needs none of it should not wait.
-
-    Parameters
-    ----------
-    sentence : str
-        The field, the value found and the fix.
-    """
-    from lure.errors import InputError
-
-    return InputError(sentence)
-
-
 Tell: TypeAlias = Callable[..., None]
 PATIENCE = 2.0  # [s] until a bar is shown
 

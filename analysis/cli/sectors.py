@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from lure.analysis.cli.commands import Json, Quiet, Seconds, check_seconds
-from lure.analysis.cli.commands import app as app
-from lure.analysis.cli.progress import refused
+from lure.analysis.cli.options import (
+    Figure,
+    Json,
+    Quiet,
+    Replace,
+    Seconds,
+    app,
+    check_figure,
+    check_seconds,
+    option,
+    print_json,
+    print_note,
+    print_wrapped,
+    refused,
+    write_figure,
+)
 from lure.analysis.cli.texts import SECTOR
 
 if TYPE_CHECKING:
@@ -26,9 +38,9 @@ if TYPE_CHECKING:
     from lure.analysis.verdict import Verdict
     from lure.classes import Sector, SlopeBounds
 
-# ``lure sector`` with a file of measured data.
-
-_SHOWN, _OPEN = 0, 10
+_SHOWN, _OPEN, _VIOLATED = 0, 10, 11
+Pair = tuple[str, str]
+Drawing: TypeAlias = "Callable[[], tuple[Draw, tuple[float, float]]]"  # what draws, and how large [inch]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -44,19 +56,11 @@ class Reading:
     fit: bool
 
 
-def measured(file: Path, reading: Reading, claim: Sector | SlopeBounds | None, *, as_json: bool) -> MeasuredReport:
-    """Read the file, and print what its data show.
+def _of_data(file: Path, reading: Reading, claim: Sector | SlopeBounds | None, *, as_json: bool) -> tuple[int, Drawing]:
+    """Read the file and print what its data show, compared with the claim: the exit status, and what to draw.
 
-    Parameters
-    ----------
-    file : Path
-        Columns of displacement and force.
-    reading : Reading
-        The options.
-    claim : Sector or SlopeBounds, optional
-        Bounds the data are compared with.
-    as_json : bool
-        Whether JSON is printed.
+    The status is 0 where the data have finite bounds with a confidence, within those asked for; 10 otherwise, and with
+    memory.
     """
     from lure.analysis.measured import read_measurements, report_from_data
 
@@ -69,32 +73,24 @@ def measured(file: Path, reading: Reading, claim: Sector | SlopeBounds | None, *
         area=reading.area,
     )
     found = report_from_data(data, confidence=reading.confidence, origin=origin, fit=reading.fit)
+    within = claim is None or _inside(found, claim)
     if as_json:
         document = found.to_dict()
         if claim is not None:
-            document["within"] = {"lower": str(claim.lower), "upper": str(claim.upper), "inside": inside(found, claim)}
-        print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
-        return found
-    from lure.analysis.cli.texts import wrapped
+            document["within"] = {"lower": str(claim.lower), "upper": str(claim.upper), "inside": within}
+        print_json(document)
+    else:
+        lines = str(found).split("\n")
+        if claim is not None:
+            yes = "within" if within else "not within"
+            lines.append(f"The measured bounds are {yes} {claim} (observed: neither proves nor refutes anything).")
+        print_wrapped(lines, nested=4)
+    sure = found.sector.stated and found.sector.bounded
+    return _SHOWN if sure and within else _OPEN, partial(_data_drawn, found)
 
-    lines = str(found).split("\n")
-    if claim is not None:
-        yes = "within" if inside(found, claim) else "not within"
-        lines.append(f"The measured bounds are {yes} {claim} (observed: neither proves nor refutes anything).")
-    print("\n".join(part for line in lines for part in wrapped(line, indent=4 if line.startswith(" ") else 2)))
-    return found
 
-
-def inside(found: MeasuredReport, claim: Sector | SlopeBounds) -> bool:
-    """Whether the measured bounds lie within others, and the element showed no memory.
-
-    Parameters
-    ----------
-    found : MeasuredReport
-        The data.
-    claim : Sector or SlopeBounds
-        The others.
-    """
+def _inside(found: MeasuredReport, claim: Sector | SlopeBounds) -> bool:
+    """Whether the measured bounds lie within others, and the element showed no memory."""
     from lure.classes import Sector
 
     sector = found.sector
@@ -102,29 +98,7 @@ def inside(found: MeasuredReport, claim: Sector | SlopeBounds) -> bool:
     return sector.memoryless and claim.lower <= pair[0].bound and pair[1].bound <= claim.upper
 
 
-def status(found: MeasuredReport, claim: Sector | SlopeBounds | None) -> int:
-    """0 where the data have finite bounds with a confidence, within those asked for; 10 otherwise, and with memory.
-
-    Parameters
-    ----------
-    found : MeasuredReport
-        The data.
-    claim : Sector or SlopeBounds, optional
-        The bounds asked for.
-    """
-    sector = found.sector
-    sure = sector.stated and sector.bounded
-    return _SHOWN if sure and (claim is None or inside(found, claim)) else _OPEN
-
-
-def drawing(found: MeasuredReport) -> tuple[Draw, tuple[float, float]]:
-    """What draws the report, and how large [inch].
-
-    Parameters
-    ----------
-    found : MeasuredReport
-        The data.
-    """
+def _data_drawn(found: MeasuredReport) -> tuple[Draw, tuple[float, float]]:
     from lure.analysis.plots.measured import SIZE, plot_measured
 
     return partial(plot_measured, found.sector, fit=found.fit), SIZE
@@ -150,49 +124,22 @@ def _number(text: str) -> float:
     return value
 
 
-_SECTORS_SHOWN, _SECTORS_OPEN, _VIOLATED = 0, 10, 11
-_SIZE = (5.4, 3.9)
-Pair = tuple[str, str]
-
-
 @app.command(help=SECTOR)
 def sector(
     file: Annotated[
         Path | None,
         typer.Argument(metavar="FILE", help="Measured data: CSV of displacement and force.", show_default=False),
     ] = None,
-    expr: Annotated[
-        str | None, typer.Option("--expr", metavar="EXPR", help="A law in sigma, or in x.", show_default=False)
-    ] = None,
-    on: Annotated[
-        Pair | None,
-        typer.Option("--on", metavar="LOW HIGH", help="The interval; else all of R.", show_default=False),
-    ] = None,
+    expr: Annotated[str | None, option("--expr", "EXPR", "A law in sigma, or in x.")] = None,
+    on: Annotated[Pair | None, option("--on", "LOW HIGH", "The interval; else all of R.")] = None,
     slope: Annotated[bool, typer.Option("--slope", help="Ask for the slopes, not the sector.")] = False,
-    within: Annotated[
-        Pair | None,
-        typer.Option("--within", metavar="LOWER UPPER", help="Bounds to hold, inf allowed.", show_default=False),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Draw it: .svg or .png.", show_default=False)
-    ] = None,
-    replace: Annotated[bool, typer.Option("--replace", help="Replace the figure if it exists.")] = False,
-    displacement: Annotated[
-        str | None,
-        typer.Option("--displacement", metavar="NAME", help="Column of the file, or its number.", show_default=False),
-    ] = None,
-    force: Annotated[
-        str | None,
-        typer.Option("--force", metavar="NAME", help="Column of force or stress, likewise.", show_default=False),
-    ] = None,
-    units: Annotated[
-        str | None,
-        typer.Option("--units", metavar="U,F", help="Units of the two, as mm,N or V,V.", show_default=False),
-    ] = None,
-    area: Annotated[
-        float | None,
-        typer.Option("--area", metavar="M2", help="Area to divide the force by [m^2].", show_default=False),
-    ] = None,
+    within: Annotated[Pair | None, option("--within", "LOWER UPPER", "Bounds to hold, inf allowed.")] = None,
+    plot: Figure = None,
+    replace: Replace = False,
+    displacement: Annotated[str | None, option("--displacement", "NAME", "Column of the file, or its number.")] = None,
+    force: Annotated[str | None, option("--force", "NAME", "Column of force or stress, likewise.")] = None,
+    units: Annotated[str | None, option("--units", "U,F", "Units of the two, as mm,N or V,V.")] = None,
+    area: Annotated[float | None, option("--area", "M2", "Area to divide the force by [m^2].")] = None,
     origin: Annotated[
         str, typer.Option("--origin", metavar="M", help="Displacement where sigma = 0 [m], or gap: as fitted.")
     ] = "0",
@@ -206,13 +153,19 @@ def sector(
     if (file is None) == (expr is None):
         raise refused("give a law with --expr, or a file of measured data, and not both; see lure sector --help")
     check_seconds(seconds)
-    _check_figure(plot, replace=replace)
-    if expr is None:
+    check_figure(plot, replace=replace)
+    claim = None if within is None else _claim(within, slope=slope)
+    if expr is not None:
+        if fit or (displacement, force, units, area, origin, confidence) != (None, None, None, None, "0", 0.95):
+            raise refused(
+                "--displacement, --force, --units, --area, --origin, --confidence and --fit go with a file of measured "
+                "data"
+            )
+        status, drawing = _of_law(expr, on, claim, slope=slope, seconds=seconds, as_json=as_json)
+    else:
         assert file is not None, "one of the two is given"
         if on is not None:
             raise refused("--on goes with --expr; measured data say nothing outside their own range")
-
-        asked = None if within is None else _claim(within, slope=slope)
         reading = Reading(
             displacement=displacement,
             force=force,
@@ -222,32 +175,36 @@ def sector(
             confidence=confidence,
             fit=fit,
         )
-        data = measured(file, reading, asked, as_json=as_json)
-        if plot is not None:
-            draw, size = drawing(data)
-            _write(plot, draw, size, replace=replace)
-            _say_written(plot, as_json=as_json, quiet=quiet)
-        return status(data, asked)
-    if fit or (displacement, force, units, area, origin, confidence) != (None, None, None, None, "0", 0.95):
-        raise refused(
-            "--displacement, --force, --units, --area, --origin, --confidence and --fit go with a file of measured data"
-        )
-    interval = None if on is None else tuple(_finite(text, "--on") for text in on)
-    claim = None if within is None else _claim(within, slope=slope)
+        status, drawing = _of_data(file, reading, claim, as_json=as_json)
+    if plot is not None:
+        draw, size = drawing()
+        write_figure(plot, draw, size, replace=replace)
+        print_note(f"Written: {plot}", as_json=as_json, quiet=quiet)
+    return status
+
+
+def _of_law(
+    law: str, on: Pair | None, claim: Sector | SlopeBounds | None, *, slope: bool, seconds: float | None, as_json: bool
+) -> tuple[int, Drawing]:
+    """Bound a law and print it: the exit status, and what to draw."""
     from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 
-    found = nonlinearity_bounds(expr, on=interval, seconds=seconds)
+    interval = None if on is None else tuple(_finite(text, "--on") for text in on)
+    found = nonlinearity_bounds(law, on=interval, seconds=seconds)
     verdict = None if claim is None else found.within(claim)
-    shown = None if claim is None else violation(expr, claim, on=interval, found=found)
+    shown = None if claim is None else violation(law, claim, on=interval, found=found)
     quantity: Quantity = "slope" if slope else "sector"
     if as_json:
-        print(json.dumps(_document(found, quantity, claim, verdict, shown), indent=2, ensure_ascii=False))
+        print_json(_document(found, quantity, claim, verdict, shown))
     else:
-        print(_text(found, quantity, claim, verdict, shown))
-    if plot is not None:
-        _draw(plot, expr, found, quantity=quantity, replace=replace)
-        _say_written(plot, as_json=as_json, quiet=quiet)
-    return _status(found, quantity, verdict, shown)
+        print_wrapped(_lines(found, quantity, claim, verdict, shown))
+    return _status(found, quantity, verdict, shown), partial(_law_drawn, law, found, slope=slope)
+
+
+def _law_drawn(law: str, found: NonlinearityBounds, *, slope: bool) -> tuple[Draw, tuple[float, float]]:
+    from lure.analysis.plots.sectors import plot_law_sector, plot_law_slope
+
+    return partial(plot_law_slope if slope else plot_law_sector, law, found), (5.4, 3.9)
 
 
 def _status(found: NonlinearityBounds, quantity: Quantity, verdict: Verdict | None, shown: Violation | None) -> int:
@@ -255,21 +212,20 @@ def _status(found: NonlinearityBounds, quantity: Quantity, verdict: Verdict | No
 
     if verdict is not None:
         if verdict is Verdict.PROVED:
-            return _SECTORS_SHOWN
-        return _VIOLATED if shown is not None else _SECTORS_OPEN
+            return _SHOWN
+        return _VIOLATED if shown is not None else _OPEN
     pair = found.extremes(quantity)
     known = all(part is not None and math.isfinite(part.gap) for part in pair)
-    return _SECTORS_SHOWN if known else _SECTORS_OPEN
+    return _SHOWN if known else _OPEN
 
 
-def _text(
+def _lines(
     found: NonlinearityBounds,
     quantity: Quantity,
     claim: Sector | SlopeBounds | None,
     verdict: Verdict | None,
     shown: Violation | None,
-) -> str:
-    from lure.analysis.cli.texts import wrapped
+) -> list[str]:
     from lure.analysis.verdict import Verdict
 
     lines = found.lines(quantity)
@@ -284,7 +240,7 @@ def _text(
             lines.append(
                 f"Whether the {what} stay{'' if quantity == 'slope' else 's'} within the {where} is not decided."
             )
-    return "\n".join(part for line in lines for part in wrapped(line, indent=2))
+    return lines
 
 
 def _document(
@@ -327,38 +283,3 @@ def _finite(text: str, name: str) -> Fraction:
         return Fraction(text)
     except (ValueError, ZeroDivisionError):
         raise refused(f"{name} has {text!r:.60}; give a number such as 0.5, 1e-3 or 1/3") from None
-
-
-def _check_figure(plot: Path | None, *, replace: bool) -> None:
-    """Refuse a figure that cannot be written before anything is computed."""
-    if plot is None:
-        return
-    if plot.suffix.lower() not in (".svg", ".png"):
-        raise refused(f"--plot is {str(plot)!r}; give a name that ends in .svg or .png")
-    from lure.analysis.rod.runs.drawing import check_targets
-
-    check_targets([plot], replace=replace)
-
-
-def _draw(plot: Path, law: str, found: NonlinearityBounds, *, quantity: Quantity, replace: bool) -> None:
-    from lure.analysis.plots.sectors import plot_law_sector, plot_law_slope
-
-    draw = plot_law_slope if quantity == "slope" else plot_law_sector
-    _write(plot, partial(draw, law, found), _SIZE, replace=replace)
-
-
-def _write(plot: Path, draw: Draw, size: tuple[float, float], *, replace: bool) -> None:
-    from lure.analysis.plots import render
-    from lure.analysis.rod.runs.drawing import written
-
-    picture = render(draw, name=plot.stem, size=size)
-    with written([plot], replace=replace) as places:
-        if plot.suffix.lower() == ".svg":
-            places[plot].write_text(picture.svg, encoding="utf-8")
-        else:
-            places[plot].write_bytes(picture.png)
-
-
-def _say_written(plot: Path, *, as_json: bool, quiet: bool) -> None:
-    if not quiet:
-        print(("" if as_json else "\n") + f"Written: {plot}", file=sys.stderr if as_json else sys.stdout)

@@ -1,10 +1,8 @@
-"""The help text of ``lure sector``, within 80 columns."""
+"""Paragraphs and help texts in lines of 80 columns."""
 
 from __future__ import annotations
 
 import textwrap
-
-# Paragraphs in lines of 80 columns.
 
 WIDTH = 80
 
@@ -251,9 +249,6 @@ What happened, what it means and does not mean, and what to try.  Without a
 code: the list of all.
 """
 
-
-# The help text of ``lure compare``, within 80 columns.
-
 COMPARE = """Hold the scheme and Galerkin models against the exact motion.
 
 \b
@@ -277,8 +272,35 @@ Methods for the scheme: exact (no time step), RK45, DOP853, Radau, BDF, LSODA
 Exit status: 0 done, 2 bad input, 1 a bug in lure, 130 interrupted.
 """
 
+SIMULATE = """Follow one motion of a rod, and write or draw it.
 
-# The help texts of ``lure response``, ``lure bifurcation`` and ``lure basin``, within 80 columns.
+\b
+Examples:
+  lure simulate paper-rod --until 0.01
+  lure simulate paper-rod --until 10 --method exact -o run.nc
+  lure simulate rod.toml --set rod.gap=5e-5 --plot run.svg
+  lure simulate paper-rod --method scheme --cells 200 --plot scheme.png
+  lure simulate paper-rod --method galerkin --space P2 --order 101
+  lure simulate rod.toml --rigid --animation run.gif --space-time run.png
+  lure simulate rod.toml --span 0.678 0.681 --animation run.mp4
+
+\b
+Methods:
+  exact     the rod itself along its characteristics, to rounding
+  scheme    the upwind scheme of --cells N, without error in time
+  galerkin  the weak form in --space P1, P2 or cosine of --order m
+  LSODA, RK45, DOP853, Radau, BDF, CVODE
+            a general integrator on the scheme of --cells N
+Only `exact` is a motion of the rod; every result says what moved.
+
+\b
+A file run.nc is netCDF 4 (needs lure[netcdf]); figures are SVG or PNG;
+animations GIF, MP4 (needs ffmpeg) or, without a suffix, a folder of PNG.
+All appear together when all is done; what exists is kept without --replace.
+
+\b
+Exit status: 0 done, 2 bad input, 1 a bug in lure, 130 interrupted.
+"""
 
 RESPONSE = """Say what a rod does under a periodic force after a while.
 
@@ -303,6 +325,7 @@ A run costs round trips 2L/c: a light dashpot or a soft obstacle takes many.
 Exit status: 0 done, 2 bad input, 1 a bug in lure, 130 interrupted (nothing is
 written).
 """
+
 BIFURCATION = """Follow the response through the values of a parameter.
 
 \b
@@ -327,6 +350,7 @@ Ctrl-C keeps what is done: it is printed, written and drawn, and says that it
 is not all.
 Exit status: 0 done, 2 bad input, 1 a bug in lure, 130 interrupted.
 """
+
 BASIN = """Say where a rod without a force comes to rest.
 
 \b
@@ -346,10 +370,10 @@ Ctrl-C keeps what is done.
 Exit status: 0 done, 10 a resting place is not known, 2 bad input, 1 a bug in
 lure, 130 interrupted.
 """
+
 AS_PRINTED = (
     "Note: the scheme as printed answers the force divided by c N/L; the rod here answers the force as it stands."
 )
-
 
 SECTOR = """Bound a law: its sector or its slopes, from both sides.
 

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
-import secrets
-import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -24,96 +20,6 @@ from lure.rod.motion import Motion
 
 if TYPE_CHECKING:
     import xarray
-
-# Files and folders that appear together when all is done, or not at all.
-
-
-def check_targets(paths: Sequence[Path], *, replace: bool) -> None:
-    """Refuse places that cannot be written to, before anything is computed; a name without a suffix is a folder.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        Files, and folders to come.
-    replace : bool
-        Whether files that exist may be replaced.
-
-    Raises
-    ------
-    InputError
-        Two are the same; one exists, is a directory, or lies in a directory that does not exist or is read-only.
-    """
-    if len({os.path.abspath(path) for path in paths}) < len(paths):
-        raise InputError(f"{str(paths[-1])!r} is given for two results; give each a name of its own")
-    for path in paths:
-        try:
-            _check_target(path, replace=replace)
-            probe = _aside(path)
-            probe.touch(exist_ok=False)
-            probe.unlink()
-        except InputError:
-            raise
-        except (OSError, ValueError) as error:  # ValueError: a NUL byte
-            raise InputError(_unwritable(path, error)) from None
-
-
-def _check_target(path: Path, *, replace: bool) -> None:
-    label = repr(str(path))
-    if not path.parent.is_dir():
-        raise InputError(f"{str(path.parent)!r} is no directory; give a file in one that exists")
-    if not path.suffix:
-        if _exists(path) and not (path.is_dir() and not any(path.iterdir())):
-            raise InputError(f"{label} exists; frames go to a folder that is new or empty, give another name")
-    elif path.is_dir():
-        raise InputError(f"{label} is a directory; give the name of a file")
-    elif _exists(path) and not replace:
-        raise InputError(f"{label} exists; give another name, or --replace to replace it")
-
-
-def _exists(path: Path) -> bool:
-    try:
-        path.lstat()
-    except FileNotFoundError:
-        return False
-    return True
-
-
-@contextmanager
-def written(paths: Sequence[Path], *, replace: bool) -> Iterator[dict[Path, Path]]:
-    """Places beside the targets to write to; all are moved into place when the block ends well, and removed if not.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        As for :func:`check_targets`.
-    replace : bool
-        Whether files that exist may be replaced.
-
-    Yields
-    ------
-    dict of Path to Path
-        For each target the file, not there yet, or the folder, empty, to write to.
-
-    Raises
-    ------
-    InputError
-        A target appeared meanwhile, or the system refuses to write.
-    """
-    aside = {path: _aside(path) for path in paths}
-    try:
-        for path, place in aside.items():
-            if not path.suffix:
-                place.mkdir()
-        yield aside
-        check_targets(paths, replace=replace)
-        for path, place in aside.items():
-            place.replace(path)
-    except OSError as error:
-        raise InputError(_unwritable(paths[0] if len(paths) == 1 else Path(str(paths[0].parent)), error)) from error
-    finally:
-        for place in aside.values():
-            with suppress(OSError):
-                shutil.rmtree(place) if place.is_dir() else place.unlink(missing_ok=True)
 
 
 def check_netcdf() -> None:
@@ -155,15 +61,6 @@ def write_dataset(dataset: xarray.Dataset, path: Path) -> None:
         for name, variable in dataset.variables.items()
     }
     dataset.to_netcdf(path, engine="netcdf4", format="NETCDF4", encoding=encoding)
-
-
-def _aside(path: Path) -> Path:
-    return path.with_name(f".lure-{secrets.token_hex(4)}{path.suffix}")
-
-
-def _unwritable(path: Path, error: Exception) -> str:
-    reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-    return f"{str(path)!r} cannot be written ({reason}); give another place"
 
 
 Array = NDArray[np.float64]

@@ -16,9 +16,9 @@ def names() -> list[str]:
     """Every command, in the order of ``lure --help``."""
     import typer
 
-    from lure.analysis.cli.entry import COMMANDS
+    from lure.analysis.cli.entry import app
 
-    return list(getattr(typer.main.get_command(COMMANDS[0].app), "commands"))  # noqa: B009  # not of every command's type
+    return list(getattr(typer.main.get_command(app), "commands"))  # noqa: B009  # not of every command's type
 
 
 def help_text(*command: str) -> str:
