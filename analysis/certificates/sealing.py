@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.blocks import block
@@ -23,9 +23,6 @@ from lure.analysis.certificates.checker import (
 from lure.analysis.certificates.codes import Code, code_for
 from lure.analysis.certificates.states import classes
 from lure.analysis.deadline import time_left
-
-if TYPE_CHECKING:
-    from lure.analysis.questions.problem import Problem
 
 # Searches that may fail in any way, kept from taking the answer with them: an exception becomes a code.
 
@@ -143,12 +140,24 @@ def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
 Draft = Mapping[str, Any]
 
 
-def check_for_class(question: Problem, draft: Draft) -> Proved | Refuted:
+class Asked(Protocol):
+    """A question about one class, as far as a certificate has to fit it."""
+
+    @property
+    def laws(self) -> Mapping[str, Any]:
+        """The class as it stands in a certificate."""
+
+    @property
+    def law(self) -> Mapping[str, Any] | None:
+        """The nonlinearity as it stands in a certificate; None if there is none."""
+
+
+def check_for_class(question: Asked, draft: Draft) -> Proved | Refuted:
     """What the checker makes of a draft, stated for exactly the class asked about; else for a larger one.
 
     Parameters
     ----------
-    question : Problem
+    question : Asked
         The question.
     draft : Mapping
         A certificate without what the checker fills in, of a proof or a refutation.

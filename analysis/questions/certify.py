@@ -106,14 +106,32 @@ class Certification:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data, the certificate with it."""
-        from lure.analysis.certificates.showing import certification_dict
+        from lure.analysis.certificates.representation import failure_dict, shown_dict
 
-        return certification_dict(self)
+        return {
+            "verdict": str(self.verdict),
+            "code": None if self.code is None else self.code.identifier,
+            "detail": self.detail,
+            "shown": None if self.shown is None else shown_dict(self.shown),
+            "assumed": list(self.assumed),
+            "failures": [failure_dict(failure) for failure in self.failures],
+            "sentence": str(self),
+        }
 
     def _repr_html_(self) -> str:
-        from lure.analysis.certificates.showing import certification_html
+        from lure.analysis.certificates.representation import accepted_html
+        from lure.record import html_table
 
-        return certification_html(self)
+        tried = [(one.search, f"{one.code.title} ({one.code.identifier})", one.detail) for one in self.failures]
+        head = ("search", "how it ended", "why")
+        failed = html_table("Searches that showed nothing", tried, head=head) if tried else ""
+        if self.shown is not None:
+            return accepted_html(self.shown, self.assumed) + failed
+        rows = [("why", self.detail)]
+        if self.code is not None:
+            rows.insert(0, ("code", f"{self.code.identifier}, {self.code.title}"))
+        notes = ["That nothing was shown says nothing about the loop: it may be stable or not."]
+        return html_table("No certificate was found", rows, verdict=str(self.verdict), notes=notes) + failed
 
 
 def certify(

@@ -17,9 +17,6 @@ ROOT = Path(__file__).parents[2]
 ROD = {"lure/rod", "analysis/rod"}
 MAY_KNOW_THE_ROD = ROD | {"analysis/cli", "lure", "analysis"}  # the top packages hand names out
 TOP = {"lure", "analysis"}
-DEBTS = {  # (room, room it may not import): modules that do; entries may only shrink
-    ("analysis/certificates", "analysis/questions"): 2,
-}
 
 
 def floors(text):
@@ -160,11 +157,11 @@ def test_an_arrow_up_the_rod_and_a_circle_are_seen():
 
 def test_imports_point_down_and_no_general_room_knows_the_rod():
     found = {pair: sorted(who) for pair, who in arrows().items() if points_up(*pair) or knows_the_rod(*pair)}
-    assert {pair: len(who) for pair, who in found.items()} == DEBTS, found
+    assert found == {}
 
 
 def test_no_circle_between_rooms():
-    assert in_circles(pair for pair in arrows() if pair not in DEBTS) == set()
+    assert in_circles(arrows()) == set()
 
 
 def test_whoever_serves_a_type_from_above_is_there_and_so_is_the_type():

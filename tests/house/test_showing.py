@@ -15,7 +15,7 @@ from results import HOSTILE, SYSTEMS, THIRD, loop_named
 
 import lure
 from lure.analysis import analyse, certify, check, max_sector, max_slope, nyquist_response, popov_response
-from lure.analysis.certificates.showing import failure_dict, shown_dict, shown_html
+from lure.analysis.certificates.representation import failure_dict, shown_dict, shown_html
 from lure.analysis.describing import describing_hint
 from lure.analysis.inequality.gains import gain_intervals
 from lure.analysis.report.loop import LoopReport
