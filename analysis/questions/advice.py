@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ from lure.analysis.inequality.gains import GainInterval
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.conclusion import Conclusion
 from lure.analysis.questions.largest import StabilityBound, proved_up_to
-from lure.analysis.questions.problem import Subject
+from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Verdict
 from lure.arrays import np
 from lure.classes import NonlinearityClass
@@ -19,9 +20,25 @@ from lure.nonlinearities.base import Nonlinearity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.codes import Code
+    from lure.analysis.certificates.sealing import Failure
 
 _SPECIFIC = (codes.FOREIGN_LAW, codes.ROUGH_LAW, codes.SEVERAL_SOLUTIONS)
 _WITHOUT = "nothing is proved"
+
+
+def row_asked(rows: Sequence[StabilityBound], law_class: NonlinearityClass) -> StabilityBound:
+    """The row whose class is of the kind asked about, of the four in their order of the table.
+
+    Parameters
+    ----------
+    rows : sequence of StabilityBound
+        Sectors of laws that vary with time, sectors, slopes, slopes of odd laws.
+    law_class : NonlinearityClass
+        The class.
+    """
+    if law_class.time_varying or law_class.slope is None:
+        return rows[0 if law_class.time_varying else 1]
+    return rows[3 if law_class.odd else 2]
 
 
 def serves(row: StabilityBound, law_class: NonlinearityClass) -> bool:
@@ -42,7 +59,7 @@ def _low_enough(row: StabilityBound, law_class: NonlinearityClass) -> bool:
 
 
 def why(
-    asked: StabilityBound, rows: list[StabilityBound], law_class: NonlinearityClass, missed: list[Conclusion]
+    asked: StabilityBound, rows: list[StabilityBound], law_class: NonlinearityClass, missed: Sequence[Failure]
 ) -> tuple[Code, str]:
     """Why the class asked about is not decided.
 
@@ -54,7 +71,7 @@ def why(
         All rows.
     law_class : NonlinearityClass
         The class.
-    missed : list of Conclusion
+    missed : sequence of Failure
         What was accepted and does not fit, each with its reason.
 
     Returns
@@ -65,7 +82,7 @@ def why(
     for specific in _SPECIFIC:
         for found in missed:
             if found.code is specific:
-                return specific, found.reason
+                return specific, found.detail
     reach = max(
         (row.largest.low for row in rows if serves(row, law_class) and row.verdict is Verdict.PROVED), default=None
     )
@@ -89,13 +106,13 @@ def _ends(reach: float) -> str:
 
 
 def hints(
-    about: Subject, rows: list[StabilityBound], gains: tuple[GainInterval, ...], conclusion: Conclusion
+    problem: Problem, rows: list[StabilityBound], gains: tuple[GainInterval, ...], conclusion: Conclusion
 ) -> tuple[str, ...]:
     """What would decide more: a smaller class, another lower end, a property that the given phi can have.
 
     Parameters
     ----------
-    about : Subject
+    problem : Problem
         The loop.
     rows : list of StabilityBound
         The rows in the order of the table.
@@ -104,7 +121,7 @@ def hints(
     conclusion : Conclusion
         What follows for the class asked about.
     """
-    law_class, law = about.law_class, about.law
+    law_class, law = problem.given, problem.nonlinearity
     if conclusion.verdict is Verdict.PROVED:
         return ()
     found: list[str] = []

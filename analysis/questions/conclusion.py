@@ -26,6 +26,7 @@ from lure.nonlinearities.base import Nonlinearity
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.codes import Code
+    from lure.analysis.certificates.sealing import Failure
     from lure.analysis.nonlinearity import NonlinearityBounds
 
 
@@ -96,6 +97,85 @@ class Conclusion:
         return self.sentence
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Certification:
+    """The answer about one class: what follows from the first proposal that the checker accepted, or why nothing does.
+
+    Attributes
+    ----------
+    conclusion : Conclusion
+        The verdict, PROVED or REFUTED only with a certificate that the checker accepted.
+    detail : str
+        One sentence: the claim, or what stood in the way.
+    failures : tuple of Failure
+        Every search that showed nothing, in the order they were made.
+    """
+
+    conclusion: Conclusion
+    detail: str
+    failures: tuple[Failure, ...] = ()
+
+    @property
+    def verdict(self) -> Verdict:
+        """PROVED, REFUTED or INCONCLUSIVE."""
+        return self.conclusion.verdict
+
+    @property
+    def shown(self) -> Proved | Refuted | None:
+        """What the checker accepted; ``shown.certificate`` is the certificate."""
+        return self.conclusion.shown
+
+    @property
+    def code(self) -> Code | None:
+        """Why it is INCONCLUSIVE; None otherwise."""
+        return self.conclusion.code
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What the verdict assumes and nothing shows, in clauses; see :class:`Conclusion`."""
+        return self.conclusion.assumed
+
+    @property
+    def certificate(self) -> Mapping[str, Any] | None:
+        """The certificate, ready to be written as JSON; None if there is none."""
+        return None if self.shown is None else self.shown.certificate
+
+    def __bool__(self) -> bool:
+        raise TypeError("a certification has three outcomes; compare certification.verdict")
+
+    def __str__(self) -> str:
+        return f"{self.verdict}: {self.detail}" if self.code is None else f"{self.verdict} ({self.code}): {self.detail}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data, the certificate with it."""
+        from lure.analysis.certificates.representation import failure_dict, shown_dict
+
+        return {
+            "verdict": str(self.verdict),
+            "code": None if self.code is None else self.code.identifier,
+            "detail": self.detail,
+            "shown": None if self.shown is None else shown_dict(self.shown),
+            "assumed": list(self.assumed),
+            "failures": [failure_dict(failure) for failure in self.failures],
+            "sentence": str(self),
+        }
+
+    def _repr_html_(self) -> str:
+        from lure.analysis.certificates.representation import accepted_html
+        from lure.record import html_table
+
+        tried = [(one.search, f"{one.code.title} ({one.code.identifier})", one.detail) for one in self.failures]
+        head = ("search", "how it ended", "why")
+        failed = html_table("Searches that showed nothing", tried, head=head) if tried else ""
+        if self.shown is not None:
+            return accepted_html(self.shown, self.assumed) + failed
+        rows = [("why", self.detail)]
+        if self.code is not None:
+            rows.insert(0, ("code", f"{self.code.identifier}, {self.code.title}"))
+        notes = ["That nothing was shown says nothing about the loop: it may be stable or not."]
+        return html_table("No certificate was found", rows, verdict=str(self.verdict), notes=notes) + failed
+
+
 def conclusion_of(
     asked: Problem,
     accepted: Proved | Refuted | None,
@@ -144,7 +224,7 @@ def conclusion_of(
 def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
     laws = shown.certificate["laws"]
     about = class_words(laws, spelled=asked.spelled)
-    law, name, standing, words, assumed = asked.nonlinearity, asked.name, "", "", proviso(shown)
+    law, name, standing, words, assumed = asked.nonlinearity, asked.nonlinearity_words, "", "", proviso(shown)
     composed = next((row.title for row in TABLE if row.composed and row.name == shown.theorem), None)
     if not contains(laws, asked.laws):
         if contains({**laws, "regularity": "any"}, asked.laws):
@@ -185,7 +265,7 @@ def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
         evidence=Evidence.CERTIFIED,
         meaning=says,
         law_class=whole,
-        nonlinearity=asked.name,
+        nonlinearity=asked.nonlinearity_words,
         membership=standing,
         headline=f"{head}.",
         sentence=f"{found}, by the criterion {shown.theorem} (certified){reaches}.",
@@ -204,7 +284,7 @@ def _refuted(asked: Problem, shown: Refuted, beside: Refuted | None) -> Conclusi
         return undecided(asked, "other equilibria refute nothing where an end of the class leaves a pole at 0")
     does = destroys(shown)
     head = f"Some {about} {does}: {counterexample(shown)}"
-    other = f"with {asked.name}" if asked.name else "with another one of the class"
+    other = f"with {asked.nonlinearity_words}" if asked.nonlinearity_words else "with another one of the class"
     too = ""
     if beside is not None and contains(asked.laws, beside.certificate["laws"]):
         too = f"; {counterexample(beside)} {destroys(beside)} too"
@@ -213,7 +293,7 @@ def _refuted(asked: Problem, shown: Refuted, beside: Refuted | None) -> Conclusi
         evidence=Evidence.CERTIFIED,
         meaning=does,
         law_class=about,
-        nonlinearity=asked.name,
+        nonlinearity=asked.nonlinearity_words,
         headline=f"{head}.",
         sentence=f"{head} (certified){too}. What the loop does {other} is another question.",
         shown=shown,
@@ -237,11 +317,11 @@ def undecided(
         What that rests on.
     """
     head = f"Nothing is decided for {class_words(asked.laws, spelled=asked.spelled)}"
-    head += f", nor for {asked.name}" if asked.name else ""
+    head += f", nor for {asked.nonlinearity_words}" if asked.nonlinearity_words else ""
     return Conclusion(
         verdict=Verdict.INCONCLUSIVE,
         evidence=evidence,
-        nonlinearity=asked.name,
+        nonlinearity=asked.nonlinearity_words,
         headline=f"{head}.",
         sentence=f"{head}: {reason} ({code.identifier}).",
         reason=reason,

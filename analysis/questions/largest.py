@@ -81,7 +81,7 @@ def analysis_html(found: LoopAnalysis) -> str:
         *(f"Not shown: {note}." for note in found.not_shown),
         *([] if found.shown is None else [_CHECK.format("shown")]),
     ]
-    title = f"{found.subject.name}: H = {found.subject.block}"
+    title = f"{found.problem.name}: H = {found.problem.plant}"
     return html_table(title, [table_row(row) for row in found.rows], head=HEAD, verdict=str(found.verdict), notes=notes)
 
 
@@ -147,8 +147,8 @@ def analysis_dataset(found: LoopAnalysis) -> xarray.Dataset:
         "closed": ("law_class", [row.closed for row in rows]),
     }
     attributes = {
-        "title": found.subject.name,
-        "block": str(found.subject.block),
+        "title": found.problem.name,
+        "block": str(found.problem.plant),
         "verdict": str(found.verdict),
         "evidence": str(found.evidence),
         "comment": found.statement,

@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, Literal
@@ -16,7 +16,6 @@ from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import Failure, guarded
 from lure.analysis.certificates.systems import law_of, laws_of, system_of
 from lure.analysis.nonlinearity.membership import Membership, Status, examined, membership
-from lure.analysis.questions.state_space import by_matrices
 from lure.analysis.theorems.table import BEST, TABLE, Question, theorems_for
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError
@@ -35,6 +34,7 @@ from lure.plants.state_space import StateSpace
 Kind = Literal["sector", "slope", "class"]
 Search = Literal["linear", "full"]
 Plant = RationalPlant | DelayPlant | StateSpace | FrequencyData | StructuredPlant
+LONG = 30_000  # binary digits of the characteristic polynomial from which on matrices are faster
 _EVERY = NonlinearityClass(sector=Sector(0, math.inf))
 
 
@@ -66,6 +66,8 @@ class Problem:
         Where to look for destabilising members.
     finite : bool
         Whether an infinite upper end means every law with some finite bound.
+    name, title, source : str
+        What the loop is called, what it is, and where it comes from; no part of the question.
     """
 
     plant: Plant
@@ -79,6 +81,9 @@ class Problem:
     method: str = BEST
     search: Search = "full"
     finite: bool = False
+    name: str = "loop"
+    title: str = ""
+    source: str = ""
 
     @classmethod
     def largest(  # noqa: PLR0913  (a plant and six settings of a question)
@@ -124,10 +129,11 @@ class Problem:
     def about(
         cls,
         plant: Plant,
-        law_class: NonlinearityClass,
+        law_class: NonlinearityClass | None,
         *,
         nonlinearity: Nonlinearity | None = None,
         membership: Membership | None = None,
+        name: str = "loop",
     ) -> Problem:
         """The question whether the loop is stable for every law of a class, or with the nonlinearity that was given.
 
@@ -135,16 +141,25 @@ class Problem:
         ----------
         plant : RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant
             The linear part.
-        law_class : NonlinearityClass
-            The class.
+        law_class : NonlinearityClass or None
+            The class; None for the largest ``[0, k]`` that is stable.
         nonlinearity : Nonlinearity, optional
             The one in the loop.  One that is not known to be locally Lipschitz widens the class to laws of any
             regularity.
         membership : Membership, optional
             What is known of it as a member of the class.
+        name : str
+            What the loop is called.
         """
-        classes = Diagonal((law_class,))
-        return cls(plant=plant, classes=classes, kind="class", nonlinearity=nonlinearity, membership=membership)
+        if law_class is None:
+            return replace(cls.largest(plant, "sector", lower=Fraction(0)), name=name)
+        given = {"nonlinearity": nonlinearity, "membership": membership, "name": name}
+        return cls(plant=plant, classes=Diagonal((law_class,)), kind="class", **given)  # type: ignore[arg-type]
+
+    @property
+    def given(self) -> NonlinearityClass | None:
+        """The class to decide; None where the largest one is asked for."""
+        return self.law_class if self.kind == "class" else None
 
     @property
     def question(self) -> Question:
@@ -155,6 +170,12 @@ class Problem:
     def lower(self) -> Fraction:
         """The lower end of the class, where it is finite."""
         return Fraction((self.law_class.slope or self.law_class.sector).lower)
+
+    @property
+    def endless_below(self) -> bool:
+        """Whether a bound of the class has no finite lower end."""
+        slope = self.law_class.slope
+        return -math.inf in (self.law_class.sector.lower, 0 if slope is None else slope.lower)
 
     @property
     def odd(self) -> bool:
@@ -202,7 +223,7 @@ class Problem:
         return law_of(self.nonlinearity)
 
     @property
-    def name(self) -> str:
+    def nonlinearity_words(self) -> str:
         """The nonlinearity in words; empty if there is none."""
         from lure.nonlinearities.properties import law_text
 
@@ -356,43 +377,12 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
     )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Subject:
-    """A loop to analyse.
-
-    Attributes
-    ----------
-    name : str
-        Name for the report.
-    title : str
-        One line that says what it is; may be empty.
-    source : str
-        Where it comes from; may be empty.
-    block : RationalPlant or DelayPlant
-        The linear block.
-    law : Nonlinearity or None
-        A law, if one was given.
-    law_class : NonlinearityClass or None
-        The class to decide: the one given, or the tightest the law is known to belong to.
-    membership : Membership or None
-        What is known of the law as a member of the class, if there is a law.
-    """
-
-    name: str
-    title: str = ""
-    source: str = ""
-    block: RationalPlant | DelayPlant | StateSpace
-    law: Nonlinearity | None = None
-    law_class: NonlinearityClass | None = None
-    membership: Membership | None = None
-
-
-def subject(loop: object) -> Subject:
-    """The subject of a loop, a system from a file, or a block alone.
+def problem_of(loop: object) -> Problem:
+    """The question about a loop: whether its class is stable, or without one how large a class may be.
 
     Parameters
     ----------
-    loop : LoopSystem, Loop, or anything :func:`lure.plants.as_plant` takes
+    loop : Problem, LoopSystem, Loop, or anything :func:`lure.plants.as_plant` takes
         The loop.
 
     Raises
@@ -403,30 +393,34 @@ def subject(loop: object) -> Subject:
         The block is of a kind that can be computed with but not certified: too large, or measured; or a sample breaks
         what is declared of a law known by its values alone.
     """
-    if isinstance(loop, Subject):
+    if isinstance(loop, Problem):
         return loop
-    if isinstance(loop, LoopSystem):
-        block = certifiable(loop.block)
-        given = None if loop.nonlinearity is None else examined(loop.nonlinearity, loop.law_class)
-        return Subject(
-            name=loop.name,
-            title=loop.title,
-            source=loop.source,
-            block=block,
-            law=None if given is None else given.nonlinearity,
-            law_class=loop.law_class if given is None else given.law_class,
-            membership=None if given is None else given.membership,
-        )
-    if isinstance(loop, Loop):
-        block, given = certifiable(one_channel(loop.block)), examined(loop.nonlinearity)
-        return Subject(
-            name="loop",
-            block=block,
-            law=given.nonlinearity,
-            law_class=given.law_class,
-            membership=given.membership,
-        )
-    return Subject(name="loop", block=certifiable(one_channel(loop)))
+    structured = isinstance(loop, LoopModel | StructuredPlant)
+    plant, law, law_class = (one_channel(loop), None, None) if structured else _parts(loop, discretised=False)
+    plant, known = certifiable(plant), None if law is None else examined(law, law_class)
+    if known is None:
+        problem = Problem.about(plant, law_class)
+    else:
+        problem = Problem.about(plant, known.law_class, nonlinearity=known.nonlinearity, membership=known.membership)
+    named = {field: getattr(loop, field) for field in ("name", "title", "source") if isinstance(loop, LoopSystem)}
+    return replace(problem, **named)
+
+
+def by_matrices(block: RationalPlant) -> StateSpace | None:
+    """The matrices that a block was given by, where its polynomials are too long to work with; else None.
+
+    Parameters
+    ----------
+    block : RationalPlant
+        The block.  Its entries have to be doubles, so that both are the same system.
+    """
+    given = block.matrices
+    if given is None or sum(c.numerator.bit_length() + c.denominator.bit_length() for c in block.denominator) < LONG:
+        return None
+    entries = [v for row in (*given.A, given.b, given.c, (given.d,)) for v in row]
+    if any(Fraction(float(v)) != v for v in entries):
+        return None
+    return StateSpace(*given.doubles(), block.dt)
 
 
 def certifiable(block: object) -> RationalPlant | DelayPlant | StateSpace:

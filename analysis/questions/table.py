@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -15,16 +15,15 @@ from lure.analysis.drawing import drawing
 from lure.analysis.inequality.gains import GainInterval, gain_intervals
 from lure.analysis.inequality.plant import Case, TransferPolynomials
 from lure.analysis.numerics.doubles import json_number
-from lure.analysis.questions.advice import hints
+from lure.analysis.questions.advice import hints, row_asked
+from lure.analysis.questions.answers import GRACE, answers
 from lure.analysis.questions.conclusion import Conclusion
-from lure.analysis.questions.findings import asked_row, decided
 from lure.analysis.questions.largest import UNFINISHED, StabilityBound, Stopped, proved_up_to
-from lure.analysis.questions.problem import Problem, Subject, loop_given, subject
-from lure.analysis.questions.questions import ContradictionError, found_for, largest_of
+from lure.analysis.questions.problem import Plant, Problem, loop_given, problem_of
 from lure.analysis.theorems.table import Question
-from lure.analysis.verdict import Bracket, Evidence, Verdict
+from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
-from lure.errors import AssumptionError
+from lure.classes import Sector, SlopeBounds
 from lure.exact import exact_number
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
@@ -50,7 +49,7 @@ def analysis_dict(found: LoopAnalysis) -> dict[str, Any]:
         The analysis.
     """
     return {
-        **_subject(found.subject),
+        **_loop(found.problem),
         "case": found.case,
         "verdict": str(found.verdict),
         "evidence": str(found.evidence),
@@ -70,33 +69,26 @@ def analysis_dict(found: LoopAnalysis) -> dict[str, Any]:
     }
 
 
-def _subject(about: Subject) -> dict[str, Any]:
-    block = about.block
-    data: dict[str, Any] = {"text": str(block), "denominator": None}
-    if isinstance(block, StateSpace):
-        step = None if block.dt is None else str(block.dt)
-        data |= {"numerator": None, "terms": None, "dt": step, "matrices": block.to_dict()}
-        return {**_named(about), "block": data}
-    data["denominator"] = [str(c) for c in block.denominator]
-    if isinstance(block, RationalPlant):
-        data |= {
-            "numerator": [str(c) for c in block.numerator],
-            "terms": None,
-            "dt": None if block.dt is None else str(block.dt),
-        }
-    else:
-        terms = [[str(delay), [str(c) for c in top]] for delay, top in block.terms]
-        data |= {"numerator": None, "terms": terms, "dt": None}
-    return {**_named(about), "block": data}
-
-
-def _named(about: Subject) -> dict[str, Any]:
+def _loop(problem: Problem) -> dict[str, Any]:
+    plant, given = problem.plant, problem.given
+    step = plant.dt
+    data: dict[str, Any] = {"text": str(plant), "denominator": None, "numerator": None, "terms": None}
+    data["dt"] = None if step is None else str(step)
+    if isinstance(plant, StateSpace):
+        data["matrices"] = plant.to_dict()
+    elif isinstance(plant, RationalPlant | DelayPlant):
+        data["denominator"] = [str(c) for c in plant.denominator]
+        if isinstance(plant, RationalPlant):
+            data["numerator"] = [str(c) for c in plant.numerator]
+        else:
+            data["terms"] = [[str(delay), [str(c) for c in top]] for delay, top in plant.terms]
     return {
-        "name": about.name,
-        "title": about.title,
-        "source": about.source,
-        "law": None if about.law is None else str(about.law),
-        "class": None if about.law_class is None else class_dict(about.law_class),
+        "name": problem.name,
+        "title": problem.title,
+        "source": problem.source,
+        "law": None if problem.nonlinearity is None else str(problem.nonlinearity),
+        "class": None if given is None else class_dict(given),
+        "block": data,
     }
 
 
@@ -136,7 +128,7 @@ def table(found: LoopAnalysis) -> str:
         The analysis.
     """
     blocks = [
-        f"{found.verdict}  {found.subject.name}: H = {found.subject.block}",
+        f"{found.verdict}  {found.problem.name}: H = {found.problem.plant}",
         textwrap.fill(found.statement, WIDTH),
         *([textwrap.fill(f"Nothing is proved: {why}.", WIDTH)] if (why := unproved(found)) else []),
         *([] if found.stopped is None else [UNFINISHED[found.stopped]]),
@@ -159,7 +151,7 @@ def unproved(found: LoopAnalysis) -> str:
     asked = found.asked
     if asked is None or Verdict.PROVED in (found.verdict, asked.verdict):
         return ""
-    why = asked.reason if found.subject.law is None else asked.reason.partition("; give ")[0]  # see the hints
+    why = asked.reason if found.problem.nonlinearity is None else asked.reason.partition("; give ")[0]  # see the hints
     return "" if why in found.statement else why
 
 
@@ -229,8 +221,8 @@ class LoopAnalysis:
 
     Attributes
     ----------
-    subject : Subject
-        The loop: its name, block, law and the class asked about.
+    problem : Problem
+        The loop: its name, plant, nonlinearity and the class asked about.
     case : {"stable", "critical", "unstable"}
         Its poles: all stable, one simple one at 0 (``z = 1``) besides stable ones, or anything else.
     gains : tuple of GainInterval or None
@@ -248,7 +240,7 @@ class LoopAnalysis:
         What must not be read into it.
     """
 
-    subject: Subject
+    problem: Problem
     case: Case
     gains: tuple[GainInterval, ...] | None
     rows: tuple[StabilityBound, ...]
@@ -339,7 +331,6 @@ class LoopAnalysis:
         return analysis_html(self)
 
 
-_GRACE = 1.0  # [s] to say what was found, when the time for the search is over
 _ROWS: tuple[tuple[Question, bool, bool], ...] = (
     ("sector", False, True),
     ("sector", False, False),
@@ -374,7 +365,7 @@ def analyse(
     Raises
     ------
     AssumptionError
-        The class has no finite lower end, or no criterion applies to the block.
+        No criterion applies to the block.
     ContradictionError
         What is proved and what is refuted overlap: a bug.
 
@@ -386,79 +377,60 @@ def analyse(
     PROVED
     """
     check_seconds(seconds)
-    about = subject(loop_given(loop, nonlinearity))
-    block, law_class = about.block, about.law_class
-    lower = {"sector": Fraction(0), "slope": Fraction(0)}
-    if law_class is not None:
-        lower["sector"] = _finite(law_class.sector.lower)
-        lower["slope"] = lower["sector"] if law_class.slope is None else _finite(law_class.slope.lower)
-    if isinstance(block, DelayPlant):  # its criteria begin at 0, whatever the class
-        lower = dict.fromkeys(lower, Fraction(0))
-    questions = [
-        Problem.largest(block, question, lower=lower[question], odd=odd, time_varying=varying)
+    problem = problem_of(loop_given(loop, nonlinearity))
+    plant, given = problem.plant, problem.given
+    lower = dict.fromkeys(("sector", "slope"), Fraction(0))
+    if given is not None and not isinstance(plant, DelayPlant):  # whose criteria begin at 0, whatever the class
+        lower = {"sector": _start(given.sector), "slope": _start(given.slope or given.sector)}
+    asked = [
+        Problem.largest(plant, question, lower=lower[question], odd=odd, time_varying=varying)
         for question, odd, varying in _ROWS
     ]
-    rows = [largest_of(each) for each in found_for(questions, seconds=seconds, progress=progress)]
-    rows = _spread(rows)
-    with time_limit(_GRACE if any(row.stopped == "time" for row in rows) else None):
-        gains = _gains(block)
-        conclusion = decided(about, rows)
+    found = answers([*asked, *([] if given is None else [problem])], seconds=seconds, progress=progress)
+    rows = [row for row in found if isinstance(row, StabilityBound)]
+    conclusion = _farthest(rows).conclusion if given is None else found[-1].conclusion
+    with time_limit(GRACE if any(row.stopped == "time" for row in rows) else None):
+        gains = _gains(plant)
     return LoopAnalysis(
-        subject=about,
-        case=_case(block, rows),
+        problem=problem,
+        case=_case(plant, rows),
         gains=gains,
         rows=tuple(sorted(rows, key=lambda row: (row.verdict is not Verdict.PROVED, -row.largest.low))),
-        asked=asked_row(rows, law_class),
+        asked=None if given is None else row_asked(rows, given),
         conclusion=conclusion,
-        hints=hints(about, rows, gains or (), conclusion),
-        not_shown=_not_shown(block, rows, conclusion),
+        hints=hints(problem, rows, gains or (), conclusion),
+        not_shown=_not_shown(rows, conclusion),
     )
 
 
-def _gains(block: RationalPlant | DelayPlant | StateSpace) -> tuple[GainInterval, ...] | None:
+def _farthest(rows: list[StabilityBound]) -> StabilityBound:
+    """The row that says most where no class is asked about."""
+    return max(rows, key=lambda row: (row.verdict is Verdict.PROVED, row.largest.low, not row.time_varying))
+
+
+def _gains(block: Plant) -> tuple[GainInterval, ...] | None:
     """The intervals of stable linear gains; None where there is no way or no time to compute them."""
     found = guarded("linear gains", lambda: gain_intervals(block)) if isinstance(block, RationalPlant) else None
     return None if isinstance(found, Failure) else found
 
 
-def _case(block: RationalPlant | DelayPlant | StateSpace, rows: list[StabilityBound]) -> Case:
+def _case(block: Plant, rows: list[StabilityBound]) -> Case:
     if isinstance(block, StateSpace):
         shown = any(row.verdict is Verdict.PROVED and row.lower == 0 for row in rows)
         poles = np.linalg.eigvals(block.A)
         inside = poles.real < 0 if block.dt is None else np.abs(poles) < 1
         return "stable" if shown or inside.all() else "unstable"
+    assert isinstance(block, RationalPlant | DelayPlant)
     rational = block if isinstance(block, RationalPlant) else RationalPlant([1], block.denominator)
     return TransferPolynomials.of(rational).case
 
 
-def _finite(bound: float | Fraction) -> Fraction:
-    if bound == -math.inf:
-        raise AssumptionError("the class has no lower end: no criterion here reaches -inf; give a finite lower bound")
-    return exact_number(bound, "lower")
+def _start(bounds: Sector | SlopeBounds) -> Fraction:
+    """Where the rows begin: at the lower end of the class, or at 0 where that has none."""
+    return Fraction(0) if bounds.lower == -math.inf else exact_number(bounds.lower, "lower")
 
 
-def _spread(rows: list[StabilityBound]) -> list[StabilityBound]:
-    """A counterexample to a class refutes the larger ones before it too, if they begin at the same gain."""
-    found = list(rows)
-    for place in range(len(found) - 2, -1, -1):
-        larger, smaller = found[place], found[place + 1]
-        if smaller.refuted_at is None or larger.lower != smaller.lower:
-            continue
-        if smaller.trivial is not None and larger.trivial is None and larger.refuted_at == smaller.refuted_at:
-            found[place] = replace(larger, trivial=smaller.trivial, witness=smaller.witness)
-        elif larger.refuted_at is None or smaller.refuted_at < larger.refuted_at:
-            low, high = larger.largest.low, smaller.refuted_at
-            if larger.verdict is Verdict.PROVED and low >= high:
-                raise ContradictionError(f"{larger.criterion} proves up to {low!r}, and {smaller.witness} at {high!r}")
-            largest = Bracket(low, max(low, min(larger.largest.high, high)))
-            witness, trivial = smaller.witness, smaller.trivial
-            found[place] = replace(larger, refuted_at=high, witness=witness, trivial=trivial, largest=largest)
-    return found
-
-
-def _not_shown(
-    block: RationalPlant | DelayPlant | StateSpace, rows: list[StabilityBound], found: Conclusion
-) -> tuple[str, ...]:
+def _not_shown(rows: list[StabilityBound], found: Conclusion) -> tuple[str, ...]:
     notes = ["a rate of decay, a bound on the size of the motion, anything about external inputs"]
     if found.shown is None or found.shown.certificate["laws"].get("regularity") is None:
         notes.insert(0, "anything about laws that are not locally Lipschitz")

@@ -13,7 +13,7 @@ from plants import block as exact
 from lure.analysis.certificates.checker import Refuted
 from lure.analysis.certificates.refutations import crossing_proof, refutation_draft, smallest_class
 from lure.analysis.counterexamples.linear import linear_witness
-from lure.analysis.questions.models import _dead_time_gain
+from lure.analysis.questions.counterexample_search import _dead_time_gain
 from lure.analysis.theorems.dead_time import hurwitz_limit
 from lure.errors import AssumptionError
 from lure.plants.delay import DelayPlant

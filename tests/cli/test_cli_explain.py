@@ -5,8 +5,10 @@ import shlex
 
 import pytest
 
+from lure import NonlinearityClass, RationalPlant, Sector
 from lure.analysis.certificates import codes
-from lure.analysis.verdict import Verdict
+from lure.analysis.questions.conclusion import undecided
+from lure.analysis.questions.problem import Problem
 
 
 def test_explain_lists_every_code_in_order(lure):
@@ -44,7 +46,8 @@ def test_an_unknown_code_is_one_sentence_with_the_nearest(lure):
 def test_the_commands_of_an_explanation_are_understood(lure, tmp_path, monkeypatch, code):
     from lure.analysis.questions import certify
 
-    open_ended = certify.Certification(verdict=Verdict.INCONCLUSIVE, code=code, detail="not asked")
+    asked = Problem.about(RationalPlant([1], [1, 3, 2, 0]), NonlinearityClass(sector=Sector(0, 5)))
+    open_ended = certify.Certification(conclusion=undecided(asked, "not asked", code=code), detail="not asked")
     monkeypatch.setattr(certify, "certify", lambda *_arguments, **_options: open_ended)
     (tmp_path / "plant.toml").write_text("[plant]\nnum = [1]\nden = [1, 3, 2, 0]\n[class]\nsector = [0, 5]\n")
     for text in code.tries:

@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from lure import StateSpace
 from lure.analysis import analyse, max_sector, max_slope
-from lure.analysis.questions.state_space import growing_gain
+from lure.analysis.questions.counterexample_search import growing_gain
 from lure.analysis.report.loop.document import loop_document
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.write import loop_page
@@ -129,9 +129,7 @@ def test_the_verdict_and_the_class_are_those_of_the_certificate_everywhere(name)
     assert conclusion["statement"] in unescape(loop.found._repr_html_())
     head = conclusion["meaning"] if conclusion["membership"] == "checked" else conclusion["headline"]
     assert plain(re.search(r"<h1.*?</h1>", loop.page, re.DOTALL)[0]).rstrip(".") == plain(head).rstrip(".")
-    assert loop.data["system"]["class"] is None or near_class(
-        loop.data["system"]["class"], loop.found.subject.law_class
-    )
+    assert loop.data["system"]["class"] is None or near_class(loop.data["system"]["class"], loop.found.problem.given)
     if shown is None:
         assert verdict == "INCONCLUSIVE"
         assert conclusion["reason"] in conclusion["statement"]
@@ -332,7 +330,7 @@ def test_a_gain_that_the_checker_refuses_is_no_counterexample(monkeypatch):
     def refusing(block, witness):
         raise ArithmeticError("refused")
 
-    monkeypatch.setattr("lure.analysis.questions.state_space._settled", refusing)
+    monkeypatch.setattr("lure.analysis.questions.counterexample_search._settled", refusing)
     assert growing_gain(block, Fraction(0)) is None
     growing_gain.cache_clear()
 

@@ -56,7 +56,7 @@ def test_a_star_brings_every_public_name():
 def test_questions_take_a_plant_and_a_nonlinearity(nonlinearity, words):
     found = analyse("5/(s+1)", nonlinearity)
     assert found.verdict is Verdict.PROVED
-    assert words in str(found.subject.law_class)
+    assert words in str(found.problem.given)
     assert certify("5/(s+1)", nonlinearity).verdict is Verdict.PROVED
 
 
@@ -79,7 +79,7 @@ def test_two_nonlinearities_are_one_too_many(plant):
 
 def test_a_named_plant_keeps_its_name():
     found = analyse(builtin_loop("triple-lag"), Sector(0, 7))
-    assert found.subject.name == "triple-lag"
+    assert found.problem.name == "triple-lag"
     assert found.verdict is Verdict.PROVED
 
 

@@ -23,7 +23,7 @@ from lure import (
 )
 from lure.analysis import Verdict, certify, max_sector
 from lure.analysis.describing import describing_hint
-from lure.analysis.questions.problem import subject
+from lure.analysis.questions.problem import problem_of
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.theorems.passivity import passivity_indices
 from lure.errors import InputError
@@ -243,7 +243,7 @@ def test_python_control_takes_our_laws_for_its_describing_function():
 def test_questions_take_a_loop_made_of_objects_of_python_control():
     loop = Loop(control.tf([1], [1, 3, 2, 0]), control.saturation_nonlinearity(1))
     assert loop.block == as_plant("1/(s*(s+1)*(s+2))")
-    assert str(subject(loop).law_class) == "odd phi with slope in [0, 1]"
+    assert str(problem_of(loop).law_class) == "odd phi with slope in [0, 1]"
     assert certify(loop).verdict is Verdict.PROVED
     assert max_sector(control.tf([1], [1, 3, 2, 0])).largest.low == pytest.approx(6)
 

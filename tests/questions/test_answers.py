@@ -18,8 +18,8 @@ from lure import (
     Sector,
     SlopeBounds,
 )
-from lure.analysis.questions import analyse, findings, max_sector, max_slope, questions
-from lure.analysis.questions.problem import Subject
+from lure.analysis.questions import analyse, answers, max_sector, max_slope, search
+from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.files.builtin import builtin_loop
 from lure.plants.delay import DelayPlant
@@ -135,8 +135,8 @@ def test_a_question_without_an_answer_is_refused_in_a_sentence(question, words):
 
 def test_a_proof_above_a_refutation_is_not_reported(monkeypatch):
     stray = max_sector(CARRASCO_6).witness
-    monkeypatch.setattr(findings, "linear_witnesses", lambda asked, limit: [stray])
-    with pytest.raises(questions.ContradictionError, match="one of the two is wrong"):
+    monkeypatch.setattr(search, "linear_witnesses", lambda asked, limit: [stray])
+    with pytest.raises(answers.ContradictionError, match="one of the two is wrong"):
         max_sector(THIRD)
 
 
@@ -191,15 +191,13 @@ def test_units_of_time_and_gain_do_not_matter(block, gain, scale):
 
 
 def test_analyse_decides_the_class_asked_about():
-    inside = analyse(Subject(name="x", block=THIRD, law_class=NonlinearityClass(sector=Sector(0, 5))))
+    inside = analyse(Problem.about(THIRD, NonlinearityClass(sector=Sector(0, 5))))
     assert inside.verdict is Verdict.PROVED
     assert "PROVED  x" in str(inside)
-    outside = analyse(Subject(name="x", block=THIRD, law_class=NonlinearityClass(sector=Sector(0, 7))))
+    outside = analyse(Problem.about(THIRD, NonlinearityClass(sector=Sector(0, 7))))
     assert outside.verdict is Verdict.REFUTED
     assert outside.evidence is Evidence.CERTIFIED
-    varying = analyse(
-        Subject(name="x", block=THIRD, law_class=NonlinearityClass(sector=Sector(0, 5), time_varying=True))
-    )
+    varying = analyse(Problem.about(THIRD, NonlinearityClass(sector=Sector(0, 5), time_varying=True)))
     assert varying.verdict is not Verdict.PROVED
     assert any("time-invariance" in hint for hint in varying.hints)
 
@@ -230,7 +228,7 @@ def test_blocks_too_large_for_exact_polynomials_are_certified_by_matrices_from_b
 
 
 def decide(block, **properties):
-    return analyse(Subject(name="x", block=block, law_class=NonlinearityClass(**properties)))
+    return analyse(Problem.about(block, NonlinearityClass(**properties)))
 
 
 # phi = lower sigma lies in each class and leaves a pole at 0 (z = 1): every state is an equilibrium of that loop

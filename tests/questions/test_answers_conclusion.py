@@ -16,7 +16,6 @@ from lure import (
     Loop,
     NonlinearityClass,
     PiecewiseLinear,
-    Quantiser,
     RationalPlant,
     Saturation,
     Sector,
@@ -30,11 +29,10 @@ from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.systems import laws_of
-from lure.analysis.questions import advice, analyse, max_sector, max_slope, table
-from lure.analysis.questions import findings as decision
+from lure.analysis.questions import advice, analyse, answers, max_sector, max_slope, table
 from lure.analysis.questions.certify import certify
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of, law_class_of
-from lure.analysis.questions.problem import Problem, Subject
+from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.table import analysis_dict, class_dict, table_row
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.files.builtin import builtin_loop
@@ -60,7 +58,7 @@ def sector(low, high, **more):
 
 
 def about(block, law_class, law=None):
-    return analyse(Subject(name="x", block=block, law_class=law_class, law=law))
+    return analyse(Problem.about(block, law_class, nonlinearity=law))
 
 
 # the class ------------------------------------------------------------------------------------------------------------
@@ -69,7 +67,7 @@ def about(block, law_class, law=None):
 def test_a_filter_that_lets_everything_through_proves_nothing(monkeypatch):
     # Carrasco's example 6: proved for odd laws up to 1.0869, refuted for a monotone one at 175/192 = .9115
     monotone = NonlinearityClass.slope_restricted(0, 1)
-    for place in (advice, decision):
+    for place in (advice, answers):
         monkeypatch.setattr(place, "serves", lambda row, law_class: True)
     found = about(DT6, monotone)
     assert found.verdict is Verdict.REFUTED
@@ -193,9 +191,9 @@ def test_what_does_not_fit_does_not_end_the_search(proofs, monkeypatch):
     # the circle criterion says less than Popov's of THIRD; the refutation of a larger class fits none of [0, 5]
     _, popov = proofs["popov"]
     short = max_sector(THIRD, lower=Fraction(1, 10), criterion="circle").proof
-    monkeypatch.setattr(decision, "_proofs", lambda *_: iter((short, popov)))
+    monkeypatch.setattr(answers, "_proofs", lambda *_: iter((short, popov)))
     assert about(THIRD, sector(0, 5)).verdict is Verdict.PROVED
-    monkeypatch.setattr(decision, "_proofs", lambda *_: iter((short,)))
+    monkeypatch.setattr(answers, "_proofs", lambda *_: iter((short,)))
     found = about(THIRD, sector(0, 5))
     assert found.verdict is Verdict.INCONCLUSIVE
     assert found.reason == "what is proved ends at 5.999999999, and the smallest class refuted ends at 6"
@@ -204,7 +202,6 @@ def test_what_does_not_fit_does_not_end_the_search(proofs, monkeypatch):
 @pytest.mark.parametrize(
     ("asked", "row"),
     [
-        (None, None),
         (sector(0, 1), "sector"),
         (sector(0, 1, odd=True), "sector"),
         (sector(0, 1, time_varying=True), "varying"),
@@ -213,73 +210,25 @@ def test_what_does_not_fit_does_not_end_the_search(proofs, monkeypatch):
     ],
 )
 def test_the_row_of_a_class_is_that_of_its_kind(asked, row):
-    assert decision.asked_row(["varying", "sector", "slope", "odd"], asked) == row
+    assert advice.row_asked(["varying", "sector", "slope", "odd"], asked) == row
 
 
 def test_any_row_may_decide_and_without_a_class_the_best_does():
     third, short, never = max_sector(THIRD), max_slope(THIRD, criterion="circle"), max_sector("1/(s - 1)")
-    asked = Subject(name="x", block=THIRD, law_class=NonlinearityClass.slope_restricted(0, 5), law=None)
+    rows = [never, third, short, short]
+    asked = Problem.about(THIRD, NonlinearityClass.slope_restricted(0, 5))
     assert short.largest.low < 5  # the row of the class asked about says less than Popov's of the sector
-    assert decision.decided(asked, [never, third, short, short]).verdict is Verdict.PROVED
-    steep = replace(asked, law_class=NonlinearityClass(sector=Sector(0, 5), slope=SlopeBounds(0, 100)))
-    assert decision.decided(steep, [never, third, short, short]).verdict is Verdict.PROVED  # for any slope
-    bare = replace(asked, law_class=None)
+    assert decided(asked, rows).verdict is Verdict.PROVED
+    steep = Problem.about(THIRD, NonlinearityClass(sector=Sector(0, 5), slope=SlopeBounds(0, 100)))
+    assert decided(steep, rows).verdict is Verdict.PROVED  # for any slope
     lag, varying = max_sector("1/(s + 1)"), max_sector("1/(s + 1)", time_varying=True)  # both for every finite k
     for rows, best in (((third, never), third), ((lag, varying), lag)):
-        assert decision.decided(bare, list(rows)) is best.conclusion
-        assert decision.decided(bare, list(rows[::-1])) is best.conclusion
+        assert table._farthest(list(rows)) is table._farthest(list(rows[::-1])) is best
 
 
-# one nonlinearity -----------------------------------------------------------------------------------------------------
-
-
-def test_a_quantiser_with_a_direct_term_is_not_proved():
-    # sigma + phi(sigma) = y has no solution for y in [.5, 1.5): most solutions of the loop do not exist
-    loop = Loop(as_plant("(z + 1)/(z - 1/2)", dt=1), Quantiser(step=1))
-    found = analyse(loop)
-    assert found.verdict is Verdict.INCONCLUSIVE
-    assert (found.code, found.shown) == (codes.ROUGH_LAW, None)
-    assert "not known to be locally Lipschitz" in found.reason
-    assert not any("slope bounds" in hint for hint in found.hints)  # a quantiser can have none
-    other = certify(loop)
-    assert (other.verdict, other.code) == (Verdict.INCONCLUSIVE, codes.ROUGH_LAW)
-
-
-def test_without_a_direct_term_the_circle_criterion_holds_for_laws_that_jump():
-    # 0.2/(z - 1/2): 1/2 + Re H > 0, as Re H >= -.2/1.5; the next state is defined whatever phi is
-    loop = Loop(as_plant("0.2/(z - 1/2)", dt=1), Quantiser(step=1))
-    for found in (analyse(loop).shown, certify(loop).shown):
-        assert found.certificate["laws"]["regularity"] == "any"
-        assert "continuous or not" in found.claim
-        assert recheck(found.certificate).accepted
-    said = analyse(loop)
-    assert said.conclusion.headline == "The point 0 attracts every motion with mid-tread quantiser of step 1."
-    assert "anything about laws that are not locally Lipschitz" not in said.not_shown
-
-
-def test_a_law_that_jumps_is_not_proved_where_continuity_is_used():
-    rough = Quantiser(step=1)
-    for block in (as_plant("1/(s + 1)"), as_plant("0.2/(z - 1)", dt=1), as_plant("0.2*z/(z - 1/2)", dt=1)):
-        assert analyse(Loop(block, rough)).verdict is not Verdict.PROVED
-        assert certify(Loop(block, rough)).verdict is not Verdict.PROVED
-
-
-def test_with_a_direct_term_one_solution_is_shown_or_stated():
-    block = as_plant("(s + 2)/(s + 1)")
-    stated = analyse(Loop(block, InASector())).conclusion  # known by its values alone
-    assert stated.verdict is Verdict.PROVED
-    assert ", if sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y" in stated.headline
-    shown = analyse(Loop(block, Tanh())).conclusion
-    assert shown.headline == "The point 0 attracts every motion with tanh(sigma / 1)."
-    declared = "phi lies in the sector you declare and is locally Lipschitz, of which nothing is declared"
-    solution = "sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y"
-    other = certify(Loop(block, InASector()))
-    assert other.to_dict()["assumed"] == [declared, solution]
-    assert all(f">{clause}</td>" in other._repr_html_() for clause in (declared, solution))
-    assert other.to_dict()["shown"]["assumed"] == [solution]  # of the class, which is all the file speaks of
-    assert certify(Loop(block, Tanh())).assumed == certify(block, sector(0, 1, time_varying=True)).assumed[1:] == ()
-    bare = max_sector(block, criterion="circle")
-    assert "has exactly one solution sigma for every y (circle" in str(bare)
+def decided(problem, rows):
+    """What follows from the certificates of the rows."""
+    return answers._certification(problem, rows, "rationals", lambda: False, lambda _step, _done: None)
 
 
 @pytest.mark.parametrize(
@@ -484,10 +433,10 @@ def test_a_counterexample_to_a_class_counts_for_the_larger_one_where_it_is_neare
     third = max_sector(THIRD)  # refuted at 6
     far = replace(third, refuted_at=8.0, witness=replace(third.witness, k=8.0))
     none, shifted = replace(third, refuted_at=None, witness=None), replace(third, lower=Fraction(1, 10))
-    assert [row.refuted_at for row in table._spread([far, third])] == [6.0, 6.0]
-    assert [row.refuted_at for row in table._spread([third, far])] == [6.0, 8.0]
-    assert [row.refuted_at for row in table._spread([far, shifted])] == [8.0, 6.0]
-    assert [row.refuted_at for row in table._spread([far, none])] == [8.0, None]
+    assert [row.refuted_at for row in answers._spread([far, third])] == [6.0, 6.0]
+    assert [row.refuted_at for row in answers._spread([third, far])] == [6.0, 8.0]
+    assert [row.refuted_at for row in answers._spread([far, shifted])] == [8.0, 6.0]
+    assert [row.refuted_at for row in answers._spread([far, none])] == [8.0, None]
 
 
 # what people write ----------------------------------------------------------------------------------------------------

@@ -9,8 +9,7 @@ import pytest
 from asking import THIRD, asked, sector
 
 from lure import NonlinearityClass, RationalPlant, Sector, SlopeBounds
-from lure.analysis.certificates import codes
-from lure.analysis.questions import candidates, counterexample_search
+from lure.analysis.certificates import codes, matrix
 from lure.analysis.theorems import circle, park, popov, zames_falb_discrete
 from lure.analysis.verdict import Bracket, Evidence, Verdict, Witness
 
@@ -55,7 +54,7 @@ def test_a_refutation_that_raises_refutes_nothing_and_hides_no_proof(monkeypatch
     def broken(*_arguments, **_options):
         raise error
 
-    monkeypatch.setattr(counterexample_search, "refutation_draft", broken)
+    monkeypatch.setattr("lure.analysis.certificates.refutations.refutation_draft", broken)
     against = asked(THIRD, sector(0, 7), "popov")  # Routh refutes it from 6 on, and nothing else does
     assert against.verdict is Verdict.INCONCLUSIVE
     assert code in {failure.code for failure in against.failures}
@@ -166,7 +165,7 @@ def test_a_gain_that_is_stable_or_outside_the_class_refutes_nothing(monkeypatch,
 )
 def test_a_matrix_out_of_thin_air_proves_nothing(monkeypatch, P):
     # Popov reaches 6 and the class ends at 5.99: neither 1 nor -1 will do
-    honest = candidates.matrix_draft
+    honest = matrix.matrix_draft
     proof = {
         "method": "matrix",
         "P": P,
@@ -177,7 +176,7 @@ def test_a_matrix_out_of_thin_air_proves_nothing(monkeypatch, P):
     def lie(block, upper, **options):
         return {**honest(block, upper, **options), "proof": proof}
 
-    monkeypatch.setattr(candidates, "matrix_draft", lie)
+    monkeypatch.setattr(matrix, "matrix_draft", lie)
     found = asked(THIRD, sector(0, Fraction("5.99")), "popov", method="matrix")
     assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.REJECTED)
 

@@ -12,7 +12,7 @@ import pytest
 from lure import InputError, RationalPlant, as_plant
 from lure.analysis.counterexamples.oscillation import _smallest
 from lure.analysis.deadline import checkpoint, time_left, time_limit
-from lure.analysis.questions import analyse, findings, max_sector, max_slope
+from lure.analysis.questions import analyse, max_sector, max_slope, search
 from lure.analysis.questions.largest import meet
 from lure.analysis.verdict import Verdict
 
@@ -33,9 +33,9 @@ def said(found):
 def steps(monkeypatch):
     """The criteria asked and the searches made, in order."""
     made = []
-    ask, search = findings.answer_of, findings.nonlinear_witnesses
-    monkeypatch.setattr(findings, "answer_of", lambda entry, asked: made.append(entry.name) or ask(entry, asked))
-    monkeypatch.setattr(findings, "nonlinear_witnesses", lambda asked: made.append("search") or search(asked))
+    ask, look = search.reached, search.nonlinear_witnesses
+    monkeypatch.setattr(search, "reached", lambda entry, asked: made.append(entry.name) or ask(entry, asked))
+    monkeypatch.setattr(search, "nonlinear_witnesses", lambda asked: made.append("search") or look(asked))
     return made
 
 
@@ -91,14 +91,14 @@ def test_two_ends_meet_within_a_millionth_on_either_side_of_zero():
 
 def ending(monkeypatch, name, error):
     """The search ends when that criterion is asked."""
-    ask = findings.answer_of
+    ask = search.reached
 
     def asked(entry, question):
         if entry.name == name:
             raise error
         return ask(entry, question)
 
-    monkeypatch.setattr(findings, "answer_of", asked)
+    monkeypatch.setattr(search, "reached", asked)
 
 
 @pytest.mark.parametrize(
@@ -131,7 +131,7 @@ def test_an_interrupt_before_anything_was_found_passes(monkeypatch):
     def interrupted(_asked):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(findings, "hurwitz", interrupted)
+    monkeypatch.setattr(search, "hurwitz", interrupted)
     with pytest.raises(KeyboardInterrupt):
         max_sector(PARK)
 

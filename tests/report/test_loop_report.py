@@ -209,9 +209,9 @@ def test_the_fingerprint_is_that_of_the_inputs(reports, documents):
     again = build_loop_report(loop("proved"))
     assert loop_document(again) == documents["proved"]
     nearly = parse_system(FILES["law"].replace("gain=2", "gain=2.00000000000000000001"), name="law", source="a file")
-    about = replace(reports["law"].analysis.subject, law=nearly.nonlinearity)
+    about = replace(reports["law"].analysis.problem, nonlinearity=nearly.nonlinearity)
     assert inputs_sha256(about, documents["law"]["system"]) != inputs_sha256(
-        reports["law"].analysis.subject, documents["law"]["system"]
+        reports["law"].analysis.problem, documents["law"]["system"]
     )
 
 
@@ -293,17 +293,17 @@ def test_a_law_is_simulated_and_of_a_class_only_members(reports):
 
 
 def test_the_describing_function_is_a_hint_for_odd_laws_in_continuous_time(reports):
-    assert "describing function" in balance_hints(reports["law"].analysis.subject)[0]
-    assert "odd laws" in balance_hints(reports["contact"].analysis.subject)[0]
-    assert balance_hints(reports["discrete law"].analysis.subject) == ()
-    assert balance_hints(reports["proved"].analysis.subject) == ()
+    assert "describing function" in balance_hints(reports["law"].analysis.problem)[0]
+    assert "odd laws" in balance_hints(reports["contact"].analysis.problem)[0]
+    assert balance_hints(reports["discrete law"].analysis.problem) == ()
+    assert balance_hints(reports["proved"].analysis.problem) == ()
 
 
 @pytest.mark.parametrize(("number", "said"), [(1, "b0; it"), (4, "b0; b1; b2; b3; it"), (6, "b3; and 2 more; it")])
 def test_of_many_balances_four_are_listed_and_the_others_counted(reports, monkeypatch, number, said):
     found = SimpleNamespace(balances=tuple(f"b{i}" for i in range(number)))
     monkeypatch.setattr("lure.analysis.report.loop.document.describing_hint", lambda block, law: found)
-    assert said in balance_hints(reports["law"].analysis.subject)[0]
+    assert said in balance_hints(reports["law"].analysis.problem)[0]
 
 
 # page -----------------------------------------------------------------------------------------------------------------
@@ -351,7 +351,7 @@ def test_what_a_user_types_is_text_on_the_page_and_in_no_figure(pages):
 @pytest.mark.parametrize("name", NAMES)
 def test_both_plots_are_drawn_whether_or_not_anything_is_proved(reports, name):
     specs = {figure.spec.name: figure.spec for figure in loop_figures(reports[name])}
-    discrete = getattr(reports[name].analysis.subject.block, "dt", None) is not None
+    discrete = getattr(reports[name].analysis.problem.plant, "dt", None) is not None
     assert ("nyquist" in specs, "popov" in specs) == (True, not discrete)
     for kind, criterion in (("nyquist", "circle"), ("popov", "popov")):
         if kind in specs:

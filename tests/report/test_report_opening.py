@@ -114,7 +114,7 @@ def test_the_page_begins_with_what_was_decided_about_the_nonlinearity_given(text
     seen = words(write_loop_report(report, tmp_path).read_text("utf-8").partition("<header>")[2])
     places = [seen.index(each) for each in first]
     assert places == sorted(places)
-    assert ("Your nonlinearity" in seen) is (report.analysis.subject.law is not None)
+    assert ("Your nonlinearity" in seen) is (report.analysis.problem.nonlinearity is not None)
     assert "by certified" not in seen.lower()
 
 

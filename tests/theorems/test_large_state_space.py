@@ -15,7 +15,7 @@ from lure.analysis.certificates.second import recheck
 from lure.analysis.counterexamples.linear import growing_gains
 from lure.analysis.inequality.gains import hurwitz_limit
 from lure.analysis.inequality.state_space import state_space_largest
-from lure.analysis.questions.state_space import by_matrices
+from lure.analysis.questions.problem import by_matrices
 from lure.analysis.theorems.circle import circle_largest
 from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.verdict import Evidence, Verdict

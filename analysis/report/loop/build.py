@@ -54,7 +54,7 @@ def build_loop_report(
         analysis=found,
         observed=seen.sentences,
         trajectories=seen.trajectories,
-        hints=balance_hints(found.subject),
+        hints=balance_hints(found.problem),
         command=command or f"lure report {shlex.quote(system.name)}",
         versions={"lure": __version__, "python": platform.python_version()}
         | {name: version(name) for name in PACKAGES},

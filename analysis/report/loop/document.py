@@ -12,7 +12,7 @@ from typing import Any
 
 from lure.analysis.describing import describing_hint
 from lure.analysis.nonlinearity.membership import certified_properties
-from lure.analysis.questions.problem import Subject
+from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.table import analysis_dict
 from lure.analysis.report.certificates import certificate_list
 from lure.analysis.report.loop.model import LoopReport
@@ -58,15 +58,15 @@ def plain(value: object) -> Any:  # noqa: ANN401  (JSON data)
 # What the describing function suggests for the law of a report: a hint, never a verdict.
 
 
-def balance_hints(about: Subject) -> tuple[str, ...]:
+def balance_hints(about: Problem) -> tuple[str, ...]:
     """One sentence on harmonic balance; empty for blocks with dead time, in discrete time, or without a law.
 
     Parameters
     ----------
-    about : Subject
+    about : Problem
         The loop.
     """
-    block, law = about.block, about.law
+    block, law = about.plant, about.nonlinearity
     if law is None or not isinstance(block, RationalPlant) or block.dt is not None:
         return ()
     if not getattr(law, "odd", False):
@@ -93,16 +93,16 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
     report : LoopReport
         The report.
     """
-    about = report.analysis.subject
+    about = report.analysis.problem
     found: dict[str, Any] = plain(analysis_dict(report.analysis))
     keys = ("name", "title", "source", "block", "case", "class")
-    system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _law(about.law)}
+    system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _law(about.nonlinearity)}
     return {
         "schema": SCHEMA,
         "system": system,
         "conclusion": {key: found[key] for key in _KEYS.split()},
         "transformation": list(transformation(about)),
-        "gains": found["gains"] if isinstance(about.block, RationalPlant) else None,
+        "gains": found["gains"] if isinstance(about.plant, RationalPlant) else None,
         "answers": found["answers"],
         "certificates": certificate_list(report.analysis.certificates),
         "observed": list(report.observed),
@@ -112,31 +112,31 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
     }
 
 
-def transformation(about: Subject) -> tuple[str, ...]:
+def transformation(about: Problem) -> tuple[str, ...]:
     """The sector shift behind the answers, step by step; empty if the class begins at 0 or nothing was shifted.
 
     Parameters
     ----------
-    about : Subject
+    about : Problem
         The loop.
     """
-    block, asked = about.block, about.law_class
+    block, asked = about.plant, about.given
     if not isinstance(block, RationalPlant) or asked is None or asked.sector.lower in (0, -math.inf):
         return ()
     return sector_shift(block, asked).steps
 
 
-def inputs_sha256(about: Subject, found: dict[str, Any]) -> str:
+def inputs_sha256(about: Problem, found: dict[str, Any]) -> str:
     """Fingerprint of everything that was put in: the block to the last digit, the law, the class.
 
     Parameters
     ----------
-    about : Subject
+    about : Problem
         The loop.
     found : dict
         Its analysis as plain data.
     """
-    law = about.law
+    law = about.nonlinearity
     exact = repr(law) if dataclasses.is_dataclass(law) else None if law is None else law_text(law)
     inputs = {"kind": "loop", "block": found["block"], "class": found["class"], "law": exact}
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()

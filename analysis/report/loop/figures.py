@@ -18,12 +18,12 @@ from lure.analysis.plots import render
 from lure.analysis.plots.loops import plot_law, plot_orbit_signals, plot_reach, plot_solutions
 from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
 from lure.analysis.questions import StabilityBound
+from lure.analysis.questions.problem import Plant
 from lure.analysis.questions.table import class_name
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.verdict import Verdict, Witness
 from lure.loop import shifted_block
-from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
@@ -38,7 +38,6 @@ _SEEN = "Simulated with {}: observed, no proof. Each curve is divided by its lar
 _LAW = "The nonlinearity φ of the counterexample.{}"
 _ORBIT = "One period of the solution with that φ: it repeats for ever."
 
-Plant = RationalPlant | DelayPlant | StateSpace
 Line = tuple[float, float, bool]
 """Upper end of a sector, multiplier [s], and whether the criterion proves the sector."""
 
@@ -51,7 +50,7 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
     report : LoopReport
         The report.
     """
-    rows, block = report.analysis.rows, report.analysis.subject.block
+    rows, block = report.analysis.rows, report.analysis.problem.plant
     reach = FigureSpec(
         name="reach",
         section="frequency",
@@ -64,7 +63,7 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
 
 
 def _nyquist(report: LoopReport) -> FigureSpec:
-    block = report.analysis.subject.block
+    block = report.analysis.problem.plant
     lower, (k, _, proved) = _lower(report), _line(report, "circle")
     omega, values = axis_values(block, None)
     seen = NyquistResponse(
@@ -79,7 +78,7 @@ def _nyquist(report: LoopReport) -> FigureSpec:
 
 def _popov(report: LoopReport) -> Iterator[FigureSpec]:
     """In continuous time, with the lower end of the class moved into the block."""
-    block, lower = report.analysis.subject.block, _lower(report)
+    block, lower = report.analysis.problem.plant, _lower(report)
     if not continuous(block):
         return
     k, theta, proved = _line(report, "popov")
@@ -116,7 +115,7 @@ def _lower(report: LoopReport) -> float:
 
 def _line(report: LoopReport, criterion: str) -> Line:
     """The largest sector that a criterion proves, with its multiplier, or the one that was asked about."""
-    rows, asked, lower = report.analysis.rows, report.analysis.subject.law_class, _lower(report)
+    rows, asked, lower = report.analysis.rows, report.analysis.problem.given, _lower(report)
     for row in rows:
         for answer in row.answers:
             if answer.verdict is Verdict.PROVED and answer.criterion == criterion and answer.largest.low > lower:
@@ -130,7 +129,7 @@ def _response(report: LoopReport) -> Iterator[FigureSpec]:
     """Simulated solutions with the given nonlinearity, or with one extreme member of the class that is proved."""
     seen = [one for one in report.trajectories if one.law == report.trajectories[0].law and one.t[-1] > 0]
     if seen:
-        law = report.analysis.subject.law
+        law = report.analysis.problem.nonlinearity
         words = "the given φ" if law is not None else seen[0].law
         draw = partial(plot_solutions, seen)
         title = "Response σ(t) from a few starts"

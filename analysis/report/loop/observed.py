@@ -75,8 +75,8 @@ def observed(found: LoopAnalysis) -> Observation:
         A solution does, beyond the error of its computation, what is proved not to happen; or the class said to be
         proved holds an unstable linear gain or a certified counterexample.
     """
-    about = found.subject
-    block, law = about.block, about.law
+    about = found.problem
+    block, law = about.plant, about.nonlinearity
     if not isinstance(block, RationalPlant) or block.order == 0:
         return Observation()
     claimed, conclusion = _claim(found)
@@ -113,7 +113,7 @@ def _sentence(runs: Runs) -> str:
 
 def _against(found: LoopAnalysis, run: Trajectory) -> str:
     return (
-        f"what is said to be proved of {found.subject.name}, {found.statement!r:.200}, is contradicted by a simulated "
+        f"what is said to be proved of {found.problem.name}, {found.statement!r:.200}, is contradicted by a simulated "
         f"solution with {run.law}, which {run.finding} within {run.until:.4g} s ({run.start}); one of the two is "
         "wrong, or what is declared of the law is false: please report the loop"
     )
@@ -126,8 +126,8 @@ def _claim(found: LoopAnalysis) -> tuple[NonlinearityClass | None, Conclusion]:
     said = str(found.shown.certificate["conclusion"])
     meanings = (short for text, short in _CONCLUSIONS.items() if said.startswith(text))
     conclusion: Conclusion = next(meanings, "bounded")
-    if found.subject.law_class is not None:
-        return found.subject.law_class, conclusion
+    if found.problem.given is not None:
+        return found.problem.given, conclusion
     row = next((row for row in found.rows if row.proof is found.shown), found.rows[0])
     low, high = row.lower, row.largest.low
     upper = exact_number(high, "k") if math.isfinite(high) else math.inf
@@ -155,7 +155,7 @@ def _members(found: LoopAnalysis, block: RationalPlant, claimed: NonlinearityCla
         against = f"phi = {gain} sigma, for which the loop is not stable"
     if against is not None:
         raise ContradictionError(
-            f"what is said to be proved of {found.subject.name}, {found.statement!r:.200}, is contradicted by a member "
+            f"what is said to be proved of {found.problem.name}, {found.statement!r:.200}, is contradicted by a member "
             f"of the class {claimed}: {against}; one of the two is wrong: please report the loop"
         )
 

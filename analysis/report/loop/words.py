@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from lure.analysis.numerics.doubles import bound_above, bound_below
-from lure.analysis.questions.models import NOT_NEEDED, REFUSED
+from lure.analysis.questions.proofs import NOT_NEEDED, REFUSED
 
 Data = dict[str, Any]
 

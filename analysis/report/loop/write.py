@@ -73,10 +73,10 @@ def loop_diagram(report: LoopReport) -> Markup:
     report : LoopReport
         The report.
     """
-    about = report.analysis.subject
-    graph = class_graph(about.law_class) if about.law is None else law_graph(about.law)
-    text = law_text(about.law) if about.law is not None else str(about.law_class or "phi")
-    return block_diagram(str(about.block), prose(text), graph)
+    about = report.analysis.problem
+    graph = class_graph(about.given) if about.nonlinearity is None else law_graph(about.nonlinearity)
+    text = law_text(about.nonlinearity) if about.nonlinearity is not None else str(about.given or "phi")
+    return block_diagram(str(about.plant), prose(text), graph)
 
 
 def _bars(data: Data) -> list[Bar]:

@@ -1,23 +1,27 @@
-"""``max_sector`` and ``max_slope``: the largest class that is stable, and the smallest found that is not."""
+"""``answer``: from a problem to its verdict, for the largest class of a kind and for one class alike."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, cast
 
-from lure.analysis.certificates.codes import OUT_OF_TIME
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.sealing import Failure, guarded
 from lure.analysis.counterexamples.linear import refutes_lower
-from lure.analysis.deadline import check_seconds
+from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.inequality.checks import require_solution
-from lure.analysis.questions.conclusion import Conclusion, MismatchError, conclusion_of, undecided
-from lure.analysis.questions.findings import Findings, Tell, find
+from lure.analysis.questions.advice import row_asked, serves, why
+from lure.analysis.questions.conclusion import Certification, Conclusion, MismatchError, conclusion_of, undecided
+from lure.analysis.questions.counterexample_search import counterexample, linear_refutation
 from lure.analysis.questions.largest import StabilityBound
-from lure.analysis.questions.models import silent
-from lure.analysis.questions.problem import Plant, Problem, Search, plant_given
-from lure.analysis.questions.state_space import by_matrices
+from lure.analysis.questions.problem import Plant, Problem, Search, by_matrices, plant_given
+from lure.analysis.questions.proofs import endless_proof, every_finite, proposals, restated, silent
+from lure.analysis.questions.search import Findings, Tell, find
 from lure.analysis.theorems.table import BEST
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
 from lure.analysis.wording import proviso
@@ -30,7 +34,8 @@ from lure.plants.rational import RationalPlant
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.proposals import Numbers
-    from lure.analysis.questions.certify import Certification
+
+GRACE = 1.0  # [s] to say what was found, when the time for the search is over
 
 
 class ContradictionError(RuntimeError):
@@ -102,18 +107,9 @@ def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
     PROVED 6.0 1.5
     """
     _checked(criterion, search, seconds, time_varying=time_varying)
-    return _largest(
-        Problem.largest(
-            _block(block),
-            "sector",
-            lower=exact_number(lower, "lower"),
-            time_varying=time_varying,
-            criterion=criterion,
-            search=search,
-        ),
-        seconds,
-        progress,
-    )
+    more: dict[str, Any] = {"time_varying": time_varying, "criterion": criterion, "search": search}
+    problem = Problem.largest(_plant(block), "sector", lower=exact_number(lower, "lower"), **more)
+    return cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
 
 
 def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
@@ -180,18 +176,9 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
     PROVED popov 3.0 3.0
     """
     _checked(criterion, search, seconds, odd=odd)
-    return _largest(
-        Problem.largest(
-            _block(block),
-            "slope",
-            lower=exact_number(lower, "lower"),
-            odd=odd,
-            criterion=criterion,
-            search=search,
-        ),
-        seconds,
-        progress,
-    )
+    more: dict[str, Any] = {"odd": odd, "criterion": criterion, "search": search}
+    problem = Problem.largest(_plant(block), "slope", lower=exact_number(lower, "lower"), **more)
+    return cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
 
 
 def _checked(criterion: object, search: object, seconds: object, **flags: object) -> None:
@@ -206,7 +193,7 @@ def _checked(criterion: object, search: object, seconds: object, **flags: object
     check_seconds(seconds)
 
 
-def _block(block: object) -> Plant:
+def _plant(block: object) -> Plant:
     found = plant_given(block)
     return (by_matrices(found) or found) if isinstance(found, RationalPlant) else found
 
@@ -238,44 +225,144 @@ def answer(
     >>> print(answer(problem).verdict)
     PROVED
     """
-    if problem.kind == "class":
-        from lure.analysis.questions.certify import certification
-
-        return certification(problem, seconds=seconds, numbers=numbers, progress=progress)
-    return _largest(problem, seconds, progress)
+    if problem.kind != "class" and isinstance(problem.plant, RationalPlant):
+        require_solution(problem.plant, problem.lower)
+    return answers([problem], seconds=seconds, numbers=numbers, progress=progress)[0]
 
 
-def _largest(asked: Problem, seconds: float | None, progress: Tell | None) -> StabilityBound:
-    if isinstance(asked.plant, RationalPlant):
-        require_solution(asked.plant, asked.lower)
-    return largest_of(found_for([asked], seconds=seconds, progress=progress)[0])
-
-
-def found_for(
-    asking: Sequence[Problem], *, seconds: float | None = None, progress: Tell | None = None
-) -> list[Findings]:
-    """What is found for questions about one block; numbers beyond the range of doubles are refused in a sentence.
+def answers(
+    problems: Sequence[Problem],
+    *,
+    seconds: float | None = None,
+    numbers: Numbers = "rationals",
+    progress: Tell | None = None,
+) -> list[StabilityBound | Certification]:
+    """The answers to several problems about one plant; what they have in common is computed once.
 
     Parameters
     ----------
-    asking : sequence of Problem
-        The questions.
+    problems : sequence of Problem
+        The problems, larger classes before smaller ones.  One class that stands beside largest ones is decided by what
+        was accepted for those, as far as they begin low enough.
     seconds : float or None
-        Time allowed.
+        Time allowed; when it is over the best answers so far are returned.
+    numbers : {"rationals", "decimals as written", "doubles, exactly"}
+        Where the numbers came from, for the certificate of a given class.
     progress : callable, optional
-        Told each step and the share done.
+        As for :func:`answer`.
 
     Raises
     ------
-    InputError
-        A gain or a frequency exceeds that range.
+    InputError, AssumptionError, ContradictionError, KeyboardInterrupt
+        As :func:`max_sector`.
     """
-    try:
-        return find(asking, seconds=seconds, tell=progress)
-    except OverflowError:
-        raise InputError(
-            f"a gain or frequency of {asking[0].plant} exceeds the range of doubles, 1e-308 to 1e308; rescale the units"
-        ) from None
+    largest = [problem for problem in problems if problem.kind != "class"]
+    rows = _spread([largest_of(each) for each in find(largest, seconds, progress)]) if largest else []
+    bounds = iter(rows)
+    say = progress or (lambda _step, _done: None)
+
+    def certified(problem: Problem) -> Certification:
+        """The answer about one class, within the time allowed; whatever happens, at least a code."""
+        from_rows = bool(rows) and not problem.endless_below
+        late = any(row.stopped == "time" for row in rows)
+
+        def limited() -> Certification:
+            """The searches, while there is time."""
+            with time_limit(GRACE if late else None if from_rows else seconds) as over:
+                return _certification(problem, rows, numbers, over, say)
+
+        found = guarded("the search", limited)
+        return found if isinstance(found, Certification) else _inconclusive(problem, [found])
+
+    return [certified(problem) if problem.kind == "class" else next(bounds) for problem in problems]
+
+
+# One class: what is proposed, and what follows from the first that the checker accepts.
+
+Proposed = tuple[str, Callable[[], "Proved | Refuted | Failure | None"], dict[str, Any]]
+
+
+def _certification(
+    problem: Problem,
+    rows: list[StabilityBound],
+    numbers: Numbers,
+    over: Callable[[], bool],
+    say: Callable[[str, float], None],
+) -> Certification:
+    failures: list[Failure] = list(problem.refusals)
+    for name, search, beside in _plan(problem, rows, numbers):
+        if over():
+            failures.append(Failure(search=name, code=codes.OUT_OF_TIME, detail="the time allowed is over"))
+            break
+        say(name, 0.0)
+        found = guarded(name, search)
+        if found is not None and not isinstance(found, Failure):
+            follows = conclusion_of(problem, found, **beside)
+            if follows.shown is not None:
+                return Certification(conclusion=follows, detail=found.claim, failures=tuple(failures))
+            found = Failure(search=name, code=follows.code or codes.REJECTED, detail=follows.reason)
+        if found is not None:
+            failures.append(found)
+            if found.code is codes.OUT_OF_TIME:
+                break
+    if rows and not problem.endless_below:
+        code, reason = why(row_asked(rows, problem.law_class), rows, problem.law_class, failures)
+        told = undecided(problem, reason, code=code)
+        return Certification(conclusion=told, detail=reason, failures=tuple(failures))
+    return _inconclusive(problem, failures)
+
+
+def _plan(problem: Problem, rows: list[StabilityBound], numbers: Numbers) -> Iterator[Proposed]:
+    """What to try for one class, in order: what was accepted for largest ones, or else searches of its own."""
+    yield from _known(problem, rows)
+    if isinstance(problem.plant, FrequencyData) or (rows and not problem.endless_below):
+        return
+    yield "linear gains", lambda: linear_refutation(problem, numbers), {}
+    cheap, dear = proposals(problem, numbers)
+    for name, search in cheap:
+        yield name, search, {}
+    if isinstance(problem.plant, RationalPlant) and problem.criterion == problem.method == BEST:
+        yield "counterexamples", lambda: counterexample(problem, numbers), {}
+    for name, search in dear:
+        yield name, search, {}
+    if problem.provable and not problem.finite and problem.law_class.sector.upper == math.inf:
+        yield "every finite bound", lambda: every_finite(problem), {}
+
+
+def _known(problem: Problem, rows: list[StabilityBound]) -> Iterator[Proposed]:
+    """What was accepted for largest classes, of the row of this class first; whether it fits is judged later."""
+    first = row_asked(rows, problem.law_class) if rows else None
+    ordered = sorted(rows, key=lambda row: row is not first)
+    for proof in _proofs(problem, ordered):
+        yield proof.theorem, partial(restated, proof, problem), {"reach": proof}
+    for row in ordered:
+        for refuted, beside in pairwise((*row.refutations, None)):
+            yield "counterexamples", partial(restated, cast("Refuted", refuted), problem), {"beside": beside}
+
+
+def _proofs(problem: Problem, rows: list[StabilityBound]) -> Iterator[Proved]:
+    """What was accepted of the rows, those that may serve; of laws without an upper bound beside every finite one."""
+    law_class = problem.law_class
+    for row in rows:
+        end = law_class.slope.upper if row.question == "slope" and law_class.slope else law_class.sector.upper
+        if row.proof is None or not serves(row, law_class) or row.largest.low < end:
+            continue
+        endless = endless_proof(problem, row.lower) if end == math.inf else None
+        yield from (proof for proof in (endless, row.proof) if proof is not None)
+
+
+def _inconclusive(problem: Problem, failures: list[Failure]) -> Certification:
+    if not failures:
+        failures = [Failure(search="all", code=codes.NOT_APPLICABLE, detail="no criterion serves such a class")]
+    some = any(failure.code is codes.NO_MULTIPLIER for failure in failures)
+    told = [f for f in failures if not (some and f.code is codes.NOT_APPLICABLE)]
+    worst = min(reversed(told), key=lambda failure: codes.WORST.index(failure.code))
+    detail = f"{worst.search}: {worst.detail}"
+    told_so = undecided(problem, detail, code=worst.code)
+    return Certification(conclusion=told_so, detail=detail, failures=tuple(failures))
+
+
+# The largest class: from what was found to the bound.
 
 
 def largest_of(findings: Findings) -> StabilityBound:
@@ -344,7 +431,7 @@ def _reason(findings: Findings, best: Answer) -> str:
         return best.reason
     if findings.stopped is None:
         return findings.left_out + best.reason
-    return f"the time allowed is over ({OUT_OF_TIME.identifier})" if findings.stopped == "time" else "interrupted"
+    return f"the time allowed is over ({codes.OUT_OF_TIME.identifier})" if findings.stopped == "time" else "interrupted"
 
 
 def _concluded(
@@ -361,4 +448,23 @@ def _concluded(
     found = conclusion_of(about, shown, beside=None if trivial is None else trivial.refutation)
     if found.verdict is Verdict.INCONCLUSIVE:
         raise MismatchError(f"{found} Please report the block {asked.plant}")
+    return found
+
+
+def _spread(rows: list[StabilityBound]) -> list[StabilityBound]:
+    """A counterexample to a class refutes the larger ones before it too, if they begin at the same gain."""
+    found = list(rows)
+    for place in range(len(found) - 2, -1, -1):
+        larger, smaller = found[place], found[place + 1]
+        if smaller.refuted_at is None or larger.lower != smaller.lower:
+            continue
+        if smaller.trivial is not None and larger.trivial is None and larger.refuted_at == smaller.refuted_at:
+            found[place] = replace(larger, trivial=smaller.trivial, witness=smaller.witness)
+        elif larger.refuted_at is None or smaller.refuted_at < larger.refuted_at:
+            low, high = larger.largest.low, smaller.refuted_at
+            if larger.verdict is Verdict.PROVED and low >= high:
+                raise ContradictionError(f"{larger.criterion} proves up to {low!r}, and {smaller.witness} at {high!r}")
+            largest = Bracket(low, max(low, min(larger.largest.high, high)))
+            witness, trivial = smaller.witness, smaller.trivial
+            found[place] = replace(larger, refuted_at=high, witness=witness, trivial=trivial, largest=largest)
     return found

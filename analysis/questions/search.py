@@ -1,44 +1,25 @@
-"""The verdict on the class asked about, from the table of classes."""
+"""What is found for problems about one plant: cheap steps first, dear ones only where a gap is left."""
 
 from __future__ import annotations
 
 import heapq
 import math
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from itertools import pairwise
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TypeVar, cast
 
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.numerics.doubles import double_below
-from lure.analysis.questions.advice import serves, why
-from lure.analysis.questions.certifying import proved_answer, restated, unbounded_proof
-from lure.analysis.questions.conclusion import Conclusion, conclusion_of, undecided
-from lure.analysis.questions.largest import StabilityBound, Stopped, meet
-from lure.analysis.questions.models import (
-    NOT_NEEDED,
-    answer_of,
-    critical,
-    hurwitz,
-    linear_witnesses,
-    nonlinear_witnesses,
-    rank,
-    silent,
-)
-from lure.analysis.questions.problem import Problem, Subject
+from lure.analysis.questions.counterexample_search import critical, hurwitz, linear_witnesses, nonlinear_witnesses
+from lure.analysis.questions.largest import Stopped, meet
+from lure.analysis.questions.problem import Problem
+from lure.analysis.questions.proofs import NOT_NEEDED, proved_answer, rank, reached, silent
 from lure.analysis.theorems.table import BEST, Theorem, theorems_for
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
-from lure.classes import NonlinearityClass, Sector
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, InputError
 from lure.plants.rational import RationalPlant
-
-if TYPE_CHECKING:
-    from lure.analysis.certificates.checker import Proved, Refuted
-
-# What is found about some classes of laws for one block: cheap steps first, dear ones only where a gap is left.
 
 Tell = Callable[[str, float], None]
 T = TypeVar("T")
@@ -105,7 +86,7 @@ class _Step:
     work: Callable[[], None]
 
 
-def find(asking: Sequence[Problem], *, seconds: float | None = None, tell: Tell | None = None) -> list[Findings]:
+def find(asking: Sequence[Problem], seconds: float | None, tell: Tell | None) -> list[Findings]:
     """What is found for several questions about one block, stage by stage, the first question first in each.
 
     Parameters
@@ -124,12 +105,14 @@ def find(asking: Sequence[Problem], *, seconds: float | None = None, tell: Tell 
 
     Raises
     ------
-    InputError, AssumptionError
+    AssumptionError
         A question is no good, whatever the time.
+    InputError
+        The same; or a gain or a frequency exceeds the range of doubles.
     KeyboardInterrupt
         The user stopped the search before anything was found.
     """
-    found = [Findings(asked, Bracket(_at_most(asked), math.inf)) for asked in asking]
+    found = [Findings(asked, Bracket(double_below(asked.lower), math.inf)) for asked in asking]
     shared = _Shared()
     plans = [_steps(each, _theorems(each.asked), shared) for each in found]
     most = sum(len(_theorems(asked)) + 3 for asked in asking)
@@ -143,6 +126,10 @@ def find(asking: Sequence[Problem], *, seconds: float | None = None, tell: Tell 
                     step.work()
                 except ModuleNotFoundError as missing:
                     step.findings.left_out += f"{step.name} left out: {missing}; "
+    except OverflowError:
+        raise InputError(
+            f"a gain or frequency of {asking[0].plant} exceeds the range of doubles, 1e-308 to 1e308; rescale the units"
+        ) from None
     except TimeoutError:
         _stop(found, "time")
     except KeyboardInterrupt:
@@ -153,10 +140,6 @@ def find(asking: Sequence[Problem], *, seconds: float | None = None, tell: Tell 
         each.answers.sort(key=rank)
         each.witnesses.sort(key=lambda witness: witness.k)
     return found
-
-
-def _at_most(asked: Problem) -> float:
-    return double_below(asked.lower)
 
 
 def _stop(found: list[Findings], why: Stopped) -> None:
@@ -217,7 +200,7 @@ def _criterion(found: Findings, row: Theorem, shared: _Shared) -> None:
     """One criterion, or what it said to another question that was the same to it."""
     asked = found.asked
     key = (row.name, asked.lower, asked.odd and row.odd)
-    said = shared.once(key, lambda: answer_of(row, asked))
+    said = shared.once(key, lambda: reached(row, asked))
     if isinstance(said, str):
         found.answers.append(silent(row.name, asked, said))
         return
@@ -240,71 +223,3 @@ def _counterexamples(found: Findings, shared: _Shared) -> None:
     if flow and not asked.time_varying and meet(shared.slopes.get(asked.lower, -math.inf), found.refuted):
         return
     found.witnesses += nonlinear_witnesses(asked)
-
-
-def asked_row(rows: list[StabilityBound], law_class: NonlinearityClass | None) -> StabilityBound | None:
-    """The row whose class is that of the question, of the four in their order of the table."""
-    if law_class is None:
-        return None
-    if law_class.time_varying:
-        return rows[0]
-    if law_class.slope is None:
-        return rows[1]
-    return rows[3] if law_class.odd else rows[2]
-
-
-def decided(about: Subject, rows: list[StabilityBound]) -> Conclusion:
-    """What follows for the class asked about, without one for the row that reaches farthest.
-
-    Everything that the checker accepted of any row is tried; :func:`lure.analysis.questions.conclusion.conclusion_of`
-    judges
-    whether it fits.
-    """
-    law_class, asked = about.law_class, asked_row(rows, about.law_class)
-    if law_class is None or asked is None:
-        best = max(rows, key=lambda row: (row.verdict is Verdict.PROVED, row.largest.low, not row.time_varying))
-        return best.conclusion
-    inquiry = Problem.about(about.block, law_class, nonlinearity=about.law, membership=about.membership)
-    ordered = [asked, *(row for row in rows if row is not asked)]
-    missed: list[Conclusion] = []
-    for proof in _proofs(about, ordered, law_class):
-        found = conclusion_of(inquiry, restated(proof, inquiry), reach=proof)
-        if found.verdict is Verdict.PROVED:
-            return found
-        missed.append(found)
-    for row in ordered:
-        for refuted, beside in pairwise((*row.refutations, None)):
-            found = conclusion_of(inquiry, restated(cast("Refuted", refuted), inquiry), beside=beside)
-            if found.verdict is Verdict.REFUTED:
-                return found
-    code, reason = why(asked, rows, law_class, missed)
-    return undecided(inquiry, reason, code=code)
-
-
-def _proofs(about: Subject, rows: list[StabilityBound], law_class: NonlinearityClass) -> Iterator[Proved]:
-    """What was accepted of the rows, those that may serve; of laws without an upper bound beside every finite one."""
-    for row in rows:
-        end = law_class.slope.upper if row.question == "slope" and law_class.slope else law_class.sector.upper
-        if row.proof is None or not serves(row, law_class) or row.largest.low < end:
-            continue
-        endless = _unbounded(about, row, law_class) if end == math.inf else None
-        yield from (proof for proof in (endless, row.proof) if proof is not None)
-
-
-def _unbounded(about: Subject, row: StabilityBound, law_class: NonlinearityClass) -> Proved | None:
-    """What is accepted of the class without an upper bound: every finite ``k`` is less than that.
-
-    ``sigma^3`` lies in ``[0, inf]`` and in no ``[0, k]``.
-    """
-    block = about.block
-    if not isinstance(block, RationalPlant):
-        return None
-    sector = Sector(row.lower, math.inf)
-    for theorem in reversed(theorems_for(block, "sector", BEST, time_varying=law_class.time_varying)):
-        if not theorem.endless:
-            continue
-        with suppress(AssumptionError):
-            found = unbounded_proof(block, theorem.decide(block, sector), time_varying=law_class.time_varying)
-            if found is not None:
-                return found
-    return None

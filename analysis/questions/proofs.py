@@ -1,0 +1,437 @@
+"""What the criteria propose for a problem, and what the checker makes of it: nothing is proved before that."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
+
+from lure.analysis.certificates import codes
+from lure.analysis.certificates.sealing import Failure, check_for_class, guarded
+from lure.analysis.certificates.theory import Draft, theory_of
+from lure.analysis.numerics.doubles import double_below
+from lure.analysis.questions.problem import Problem
+from lure.analysis.theorems.table import BEST, Theorem, Upper, row_of, theorems_for
+from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
+from lure.errors import AssumptionError, InputError
+from lure.exact import exact_number
+from lure.plants.block import StructuredPlant
+from lure.plants.delay import DelayPlant
+from lure.plants.frequency_data import FrequencyData
+from lure.plants.rational import RationalPlant
+from lure.plants.state_space import StateSpace
+
+if TYPE_CHECKING:
+    from lure.analysis.certificates.checker import Proved, Refuted
+    from lure.analysis.certificates.proposals import Certified, Numbers
+    from lure.analysis.inequality.state_space import Criterion
+
+REFUSED = "does not apply"
+NOT_NEEDED = "not needed"
+EXPECTED = (AssumptionError, InputError, OverflowError, ModuleNotFoundError)  # said by the problem itself
+LONG = "full effort"  # takes minutes
+_GUESSES = ("1", "1/10", "10")  # [s]
+
+# How far a criterion reaches: of the classes ``[lower, k]`` the largest it proves.
+
+
+def reached(row: Theorem, asked: Problem) -> Answer | str:
+    """What one criterion says, before the checker has seen it; that it refuses or fails, and why, as text.
+
+    Raises
+    ------
+    TimeoutError
+        The time allowed is over.
+    """
+    passing = (*EXPECTED, TimeoutError)
+    try:
+        found = guarded(row.name, lambda: _largest(row, asked, asked.lower), passing=passing)
+    except (AssumptionError, InputError, ModuleNotFoundError) as refusal:
+        return str(refusal)
+    return f"the search failed: {found}" if isinstance(found, Failure) else found
+
+
+def _largest(row: Theorem, asked: Problem, lower: Fraction) -> Answer:
+    """The largest class from ``lower`` on, by the means that there are for such a plant."""
+    plant = asked.plant
+    if isinstance(plant, RationalPlant | DelayPlant):
+        return row.reach(plant, lower=lower, odd=asked.odd)
+    if isinstance(plant, StructuredPlant):
+        return theory_of(plant).largest(row.name)
+    if isinstance(plant, StateSpace):
+        return _by_eigenvalues(plant, row.name, lower)
+    from lure.analysis.inequality.samples import largest_sampled
+
+    return largest_sampled(plant, row.name)
+
+
+def _by_eigenvalues(plant: StateSpace, name: str, lower: Fraction) -> Answer:
+    """What a criterion reaches in floating point, for a matrix to certify."""
+    from lure.analysis.inequality.state_space import state_space_largest
+
+    if name not in ("circle", "popov"):
+        raise AssumptionError(
+            f"for a block of order {plant.order} given by matrices there are circle and popov (in continuous time), "
+            f"not {name}; give coefficients for the exact criteria"
+        )
+    return state_space_largest(plant, cast("Criterion", name), lower=lower)
+
+
+def rank(answer: Answer) -> tuple[bool, bool, float, float]:
+    """Proofs first, refusals last, the larger sector before the smaller."""
+    silent = answer.theorem in (REFUSED, NOT_NEEDED)
+    return answer.verdict is not Verdict.PROVED, silent, -answer.largest.low, -answer.largest.high
+
+
+def silent(name: str, asked: Problem, reason: str, *, theorem: str = REFUSED) -> Answer:
+    """The answer of a criterion that says nothing: it refuses, it failed, or it was not asked."""
+    lower = float(asked.lower)
+    computed, sampled = isinstance(asked.plant, StateSpace), isinstance(asked.plant, FrequencyData)
+    slope = SlopeBounds(lower, math.inf) if asked.question == "slope" else None
+    return Answer(
+        criterion=name,
+        theorem=theorem,
+        largest=Bracket(lower, math.inf),
+        law_class=NonlinearityClass(sector=Sector(lower, math.inf), slope=slope, odd=asked.odd),
+        verdict=Verdict.INCONCLUSIVE,
+        evidence=Evidence.OBSERVED if sampled else Evidence.COMPUTED if computed else Evidence.CERTIFIED,
+        reason=reason,
+    )
+
+
+def proved_answer(asked: Problem, answer: Answer) -> Answer:
+    """The answer with what the checker accepted of it; INCONCLUSIVE where it accepted nothing.
+
+    Parameters
+    ----------
+    asked : Problem
+        The problem.
+    answer : Answer
+        What a criterion says.
+
+    Returns
+    -------
+    Answer
+        With ``proof``, and ``largest.low`` lowered to the class that was accepted.
+    """
+    plant = asked.plant
+    if isinstance(plant, StateSpace):
+        from lure.analysis.certificates.by_matrices import certified_by_matrix
+
+        by_matrix = guarded(answer.criterion, lambda: certified_by_matrix(plant, answer), passing=(TimeoutError,))
+        return _uncertified(answer, by_matrix) if isinstance(by_matrix, Failure) else by_matrix
+    if answer.verdict is not Verdict.PROVED or isinstance(plant, FrequencyData):
+        return answer
+    found = guarded(answer.criterion, lambda: _certified(asked, answer), passing=(TimeoutError,))
+    if isinstance(found, Failure):
+        return _uncertified(answer, found)
+    largest, limited = answer.largest, answer.largest.low == math.inf and isinstance(found.upper, Fraction)
+    if isinstance(found.upper, Fraction) and found.upper < largest.low:
+        largest = Bracket(double_below(found.upper), largest.high)
+    tried = f"{largest.low:g}".replace("e+", "e")
+    reason = f"{tried} is the largest k for which a certificate was tried" if limited else answer.reason
+    return replace(answer, largest=largest, proof=found.proved, search_limited=limited, reason=reason)
+
+
+def _uncertified(answer: Answer, failure: Failure) -> Answer:
+    return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {failure}")
+
+
+def _certified(asked: Problem, answer: Answer, upper: Upper | None = None) -> Certified:
+    """What the checker accepts of an answer, for laws that vary with time where those are asked about."""
+    from lure.analysis.certificates.proposals import certified
+
+    assert not isinstance(asked.plant, StateSpace | FrequencyData)
+    wider = asked.time_varying and not answer.law_class.time_varying
+    wide = replace(answer, law_class=replace(answer.law_class, time_varying=True)) if wider else answer
+    return certified(asked.plant, wide, upper)
+
+
+def endless_proof(asked: Problem, lower: Fraction) -> Proved | None:
+    """What is accepted of the sector without an upper bound: every finite ``k`` is less than that.
+
+    ``sigma^3`` lies in ``[0, inf]`` and in no ``[0, k]``.
+
+    Parameters
+    ----------
+    asked : Problem
+        About a rational plant; for others None.
+    lower : Fraction
+        The lower end of the sector.
+    """
+    plant = asked.plant
+    if not isinstance(plant, RationalPlant):
+        return None
+    for row in reversed(theorems_for(plant, "sector", BEST, time_varying=asked.time_varying)):
+        if not row.endless:
+            continue
+        try:
+            answer = row.decide(plant, Sector(lower, math.inf))
+        except AssumptionError:
+            continue
+        found = guarded(row.name, partial(_certified, asked, answer, "inf")) if _proves(answer) else None
+        if found is not None and not isinstance(found, Failure) and found.upper == "inf":
+            return found.proved
+    return None
+
+
+def _proves(answer: Answer) -> bool:
+    return answer.verdict is Verdict.PROVED
+
+
+def restated(shown: Proved | Refuted, asked: Problem) -> Proved | Refuted:
+    """What was accepted, stated for exactly the class asked about and the nonlinearity given, where that is accepted.
+
+    Parameters
+    ----------
+    shown : Proved or Refuted
+        What was accepted, of another class as a rule.
+    asked : Problem
+        What is asked.
+    """
+    from lure.analysis.certificates.sealing import settled
+
+    drafts: list[dict[str, Any]] = [{**shown.certificate, "laws": dict(asked.laws)}]
+    if asked.law is not None and shown.certificate["verdict"] == "PROVED":
+        drafts = [{**draft, "law": dict(asked.law)} for draft in (drafts[0], shown.certificate)] + drafts
+    for draft in drafts:
+        found = guarded("the class asked about", partial(settled, draft))
+        if type(found) is type(shown):
+            return found
+    return shown
+
+
+# Each criterion asked about exactly one class of laws, cheapest first.
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A criterion that serves a class, the upper end to certify, and what gives the answer."""
+
+    name: str
+    upper: Upper
+    ask: Callable[[], Answer]
+
+
+def candidates(asked: Problem, *, finite: bool) -> Iterator[Candidate]:
+    """The criteria that serve the class asked about.
+
+    Parameters
+    ----------
+    asked : Problem
+        About a rational plant, one with dead time, or one of known structure.
+    finite : bool
+        Whether an infinite upper end means every law with some finite bound.
+
+    Raises
+    ------
+    InputError
+        There is no such criterion.
+    AssumptionError
+        It does not apply to such a class or plant.
+    """
+    plant, law_class = asked.plant, asked.law_class
+    found = theorems_for(plant, asked.question, asked.criterion, odd=asked.odd, time_varying=asked.time_varying)
+    for row in found:
+        for bounds in row.bounds(law_class):
+            upper: Upper = Fraction(bounds.upper) if bounds.upper != math.inf else "finite" if finite else "inf"
+            yield Candidate(row.name, upper, partial(_decided, asked, row, bounds, finite=finite))
+    slope = law_class.slope
+    if isinstance(plant, RationalPlant) and slope is not None and slope.upper != math.inf:
+        for row in found:
+            if row.thorough:
+                ask = partial(row.decide, plant, slope, odd=asked.odd, thorough=True)
+                yield Candidate(f"{row.name}, {LONG}", Fraction(slope.upper), ask)
+
+
+def _decided(asked: Problem, row: Theorem, bounds: Sector | SlopeBounds, *, finite: bool) -> Answer:
+    """The answer about the class, or about the largest class if the class asked about is inside it."""
+    plant = asked.plant
+    if isinstance(plant, RationalPlant):
+        if not (finite and bounds.upper == math.inf):
+            return row.decide(plant, bounds, odd=asked.odd)
+        if bounds.lower == -math.inf:
+            raise AssumptionError(
+                "the class has no finite lower end, and no theorem here begins at -inf; give a lower bound"
+            )
+    lower = Fraction(0) if not isinstance(plant, RationalPlant) else exact_number(bounds.lower, "lower")
+    answer = _largest(row, asked, lower)
+    if bounds.lower < answer.law_class.sector.lower:
+        raise AssumptionError(
+            f"for such a block the classes begin at {float(answer.law_class.sector.lower):g}; for a DelayPlant or a "
+            "rod close a loop with the lower gain in the model first"
+        )
+    if _proves(answer) and bounds.upper > answer.largest.low:
+        reason = f"what is proved ends at {answer.largest.low:.10g}"
+        return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=reason)
+    return answer
+
+
+Proposal = tuple[str, Callable[[], "Proved | Refuted | Failure | None"]]
+
+
+def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Proposal]]:
+    """The proofs to try of one class, cheapest first, and those that take minutes.
+
+    Parameters
+    ----------
+    asked : Problem
+        The problem.
+    numbers : str
+        Where the numbers came from.
+
+    Returns
+    -------
+    tuple of list
+        Names, and callables that return what the checker accepted, or a failure.
+    """
+    plant, method = asked.plant, asked.method
+    if not asked.provable:
+        return [], []
+    if isinstance(plant, StructuredPlant):
+        theory = theory_of(plant)
+        if asked.criterion == BEST and method in ("best", "structure"):
+            return [(theory.argument, lambda: check_for_class(asked, {**theory.proof(), "numbers": numbers}))], []
+        if plant.order is None:
+            return [], []  # no criterion proves anything of infinitely many states
+    if isinstance(plant, StateSpace) or (isinstance(plant, StructuredPlant) and method == "matrix"):
+        return [(name, partial(_computed, asked, name, draft)) for name, draft in _matrix_drafts(asked, numbers)], []
+    found: Sequence[Candidate] | Failure = guarded("criteria", lambda: list(candidates(asked, finite=asked.finite)))
+    if isinstance(found, Failure):
+        return [("criteria", lambda: found)], []
+    each = [(one.name, partial(_proof, asked, one, numbers)) for one in found]
+    return [one for one in each if not one[0].endswith(LONG)], [one for one in each if one[0].endswith(LONG)]
+
+
+def _proof(asked: Problem, candidate: Candidate, numbers: Numbers) -> Proved | Refuted | Failure:
+    """A criterion asked, and what it proves put before the checker."""
+    from lure.analysis.certificates.covers import cover_proof
+    from lure.analysis.certificates.proposals import certified
+
+    name, upper, answer = candidate.name, candidate.upper, candidate.ask()
+    row, plant = row_of(answer.criterion, asked.plant), asked.plant
+    if not _proves(answer) and not (row.linear and _all_gains(answer, upper)):
+        return Failure(search=name, code=codes.NO_MULTIPLIER, detail=answer.reason or "it does not reach the class")
+    if row.composed and not _solvable(asked):
+        detail = f"{row.name} proves the class for the laws with which sigma + H(inf) phi(sigma) is increasing only"
+        return Failure(search=name, code=codes.SEVERAL_SOLUTIONS, detail=detail)
+    if asked.method == "matrix":
+        return check_for_class(asked, _draft_by_matrix(asked, answer, numbers))
+    assert not isinstance(plant, StateSpace | FrequencyData)
+    found = certified(plant, answer, upper, numbers=numbers)
+    if found.upper != upper:
+        detail = f"what {name} proves is accepted with the upper end {found.upper} in place of {upper}"
+        return Failure(search=name, code=codes.PRECISION, detail=detail)
+    draft = found.proved.certificate
+    if asked.method == "cover" and draft["proof"]["method"] == "polynomial":
+        return check_for_class(asked, {**draft, "proof": cover_proof(draft)})
+    if asked.method not in ("best", draft["proof"]["method"]):
+        detail = f"what {name} proves is shown by the method {draft['proof']['method']} here, not by {asked.method}"
+        return Failure(search=name, code=codes.NOT_APPLICABLE, detail=detail)
+    return check_for_class(asked, draft)
+
+
+def _solvable(asked: Problem) -> bool:
+    """Whether the class makes ``sigma + D phi(sigma)`` increasing, as some theorems assume where ``D != 0``."""
+    plant, slope = asked.plant, asked.law_class.slope
+    if not isinstance(plant, RationalPlant) or plant.feedthrough == 0:
+        return True
+    ends = () if slope is None else (slope.lower, slope.upper)
+    return bool(ends) and all(math.isfinite(end) and 1 + plant.feedthrough * Fraction(end) > 0 for end in ends)
+
+
+def _all_gains(answer: Answer, upper: Upper) -> bool:
+    """Whether the linear gains up to that end are stable: no verdict on nonlinear laws, and none is asked for."""
+    low = answer.largest.low
+    return low == math.inf if isinstance(upper, str) else upper <= low
+
+
+def every_finite(asked: Problem) -> Failure | None:
+    """Whether the class would be proved if each of its laws had a bound.
+
+    Parameters
+    ----------
+    asked : Problem
+        About a class without an upper end.
+    """
+    infinite = isinstance(asked.plant, StructuredPlant) and asked.plant.order is None
+    if infinite or isinstance(asked.plant, StateSpace | FrequencyData):
+        return None
+    for one in candidates(asked, finite=True):
+        try:
+            answer = one.ask()
+        except AssumptionError:
+            continue
+        if _proves(answer) and answer.largest.low == math.inf:
+            detail = f"{one.name} proves every finite upper bound, and the class has none"
+            return Failure(search=one.name, code=codes.EVERY_FINITE, detail=detail)
+    return None
+
+
+# Proofs by matrices: of the circle and Popov's criterion, with the multipliers that are worth a try.
+
+
+def _matrix_drafts(asked: Problem, numbers: Numbers) -> Iterator[tuple[str, Callable[[], Draft]]]:
+    """Drafts for a plant without an exact criterion behind them, cheapest first, by the name of the criterion."""
+    wanted, continuous = asked.criterion, asked.plant.dt is None
+    if wanted in ("best", "circle"):
+        yield "circle, by matrices", lambda: _matrix_draft(asked, None, numbers)
+    if wanted in ("best", "popov") and not asked.time_varying and continuous:
+        for theta in _thetas(asked):
+            yield f"popov, by matrices, theta = {float(theta):.6g}", partial(_matrix_draft, asked, theta, numbers)
+
+
+def _draft_by_matrix(asked: Problem, answer: Answer, numbers: Numbers) -> Draft:
+    """A draft by a matrix for what the circle or Popov's criterion proved of a rational plant."""
+    row = row_of(answer.criterion, asked.plant)
+    if not row.matrix:
+        raise AssumptionError(
+            f"the criterion {answer.criterion} needs no matrix: --method polynomial or cover shows it"
+        )
+    given = "" if row.time_varying else str(answer.parameters.get("theta", "0"))
+    theta = Fraction(1) if "inf" in given else Fraction(given) if given else None
+    return _matrix_draft(asked, theta, numbers)
+
+
+def _matrix_draft(asked: Problem, theta: Fraction | None, numbers: Numbers) -> Draft:
+    from lure.analysis.certificates.matrix import matrix_draft
+
+    plant, sector = asked.plant, asked.law_class.sector
+    infinite = isinstance(plant, StructuredPlant) and plant.order is None
+    if infinite or isinstance(plant, DelayPlant | FrequencyData):
+        raise AssumptionError(
+            f"a proof by matrices is for blocks with finitely many states, not a {type(plant).__name__}"
+        )
+    if sector.lower == -math.inf:
+        raise AssumptionError("the class has no finite lower end, and a proof by matrices begins at one")
+    endless: Upper = "finite" if asked.finite else "inf"
+    upper: Upper = endless if sector.upper == math.inf else Fraction(sector.upper)
+    return {**matrix_draft(plant, upper, lower=Fraction(sector.lower), theta=theta), "numbers": numbers}
+
+
+def _thetas(asked: Problem) -> Iterator[Fraction]:
+    """Popov multipliers worth a try: those of its structure, the one that floating point finds best, some guesses."""
+    plant, lower = asked.plant, asked.law_class.sector.lower
+    if isinstance(plant, StructuredPlant):
+        yield from theory_of(plant).thetas()
+    elif isinstance(plant, StateSpace) and lower != -math.inf:
+        try:
+            best = _by_eigenvalues(plant, "popov", Fraction(lower)).theta
+        except AssumptionError:  # an eigenvalue at 0, perhaps: the matrix inequality has a critical case of its own
+            best = None
+        found = (Fraction(best).limit_denominator(10**6) or Fraction(best),) if best else map(Fraction, _GUESSES)
+        yield from found
+
+
+def _computed(asked: Problem, name: str, draft: Callable[[], Draft]) -> Proved | Refuted | Failure:
+    """A draft that floating point proposes; where it proposes none, that is a hint and nothing more."""
+    try:
+        return check_for_class(asked, draft())
+    except AssumptionError as refusal:
+        code = codes.code_for(refusal)
+        unknown = code in (codes.NOT_APPLICABLE, codes.UNEXPECTED)
+        return Failure(search=name, code=codes.COMPUTED if unknown else code, detail=str(refusal))
