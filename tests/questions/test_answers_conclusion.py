@@ -411,6 +411,19 @@ def test_what_is_said_of_a_class_that_is_never_stable():
     assert (never.meaning, lag.meaning) == ("", "The point 0 attracts every motion")
 
 
+@pytest.mark.parametrize(
+    ("plant", "upper", "verdict"),
+    [("1/(s + 1)", 1, Verdict.REFUTED), ("-1/(s + 1)", Fraction(1, 2), Verdict.PROVED)],
+)
+def test_a_class_without_a_lower_end_is_decided_as_by_certify(plant, upper, verdict):
+    # s + 1 + g has its root right of 0 for g < -1; s + 1 - g left of it for all g < 1
+    law_class = sector(float("-inf"), upper)
+    found, certified = analyse(plant, law_class), certify(plant, law_class)
+    assert found.verdict is certified.verdict is verdict
+    assert found.shown.certificate == certified.certificate
+    assert [row.lower for row in found.rows] == [0] * 4
+
+
 @pytest.mark.parametrize(("dt", "said"), [(None, None), (Fraction(1, 2), "1/2")])
 def test_the_document_of_a_block_has_its_step(dt, said):
     half = StateSpace([[0.0, 0.5], [-0.25, 0.5]], [0.0, 1.0], [1.0, 0.0], dt=dt)
