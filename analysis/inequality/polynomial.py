@@ -16,7 +16,7 @@ from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.inequality.multiplier_search import CAP, Cut, admissible, choice, mixture, search
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.doubles import double_above, double_below
-from lure.analysis.numerics.minimum import infimum, nonnegative_from_zero
+from lure.analysis.numerics.minimum import infimum, largest_below, nonnegative_from_zero
 from lure.analysis.numerics.polynomial import (
     exact_midpoint,
     positive_from_zero,
@@ -131,6 +131,11 @@ class RationalInequality:
         given = self.plant.block.feedthrough
         return given / (1 + self.lower * given)
 
+    @property
+    def unweighted(self) -> RationalInequality:
+        """The same without the weight: the circle criterion's."""
+        return replace(self, family=replace(self.family, W=fmpq_poly([])))
+
     def decide(self, multiplier: Multiplier, upper: Fraction) -> bool:
         """Whether the multiplier proves the class ``[lower, upper]``, exactly."""
         level = -1 / (Fraction(upper) - self.lower)
@@ -139,6 +144,8 @@ class RationalInequality:
 
     def best(self) -> Best:
         """The best multiplier, and how far it goes."""
+        if self.family.W.degree() < 0:
+            return self._unweighted()
         cuts = [*self.family.first_cuts(), Cut(to_fmpq(self.direct), fmpq(0))]  # 1 + k D > 0, or no solution perhaps
         if self.direct >= 0:
             theta = self._for_every_finite(cuts)
@@ -152,6 +159,20 @@ class RationalInequality:
             largest=Bracket(double_below(low), double_above(self.lower - 1 / top) if top < 0 else math.inf),
             points=tuple(None if cut.x is None else to_fraction(cut.x) for cut in found.upper_bound.support),
         )
+
+    def _unweighted(self) -> Best:
+        """How far the inequality goes without a weight, from all its stationary points."""
+        found = infimum(self.family.U, self.family.D)
+        nothing: Multiplier = {self.weight: Fraction(0)}
+        where = (None if found.where == math.inf else Fraction(found.where),)
+        if found.low >= 0:
+            return Best(multiplier=nothing, largest=INFINITE, points=where)
+        with working_precision(MARGIN_BITS):
+            guess = outward(ball(self.lower) - 1 / found.low, ball(self.lower) - 1 / found.high)
+        low = largest_below(self.family.D, self.family.U, guess.low, self.lower)
+        if low is None:
+            return Best(multiplier=None, largest=Bracket(double_below(self.lower), guess.high), points=where)
+        return Best(multiplier=nothing, largest=Bracket(low, guess.high), points=where)
 
     def _for_every_finite(self, cuts: list[Cut]) -> Fraction | float | None:
         """A weight for every finite ``k``, infinite where it must grow with ``k``; None if none was found."""
@@ -228,8 +249,7 @@ class LossyInequality:
         With the loss of ``k'`` every class up to ``g(k')`` is reached, and ``g`` decreases: the largest class lies
         between ``k'`` and ``g(k')``.
         """
-        family = self.base.family
-        found = replace(self.base, family=replace(family, W=fmpq_poly([]))).best()  # q = 0
+        found = self.base.unweighted.best()
         low, high = found.largest.low, math.inf
         if low == math.inf or not low > self.base.lower:
             return found

@@ -7,16 +7,13 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from types import MappingProxyType
 
-from flint import arb
-
-from lure.analysis.inequality.checks import check_plant, encirclement_condition, region, require_well_posed
+from lure.analysis.inequality.checks import encirclement_condition, region, require_well_posed
 from lure.analysis.inequality.gains import GainEnd, simplest_inside, unstable_gain
-from lure.analysis.inequality.plant import Response, TransferPolynomials
+from lure.analysis.inequality.plant import TransferPolynomials
+from lure.analysis.inequality.polynomial import Best, RationalInequality
 from lure.analysis.numerics.doubles import double_below, text_above, text_below
-from lure.analysis.numerics.minimum import Infimum, infimum, largest_below, positive_with_limits
-from lure.analysis.numerics.polynomial import to_fmpq
-from lure.analysis.numerics.precision import ball, outward, working_precision
-from lure.analysis.verdict import INFINITE, Answer, Bracket, Evidence, Verdict
+from lure.analysis.numerics.minimum import positive_with_limits
+from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
 from lure.plants.rational import RationalPlant
@@ -34,29 +31,34 @@ CRITICAL = (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, kw_only=True, slots=True)
 class CircleCase:
     """A question and what was computed for it.
 
     Attributes
     ----------
     block : RationalPlant
-        The block as given.
-    plant : TransferPolynomials
-        The block shifted by the lower gain (mirrored: by the upper one).
+        The block as given; the inequality may be that of ``-H`` and ``[-upper, -lower]``.
+    inequality : RationalInequality
+        ``1/(k - lower) + Re P > 0``.
     sector : Sector
         The sector as given, or the largest one.
-    found : Infimum
-        The infimum of the real part of ``plant``.
-    unbounded : bool
-        Whether ``plant`` is strictly positive real, so that an infinite end stands for the whole half-line.
+    best : Best
+        How far the inequality goes.
+    proved : bool
+        Whether it proves the sector.
     """
 
     block: RationalPlant
-    plant: TransferPolynomials
+    inequality: RationalInequality
     sector: Sector
-    found: Infimum
-    unbounded: bool
+    best: Best
+    proved: bool
+
+    @property
+    def plant(self) -> TransferPolynomials:
+        """The block shifted by the lower gain (mirrored: by the upper one)."""
+        return self.inequality.plant
 
     @property
     def critical(self) -> bool:
@@ -66,48 +68,39 @@ class CircleCase:
     @property
     def omega(self) -> float:
         """Frequency of the infimum [rad/s; rad per sample]."""
-        return self.plant.frequency(math.sqrt(self.found.where))
+        return self.inequality.frequency(self.best.points[0])
 
 
-def circle_answer(case: CircleCase, reach: Bracket, verdict: Verdict) -> Answer:
-    """The answer for a question, without its margin."""
+def circle_answer(case: CircleCase) -> Answer:
+    """The answer for a question, as if nothing but the inequality were known."""
     sector = case.sector
-    bounds = {name: _text(bound) for name, bound in (("lower", sector.lower), ("upper", sector.upper))}
+    bounds = {name: f"{bound}" if abs(bound) == math.inf else f"{Fraction(bound)}"
+              for name, bound in (("lower", sector.lower), ("upper", sector.upper))}  # fmt: skip
     return Answer(
         criterion="circle",
         theorem=CRITICAL if case.critical else PRINCIPAL,
-        largest=reach,
+        largest=case.best.largest,
         law_class=NonlinearityClass(sector=sector, time_varying=not case.critical),
-        verdict=verdict,
+        verdict=Verdict.PROVED if case.proved else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("time-invariant",) if case.critical else (),
         theta=0.0,
         multiplier="1",
         parameters=MappingProxyType({**bounds, "theta": "0"}),
         worst_frequency=case.omega,
-        hypotheses=_hypotheses(case, verdict),
-        reason=_success(case) if verdict is Verdict.PROVED else _nothing(case),
+        hypotheses=_hypotheses(case),
+        reason=_success(case) if case.proved else "no sector that double precision can name is reached",
     )
 
 
 def _success(case: CircleCase) -> str:
-    if case.critical:
-        return (
-            f"the inequality holds at every frequency for {_named(case)}: every solution is bounded and, for "
-            "time-invariant locally Lipschitz phi, converges to the stationary set (to 0 only if the shifted phi "
-            "vanishes at 0 alone); for time-varying phi boundedness only"
-        )
-    return (
-        f"the inequality holds at every frequency for {_named(case)}: 0 is globally exponentially stable for "
-        "every phi(t, sigma) in it, time-varying phi included"
+    consequence = (
+        "every solution is bounded and, for time-invariant locally Lipschitz phi, converges to the stationary set (to "
+        "0 only if the shifted phi vanishes at 0 alone); for time-varying phi boundedness only"
+        if case.critical
+        else "0 is globally exponentially stable for every phi(t, sigma) in it, time-varying phi included"
     )
-
-
-def _nothing(case: CircleCase) -> str:
-    return (
-        f"the infimum of the real part, {float(case.found.low):.6g} at frequency {case.omega:.6g}, leaves no sector "
-        "that double precision can name"
-    )
+    return f"the inequality holds at every frequency for {_named(case)}: {consequence}"
 
 
 def failure(case: CircleCase, margin: Bracket, reach: Bracket | None, gain: str | None) -> str:
@@ -128,8 +121,8 @@ def failure(case: CircleCase, margin: Bracket, reach: Bracket | None, gain: str 
     return f"{failing}, from which nothing follows about the loop; {advice}"
 
 
-def _hypotheses(case: CircleCase, verdict: Verdict) -> tuple[str, ...]:
-    plant, proved = case.plant, verdict is Verdict.PROVED
+def _hypotheses(case: CircleCase) -> tuple[str, ...]:
+    plant = case.plant
     zero = "z = 1" if plant.discrete else "s = 0"
     regular = "continuous in sigma" if plant.discrete else "piecewise continuous in t, locally Lipschitz in sigma"
     poles = (
@@ -141,9 +134,9 @@ def _hypotheses(case: CircleCase, verdict: Verdict) -> tuple[str, ...]:
         f"phi in {_named(case)}, {regular}: assumed of the class",
         f"{poles}: checked by exact root counts",
         f"Nyquist plot of H {region(case.sector)}, infinity included: "
-        + ("tested exactly at every frequency" if proved else "not established"),
+        + ("tested exactly at every frequency" if case.proved else "not established"),
     ]
-    if proved and not case.critical:
+    if case.proved and not case.critical:
         found.append(encirclement_condition(case.block, case.sector, _inside(case.sector)))
     if case.block.feedthrough:
         found.append(
@@ -161,16 +154,9 @@ def _inside(sector: Sector) -> Fraction:
 
 def _named(case: CircleCase) -> str:
     lower, upper = case.sector.lower, case.sector.upper
-    if upper == math.inf and not case.unbounded:
+    if upper == math.inf and not _holds(case.inequality, math.inf):
         return f"every sector [{text_above(lower, 15)}, k] with finite k"
     return f"the sector [{text_above(lower, 15)}, {text_below(upper, 15)}]"
-
-
-def _text(bound: float | Fraction) -> str:
-    return f"{bound}" if abs(bound) == math.inf else f"{Fraction(bound)}"
-
-
-BITS = 128
 
 
 def circle_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
@@ -211,15 +197,11 @@ def circle_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> An
     >>> print(f"{circle_largest(RationalPlant([1], [1, 1, 1])).largest.low:.12g}")
     3
     """
-    lower = Fraction(lower)
-    plant = check_plant(block, lower=lower)
-    response = plant.response()
-    found = infimum(response.U, response.D)
-    reach = _reach(response, found, lower)
-    spr = _holds(plant, response, math.inf)
-    if reach.low > lower:
-        return circle_answer(CircleCase(block, plant, Sector(lower, reach.low), found, spr), reach, Verdict.PROVED)
-    return circle_answer(CircleCase(block, plant, Sector(lower, math.inf), found, spr), reach, Verdict.INCONCLUSIVE)
+    inequality = _inequality(block, Fraction(lower))
+    best = inequality.best()
+    proved = best.largest.low > lower
+    sector = Sector(lower, best.largest.low if proved else math.inf)
+    return circle_answer(CircleCase(block=block, inequality=inequality, sector=sector, best=best, proved=proved))
 
 
 def circle_criterion(block: RationalPlant, sector: Sector) -> Answer:
@@ -270,27 +252,30 @@ def circle_criterion(block: RationalPlant, sector: Sector) -> Answer:
         lower, upper = -sector.upper, -sector.lower
     lower = Fraction(lower)
     require_well_posed(used, upper, lower=lower)
-    plant = check_plant(used, lower=lower)
-    response = plant.response()
-    found = infimum(response.U, response.D)
-    reach = _reach(response, found, lower)
-    gain = None
-    if _holds(plant, response, upper - lower):
-        verdict = Verdict.PROVED
-    else:
-        gain = unstable_gain(used, Sector(lower, upper))
-        verdict = Verdict.INCONCLUSIVE if gain is None else Verdict.REFUTED
+    inequality = _inequality(used, lower)
+    best, proved = inequality.best(), _holds(inequality, upper)
+    margin, _ = inequality.least({inequality.weight: Fraction(0)}, upper)
     if mirrored:
-        reach = Bracket(double_below(Fraction(sector.upper)) if verdict is Verdict.PROVED else -math.inf, math.inf)
-    case = CircleCase(block, plant, sector, found, _holds(plant, response, math.inf))
-    answer = circle_answer(case, reach, verdict)
-    margin = _margin(found, upper - lower, holds=verdict is Verdict.PROVED)
-    if verdict is Verdict.PROVED:
-        return replace(answer, margin=margin)
+        largest = Bracket(double_below(Fraction(sector.upper)) if proved else -math.inf, math.inf)
+        best = replace(best, largest=largest)
+    case = CircleCase(block=block, inequality=inequality, sector=sector, best=best, proved=proved)
+    if proved:
+        return replace(circle_answer(case), margin=Bracket(max(margin.low, 0.0), margin.high))
+    margin = Bracket(margin.low, min(margin.high, 0.0))
+    gain = unstable_gain(used, Sector(lower, upper))
     linear = None if gain is None else _linear_gain(gain, mirrored=mirrored)
-    reason = failure(case, margin, None if mirrored else reach, linear)
-    witness = None if linear is None else f"phi = {linear} sigma"
-    return replace(answer, margin=margin, reason=reason, witness=witness)
+    return replace(
+        circle_answer(case),
+        margin=margin,
+        verdict=Verdict.INCONCLUSIVE if gain is None else Verdict.REFUTED,
+        reason=failure(case, margin, None if mirrored else best.largest, linear),
+        witness=None if linear is None else f"phi = {linear} sigma",
+    )
+
+
+def _inequality(block: RationalPlant, lower: Fraction) -> RationalInequality:
+    discrete = isinstance(block, RationalPlant) and block.dt is not None
+    return RationalInequality.of(block, lower, "the circle criterion", discrete=discrete, critical=True).unweighted
 
 
 def _mirror_needed(block: RationalPlant, sector: Sector) -> bool:
@@ -299,33 +284,15 @@ def _mirror_needed(block: RationalPlant, sector: Sector) -> bool:
     return sector.upper != math.inf and TransferPolynomials.of(block).shifted(Fraction(sector.upper)).case == "critical"
 
 
-def _reach(response: Response, found: Infimum, lower: Fraction) -> Bracket:
-    """The largest ``k``: ``low`` tested exactly, or at most ``lower`` if the criterion reaches no double above that."""
-    if found.low >= 0:
-        return INFINITE
-    with working_precision(BITS):
-        guess = outward(ball(lower) - 1 / found.low, ball(lower) - 1 / found.high)
-        low = largest_below(response.D, response.U, guess.low, lower)
-        return Bracket(outward(ball(lower), ball(lower)).low if low is None else low, guess.high)
-
-
-def _holds(plant: TransferPolynomials, response: Response, width: Fraction | float) -> bool:
-    """Whether ``1/width + Re P > 0`` on ``[0, inf]``; for an infinite width, ``P`` strictly positive real."""
-    D, U = response.D, response.U
-    if width != math.inf:
-        return positive_with_limits(D + to_fmpq(width) * U, D.degree())
+def _holds(inequality: RationalInequality, upper: Fraction | float) -> bool:
+    """Whether ``1/(upper - lower) + Re P > 0`` on ``[0, inf]``; for ``upper = inf``, ``P`` strictly positive real."""
+    if upper != math.inf:
+        return inequality.decide({inequality.weight: Fraction(0)}, Fraction(upper))
+    plant, D, U = inequality.plant, inequality.family.D, inequality.family.U
     if plant.hidden.degree() > 0:  # the proof without an upper bound needs a minimal realisation
         return False
     # Re P > 0 at every frequency, and w^2 Re P has a positive limit (in discrete time Re P itself)
     return positive_with_limits(U, U.degree()) and D.degree() - U.degree() <= (0 if plant.discrete else 1)
-
-
-def _margin(found: Infimum, width: Fraction | float, *, holds: bool) -> Bracket:
-    """The infimum of ``1/width + Re P``, its sign that of the exact test."""
-    with working_precision(BITS):
-        inverse_gain = arb(0) if width == math.inf else 1 / ball(width)
-        margin = outward(found.low + inverse_gain, found.high + inverse_gain)
-    return Bracket(max(margin.low, 0.0), margin.high) if holds else Bracket(margin.low, min(margin.high, 0.0))
 
 
 def _linear_gain(gain: Fraction | GainEnd, *, mirrored: bool) -> str:
