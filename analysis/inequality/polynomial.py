@@ -249,25 +249,25 @@ class LossyInequality:
         With the loss of ``k'`` every class up to ``g(k')`` is reached, and ``g`` decreases: the largest class lies
         between ``k'`` and ``g(k')``.
         """
-        found = self.base.unweighted.best()
+        found, start = self.base.unweighted.best(), float(self.base.lower)
         low, high = found.largest.low, math.inf
-        if low == math.inf or not low > self.base.lower:
+        if low == math.inf or not low > start:
             return found
-        below, above = (low, math.inf), (math.inf, -math.inf)
-        k = low + CLOSED / 2 * (low - float(self.base.lower))
-        for _ in range(SECANTS):
+        ends = [(low, math.inf), (math.inf, -math.inf)]  # k' and g(k'), below the crossing and above it
+        k, left = low + CLOSED / 2 * (low - start), low
+        for step in range(STEPS):
             lossy = self.at(Fraction(k))
             trial = lossy.best()
-            end = trial.largest
-            high = min(high, max(k, end.high))
-            if trial.multiplier is not None and min(k, end.low) > low:
-                proves = partial(lossy.decide, upper=Fraction(min(k, end.low)))
+            reached = min(k, trial.largest.low)
+            left, high = max(left, reached), min(high, max(k, trial.largest.high))
+            if trial.multiplier is not None and reached > low:
+                proves = partial(lossy.decide, upper=Fraction(reached))
                 used = lossy.serving(trial, proves)
-                low, found = (min(k, end.low), replace(trial, multiplier=used)) if proves(used) else (low, found)
-            if math.isfinite(high) and high - low <= CLOSED * (high - float(self.base.lower)):
+                low, found = (reached, replace(trial, multiplier=used)) if proves(used) else (low, found)
+            if math.isfinite(high) and high - left <= CLOSED * (high - start):
                 break
-            below, above = ((k, end.low), above) if end.low > k else (below, (k, end.low))
-            k = _crossing(below, above, float(self.base.lower))
+            ends[trial.largest.low <= k] = (k, trial.largest.low)
+            k = min(high, start + 4 * (k - start)) if high == math.inf else _crossing(ends, left, high, step)
         return replace(found, largest=Bracket(low, high))
 
     def serving(self, best: Best, proves: Proves) -> Multiplier:
@@ -283,18 +283,21 @@ class LossyInequality:
         return (self.base if upper == math.inf else self.at(Fraction(upper))).least(multiplier, upper)
 
 
-SECANTS = 60
+STEPS = 90
 CLOSED = 1e-11
 
 
-def _crossing(below: tuple[float, float], above: tuple[float, float], least: float) -> float:
-    """About where a decreasing function crosses the diagonal, from a point on either side of it; infinity for none."""
-    (a, at_a), (b, at_b) = below, above
-    if b == math.inf:
-        return min(at_a, least + 4 * (a - least))
-    rise, fall = at_a - a, b - at_b
-    share = min(max(rise / (rise + fall), 0.02), 0.98) if math.isfinite(rise) and rise + fall > 0 else 0.5
-    return a + (b - a) * share
+def _crossing(ends: Sequence[tuple[float, float]], left: float, right: float, step: int) -> float:
+    """Where the secant through two points meets the diagonal; every third step, the middle between two bounds."""
+    (a, at_a), (b, at_b) = ends
+    middle, rise, fall = left + (right - left) / 2, at_a - a, b - at_b
+    if step % 3 == 2 or not (math.isfinite(rise) and math.isfinite(fall) and rise + fall > 0):
+        return middle
+    inside = (right - left) * SAFE
+    return min(max(a + (b - a) * rise / (rise + fall), left + inside), right - inside)
+
+
+SAFE = 1e-3
 
 
 # ``(U + theta W)/D`` on ``[0, inf]`` for polynomials: exact levels, and points where a level fails.
