@@ -5,11 +5,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
-from plants import CONTINUOUS, block, stable_plants
+from plants import CONTINUOUS, block
 
 from lure import Sector
-from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.theorems.off_axis import off_axis_criterion, off_axis_largest
 from lure.analysis.theorems.popov import popov_criterion
 from lure.analysis.verdict import Evidence, Verdict
@@ -88,16 +86,3 @@ def test_bounds_and_lines_that_are_not_finite_are_refused():
         off_axis_criterion(block([1], [1, 1]), SlopeBounds(0, math.inf))
     with pytest.raises(InputError, match="finite number"):
         off_axis_criterion(block([1], [1, 1]), SlopeBounds(0, 1), alpha=math.nan)
-
-
-small = stable_plants(critical=False).filter(lambda plant: plant.order <= 6)
-
-
-@given(small)
-def test_the_certified_slope_lies_strictly_inside_the_hurwitz_sector(plant):
-    answer = off_axis_largest(plant)
-    assert answer.verdict is Verdict.PROVED
-    if math.isfinite(answer.largest.low):
-        assert is_stable_gain(plant, Fraction(answer.largest.low))
-        vertical = off_axis_criterion(plant, SlopeBounds(0, answer.largest.low), alpha=Fraction(0))
-        assert vertical.margin.low <= 1e-9 / answer.largest.low  # no line is worse than the vertical one
