@@ -14,7 +14,7 @@ from lure.rod.parameters import PARAMETERS, Rod
 if TYPE_CHECKING:
     import control
 
-    from lure.rod.motion.end_law import Impact
+    from lure.rod.contact import Contact
     from lure.rod.scenario import Scenario
 
 UNITS = {
@@ -83,12 +83,12 @@ def fields(values: Mapping[str, ArrayLike]) -> dict[str, Column]:
     return {name: Column(("t", "x"), values[key], unit, text) for key, (name, unit, text) in _ALONG.items()}
 
 
-def impact_columns(impacts: Iterable[Impact]) -> dict[str, Column]:
+def impact_columns(impacts: Iterable[Contact]) -> dict[str, Column]:
     """Number of the contacts, and the instants, impulse and largest stress of each, along the dimension ``impact``.
 
     Parameters
     ----------
-    impacts : iterable of Impact
+    impacts : iterable of Contact
         In order; nan where the method does not tell.
     """
     hits = tuple(impacts)

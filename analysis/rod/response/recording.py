@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
 from lure.record import Record, finite, quantity
-from lure.rod.motion import Boundary, Impact, Motion, Numerics, Window, exact_motion
+from lure.rod.motion import Boundary, Contact, Motion, Numerics, Window, exact_motion
 from lure.rod.motion.pieces import Pieces
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
@@ -196,7 +196,7 @@ class Recording:
         (R,) ``A int p dt`` over each period of the watch [N s].
     returned : ndarray
         (R,) ``int V dt`` over each, one transit earlier: what reaches ``x = 0`` [m].
-    touched : tuple of Impact
+    touched : tuple of Contact
         Every contact that lies in the watch or reaches into it, in order.
     """
 
@@ -207,10 +207,10 @@ class Recording:
     v: Array
     contact_impulses: Array
     returned: Array
-    touched: tuple[Impact, ...]
+    touched: tuple[Contact, ...]
 
     @property
-    def impacts(self) -> tuple[Impact, ...]:
+    def impacts(self) -> tuple[Contact, ...]:
         """The contacts that begin during the watch."""
         return tuple(impact for impact in self.touched if self.t[0] <= impact.start < self.t[-1])
 
@@ -252,8 +252,8 @@ class Watch:
         self._z, self._v = np.empty(times.size), np.empty(times.size)
         self._periods = self._times[::samples]
         self._pushed, self._returned = np.zeros(self._periods.size - 1), np.zeros(self._periods.size - 1)
-        self._touched: list[Impact] = []
-        self._open: Impact | None = None
+        self._touched: list[Contact] = []
+        self._open: Contact | None = None
 
     @property
     def done(self) -> bool:

@@ -18,7 +18,7 @@ from lure.errors import InputError
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.galerkin import GalerkinRun, galerkin
 from lure.rod.galerkin.spaces import SpaceName
-from lure.rod.motion import Impact, Motion
+from lure.rod.motion import Contact, Motion
 from lure.rod.motion.sampling import ABOUT, ERROR, METHOD, boundary_attributes, whole_rod_since
 from lure.rod.motion.sampling import MOST_ENERGIES as MOST_ENERGIES
 from lure.rod.parameters import Rod
@@ -217,10 +217,7 @@ def _of_end(
         z=z,
         u_end=z + scheme.rod.gap,
         stress=scheme.rod.law(z),
-        impacts=tuple(
-            Impact(start=start, end=end, impulse=math.nan, peak_stress=math.nan, closed=end < float(t[-1]))
-            for start, end in contacts
-        ),
+        impacts=tuple(Contact(start=start, end=end, closed=end < float(t[-1])) for start, end in contacts),
         details={"cells": scheme.cells, "form": scheme.form},
     )
 
@@ -231,16 +228,6 @@ def _simulated(scheme: UpwindScheme, scenario: Scenario, until: float, *, sample
     if run.ended_early is not None:
         raise InputError(f"the motion of the scheme cannot be followed to {until:g} s: {run.ended_early}")
     v_0 = run.frames_v[:, 0].copy()
-    impacts = [
-        Impact(
-            start=contact.start,
-            end=contact.end,
-            impulse=contact.impulse,
-            peak_stress=float(rod.law(contact.peak_penetration)),
-            closed=not (contact.open and contact.end >= until),
-        )
-        for contact in run.contacts
-    ]
     plain = _of_end(scheme, scenario, run.t, run.z, ())
     return replace(
         plain,
@@ -249,7 +236,7 @@ def _simulated(scheme: UpwindScheme, scenario: Scenario, until: float, *, sample
         v_0=v_0,
         dashpot_force=rod.damping * v_0,
         energy=run.energy,
-        impacts=tuple(impacts),
+        impacts=run.contacts,
         energy_residual=run.energy_residual,
         error=run.error_estimate,
         error_is="largest difference of z from a second run with other, shorter steps; nothing of the scheme's "
@@ -389,22 +376,18 @@ def sampled_galerkin(  # noqa: PLR0913  (what, from where, in which space, and h
     )
 
 
-def _impacts(run: GalerkinRun) -> tuple[Impact, ...]:
+def _impacts(run: GalerkinRun) -> tuple[Contact, ...]:
     """The contacts; an impulse is known where a sample lies in flight on both sides of its contact."""
     found = []
-    until = float(run.t[-1])
     ends = [touch.end for touch in run.contacts]
     for i, touch in enumerate(run.contacts):
         first = int(np.searchsorted(run.t, touch.start, side="right")) - 1
-        last = min(int(np.searchsorted(run.t, min(touch.end, until))), len(run.t) - 1)
+        last = min(int(np.searchsorted(run.t, touch.end)), len(run.t) - 1)
         alone = (i == 0 or run.t[first] >= ends[i - 1]) and (
             i + 1 == len(ends) or run.t[last] <= run.contacts[i + 1].start
         )
         impulse = float(run.impulse[last] - run.impulse[first]) if alone else math.nan
-        closed = touch.end < until
-        found.append(
-            Impact(start=touch.start, end=min(touch.end, until), impulse=impulse, peak_stress=math.nan, closed=closed)
-        )
+        found.append(replace(touch, impulse=impulse))
     return tuple(found)
 
 

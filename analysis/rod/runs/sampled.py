@@ -15,7 +15,7 @@ from lure.errors import InputError
 from lure.record import Column, Page, Record, finite, plain, quantity
 from lure.rod import datasets
 from lure.rod.datasets import SERIES, STRESS, what_it_shows
-from lure.rod.motion import Impact, Motion
+from lure.rod.motion import Contact, Motion
 from lure.rod.motion.sampling import check_places as check_places
 from lure.rod.motion.sampling import check_samples as check_samples
 from lure.rod.parameters import Rod
@@ -62,7 +62,7 @@ class SampledRun(Record):
     v_0: Array | None = quantity(*SERIES["v_0"], dims="t", default=None)
     dashpot_force: Array | None = quantity(*SERIES["dashpot_force"], dims="t", default=None)
     energy: Array | None = quantity(*SERIES["energy"], dims="t", default=None)
-    impacts: tuple[Impact, ...] = quantity(
+    impacts: tuple[Contact, ...] = quantity(
         "Every contact. ``impulse`` and ``peak_stress`` are nan where the method does not give them", default=()
     )
     energy_residual: float | None = quantity("Error of the energy balance, relative", default=None)

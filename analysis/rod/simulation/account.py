@@ -15,7 +15,8 @@ from lure.analysis.rod.energy import (
     lyapunov_function,
     zeta_weights,
 )
-from lure.analysis.rod.simulation.trajectory import Contact, Trajectory
+from lure.analysis.rod.simulation.trajectory import Trajectory
+from lure.rod.contact import Contact
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.scheme.flow import Segment
 from lure.rod.scheme.loads import Loads
@@ -150,9 +151,9 @@ class Account:
     def _close(self, stop: float, *, still: bool) -> None:
         assert self._contact is not None
         depth = self._contact.value() / self.register.rate
-        seen_in_part = still or self._start == 0.0
+        stress = float(self.scheme.rod.law(depth))
         self.contacts.append(
-            Contact(start=self._start, end=stop, peak_penetration=depth, impulse=0.0, open=seen_in_part)
+            Contact(start=self._start, end=stop, peak_penetration=depth, peak_stress=stress, closed=not still)
         )
         self._contact = None
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lure.record import Column, Page, Record, derived, quantity
 from lure.rod import datasets
+from lure.rod.contact import Contact
 from lure.rod.datasets import SERIES, STRESS
 from lure.rod.discretisation import Form, UpwindScheme
 from lure.rod.scheme.motion import scheme_words
@@ -35,18 +36,6 @@ _NUMBERS = (
     "event_resolution",
     "error_estimate",
 )
-
-
-class Contact(Record):
-    """One stretch of contact."""
-
-    start: float = quantity("instant of contact", "s", dims="")
-    end: float = quantity("instant of release, or the end of the run", "s", dims="")
-    peak_penetration: float = quantity("largest ``z`` over all instants of the contact", "m", dims="")
-    impulse: float = quantity("impulse ``A int p dt`` given to the obstacle", "N s", dims="")
-    open: bool = quantity(
-        "whether the run began or ended in this contact, so that it is seen in part only", "1", dims=""
-    )
 
 
 class Trajectory(Record):

@@ -8,6 +8,5 @@ from lure.rod.galerkin.error import state_error as state_error
 from lure.rod.galerkin.model import GalerkinModel as GalerkinModel
 from lure.rod.galerkin.model import galerkin as galerkin
 from lure.rod.galerkin.motion import GalerkinRun as GalerkinRun
-from lure.rod.galerkin.motion import Touch as Touch
 from lure.rod.galerkin.spaces import NonuniformRod as NonuniformRod
 from lure.rod.galerkin.spaces import Space as Space

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from lure.errors import AssumptionError, InputError
 from lure.record import Column, Page, Record, derived, numbered, plain, quantity
 from lure.rod import datasets
+from lure.rod.contact import Contact
 from lure.rod.galerkin.model import INTEGRALS, Equations, GalerkinModel
 from lure.rod.scenario import Scenario
 
@@ -45,13 +46,6 @@ def _rod(rod: NonuniformRod) -> dict[str, object]:
     }
 
 
-class Touch(Record):
-    """One stretch of contact, ``z > 0``."""
-
-    start: float = quantity("instant of contact; 0 if the run began in it", "s", dims="")
-    end: float = quantity("instant of release, or the end of the run", "s", dims="")
-
-
 class GalerkinRun(Record):
     """A motion of ``u_m``, with what the existence proof says of it.
 
@@ -63,12 +57,12 @@ class GalerkinRun(Record):
     scenario: Scenario = quantity("Loads and initial data", plainly=datasets.scenario_dict)
     t: Array = quantity(datasets.TIME, "s", dims="t")
     states: Array = quantity("(samples, 2m+5) rows of ``lure.rod.galerkin.model.Equations``", key="")
-    contacts: tuple[Touch, ...] = quantity(
+    contacts: tuple[Contact, ...] = quantity(
         "Every stretch of contact, in order",
         dims="contact",
         name="contact_",
-        each=Touch,
-        plainly=lambda contacts: [[touch.start, touch.end] for touch in contacts],
+        each=Contact,
+        plainly=lambda contacts: [[contact.start, contact.end] for contact in contacts],
     )
     steps: int = quantity("Time steps taken")
     method: Method = quantity("Integrator", key="")
@@ -369,7 +363,7 @@ class _Integration:
     filled: int = 0
     steps: int = 0
     reach: float = 0.0
-    contacts: list[Touch] = field(default_factory=list)
+    contacts: list[Contact] = field(default_factory=list)
 
     def go(self, y: Array, edges: list[float]) -> None:
         """Integrate from edge to edge, and on each piece from contact to release to contact."""
@@ -389,7 +383,7 @@ class _Integration:
                     touching = not touching
                     (self._touch if touching else self._release)(t)
         if touching:
-            self._release(edges[-1])
+            self._release(edges[-1], closed=False)
 
     def _phase(
         self, t: float, y: Array, span: tuple[float, float], *, touching: bool, watch: bool
@@ -465,13 +459,13 @@ class _Integration:
         """Begin a contact; one that ended at this very instant goes on."""
         again = bool(self.contacts) and self.contacts[-1].end == t
         start = self.contacts.pop().start if again else t
-        self.contacts.append(Touch(start=start, end=math.inf))
+        self.contacts.append(Contact(start=start, end=math.inf, closed=False))
 
-    def _release(self, t: float) -> None:
+    def _release(self, t: float, *, closed: bool = True) -> None:
         """End the contact; one that began at this very instant was none."""
         start = self.contacts.pop().start
         if t > start:
-            self.contacts.append(Touch(start=start, end=t))
+            self.contacts.append(Contact(start=start, end=t, closed=closed))
 
 
 def _breaks(scenario: Scenario, until: float) -> list[float]:

@@ -1,5 +1,5 @@
+from lure.rod.contact import Contact as Contact
 from lure.rod.motion.end_law import Boundary as Boundary
-from lure.rod.motion.end_law import Impact as Impact
 from lure.rod.motion.motion import Motion as Motion
 from lure.rod.motion.motion import Numerics as Numerics
 from lure.rod.motion.motion import exact_motion as exact_motion

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from lure.errors import InputError
 from lure.nonlinearities import GraphNonlinearity
-from lure.record import Record, quantity
 from lure.rod.parameters import Rod
 
 _STIFFEST = 1e12  # a boundary layer of this many times less than T is narrower than the doubles near T can show
@@ -148,24 +146,3 @@ def _graph(law: GraphNonlinearity, mobility: float, transit: float) -> tuple[Seg
             )
         )
     return tuple(found)
-
-
-class Impact(Record):
-    """One contact."""
-
-    start: float = quantity("When contact begins", "s")
-    end: float = quantity("When it ends", "s")
-    impulse: float = quantity("``A int p dt``", "N s")
-    peak_stress: float = quantity("Largest ``p``", "Pa")
-    closed: bool = quantity(
-        "Whether the end has left the obstacle; if not, ``end`` is where the motion ends or the start of the window "
-        "after which it goes on"
-    )
-    _title = "contact with the obstacle"
-    _notes = ("One contact of one motion.",)
-
-    def _rows(self) -> Iterator[tuple[object, ...]]:
-        yield "from", f"{self.start:.9g} s"
-        yield "to", f"{self.end:.9g} s" + ("" if self.closed else " (still in contact)")
-        yield "impulse", f"{self.impulse:.6g} N s"
-        yield "largest stress", f"{self.peak_stress:.6g} Pa"

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.rod.motion.end_law import Impact
+from lure.rod.contact import Contact
 from lure.rod.motion.event_free import EventFree, Search
 from lure.rod.motion.event_free_interval import EventFreeInterval
 from lure.rod.motion.kernel_piece import MOST_POWERED
 from lure.rod.motion.kernel_series import (
+    AREA,
     BLOCK,
     COEF,
     COUNT,
@@ -30,12 +31,14 @@ from lure.rod.motion.kernel_series import (
     ENDS,
     ENERGY,
     ERROR,
+    HIGH,
     HIGHEST,
     IMPACT,
     IMPACTS,
     LARGEST,
     LATER,
     LAW,
+    LOW,
     MARKS,
     MERGED,
     MOBILITY,
@@ -52,17 +55,21 @@ from lure.rod.motion.kernel_series import (
     PARTS,
     PEAK,
     PIECE,
+    POWER,
+    RATE,
     REST,
     SCALE,
     SEGMENT,
     SEGMENT_SIZE,
     SEGMENTS,
+    SHARE,
     SINCE,
     SIZE,
     START,
     STATE,
     STOP,
     STORED,
+    STRESS,
     TRANSIT,
     TRANSITS,
     TRIP,
@@ -98,6 +105,8 @@ _FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked 
 _PANELS = 20_000
 _MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
 _MOST_PACE = 1024
+_MOST_OLD = 64  # pieces of a wave
+_CLEAR, _CLEAR_IN_CONTACT = 2.0, 4.0  # distances, in swings of a round trip, below which nothing is tried
 _NOISE = 4e-16  # of the initial wave: what its fit leaves of coefficients that are zero
 _TRIP, _COMPILE, _LOAD = 5e-4, 20.0, 1.0  # [s] a round trip without compilation, compilation, loading what was compiled
 _PIECE, _COMPILED_PIECE = 1e-4, 5e-7  # [s] a piece of a round trip
@@ -194,13 +203,14 @@ class Engine:
             search, pace = None, total
         while (trip := int(self.q[TRIP])) < total:
             if search is not None and trip > 0:
-                wave, state = at_hand(self.f, self.q, self.open_impact)
-                found = search.after(trip, wave, state)
-                pace = min(2 * pace, _MOST_PACE)
+                pace, found = min(2 * pace, _MOST_PACE), None
+                if clear(self.f, self.q):
+                    wave, state = at_hand(self.f, self.q, self.open_impact)
+                    found = search.after(trip, wave, state)
                 if found is not None:
                     worth = search.worth(state, len(wave.series), found.interval.powers.map.degree)
                     if len(found.interval) > worth:
-                        pace = max(2, worth // 4)  # an interval that a search is worth does not begin at every event
+                        pace = max(2, worth // 8)  # an interval that a search is worth does not begin at every event
                     skipped(self.f, self.q, self._problem, found)
                     yield found.interval
                     continue
@@ -215,7 +225,8 @@ class Engine:
             # as many as are needed; at first few, until it is known how many panels each takes
             count = min(max(-(-stop // BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
             count = min(count, self._most_blocks)
-            self._load = self._panels.over(block, count)
+            known = self._search and self._search.loads.panels(block, count, self._room.degree)
+            self._load = known or self._panels.over(block, count)
             self._asked = range(block, block + count)
             many = max(1, (len(self._load[1]) - count - 2) // count)
             self._most_blocks = max(1, min(_MOST_BLOCKS, _PANELS // many))
@@ -295,14 +306,14 @@ class Engine:
         )
 
     @property
-    def open_impact(self) -> Impact | None:
+    def open_impact(self) -> Contact | None:
         """The contact that goes on at the end."""
         f = self.f
         if not self.q[OPEN]:
             return None
         start, end, impulse, peak = f[SINCE : PEAK + 1].tolist()
         peak /= float(f[MOBILITY])
-        return Impact(start=start, end=end, impulse=impulse, peak_stress=peak, closed=False)
+        return Contact(start=start, end=end, impulse=impulse, peak_stress=peak, closed=False)
 
     @property
     def crossings(self) -> int:
@@ -325,7 +336,19 @@ class Engine:
         return float(self.f[WORST] / max(self.f[ENERGY], LEAST_ENERGY))
 
 
-def at_hand(f: Array, q: Counts, impact: Impact | None) -> tuple[Pieces, State]:
+def clear(f: Array, q: Counts) -> bool:
+    """Whether the end is so far from the ends of a straight segment that an interval without events is looked for."""
+    law, table = q[LAW] + SEGMENT_SIZE * q[SEGMENT], _table(f, q)
+    rate, origin = f[law + RATE], f[law + ORIGIN]
+    if math.isinf(rate) or f[law + POWER] != 1.0 or len(table) > _MOST_OLD or table[-1, STOP] != 2.0:
+        return False
+    widths = 0.5 * f[TRANSIT] * (table[:, STOP] - table[:, START])
+    swing = float(widths @ (f[SHARE] * table[:, SIZE] + abs(f[law + STRESS])))
+    room = min(f[law + HIGH] - origin - f[VALUE], f[VALUE] - (f[law + LOW] - origin))
+    return bool(room > (_CLEAR_IN_CONTACT if rate > 0.0 else _CLEAR) * swing)
+
+
+def at_hand(f: Array, q: Counts, impact: Contact | None) -> tuple[Pieces, State]:
     """What comes back in the next round trip, without its load, and the end of the rod."""
     table = _table(f, q)
     degrees = q[q[OLD_DEGREES] : q[OLD_DEGREES] + len(table), None]
@@ -356,13 +379,16 @@ def skipped(f: Array, q: Counts, problem: Problem, found: EventFree) -> None:
 
 def _balanced(f: Array, q: Counts, problem: Problem, found: EventFree) -> None:
     """The energy balance."""
-    interval, zeta, term = found.interval, found.state.zeta, found.work
-    origin = problem.law.segments[found.state.segment].origin
-    begun = float(interval.states[0, interval.powers.map.waves]) + float(interval.rests[0])
-    before = stored(f, q, origin + begun)
-    after = stored(f, q, origin + (zeta.value + zeta.rest))
+    interval, zeta = found.interval, found.state.zeta
+    segment = problem.law.segments[found.state.segment]
+    begun, rest = float(interval.states[0, interval.powers.map.waves]), float(interval.rests[0])
+    first, last = begun + rest, zeta.value + zeta.rest
+    before, after = stored(f, q, segment.origin + first), stored(f, q, segment.origin + last)
+    # the work follows from where the end begins and stops, but for the residual of its equation
+    push = segment.push + (0.5 * segment.rate * (first + last) if segment.rate else 0.0)
+    term = float(f[AREA] / f[MOBILITY]) * push * (zeta.value - begun + (zeta.rest - rest))
     off = f[WORK] + f[WORK_REST] - (before - f[STORED])
-    f[WORST] = max(f[WORST], abs(off + found.imbalance[0]), abs(off + found.imbalance[1]))
+    f[WORST] = max(f[WORST], abs(off) + found.imbalance)
     total = f[WORK] + term
     f[WORK_REST] += (f[WORK] - total) + term if abs(f[WORK]) >= abs(term) else (term - total) + f[WORK]
     f[WORK] = total

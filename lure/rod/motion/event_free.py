@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lure.rod.motion.end_law import Impact
+from lure.rod.contact import Contact
 from lure.rod.motion.event_free_interval import BLOCK, BLOCK_POWER, EventFreeInterval, peak
-from lure.rod.motion.event_free_map import Coefficients, EventFreeLoads, Powers, event_free_map, passed, work
+from lure.rod.motion.event_free_map import Coefficients, EventFreeLoads, Powers, event_free_map, imbalance, passed
 from lure.rod.motion.pieces import Array, Pieces
 from lure.rod.motion.record import Level, State
 from lure.rod.motion.sources import Problem
@@ -19,9 +19,8 @@ _CHUNK, _LARGE = 64, 100
 _MARGIN = 1e-12
 _CANCELLED = 4e-16
 LEAST = 16
-_MOST_PIECES, _MOST_STATES = 64, 400
+_MOST_STATES = 400
 _NOISE = 1e-17
-_CLEAR, _CLEAR_IN_CONTACT = 2.0, 4.0  # distances, in swings of a round trip, below which nothing is tried
 
 
 class Walk:
@@ -33,7 +32,6 @@ class Walk:
         self.rests: list[Array] = []
         self.tops: list[Array] = []
         self.starts: list[Array] = []
-        self.loads: list[Array] = []
         self._tables()
 
     def _tables(self) -> None:
@@ -69,7 +67,6 @@ class Walk:
             blocks = min(blocks * 8, _CHUNK, -(-(most - done) // BLOCK))
             u = self.powers.at(self.powers.number_of(n, blocks))
             states, rests = self._chunk(u)
-            self.loads.append(u)
             swing = (np.abs(states) @ self._swing.T + np.abs(u) @ self._more.T).max(axis=1)
             zeta = states @ self._inside.T + u @ self._forced.T + (states[:, w] + rests)[:, None]
             margin = _MARGIN * (np.abs(zeta).max(axis=1) + swing)
@@ -134,8 +131,8 @@ class EventFree:
         What comes back in the next, without its load.
     state : State
         The end of the rod.
-    work, imbalance : float
-        Work on the end [J]; largest and smallest of work less what the obstacle stored.
+    imbalance : float
+        Bound on what the work on the end and what the obstacle stores may differ by [J].
     passed, largest : float
         Largest energy of a round trip [J], largest wave [m/s].
     """
@@ -143,8 +140,7 @@ class EventFree:
     interval: EventFreeInterval
     wave: Pieces
     state: State
-    work: float
-    imbalance: tuple[float, float]
+    imbalance: float
     passed: float
     largest: float
 
@@ -153,7 +149,7 @@ class Search:
     """Looks for event-free intervals of one motion; a piece of a round trip costs the kernel ``piece`` [s]."""
 
     def __init__(self, problem: Problem, piece: float) -> None:
-        self._problem, self._loads, self._piece = problem, EventFreeLoads(problem.sources), piece
+        self._problem, self.loads, self._piece = problem, EventFreeLoads(problem.sources), piece
         rod = problem.sources.rod
         self._numbers = Coefficients(
             transit=rod.travel_time,
@@ -168,7 +164,7 @@ class Search:
     @property
     def hopeful(self) -> bool:
         """Whether there may be any."""
-        return self._loads.known
+        return self.loads.known
 
     def worth(self, state: State, pieces: int, degree: int) -> int:
         """Round trips of the kernel that cost as much as a search."""
@@ -179,16 +175,8 @@ class Search:
     def after(self, number: int, wave: Pieces, state: State) -> EventFree | None:
         """The interval that begins with a round trip, given what comes back in it; None if there is none of 16."""
         segment = self._problem.law.segments[state.segment]
-        if math.isinf(segment.rate) or segment.power != 1.0 or len(wave.series) > _MOST_PIECES or wave.edges[-1] != 2.0:
-            return None
         sizes = np.abs(wave.series).sum(axis=1)
-        widths = 0.5 * self._numbers.transit * np.diff(wave.edges)
-        swing = float(widths @ (self._numbers.share * sizes + abs(segment.push)))
-        zeta = state.zeta.value
-        room = min(segment.high - segment.origin - zeta, zeta - (segment.low - segment.origin))
-        if not room > (_CLEAR_IN_CONTACT if segment.rate > 0.0 else _CLEAR) * swing:
-            return None
-        states, end = self._loads.over(number)
+        states, end = self.loads.over(number)
         most = min(self._total, math.floor(0.5 * end) if end < math.inf else self._total) - number
         if states is None or most < LEAST:
             return None
@@ -246,7 +234,7 @@ class Search:
             error=error,
             impact=state.impact,
         )
-        last, rest, forms = self._ended(walk, count)
+        last, rest = self._ended(walk, count)
         end = Pieces(wave.edges, np.zeros_like(wave.series))
         load = powers.series.reshape(q.waves, -1) @ powers.at(np.array([float(number + count)]))[0, :-1]
         end.series[:, : q.degree + 1] = (last[: q.waves] - load).reshape(q.pieces, -1)
@@ -256,84 +244,51 @@ class Search:
             tops, starts = (np.concatenate(parts)[:count] for parts in (walk.tops, walk.starts))
             highest = peak(interval, tops, float(starts.max())) if q.segment.rate > 0.0 else 0.0
             highest = (q.segment.push + q.segment.rate * highest) / self._numbers.mobility
-            impact = Impact(
+            impact = Contact(
                 start=2.0 * T * number if before is None else before.start,
                 end=T * 2.0 * (number + count),
                 impulse=float(last[q.waves + 1]),
                 peak_stress=highest if before is None else max(before.peak_stress, highest),
                 closed=False,
             )
-        done, low, high = forms
+        largest, segment = float(sizes.sum(axis=2).max()), q.segment
+        reach = float(np.abs(states[:, q.waves]).max()) + 2.0 * T * self._numbers.share * largest
+        push = abs(segment.push) + segment.rate * reach
+        off = push and push * count * self._numbers.area / self._numbers.mobility * imbalance(powers, states)
         return EventFree(
             interval=interval,
             wave=end,
             state=State(segment=state.segment, zeta=Level(value=float(last[q.waves]), rest=rest), impact=impact),
-            work=done,
-            imbalance=(low, high),
+            imbalance=off,
             passed=float(passed(powers, states).max()),
-            largest=float(sizes.sum(axis=2).max()),
+            largest=largest,
         )
 
-    def _ended(self, walk: Walk, count: int) -> tuple[Array, float, tuple[float, float, float]]:
-        """The state after the interval, what rounding lost of ``zeta``; work and the range of its imbalance."""
-        powers = walk.powers
+    def _ended(self, walk: Walk, count: int) -> tuple[Array, float]:
+        """The state after the interval, and what rounding lost of ``zeta``."""
+        powers, blocks = walk.powers, count // BLOCK
         q = powers.map
-        segment, blocks = q.segment, count // BLOCK
         states, rests = np.concatenate(walk.states), np.concatenate(walk.rests)
-        working = bool(segment.rate or segment.push)
-        forms = _forms(powers) if working else []
-        works = np.zeros(blocks)
-        if working and blocks:
-            both = np.hstack((states[:blocks], np.concatenate(walk.loads)[:blocks]))
-            works = ((both @ forms[BLOCK_POWER]) * both).sum(axis=1)
-        done = float(works.sum())
         if count == BLOCK * len(states):
-            X, rest, n = walk.ahead, walk.ahead_rest, walk.number + count
-        else:
-            X, rest, n = states[blocks], float(rests[blocks]), walk.number + BLOCK * blocks
-            start = X[q.waves]
-            for k in range(BLOCK_POWER - 1, -1, -1):
-                if count >> k & 1:
-                    u = powers.at(np.array([float(n)]))
-                    if working:
-                        both = np.append(X, u[0])
-                        done += float(both @ forms[k] @ both)
-                    gone = powers[k]
-                    if segment.rate == 0.0:
-                        travelled = float(travel(powers, k, X[None], u)[0])
-                        X = gone.applied(X[None], u)[0]
-                        X[q.waves], rest = _plus(start, travelled + rest)
-                        start = X[q.waves]
-                    else:
-                        X = gone.applied(X[None], u)[0]
-                    n += 1 << k
-        if not working:
-            return X, rest, (0.0, 0.0, 0.0)
-        zeta = np.append(states[: blocks + 1, q.waves], X[q.waves])[: blocks + 1] if blocks else states[:1, q.waves]
-        sums = np.concatenate(([0.0], np.cumsum(works)))[: len(zeta)]
-        zeta, sums = np.append(zeta, X[q.waves]), np.append(sums, done)
-        way = zeta - zeta[0]
-        push = segment.push + segment.rate * 0.5 * (zeta + zeta[0])
-        off = sums - self._numbers.area / self._numbers.mobility * push * way
-        return X, rest, (done, float(off.min()), float(off.max()))
+            return walk.ahead, walk.ahead_rest
+        X, rest, n = states[blocks], float(rests[blocks]), walk.number + BLOCK * blocks
+        start = X[q.waves]
+        for k in range(BLOCK_POWER - 1, -1, -1):
+            if count >> k & 1:
+                u = powers.at(np.array([float(n)]))
+                travelled = float(travel(powers, k, X[None], u)[0]) if q.segment.rate == 0.0 else 0.0
+                X = powers[k].applied(X[None], u)[0]
+                if q.segment.rate == 0.0:
+                    X[q.waves], rest = _plus(start, travelled + rest)
+                    start = X[q.waves]
+                n += 1 << k
+        return X, rest
 
 
 def _seen(series: Array, sizes: Array, share: float = _NOISE) -> int:
     """The highest degree of which a coefficient is not below a share of the largest wave."""
     seen = np.flatnonzero(np.abs(series).max(axis=0) > share * float(sizes.max()))
     return int(seen[-1]) if seen.size else 0
-
-
-def _forms(powers: Powers) -> list[Array]:
-    """The work over 1, 2, 4, ..., 64 round trips."""
-    found, size = [work(powers)], powers.map.size
-    for k in range(BLOCK_POWER):
-        power = powers[k]
-        whole = np.zeros_like(found[0])
-        whole[:size, :size], whole[:size, size:] = power.dense(), power.load
-        whole[size:, size:] = powers.step(power.m)
-        found.append(found[-1] + whole.T @ found[-1] @ whole)
-    return found
 
 
 def _plus(value: float, travel: float) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.rod.motion.end_law import Impact
+from lure.rod.contact import Contact
 from lure.rod.motion.event_free_map import Powers
 from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds
 from lure.rod.motion.record import Record, Series, Window
@@ -15,6 +15,7 @@ from lure.rod.motion.record import Record, Series, Window
 BLOCK_POWER, FINE_POWER = 6, 3
 BLOCK, FINE = 2**BLOCK_POWER, 2**FINE_POWER
 CHUNK = 1024
+_FEW = 32  # round trips that are looked at first
 _MANY = 4096
 
 
@@ -40,7 +41,7 @@ class EventFreeInterval:
         (B,) what rounding lost of ``zeta`` there.
     error : float
         Local error of a round trip [m].
-    impact : Impact or None
+    impact : Contact or None
         As it was before.
     """
 
@@ -53,7 +54,7 @@ class EventFreeInterval:
     states: Array
     rests: Array
     error: float
-    impact: Impact | None
+    impact: Contact | None
     _made: dict[object, object] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -268,17 +269,20 @@ def running_peaks(interval: EventFreeInterval) -> Array:
 def peak(interval: EventFreeInterval, tops: Array, best: float) -> float:
     """The largest ``zeta``, given upper bounds (count,) round trip by round trip, and a value that it has."""
     some = np.flatnonzero(tops > best)
-    for low in range(0, len(some), CHUNK):
-        X, rest = interval.states_in(some[low : low + CHUNK])
+    some, size = some[np.argsort(-tops[some])], _FEW
+    while some.size:
+        X, rest = interval.states_in(some[:size])
         X[:, interval.powers.map.waves] += rest
         zeta = interval.series(X)[1]
         flat = zeta.reshape(-1, zeta.shape[2])
+        best = max(best, float(right_ends(flat).max()))
         flat = flat[flat[:, 0] + np.abs(flat[:, 1:]).sum(axis=1) > best]
         if len(flat):
-            best = max(best, float(right_ends(flat).max()))
             flat = flat[upper_bounds(flat) > best]
         if len(flat):
             best = max(best, largest_value(flat))
+        some, size = some[size:], CHUNK
+        some = some[tops[some] > best]
     return best
 
 

@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 
 from lure.expressions.exponentials import Sum, exponentials
 from lure.rod.motion.end_law import Segment
-from lure.rod.motion.pieces import Array, products
-from lure.rod.motion.sources import Sources
+from lure.rod.motion.kernel_series import BLOCK
+from lure.rod.motion.pieces import Array, basis, products
+from lure.rod.motion.sources import SPAN, Load, Sources, panel_table
 
 _MOST_STATES = 12
 _MOST_POWER = 4
@@ -54,6 +55,7 @@ class LoadStates:
     rate: Complex
     powers: tuple[int, ...]
     weights: tuple[Complex, ...]
+    made: dict[int, Array] = field(default_factory=dict, repr=False)
 
     @property
     def count(self) -> int:
@@ -74,7 +76,12 @@ class LoadStates:
         return table
 
     def step(self, m: int) -> Array:
-        """``U_m`` (count, count)."""
+        """``U_m`` (count, count), made once."""
+        if m not in self.made:
+            self.made[m] = self._step(m)
+        return self.made[m]
+
+    def _step(self, m: int) -> Array:
         size, row = self.count // 2, 0
         matrix = np.zeros((2 * size, 2 * size))
         for rate, power in zip(self.rate.tolist(), self.powers, strict=True):
@@ -139,13 +146,30 @@ class EventFreeLoads:
             self._edges = found or ()
         self._made: dict[int, LoadStates | None] = {}
 
+    def panels(self, first: int, count: int, degree: int) -> Load | None:
+        """The panels of blocks in which the force keeps its formula, without looking at it; None elsewhere."""
+        edges = np.array([0.0, SPAN] if first else [0.0, 1.0, SPAN])  # the force needs a transit to arrive
+        states, end = self._from(max(SPAN * first, 1.0))
+        series = None if states is None or end < SPAN * (first + count) else states.series(edges)
+        if states is None or series is None or series.shape[1] > degree + 1 or (not first and count > 1):
+            return None
+        block, none = np.arange(first, first + count, dtype=float), np.zeros(count)
+        coef = np.zeros((count, degree + 1))
+        coef[:, : series.shape[1]] = states.at(BLOCK * block) @ series[-1].T
+        done = [(block, none + edges[-2], none + SPAN, coef, np.abs(coef).sum(axis=1), none, none)]
+        if not first:
+            done.insert(0, (block, none, none + 1.0, 0.0 * coef, none, none, none))
+        return panel_table(first, count, done)
+
     def over(self, number: int) -> tuple[LoadStates | None, float]:
         """The states from a round trip on, and the instant [transits] up to which they hold; None if there are none."""
-        if not self.known or number < 1:
+        return self._from(2.0 * number) if number else (None, 0.0)
+
+    def _from(self, start: float) -> tuple[LoadStates | None, float]:
+        if not self.known:
             return None, 0.0
-        T = self._sources.rod.travel_time
-        ends = [float(edge) / T + 1.0 for edge in self._edges]
-        place = sum(end <= 2.0 * number for end in ends)
+        ends = [float(edge) / self._sources.rod.travel_time + 1.0 for edge in self._edges]
+        place = sum(end <= start for end in ends)
         if place not in self._made:
             self._made[place] = self._states(place)
         return self._made[place], ends[place] if place < len(ends) else math.inf
@@ -431,24 +455,22 @@ class Powers:
         return Power(m=2 * p.m, beta=beta, place=p.place, rows=rows, load=load)
 
 
-def work(powers: Powers) -> Array:
-    """``int d p z' dt Z/share`` over a round trip as a quadratic form (S+r, S+r) of ``(X, u)`` [J]."""
+def imbalance(powers: Powers, X: Array) -> float:
+    """A bound [m] on ``|int (z' - W + d p) dt|`` over any of some round trips, with states (n, S).
+
+    The sum of the coefficients of the residual of the equation of ``z`` in the series that solve it.
+    """
     q, numbers = powers.map, powers.numbers
-    segment, n, P = q.segment, q.degree + 1, q.pieces
-    series, constant = q.travel, q.steady
-    K, size = series.shape[1], q.size + powers.states.count + 1
-    push, speed = np.zeros((P, K, size)), np.zeros((P, n, size))
-    push[:, :, : q.size] = segment.rate * series
-    push[:, 0, q.waves] += segment.rate
-    push[:, :, -1] = segment.rate * constant
-    push[:, 0, -1] += segment.push
+    half = 0.5 * numbers.transit * np.diff(q.edges)
+    P, K, S = q.travel.shape
+    n, slope, stiff = q.degree + 1, basis(K - 1).derivative, q.segment.rate * half
+    residual = slope @ q.travel + stiff[:, None, None] * q.travel
+    residual[:, 0, q.waves] += stiff
+    level = q.steady @ slope.T + stiff[:, None] * q.steady
+    level[:, 0] += q.segment.push * half
     for p in range(P):
-        speed[p, :, p * n : (p + 1) * n] = numbers.share * np.eye(n)
-    speed = np.pad(speed, ((0, 0), (0, K - n), (0, 0))) - push
-    half = 0.5 * numbers.transit * np.diff(q.edges) * (numbers.impedance / numbers.share)
-    weighted = half[:, None, None] * (products(K) @ speed)
-    form = push.reshape(-1, size).T @ weighted.reshape(-1, size)
-    return np.asarray(0.5 * (form + form.T))
+        residual[p, :n, p * n : (p + 1) * n] -= numbers.share * half[p] * np.eye(n)
+    return float(np.abs(X @ residual.reshape(P * K, S).T + level.ravel()).sum(axis=1).max())
 
 
 def passed(powers: Powers, X: Array) -> Array:

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from lure.errors import InputError
 from lure.record import Page, Record, quantity
-from lure.rod.motion.end_law import Boundary, Impact, end_law
+from lure.rod.contact import Contact
+from lure.rod.motion.end_law import Boundary, end_law
 from lure.rod.motion.engine import Engine, compilation_pays
 from lure.rod.motion.fields import Fields
 from lure.rod.motion.pieces import Array
@@ -37,12 +38,13 @@ class Motion(Record):
     boundary: Boundary = quantity("Boundary conditions beyond the paper's")
     until: float = quantity("End of the motion", "s")
     since: float = quantity("Start of what was kept", "s")
-    impacts: tuple[Impact, ...] = quantity("In order; the last is not closed if the end still touches the obstacle")
+    impacts: tuple[Contact, ...] = quantity("In order; the last is not closed if the end still touches the obstacle")
     crossings: int = quantity("Passages between segments of the law")
     energy_residual: float = quantity(
         "Largest ``|work of the waves on the end - loss there - change of A P(z)|`` since the start, relative to the "
         "largest energy that passed the end in one round trip or was stored in the obstacle.  In the rod and at ``x = "
-        "0`` the balance ``E' = -k v(t,0)^2 + g v(t,0) + int f v dx`` holds identically for waves that are shifted"
+        "0`` the balance ``E' = -k v(t,0)^2 + g v(t,0) + int f v dx`` holds identically for waves that are shifted.  Where "
+        "round trips are passed over at once the difference is bounded by the residual of the equation of ``z``"
     )
     error: float = quantity(
         "Sum of the estimates of all local errors, as displacement.  How the motion enlarges them (impacts may) is "
@@ -329,10 +331,10 @@ def exact_motion(
     )
 
 
-def _kept(engine: Engine, problem: Problem, numerics: Numerics) -> tuple[Trips, tuple[Impact, ...]]:
+def _kept(engine: Engine, problem: Problem, numerics: Numerics) -> tuple[Trips, tuple[Contact, ...]]:
     """The round trips that are kept, and all impacts."""
     kept, total = deque[Trips](), 0
-    impacts: list[Impact] = []
+    impacts: list[Contact] = []
     for record in engine.records():
         impacts += impacts_of(record.impacts)
         if numerics.on_window is not None:

@@ -17,7 +17,7 @@ SAME = 2e-15  # edges closer than this, of a window of length 2, are one
 NARROWEST = 1e-13
 _MOST = 5000
 _CHECKS = np.array([-0.97, -0.43, 0.11, 0.71])
-_LOOKS = 2048
+LOOKS = 2048
 _DENORMAL = 1e-320
 _NEAR_END = 1e-6  # distance of the outermost checks from the ends, in half widths,
 _CLEAR_OF_END = 2e-14  # but not less than this, for an end is known to rounding only
@@ -232,6 +232,7 @@ def fitted(
     edges: Array,
     degree: int,
     scale: float,
+    looks: int = LOOKS,
 ) -> tuple[Pieces, float]:
     """A function from outside as pieces, halved until the series resolves it.
 
@@ -246,6 +247,8 @@ def fitted(
         Of the series.
     scale : float
         Size to which errors are relative, if larger than the function itself.
+    looks : int
+        Points at which hidden pulses are looked for; few do for a formula that has none.
 
     Returns
     -------
@@ -260,7 +263,7 @@ def fitted(
         More than 5000 pieces are needed.
     """
     space, n = basis(degree), degree + 1
-    looks = 2 * max(8, _LOOKS // len(edges))
+    looks = 2 * max(8, looks // len(edges))
     starts, stops, error = edges[:-1], edges[1:], 0.0
     done: list[tuple[float, float, Array]] = []
     while starts.size:

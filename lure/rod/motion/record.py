@@ -11,7 +11,7 @@ from typing import Literal, Protocol, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.rod.motion.end_law import Impact
+from lure.rod.contact import Contact
 from lure.rod.motion.pieces import Array
 
 Series = Literal["wave", "returned", "push", "z"]
@@ -32,7 +32,7 @@ class Window:
     wave, returned, push, z : ndarray
         (m, N+1) Chebyshev series on the pieces: ``W = r1(t, L)``, ``V = r2(t, L)``, ``d p`` [m/s] with ``d`` reduced by
         a dashpot at ``x = L``, and the contact coordinate [m].
-    impacts : tuple of Impact
+    impacts : tuple of Contact
         Those that ended here.
     crossings : int
         Passages from one segment of the law to another.
@@ -48,7 +48,7 @@ class Window:
     returned: Array
     push: Array
     z: Array
-    impacts: tuple[Impact, ...]
+    impacts: tuple[Contact, ...]
     crossings: int
     error: float
     end: State
@@ -64,13 +64,13 @@ class State:
         Segment of the law.
     zeta : Level
         ``z`` from the origin of the segment [m].
-    impact : Impact or None
+    impact : Contact or None
         The contact that goes on.
     """
 
     segment: int
     zeta: Level
-    impact: Impact | None = None
+    impact: Contact | None = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -196,7 +196,7 @@ class Record:
         error, zeta, rest, start, end, impulse, peak = self.endings[i].tolist()
         segment, opened, crossings, ended = self.marks[i].tolist()
         before = int(self.marks[i - 1, 3]) if i > 0 else 0
-        impact = Impact(start=start, end=end, impulse=impulse, peak_stress=peak, closed=False) if opened else None
+        impact = Contact(start=start, end=end, impulse=impulse, peak_stress=peak, closed=False) if opened else None
         return Window(
             number=self.number + i,
             edges=self.edges(i),
@@ -290,10 +290,10 @@ class Windows(Sequence[Window]):
         return (self._record.window(i) for i in range(len(self)))
 
 
-def impacts_of(rows: Array) -> tuple[Impact, ...]:
+def impacts_of(rows: Array) -> tuple[Contact, ...]:
     """Impacts that ended, from rows (n, 4)."""
     return tuple(
-        Impact(start=start, end=end, impulse=impulse, peak_stress=peak, closed=True)
+        Contact(start=start, end=end, impulse=impulse, peak_stress=peak, closed=True)
         for start, end, impulse, peak in rows.tolist()
     )
 

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     import control
     import xarray
 
-    from lure.rod.motion.end_law import Boundary, Impact
+    from lure.rod.contact import Contact
+    from lure.rod.motion.end_law import Boundary
     from lure.rod.motion.motion import Motion
 
 MOST_SAMPLES = 1_000_000
@@ -176,7 +177,7 @@ def motion_page(motion: Motion) -> Page:
     return Page("motion of the rod", rows, verdict="COMPUTED", notes=notes)
 
 
-def _contacts(impacts: tuple[Impact, ...]) -> str:
+def _contacts(impacts: tuple[Contact, ...]) -> str:
     if not impacts:
         return "none"
     shown = ", ".join(f"{hit.start:.6g} s" for hit in impacts[:_SHOWN])

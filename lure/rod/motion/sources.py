@@ -11,9 +11,10 @@ backward wave that reaches ``x = 0`` at ``t``, with ``f = 0`` before ``t = 0``.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 
@@ -22,14 +23,14 @@ from lure.expressions import Expression
 from lure.expressions.tree import COMPARISONS, Apply, Node, Number, names, switches
 from lure.rod.motion.end_law import Boundary, EndLaw
 from lure.rod.motion.kernel_series import BLOCK, Counts
-from lure.rod.motion.pieces import NARROWEST, SAME, Array, Pieces, basis, distinct, fitted, tails
+from lure.rod.motion.pieces import LOOKS, NARROWEST, SAME, Array, Pieces, basis, distinct, fitted, tails
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _MOST_PANELS = 256
 Path = tuple[Array, Array, float, Array]
-_SPAN = 2.0 * BLOCK
+SPAN = 2.0 * BLOCK
 _CHECKS = np.array([-0.97, -0.83, -0.64, -0.43, -0.29, -0.17, 0.11, 0.26, 0.38, 0.59, 0.71, 0.9])
 _MOST = 5000
 _NOISE = 1e-16
@@ -84,7 +85,8 @@ class Sources:
         for data in (self.scenario.displacement, self.scenario.velocity):
             for place in data.breakpoints("x", 0.0, L) or ():
                 edges += [1.0 - float(place) / L, 1.0 + float(place) / L]
-        return fitted(wave, distinct(edges, 0.0, 2.0), self.degree, 0.0)
+        mild = _mild(self.scenario.displacement.tree) and _mild(self.scenario.velocity.tree)
+        return fitted(wave, distinct(edges, 0.0, 2.0), self.degree, 0.0, 0 if mild else LOOKS)
 
     def loads(self, window: int, span: float, scale: float) -> tuple[Pieces, float] | None:
         """What the loads add to ``W`` at ``2 window + tau``, ``0 <= tau <= span``; None without loads."""
@@ -298,7 +300,7 @@ class Panels:
             More than 5000 panels are needed in a round trip, or the load is not finite.
         """
         if not _gentle(self.sources):
-            return _load(first, count, [self._halved(number) for number in range(first, first + count)])
+            return panel_table(first, count, [self._halved(number) for number in range(first, first + count)])
         block, low, high = self._begun(first, count)
         space = basis(self.sources.degree)
         nodes = np.concatenate((space.inner, _CHECKS))
@@ -307,7 +309,7 @@ class Panels:
         done: list[tuple[Array, ...]] = []
         while low.size:
             half = 0.5 * (high - low)[:, None]
-            t = _SPAN * block[:, None] + (low[:, None] + half * (nodes + 1.0))
+            t = SPAN * block[:, None] + (low[:, None] + half * (nodes + 1.0))
             flat, noise = (v.reshape(t.shape) for v in self.sources.added(t.ravel()))
             if scales is None:
                 scales = self._scales(block - first, np.abs(flat).max(axis=1), count)
@@ -325,12 +327,12 @@ class Panels:
             block, low, high = np.repeat(block, 2), _woven(low, middle), _woven(middle, high)
         if first == 0:
             self.width = float(np.median(np.concatenate([np.minimum(part[2] - part[1], 2.0) for part in done])))
-        return _load(first, count, done)
+        return panel_table(first, count, done)
 
     def _halved(self, number: int) -> tuple[Array, ...]:
         """The panels of one block as :func:`lure.rod.motion.pieces.fitted` finds kinks, jumps and pulses."""
-        origin = _SPAN * number
-        end = min(_SPAN, self.transits - origin)
+        origin = SPAN * number
+        end = min(SPAN, self.transits - origin)
         points = [point - origin for point in self.sources.load_breaks()] + [2.0 * k for k in range(1, BLOCK)]
         pieces, error = fitted(
             lambda tau: self.sources.added(origin + tau), distinct(points, 0.0, end), self.sources.degree, self.scale
@@ -350,23 +352,23 @@ class Panels:
 
     def _begun(self, first: int, count: int) -> tuple[Counts, Array, Array]:
         """Blocks and ends of the panels to begin with."""
-        breaks = np.unique([b for b in self.sources.load_breaks() if _SPAN * first < b < _SPAN * (first + count)])
-        owner = np.floor(breaks / _SPAN).astype(np.int64)
+        breaks = np.unique([b for b in self.sources.load_breaks() if SPAN * first < b < SPAN * (first + count)])
+        owner = np.floor(breaks / SPAN).astype(np.int64)
         # where a block is not whole, panels begin and end with round trips, so that their halves meet the echoes' edges
         fine = np.full(count, self.width < 2.0)
         fine[owner - first] = True
-        fine |= _SPAN * (np.arange(first, first + count) + 1) > self.transits
+        fine |= SPAN * (np.arange(first, first + count) + 1) > self.transits
         step = 2.0 ** math.ceil(math.log2(self.width))
-        grid = step * np.arange(round(_SPAN / step))
+        grid = step * np.arange(round(SPAN / step))
         block = np.repeat(np.arange(first, first + count), np.where(fine, len(grid), 1))
         low = np.concatenate([grid if many else grid[:1] for many in fine])
-        inside = _SPAN * block + low < self.transits - SAME
+        inside = SPAN * block + low < self.transits - SAME
         block, low = block[inside], low[inside]
-        high = np.minimum(low + np.where(fine[block - first], step, _SPAN), self.transits - _SPAN * block)
+        high = np.minimum(low + np.where(fine[block - first], step, SPAN), self.transits - SPAN * block)
         if not breaks.size:
             return block, low, high
-        place = breaks - _SPAN * owner
-        near = np.searchsorted(_SPAN * block + low, breaks, side="right") - 1
+        place = breaks - SPAN * owner
+        near = np.searchsorted(SPAN * block + low, breaks, side="right") - 1
         keep = (place > low[near] + SAME) & (place < high[near] - SAME)
         owner, place, near = owner[keep], place[keep], near[keep]
         block, low = np.concatenate((block, owner)), np.concatenate((low, place))
@@ -391,7 +393,7 @@ class Panels:
 
     def _check(self, block: Counts, low: Array) -> None:
         """Refuse loads that need more than 5000 panels in a round trip."""
-        if len(low) > _MOST // 2 and np.unique((_SPAN * block + low) // 2.0, return_counts=True)[1].max() > _MOST // 2:
+        if len(low) > _MOST // 2 and np.unique((SPAN * block + low) // 2.0, return_counts=True)[1].max() > _MOST // 2:
             raise InputError(
                 f"the loads and initial data need more than {_MOST} pieces in one round trip; give smoother or slower "
                 "ones"
@@ -407,7 +409,8 @@ def _woven(first: Array, second: Array) -> Array:
     return np.column_stack((first, second)).ravel()
 
 
-def _load(first: int, count: int, done: list[tuple[Array, ...]]) -> Load:
+def panel_table(first: int, count: int, done: Sequence[tuple[Array, ...]]) -> Load:
+    """Panels of some blocks, see :meth:`Panels.over`, from their blocks, ends, series, sizes, errors and noise."""
     block, low, high, series, size, miss, tiny = (np.concatenate(parts) for parts in zip(*done, strict=True))
     order = np.lexsort((low, block))
     block, low, high, series, size, miss, tiny = (v[order] for v in (block, low, high, series, size, miss, tiny))
@@ -420,6 +423,7 @@ def _load(first: int, count: int, done: list[tuple[Array, ...]]) -> Load:
     return table.ravel(), np.concatenate(([first], starts, degree)).astype(np.int64)
 
 
+@lru_cache(maxsize=4)
 def _growth(degree: int) -> Array:
     """``T_j^(k)(1)/(2^{k-1} k!)`` (N+1, N+1): times ``r^k`` it bounds the k-th coefficient of ``T_j(a + r x)``."""
     j = np.arange(degree + 1, dtype=float)
@@ -451,4 +455,4 @@ def _mild(node: Node) -> bool:
 
 def block_count(transits: float) -> int:
     """Number of blocks of a motion."""
-    return math.ceil(transits / _SPAN)
+    return math.ceil(transits / SPAN)

@@ -58,7 +58,7 @@ def _log_gain(cells: int, kappa: float, trips: int) -> float:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Stretch:
+class EventFreeInterval:
     """A stretch of motion in contact with a linear law, or under a force: still a shift register.
 
     Attributes
@@ -160,7 +160,7 @@ def first_contact(flight: FreeFlight, until: float) -> float | None:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Touch:
+class NextContact:
     """A contact found: ``tau`` after ``passed`` whole cell crossings, where the flight had come to ``flight``."""
 
     flight: FreeFlight
@@ -168,7 +168,7 @@ class Touch:
     tau: float
 
 
-def next_contact(flight: FreeFlight, until: float) -> Touch | None:
+def next_contact(flight: FreeFlight, until: float) -> NextContact | None:
     """:func:`first_contact` in units of ``1/s``, possibly a little later than ``until``.
 
     Parameters
@@ -186,7 +186,7 @@ def next_contact(flight: FreeFlight, until: float) -> Touch | None:
     passed, length = 0, 2 * flight.register.cells
     longest = _LONGEST * length
     if flight.start.gap > 0.0:
-        return Touch(flight=flight, passed=0, tau=0.0)
+        return NextContact(flight=flight, passed=0, tau=0.0)
     while passed < until:
         start = flight.start
         scale = abs(start.gap) + float(np.abs(start.sums).max())
@@ -205,7 +205,7 @@ def next_contact(flight: FreeFlight, until: float) -> Touch | None:
             length = halved(length)
             continue
         if found is not None:
-            return Touch(flight=flight, passed=passed, tau=found)
+            return NextContact(flight=flight, passed=passed, tau=found)
         flight = FreeFlight(start=flight.after(Mean(whole=length, rest=0.0)))
         passed, length = passed + length, min(2 * length, longest)
     return None

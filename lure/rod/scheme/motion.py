@@ -15,7 +15,7 @@ from lure.record import Column, Page, Record, derived, quantity
 from lure.rod import datasets
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Scenario, initial_state
-from lure.rod.scheme.contact import Stretch, fewest_cells, halved, longest, next_contact
+from lure.rod.scheme.contact import EventFreeInterval, fewest_cells, halved, longest, next_contact
 from lure.rod.scheme.crossing import FLOOR, Crossing, Undecided
 from lure.rod.scheme.flight import FreeFlight, free_flight
 from lure.rod.scheme.loads import Force, force_of
@@ -113,7 +113,7 @@ class Run:
         left = float(end - begin)
         while True:
             entering = None if self.force is None else self.force.entering(begin, poisson_columns(length))
-            stretch = Stretch(start=start, length=length, kappa=kappa, entering=entering)
+            stretch = EventFreeInterval(start=start, length=length, kappa=kappa, entering=entering)
             gaps = stretch.streams.gap
             search = Crossing(values=-gaps if contact else gaps, floor=FLOOR * stretch.rounding)
             try:
@@ -131,7 +131,7 @@ class Run:
         self._sample(stretch, begin + span)
         return after
 
-    def _sample(self, piece: FreeFlight | Stretch, end: Fraction) -> None:
+    def _sample(self, piece: FreeFlight | EventFreeInterval, end: Fraction) -> None:
         """Fill the samples from the clock to ``end``, and set the clock."""
         while self.filled < self.times.size:
             place = self.rate * Fraction(float(self.times[self.filled]))
