@@ -43,8 +43,8 @@ class Motion(Record):
     energy_residual: float = quantity(
         "Largest ``|work of the waves on the end - loss there - change of A P(z)|`` since the start, relative to the "
         "largest energy that passed the end in one round trip or was stored in the obstacle.  In the rod and at ``x = "
-        "0`` the balance ``E' = -k v(t,0)^2 + g v(t,0) + int f v dx`` holds identically for waves that are shifted.  Where "
-        "round trips are passed over at once the difference is bounded by the residual of the equation of ``z``"
+        "0`` the balance ``E' = -k v(t,0)^2 + g v(t,0) + int f v dx`` holds identically for waves that are shifted.  "
+        "Where round trips are passed over at once the difference is bounded by the residual of the equation of ``z``"
     )
     error: float = quantity(
         "Sum of the estimates of all local errors, as displacement.  How the motion enlarges them (impacts may) is "
