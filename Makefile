@@ -13,7 +13,7 @@ PYTEST = $(ONE_THREAD) $(BIN)/python -m pytest
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .SUFFIXES:
-.PHONY: help report test quick check bench benchmarks-table notebooks docs clean FORCE
+.PHONY: help report test thorough quick check bench benchmarks-table notebooks docs clean FORCE
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 
 help: ## list the targets
@@ -22,8 +22,11 @@ help: ## list the targets
 report: .venv/.core ## the report on the paper's rod, into ./lure-report; ARGS="my-rod.toml" for your own
 	$(BIN)/lure report $(ARGS)
 
-test: .venv/.test ## all tests, slow ones too; ARGS="-k popov" for some, ARGS=--hypothesis-profile=ci to search harder
+test: .venv/.test ## all tests, slow ones too, in under five minutes on two cores; ARGS="-k popov" for some
 	$(PYTEST) -n 2 --dist worksteal $(ARGS)
+
+thorough: .venv/.test ## all tests with large samples and many random examples: for a night
+	$(PYTEST) -n 2 --dist worksteal --hypothesis-profile=thorough $(ARGS)
 
 quick: .venv/.test ## under a minute: tests that name what is changed, then some of every floor, no slow ones
 	$(PYTEST) -n 2 -m "not slow" $(ARGS) $$($(BIN)/python tests/quick.py)

@@ -1,4 +1,4 @@
-"""Links of a built site: every file and every anchor that a page names is there.  Nothing is fetched.
+"""Links of a built site: every file and every anchor that a page names is there, and no page needs another site.
 
 ``python docs/links.py build/docs`` prints what is broken and ends with 1 if anything is; ``--external`` lists the
 addresses of other sites, with the first page that names each.
@@ -17,9 +17,10 @@ _ADDRESSES = {"a": "href", "link": "href", "img": "src", "script": "src", "ifram
 
 @dataclass
 class Links(HTMLParser):
-    """What one page names (``targets``) and what may be named in it (``anchors``)."""
+    """What one page names (``targets``), those a browser fetches with it, and what may be named in it (``anchors``)."""
 
     targets: list[str] = field(default_factory=list)
+    fetched: set[str] = field(default_factory=set)
     anchors: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -31,6 +32,8 @@ class Links(HTMLParser):
         address = values.get(_ADDRESSES.get(tag, ""))
         if address:
             self.targets.append(address)
+            if tag not in {"a", "link"} or values.get("rel") == "stylesheet":
+                self.fetched.add(address)
         self.anchors.update(name for name in (values.get("id"), values.get("name")) if name)
 
 
@@ -80,6 +83,8 @@ def check(site: Path) -> tuple[list[str], dict[str, str]]:
         for target in links.targets:
             if urlsplit(target).scheme in {"http", "https", "mailto"} or target.startswith("//"):
                 outside.setdefault(target, name)
+                if target in links.fetched:
+                    broken.add(f"{name}: {target}: fetched from another site")
             elif not target.startswith("data:") and (wrong := problem(page, target, pages, site)):
                 broken.add(f"{name}: {target}: {wrong}")
     return sorted(broken), dict(sorted(outside.items()))

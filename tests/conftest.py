@@ -1,12 +1,14 @@
 """Settings shared by all tests, and the fixtures of those that run commands.
 
-The profile `dev` is the default: few examples, the same in every run.  `--hypothesis-profile=ci` draws many at random.
+The profile `dev` is the default: few examples, the same in every run.  `--hypothesis-profile=thorough` draws many at
+random, takes the large samples of `depth.sampled` and runs the tests marked `thorough`, which others leave out.
 `--motion compiled` and `--motion plain` compute exact motions that do not choose for themselves in that way.
 """
 
 import os
 
 import pytest
+from depth import THOROUGH, thorough
 from hypothesis import settings
 
 from lure.analysis.cli import main
@@ -15,7 +17,7 @@ from lure.rod.motion import engine, motion
 os.environ["MPLBACKEND"] = "agg"  # figures are files, also where a display is at hand
 
 settings.register_profile("dev", max_examples=40, derandomize=True, deadline=None)
-settings.register_profile("ci", max_examples=1000, deadline=None, print_blob=True)
+settings.register_profile(THOROUGH, max_examples=1000, deadline=None, print_blob=True)
 settings.load_profile("dev")
 
 
@@ -31,6 +33,13 @@ def pytest_configure(config):
         motion.compilation_pays = lambda problem, wish: engine.compilation_pays(
             problem, (way == "compiled") if wish is None else wish
         )
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave the tests marked `thorough` to `make thorough`."""
+    if not thorough():
+        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker(THOROUGH)])
+        items[:] = [item for item in items if not item.get_closest_marker(THOROUGH)]
 
 
 @pytest.fixture

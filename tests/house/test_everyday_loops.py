@@ -4,13 +4,14 @@ import importlib.util
 from pathlib import Path
 
 import pytest
+from depth import thorough
 
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "everyday_loops.py"
 SPEC = importlib.util.spec_from_file_location("everyday_loops", SCRIPT)
 campaign = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(campaign)
 LOOPS = {loop.name: loop for loop in campaign.loops()}
-SAMPLE = list(LOOPS)[3::37]
+SAMPLE = list(LOOPS)[3 :: 37 if thorough() else 74]
 
 
 def test_there_are_at_least_three_hundred_loops_and_every_kind_of_nonlinearity():

@@ -1,8 +1,15 @@
-"""How hard the tests search: samples as a working day bears them, and all with ``--hypothesis-profile=ci``."""
+"""How hard the tests search: samples as a working day bears them, and all of them in `make thorough`."""
 
 from hypothesis import settings
 
+THOROUGH = "thorough"
+
+
+def thorough():
+    """Whether this run is to search as hard as it can: ``--hypothesis-profile=thorough``."""
+    return settings.get_current_profile_name() == THOROUGH
+
 
 def sampled(count, *, of):
-    """The size of a sample: ``count``, and ``of`` where the profile `ci` searches harder."""
-    return of if settings.get_current_profile_name() == "ci" else count
+    """The size of a sample: ``count``, and ``of`` in a thorough run."""
+    return of if thorough() else count
