@@ -329,7 +329,7 @@ def test_a_dense_block_of_order_41_is_certified_at_nine_tenths_of_the_limit(thet
         matrix_draft(block, Fraction(largest.high) * Fraction(11, 10), theta=theta or None)
 
 
-@pytest.mark.parametrize("cells", [1, 10, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("cells", [1, 10, pytest.param(200, marks=pytest.mark.thorough)])
 def test_the_energy_of_the_scheme_proves_every_sector_with_a_multiple_of_the_identity(cells):
     scheme = upwind(ROD, cells)
     theta = energy_theta(scheme)
@@ -360,7 +360,7 @@ def test_the_energy_of_the_scheme_needs_the_theta_it_asks_for():
 
 
 # k < Z: K = (E/L) k^2/(Z^2 - k^2) = 11.52/(1.44 - 4e-8) is the limit of the circle criterion, of the rod and for any N.
-@pytest.mark.parametrize("cells", [10, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("cells", [10, pytest.param(200, marks=pytest.mark.thorough)])
 def test_the_scheme_is_proved_next_to_the_limit_of_the_circle_criterion(cells):
     k, square = Fraction(1, 5000), Fraction(144, 100)
     limit = 288_000_000 * k**2 / (square - k**2)

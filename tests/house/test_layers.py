@@ -61,6 +61,11 @@ def parsed(module):
     return ast.parse((ROOT / module).read_text(encoding="utf-8"), module)
 
 
+@cache
+def packages(module):
+    return frozenset(imported(parsed(module)))
+
+
 @pytest.mark.parametrize(
     "text",
     [
@@ -102,12 +107,12 @@ def test_both_packages_are_looked_at():
 
 def test_the_systems_never_import_the_analysis():
     systems = [module for module in MODULES if module.startswith("lure/")]
-    assert [module for module in systems if "lure.analysis" in imported(parsed(module))] == []
+    assert [module for module in systems if "lure.analysis" in packages(module)] == []
 
 
 def test_only_the_plots_import_matplotlib():
     others = [module for module in MODULES if not DRAWING.fullmatch(module)]
-    assert [module for module in others if {"matplotlib", "mpl_toolkits"} & set(imported(parsed(module)))] == []
+    assert [module for module in others if {"matplotlib", "mpl_toolkits"} & packages(module)] == []
 
 
 def test_importing_lure_loads_nothing_heavy():

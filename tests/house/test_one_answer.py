@@ -29,6 +29,7 @@ from lure.rod.transfer import RodPlant
 
 SEARCHED = {"ct-3", "ct-4", "ct-5", "ct-6", "ct-7", "dt-1", "dt-2", "dt-3", "dt-5", "dt-6", "integrator-lead"}
 SEARCHED |= {"kalman-fitts", "leonov-bragin-kuznetsov"}  # seconds each
+LONG = {"ct-3", "ct-4", "ct-5", "ct-6", "dt-1", "dt-2", "dt-3", "leonov-bragin-kuznetsov"}  # of these
 LAW = '[nonlinearity]\nkind = "{}"\n{}\n'
 DT_6 = '[plant]\ntransfer = "(2*z+0.92)/(z^2-0.5*z)"\ndt = 1\n[class]\n'
 FILES = {
@@ -50,7 +51,10 @@ FILES = {
     "matrices": "[plant]\nA = [[-1, 1], [0, -2]]\nB = [0, 1]\nC = [1, 0]\n[class]\nsector = [0, 1]\n",
     "endless": '[plant]\ntransfer = "(s+1)/(s*(s+2))"\n[class]\nsector = [0, inf]\n',
 }
-LOOPS = [pytest.param(name, marks=[pytest.mark.slow] * (name in SEARCHED)) for name in (*FILES, *loop_names())]
+LOOPS = [
+    pytest.param(name, marks=[pytest.mark.slow] * (name in SEARCHED) + [pytest.mark.thorough] * (name in LONG))
+    for name in (*FILES, *loop_names())
+]
 RODS = {"proved": {}, "pushed": {"damping": "-2e-4"}, "free": {"damping": "0"}, "bent": {"exponent": "3/2"}}
 RODS |= {"rough": {"exponent": "1/2"}, "matched": {"damping": "1.2"}}
 

@@ -54,7 +54,10 @@ def test_smooth_laws_lie_inside_where_interpolation_alone_misses_them(name):
 # a confidence of 95 % that is stated may be wrong in 5 of 100 sets; at exactly 95 %, 11 or more of 100 are a chance of
 # 1 in 90, and 5 or more of 25 one of 1 in 140
 @pytest.mark.slow
-@pytest.mark.parametrize("noise", [0.05, 0.01, 0.003, 0.001])
+@pytest.mark.parametrize(
+    "noise",
+    [pytest.param(0.05, marks=pytest.mark.thorough), 0.01, 0.003, pytest.param(0.001, marks=pytest.mark.thorough)],
+)
 @pytest.mark.parametrize("name", TRUTH)
 def test_a_stated_confidence_is_kept(name, noise):
     count = sampled(25, of=100)

@@ -5,6 +5,7 @@ import math
 from fractions import Fraction
 
 import pytest
+from depth import sampled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -348,7 +349,7 @@ def test_a_lower_gain_with_poles_on_the_axis_refutes_every_class(plant, lower):
 
 
 @given(blocks())
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=sampled(2, of=5), deadline=None)
 def test_slopes_reach_no_less_than_sectors_and_no_further_than_gains(block):
     popov = max_sector(block, criterion="popov")
     for odd in (False, True):

@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from depth import sampled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -167,7 +168,7 @@ def test_a_pulse_after_a_long_rest_is_not_stepped_over(method):
     kick=st.floats(-1, 1),
     method=st.sampled_from(["DOP853", "Radau", "LSODA"]),
 )
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=sampled(4, of=15), deadline=None)
 def test_energy_never_rises_and_the_exact_scheme_agrees(damping, gap, stiffness, slope, kick, method):
     rod = Rod(
         youngs_modulus=1, density=1, length=1, area=1, damping=damping, compliance=1 / stiffness, gap=gap + abs(slope)

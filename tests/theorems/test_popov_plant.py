@@ -5,10 +5,11 @@ from contextlib import suppress
 from fractions import Fraction
 from itertools import pairwise
 
+import depth
 import numpy as np
 import pytest
 from flint import acb, acb_poly, fmpq, fmpq_poly
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from plants import CONTINUOUS, block, stable_plants
 
@@ -239,6 +240,7 @@ def test_the_bracket_is_narrow_and_both_signs_reach_at_least_as_far_as_one(plant
         assert one.largest.high >= -1 / circle.low * (1 - Fraction(1, 10**9))
 
 
+@settings(max_examples=depth.sampled(15, of=100))
 @given(stable_plants(), st.lists(st.floats(0.5, 0.999999), min_size=2, max_size=4))
 def test_every_smaller_sector_is_proved_too(plant, shares):
     answer = answer_for(plant)

@@ -4,6 +4,7 @@ import json
 import math
 from contextlib import suppress
 from fractions import Fraction as F
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,12 @@ def reach(row, block, lower=0):
     return row.reach(block, lower=F(lower), odd=False)
 
 
+@cache
+def usual(row, time):
+    """What the criterion proves of the block of its time, which several tests compare with others."""
+    return reach(row, FOUND[time])
+
+
 def with_time(block, time, speed):
     """``H(s/speed)``, or the same samples at another rate."""
     if time == "discrete":
@@ -71,13 +78,13 @@ def same(one, other, *, scale=1, shift=0, rel=1e-6):
 @pytest.mark.parametrize("speed", [F(1, 10**6), F(3), F(10**4)])
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_the_unit_of_time_changes_nothing(row, time, speed):
-    same(reach(row, FOUND[time]), reach(row, with_time(FOUND[time], time, speed)))
+    same(usual(row, time), reach(row, with_time(FOUND[time], time, speed)))
 
 
 @pytest.mark.parametrize("gain", [F(1, 10**9), F(3000)])
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_a_gain_moves_between_the_block_and_the_class(row, time, gain):
-    same(reach(row, FOUND[time]), reach(row, with_gain(FOUND[time], gain)), scale=gain)
+    same(usual(row, time), reach(row, with_gain(FOUND[time], gain)), scale=gain)
 
 
 # phi = l sigma + phi': the class [l, l + k] of H is the class [0, k] of H/(1 + l H)
@@ -136,7 +143,7 @@ def test_no_criterion_proves_more_than_the_linear_gains_allow(row, time, data):
 
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_the_decision_about_a_class_is_sharp_from_both_sides(row, time):
-    block, found = FOUND[time], reach(row, FOUND[time])
+    block, found = FOUND[time], usual(row, time)
     inside = row.decide(block, Sector(0, found.largest.low * (1 - (1e-3 if row.stage == 2 else 1e-9))))
     beyond = row.decide(block, Sector(0, found.largest.high * (1 + 1e-9)))
     assert beyond.verdict is not Verdict.PROVED
@@ -148,7 +155,7 @@ def test_the_decision_about_a_class_is_sharp_from_both_sides(row, time):
 
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_both_checkers_accept_the_certificate_and_neither_one_beyond_the_end(row, time):
-    block, found = FOUND[time], reach(row, FOUND[time])
+    block, found = FOUND[time], usual(row, time)
     accepted = certified(block, found)
     certificate = json.dumps(accepted.proved.certificate)
     assert isinstance(check(certificate), Proved)
@@ -187,7 +194,7 @@ def test_random_brackets_are_narrow_and_decided_on_both_sides(row, time, data):
 # The class of a certificate is the one that the row of the table promises, no larger.
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_the_class_of_the_certificate_is_that_of_the_row(row, time):
-    found = reach(row, FOUND[time])
+    found = usual(row, time)
     laws = certified(FOUND[time], found).proved.certificate["laws"]
     assert laws["linear"] is row.linear
     assert laws["odd"] is row.only_odd

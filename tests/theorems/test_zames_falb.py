@@ -46,7 +46,8 @@ def assert_sound(system, answer, odd):
 
 # least certified slopes: above the table's "at least" everywhere; 1 is the Nyquist value 4.5894542 less its last digits
 QUICK = [(1, False, 4.5894541), (1, True, 4.5894541), (3, False, 2.25), (7, False, 1e9), (7, True, 1e9)]
-HARD = [(3, True, 2.25), (4, True, 1.34)]  # the others have their certificates checked in test_certificate_proposals.py
+HARD = [(3, True, 2.25), pytest.param(4, True, 1.34, marks=pytest.mark.thorough)]
+# the others have their certificates checked in test_certificate_proposals.py
 
 
 @pytest.mark.parametrize(("number", "odd", "least"), QUICK)
@@ -66,7 +67,7 @@ def test_published_plants_that_take_longer(number, odd, least):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("odd", [False, True])
+@pytest.mark.parametrize("odd", [pytest.param(False, marks=pytest.mark.thorough), True])
 def test_more_effort_and_odd_laws_never_reach_less(odd):
     quick, full = (zames_falb_largest(PLANTS[3], odd=odd, effort=effort).largest.low for effort in ("quick", "full"))
     assert full >= quick >= (zames_falb_largest(PLANTS[3], odd=False).largest.low if odd else 0)
