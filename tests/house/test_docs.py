@@ -103,7 +103,8 @@ def test_the_status_of_a_command_is_looked_at(tmp_path, monkeypatch):
 def test_links_of_a_site(tmp_path):
     (tmp_path / "a.html").write_text(
         '<p id="here"><a href="#here">1</a><a href="b.html#there">2</a><img src="c.svg"><a href="http://x.org/">3</a>'
-        '<a href="b.html#nowhere">4</a><a href="gone.html">5</a><a href="../up.html">6</a><a href="#gone">7</a></p><script src="https://y.org/z.js"></script>',
+        '<a href="b.html#nowhere">4</a><a href="gone.html">5</a><a href="../up.html">6</a><a href="#gone">7</a></p>'
+        '<script src="https://y.org/z.js"></script>',
         encoding="utf-8",
     )
     (tmp_path / "b.html").write_text('<a name="there" href="a.html">back</a>', encoding="utf-8")
