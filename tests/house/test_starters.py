@@ -63,7 +63,10 @@ def with_own(plant, law):
     ("plant", "law", "said"),
     [
         # |H| < 1 but at 0, where H = 1: Re H > -1, the circle criterion for slope and sector [0, 1]
-        ('"exp(-s)/(s+1)"', '__import__("lure").Tanh()', ("PROVED: 0 attracts every motion", "(certified)")),
+        pytest.param(
+            *('"exp(-s)/(s+1)"', '__import__("lure").Tanh()', ("PROVED: 0 attracts every motion", "(certified)")),
+            marks=pytest.mark.thorough,
+        ),
         # unstable, with small gains too; of a function a sample is all that is known
         ("([1], [1, -1, 1])", "lambda sigma: sigma / (1 + sigma**2)", ("REFUTED: ", "(observed)")),
         # discrete time, |H| <= 2 on the circle: [0, 1/2] is inside what the circle criterion proves; Nyquist, not

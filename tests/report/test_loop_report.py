@@ -348,6 +348,13 @@ def test_what_a_user_types_is_text_on_the_page_and_in_no_figure(pages):
         assert figure.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Figures as they are asked for, without the pictures, which take most of the time."""
+    monkeypatch.setattr("lure.analysis.report.loop.figures.render", lambda draw, *, name: None)
+
+
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("name", NAMES)
 def test_both_plots_are_drawn_whether_or_not_anything_is_proved(reports, name):
     specs = {figure.spec.name: figure.spec for figure in loop_figures(reports[name])}
@@ -363,6 +370,7 @@ def test_both_plots_are_drawn_whether_or_not_anything_is_proved(reports, name):
             assert ("proves nothing here" in specs[kind].caption) is not proved
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_response_of_the_given_law_is_drawn_to_the_same_height(reports):
     from matplotlib import pyplot
 
@@ -381,6 +389,7 @@ def test_the_response_of_the_given_law_is_drawn_to_the_same_height(reports):
         plot_solutions([])
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_line_of_a_shifted_loop_is_that_of_the_shifted_class(reports):
     # [1/2, k]: 12/(s^2 + 2 s + 3) and [0, k - 1/2]; Popov's criterion reaches every finite k, the line goes through 0
     spec = next(figure.spec for figure in loop_figures(reports["shifted"]) if figure.spec.name == "popov")

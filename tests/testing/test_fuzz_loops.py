@@ -8,6 +8,7 @@ from fractions import Fraction as F
 
 import numpy as np
 import pytest
+from depth import sampled
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from motions import unit_rod
@@ -145,7 +146,7 @@ def test_continuous_loops_with_members_of_a_proved_sector_do_not_grow(data, bloc
 
 
 @pytest.mark.slow  # a multiplier is searched for each block
-@settings(max_examples=12)
+@settings(max_examples=sampled(6, of=12))
 @given(st.data(), lurie_blocks(order=(1, 3)), st.booleans())
 def test_continuous_loops_with_laws_of_a_proved_slope_do_not_grow(data, block, odd):
     k = proved(max_slope(block, odd=odd))
