@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from types import MappingProxyType
 
 from lure.analysis.certificates.arithmetic import Rejected
@@ -13,13 +14,17 @@ from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.proposals import LARGE
 from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.theory import Draft, theory_of
 from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.state_space import state_space_largest
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.theorems.table import Upper, row_of
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError
+from lure.plants.block import StructuredPlant
+from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
 STEPS_DOWN = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.5, 0.9, 0.99, 0.999, 0.9999, 0.999999)
@@ -99,3 +104,92 @@ def _proposals(block: StateSpace, answer: Answer, lower: Fraction) -> Iterator[t
         if lower < upper != tried:
             tried = upper
             yield upper, theta
+
+
+# One class: of the circle and Popov's criterion, with the multipliers that are worth a try.
+
+_GUESSES = ("1", "1/10", "10")  # [s]
+
+
+def class_drafts(
+    plant: object, law_class: NonlinearityClass, criterion: str, *, finite: bool
+) -> Iterator[tuple[str, Callable[[], Draft]]]:
+    """Drafts for a plant without an exact criterion behind them, cheapest first.
+
+    Parameters
+    ----------
+    plant : StateSpace or StructuredPlant
+        The plant, of finitely many states.
+    law_class : NonlinearityClass
+        The class.
+    criterion : str
+        ``circle``, ``popov`` or ``best``.
+    finite : bool
+        Whether an infinite upper end means every law with some finite bound.
+
+    Yields
+    ------
+    tuple of str, callable
+        The name of the criterion, and what makes the draft or raises ``AssumptionError``.
+    """
+    draft = partial(_class_draft, plant, law_class, finite=finite)
+    if criterion in ("best", "circle"):
+        yield "circle, by matrices", partial(draft, None)
+    if criterion in ("best", "popov") and not law_class.time_varying and getattr(plant, "dt", None) is None:
+        for theta in _thetas(plant, law_class.sector.lower):
+            yield f"popov, by matrices, theta = {float(theta):.6g}", partial(draft, theta)
+
+
+def answer_draft(plant: object, law_class: NonlinearityClass, answer: Answer, *, finite: bool) -> Draft:
+    """A draft by a matrix for what a criterion proved of a rational plant.
+
+    Parameters
+    ----------
+    plant : RationalPlant
+        The plant.
+    law_class : NonlinearityClass
+        The class.
+    answer : Answer
+        Of the circle or Popov's criterion, PROVED for the class.
+    finite : bool
+        Whether an infinite upper end means every law with some finite bound.
+
+    Raises
+    ------
+    AssumptionError
+        It is another criterion, or no matrix was found.
+    """
+    row = row_of(answer.criterion, plant)
+    if not row.matrix:
+        raise AssumptionError(
+            f"the criterion {answer.criterion} needs no matrix: --method polynomial or cover shows it"
+        )
+    given = "" if row.time_varying else str(answer.parameters.get("theta", "0"))
+    theta = Fraction(1) if "inf" in given else Fraction(given) if given else None
+    return _class_draft(plant, law_class, theta, finite=finite)
+
+
+def _class_draft(plant: object, law_class: NonlinearityClass, theta: Fraction | None, *, finite: bool) -> Draft:
+    sector = law_class.sector
+    infinite = isinstance(plant, StructuredPlant) and plant.order is None
+    if infinite or not isinstance(plant, RationalPlant | StateSpace | StructuredPlant):
+        raise AssumptionError(
+            f"a proof by matrices is for blocks with finitely many states, not a {type(plant).__name__}"
+        )
+    if sector.lower == -math.inf:
+        raise AssumptionError("the class has no finite lower end, and a proof by matrices begins at one")
+    upper: Upper = Fraction(sector.upper) if sector.upper != math.inf else "finite" if finite else "inf"
+    return matrix_draft(plant, upper, lower=Fraction(sector.lower), theta=theta)
+
+
+def _thetas(plant: object, lower: float | Fraction) -> Iterator[Fraction]:
+    """Popov multipliers worth a try: those of its structure, the one that floating point finds best, some guesses."""
+    if isinstance(plant, StructuredPlant):
+        yield from theory_of(plant).thetas()
+    elif isinstance(plant, StateSpace) and lower != -math.inf:
+        try:
+            best = state_space_largest(plant, "popov", lower=Fraction(lower)).theta
+        except AssumptionError:  # an eigenvalue at 0, perhaps: the matrix inequality has a critical case of its own
+            best = None
+        found = (Fraction(best).limit_denominator(10**6) or Fraction(best),) if best else map(Fraction, _GUESSES)
+        yield from found

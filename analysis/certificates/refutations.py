@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, Literal, cast
 
@@ -15,19 +16,23 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.balls import Ball, exponential, product
 from lure.analysis.certificates.balls import ball as ball_refutations
 from lure.analysis.certificates.blocks import realised
+from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.growth import growth_proof
+from lure.analysis.certificates.sealing import Failure, guarded, settled
 from lure.analysis.certificates.states import classes, flow_orbit, gained
 from lure.analysis.certificates.systems import system_of, text, texts
-from lure.analysis.counterexamples.linear import Realisation, balls
+from lure.analysis.counterexamples.linear import Realisation, balls, growing_gains
 from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop, refined
+from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
+from lure.analysis.numerics.doubles import double_above, short
 from lure.analysis.numerics.polynomial import exact_midpoint, real_roots
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.theorems.dead_time import Delayed
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import np
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, InputError
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
@@ -447,3 +452,99 @@ def _upper(laws: Laws) -> Fraction | None:
 
 def _number(value: object) -> Fraction:
     return Fraction(cast("str", value))
+
+
+# Witnesses before the checker.
+
+_PASSING = (AssumptionError, InputError, OverflowError, ModuleNotFoundError, TimeoutError)
+
+
+def accepted_witness(plant: object, witness: Witness) -> Witness:
+    """The witness with what the checker accepted of it; COMPUTED where it accepted nothing.
+
+    Parameters
+    ----------
+    plant : RationalPlant, DelayPlant or another
+        The plant; of others the witness stays as it is.
+    witness : Witness
+        A destabilising member.
+    """
+    if witness.evidence is not Evidence.CERTIFIED or not isinstance(plant, RationalPlant | DelayPlant):
+        return witness
+    for candidate in (witness, *_just_above(plant, witness)):
+        found = _accepted(plant, candidate)
+        if found is not None:
+            return _as_accepted(candidate, found)
+    return replace(witness, evidence=Evidence.COMPUTED)
+
+
+def _accepted(plant: RationalPlant | DelayPlant | StateSpace, witness: Witness) -> Refuted | None:
+    """What the checker accepts of the smallest class of a witness."""
+    found = guarded(witness.kind, partial(_settled, plant, witness), passing=(TimeoutError,))
+    return found if isinstance(found, Refuted) else None
+
+
+def _settled(plant: RationalPlant | DelayPlant | StateSpace, witness: Witness) -> Proved | Refuted:
+    numbers: Literal["doubles, exactly", "rationals"] = (
+        "doubles, exactly" if isinstance(plant, StateSpace) else "rationals"
+    )
+    return settled(refutation_draft(plant, witness, numbers=numbers))
+
+
+def _as_accepted(witness: Witness, found: Refuted) -> Witness:
+    """The witness with the gain of its certificate: a larger one where the gain at a critical end refutes nothing."""
+    gain = found.certificate["proof"].get("gain")
+    if gain is None or gain == witness.data.get("gain"):
+        return replace(witness, refutation=found)
+    return replace(
+        witness,
+        k=double_above(Fraction(gain)),
+        description=f"phi = {short(Fraction(gain))} sigma: the loop is not asymptotically stable",
+        data={**witness.data, "gain": gain},
+        refutation=found,
+    )
+
+
+def _just_above(plant: RationalPlant | DelayPlant, witness: Witness) -> Iterator[Witness]:
+    """Gains just above a linear one that only makes other equilibria: at the end of a class they refute nothing."""
+    if witness.kind != "linear gain" or not isinstance(witness.data.get("gain"), str):
+        return
+    gain = Fraction(str(witness.data["gain"]))
+    for exponent in (40, 30, 20):
+        above = gain + max(abs(gain), Fraction(1, 2**exponent)) / 2**exponent
+        if isinstance(plant, RationalPlant) and not is_stable_gain(plant, above):
+            yield replace(
+                witness,
+                k=double_above(above),
+                description=f"phi = k sigma, k just above {short(gain)}: the loop is not asymptotically stable",
+                data={**witness.data, "gain": str(above)},
+            )
+
+
+@lru_cache(maxsize=4)
+def growing_gain(block: StateSpace, lower: Fraction) -> Witness | None:
+    """The smallest linear gain for which the checker accepts that a solution grows; None where none is found.
+
+    Parameters
+    ----------
+    block : StateSpace
+        The plant.
+    lower : Fraction
+        Least gain.
+
+    Raises
+    ------
+    TimeoutError
+        The time allowed is over.
+    """
+    found = guarded("linear gains", partial(_growing, block, lower), passing=_PASSING)
+    return None if isinstance(found, Failure) else found
+
+
+def _growing(block: StateSpace, lower: Fraction) -> Witness | None:
+    for witness in growing_gains(block, lower=lower):
+        checkpoint()
+        found = _accepted(block, witness)
+        if found is not None:
+            return replace(witness, refutation=found)
+    return None

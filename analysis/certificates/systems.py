@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from lure.classes import NonlinearityClass
+from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Tanh
 from lure.nonlinearities.base import NormalCompliance
@@ -139,6 +139,29 @@ def laws_of(
         "linear": linear,
         **({"regularity": "any"} if rough else {}),
     }
+
+
+def law_class_of(laws: Mapping[str, Any]) -> NonlinearityClass:
+    """The class of laws of a certificate; every finite bound and none at all are the same infinite one.
+
+    Parameters
+    ----------
+    laws : Mapping
+        ``laws`` of a certificate.
+    """
+
+    def bounds(ends: list[str]) -> tuple[float | Fraction, float | Fraction]:
+        """The ends as numbers."""
+        low, high = ends
+        return (-math.inf if low == "-inf" else Fraction(low)), (
+            math.inf if high in ("finite", "inf") else Fraction(high)
+        )
+
+    sector, slope = Sector(*bounds(laws["sector"])), laws["slope"]
+    within = None if slope is None else SlopeBounds(*bounds(slope))
+    if within is not None:  # laws with these slopes lie in the sector of the same bounds
+        sector = Sector(max(sector.lower, within.lower), min(sector.upper, within.upper))
+    return NonlinearityClass(sector=sector, slope=within, odd=laws["odd"], time_varying=laws["time_varying"])
 
 
 def text(value: Fraction | float) -> str:

@@ -154,20 +154,8 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
 
     Raises
     ------
-    InputError
-        The block or a number is no good, or there is no such criterion.
-    AssumptionError
-        The criterion does not apply to such a block or class.
-    ContradictionError
-        What is proved and what is refuted overlap: a bug.
-    KeyboardInterrupt
-        The user interrupted before anything was found; later, the best answer so far is returned, with ``stopped =
-        "interrupt"``.
-
-    Notes
-    -----
-    The criteria of one stage of the catalogue are asked only while what is proved and
-    what is refuted do not meet; the others are listed in ``answers`` as not needed.
+    InputError, AssumptionError, ContradictionError, KeyboardInterrupt
+        As :func:`max_sector`, whose notes hold here too.
 
     Examples
     --------

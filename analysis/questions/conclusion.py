@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any, Literal
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import contains
 from lure.analysis.certificates.states import classes, keeps
+from lure.analysis.certificates.systems import law_class_of
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import TABLE
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import class_words, counterexample, destroys, direct_term, meaning, proviso
-from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.nonlinearities.base import Nonlinearity
 
 if TYPE_CHECKING:
@@ -379,29 +379,6 @@ def _member(law: Nonlinearity, laws: Mapping[str, Any]) -> tuple[str, str]:
     parts = [f"{said or 'is as'} you declare"] if said or not silent else []
     parts += ["is locally Lipschitz, of which nothing is declared"] if silent else []
     return DECLARED, "if phi " + " and ".join(parts)
-
-
-def law_class_of(laws: Mapping[str, Any]) -> NonlinearityClass:
-    """The class of laws of a certificate; every finite bound and none at all are the same infinite one.
-
-    Parameters
-    ----------
-    laws : Mapping
-        ``laws`` of a certificate.
-    """
-
-    def bounds(ends: list[str]) -> tuple[float | Fraction, float | Fraction]:
-        """The ends as numbers."""
-        low, high = ends
-        return (-math.inf if low == "-inf" else Fraction(low)), (
-            math.inf if high in ("finite", "inf") else Fraction(high)
-        )
-
-    sector, slope = Sector(*bounds(laws["sector"])), laws["slope"]
-    within = None if slope is None else SlopeBounds(*bounds(slope))
-    if within is not None:  # laws with these slopes lie in the sector of the same bounds
-        sector = Sector(max(sector.lower, within.lower), min(sector.upper, within.upper))
-    return NonlinearityClass(sector=sector, slope=within, odd=laws["odd"], time_varying=laws["time_varying"])
 
 
 def _solvable_with(law: Nonlinearity, shown: Proved) -> bool:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import Failure, check_for_class, guarded
 from lure.analysis.certificates.theory import theory_of
-from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.gains import hurwitz_limit, is_stable_gain, unstable_gain
+from lure.analysis.inequality.gains import hurwitz_limit, unstable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.numerics.doubles import double_above, double_below, short
+from lure.analysis.numerics.doubles import double_below
 from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.proofs import EXPECTED
@@ -41,7 +38,7 @@ def hurwitz(asked: Problem) -> Bracket:
             return outward(ball(lower), ball(lower))
         return hurwitz_limit(plant, lower)
     if isinstance(plant, StateSpace):
-        witness = growing_gain(plant, lower)
+        witness = _smallest_gain(plant, lower)
         return Bracket(double_below(lower), math.inf if witness is None else witness.k)
     if lower != 0:
         raise AssumptionError(
@@ -75,8 +72,10 @@ def linear_witnesses(asked: Problem, limit: Bracket) -> list[Witness]:
     limit : Bracket
         From :func:`hurwitz`.
     """
+    from lure.analysis.certificates.refutations import accepted_witness
+
     found = _smallest_gain(asked.plant, asked.lower, limit)
-    return [] if found is None else [accepted_witness(asked, found)]
+    return [] if found is None else [accepted_witness(asked.plant, found)]
 
 
 def _smallest_gain(plant: object, lower: Fraction, limit: Bracket | None = None) -> Witness | None:
@@ -86,6 +85,8 @@ def _smallest_gain(plant: object, lower: Fraction, limit: Bracket | None = None)
     if isinstance(plant, RationalPlant):
         return linear_witness(plant, lower=lower)
     if isinstance(plant, StateSpace):
+        from lure.analysis.certificates.refutations import growing_gain
+
         return growing_gain(plant, lower)
     if not isinstance(plant, DelayPlant):
         return None
@@ -104,37 +105,6 @@ def _dead_time_gain(plant: DelayPlant, limit: Bracket) -> Witness:
         "does not come to rest",
         data={"gain": [limit.low, limit.high], "block": str(plant)},
     )
-
-
-@lru_cache(maxsize=4)
-def growing_gain(block: StateSpace, lower: Fraction) -> Witness | None:
-    """The smallest linear gain for which the checker accepts that a solution grows; None where none is found.
-
-    Parameters
-    ----------
-    block : StateSpace
-        The plant.
-    lower : Fraction
-        Least gain.
-
-    Raises
-    ------
-    TimeoutError
-        The time allowed is over.
-    """
-    found = guarded("linear gains", partial(_growing, block, lower), passing=(*EXPECTED, TimeoutError))
-    return None if isinstance(found, Failure) else found
-
-
-def _growing(block: StateSpace, lower: Fraction) -> Witness | None:
-    from lure.analysis.counterexamples.linear import growing_gains
-
-    for witness in growing_gains(block, lower=lower):
-        checkpoint()
-        found = _accepted(block, witness)
-        if found is not None:
-            return replace(witness, refutation=found)
-    return None
 
 
 def linear_refutation(asked: Problem, numbers: Numbers) -> Proved | Refuted | None:
@@ -211,10 +181,12 @@ def nonlinear_witnesses(asked: Problem) -> list[Witness]:
     TimeoutError
         The time allowed is over.
     """
+    from lure.analysis.certificates.refutations import accepted_witness
+
     found = guarded("refute", lambda: _laws(asked), passing=(*EXPECTED, TimeoutError))
     if isinstance(found, Failure):
         return []
-    return [accepted_witness(asked, witness) for witness in found if witness.evidence > Evidence.OBSERVED]
+    return [accepted_witness(asked.plant, witness) for witness in found if witness.evidence > Evidence.OBSERVED]
 
 
 def counterexample(asked: Problem, numbers: Numbers) -> Proved | Refuted | Failure | None:
@@ -249,72 +221,3 @@ def counterexample(asked: Problem, numbers: Numbers) -> Proved | Refuted | Failu
         if witness.k <= bounds.upper:
             last = Failure(search="counterexamples", code=code, detail=reason)
     return last
-
-
-# Before the checker.
-
-
-def accepted_witness(asked: Problem, witness: Witness) -> Witness:
-    """The witness with what the checker accepted of it; COMPUTED where it accepted nothing.
-
-    Parameters
-    ----------
-    asked : Problem
-        The problem.
-    witness : Witness
-        A destabilising member.
-    """
-    plant = asked.plant
-    if witness.evidence is not Evidence.CERTIFIED or not isinstance(plant, RationalPlant | DelayPlant):
-        return witness
-    for candidate in (witness, *_just_above(plant, witness)):
-        found = _accepted(plant, candidate)
-        if found is not None:
-            return _as_accepted(candidate, found)
-    return replace(witness, evidence=Evidence.COMPUTED)
-
-
-def _accepted(plant: RationalPlant | DelayPlant | StateSpace, witness: Witness) -> Refuted | None:
-    """What the checker accepts of the smallest class of a witness."""
-    from lure.analysis.certificates.checker import Refuted
-
-    found = guarded(witness.kind, partial(_settled, plant, witness), passing=(TimeoutError,))
-    return found if isinstance(found, Refuted) else None
-
-
-def _settled(plant: RationalPlant | DelayPlant | StateSpace, witness: Witness) -> Proved | Refuted:
-    from lure.analysis.certificates.refutations import refutation_draft
-    from lure.analysis.certificates.sealing import settled
-
-    numbers: Numbers = "doubles, exactly" if isinstance(plant, StateSpace) else "rationals"
-    return settled(refutation_draft(plant, witness, numbers=numbers))
-
-
-def _as_accepted(witness: Witness, found: Refuted) -> Witness:
-    """The witness with the gain of its certificate: a larger one where the gain at a critical end refutes nothing."""
-    gain = found.certificate["proof"].get("gain")
-    if gain is None or gain == witness.data.get("gain"):
-        return replace(witness, refutation=found)
-    return replace(
-        witness,
-        k=double_above(Fraction(gain)),
-        description=f"phi = {short(Fraction(gain))} sigma: the loop is not asymptotically stable",
-        data={**witness.data, "gain": gain},
-        refutation=found,
-    )
-
-
-def _just_above(plant: RationalPlant | DelayPlant, witness: Witness) -> Iterator[Witness]:
-    """Gains just above a linear one that only makes other equilibria: at the end of a class they refute nothing."""
-    if witness.kind != "linear gain" or not isinstance(witness.data.get("gain"), str):
-        return
-    gain = Fraction(str(witness.data["gain"]))
-    for exponent in (40, 30, 20):
-        above = gain + max(abs(gain), Fraction(1, 2**exponent)) / 2**exponent
-        if isinstance(plant, RationalPlant) and not is_stable_gain(plant, above):
-            yield replace(
-                witness,
-                k=double_above(above),
-                description=f"phi = k sigma, k just above {short(gain)}: the loop is not asymptotically stable",
-                data={**witness.data, "gain": str(above)},
-            )

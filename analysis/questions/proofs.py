@@ -34,7 +34,6 @@ REFUSED = "does not apply"
 NOT_NEEDED = "not needed"
 EXPECTED = (AssumptionError, InputError, OverflowError, ModuleNotFoundError)  # said by the problem itself
 LONG = "full effort"  # takes minutes
-_GUESSES = ("1", "1/10", "10")  # [s]
 
 # How far a criterion reaches: of the classes ``[lower, k]`` the largest it proves.
 
@@ -299,7 +298,10 @@ def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Pr
         if plant.order is None:
             return [], []  # no criterion proves anything of infinitely many states
     if isinstance(plant, StateSpace) or (isinstance(plant, StructuredPlant) and method == "matrix"):
-        return [(name, partial(_computed, asked, name, draft)) for name, draft in _matrix_drafts(asked, numbers)], []
+        from lure.analysis.certificates.by_matrices import class_drafts
+
+        drafts = class_drafts(plant, asked.law_class, asked.criterion, finite=asked.finite)
+        return [(name, partial(_computed, asked, name, draft, numbers)) for name, draft in drafts], []
     found: Sequence[Candidate] | Failure = guarded("criteria", lambda: list(candidates(asked, finite=asked.finite)))
     if isinstance(found, Failure):
         return [("criteria", lambda: found)], []
@@ -320,7 +322,10 @@ def _proof(asked: Problem, candidate: Candidate, numbers: Numbers) -> Proved | R
         detail = f"{row.name} proves the class for the laws with which sigma + H(inf) phi(sigma) is increasing only"
         return Failure(search=name, code=codes.SEVERAL_SOLUTIONS, detail=detail)
     if asked.method == "matrix":
-        return check_for_class(asked, _draft_by_matrix(asked, answer, numbers))
+        from lure.analysis.certificates.by_matrices import answer_draft
+
+        by_matrix = answer_draft(plant, asked.law_class, answer, finite=asked.finite)
+        return check_for_class(asked, {**by_matrix, "numbers": numbers})
     assert not isinstance(plant, StateSpace | FrequencyData)
     found = certified(plant, answer, upper, numbers=numbers)
     if found.upper != upper:
@@ -372,65 +377,10 @@ def every_finite(asked: Problem) -> Failure | None:
     return None
 
 
-# Proofs by matrices: of the circle and Popov's criterion, with the multipliers that are worth a try.
-
-
-def _matrix_drafts(asked: Problem, numbers: Numbers) -> Iterator[tuple[str, Callable[[], Draft]]]:
-    """Drafts for a plant without an exact criterion behind them, cheapest first, by the name of the criterion."""
-    wanted, continuous = asked.criterion, asked.plant.dt is None
-    if wanted in ("best", "circle"):
-        yield "circle, by matrices", lambda: _matrix_draft(asked, None, numbers)
-    if wanted in ("best", "popov") and not asked.time_varying and continuous:
-        for theta in _thetas(asked):
-            yield f"popov, by matrices, theta = {float(theta):.6g}", partial(_matrix_draft, asked, theta, numbers)
-
-
-def _draft_by_matrix(asked: Problem, answer: Answer, numbers: Numbers) -> Draft:
-    """A draft by a matrix for what the circle or Popov's criterion proved of a rational plant."""
-    row = row_of(answer.criterion, asked.plant)
-    if not row.matrix:
-        raise AssumptionError(
-            f"the criterion {answer.criterion} needs no matrix: --method polynomial or cover shows it"
-        )
-    given = "" if row.time_varying else str(answer.parameters.get("theta", "0"))
-    theta = Fraction(1) if "inf" in given else Fraction(given) if given else None
-    return _matrix_draft(asked, theta, numbers)
-
-
-def _matrix_draft(asked: Problem, theta: Fraction | None, numbers: Numbers) -> Draft:
-    from lure.analysis.certificates.matrix import matrix_draft
-
-    plant, sector = asked.plant, asked.law_class.sector
-    infinite = isinstance(plant, StructuredPlant) and plant.order is None
-    if infinite or isinstance(plant, DelayPlant | FrequencyData):
-        raise AssumptionError(
-            f"a proof by matrices is for blocks with finitely many states, not a {type(plant).__name__}"
-        )
-    if sector.lower == -math.inf:
-        raise AssumptionError("the class has no finite lower end, and a proof by matrices begins at one")
-    endless: Upper = "finite" if asked.finite else "inf"
-    upper: Upper = endless if sector.upper == math.inf else Fraction(sector.upper)
-    return {**matrix_draft(plant, upper, lower=Fraction(sector.lower), theta=theta), "numbers": numbers}
-
-
-def _thetas(asked: Problem) -> Iterator[Fraction]:
-    """Popov multipliers worth a try: those of its structure, the one that floating point finds best, some guesses."""
-    plant, lower = asked.plant, asked.law_class.sector.lower
-    if isinstance(plant, StructuredPlant):
-        yield from theory_of(plant).thetas()
-    elif isinstance(plant, StateSpace) and lower != -math.inf:
-        try:
-            best = _by_eigenvalues(plant, "popov", Fraction(lower)).theta
-        except AssumptionError:  # an eigenvalue at 0, perhaps: the matrix inequality has a critical case of its own
-            best = None
-        found = (Fraction(best).limit_denominator(10**6) or Fraction(best),) if best else map(Fraction, _GUESSES)
-        yield from found
-
-
-def _computed(asked: Problem, name: str, draft: Callable[[], Draft]) -> Proved | Refuted | Failure:
+def _computed(asked: Problem, name: str, draft: Callable[[], Draft], numbers: Numbers) -> Proved | Refuted | Failure:
     """A draft that floating point proposes; where it proposes none, that is a hint and nothing more."""
     try:
-        return check_for_class(asked, draft())
+        return check_for_class(asked, {**draft(), "numbers": numbers})
     except AssumptionError as refusal:
         code = codes.code_for(refusal)
         unknown = code in (codes.NOT_APPLICABLE, codes.UNEXPECTED)

@@ -21,8 +21,8 @@ from lure.analysis.verdict import Verdict
 from lure.errors import AssumptionError, InputError
 
 # loaded here, so that their names can be replaced below
-from lure.analysis.certificates import riccati, multipliers as slack  # noqa: F401  # isort: skip
-from lure.analysis.questions import candidates, counterexample_search  # noqa: F401  # isort: skip
+from lure.analysis.certificates import matrix, refutations, riccati, multipliers as slack  # noqa: F401  # isort: skip
+from lure.analysis.questions import counterexample_search, proofs  # noqa: F401  # isort: skip
 from lure.analysis.theorems import phase_limit  # noqa: F401  # isort: skip
 
 THIRD = RationalPlant([1], [1, 3, 2, 0])

@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from lure import StateSpace
 from lure.analysis import analyse, max_sector, max_slope
-from lure.analysis.questions.counterexample_search import growing_gain
+from lure.analysis.certificates.refutations import growing_gain
 from lure.analysis.report.loop.document import loop_document
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.write import loop_page
@@ -334,7 +334,7 @@ def test_a_gain_that_the_checker_refuses_is_no_counterexample(monkeypatch):
     def refusing(block, witness):
         raise ArithmeticError("refused")
 
-    monkeypatch.setattr("lure.analysis.questions.counterexample_search._settled", refusing)
+    monkeypatch.setattr("lure.analysis.certificates.refutations._settled", refusing)
     assert growing_gain(block, Fraction(0)) is None
     growing_gain.cache_clear()
 

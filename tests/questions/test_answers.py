@@ -192,7 +192,7 @@ def test_units_of_time_and_gain_do_not_matter(block, gain, scale):
 
 
 def test_analyse_decides_the_class_asked_about():
-    inside = analyse(Problem.about(THIRD, NonlinearityClass(sector=Sector(0, 5))))
+    inside = analyse(Problem.about(THIRD, NonlinearityClass(sector=Sector(0, 5)), name="x"))
     assert inside.verdict is Verdict.PROVED
     assert "PROVED  x" in str(inside)
     outside = analyse(Problem.about(THIRD, NonlinearityClass(sector=Sector(0, 7))))

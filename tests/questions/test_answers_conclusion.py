@@ -28,10 +28,10 @@ from lure.analysis import check
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.certificates.systems import laws_of
+from lure.analysis.certificates.systems import law_class_of, laws_of
 from lure.analysis.questions import advice, analyse, answers, max_sector, max_slope, table
 from lure.analysis.questions.certify import certify
-from lure.analysis.questions.conclusion import MismatchError, conclusion_of, law_class_of
+from lure.analysis.questions.conclusion import MismatchError, conclusion_of
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.table import analysis_dict, class_dict, table_row
 from lure.analysis.verdict import Bracket, Evidence, Verdict

@@ -9,7 +9,7 @@ import pytest
 from asking import THIRD, asked, sector
 
 from lure import NonlinearityClass, RationalPlant, Sector, SlopeBounds
-from lure.analysis.certificates import codes, matrix
+from lure.analysis.certificates import by_matrices, codes
 from lure.analysis.theorems import circle, park, popov, zames_falb_discrete
 from lure.analysis.verdict import Bracket, Evidence, Verdict, Witness
 
@@ -165,7 +165,7 @@ def test_a_gain_that_is_stable_or_outside_the_class_refutes_nothing(monkeypatch,
 )
 def test_a_matrix_out_of_thin_air_proves_nothing(monkeypatch, P):
     # Popov reaches 6 and the class ends at 5.99: neither 1 nor -1 will do
-    honest = matrix.matrix_draft
+    honest = by_matrices.matrix_draft
     proof = {
         "method": "matrix",
         "P": P,
@@ -176,7 +176,7 @@ def test_a_matrix_out_of_thin_air_proves_nothing(monkeypatch, P):
     def lie(block, upper, **options):
         return {**honest(block, upper, **options), "proof": proof}
 
-    monkeypatch.setattr(matrix, "matrix_draft", lie)
+    monkeypatch.setattr(by_matrices, "matrix_draft", lie)
     found = asked(THIRD, sector(0, Fraction("5.99")), "popov", method="matrix")
     assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.REJECTED)
 
