@@ -282,7 +282,8 @@ def _certification(
         if over():
             failures.append(Failure(search=name, code=codes.OUT_OF_TIME, detail="the time allowed is over"))
             break
-        say(name, 0.0)
+        if not beside:
+            say(name, 0.0)
         found = guarded(name, search)
         if found is not None and not isinstance(found, Failure):
             follows = conclusion_of(problem, found, **beside)
