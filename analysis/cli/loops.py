@@ -169,13 +169,11 @@ def analyse(
     check_seconds(seconds)
     chosen = loop_named(system, set_)
     from lure.analysis.questions import analyse as run
-    from lure.analysis.questions.table import analysis_dict
-    from lure.analysis.report.loop.document import plain
 
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = run(chosen, seconds=seconds, progress=tell)
     if as_json:
-        print_json(plain(analysis_dict(found)))
+        print_json(found.to_dict())
     else:
         print(found)
     return exit_status(found.verdict)
@@ -323,9 +321,7 @@ def _step(text: str) -> Fraction:
 
 def _print(found: StabilityBound, block: object, *, as_json: bool) -> int:
     if as_json:
-        from lure.analysis.report.loop.document import plain
-
-        print_json(plain(found.to_dict()))
+        print_json(found.to_dict())
         return exit_status(found.verdict)
     from lure.analysis.inequality.gains import gain_intervals
     from lure.plants.rational import RationalPlant

@@ -4,30 +4,24 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.analysis.drawing import drawing
 from lure.analysis.graphical.axis import Drawable, axis_values, drawable
 from lure.analysis.graphical.supporting_proof import (
     ROUNDING,
+    Drawn,
     block_text,
     criterion_asked,
-    drawn_dataset,
-    drawn_dict,
-    least,
-    proof_row,
     span_text,
-    supporting_proof,
     upper_end,
-    with_figure,
 )
 from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions import StabilityBound, max_sector
-from lure.analysis.verdict import Answer, Evidence, Verdict
+from lure.analysis.verdict import Answer, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
@@ -35,55 +29,29 @@ from lure.plants.block import StructuredPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
-from lure.record import Record, html_table
+from lure.record import derived, quantity
 
 if TYPE_CHECKING:
-    import control
-    import xarray
-
-    from lure.analysis.drawing import Axes
+    pass
 
 # What a Nyquist plot shows, and what stands behind it.
 
-CRITERION = "the circle criterion"
 
-
-class NyquistResponse(Record):
+class NyquistResponse(Drawn):
     r"""A curve ``H(i omega)``, the region that the circle criterion forbids to it, and what proves the sector, if any.
 
     For ``mu = -phi(t, sigma)``, ``sigma = H mu`` and the sector ``[lower, k]`` the criterion asks
     ``Re[(1 + k H)(1 + lower H)^*] > 0``: the curve stays right of ``-1/k`` (``lower = 0``), outside the disc on
     ``[-1/lower, -1/k]`` (both of one sign; then it must also encircle it as often as ``H`` has unstable poles, which no
     distance shows), or inside that disc (``lower < 0 < k``).  The curve here is finitely many points: OBSERVED.
-
-    Attributes
-    ----------
-    block : RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant
-        The block, in continuous or discrete time.
-    omega : ndarray
-        (m,) frequencies [rad/s].
-    values : ndarray
-        (m,) ``H(i omega)``, in discrete time ``H(e^(i omega dt))``; nan where a pole is met.
-    lower : float
-        Lower end of the sector.
-    k : float or None
-        Upper end of it, possibly ``inf``; None where there is no region to draw.
-    found : StabilityBound or None
-        What :func:`lure.analysis.max_sector` says, where ``k`` was taken from it.
-    answer : Answer, CriterionResult or None
-        What the circle criterion says of exactly this sector, where ``k`` was given.
-    reason : str
-        Why nothing stands behind the region, or there is none; empty where something does.
     """
 
-    block: Drawable
-    omega: NDArray[np.float64]
-    values: NDArray[np.complex128]
-    lower: float
-    k: float | None
-    found: StabilityBound | None
-    answer: Answer | CriterionResult | None
-    reason: str
+    lower: float = quantity("Lower end of the sector")
+    _kind = "nyquist response"
+    _title = "Nyquist plot"
+    _notes = ("A drawing proves nothing between and beyond its points, and a region that is entered refutes nothing.",)
+    _criterion = "the circle criterion"
+    _drawn = ("lower", "k")
 
     @property
     def disc(self) -> tuple[float, float] | None:
@@ -98,6 +66,7 @@ class NyquistResponse(Record):
         return self.k is not None and self.lower < 0 < self.k
 
     @property
+    @derived("1", dims="omega")
     def distance(self) -> NDArray[np.float64]:
         """(m,) distance of each point from the forbidden region, negative inside it; nan where there is none."""
         if self.k is None:
@@ -110,24 +79,9 @@ class NyquistResponse(Record):
         return -outwards if self.inside else outwards
 
     @property
-    def margin_seen(self) -> float | None:
-        """Least of them over the points drawn, negative where the curve enters the region: OBSERVED."""
-        return None if self.worst is None else float(self.distance[self.worst])
-
-    @property
-    def worst(self) -> int | None:
-        """Where in ``omega`` that is; None without a region."""
-        return least(self.distance)
-
-    @property
-    def evidence(self) -> Evidence:
-        """OBSERVED: what a drawing is.  See ``answer`` and ``found`` for what is proved."""
-        return Evidence.OBSERVED
-
-    @property
-    def supporting_proof(self) -> str:
-        """What proves the sector, or that nothing here does, and why."""
-        return supporting_proof(self, CRITERION)
+    def distances(self) -> NDArray[np.float64]:
+        """(m,) ``distance``."""
+        return self.distance
 
     @property
     def sector_text(self) -> str:
@@ -136,9 +90,6 @@ class NyquistResponse(Record):
             return "none"
         bracket = ")" if self.k == math.inf and self.answer is None else "]"
         return f"[{text_above(self.lower)}, {text_below(self.k)}{bracket}"
-
-    def __bool__(self) -> bool:
-        raise TypeError("a drawing proves nothing; look at response.answer or response.found")
 
     def __str__(self) -> str:
         head = f"Nyquist plot of {block_text(self.block)}, {span_text(self.omega)}"
@@ -155,50 +106,6 @@ class NyquistResponse(Record):
         if margin > 0:
             return f"the curve keeps at least {margin:.4g} away from {region}"
         return f"the curve goes {-margin:.4g} deep into {region}"
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """The curve, the forbidden region, the sector and the least distance seen.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data, the curve with it; infinite numbers are the text ``inf``."""
-        return drawn_dict(self, "nyquist response", {"lower": self.lower, "k": self.k})
-
-    def to_xarray(self) -> xarray.Dataset:
-        """The curve and its distance from the region over ``omega``, as real variables that netCDF can hold.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        variables = {
-            "real": (self.values.real, "Re H"),
-            "imag": (self.values.imag, "Im H"),
-            "distance": (self.distance, "distance from the forbidden region"),
-        }
-        return drawn_dataset(self, variables, {"lower": self.lower, "k": self.k})
-
-    def to_control(self) -> control.FrequencyResponseData:
-        """The values drawn as a ``control.FrequencyResponseData``."""
-        import control
-
-        return control.FrequencyResponseData(self.values, self.omega, dt=float(self.block.dt or 0))
-
-    def _repr_html_(self) -> str:
-        rows = [("block", block_text(self.block)), ("drawn", span_text(self.omega)), ("sector", self.sector_text)]
-        rows += [] if self.margin_seen is None else [("least distance seen", f"{self.margin_seen:.6g}")]
-        rows.append(proof_row(self, CRITERION))
-        note = "A drawing proves nothing between and beyond its points, and a region that is entered refutes nothing."
-        table = html_table("Nyquist plot", rows, verdict=str(self.evidence).upper(), notes=[note])
-        return with_figure(lambda *, ax: self.plot(ax), table, alt=f"Nyquist plot: {self}")
 
 
 Region = tuple["float | Fraction | None", "StabilityBound | None", "Answer | CriterionResult | None", str]

@@ -3,89 +3,65 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.analysis.drawing import drawing
 from lure.analysis.graphical.axis import Drawable, axis_values, continuous, drawable
 from lure.analysis.graphical.supporting_proof import (
     ROUNDING,
+    Drawn,
     block_text,
     criterion_asked,
-    drawn_dataset,
-    drawn_dict,
-    least,
-    proof_row,
     searched_theta,
     span_text,
-    supporting_proof,
     upper_end,
-    with_figure,
 )
 from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.numerics.doubles import double_below, text_below
 from lure.analysis.questions import StabilityBound, max_sector
 from lure.analysis.theorems.popov import popov_criterion
-from lure.analysis.verdict import Answer, Evidence, Verdict
+from lure.analysis.verdict import Answer, Verdict
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import Exact, exact_number
 from lure.plants.block import StructuredPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
-from lure.record import Record, html_table
+from lure.record import derived, quantity
 
 if TYPE_CHECKING:
-    import control
-    import xarray
-
-    from lure.analysis.drawing import Axes
+    pass
 
 # What a Popov plot shows, and what stands behind it.
 
-CRITERION = "Popov's criterion"
 
-
-class PopovResponse(Record):
+class PopovResponse(Drawn):
     r"""A curve ``(Re H, omega Im H)``, the Popov line beside it, and what proves the sector of the line, if anything.
 
     For ``mu = -phi(sigma)``, ``sigma = H mu`` and the sector ``[0, k]`` the line ``Re H = theta omega Im H - 1/k``
     passes through ``-1/k`` with slope ``1/theta``; the criterion asks that the whole curve lie to its right.  The curve
     here is finitely many points: OBSERVED, whatever it looks like.
-
-    Attributes
-    ----------
-    block : RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant
-        The block, in continuous time.
-    omega : ndarray
-        (m,) frequencies [rad/s].
-    values : ndarray
-        (m,) ``H(i omega)``; nan where a pole is met.
-    k : float or None
-        Upper end of the sector of the line, possibly ``inf``; None where there is no line to draw.
-    theta : float or None
-        Its multiplier [s].
-    found : StabilityBound or None
-        What :func:`lure.analysis.max_sector` says, where the line was taken from it.
-    answer : Answer, CriterionResult or None
-        What Popov's criterion says of exactly this line, where ``k`` or ``theta`` was given.
-    reason : str
-        Why nothing stands behind the line, or there is none; empty where something does.
     """
 
-    block: Drawable
-    omega: NDArray[np.float64]
-    values: NDArray[np.complex128]
-    k: float | None
-    theta: float | None
-    found: StabilityBound | None
-    answer: Answer | CriterionResult | None
-    reason: str
+    theta: float | None = quantity("Multiplier of the line", "s")
+    _kind = "popov response"
+    _title = "Popov plot"
+    _notes = ("A drawing proves nothing between and beyond its points, and a line that is crossed refutes nothing.",)
+    _criterion = "Popov's criterion"
+    _drawn = ("k", "theta")
 
     @property
+    @derived("1", dims="omega")
+    def omega_imag(self) -> NDArray[np.float64]:
+        """(m,) omega Im H."""
+        return self.omega * self.values.imag
+
+    @property
+    @derived("1", dims="omega")
     def expression(self) -> NDArray[np.float64]:
         """(m,) ``1/k + Re[(1 + i omega theta) H]``, the distance of each point from the line along the real axis."""
         if self.k is None or self.theta is None:
@@ -93,24 +69,9 @@ class PopovResponse(Record):
         return 1.0 / self.k + self.values.real - self.theta * self.omega * self.values.imag
 
     @property
-    def margin_seen(self) -> float | None:
-        """Least of them over the points drawn, negative where the curve crosses the line: OBSERVED."""
-        return None if self.worst is None else float(self.expression[self.worst])
-
-    @property
-    def worst(self) -> int | None:
-        """Where in ``omega`` that is; None without a line."""
-        return least(self.expression)
-
-    @property
-    def evidence(self) -> Evidence:
-        """OBSERVED: what a drawing is.  See ``answer`` and ``found`` for what is proved."""
-        return Evidence.OBSERVED
-
-    @property
-    def supporting_proof(self) -> str:
-        """What proves the sector of the line, or that nothing here does, and why."""
-        return supporting_proof(self, CRITERION)
+    def distances(self) -> NDArray[np.float64]:
+        """(m,) ``expression``."""
+        return self.expression
 
     @property
     def sector_text(self) -> str:
@@ -118,9 +79,6 @@ class PopovResponse(Record):
         if self.k is None:
             return "none"
         return f"[0, {text_below(self.k)}{')' if self.k == math.inf and self.answer is None else ']'}"
-
-    def __bool__(self) -> bool:
-        raise TypeError("a drawing proves nothing; look at response.answer or response.found")
 
     def __str__(self) -> str:
         head = f"Popov plot of {block_text(self.block)}, {span_text(self.omega)}"
@@ -142,51 +100,10 @@ class PopovResponse(Record):
         verb = "keeps at least" if self.margin_seen > 0 else "comes as far as"
         return f"the curve {verb} {abs(self.margin_seen):.4g} {where} {line}"
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """The curve, the line with its forbidden side, the sector and the least distance seen.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; by default a new figure.
-        """
-        made: Axes = drawing(self)(self, ax=ax)
-        return made
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data, the curve with it; infinite numbers are the text ``inf``."""
-        return drawn_dict(self, "popov response", {"k": self.k, "theta": self.theta})
-
-    def to_xarray(self) -> xarray.Dataset:
-        """The curve and its distance from the line over ``omega``, as real variables that netCDF can hold.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        variables = {
-            "real": (self.values.real, "Re H"),
-            "omega_imag": (self.omega * self.values.imag, "omega Im H"),
-            "expression": (self.expression, "1/k + Re[(1 + i omega theta) H]"),
-        }
-        return drawn_dataset(self, variables, {"k": self.k, "theta": self.theta})
-
-    def to_control(self) -> control.FrequencyResponseData:
-        """The values drawn as a ``control.FrequencyResponseData``."""
-        import control
-
-        return control.FrequencyResponseData(self.values, self.omega)
-
-    def _repr_html_(self) -> str:
-        rows = [("block", block_text(self.block)), ("drawn", span_text(self.omega))]
+    def _region(self) -> Iterator[tuple[object, ...]]:
         if self.k is not None and self.theta is not None:
-            rows += [("sector of the line", self.sector_text), ("theta", f"{self.theta:.10g} s")]
-        rows += [] if self.margin_seen is None else [("least distance seen", f"{self.margin_seen:.6g}")]
-        rows.append(proof_row(self, CRITERION))
-        note = "A drawing proves nothing between and beyond its points, and a line that is crossed refutes nothing."
-        table = html_table("Popov plot", rows, verdict=str(self.evidence).upper(), notes=[note])
-        return with_figure(lambda *, ax: self.plot(ax), table, alt=f"Popov plot: {self}")
+            yield "sector of the line", self.sector_text
+            yield "theta", f"{self.theta:.10g} s"
 
 
 Line = tuple["float | Fraction | None", "float | None", "StabilityBound | None", "Answer | CriterionResult | None", str]

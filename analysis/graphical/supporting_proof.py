@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import html
 import math
+from collections.abc import Iterator
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,21 +25,16 @@ from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
-from lure.record import Column, dataset, plain
+from lure.record import Record, derived, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.drawing import Draw
+    import control
+
+    from lure.analysis.drawing import Axes, Draw
     from lure.analysis.graphical.axis import Drawable
+    from lure.analysis.questions import StabilityBound
 
 # What the two responses share: the least value drawn, what stands behind the drawing, and its plain forms.
-
-if TYPE_CHECKING:
-    import xarray
-
-    from lure.analysis.graphical.nyquist import NyquistResponse
-    from lure.analysis.graphical.popov import PopovResponse
-
-    Drawn: TypeAlias = PopovResponse | NyquistResponse
 
 ROUNDING = 1e-11  # of the size of a curve: closer than this it touches
 
@@ -55,108 +51,134 @@ def least(distances: NDArray[np.float64]) -> int | None:
     return int(np.argmin(seen)) if np.isfinite(seen).any() else None
 
 
-def support(response: Drawn, criterion: str) -> tuple[bool, str]:
-    """Whether something proves the sector of a drawing, and what it is, or why nothing does.
+class Drawn(Record):
+    """The base of both responses: a curve at finitely many frequencies, and what stands behind the region beside it."""
 
-    Parameters
-    ----------
-    response : PopovResponse or NyquistResponse
-        The drawing.
-    criterion : str
-        The criterion it shows, in words.
-    """
-    answer, found = response.answer, response.found
-    if answer is not None and answer.verdict is Verdict.PROVED and not response.reason:
-        said = answer.reason if isinstance(answer, Answer) else str(answer)
-        return True, f"{criterion} for the sector {response.sector_text} ({answer.evidence}): {said}"
-    if found is not None and found.verdict is Verdict.PROVED and not response.reason:
-        return True, str(found).removesuffix(".")
-    return False, response.reason.removesuffix(".")
-
-
-def supporting_proof(response: Drawn, criterion: str) -> str:
-    """The end of a sentence that begins with "a drawing proves nothing".
-
-    Parameters
-    ----------
-    response : PopovResponse or NyquistResponse
-        The drawing.
-    criterion : str
-        The criterion it shows, in words.
-    """
-    proved, words = support(response, criterion)
-    return f"what does: {words}" if proved else f"nor does anything here: {words}"
-
-
-def proof_row(response: Drawn, criterion: str) -> tuple[str, str]:
-    """The row of a table that says what proves the sector.
-
-    Parameters
-    ----------
-    response : PopovResponse or NyquistResponse
-        The drawing.
-    criterion : str
-        The criterion it shows, in words.
-    """
-    proved, words = support(response, criterion)
-    return "what proves it", words if proved else f"nothing here: {words}"
-
-
-def drawn_dict(response: Drawn, kind: str, own: dict[str, object]) -> dict[str, Any]:
-    """Plain JSON data of a drawing.
-
-    Parameters
-    ----------
-    response : PopovResponse or NyquistResponse
-        The drawing.
-    kind : str
-        What it is.
-    own : dict
-        The numbers of its line or region, by name.
-    """
-    answer = response.answer.to_dict() if isinstance(response.answer, Answer) else response.answer
-    return {
-        "kind": kind,
-        "block": block_text(response.block),
-        "evidence": str(Evidence.OBSERVED),
-        **{name: plain(value) for name, value in own.items()},
-        "margin_seen": plain(response.margin_seen),
-        "worst_seen": None if response.worst is None else float(response.omega[response.worst]),
-        "found": plain(response.found),
-        "answer": plain(answer),
-        "reason": response.reason,
-        "sentence": str(response),
-        "omega": plain(response.omega),
-        "real": plain(response.values.real),
-        "imag": plain(response.values.imag),
-    }
-
-
-def drawn_dataset(
-    response: Drawn, variables: dict[str, tuple[NDArray[np.float64], str]], own: dict[str, object]
-) -> xarray.Dataset:
-    """The ``xarray.Dataset`` of a drawing over ``omega``.
-
-    Parameters
-    ----------
-    response : PopovResponse or NyquistResponse
-        The drawing.
-    variables : dict
-        (m,) values and what they are, by name.
-    own : dict
-        The numbers of its line or region, by name; those that are None are left out.
-
-    Raises
-    ------
-    InputError
-        xarray is not installed.
-    """
-    known = {name: value for name, value in (*own.items(), ("margin_seen", response.margin_seen)) if value is not None}
-    return dataset(
-        {name: Column(("omega",), values, "1", words) for name, (values, words) in variables.items()},
-        {"omega": Column(("omega",), response.omega, "rad/s", "frequency")},
-        {**known, "evidence": str(Evidence.OBSERVED), "comment": str(response)},
+    block: Drawable = quantity(
+        "The block", plainly=lambda block: block_text(block), form=lambda block: block_text(block)
     )
+    omega: NDArray[np.float64] = quantity("frequency", "rad/s", dims="omega", key="omega")
+    values: NDArray[np.complex128] = quantity("(m,) values of ``H``; nan where a pole is met", key="")
+    k: float | None = quantity(
+        "Upper end of the sector, possibly ``inf``; None where nothing is drawn beside the curve"
+    )
+    found: StabilityBound | None = quantity(
+        "What :func:`lure.analysis.max_sector` says, where the sector was taken from it"
+    )
+    answer: Answer | CriterionResult | None = quantity(
+        "What the criterion says of exactly this sector, where numbers of it were given"
+    )
+    reason: str = quantity("Why nothing stands behind what is drawn, or there is nothing; empty where something does")
+    _said = "sentence"
+    _criterion: ClassVar[str] = ""
+    _drawn: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    @derived("1", dims="omega", key="real")
+    def real(self) -> NDArray[np.float64]:
+        """(m,) Re H."""
+        return self.values.real
+
+    @property
+    @derived("1", dims="omega", key="imag")
+    def imag(self) -> NDArray[np.float64]:
+        """(m,) Im H."""
+        return self.values.imag
+
+    @property
+    def distances(self) -> NDArray[np.float64]:
+        """(m,) distance of each point from what is forbidden, negative inside it; nan where there is none."""
+        raise NotImplementedError
+
+    @property
+    def worst(self) -> int | None:
+        """Where in ``omega`` the least of them stands; None where there is none."""
+        return least(self.distances)
+
+    @property
+    @derived()
+    def margin_seen(self) -> float | None:
+        """Least of them over the points drawn, negative where the curve enters what is forbidden: OBSERVED."""
+        return None if self.worst is None else float(self.distances[self.worst])
+
+    @property
+    @derived("rad/s")
+    def worst_seen(self) -> float | None:
+        """The frequency at which it is seen."""
+        return None if self.worst is None else float(self.omega[self.worst])
+
+    @property
+    @derived()
+    def evidence(self) -> Evidence:
+        """OBSERVED: what a drawing is.  See ``answer`` and ``found`` for what is proved."""
+        return Evidence.OBSERVED
+
+    @property
+    def sector_text(self) -> str:
+        """The sector, for people, never larger than it is."""
+        raise NotImplementedError
+
+    @property
+    def support(self) -> tuple[bool, str]:
+        """Whether something proves the sector, and what it is, or why nothing does."""
+        answer, found = self.answer, self.found
+        if answer is not None and answer.verdict is Verdict.PROVED and not self.reason:
+            said = answer.reason if isinstance(answer, Answer) else str(answer)
+            return True, f"{self._criterion} for the sector {self.sector_text} ({answer.evidence}): {said}"
+        if found is not None and found.verdict is Verdict.PROVED and not self.reason:
+            return True, str(found).removesuffix(".")
+        return False, self.reason.removesuffix(".")
+
+    @property
+    def supporting_proof(self) -> str:
+        """What proves the sector, or that nothing here does, and why."""
+        proved, words = self.support
+        return f"what does: {words}" if proved else f"nor does anything here: {words}"
+
+    def __bool__(self) -> bool:
+        raise TypeError("a drawing proves nothing; look at response.answer or response.found")
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The curve, what is forbidden to it, the sector and the least distance seen.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Where to draw; by default a new figure.
+        """
+        made: Axes = drawing(self)(self, ax=ax)
+        return made
+
+    def to_control(self) -> control.FrequencyResponseData:
+        """The values drawn as a ``control.FrequencyResponseData``."""
+        import control
+
+        return control.FrequencyResponseData(self.values, self.omega, dt=float(self.block.dt or 0))
+
+    def _attributes(self) -> dict[str, object]:
+        numbers = {name: getattr(self, name) for name in (*self._drawn, "margin_seen")}
+        known = {name: value for name, value in numbers.items() if value is not None}
+        return {**known, "evidence": str(self.evidence), "comment": str(self)}
+
+    @property
+    def _verdict(self) -> str:
+        return str(self.evidence).upper()
+
+    def _region(self) -> Iterator[tuple[object, ...]]:
+        """The rows on what is drawn beside the curve."""
+        yield "sector", self.sector_text
+
+    def _rows(self) -> Iterator[tuple[object, ...]]:
+        yield "block", block_text(self.block)
+        yield "drawn", span_text(self.omega)
+        yield from self._region()
+        if self.margin_seen is not None:
+            yield "least distance seen", f"{self.margin_seen:.6g}"
+        proved, words = self.support
+        yield "what proves it", words if proved else f"nothing here: {words}"
+
+    def _repr_html_(self) -> str:
+        return with_figure(lambda *, ax: self.plot(ax), super()._repr_html_(), alt=f"{self._title}: {self}")
 
 
 # A Popov multiplier for a curve that is only drawn: the line with the most room, of those the simplest.

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
 
 from flint import arb, fmpq_mat, fmpq_poly
 
@@ -18,7 +17,7 @@ from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import INFINITE, Answer, Bracket, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector
 from lure.plants.rational import RationalPlant
-from lure.record import html_table, plain
+from lure.record import Record, derived, plain, quantity
 
 # The gains at which a root of ``d + kappa n`` reaches the axis: algebraic numbers, sorted, equal ones merged.
 
@@ -232,34 +231,31 @@ THEOREM = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class GainInterval:
-    """An open interval of stable gains, as large as possible.
+class GainInterval(Record):
+    """An open interval of stable gains, as large as possible."""
 
-    Attributes
-    ----------
-    lower, upper : GainEnd
-        Its ends, at which the loop is not stable; infinite where there is none.
-    sample : Fraction
-        A gain inside.
-    """
+    lower: GainEnd = quantity(
+        "Its lower end, at which the loop is not stable; infinite where there is none",
+        label="from",
+        plainly=lambda end: plain(end.value),
+        form=lambda end: end.value,
+    )
+    upper: GainEnd = quantity(
+        "Its upper end", label="to", plainly=lambda end: plain(end.value), form=lambda end: end.value
+    )
+    sample: Fraction = quantity("A gain inside", label="a gain inside", form=str)
+    _kind = "interval of stable gains"
+    _title = "Stable linear gains, mu = -kappa sigma"
+    _notes = ("Linear gains, by exact root counts (certified); nothing follows for nonlinear phi.",)
 
-    lower: GainEnd
-    upper: GainEnd
-    sample: Fraction
+    @property
+    @derived(label="")
+    def evidence(self) -> Evidence:
+        """CERTIFIED."""
+        return Evidence.CERTIFIED
 
     def __str__(self) -> str:
         return f"({self.lower.value.middle:.6g}, {self.upper.value.middle:.6g})"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: brackets of both ends, and the gain inside as text ``p/q``."""
-        ends = {"lower": plain(self.lower.value), "upper": plain(self.upper.value)}
-        return {"kind": "interval of stable gains", **ends, "sample": str(self.sample), "evidence": "certified"}
-
-    def _repr_html_(self) -> str:
-        rows = [("from", self.lower.value), ("to", self.upper.value), ("a gain inside", self.sample)]
-        note = "Linear gains, by exact root counts (certified); nothing follows for nonlinear phi."
-        return html_table("Stable linear gains, mu = -kappa sigma", rows, notes=[note])
 
 
 def is_stable_gain(block: RationalPlant, kappa: Fraction) -> bool:

@@ -79,21 +79,6 @@ def _bound(value: float | Fraction, towards: Towards) -> str:
     return f"{digits[0]}{'.' if digits[1:] else ''}{digits[1:]}e{len(text) - 1}"
 
 
-def json_number(value: float | None) -> float | str | None:
-    """A number for JSON: an infinite one as text, None for a missing one and for NaN.
-
-    Parameters
-    ----------
-    value : float or None
-        The number.
-    """
-    if value is None or math.isnan(value):
-        return None
-    if math.isinf(value):
-        return "inf" if value > 0 else "-inf"
-    return float(value)
-
-
 def short(value: Fraction) -> str:
     """``p/q`` if that is short, else ten digits."""
     text = str(value)

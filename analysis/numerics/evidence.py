@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import Enum
 from functools import total_ordering
 
-from lure.analysis.numerics.doubles import json_number, text_above, text_below
+from lure.analysis.numerics.doubles import text_above, text_below
+from lure.record import Record, plain
 
 
 @total_ordering
@@ -32,8 +32,7 @@ class Evidence(Enum):
         return self.value
 
 
-@dataclass(frozen=True, slots=True)
-class Bracket:
+class Bracket(Record, kw_only=False):
     """An interval that contains a number: ``low <= number <= high``; ``inf`` stands for itself.
 
     Parameters
@@ -54,6 +53,7 @@ class Bracket:
 
     low: float
     high: float
+    _title = "An interval that contains a number"
 
     def __post_init__(self) -> None:
         if not self.low <= self.high:
@@ -74,9 +74,16 @@ class Bracket:
             return f"{self.low:.15g}" if float(f"{self.low:.15g}") == self.low else repr(self.low)
         return f"{text_below(self.low)} .. {text_above(self.high)}"
 
-    def to_dict(self) -> dict[str, object]:
-        """Plain JSON data; an infinite bound is the text ``inf``."""
-        return {"low": json_number(self.low), "high": json_number(self.high)}
+
+def ends(bracket: Bracket | None) -> list[object] | None:
+    """Both ends of a bracket as plain JSON data, None for none.
+
+    Parameters
+    ----------
+    bracket : Bracket or None
+        The bracket.
+    """
+    return None if bracket is None else [plain(bracket.low), plain(bracket.high)]
 
 
 INFINITE = Bracket(math.inf, math.inf)

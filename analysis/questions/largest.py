@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from lure.analysis.certificates.arithmetic import extended
 from lure.analysis.drawing import drawing
-from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below, json_number
+from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
+from lure.analysis.numerics.evidence import ends
 from lure.analysis.questions.conclusion import Conclusion, MismatchError
 from lure.analysis.theorems.table import Question
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
 from lure.analysis.wording import BEYOND, kind_words
-from lure.record import html_table, plain, xarray_or_refusal
+from lure.record import Column, Page, Record, derived, plain, quantity
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.drawing import Axes
     from lure.analysis.questions.table import LoopAnalysis
@@ -29,41 +28,7 @@ if TYPE_CHECKING:
 _CHECK = "Check it again: lure.analysis.check(result.{}.certificate), in exact arithmetic."
 
 
-def largest_html(found: StabilityBound) -> str:
-    """One answer: both sides of it, and every criterion that was tried.
-
-    Parameters
-    ----------
-    found : StabilityBound
-        The answer.
-    """
-    proved = found.verdict is Verdict.PROVED
-    theta = "" if found.theta is None else f", theta = {found.theta:.7g} s"
-    rows = [
-        ("proved up to k =", proved_up_to(found) if proved else "nothing is proved"),
-        ("proved by", f"{found.criterion}{theta}") if proved else ("why", found.reason or "-"),
-        ("evidence", found.evidence),
-        ("refuted from k =", found.refuted_text or "-"),
-        ("refuted by", "; ".join(str(one) for one in (found.trivial, found.witness) if one is not None) or "-"),
-        ("linear gains", f"stable up to {bound_below(found.hurwitz.low)}"),
-        ("in a sentence", str(found)),
-    ]
-    notes = [BEYOND]
-    notes += [_CHECK.format("proof")] if proved else []
-    notes += [_CHECK.format("refutation")] if found.refutation is not None else []
-    head = ("criterion", "verdict", "evidence", "largest k", "why")
-    tried = [
-        (one.criterion, one.verdict, one.evidence, bound_below(one.largest.low), one.reason)
-        if one.largest.low > found.lower
-        else (one.criterion, one.verdict, "-", "-", one.reason)
-        for one in found.answers
-    ]
-    title = f"{found.about} [{found.lower}, k]" + (f", {found.subject}" if found.subject else "")
-    table = html_table(title, rows, verdict=str(found.verdict), notes=notes)
-    return table + html_table("Every criterion that was tried", tried, head=head)
-
-
-def analysis_html(found: LoopAnalysis) -> str:
+def analysis_page(found: LoopAnalysis) -> Page:
     """The table of classes, with the verdict on the class asked about and what was not shown.
 
     Parameters
@@ -82,81 +47,30 @@ def analysis_html(found: LoopAnalysis) -> str:
         *([] if found.shown is None else [_CHECK.format("shown")]),
     ]
     title = f"{found.problem.name}: H = {found.problem.plant}"
-    return html_table(title, [table_row(row) for row in found.rows], head=HEAD, verdict=str(found.verdict), notes=notes)
+    return Page(title, [table_row(row) for row in found.rows], head=HEAD, verdict=str(found.verdict), notes=notes)
 
 
-def largest_dataset(found: StabilityBound) -> xarray.Dataset:
-    """Every criterion that was tried, over the dimension ``criterion``.
-
-    Parameters
-    ----------
-    found : StabilityBound
-        The answer.
-
-    Raises
-    ------
-    InputError
-        xarray is not installed.
-    """
-    xr = xarray_or_refusal("StabilityBound.to_xarray")
-    answers = found.answers
-    variables = {
-        "low": ("criterion", [one.largest.low for one in answers], {"long_name": "every class up to it, if PROVED"}),
-        "high": ("criterion", [one.largest.high for one in answers], {"long_name": "nothing can be said from it on"}),
-        "theta": ("criterion", [_number(one.theta) for one in answers], {"units": "s"}),
-        "verdict": ("criterion", [str(one.verdict) for one in answers]),
-        "evidence": ("criterion", [str(one.evidence) for one in answers]),
-    }
-    attributes = {
-        "question": found.question,
-        "lower": float(found.lower),
-        "verdict": str(found.verdict),
-        "evidence": str(found.evidence),
-        "refuted_at": _number(found.refuted_at),
-        "comment": str(found),
-    }
-    coordinates = {"criterion": [one.criterion for one in answers]}
-    made: xarray.Dataset = xr.Dataset(variables, coords=coordinates, attrs=attributes)
-    return made
-
-
-def analysis_dataset(found: LoopAnalysis) -> xarray.Dataset:
+def analysis_columns(found: LoopAnalysis) -> dict[str, Column]:
     """The table of classes, over the dimension ``law_class``; nan where nothing is proved or refuted.
 
     Parameters
     ----------
     found : LoopAnalysis
         The analysis.
-
-    Raises
-    ------
-    InputError
-        xarray is not installed.
     """
     from lure.analysis.questions.table import class_name
 
-    xr = xarray_or_refusal("LoopAnalysis.to_xarray")
-    rows = found.rows
+    along, rows = ("law_class",), found.rows
     reach = [row.largest.low if row.verdict is Verdict.PROVED else math.nan for row in rows]
-    variables = {
-        "proved_up_to": ("law_class", reach),
-        "refuted_at": ("law_class", [_number(row.refuted_at) for row in rows]),
-        "criterion": ("law_class", [row.criterion for row in rows]),
-        "verdict": ("law_class", [str(row.verdict) for row in rows]),
-        "evidence": ("law_class", [str(row.evidence) for row in rows]),
-        "closed": ("law_class", [row.closed for row in rows]),
+    return {
+        "law_class": Column(along, [class_name(row) for row in rows], "1", "kind of the class"),
+        "proved_up_to": Column(along, reach, "1", "largest k proved"),
+        "refuted_at": Column(along, [_number(row.refuted_at) for row in rows], "1", "smallest k refuted"),
+        "criterion": Column(along, [row.criterion for row in rows], "1", "criterion that reached farthest"),
+        "verdict": Column(along, [str(row.verdict) for row in rows], "1", "whether something is proved"),
+        "evidence": Column(along, [str(row.evidence) for row in rows], "1", "what it rests on"),
+        "closed": Column(along, [row.closed for row in rows], "1", "whether proved and refuted meet"),
     }
-    attributes = {
-        "title": found.problem.name,
-        "block": str(found.problem.plant),
-        "verdict": str(found.verdict),
-        "evidence": str(found.evidence),
-        "comment": found.statement,
-        "not_shown": plain(found.not_shown),
-    }
-    coordinates = {"law_class": [class_name(row) for row in rows]}
-    made: xarray.Dataset = xr.Dataset(variables, coords=coordinates, attrs=attributes)
-    return made
 
 
 def _number(value: float | None) -> float:
@@ -171,84 +85,61 @@ UNFINISHED: Mapping[Stopped, str] = {
 }
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class StabilityBound:
-    r"""How far the classes ``[lower, k]`` are stable, from both sides, for ``sigma = H mu``, ``mu = -phi(sigma)``.
+class StabilityBound(Record):
+    r"""How far the classes ``[lower, k]`` are stable, from both sides, for ``sigma = H mu``, ``mu = -phi(sigma)``."""
 
-    Attributes
-    ----------
-    question : {"sector", "slope"}
-        What ``[lower, k]`` bounds: ``phi(sigma)/sigma``, or every difference quotient.
-    odd, time_varying : bool
-        What else the class assumes of ``phi``, or allows.
-    lower : Fraction
-        Lower end of the classes.
-    critical : bool
-        Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): then boundedness is proved for
-        time-varying laws, convergence to the set of equilibria for the others; else that 0 attracts every motion.
-    proviso : str
-        What the theorem assumes of the laws beyond their class; empty if nothing.
-    criterion : str
-        The criterion asked for, or the one that reached farthest.
-    largest : Bracket
-        ``low``: every class ``[lower, k]``, ``k <= low`` finite, is stable if ``verdict`` is PROVED.  ``high``: at or
-        above it the criterion (asked for by name) or any criterion (``best``) can say nothing.
-    hurwitz : Bracket
-        Supremum of the ``k`` for which every linear gain in ``[lower, k]`` (without 0 in the critical case) is stable.
-    verdict : Verdict
-        PROVED: something is, up to ``largest.low``.  REFUTED: no linear gain above ``lower`` is stable, and from
-        ``refuted_at`` on every class is refuted by ``witness``.
-    evidence : Evidence
-        What ``largest.low`` rests on.
-    theta : float or None
-        Popov multiplier [s].
-    multiplier : str or None
-        The multiplier as a formula.
-    parameters : Mapping
-        Numbers behind it, exact ones as text.
-    refuted_at : float or None
-        The smallest ``k`` found with a destabilising member of the class.
-    witness : Witness or None
-        That member; where it is ``phi = lower sigma`` and a nonlinear one was found as well, the nonlinear one, which
-        refutes the classes from its own ``k`` on.
-    answers : tuple of Answer
-        Every criterion that was tried, farthest reach first.
-    reason : str
-        Why nothing was shown, or what would help; empty if the gap is closed.
-    conclusion : Conclusion
-        What follows from what the checker accepted of the proof or, for REFUTED, of the witness.
-    stopped : {"time", "interrupt"} or None
-        What ended the search before it was complete; what is claimed was shown all the same.
-    subject : str
-        What moves, where it is an approximation of something else: ``the scheme with 20 cells``; else empty.
-    trivial : Witness or None
-        ``phi = lower sigma``, which refutes every class, where ``witness`` is a nonlinear member; else None.
-    """
-
-    question: Question
-    odd: bool
-    time_varying: bool
-    lower: Fraction
-    critical: bool
-    proviso: str
-    criterion: str
-    largest: Bracket
-    hurwitz: Bracket
-    verdict: Verdict
-    evidence: Evidence
-    theta: float | None
-    multiplier: str | None
-    parameters: Mapping[str, object]
-    refuted_at: float | None
-    witness: Witness | None
-    answers: tuple[Answer, ...]
-    reason: str
-    conclusion: Conclusion
-    stopped: Stopped | None = None
-    subject: str = ""
-    trivial: Witness | None = None
+    question: Question = quantity("What ``[lower, k]`` bounds: ``phi(sigma)/sigma``, or every difference quotient")
+    criterion: str = quantity("The criterion asked for, or the one that reached farthest")
+    odd: bool = quantity("Whether the class assumes that ``phi`` is odd")
+    time_varying: bool = quantity("Whether the class allows that ``phi`` depends on time")
+    lower: Fraction = quantity("Lower end of the classes", plainly=lambda lower: plain(float(lower)))
+    critical: bool = quantity(
+        "Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): then boundedness is proved for "
+        "time-varying laws, convergence to the set of equilibria for the others; else that 0 attracts every motion"
+    )
+    proviso: str = quantity("What the theorem assumes of the laws beyond their class; empty if nothing")
+    largest: Bracket = quantity(
+        "``low``: every class ``[lower, k]``, ``k <= low`` finite, is stable if ``verdict`` is PROVED.  ``high``: at "
+        "or above it the criterion (asked for by name) or any criterion (``best``) can say nothing",
+        plainly=ends,
+    )
+    theta: float | None = quantity("Popov multiplier", "s")
+    multiplier: str | None = quantity("The multiplier as a formula")
+    parameters: Mapping[str, object] = quantity("Numbers behind it, exact ones as text")
+    verdict: Verdict = quantity(
+        "PROVED: something is, up to ``largest.low``.  REFUTED: the class is never stable, by ``witness``"
+    )
+    evidence: Evidence = quantity("What ``largest.low`` rests on")
+    hurwitz: Bracket = quantity(
+        "Supremum of the ``k`` for which every linear gain in ``[lower, k]`` (without 0 in the critical case) is "
+        "stable",
+        plainly=ends,
+    )
+    refuted_at: float | None = quantity("The smallest ``k`` found with a destabilising member of the class")
+    witness: Witness | None = quantity(
+        "That member; where it is ``phi = lower sigma`` and a nonlinear one was found as well, the nonlinear one, "
+        "which refutes the classes from its own ``k`` on"
+    )
+    trivial: Witness | None = quantity(
+        "``phi = lower sigma``, which refutes every class, where ``witness`` is a nonlinear member; else None",
+        default=None,
+    )
+    reason: str = quantity("Why nothing was shown, or what would help; empty if the gap is closed")
+    stopped: Stopped | None = quantity(
+        "What ended the search before it was complete; what is claimed was shown all the same", default=None
+    )
+    answers: tuple[Answer, ...] = quantity("Every criterion that was tried, farthest reach first")
+    conclusion: Conclusion = quantity(
+        "What follows from what the checker accepted of the proof or, for REFUTED, of the witness", key=""
+    )
+    subject: str = quantity(
+        "What moves, where it is an approximation of something else: ``the scheme with 20 cells``; else empty",
+        default="",
+    )
+    _said = "sentence"
 
     @property
+    @derived()
     def closed(self) -> bool:
         """Whether what is proved and what is refuted meet, within one part in a million."""
         if self.verdict is Verdict.REFUTED:
@@ -274,6 +165,7 @@ class StabilityBound:
         return kind_words({**kind, "slope": None if self.question == "sector" else ()})
 
     @property
+    @derived()
     def proved_text(self) -> str:
         """The largest ``k`` proved, rounded down, as it is printed everywhere; empty unless PROVED."""
         if self.verdict is not Verdict.PROVED or self.proof is None:
@@ -282,6 +174,7 @@ class StabilityBound:
         return _exactly(end, self.largest.low, double_below, bound_below)
 
     @property
+    @derived()
     def refuted_text(self) -> str:
         """``refuted_at`` rounded up, as it is printed everywhere; empty if nothing is refuted."""
         if self.refuted_at is None:
@@ -301,6 +194,7 @@ class StabilityBound:
         return "" if self.witness is None else _end_text(self.witness, self.witness.k)
 
     @property
+    @derived()
     def gap(self) -> str:
         """``closed`` where what is proved and what is refuted meet, else ``open``; a small gap with its size."""
         low, high = self.largest.low, self.refuted_at
@@ -309,38 +203,6 @@ class StabilityBound:
         if self.verdict is not Verdict.PROVED or high is None or not 0 < high - low < SMALL * abs(high):
             return "open"
         return f"closed to {(high - low) / abs(high):.1g}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """The answer as plain data; infinite numbers are the text ``inf``."""
-        witness = self.witness
-        return {
-            "question": self.question,
-            "criterion": self.criterion,
-            "odd": self.odd,
-            "time_varying": self.time_varying,
-            "lower": json_number(float(self.lower)),
-            "critical": self.critical,
-            "proviso": self.proviso,
-            "largest": [json_number(self.largest.low), json_number(self.largest.high)],
-            "theta": json_number(self.theta),
-            "multiplier": self.multiplier,
-            "parameters": plain(self.parameters),
-            "verdict": str(self.verdict),
-            "evidence": str(self.evidence),
-            "hurwitz": [json_number(self.hurwitz.low), json_number(self.hurwitz.high)],
-            "refuted_at": json_number(self.refuted_at),
-            "witness": None if witness is None else _witness_dict(witness),
-            "trivial": None if self.trivial is None else _witness_dict(self.trivial),
-            "closed": self.closed,
-            "gap": self.gap,
-            "proved_text": self.proved_text,
-            "refuted_text": self.refuted_text,
-            "reason": self.reason,
-            "stopped": self.stopped,
-            "answers": [answer.to_dict() for answer in self.answers],
-            "sentence": str(self),
-            **({"subject": self.subject} if self.subject else {}),
-        }
 
     def __post_init__(self) -> None:
         if self.verdict is not self.conclusion.verdict:
@@ -417,19 +279,58 @@ class StabilityBound:
         made: Axes = drawing(self)([self], [class_name(self)], ax=ax)
         return made
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Every criterion that was tried, over the dimension ``criterion``.
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data; infinite numbers are the text ``inf``, and ``subject`` stands there if it is not empty."""
+        found = super().to_dict()
+        return found if self.subject else {key: value for key, value in found.items() if key != "subject"}
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        return largest_dataset(self)
+    def _columns(self) -> dict[str, Column]:
+        """Every criterion that was tried, over the dimension ``criterion``."""
+        along, answers = ("criterion",), self.answers
+        return {
+            "criterion": Column(along, [one.criterion for one in answers], "1", "criterion that was tried"),
+            "low": Column(along, [one.largest.low for one in answers], "1", "every class up to it, if PROVED"),
+            "high": Column(along, [one.largest.high for one in answers], "1", "nothing can be said from it on"),
+            "theta": Column(along, [_number(one.theta) for one in answers], "s", "Popov multiplier"),
+            "verdict": Column(along, [str(one.verdict) for one in answers], "1", "verdict of the criterion"),
+            "evidence": Column(along, [str(one.evidence) for one in answers], "1", "what it rests on"),
+        }
 
-    def _repr_html_(self) -> str:
+    def _attributes(self) -> dict[str, object]:
+        return {
+            "question": self.question,
+            "lower": float(self.lower),
+            "verdict": str(self.verdict),
+            "evidence": str(self.evidence),
+            "refuted_at": _number(self.refuted_at),
+            "comment": str(self),
+        }
 
-        return largest_html(self)
+    def _page(self) -> Page:
+        """Both sides of the answer, and every criterion that was tried."""
+        proved = self.verdict is Verdict.PROVED
+        theta = "" if self.theta is None else f", theta = {self.theta:.7g} s"
+        rows = [
+            ("proved up to k =", proved_up_to(self) if proved else "nothing is proved"),
+            ("proved by", f"{self.criterion}{theta}") if proved else ("why", self.reason or "-"),
+            ("evidence", self.evidence),
+            ("refuted from k =", self.refuted_text or "-"),
+            ("refuted by", "; ".join(str(one) for one in (self.trivial, self.witness) if one is not None) or "-"),
+            ("linear gains", f"stable up to {bound_below(self.hurwitz.low)}"),
+            ("in a sentence", str(self)),
+        ]
+        notes = [BEYOND]
+        notes += [_CHECK.format("proof")] if proved else []
+        notes += [_CHECK.format("refutation")] if self.refutation is not None else []
+        tried = [
+            (one.criterion, one.verdict, one.evidence, bound_below(one.largest.low), one.reason)
+            if one.largest.low > self.lower
+            else (one.criterion, one.verdict, "-", "-", one.reason)
+            for one in self.answers
+        ]
+        title = f"{self.about} [{self.lower}, k]" + (f", {self.subject}" if self.subject else "")
+        every = Page("Every criterion that was tried", tried, ("criterion", "verdict", "evidence", "largest k", "why"))
+        return Page(title, rows, verdict=str(self.verdict), notes=notes, below=[every])
 
 
 def _made(parts: Mapping[str, Any]) -> StabilityBound:
@@ -457,16 +358,6 @@ def meet(proved: float, refuted: float) -> bool:
         The ends of the two; infinite for every class proved, and for none refuted.
     """
     return proved == math.inf or (refuted < math.inf and proved >= refuted - CLOSED * abs(refuted))
-
-
-def _witness_dict(witness: Witness) -> dict[str, Any]:
-    return {
-        "kind": witness.kind,
-        "k": json_number(witness.k),
-        "evidence": str(witness.evidence),
-        "description": witness.description,
-        "data": plain(witness.data),
-    }
 
 
 def proved_up_to(row: StabilityBound) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,6 @@ from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.drawing import drawing
 from lure.analysis.inequality.gains import GainInterval, gain_intervals
 from lure.analysis.inequality.plant import Case, TransferPolynomials
-from lure.analysis.numerics.doubles import json_number
 from lure.analysis.questions.advice import hints, row_asked
 from lure.analysis.questions.answers import GRACE, answers
 from lure.analysis.questions.conclusion import Conclusion
@@ -28,10 +26,9 @@ from lure.exact import exact_number
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
+from lure.record import Column, Page, Record, plain, quantity
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.codes import Code
     from lure.analysis.drawing import Axes
@@ -102,8 +99,8 @@ def class_dict(law_class: NonlinearityClass) -> dict[str, Any]:
     """
     slope = law_class.slope
     return {
-        "sector": [json_number(float(law_class.sector.lower)), json_number(float(law_class.sector.upper))],
-        "slope": None if slope is None else [json_number(float(slope.lower)), json_number(float(slope.upper))],
+        "sector": [plain(float(law_class.sector.lower)), plain(float(law_class.sector.upper))],
+        "slope": None if slope is None else [plain(float(slope.lower)), plain(float(slope.upper))],
         "odd": law_class.odd,
         "time_varying": law_class.time_varying,
         "text": str(law_class),
@@ -215,39 +212,24 @@ def table_row(row: StabilityBound) -> tuple[str, ...]:
 Progress = Callable[[str, float], None]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class LoopAnalysis:
-    r"""What was found about ``sigma = H mu``, ``mu = -phi(sigma)``.
+class LoopAnalysis(Record):
+    r"""What was found about ``sigma = H mu``, ``mu = -phi(sigma)``."""
 
-    Attributes
-    ----------
-    problem : Problem
-        The loop: its name, plant, nonlinearity and the class asked about.
-    case : {"stable", "critical", "unstable"}
-        Its poles: all stable, one simple one at 0 (``z = 1``) besides stable ones, or anything else.
-    gains : tuple of GainInterval or None
-        All linear gains for which the loop is stable; None where they were not computed.
-    rows : tuple of StabilityBound
-        One for each class of laws, farthest reach first.
-    asked : StabilityBound or None
-        The row of that class.
-    conclusion : Conclusion
-        What follows for the class asked about and the nonlinearity given; without a class for the row that reaches
-        farthest.
-    hints : tuple of str
-        What would decide more: a smaller sector, a property of ``phi``.
-    not_shown : tuple of str
-        What must not be read into it.
-    """
-
-    problem: Problem
-    case: Case
-    gains: tuple[GainInterval, ...] | None
-    rows: tuple[StabilityBound, ...]
-    asked: StabilityBound | None
-    conclusion: Conclusion
-    hints: tuple[str, ...]
-    not_shown: tuple[str, ...]
+    problem: Problem = quantity("The loop: its name, plant, nonlinearity and the class asked about")
+    case: Case = quantity(
+        "Its poles: all stable, one simple one at 0 (``z = 1``) besides stable ones, or anything else"
+    )
+    gains: tuple[GainInterval, ...] | None = quantity(
+        "All linear gains for which the loop is stable; None where they were not computed"
+    )
+    rows: tuple[StabilityBound, ...] = quantity("One for each class of laws, farthest reach first")
+    asked: StabilityBound | None = quantity("The row of that class")
+    conclusion: Conclusion = quantity(
+        "What follows for the class asked about and the nonlinearity given; without a class for the row that reaches "
+        "farthest"
+    )
+    hints: tuple[str, ...] = quantity("What would decide more: a smaller sector, a property of ``phi``")
+    not_shown: tuple[str, ...] = quantity("What must not be read into it")
 
     @property
     def verdict(self) -> Verdict:
@@ -313,22 +295,25 @@ class LoopAnalysis:
         """Plain JSON data; infinite numbers are the text ``inf``."""
         return analysis_dict(self)
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The table of classes, over the dimension ``law_class``; nan where nothing is proved or refuted.
+    def _columns(self) -> dict[str, Column]:
+        from lure.analysis.questions.largest import analysis_columns
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        from lure.analysis.questions.largest import analysis_dataset
+        return analysis_columns(self)
 
-        return analysis_dataset(self)
+    def _attributes(self) -> dict[str, object]:
+        return {
+            "title": self.problem.name,
+            "block": str(self.problem.plant),
+            "verdict": str(self.verdict),
+            "evidence": str(self.evidence),
+            "comment": self.statement,
+            "not_shown": list(self.not_shown),
+        }
 
-    def _repr_html_(self) -> str:
-        from lure.analysis.questions.largest import analysis_html
+    def _page(self) -> Page:
+        from lure.analysis.questions.largest import analysis_page
 
-        return analysis_html(self)
+        return analysis_page(self)
 
 
 _ROWS: tuple[tuple[Question, bool, bool], ...] = (

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from flint import fmpq_poly
 
@@ -15,35 +13,35 @@ from lure.analysis.numerics.polynomial import X, even_odd, is_hurwitz, real_root
 from lure.analysis.numerics.precision import outward
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.plants.conversion import exact_block
-from lure.record import html_table, plain
+from lure.record import Record, quantity
 
 ABSENT = Bracket(-math.inf, -math.inf)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Passivity:
-    """What holds between input and output of ``H``, apart from hidden modes.
+class Passivity(Record):
+    """What holds between input and output of ``H``, apart from hidden modes."""
 
-    Attributes
-    ----------
-    input_feedforward : Bracket
-        ``nu``, the largest number with ``H - nu`` positive real; ``-inf`` where there is none.
-    output_feedback : Bracket or None
-        ``rho``, the largest number with ``1/H - rho`` positive real; ``-inf`` where there is none, None for ``H = 0``.
-    positive_real, strictly_positive_real : Verdict
-        PROVED or REFUTED, never undecided.
-    evidence : Evidence
-        What all of it rests on.
-    reason : str
-        One sentence.
-    """
+    positive_real: Verdict = quantity("PROVED or REFUTED, never undecided")
+    strictly_positive_real: Verdict = quantity("PROVED or REFUTED, never undecided")
+    input_feedforward: Bracket = quantity(
+        "``nu``, the largest number with ``H - nu`` positive real; ``-inf`` where there is none",
+        label="input feedforward nu",
+    )
+    output_feedback: Bracket | None = quantity(
+        "``rho``, the largest number with ``1/H - rho`` positive real; ``-inf`` where there is none, None for ``H = "
+        "0``",
+        label="output feedback rho",
+        form=lambda rho: "none" if rho is None else rho,
+    )
+    evidence: Evidence = quantity("What all of it rests on")
+    reason: str = quantity("One sentence")
+    _kind, _said = "passivity", "sentence"
+    _title = "H is positive real"
+    _notes = ("From rest, between input and output: nothing is said about hidden modes.",)
 
-    input_feedforward: Bracket
-    output_feedback: Bracket | None
-    positive_real: Verdict
-    strictly_positive_real: Verdict
-    evidence: Evidence
-    reason: str
+    @property
+    def _verdict(self) -> str:
+        return str(self.positive_real)
 
     def __bool__(self) -> bool:
         raise TypeError("passivity has several answers; compare passivity.positive_real or the indices")
@@ -51,30 +49,6 @@ class Passivity:
     def __str__(self) -> str:
         rho = "none" if self.output_feedback is None else f"{self.output_feedback}"
         return f"nu = {self.input_feedforward}, rho = {rho} ({self.evidence}): {self.reason}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data; infinite indices are the text ``-inf``."""
-        names = (
-            "input_feedforward",
-            "output_feedback",
-            "positive_real",
-            "strictly_positive_real",
-            "evidence",
-            "reason",
-        )
-        return {"kind": "passivity", **{name: plain(getattr(self, name)) for name in names}, "sentence": str(self)}
-
-    def _repr_html_(self) -> str:
-        rows = [
-            ("positive real", self.positive_real),
-            ("strictly positive real", self.strictly_positive_real),
-            ("input feedforward nu", self.input_feedforward),
-            ("output feedback rho", "none" if self.output_feedback is None else self.output_feedback),
-            ("evidence", self.evidence),
-            ("reason", self.reason),
-        ]
-        note = "From rest, between input and output: nothing is said about hidden modes."
-        return html_table("H is positive real", rows, verdict=str(self.positive_real), notes=[note])
 
 
 def passivity_indices(block: object) -> Passivity:

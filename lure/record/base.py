@@ -143,13 +143,19 @@ def derived(unit: str = "", **more: Any) -> Callable[[T], T]:  # noqa: ANN401  (
 
 
 class Page(NamedTuple):
-    """What a record shows to people, as a table in a notebook or as text; the arguments of :func:`html_table`."""
+    """What a record shows to people, as tables in a notebook or as text; the arguments of :func:`html_table`."""
 
     title: str
     rows: Sequence[Sequence[object]]
     head: Sequence[str] = ()
     verdict: str = ""
     notes: Sequence[str] = ()
+    below: Sequence[Page] = ()
+
+    def html(self) -> str:
+        """The page and those below it as tables."""
+        table = html_table(self.title, self.rows, head=self.head, verdict=self.verdict, notes=self.notes)
+        return table + "".join(page.html() for page in self.below)
 
     def __str__(self) -> str:
         cells = [
@@ -157,7 +163,10 @@ class Page(NamedTuple):
         ]
         widths = [max(map(len, column)) for column in zip(*cells, strict=False)]
         lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
-        return "\n".join([f"{self.verdict} {self.title}".strip(), *(f"  {line}" for line in lines), *self.notes])
+        below = map(str, self.below)
+        return "\n".join(
+            [f"{self.verdict} {self.title}".strip(), *(f"  {line}" for line in lines), *self.notes, *below]
+        )
 
 
 @dataclass_transform(eq_default=False, frozen_default=True, kw_only_default=True, field_specifiers=(quantity, field))
@@ -292,8 +301,7 @@ class Record:
         return Page(self._title, tuple(self._rows()), verdict=self._verdict, notes=self._notes)
 
     def _repr_html_(self) -> str:
-        title, rows, head, verdict, notes = self._page()
-        return html_table(title, rows, head=head, verdict=verdict, notes=notes)
+        return self._page().html()
 
     def __str__(self) -> str:
         return str(self._page())

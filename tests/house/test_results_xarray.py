@@ -19,11 +19,6 @@ from lure.rod.galerkin import NonuniformRod, galerkin
 from lure.rod.motion import Boundary
 from lure.rod.scheme import structured_motion
 
-TABLES = [
-    name
-    for name in RESULTS
-    if name not in {"impact", "sweep", "extreme", "violation", "measured margin", "checked", "broken", "misprint"}
-]
 MOTIONS = [
     "exact motion",
     "Galerkin run",
@@ -48,16 +43,6 @@ DRAWN = [
     "measured report",
     "broken",
 ]
-
-
-@pytest.mark.parametrize("name", TABLES)
-def test_a_dataset_comes_back_from_netcdf_and_from_a_dictionary(name, tmp_path):
-    found = RESULTS[name]().to_xarray()
-    xarray.testing.assert_identical(xarray.Dataset.from_dict(found.to_dict()), found)
-    found.to_netcdf(tmp_path / "result.nc")
-    with xarray.open_dataset(tmp_path / "result.nc", decode_times=False) as again:
-        xarray.testing.assert_equal(again.load(), found)
-        assert again.attrs["comment"] == found.attrs["comment"] if "comment" in found.attrs else True
 
 
 @pytest.mark.parametrize("name", MOTIONS)

@@ -16,7 +16,7 @@ import pytest
 from lure import DelayPlant, InputError, RationalPlant
 from lure.analysis.plots.loops import OnAxis, plot_loop_nyquist, plot_loop_popov, plot_reach, plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
-from lure.analysis.report.loop.document import balance_hints, inputs_sha256, law_text, loop_document, plain
+from lure.analysis.report.loop.document import balance_hints, inputs_sha256, law_text, loop_document
 from lure.analysis.report.loop.figures import loop_figures
 from lure.analysis.report.loop.words import (
     asked_about,
@@ -30,6 +30,7 @@ from lure.analysis.report.loop.words import (
 from lure.analysis.verdict import Verdict
 from lure.files import parse_system
 from lure.files.builtin import builtin_loop
+from lure.record import plain
 
 SCHEMA = json.loads(resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8"))
 CHECK = jsonschema.Draft202012Validator(SCHEMA)

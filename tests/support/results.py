@@ -11,8 +11,10 @@ from motions import unit_rod
 
 import lure
 from lure import RationalPlant, Saturation, Sector
+from lure.analysis import analyse, certify, max_sector, max_slope
 from lure.analysis.describing import describing_hint
 from lure.analysis.graphical import nyquist_response, popov_response
+from lure.analysis.inequality.gains import gain_intervals
 from lure.analysis.measured import (
     Measurements,
     example_measurements,
@@ -22,17 +24,20 @@ from lure.analysis.measured import (
     sector_from_data,
 )
 from lure.analysis.nonlinearity import nonlinearity_bounds, violation
+from lure.analysis.report.loop import LoopReport
 from lure.analysis.rod.comparison import compare
 from lure.analysis.rod.comparison.modes import from_closed_form
 from lure.analysis.rod.confirmation import confirmation
 from lure.analysis.rod.paper import PaperClaim, PaperTable, Peak
 from lure.analysis.rod.paper.settling import scheme_settling
+from lure.analysis.rod.report import build_report
 from lure.analysis.rod.response import Plan, Sweep, basin, bifurcation, response, resting_place
 from lure.analysis.rod.response.seen import separation
 from lure.analysis.rod.runs import Request, perform, sampled_motion
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.spectrum import rod_spectrum
 from lure.analysis.testing import NonlinearityViolation, assert_in_sector
+from lure.analysis.theorems.passivity import passivity_indices
 from lure.analysis.verdict import Evidence
 from lure.expressions import Expression
 from lure.files import find_system
@@ -220,8 +225,6 @@ RESULTS = {
     "separation": lambda: separation(*np.random.default_rng(0).standard_normal((2, 9, 4)), 1.0),
     "resting place": lambda: resting_place(unit_rod(damping=0.5, compliance=0.01), Scenario.parse(velocity=1)),
     "memory": cache(memory),
-    "nyquist": cache(lambda: nyquist_response(THIRD, k=1)),
-    "popov": cache(lambda: popov_response(THIRD)),
     "hint": lambda: describing_hint(RationalPlant([12], [1, 3, 2, 0]), Saturation()),
 }
 
@@ -243,6 +246,12 @@ class Odd:
 
     def __call__(self, sigma):
         return 0.5 * np.asarray(sigma)
+
+    def __eq__(self, other):
+        return type(other) is type(self)
+
+    def __hash__(self):
+        return 0
 
     def __str__(self):
         return HOSTILE
@@ -282,3 +291,53 @@ SYSTEMS = {
     **dict(builtin_systems().items()),
     **dict(builtin_loops().items()),
 }
+
+
+# What is answered about them.
+
+SAMPLES = lure.FrequencyData([1, 2], [1, -1])
+ROD = cache(lambda: build_report(builtin_systems()["paper-rod"]))
+ANALYSED = cache(lambda: analyse(loop_named(HOSTILE)))
+
+
+def certified(upper, system=THIRD):
+    return lambda: certify(system, lure.NonlinearityClass(sector=lure.Sector(0, upper)))
+
+
+def reported():
+    said = {"observed": ("4 motions came to rest",), "hints": ("no balance",)}
+    return LoopReport(analysis=ANALYSED(), **said, command="lure", versions={})
+
+
+def rod_criterion(model):
+    return lambda: next(one for one in ROD().criteria if one.model == model)
+
+
+ANSWERS = {
+    "largest": lambda: max_sector(THIRD),
+    "largest refuted": lambda: max_sector("4/((s-1)*(s/3+1))"),
+    "largest observed": lambda: max_sector(SAMPLES),
+    "largest slope": lambda: max_slope("1/(s+1)", odd=True, search="linear"),
+    "answer": lambda: max_sector(THIRD).answers[0],
+    "analysis": ANALYSED,
+    "loop report": reported,
+    "gains": lambda: gain_intervals(THIRD)[0],
+    "gains without end": lambda: gain_intervals(RationalPlant([1], [1, 1]))[0],
+    "passivity": lambda: passivity_indices(THIRD),
+    "certification": certified(5),
+    "certification refuted": certified(7),
+    "certification undecided": certified(1, SAMPLES),
+    "rod report": ROD,
+    "rod spectrum": lambda: ROD().spectrum,
+    "rod criterion": rod_criterion("rod"),
+    "scheme criterion": rod_criterion("scheme"),
+    "popov plot": lambda: popov_response(loop_named(HOSTILE)),
+    "nyquist plot": lambda: nyquist_response(THIRD, k=1),
+    "measured response": lambda: nyquist_response(SAMPLES),
+    "largest, time-varying": lambda: max_sector(([1], [1, 1, 1]), time_varying=True, search="full"),
+    "largest, dead time": lambda: max_sector("exp(-s)/(s+1)"),
+    "largest, rod": lambda: max_sector(lure.rod.RodPlant(paper_rod())),
+    "largest, computed": lambda: max_sector(lure.StateSpace(-np.eye(3) + np.eye(3, k=1), [0, 0, 1], [1, 0, 0])),
+    "largest, orbit": lambda: max_slope("(2*z+0.92)/(z^2-0.5*z)", odd=True),
+}
+RESULTS |= {name: cache(make) for name, make in ANSWERS.items()}

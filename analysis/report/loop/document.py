@@ -6,8 +6,6 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Mapping
-from numbers import Real
 from typing import Any
 
 from lure.analysis.describing import describing_hint
@@ -22,38 +20,6 @@ from lure.loop import sector_shift
 from lure.nonlinearities import Property
 from lure.nonlinearities.base import Nonlinearity
 from lure.plants.rational import RationalPlant
-
-# Results as plain data, whatever numbers they hold.
-
-
-def plain(value: object) -> Any:  # noqa: ANN401  (JSON data)
-    """The same with nothing in it but texts, finite numbers, truth values, None, lists and dictionaries.
-
-    Parameters
-    ----------
-    value : object
-        Numbers, texts, mappings and sequences, nested.  An infinity becomes the text ``inf`` or ``-inf``, NaN becomes
-        None, an exact fraction the text ``p/q``, and anything unknown what ``str`` makes of it.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> plain({"k": Fraction(1, 3), "reach": (1.5, math.inf, math.nan)})
-    {'k': '1/3', 'reach': [1.5, 'inf', None]}
-    """
-    if value is None or isinstance(value, str | bool | int):
-        return value
-    if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple | set | frozenset):
-        return [plain(entry) for entry in value]
-    if isinstance(value, float) or (isinstance(value, Real) and not hasattr(value, "denominator")):
-        size = float(value)
-        if math.isnan(size):
-            return None
-        return size if math.isfinite(size) else "inf" if size > 0 else "-inf"
-    return str(value)
-
 
 # What the describing function suggests for the law of a report: a hint, never a verdict.
 
@@ -94,7 +60,7 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
         The report.
     """
     about = report.analysis.problem
-    found: dict[str, Any] = plain(analysis_dict(report.analysis))
+    found = analysis_dict(report.analysis)
     keys = ("name", "title", "source", "block", "case", "class")
     system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _law(about.nonlinearity)}
     return {

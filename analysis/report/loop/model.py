@@ -3,46 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lure.analysis.questions import LoopAnalysis
 from lure.analysis.verdict import Verdict
-from lure.record import html_table
+from lure.record import Column, Page, Record, quantity
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.counterexamples.trajectories import Trajectory
     from lure.analysis.plots.responses import Axes
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class LoopReport:
-    """What was found about a loop; :func:`lure.analysis.report.write_loop_report` turns it into files.
+class LoopReport(Record):
+    """What was found about a loop; :func:`lure.analysis.report.write_loop_report` turns it into files."""
 
-    Attributes
-    ----------
-    analysis : LoopAnalysis
-        Every criterion, every counterexample, and the verdict.
-    observed : tuple of str
-        What simulations of the given law showed, one sentence each; empty without a law.
-    hints : tuple of str
-        What the describing function suggests: hints, not verdicts.
-    command : str
-        The command that makes this report again.
-    versions : Mapping[str, str]
-        Versions of lure, Python and the packages the numbers come from.
-    trajectories : tuple of Trajectory
-        A few simulated solutions, ``sigma`` and ``mu`` over time: of the given law, or of members of the class proved.
-    """
-
-    analysis: LoopAnalysis
-    observed: tuple[str, ...]
-    hints: tuple[str, ...]
-    command: str
-    versions: Mapping[str, str]
-    trajectories: tuple[Trajectory, ...] = ()
+    analysis: LoopAnalysis = quantity("Every criterion, every counterexample, and the verdict", label="")
+    observed: tuple[str, ...] = quantity(
+        "What simulations of the given law showed, one sentence each; empty without a law", form="rows"
+    )
+    hints: tuple[str, ...] = quantity(
+        "What the describing function suggests: hints, not verdicts", label="hint, not a verdict", form="rows"
+    )
+    command: str = quantity("The command that makes this report again", label="")
+    versions: Mapping[str, str] = quantity("Versions of lure, Python and the packages the numbers come from", label="")
+    trajectories: tuple[Trajectory, ...] = quantity(
+        "A few simulated solutions, ``sigma`` and ``mu`` over time: of the given law, or of members of the class "
+        "proved",
+        label="",
+        default=(),
+    )
 
     @property
     def verdict(self) -> Verdict:
@@ -72,21 +61,15 @@ class LoopReport:
 
         return loop_document(self)
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The table of classes; see :meth:`lure.analysis.questions.LoopAnalysis.to_xarray`.
+    def _columns(self) -> dict[str, Column]:
+        """The table of classes; see :meth:`lure.analysis.questions.LoopAnalysis.to_xarray`."""
+        return self.analysis._columns()
 
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        return self.analysis.to_xarray()
+    def _attributes(self) -> dict[str, object]:
+        return self.analysis._attributes()
 
-    def _repr_html_(self) -> str:
-        rows = [
-            *(("observed", text) for text in self.observed),
-            *(("hint, not a verdict", text) for text in self.hints),
-        ]
-        shown = self.analysis._repr_html_()
+    def _page(self) -> Page:
+        rows = tuple(self._rows())
         note = "One motion proves nothing about another, and a hint proves nothing at all."
-        return shown + html_table("Simulations and hints", rows, verdict="OBSERVED", notes=[note]) if rows else shown
+        below = [Page("Simulations and hints", rows, verdict="OBSERVED", notes=[note])] if rows else []
+        return self.analysis._page()._replace(below=below)

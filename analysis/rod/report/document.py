@@ -10,14 +10,14 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.numerics.doubles import json_number
+from lure.analysis.numerics.evidence import ends
 from lure.analysis.report.certificates import certificate_list
 from lure.analysis.report.parts import SCHEMA, Json
 from lure.analysis.rod.confirmation import Confirmation, Side
 from lure.analysis.rod.confirmation.result import Quantity, Rest
 from lure.analysis.rod.simulation.trajectory import compared
-from lure.analysis.verdict import Bracket
 from lure.expressions.tree import decimal
+from lure.record import plain
 from lure.rod.parameters import PARAMETERS
 from lure.rod.systems import RodSystem
 
@@ -56,15 +56,15 @@ def confirmation_data(found: Confirmation) -> Json:
 def _side(side: Side) -> Json:
     return {
         "model": side.model,
-        "until": json_number(side.until),
+        "until": plain(side.until),
         "contact_count": side.contacts,
-        "max_gap_coordinate": json_number(side.highest),
-        "energy_residual": json_number(side.energy_residual),
+        "max_gap_coordinate": plain(side.highest),
+        "energy_residual": plain(side.energy_residual),
         "energy": _quantity(side.energy),
         "lyapunov": _quantity(side.lyapunov),
-        "lyapunov_theta": json_number(side.lyapunov_theta),
+        "lyapunov_theta": plain(side.lyapunov_theta),
         "zeta": _quantity(side.zeta),
-        "momentum_residual": json_number(side.momentum),
+        "momentum_residual": plain(side.momentum),
         "rest": _rest(side.rest),
         "open_end": side.open_end,
     }
@@ -74,10 +74,10 @@ def _quantity(quantity: Quantity | None) -> Json | None:
     if quantity is None:
         return None
     return {
-        "start": json_number(quantity.start),
-        "end": json_number(quantity.end),
-        "residual": json_number(quantity.against),
-        "rounding": json_number(quantity.allowance),
+        "start": plain(quantity.start),
+        "end": plain(quantity.end),
+        "residual": plain(quantity.against),
+        "rounding": plain(quantity.allowance),
     }
 
 
@@ -85,12 +85,12 @@ def _rest(rest: Rest | None) -> Json | None:
     if rest is None:
         return None
     return {
-        "predicted": json_number(rest.predicted),
-        "shown": json_number(rest.shown),
-        "at": json_number(rest.at),
+        "predicted": plain(rest.predicted),
+        "shown": plain(rest.shown),
+        "at": plain(rest.at),
         "way": rest.way,
-        "difference": json_number(rest.difference),
-        "rounding": json_number(rest.allowance),
+        "difference": plain(rest.difference),
+        "rounding": plain(rest.allowance),
         "agrees": rest.agrees,
     }
 
@@ -256,9 +256,9 @@ def document(report: StabilityReport) -> Json:
         "certificates": certificate_list(report.certificates),
         "response_check": {
             "frequencies": report.response.frequencies,
-            "lowest": json_number(report.response.lowest),
-            "highest": json_number(report.response.highest),
-            "difference": json_number(report.response.difference),
+            "lowest": plain(report.response.lowest),
+            "highest": plain(report.response.highest),
+            "difference": plain(report.response.difference),
             "skipped": report.response.skipped,
         },
         "simulation": _simulation(report),
@@ -330,16 +330,16 @@ def _spectrum(report: StabilityReport) -> Json:
     found = report.spectrum
     return {
         "zero_multiplicity": found.zero_multiplicity,
-        "residue_at_zero": json_number(found.residue_at_zero),
-        "slowest_decay_rate": {"scheme": json_number(found.decay_scheme), "rod": json_number(found.decay_rod)},
-        "first_elastic_mode": {"scheme": _pair(found.elastic_scheme), "rod": _pair(found.elastic_rod)},
+        "residue_at_zero": plain(found.residue_at_zero),
+        "slowest_decay_rate": {"scheme": plain(found.decay_scheme), "rod": plain(found.decay_rod)},
+        "first_elastic_mode": {"scheme": plain(found.elastic_scheme), "rod": plain(found.elastic_rod)},
         "jordan_size": found.jordan_size,
         "modes": [
             {
                 "number": mode.number,
-                "scheme": _pair(mode.scheme),
-                "rod": _pair(mode.rod),
-                "numerical_share": json_number(mode.numerical_share),
+                "scheme": plain(mode.scheme),
+                "rod": plain(mode.rod),
+                "numerical_share": plain(mode.numerical_share),
             }
             for mode in found.modes
         ],
@@ -350,17 +350,17 @@ def _criterion(result: CriterionResult) -> Json:
     return {
         "name": result.name,
         "model": result.model,
-        "sector": [json_number(float(result.sector.lower)), json_number(float(result.sector.upper))],
+        "sector": [plain(float(result.sector.lower)), plain(float(result.sector.upper))],
         "verdict": str(result.verdict),
         "evidence": str(result.evidence),
-        "theta": json_number(result.theta),
+        "theta": plain(result.theta),
         # the end that is safe to quote: a multiplier that works, a margin that is there
-        "smallest_theta": json_number(result.smallest_theta.high) if result.smallest_theta else None,
-        "smallest_theta_bracket": _bracket(result.smallest_theta),
-        "margin": json_number(result.margin.low) if result.margin else None,
-        "margin_bracket": _bracket(result.margin),
-        "worst_frequency": json_number(result.worst_frequency),
-        "largest_sector": _bracket(result.largest_sector),
+        "smallest_theta": plain(result.smallest_theta.high) if result.smallest_theta else None,
+        "smallest_theta_bracket": ends(result.smallest_theta),
+        "margin": plain(result.margin.low) if result.margin else None,
+        "margin_bracket": ends(result.margin),
+        "worst_frequency": plain(result.worst_frequency),
+        "largest_sector": ends(result.largest_sector),
         "reason": result.reason,
         "hypotheses": list(result.hypotheses),
         "witness": result.witness,
@@ -400,25 +400,25 @@ def _simulation(report: StabilityReport) -> Json:
     contacts = () if run is None else run.contacts
     return {
         "cells": report.simulation.cells,
-        "t_end": None if run is None else json_number(float(run.t[-1])),
-        "max_gap_coordinate": None if run is None else json_number(run.max_gap_coordinate),
+        "t_end": None if run is None else plain(float(run.t[-1])),
+        "max_gap_coordinate": None if run is None else plain(run.max_gap_coordinate),
         "contact": None if run is None else bool(run.contact),
         "contact_count": None if run is None else len(contacts),
         "contacts": [
             {
-                "start": json_number(contact.start),
-                "end": json_number(contact.end),
-                "peak_penetration": json_number(contact.peak_penetration),
-                "impulse": json_number(contact.impulse),
+                "start": plain(contact.start),
+                "end": plain(contact.end),
+                "peak_penetration": plain(contact.peak_penetration),
+                "impulse": plain(contact.impulse),
                 "open": contact.open,
             }
             for contact in contacts[:MOST_CONTACTS]
         ],
-        "rest_position": None if run is None else json_number(run.rest_position),
-        "rest_limit": None if run is None else json_number(run.rest_limit),
+        "rest_position": None if run is None else plain(run.rest_position),
+        "rest_limit": None if run is None else plain(run.rest_limit),
         "rest_is_final": None if run is None else run.rest_is_final,
-        "energy_residual": None if run is None else json_number(run.energy_residual),
-        "error_estimate": None if run is None else json_number(run.error_estimate),
+        "energy_residual": None if run is None else plain(run.energy_residual),
+        "error_estimate": None if run is None else plain(run.error_estimate),
         "method": None if run is None else run.method,
         "ended_early": None if run is None else run.ended_early,
         # a contradiction stops the report before this point
@@ -426,11 +426,3 @@ def _simulation(report: StabilityReport) -> Json:
         "compared": [] if run is None else list(compared(run)),
         "skipped": report.simulation.skipped,
     }
-
-
-def _pair(value: complex | None) -> list[float | str | None] | None:
-    return None if value is None else [json_number(value.real), json_number(value.imag)]
-
-
-def _bracket(bracket: Bracket | None) -> list[float | str | None] | None:
-    return None if bracket is None else [json_number(bracket.low), json_number(bracket.high)]

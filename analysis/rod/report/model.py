@@ -14,14 +14,12 @@ from lure.analysis.rod.criteria import ResponseCheck
 from lure.analysis.rod.report.document import document, summary
 from lure.analysis.rod.spectrum import RodSpectrum
 from lure.analysis.verdict import Verdict
-from lure.record import html_table, xarray_or_refusal
+from lure.record import Column, Page, Record, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Matching
 from lure.rod.systems import RodSystem
 
 if TYPE_CHECKING:
-    import xarray
-
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.rod.simulation import Trajectory
 
@@ -45,50 +43,21 @@ class Simulation:
     skipped: str | None
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class StabilityReport:
-    """What was found about a system; :func:`lure.analysis.rod.report.write_report` turns it into files.
+class StabilityReport(Record):
+    """What was found about a system; :func:`lure.analysis.rod.report.write_report` turns it into files."""
 
-    Attributes
-    ----------
-    system : RodSystem
-        What was asked about.
-    scheme : UpwindScheme
-        The block that was analysed.
-    spectrum : RodSpectrum
-        Spectrum, scheme against rod.
-    criteria : tuple of CriterionResult
-        Frequency criteria, for the scheme and for the rod.
-    conclusion : Conclusion
-        What follows for the motion, in words.
-    certificates : tuple of Proved or Refuted
-        What the checker accepted, of the conclusion first.
-    matching : Matching
-        Whether initial and boundary data fit together.
-    response : ResponseCheck
-        The two computations of the frequency response compared.
-    simulation : Simulation
-        The motion of the scheme.
-    confirmation : Confirmation
-        The motion of the rod beside it, and what both were held against.
-    command : str
-        The command that makes this report again.
-    versions : Mapping[str, str]
-        Versions of lure, Python and the packages the numbers come from.
-    """
-
-    system: RodSystem
-    scheme: UpwindScheme
-    spectrum: RodSpectrum
-    criteria: tuple[CriterionResult, ...]
-    conclusion: Conclusion
-    certificates: tuple[Proved | Refuted, ...]
-    matching: Matching
-    response: ResponseCheck
-    simulation: Simulation
-    confirmation: Confirmation
-    command: str
-    versions: Mapping[str, str]
+    system: RodSystem = quantity("What was asked about")
+    scheme: UpwindScheme = quantity("The block that was analysed")
+    spectrum: RodSpectrum = quantity("Spectrum, scheme against rod")
+    criteria: tuple[CriterionResult, ...] = quantity("Frequency criteria, for the scheme and for the rod")
+    conclusion: Conclusion = quantity("What follows for the motion, in words")
+    certificates: tuple[Proved | Refuted, ...] = quantity("What the checker accepted, of the conclusion first")
+    matching: Matching = quantity("Whether initial and boundary data fit together")
+    response: ResponseCheck = quantity("The two computations of the frequency response compared")
+    simulation: Simulation = quantity("The motion of the scheme")
+    confirmation: Confirmation = quantity("The motion of the rod beside it, and what both were held against")
+    command: str = quantity("The command that makes this report again")
+    versions: Mapping[str, str] = quantity("Versions of lure, Python and the packages the numbers come from")
 
     @property
     def verdict(self) -> Verdict:
@@ -105,29 +74,25 @@ class StabilityReport:
         """``report.json`` as plain data, with its published schema."""
         return document(self)
 
-    def to_xarray(self) -> xarray.Dataset:
-        """The lowest modes of scheme and rod, and the criteria over the dimension ``criterion``.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        xr = xarray_or_refusal("StabilityReport.to_xarray")
-        found = self.criteria
+    def _columns(self) -> dict[str, Column]:
+        """The lowest modes of scheme and rod, and the criteria over the dimension ``criterion``."""
+        along, found = ("criterion",), self.criteria
         lows = [math.nan if one.margin is None else one.margin.low for one in found]
-        variables = {
-            "verdict": ("criterion", [str(one.verdict) for one in found]),
-            "evidence": ("criterion", [str(one.evidence) for one in found]),
-            "theta": ("criterion", [math.nan if one.theta is None else one.theta for one in found], {"units": "s"}),
-            "margin": ("criterion", lows, {"units": "m/Pa"}),
+        thetas = [math.nan if one.theta is None else one.theta for one in found]
+        return {
+            "criterion": Column(along, [f"{one.name}, {one.model}" for one in found], "1", "criterion and model"),
+            "verdict": Column(along, [str(one.verdict) for one in found], "1", "verdict on the inequality"),
+            "evidence": Column(along, [str(one.evidence) for one in found], "1", "what it rests on"),
+            "theta": Column(along, thetas, "s", "Popov multiplier"),
+            "margin": Column(along, lows, "m/Pa", "least value of the inequality over all frequencies, from below"),
+            **self.spectrum._columns(),
         }
-        names = [f"{one.name}, {one.model}" for one in found]
-        table: xarray.Dataset = xr.Dataset(variables, coords={"criterion": names})
-        made = table.merge(self.spectrum.to_xarray())
-        return made.assign_attrs(title=self.system.name, verdict=str(self.verdict), comment=self.conclusion.statement)
 
-    def _repr_html_(self) -> str:
+    def _attributes(self) -> dict[str, object]:
+        more = {"title": self.system.name, "verdict": str(self.verdict), "comment": self.conclusion.statement}
+        return self.spectrum._attributes() | more
+
+    def _page(self) -> Page:
         head = ("criterion", "about", "verdict", "evidence", "theta [s]", "margin [m/Pa]")
         rows = [
             (
@@ -147,4 +112,4 @@ class StabilityReport:
             *(f"Assumed: {text}." for text in self.conclusion.assumptions),
             *(f"Not shown: {text}." for text in self.conclusion.not_shown),
         ]
-        return html_table(self.system.name, rows, head=head, verdict=str(self.verdict), notes=notes)
+        return Page(self.system.name, rows, head, str(self.verdict), notes)
