@@ -43,6 +43,7 @@ class Scenario(Record):
     body_force: Expression = field(default_factory=lambda: _zero("t", "x"))
     displacement: Expression = field(default_factory=lambda: _zero("x"))
     velocity: Expression = field(default_factory=lambda: _zero("x"))
+    _kind = "scenario"
 
     @classmethod
     def parse(

@@ -272,6 +272,8 @@ SYSTEMS = {
     "class": lure.NonlinearityClass.slope_restricted(0, 2, odd=True),
     "classes": lure.classes.Diagonal((lure.NonlinearityClass.slope_restricted(0, 2),)),
     "rod": lure.rod.RodPlant(paper_rod()),
+    "scheme": upwind(paper_rod(), 3),
+    "scenario": PAPER.scenario,
     "saturation": lure.Saturation(),
     "dead zone": lure.DeadZone(width=1, gain=2),
     "relu": lure.ReLU(),
@@ -283,7 +285,7 @@ SYSTEMS = {
     "formula": lure.ExpressionNonlinearity("sigma/(1 + abs(sigma))", sector=lure.Sector(0, 1)),
     "contradicted": lure.ExpressionNonlinearity("2*max(sigma, 0)", sector=lure.Sector(0, 1)),
     "shifted": shifted_law(lure.Tanh(), 1),
-    "contact": lure.rod.NormalCompliance(Fraction(4), 2),
+    "normal compliance": lure.rod.NormalCompliance(Fraction(4), 2),
     "loop": lure.Loop(THIRD, lure.Saturation()),
     "loop of a stranger": lure.Loop(THIRD, Odd()),
     "transformed": lure.loop.sector_shift("1/(s^2+s-1)", lure.NonlinearityClass(sector=lure.Sector(2, 5))),
@@ -314,6 +316,7 @@ def rod_criterion(model):
 
 
 ANSWERS = {
+    "bracket": lambda: lure.analysis.Bracket(0, 1),
     "largest": lambda: max_sector(THIRD),
     "largest refuted": lambda: max_sector("4/((s-1)*(s/3+1))"),
     "largest observed": lambda: max_sector(SAMPLES),
