@@ -39,7 +39,7 @@ Number = TypeVar("Number", arb, arb_series)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Ring:
+class RodResponse:
     """The rod (``cells=None``) or its scheme, in balls; ``0 < k < inf``.
 
     Attributes
@@ -64,8 +64,8 @@ class Ring:
     cells: int | None
 
     @classmethod
-    def of(cls, rod: Rod, cells: int | None) -> Ring:
-        """The ring of a rod with ``k > 0``, at the current working precision."""
+    def of(cls, rod: Rod, cells: int | None) -> RodResponse:
+        """The response of a rod with ``k > 0``, at the current working precision."""
         exact = rod.exact
         k, stiffness = exact["damping"], exact["density"] * exact["youngs_modulus"]
         excess = k * k - exact["area"] ** 2 * stiffness
@@ -127,37 +127,37 @@ class Ring:
         return self.defect + self.size * (1 - r)
 
 
-def popov_minimum(ring: Ring, multiplier: arb, inverse_gain: arb) -> Minimum:
+def popov_minimum(rod: RodResponse, multiplier: arb, inverse_gain: arb) -> Minimum:
     """Bracket on ``inverse_gain + inf F`` over all frequencies for ``vartheta = multiplier >= 0``, and the angle of it.
 
     ``inverse_gain = 1/(d T k_upper)``.  For a scheme the limit ``omega -> inf`` is ``F = vartheta``.
     """
-    a = ring.sign * ring.size
-    if ring.sign == 0:
+    a = rod.sign * rod.size
+    if rod.sign == 0:
         return _exactly(inverse_gain + multiplier, arb(0))
-    if ring.sign > 0 and ring.cells == 1 and multiplier == 0:
+    if rod.sign > 0 and rod.cells == 1 and multiplier == 0:
         # sin psi >= 0 on [0, pi]: F >= 0, and F -> 0 at the end
-        return _exactly(inverse_gain, ring.last_angle)
-    at_zero = multiplier * ring.one_minus_square - 4 * ring.size
-    if ring.sign < 0 and at_zero <= 0:
+        return _exactly(inverse_gain, rod.last_angle)
+    at_zero = multiplier * rod.one_minus_square - 4 * rod.size
+    if rod.sign < 0 and at_zero <= 0:
         # numerator >= at_zero and denominator >= (1 - |a|)^2 wherever F < 0, both attained at psi = 0
-        return _exactly(inverse_gain + at_zero / ring.defect**2, arb(0))
+        return _exactly(inverse_gain + at_zero / rod.defect**2, arb(0))
 
     def value(psi: Number) -> Number:
         """The expression at one angle."""
-        r, g = ring.parts(psi)
-        numerator = 2 * a * r * g + multiplier * ring.gap(r) * (1 + ring.size * r)
-        return inverse_gain + numerator / ring.denominator(psi, r)
+        r, g = rod.parts(psi)
+        numerator = 2 * a * r * g + multiplier * rod.gap(r) * (1 + rod.size * r)
+        return inverse_gain + numerator / rod.denominator(psi, r)
 
     # |g| <= 2 and r <= 1: the numerator is at least at_zero, the denominator at most (1 + |a|)^2
-    floor = inverse_gain + at_zero / (1 + ring.size) ** 2 if at_zero >= 0 else None
-    found = minimum(value, arb(0), ring.last_angle, width=lambda best: abs(best) * arb(RELATIVE_WIDTH), floor=floor)
-    if ring.cells is not None and inverse_gain + multiplier <= found.low:
-        return _exactly(inverse_gain + multiplier, ring.last_angle)
+    floor = inverse_gain + at_zero / (1 + rod.size) ** 2 if at_zero >= 0 else None
+    found = minimum(value, arb(0), rod.last_angle, width=lambda best: abs(best) * arb(RELATIVE_WIDTH), floor=floor)
+    if rod.cells is not None and inverse_gain + multiplier <= found.low:
+        return _exactly(inverse_gain + multiplier, rod.last_angle)
     return found
 
 
-def smallest_multiplier(ring: Ring, inverse_gain: arb) -> Minimum:
+def smallest_multiplier(rod: RodResponse, inverse_gain: arb) -> Minimum:
     """Bracket on the negative of the smallest ``vartheta >= 0`` that works, for ``inverse_gain = 1/(d T k_upper)``.
 
     ``vartheta`` works at an angle iff it exceeds ``G = -(inverse_gain D + 2 a r g)/(1 - a^2 r^2)`` there; the result
@@ -165,17 +165,17 @@ def smallest_multiplier(ring: Ring, inverse_gain: arb) -> Minimum:
     ``a > 0``
     a positive supremum lies in ``(pi, 2 pi)``.
     """
-    a = ring.sign * ring.size
-    if ring.sign == 0 or (ring.sign > 0 and ring.cells == 1):
+    a = rod.sign * rod.size
+    if rod.sign == 0 or (rod.sign > 0 and rod.cells == 1):
         return _exactly(arb(0), arb(0))
-    if ring.sign < 0:
-        needed = (4 * ring.size - inverse_gain * ring.defect**2) / ring.one_minus_square
+    if rod.sign < 0:
+        needed = (4 * rod.size - inverse_gain * rod.defect**2) / rod.one_minus_square
         return _clipped(_exactly(-needed, arb(0)))
 
     def value(psi: Number) -> Number:
         """The expression at one angle."""
-        r, g = ring.parts(psi)
-        return (inverse_gain * ring.denominator(psi, r) + 2 * a * r * g) / (ring.gap(r) * (1 + ring.size * r))
+        r, g = rod.parts(psi)
+        return (inverse_gain * rod.denominator(psi, r) + 2 * a * r * g) / (rod.gap(r) * (1 + rod.size * r))
 
     def width(best: arb) -> arb:
         """Bracket width to stop at."""
@@ -277,20 +277,20 @@ def rod_popov_criterion(
         return refused
     _, cells = model_of(block)
     with working_precision(precision_for(block.rod, cells)):
-        ring = Ring.of(block.rod, cells)
-        inverse_gain = _ease(sector) / ring.scale
-        unbounded = smallest_multiplier(ring, arb(0))
+        rod = RodResponse.of(block.rod, cells)
+        inverse_gain = _ease(sector) / rod.scale
+        unbounded = smallest_multiplier(rod, arb(0))
         if theta is None:
-            theta = max(THETA_EASE * float(-unbounded.low * ring.travel_time), float(ring.travel_time))
+            theta = max(THETA_EASE * float(-unbounded.low * rod.travel_time), float(rod.travel_time))
             if not math.isfinite(theta):
                 raise InputError(
                     "the multiplier that Popov's criterion needs for this rod exceeds the largest double, about "
                     "1e308 s; rescale the units"
                 )
-        needed = smallest_multiplier(ring, inverse_gain)
-        found = popov_minimum(ring, ball(theta) / ring.travel_time, inverse_gain)
-        smallest = outward(-needed.high * ring.travel_time, -needed.low * ring.travel_time)
-        return _result(_Question("popov", block, sector, theta), ring, found, smallest, INFINITE)
+        needed = smallest_multiplier(rod, inverse_gain)
+        found = popov_minimum(rod, ball(theta) / rod.travel_time, inverse_gain)
+        smallest = outward(-needed.high * rod.travel_time, -needed.low * rod.travel_time)
+        return _result(_Question("popov", block, sector, theta), rod, found, smallest, INFINITE)
 
 
 def rod_circle_criterion(block: UpwindScheme | RodPlant, sector: Sector) -> CriterionResult:
@@ -312,14 +312,14 @@ def rod_circle_criterion(block: UpwindScheme | RodPlant, sector: Sector) -> Crit
         return refused
     _, cells = model_of(block)
     with working_precision(precision_for(block.rod, cells)):
-        ring = Ring.of(block.rod, cells)
-        inverse_gain = _ease(sector) / ring.scale
-        found = popov_minimum(ring, arb(0), inverse_gain)
-        response = popov_minimum(ring, arb(0), arb(0))
-        low = -1 / (ring.scale * response.low) if response.low < 0 else arb("inf")
-        high = -1 / (ring.scale * response.high) if response.high < 0 else arb("inf")
+        rod = RodResponse.of(block.rod, cells)
+        inverse_gain = _ease(sector) / rod.scale
+        found = popov_minimum(rod, arb(0), inverse_gain)
+        response = popov_minimum(rod, arb(0), arb(0))
+        low = -1 / (rod.scale * response.low) if response.low < 0 else arb("inf")
+        high = -1 / (rod.scale * response.high) if response.high < 0 else arb("inf")
         largest = outward(low, high)
-        return _result(_Question("circle", block, sector, 0.0), ring, found, None, largest)
+        return _result(_Question("circle", block, sector, 0.0), rod, found, None, largest)
 
 
 def _ease(sector: Sector) -> arb:
@@ -335,12 +335,12 @@ class _Question:
 
 
 def _result(
-    asked: _Question, ring: Ring, found: Minimum, smallest: Bracket | None, largest: Bracket
+    asked: _Question, rod: RodResponse, found: Minimum, smallest: Bracket | None, largest: Bracket
 ) -> CriterionResult:
     model, _ = model_of(asked.block)
-    low, high = ring.scale * found.low, ring.scale * found.high
+    low, high = rod.scale * found.low, rod.scale * found.high
     holds = bool(low > 0)
-    margin, omega = outward(low, high), ring.frequency(found.where)
+    margin, omega = outward(low, high), rod.frequency(found.where)
     if holds:
         reason = f"the inequality holds at every frequency; its least value is {margin.low:.6g} m/Pa"
     elif high < 0:

@@ -14,7 +14,7 @@ from lure.rod.parameters import PARAMETERS, Rod
 if TYPE_CHECKING:
     import control
 
-    from lure.rod.contact import Contact
+    from lure.rod.sampled import Contact
     from lure.rod.scenario import Scenario
 
 UNITS = {

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.record import Column, Page, Record, derived, quantity
+from lure.record import Column, Page, quantity
 from lure.rod import datasets
-from lure.rod.contact import Contact
 from lure.rod.datasets import SERIES, STRESS
-from lure.rod.discretisation import Form, UpwindScheme
-from lure.rod.scheme.motion import scheme_words
+from lure.rod.discretisation import Form
+from lure.rod.sampled import Contact, number_of_contacts
+from lure.rod.scheme.motion import SchemeMotion
 
 if TYPE_CHECKING:
     import control
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _TRUSTED_RESIDUAL = 1e-7
-SUBJECT, EVIDENCE = "scheme", "observed"
 _NUMBERS = (
     "max_gap_coordinate",
     "energy_residual",
@@ -38,19 +37,19 @@ _NUMBERS = (
 )
 
 
-class Trajectory(Record):
+class Trajectory(SchemeMotion):
     r"""A simulated motion of the ``N``-cell scheme, with what holds along it.
 
     It is OBSERVED evidence: it can contradict a verdict (:func:`contradictions`) and never proves one.  It is a motion
     of the scheme, whose waves lose more energy than the rod's.
     """
 
-    scheme: UpwindScheme = quantity("What moved", key="rod", plainly=lambda scheme: datasets.rod_dict(scheme.rod))
+    _heading: ClassVar[str] = "Simulated motion of the upwind scheme"
+
     cells: int = quantity("``N``")
     form: Form = quantity("The form of the scheme")
     damping: float = quantity("``k``", "N s m-1", key="")
     loaded: bool = quantity("Whether a load acts")
-    t: Array = quantity(datasets.TIME, "s", dims="t")
     z: Array = quantity(*SERIES["z"], dims="t")
     u_end: Array = quantity(*SERIES["u_end"], dims="t")
     p: Array = quantity(*SERIES["stress"], dims="t", name=STRESS)
@@ -111,8 +110,7 @@ class Trajectory(Record):
 
     def __str__(self) -> str:
         """One sentence."""
-        touched = len(self.contacts)
-        contact = "no contact" if not touched else "1 contact" if touched == 1 else f"{touched} contacts"
+        contact = number_of_contacts(len(self.contacts))
         return (
             f"scheme of {self.cells} cells up to {self.t[-1]:.6g} s: {contact}, largest z = "
             f"{self.max_gap_coordinate:.9g} m (+/- {self.error_estimate:.1g} m), energy identity to "
@@ -120,41 +118,29 @@ class Trajectory(Record):
         )
 
     @property
-    @derived()
-    def comment(self) -> str:
-        """What the motion shows, and what it does not."""
-        return datasets.what_it_shows(SUBJECT, scheme_words(self.scheme), EVIDENCE)
-
-    def to_dict(self) -> dict[str, Any]:
-        """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
-        more = {"subject": SUBJECT, "evidence": EVIDENCE, "until": float(self.t[-1]), "samples": self.t.size}
-        return more | super().to_dict()
+    def how(self) -> str:
+        """How the motion was computed."""
+        return self.method
 
     def _columns(self) -> dict[str, Column]:
         found = super()._columns()
         return found if self.frames_t.size else {k: v for k, v in found.items() if not {"frame", "x"} & {*v.dims}}
 
     def _attributes(self) -> dict[str, object]:
-        about = scheme_words(self.scheme)
-        words = {"subject": SUBJECT, "about": about, "evidence": EVIDENCE, "method": self.method}
         numbers = {name: getattr(self, name) for name in _NUMBERS}
-        return {
-            **datasets.motion_attributes("Simulated motion of the upwind scheme", **words),
-            **datasets.rod_attributes(self.scheme.rod),
-            **{name: value for name, value in numbers.items() if value is not None},
-            "method_cells": self.cells,
-            "method_form": self.form,
-            "loaded": int(self.loaded),
-        } | ({"ended_early": self.ended_early} if self.ended_early else {})
+        known = {name: value for name, value in numbers.items() if value is not None}
+        return {**super()._attributes(), **known, "loaded": int(self.loaded)} | (
+            {"ended_early": self.ended_early} if self.ended_early else {}
+        )
 
     def to_control(self) -> control.TimeResponseData:
         """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
         return datasets.loop_response(f"the scheme, N = {self.cells}", self.t, self.z, self.p, self.force)
 
     def _page(self) -> Page:
-        against, about = contradictions(self), scheme_words(self.scheme)
+        against = contradictions(self)
         rows: list[tuple[str, object]] = [
-            ("what moved", about),
+            ("what moved", self.about),
             ("time", f"0 s to {self.t[-1]:g} s, {self.t.size} samples" + (", under load" if self.loaded else "")),
             ("contacts", len(self.contacts) or "none"),
             ("largest z", f"{self.max_gap_coordinate:.9g} m, over all instants"),

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.record import Column, Page, Record, derived, plain, quantity
+from lure.record import Column, Page, Record, plain, quantity
 from lure.rod import datasets
 from lure.rod.cellular.network import CellularNetwork, Signal
+from lure.rod.sampled import SampledMotion
 
 if TYPE_CHECKING:
     import control
@@ -127,7 +128,6 @@ def chua_yang_energy(network: CellularNetwork, x: ArrayLike, u: Signal = 0.0) ->
     return float(0.5 * quadratic - network.drive(0.0, u) @ f)
 
 
-SUBJECT, EVIDENCE = "cellular network", "observed"
 STATE, TIME = "unit of the states of the network", "unit of time in which the templates are rates"
 _SOURCE = (
     'L. O. Chua, L. Yang, "Cellular neural networks: theory", IEEE Trans. Circuits Syst. 35 (1988) 1257-1272; '
@@ -138,8 +138,11 @@ _RELATIVE, _ABSOLUTE = 1e-10, 1e-13
 _STIFF = 2e4  # fastest rate times span, beyond which an implicit method is used
 
 
-class CellularMotion(Record):
+class CellularMotion(SampledMotion):
     """A computed motion of a cellular network: OBSERVED evidence."""
+
+    _subject: ClassVar[str] = "cellular network"
+    _heading: ClassVar[str] = "Motion of a cellular network"
 
     t: Array = quantity(
         "time since the start; the last is the end of the run, earlier than asked for if the network came to rest",
@@ -161,10 +164,9 @@ class CellularMotion(Record):
         return f"the cellular network of {' x '.join(map(str, self.x.shape[1:]))} cells"
 
     @property
-    @derived()
-    def comment(self) -> str:
-        """What the motion shows, and what it does not."""
-        return datasets.what_it_shows(SUBJECT, self.about, EVIDENCE)
+    def how(self) -> str:
+        """How the motion was computed."""
+        return _METHOD
 
     @property
     def rest(self) -> str:
@@ -175,8 +177,7 @@ class CellularMotion(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """What is said of the motion, with the last states, as plain JSON data; the curves are in :meth:`to_xarray`."""
-        more = {"shape": list(self.x.shape[1:]), "until": float(self.t[-1]), "samples": self.t.size}
-        return {"subject": SUBJECT, "evidence": EVIDENCE, **more, **super().to_dict()}
+        return super().to_dict() | {"shape": list(self.x.shape[1:])}
 
     def _columns(self) -> dict[str, Column]:
         """States and outputs along ``t`` and ``cell``, or ``row`` and ``column``."""
@@ -189,9 +190,7 @@ class CellularMotion(Record):
         }
 
     def _attributes(self) -> dict[str, object]:
-        words = {"subject": SUBJECT, "about": self.about, "evidence": EVIDENCE, "method": _METHOD}
-        found = datasets.motion_attributes("Motion of a cellular network", **words)
-        return {**found, "references": _SOURCE, "rest": self.rest}
+        return {**super()._attributes(), "references": _SOURCE, "rest": self.rest}
 
     def to_control(self) -> control.TimeResponseData:
         """The outputs of all cells, row by row, as python-control has them; no inputs."""

@@ -7,16 +7,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.record import Column, Page, Record, derived, numbered, plain, quantity
+from lure.record import Column, Page, derived, numbered, plain, quantity
 from lure.rod import datasets
-from lure.rod.contact import Contact
 from lure.rod.galerkin.model import INTEGRALS, Equations, GalerkinModel
+from lure.rod.sampled import Contact, SampledMotion, number_of_contacts
 from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Method = Literal["DOP853", "Radau"]
-SUBJECT, EVIDENCE = "Galerkin space", "observed"
 _ROUNDING = 1e-9
 METHODS: tuple[Method, ...] = ("DOP853", "Radau")
 
@@ -46,16 +45,18 @@ def _rod(rod: NonuniformRod) -> dict[str, object]:
     }
 
 
-class GalerkinRun(Record):
+class GalerkinRun(SampledMotion):
     """A motion of ``u_m``, with what the existence proof says of it.
 
     It is a motion of the semi-discrete problem: OBSERVED evidence about the rod, at best.  That its energy obeys the
     bound of Lemma 3.2 shows that the run is sound, not that it is near the motion of the rod.
     """
 
+    _subject: ClassVar[str] = "Galerkin space"
+    _heading: ClassVar[str] = "Motion in a Galerkin space"
+
     model: GalerkinModel = quantity("The rod and the space", key="rod", plainly=lambda model: plain(_rod(model.rod)))
     scenario: Scenario = quantity("Loads and initial data", plainly=datasets.scenario_dict)
-    t: Array = quantity(datasets.TIME, "s", dims="t")
     states: Array = quantity("(samples, 2m+5) rows of ``lure.rod.galerkin.model.Equations``", key="")
     contacts: tuple[Contact, ...] = quantity(
         "Every stretch of contact, in order",
@@ -203,17 +204,12 @@ class GalerkinRun(Record):
     def to_dict(self) -> dict[str, Any]:
         """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
         return super().to_dict() | {
-            "subject": SUBJECT,
-            "evidence": EVIDENCE,
             "space": self.model.space.name,
             "order": self.model.space.order,
-            "until": float(self.t[-1]),
-            "samples": self.t.size,
             "largest_z_at_samples": float(self.z.max()),
             "energy_start": float(self.energy[0]),
             "energy_end": float(self.energy[-1]),
             "method": self.how,
-            "comment": datasets.what_it_shows(SUBJECT, self.about, EVIDENCE),
         }
 
     def _columns(self) -> dict[str, Column]:
@@ -238,9 +234,8 @@ class GalerkinRun(Record):
 
     def _attributes(self) -> dict[str, object]:
         space, exponent = self.model.space, self.model.rod.law.exponent
-        words = {"subject": SUBJECT, "about": self.about, "evidence": EVIDENCE, "method": self.how}
         return {
-            **datasets.motion_attributes("Motion in a Galerkin space", **words),
+            **super()._attributes(),
             **{f"rod_{name}": value for name, value in _rod(self.model.rod).items()},
             **{f"rod_{name}_units": unit for name, unit in datasets.UNITS.items()},
             **({} if exponent == 1.0 else {"rod_compliance_units": f"m{exponent:g} Pa-1"}),
@@ -268,13 +263,13 @@ class GalerkinRun(Record):
             ("energy identity", f"relative residual {self.energy_residual:.1g}"),
             ("bound of Lemma 3.2 at the samples", said),
         ]
-        notes = (datasets.what_it_shows(SUBJECT, self.about, EVIDENCE),)
-        return Page(f"motion of u_m, {self.steps} steps of {self.method}", rows, verdict="OBSERVED", notes=notes)
+        return Page(
+            f"motion of u_m, {self.steps} steps of {self.method}", rows, verdict="OBSERVED", notes=(self.comment,)
+        )
 
     def __str__(self) -> str:
         """One sentence."""
-        space, touched = self.model.space, len(self.contacts)
-        contact = "no contact" if not touched else "1 contact" if touched == 1 else f"{touched} contacts"
+        space, contact = self.model.space, number_of_contacts(len(self.contacts))
         return (
             f"Galerkin {space.name} of dimension {space.order} up to {self.t[-1]:.6g} s: {contact}, largest z = "
             f"{self.z.max():.9g} m at the samples, energy identity to {self.energy_residual:.1g}"

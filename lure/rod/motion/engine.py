@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.rod.contact import Contact
 from lure.rod.motion.event_free import EventFree, Search
 from lure.rod.motion.event_free_interval import EventFreeInterval
 from lure.rod.motion.kernel_piece import MOST_POWERED
@@ -99,6 +98,7 @@ from lure.rod.motion.kernel_trip import (
 from lure.rod.motion.pieces import Array, Pieces, largest
 from lure.rod.motion.record import Level, Record, State
 from lure.rod.motion.sources import NO_LOAD, Load, Panels, Problem, block_count
+from lure.rod.sampled import Contact
 
 _WINDOWS, _PIECES = 4096, 8192  # room in the record of compiled code,
 _FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked for windows one by one

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lure.rod.contact import Contact
 from lure.rod.motion.event_free_interval import BLOCK, BLOCK_POWER, EventFreeInterval, peak
 from lure.rod.motion.event_free_map import Coefficients, EventFreeLoads, Powers, event_free_map, imbalance, passed
 from lure.rod.motion.pieces import Array, Pieces
 from lure.rod.motion.record import Level, State
 from lure.rod.motion.sources import Problem
+from lure.rod.sampled import Contact
 
 TOP = 1e-16  # of the wave: what its last coefficients may be
 _CHUNK, _LARGE = 64, 100

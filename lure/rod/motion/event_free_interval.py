@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.rod.contact import Contact
 from lure.rod.motion.event_free_map import Powers
 from lure.rod.motion.pieces import Array, basis, left_ends, restricted, right_ends, upper_bounds
 from lure.rod.motion.record import Record, Series, Window
+from lure.rod.sampled import Contact
 
 BLOCK_POWER, FINE_POWER = 6, 3
 BLOCK, FINE = 2**BLOCK_POWER, 2**FINE_POWER

@@ -11,8 +11,8 @@ from typing import Literal, Protocol, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.rod.contact import Contact
 from lure.rod.motion.pieces import Array
+from lure.rod.sampled import Contact
 
 Series = Literal["wave", "returned", "push", "z"]
 _COLUMNS = {"wave": 0, "z": 1, "push": 2}

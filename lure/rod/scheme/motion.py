@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.record import Column, Page, Record, derived, quantity
+from lure.record import Column, Page, derived, quantity
 from lure.rod import datasets
 from lure.rod.discretisation import UpwindScheme
+from lure.rod.sampled import SampledMotion
 from lure.rod.scenario import Scenario, initial_state
 from lure.rod.scheme.contact import EventFreeInterval, fewest_cells, halved, longest, next_contact
 from lure.rod.scheme.crossing import FLOOR, Crossing, Undecided
@@ -147,7 +148,6 @@ def _mean(span: Fraction) -> Mean:
     return Mean(whole=whole, rest=float(span - whole))
 
 
-SUBJECT, EVIDENCE = "scheme", "observed"
 METHOD = (
     "exact in time by the f-circulant structure of the scheme, from event to event; contact and release located as "
     "events"
@@ -163,15 +163,32 @@ def scheme_words(scheme: UpwindScheme) -> str:
 _MOST = 20_000
 
 
-class StructuredMotion(Record):
-    """A motion of the scheme with contact, known at samples; OBSERVED evidence."""
+class SchemeMotion(SampledMotion):
+    """A motion of the scheme, known at samples; OBSERVED evidence."""
+
+    _subject: ClassVar[str] = "scheme"
 
     scheme: UpwindScheme = quantity("What moved", key="rod", plainly=lambda scheme: datasets.rod_dict(scheme.rod))
+
+    @property
+    def about(self) -> str:
+        """Which object moves, in words."""
+        return scheme_words(self.scheme)
+
+    def _attributes(self) -> dict[str, object]:
+        more = {"method_cells": self.scheme.cells, "method_form": self.scheme.form}
+        return {**super()._attributes(), **datasets.rod_attributes(self.scheme.rod), **more}
+
+
+class StructuredMotion(SchemeMotion):
+    """A motion of the scheme with contact, in jumps from event to event; OBSERVED evidence."""
+
+    _heading: ClassVar[str] = "Motion of the upwind scheme against an obstacle"
+
     scenario: Scenario | None = quantity(
         "Force and initial data; None where a state was given, without a force",
         plainly=lambda scenario: scenario and datasets.scenario_dict(scenario),
     )
-    t: Array = quantity(datasets.TIME, "s", dims="t")
     z: Array = quantity(*datasets.SERIES["z"], dims="t")
     wave: Array = quantity("last forward wave ``y_N``", "m s-1", dims="t")
     contacts: tuple[tuple[float, float], ...] = quantity(
@@ -186,20 +203,15 @@ class StructuredMotion(Record):
         return self.scheme.rod.law(self.z)
 
     @property
-    @derived()
-    def comment(self) -> str:
-        """What the motion shows, and what it does not."""
-        return datasets.what_it_shows(SUBJECT, scheme_words(self.scheme), EVIDENCE)
+    def how(self) -> str:
+        """How the motion was computed."""
+        return METHOD
 
     def to_dict(self) -> dict[str, Any]:
         """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
         return super().to_dict() | {
-            "subject": SUBJECT,
-            "evidence": EVIDENCE,
             "cells": self.scheme.cells,
             "form": self.scheme.form,
-            "until": float(self.t[-1]),
-            "samples": self.t.size,
             "largest_z_at_samples": float(self.z.max()),
             "z_end": float(self.z[-1]),
             "method": METHOD,
@@ -216,14 +228,7 @@ class StructuredMotion(Record):
         }
 
     def _attributes(self) -> dict[str, object]:
-        about, title = scheme_words(self.scheme), "Motion of the upwind scheme against an obstacle"
-        return {
-            **datasets.motion_attributes(title, subject=SUBJECT, about=about, evidence=EVIDENCE, method=METHOD),
-            **datasets.rod_attributes(self.scheme.rod),
-            **(datasets.scenario_attributes(self.scenario) if self.scenario else {}),
-            "method_cells": self.scheme.cells,
-            "method_form": self.scheme.form,
-        }
+        return {**super()._attributes(), **(datasets.scenario_attributes(self.scenario) if self.scenario else {})}
 
     def to_control(self) -> control.TimeResponseData:
         """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""
@@ -232,7 +237,7 @@ class StructuredMotion(Record):
 
     def _page(self) -> Page:
         rows = [
-            ("what moved", scheme_words(self.scheme)),
+            ("what moved", self.about),
             ("time", f"0 s to {self.t[-1]:g} s, {self.t.size} samples"),
             ("force g(t) [N]", self.scenario.force if self.scenario else 0),
             ("contacts", len(self.contacts) or "none"),
