@@ -11,8 +11,8 @@ from refusals import refusal
 from runs import thrown, thrown_dashpot, thrown_end, thrown_energy, thrown_stress, thrown_velocity
 
 import lure
-from lure.analysis.rod.runs import Request, methods, motion_dataset, perform, run_dataset, sampled_motion, write_dataset
 from lure.analysis.output import check_targets, written
+from lure.analysis.rod.runs import Request, methods, motion_dataset, perform, run_dataset, sampled_motion, write_dataset
 from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_integration, sampled_scheme
 from lure.analysis.rod.runs.sampled import summary_dict, summary_lines
 from lure.analysis.verdict import Evidence
