@@ -35,6 +35,12 @@ def pytest_configure(config):
         )
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file():
+    """Look for doctests in the packages alone: tests have none, and each of their modules would be collected twice."""
+    return [found for found in (yield) if type(found) is pytest.Module]
+
+
 def pytest_collection_modifyitems(config, items):
     """Leave the tests marked `thorough` to `make thorough`."""
     if not thorough():

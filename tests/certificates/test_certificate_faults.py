@@ -148,7 +148,10 @@ FAULTS = [*CHANGES, "optimal", *ERRORS]
 LONG = ("orbit", "switching", "beyond taps")
 NAMES = [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in QUESTIONS]
 PAIRS = [
-    pytest.param(fault, name, marks=[pytest.mark.slow] * (name in LONG or (name, fault) == ("taps", "nonsense")))
+    pytest.param(
+        *(fault, name),
+        marks=[pytest.mark.slow] * (name in LONG) + [pytest.mark.thorough] * ((name, fault) == ("taps", "nonsense")),
+    )
     for fault in FAULTS
     for name in QUESTIONS
 ]

@@ -103,7 +103,7 @@ def test_continuous_criteria_are_certified_where_they_end(example, circle, popov
         pytest.param(5, False, 0.08, marks=pytest.mark.thorough),
         pytest.param(5, True, 0.11, marks=pytest.mark.thorough),
         pytest.param(6, False, 0.08, marks=pytest.mark.thorough),
-        pytest.param(6, True, 0.108, marks=pytest.mark.slow),
+        pytest.param(6, True, 0.108, marks=pytest.mark.thorough),
         (7, False, 1e4),
     ],
 )

@@ -143,7 +143,7 @@ def test_what_stays_open_has_a_code_and_no_file(lure, tmp_path):
         ),
         (("double-zero",), "REFUTED", "counterexample", "linear-gain"),
         (("leonov-bragin-kuznetsov",), "REFUTED", "counterexample", "linear-gain"),
-        pytest.param(("kalman-fitts",), *("REFUTED", "counterexample", "flow-orbit"), marks=pytest.mark.slow),
+        pytest.param(("kalman-fitts",), *("REFUTED", "counterexample", "flow-orbit"), marks=pytest.mark.thorough),
     ],
 )
 def test_every_kind_of_certificate_is_written_accepted_and_keeps_the_schema(

@@ -233,14 +233,14 @@ def test_a_sample_of_true_loops_is_not_accused():
     assert accused(list(true_loops())[7::30]) == []
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_hundred_false_loops_are_found(proof):
     loops = [loop for i, loop in enumerate(false_loops()) if i % 24 != 5][::2]
     assert len(loops) >= 100
     assert judged_false(loops, proof) <= SLOW_ONES
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_three_hundred_true_loops_are_not_accused():
     loops = [loop for i, loop in enumerate(true_loops()) if i % 30 != 7][:320]
     assert len(loops) >= 300

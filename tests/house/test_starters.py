@@ -68,7 +68,10 @@ def with_own(plant, law):
             marks=pytest.mark.thorough,
         ),
         # unstable, with small gains too; of a function a sample is all that is known
-        ("([1], [1, -1, 1])", "lambda sigma: sigma / (1 + sigma**2)", ("REFUTED: ", "(observed)")),
+        pytest.param(
+            *("([1], [1, -1, 1])", "lambda sigma: sigma / (1 + sigma**2)", ("REFUTED: ", "(observed)")),
+            marks=pytest.mark.thorough,
+        ),
         # discrete time, |H| <= 2 on the circle: [0, 1/2] is inside what the circle criterion proves; Nyquist, not
         # Popov; bounds seen of a function are broken by another sample (1e-12 < 1e-9), which is said and is no stop
         ("control.tf([1], [1, -0.5], 1)", "lambda e: max(-1, min(1, e / 2))", ("PROVED: ", "Nyquist plot", "leaves")),

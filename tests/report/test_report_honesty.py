@@ -40,6 +40,13 @@ def test_a_dashpot_too_weak_for_doubles_is_refused_in_one_sentence(tmp_path, mon
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Reports without their figures, which take most of the time."""
+    monkeypatch.setattr("lure.analysis.rod.report.output.figures", lambda report: ())
+
+
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     ("settings", "compared"),
     [
@@ -52,9 +59,6 @@ def test_a_dashpot_too_weak_for_doubles_is_refused_in_one_sentence(tmp_path, mon
 )
 def test_only_what_was_compared_is_said_to_agree(tmp_path, monkeypatch, settings, compared):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(
-        "lure.analysis.rod.report.output.figures", lambda report: ()
-    )  # most of the time, and not asked for
     main(["report", *(word for setting in settings for word in ("--set", setting)), "--quiet"])
     simulation = json.loads((tmp_path / "lure-report" / "report.json").read_text())["simulation"]
     assert simulation["compared"] == compared

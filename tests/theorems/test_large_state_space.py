@@ -196,7 +196,14 @@ def test_other_criteria_are_not_for_matrices():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("block", [dense(40), dense(60, seed=3), modes(100)], ids=["dense 40", "dense 60", "modes 100"])
+@pytest.mark.parametrize(
+    "block",
+    [
+        pytest.param(dense(40), id="dense 40"),
+        pytest.param(dense(60, seed=3), id="dense 60", marks=pytest.mark.thorough),
+        pytest.param(modes(100), id="modes 100", marks=pytest.mark.thorough),
+    ],
+)
 def test_large_blocks_are_certified_from_both_sides(block):
     found = max_slope(block)
     assert (found.verdict, found.evidence) == (Verdict.PROVED, Evidence.CERTIFIED)
