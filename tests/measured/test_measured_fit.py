@@ -23,7 +23,7 @@ NOISE = np.geomspace(0.01, 0.1, 10)
 @pytest.mark.parametrize(
     ("m", "kind"),
     [
-        (1.0, "constant"),
+        pytest.param(1.0, "constant", marks=pytest.mark.thorough),
         pytest.param(1.5, "constant", marks=pytest.mark.thorough),
         (1.5, "proportional"),
         pytest.param(2.0, "constant", marks=pytest.mark.thorough),

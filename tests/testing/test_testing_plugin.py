@@ -129,7 +129,7 @@ def test_a_test_is_credited_with_its_own_assertions_only(pytester, run):
     assert credited == {"test_first": 2, "test_none": 0, "test_many": 20}
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_hypothesis_shows_the_simplest_failing_law(pytester, run):
     pytester.makepyfile(
         test_fuzz="""
