@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -193,6 +193,7 @@ class DescribingHint(Record):
     evidence: Evidence = quantity("Never more than OBSERVED", default=Evidence.OBSERVED)
     block: RationalPlant | None = quantity("The block it is about", hidden=True, default=None)
     law: Nonlinearity | None = quantity("The nonlinearity it is about", hidden=True, default=None)
+    _kind, _said = "hint, not a verdict", "sentence"
 
     def __post_init__(self) -> None:
         if self.evidence is not Evidence.OBSERVED:
@@ -206,10 +207,6 @@ class DescribingHint(Record):
             return "hint, not a verdict: no harmonic balance was found, which does not exclude an oscillation"
         listed = "; ".join(map(str, self.balances))
         return f"hint, not a verdict: harmonic balance at {listed}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data, with the words ``hint, not a verdict`` in its sentence."""
-        return {"kind": "hint, not a verdict", **super().to_dict(), "sentence": str(self)}
 
     def _attributes(self) -> dict[str, object]:
         return {"evidence": str(self.evidence), "comment": str(self)}

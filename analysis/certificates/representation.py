@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from lure.record import html_table, plain
+from lure.record import Page, plain
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
@@ -36,30 +36,20 @@ def shown_dict(shown: Checked) -> dict[str, Any]:
     }
 
 
-def shown_html(shown: Checked) -> str:
+def shown_page(shown: Checked, assumed: tuple[str, ...] | None = None) -> Page:
     """A ``Proved`` or ``Refuted`` as a table: the claim, the theorem and the hypotheses that were found to hold.
 
     Parameters
     ----------
     shown : Proved or Refuted
         What the checker accepted.
+    assumed : tuple of str, optional
+        What is assumed beside it, in clauses; by default what it says itself.
     """
-    return accepted_html(shown, (shown.assumed,) if shown.assumed else ())
-
-
-def accepted_html(shown: Checked, assumed: tuple[str, ...]) -> str:
-    """A ``Proved`` or ``Refuted`` as a table, with what is assumed beside it.
-
-    Parameters
-    ----------
-    shown : Proved or Refuted
-        What the checker accepted.
-    assumed : tuple of str
-        What is assumed, in clauses.
-    """
+    own = (shown.assumed,) if shown.assumed else ()
     rows = [("theorem", shown.theorem), ("evidence", "certified"), *shown.facts.items()]
-    rows += [("assumed", clause) for clause in assumed]
-    return html_table(shown.claim, rows, verdict=str(shown.certificate["verdict"]), notes=[_CLAIM, _AGAIN])
+    rows += [("assumed", clause) for clause in (own if assumed is None else assumed)]
+    return Page(shown.claim, rows, verdict=str(shown.certificate["verdict"]), notes=[_CLAIM, _AGAIN])
 
 
 def failure_dict(failure: Failure) -> dict[str, Any]:

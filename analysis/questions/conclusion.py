@@ -13,6 +13,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from lure.analysis.certificates import codes
+from lure.analysis.certificates.representation import failure_dict, shown_dict, shown_page
 from lure.analysis.certificates.sealing import contains
 from lure.analysis.certificates.states import classes, keeps
 from lure.analysis.certificates.systems import law_class_of
@@ -22,6 +23,7 @@ from lure.analysis.theorems.table import TABLE
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import class_words, counterexample, destroys, direct_term, meaning, proviso
 from lure.nonlinearities.base import Nonlinearity
+from lure.record import Page, Record, derived, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -97,40 +99,40 @@ class Conclusion:
         return self.sentence
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Certification:
-    """The answer about one class: what follows from the first proposal that the checker accepted, or why nothing does.
+class Certification(Record):
+    """The answer about one class: what follows from the first proposal accepted by the checker, or why nothing does."""
 
-    Attributes
-    ----------
-    conclusion : Conclusion
-        The verdict, PROVED or REFUTED only with a certificate that the checker accepted.
-    detail : str
-        One sentence: the claim, or what stood in the way.
-    failures : tuple of Failure
-        Every search that showed nothing, in the order they were made.
-    """
-
-    conclusion: Conclusion
-    detail: str
-    failures: tuple[Failure, ...] = ()
+    conclusion: Conclusion = quantity(
+        "The verdict, PROVED or REFUTED only with a certificate that the checker accepted", key=""
+    )
+    detail: str = quantity("One sentence: the claim, or what stood in the way")
+    failures: tuple[Failure, ...] = quantity(
+        "Every search that showed nothing, in the order they were made",
+        plainly=lambda failures: [failure_dict(failure) for failure in failures],
+        default=(),
+    )
+    _said = "sentence"
 
     @property
+    @derived()
     def verdict(self) -> Verdict:
         """PROVED, REFUTED or INCONCLUSIVE."""
         return self.conclusion.verdict
 
     @property
+    @derived(plainly=lambda shown: None if shown is None else shown_dict(shown))
     def shown(self) -> Proved | Refuted | None:
         """What the checker accepted; ``shown.certificate`` is the certificate."""
         return self.conclusion.shown
 
     @property
+    @derived(plainly=lambda code: None if code is None else code.identifier)
     def code(self) -> Code | None:
         """Why it is INCONCLUSIVE; None otherwise."""
         return self.conclusion.code
 
     @property
+    @derived()
     def assumed(self) -> tuple[str, ...]:
         """What the verdict assumes and nothing shows, in clauses; see :class:`Conclusion`."""
         return self.conclusion.assumed
@@ -146,34 +148,15 @@ class Certification:
     def __str__(self) -> str:
         return f"{self.verdict}: {self.detail}" if self.code is None else f"{self.verdict} ({self.code}): {self.detail}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data, the certificate with it."""
-        from lure.analysis.certificates.representation import failure_dict, shown_dict
-
-        return {
-            "verdict": str(self.verdict),
-            "code": None if self.code is None else self.code.identifier,
-            "detail": self.detail,
-            "shown": None if self.shown is None else shown_dict(self.shown),
-            "assumed": list(self.assumed),
-            "failures": [failure_dict(failure) for failure in self.failures],
-            "sentence": str(self),
-        }
-
-    def _repr_html_(self) -> str:
-        from lure.analysis.certificates.representation import accepted_html
-        from lure.record import html_table
-
+    def _page(self) -> Page:
         tried = [(one.search, f"{one.code.title} ({one.code.identifier})", one.detail) for one in self.failures]
-        head = ("search", "how it ended", "why")
-        failed = html_table("Searches that showed nothing", tried, head=head) if tried else ""
+        failed = [Page("Searches that showed nothing", tried, ("search", "how it ended", "why"))] if tried else []
         if self.shown is not None:
-            return accepted_html(self.shown, self.assumed) + failed
-        rows = [("why", self.detail)]
-        if self.code is not None:
-            rows.insert(0, ("code", f"{self.code.identifier}, {self.code.title}"))
+            return shown_page(self.shown, self.assumed)._replace(below=failed)
+        rows = [] if self.code is None else [("code", f"{self.code.identifier}, {self.code.title}")]
+        rows.append(("why", self.detail))
         notes = ["That nothing was shown says nothing about the loop: it may be stable or not."]
-        return html_table("No certificate was found", rows, verdict=str(self.verdict), notes=notes) + failed
+        return Page("No certificate was found", rows, verdict=str(self.verdict), notes=notes, below=failed)
 
 
 def conclusion_of(

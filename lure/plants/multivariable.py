@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, cast
 
@@ -14,7 +13,7 @@ from lure.plants.matrices import checked_matrices, rational_block, rows_of
 from lure.plants.rational import RationalPlant, sampling_period, time_text
 from lure.plants.realisation import Row, companion
 from lure.plants.text import exact_coefficient
-from lure.record import html_table
+from lure.record import Record, derived, quantity
 
 if TYPE_CHECKING:
     import control
@@ -25,8 +24,7 @@ MOST_STATES, MOST_CHANNELS = 200, 50
 _SHAPES = "give A (n, n), B (n, m), C (p, n) and D (p, m)"
 
 
-@dataclass(frozen=True, slots=True)
-class MultivariablePlant:
+class MultivariablePlant(Record, kw_only=False):
     r"""``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x[k+1] = ...``), ``m`` inputs, ``p`` outputs, exact entries.
 
     In a loop ``mu_i = -phi_i(sigma_i)``, one nonlinearity a channel; the transfer matrix is ``H = C (sI - A)^{-1} B +
@@ -54,11 +52,14 @@ class MultivariablePlant:
     2 states, 2 inputs and 2 outputs in continuous time | (s + 1) / (s^2 + 3 s + 2)
     """
 
-    A: Rows
-    B: Rows
-    C: Rows
-    D: Rows
-    dt: Fraction | None = None
+    A: Rows = quantity("", label="")
+    B: Rows = quantity("", label="")
+    C: Rows = quantity("", label="")
+    D: Rows = quantity("", label="")
+    dt: Fraction | None = quantity("", label="time", form=time_text, default=None)
+    _kind, _said = "multivariable plant", "text"
+    _title = "H(s) = C (sI - A)^-1 B + D"
+    _notes = ("In a loop mu_i = -phi_i(sigma_i).",)
 
     def __post_init__(self) -> None:
         n, m, p = self.order, self.inputs, self.outputs
@@ -73,6 +74,7 @@ class MultivariablePlant:
         object.__setattr__(self, "dt", sampling_period(self.dt, "MultivariablePlant.dt"))
 
     @property
+    @derived(label="states")
     def order(self) -> int:
         """Number of states ``n``."""
         return len(self.A)
@@ -136,19 +138,10 @@ class MultivariablePlant:
         return f"{_count(self.order, 'state')}, {self.size} in {time}"
 
     @property
+    @derived(key="", label="channels")
     def size(self) -> str:
         """Inputs and outputs in words."""
         return f"{_count(self.inputs, 'input')} and {_count(self.outputs, 'output')}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain JSON data: the matrices, as text ``p/q``."""
-        sides = {name: [[str(v) for v in row] for row in getattr(self, name)] for name in "ABCD"}
-        step = None if self.dt is None else str(self.dt)
-        return {"kind": "multivariable plant", "text": str(self), "order": self.order, **sides, "dt": step}
-
-    def _repr_html_(self) -> str:
-        rows = [("time", time_text(self.dt)), ("states", self.order), ("channels", self.size)]
-        return html_table("H(s) = C (sI - A)^-1 B + D", rows, notes=["In a loop mu_i = -phi_i(sigma_i)."])
 
 
 def _count(number: int, what: str) -> str:

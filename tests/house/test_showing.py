@@ -18,7 +18,7 @@ from results import HOSTILE, RESULTS, SYSTEMS, THIRD
 import lure
 from lure import Sector
 from lure.analysis import check, max_sector, nyquist_response, popov_response
-from lure.analysis.certificates.representation import failure_dict, shown_dict, shown_html
+from lure.analysis.certificates.representation import failure_dict, shown_dict, shown_page
 from lure.analysis.measured import Measurements, sector_from_data
 from lure.analysis.testing import assert_in_sector
 from lure.analysis.verdict import Bracket
@@ -121,7 +121,7 @@ def test_answers_draw_themselves_on_the_axes_they_are_given():
 
 def test_what_the_checker_accepted_is_shown_without_the_checker_knowing_of_pages():
     accepted = shown("certification").shown
-    _, text = read(shown_html(accepted))
+    _, text = read(shown_page(accepted).html())
     assert text.startswith("PROVED every motion converges")
     assert accepted.theorem in text
     data = json.loads(json.dumps(shown_dict(accepted), allow_nan=False))

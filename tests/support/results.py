@@ -262,6 +262,7 @@ SYSTEMS = {
     "matrices": lure.as_plant(control.ss([[-1, 3], [0, -2]], [[1], [2]], [[1, 1]], 0)),
     "discrete": lure.RationalPlant([2, 1], [1, 2], dt=1),
     "constant": lure.RationalPlant([3], [1]),
+    "multivariable": lure.as_plant([["1/(s+1)", "0"], ["1/(s+2)", "1/(s+2)"]]),
     "delay": lure.DelayPlant.parse("exp(-s/2)/(s + 1)"),
     "state space": lure.StateSpace([[0, 1], [-2, -3]], [0, 1], [1, 0]),
     "linear": lure.rod.upwind(paper_rod(), 3).block,
