@@ -38,10 +38,10 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lure import as_plant
+from lure.analysis import popov_response
 from lure.analysis.certificates import checker  # what is checked: called to compare, never to compute
 from lure.analysis.certificates.sealing import settled
-from lure.analysis.plots.loops import plot_loop_popov
+from lure.analysis.plots import plot_popov_response
 from lure.analysis.plots.style import BLUE, GREEN, GREY, VERMILLION, finish_axes
 from lure.analysis.questions.certify import text_of
 
@@ -236,9 +236,8 @@ say(refuted.facts["root"])
 
 # %%
 _, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.8), layout="constrained")
-plot_loop_popov(as_plant(([1], [1, 3, 2, 0])), 5.9, 1.5, ax=left)
+plot_popov_response(popov_response(([1], [1, 3, 2, 0]), k=Fraction("5.9"), theta=Fraction(3, 2)), ax=left)
 left.set_title("1/(s(s+1)(s+2)), κ = k = 5.9, θ = 3/2", fontsize="medium")
-left.texts[0].set_position((-34, 6))  # away from the curve
 X = np.linspace(0, 4.2, 400)
 for upper, colour in ((k, BLUE), (Fraction(6), VERMILLION)):
     drawn = [float(a) for a in popov(upper, theta)[2::2]]

@@ -3,8 +3,6 @@ from lure.analysis.plots.frequency import plot_nyquist as plot_nyquist
 from lure.analysis.plots.frequency import plot_popov as plot_popov
 from lure.analysis.plots.frequency import plot_popov_expression as plot_popov_expression
 from lure.analysis.plots.loops import plot_law as plot_law
-from lure.analysis.plots.loops import plot_loop_nyquist as plot_loop_nyquist
-from lure.analysis.plots.loops import plot_loop_popov as plot_loop_popov
 from lure.analysis.plots.loops import plot_orbit as plot_orbit
 from lure.analysis.plots.loops import plot_orbit_signals as plot_orbit_signals
 from lure.analysis.plots.loops import plot_reach as plot_reach

@@ -10,9 +10,6 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from lure.analysis.counterexamples.simulated import law_of, orbit_of
-from lure.analysis.graphical.axis import OnAxis
-from lure.analysis.inequality.checks import CriterionResult
-from lure.analysis.plots.frequency import plot_nyquist, plot_popov
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,
@@ -28,11 +25,8 @@ from lure.analysis.plots.style import (
 )
 from lure.analysis.questions.largest import StabilityBound, proved_up_to
 from lure.analysis.verdict import Evidence, Verdict
-from lure.classes import Sector
 from lure.errors import InputError
 from lure.plants.conversion import exact_block
-from lure.plants.delay import DelayPlant
-from lure.plants.rational import RationalPlant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -310,59 +304,3 @@ def _reach_words(row: StabilityBound) -> str:
     if row.refuted_at is not None:
         words.append(f"refuted at {row.refuted_text}")
     return ", ".join(words) or "unknown"
-
-
-def plot_loop_nyquist(block: RationalPlant | DelayPlant, k: float, *, ax: Axes | None = None) -> Axes:
-    """Nyquist plot of any block with the half-plane that the circle criterion forbids for ``[0, k]``.
-
-    Parameters
-    ----------
-    block : RationalPlant or DelayPlant
-        The block.
-    k : float
-        Upper end of the sector.
-    ax : Axes, optional
-        Where to draw; by default a new figure.
-    """
-    seen = OnAxis(block)
-    axes = plot_nyquist(seen, Sector(0, k), omega=seen.frequencies(), ax=ax)
-    if k == math.inf:  # every finite sector has its boundary further left
-        for patch in axes.patches:
-            patch.set_label("forbidden: Re H < 0")
-    if seen.discrete:
-        axes.set_xlabel("Re H(exp iω) [unit of σ / unit of μ]")
-        axes.set_ylabel("Im H(exp iω) [unit of σ / unit of μ]")
-        axes.lines[0].set_label("H(exp iω), 0 < ω < π")
-    axes.legend(loc="best", **LEGEND)
-    return axes
-
-
-def plot_loop_popov(block: RationalPlant | DelayPlant, k: float, theta: float, *, ax: Axes | None = None) -> Axes:
-    """Popov plot of any block in continuous time with the line through ``-1/k`` of slope ``1/theta``.
-
-    Parameters
-    ----------
-    block : RationalPlant or DelayPlant
-        The block.
-    k : float
-        Upper end of the sector.
-    theta : float
-        Multiplier [s].
-    ax : Axes, optional
-        Where to draw; by default a new figure.
-    """
-    seen = OnAxis(block)
-    result = CriterionResult(
-        name="popov",
-        model="loop",
-        sector=Sector(0, k),
-        verdict=Verdict.INCONCLUSIVE,
-        evidence=Evidence.OBSERVED,
-        theta=theta,
-        smallest_theta=None,
-        margin=None,
-        worst_frequency=None,
-        largest_sector=None,
-        reason="a drawing",
-    )
-    return plot_popov(seen, result, omega=seen.frequencies(), ax=ax)

@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 
 from lure import DelayPlant, InputError, RationalPlant
-from lure.analysis.plots.loops import OnAxis, plot_loop_nyquist, plot_loop_popov, plot_reach, plot_solutions
+from lure.analysis import nyquist_response, popov_response
+from lure.analysis.graphical.axis import OnAxis
+from lure.analysis.plots.loops import plot_reach, plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
 from lure.analysis.report.loop.document import balance_hints, inputs_sha256, law_text, loop_document
 from lure.analysis.report.loop.figures import loop_figures
@@ -436,10 +438,10 @@ def test_curves_of_every_kind_of_block_are_drawn():
         omega = OnAxis(block).frequencies()
         assert (np.diff(omega) > 0).all()
         assert (np.isfinite(OnAxis(block).transfer(1j * omega))).all()
-        axes = plot_loop_nyquist(block, 1.0)
+        axes = nyquist_response(block, k=1).plot()
         assert ("exp iω" in axes.get_xlabel()) == OnAxis(block).discrete
         if not OnAxis(block).discrete:
-            plot_loop_popov(block, math.inf, -0.5)
+            popov_response(block, k=math.inf, theta=-0.5).plot()
         pyplot.close("all")
 
 
