@@ -49,8 +49,8 @@ def side_by_side(left, right):
 # ## 1. A vertical line, and a line you may tilt
 #
 # **Nyquist's plot** is $\mathrm{Im}\,H$ over $\mathrm{Re}\,H$. For a stable $H$ the circle criterion asks that the
-# curve stay to the right of the vertical line through $-1/k$. Then the loop is stable for every law of the sector, even
-# one that changes with time.
+# curve stay to the right of the vertical line through $-1/k$. Then the loop is stable for every nonlinearity of the
+# sector, even one that changes with time.
 #
 # **Popov's plot** is $\omega\,\mathrm{Im}\,H$ over $\mathrm{Re}\,H$, and its line through $-1/k$ may have any slope:
 #
@@ -104,7 +104,7 @@ plt.show()
 #
 # If the sector starts above 0, at $k_1 > 0$, the half-plane closes to the disk with diameter $[-1/k_1, -1/k]$, and $H$
 # may be unstable: then the curve must go round the disk, once counter-clockwise for each unstable pole, $\omega < 0$
-# included. $4/((s - 1)(s/3 + 1))$ has one, and needs a gain above $1/4$. For laws in $[1/2, k]$:
+# included. $4/((s - 1)(s/3 + 1))$ has one, and needs a gain above $1/4$. For nonlinearities in $[1/2, k]$:
 
 # %%
 UNSTABLE = "4/((s - 1)*(s/3 + 1))"
@@ -136,8 +136,8 @@ side_by_side(nyquist_response(MOTOR), popov_response(MOTOR, k=5.9, theta=1.5))
 #
 # - **The conclusion.** The gain 0 is not stable, yet $\varphi = 0$ belongs to $[0, k]$: the integrator then stays
 #   wherever it is. So "0 attracts every motion" is false for the class, and what is proved is convergence to the set of
-#   equilibria, which is the point 0 if your law vanishes at 0 alone. Even $1/s$, proved for every finite $k$, gets
-#   no stronger conclusion.
+#   equilibria, which is the point 0 if your nonlinearity vanishes at 0 alone. Even $1/s$, proved for every finite $k$,
+#   gets no stronger conclusion.
 # - **The residue** must be positive. With a negative one every small positive gain is unstable, although
 #   $\mathrm{Re}\,H$ can be positive everywhere, as it is for $-1/(s(s + 1))$.
 # - **The order.** At a double pole the criterion ends, whatever the picture.

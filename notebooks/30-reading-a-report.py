@@ -71,8 +71,9 @@ say(found.statement, f"Set of equilibria: {found.stationary_set}", *(f"Assumed: 
 # 2. **Of what?** *In the rod and in its 10-cell scheme.* Two objects: the rod is a partial differential equation, the
 #    scheme the twenty-one ordinary ones that replace it for a computer. They have different spectra and different
 #    proofs, and every row below names the one it is about.
-# 3. **For which laws?** *For every other stiffness of it*: the claim is about a class of laws. Without load, note. And
-#    *which z depends on the start*: the equilibria are a half-line, so no single point attracts.
+# 3. **For which nonlinearities?** *For every other stiffness of it*: the claim is about a class of nonlinearities.
+#    Without load, note. And *which z depends on the start*: the equilibria are a half-line, so no single point
+#    attracts.
 #
 # Every claim of the report, strongest evidence first:
 
@@ -187,8 +188,8 @@ for entry in data["certificates"]:
 
 # %% [markdown]
 # Read the claims, not the file names: 1 and 2 are the energy theorem, for the rod and its scheme. 3 says *converges*,
-# of the scheme; 4 only *bounded*, since the circle criterion allows laws that change with time. 5 and 6, of the rod,
-# say it themselves: an inequality, *which alone proves nothing about the rod*.
+# of the scheme; 4 only *bounded*, since the circle criterion allows nonlinearities that change with time. 5 and 6, of
+# the rod, say it themselves: an inequality, *which alone proves nothing about the rod*.
 #
 # For your own programs `report.json` follows a published schema, in which `null` is "does not apply" and `"inf"` is
 # infinity; there is no NaN.
@@ -231,11 +232,11 @@ print(pushed.verdict)
 say(pushed.conclusion.statement, f"The checker: {pushed.certificates[0].claim}")
 
 # %% [markdown]
-# REFUTED is about the class: there is a law in it, $\varphi = 0$, under which the rod recedes for ever. The second
-# sentence goes further, for the rod and any law.
+# REFUTED is about the class: there is a nonlinearity in it, $\varphi = 0$, under which the rod recedes for ever. The
+# second sentence goes further, for the rod and any nonlinearity.
 #
 # **Where the slope decides.** Reports on any other loop look the same. A plant with a zero in the right half-plane,
-# under a saturation of gain 3; and once more, if all you know is that the law lies in the sector $[0, 3]$:
+# under a saturation of gain 3; and once more, if all you know is that the nonlinearity lies in the sector $[0, 3]$:
 
 # %%
 plant = as_plant("(s^2 - 0.2*s - 0.1)/(s^3 + 2*s^2 + s + 1)")
@@ -254,10 +255,10 @@ ax.axvline(3, color="black", lw=0.8, ls=":")
 plt.show()
 
 # %% [markdown]
-# The same plant, the same number 3 (dotted), two answers, both right. Sector laws are proved up to 1.76, and where a
-# time-invariant one first destabilises is not known (hatched); laws with bounded slope are proved to where a linear
-# gain fails. A saturation has bounded slope, and the report found that out from its formula. What you know about your
-# nonlinearity is worth as much as what you know about your plant.
+# The same plant, the same number 3 (dotted), two answers, both right. Sector nonlinearities are proved up to 1.76, and
+# where a time-invariant one first destabilises is not known (hatched); nonlinearities with bounded slope are proved to
+# where a linear gain fails. A saturation has bounded slope, and the report found that out from its formula. What you
+# know about your nonlinearity is worth as much as what you know about your plant.
 #
 # The report on a loop has its certificates too, one for each criterion that proved something and one for each
 # counterexample, and follows the same schema.
@@ -285,8 +286,8 @@ say("Of the plant, not shown:", *(f"- {text}" for text in saturated.analysis.not
 
 # %% [markdown]
 # And three things that no report can say. That your rod is this rod: linear, one-dimensional, with these constants.
-# That your law lies in the class you named: [from measurements](60-from-measurements.py) is about that. And that a
-# motion which comes to rest does so before your shift ends.
+# That your nonlinearity lies in the class you named: [from measurements](60-from-measurements.py) is about that. And
+# that a motion which comes to rest does so before your shift ends.
 #
 # ## What this notebook claims
 

@@ -21,7 +21,7 @@
 # the first; it fits on the back of an envelope. A report lists such files ([reading a report](30-reading-a-report.py));
 # `lure certify` writes one, `lure verify` checks it.
 #
-# The sign is $\sigma = H\mu$, $\mu = -\varphi(\sigma)$ throughout, and the laws are locally Lipschitz.
+# The sign is $\sigma = H\mu$, $\mu = -\varphi(\sigma)$ throughout, and the nonlinearities are locally Lipschitz.
 
 # %% tags=["hide-input"]
 import json
@@ -82,9 +82,9 @@ def say(text):
 # %% [markdown]
 # ## 1. A polynomial
 #
-# The block $1/(s(s+1)(s+2))$ has a pole at zero, the laws lie in the sector $[0, 59/10]$ and do not depend on time.
-# Somebody proposes Popov's multiplier $\theta = 3/2$. `settled` fills in what a draft leaves open and hands it to the
-# checker. The file:
+# The block $1/(s(s+1)(s+2))$ has a pole at zero, the nonlinearities lie in the sector $[0, 59/10]$ and do not depend on
+# time. Somebody proposes Popov's multiplier $\theta = 3/2$. `settled` fills in what a draft leaves open and hands it to
+# the checker. The file:
 
 # %%
 SECTOR = {"sector": ["0", "59/10"], "slope": None, "odd": False, "time_varying": False, "linear": False}
@@ -168,12 +168,12 @@ assert (d[0], len(deflated)) == (0, 3)
 assert min(deflated) > 0  # a quadratic whose coefficients have one sign has its roots on the left
 
 # %% [markdown]
-# **Concluded**, by Popov's theorem in the critical case (Aizerman and Gantmacher 1964): for every law of the class,
-# every motion converges to the set of equilibria.
+# **Concluded**, by Popov's theorem in the critical case (Aizerman and Gantmacher 1964): for every nonlinearity of the
+# class, every motion converges to the set of equilibria.
 #
-# **Not concluded**: asymptotic stability of 0, and not for want of trying. The law $\max(\sigma - 1, 0)$ belongs to the
-# class, the checker confirms it, and with it the loop rests at $\sigma = 1/2$ for ever. Nor a rate, nor anything about
-# laws that depend on time, or about loads, or whether your plant has these coefficients.
+# **Not concluded**: asymptotic stability of 0, and not for want of trying. The nonlinearity $\max(\sigma - 1, 0)$
+# belongs to the class, the checker confirms it, and with it the loop rests at $\sigma = 1/2$ for ever. Nor a rate, nor
+# anything about nonlinearities that depend on time, or about loads, or whether your plant has these coefficients.
 
 # %%
 dead_zone = {"kind": "piecewise-linear", "points": [["0", "0"], ["1", "0"]], "left": "0", "right": "1"}
@@ -219,9 +219,10 @@ except checker.Rejected as reason:
 print("Rejected:", refusal)
 
 # %% [markdown]
-# No multiplier of any kind can work. The law $\varphi = 6\sigma$ is in the class, and $d + 6n = s^3 + 3s^2 + 2s + 6 =
-# (s+3)(s^2+2)$ has its roots $\pm i\sqrt2$ on the axis: that loop swings like $\cos\sqrt2\,t$ and never comes to rest.
-# At $\omega^2 = 2$ we have $1/6 + H = 0$, whatever it is multiplied by. What can be certified is the opposite.
+# No multiplier of any kind can work. The nonlinearity $\varphi = 6\sigma$ is in the class, and
+# $d + 6n = s^3 + 3s^2 + 2s + 6 = (s+3)(s^2+2)$ has its roots $\pm i\sqrt2$ on the axis: that loop swings like
+# $\cos\sqrt2\,t$ and never comes to rest. At $\omega^2 = 2$ we have $1/6 + H = 0$, whatever it is multiplied by. What
+# can be certified is the opposite.
 
 # %%
 assert times([3, 1], [2, 0, 1]) == plus(d, [6 * a for a in n])
@@ -372,8 +373,8 @@ assert by_matrix.certificate["conclusion"] == claim["conclusion"]
 # ## 3. An orbit
 #
 # In discrete time, $\sigma_{t+1} = \tfrac12\sigma_t + 2\mu_t + \tfrac{23}{25}\mu_{t-1}$ (example 6 of Carrasco, Heath,
-# Zhang, Ahmad and Wang 2019). Every linear gain below $25/23$ stabilises it. Take a law through four points, constant
-# outside:
+# Zhang, Ahmad and Wang 2019). Every linear gain below $25/23$ stabilises it. Take a nonlinearity through four points,
+# constant outside:
 
 # %%
 points = [["-74498/72625", "-192/415"], ["-36864/72625", "-192/415"], ["0", "0"], ["192/175", "1"]]
@@ -383,7 +384,7 @@ print("slopes between the points:", words(slopes))
 
 
 def phi(x):
-    """The law."""
+    """The nonlinearity."""
     if x <= knots[0][0] or x >= knots[-1][0]:
         return knots[0][1] if x <= knots[0][0] else knots[-1][1]
     i = max(i for i, (place, _) in enumerate(knots) if place <= x)
@@ -409,10 +410,10 @@ ax.legend(loc="lower right", frameon=False)
 plt.show()
 
 # %% [markdown]
-# After three samples everything is back: an orbit of period 3, under a nondecreasing law of slope at most $175/192 =
-# 0.9115$. No claim about all laws of slope $[0, 175/192]$ can therefore be true, whatever multiplier stands in it; a
-# checker that accepts one is broken. (The law is not odd. For odd laws such claims are true up to $25/23$; see [when
-# criteria fail](80-when-criteria-fail.py).)
+# After three samples everything is back: an orbit of period 3, under a nondecreasing nonlinearity of slope at most
+# $175/192 = 0.9115$. No claim about all nonlinearities of slope $[0, 175/192]$ can therefore be true, whatever
+# multiplier stands in it; a checker that accepts one is broken. (The nonlinearity is not odd. For odd nonlinearities
+# such claims are true up to $25/23$; see [when criteria fail](80-when-criteria-fail.py).)
 
 # %%
 monotone = {**SECTOR, "sector": ["0", "175/192"], "slope": ["0", "175/192"]}

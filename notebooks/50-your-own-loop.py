@@ -42,10 +42,10 @@ LAW = "min(max(20*sigma, -24), 24)"  # V, of sigma in rad
 
 # %% [markdown]
 # `PLANT` may be a transfer function or a state space model of python-control or scipy.signal, `(num, den)`, or a
-# formula such as `"exp(-s)/(s+1)"`; `LAW` a formula in `sigma`, a law of `lure.nonlinearities`, or a function of your
-# own.
-# Coefficients are taken exactly, so write whole numbers where you can: the double `0.1` is not $1/10$. If your plant
-# is unstable, no sector that contains 0 will do: then change the 0 in `lower=0` below to a gain that stabilises it.
+# formula such as `"exp(-s)/(s+1)"`; `LAW` a formula in `sigma`, a nonlinearity of `lure.nonlinearities`, or a function
+# of your own. Coefficients are taken exactly, so write whole numbers where you can: the double `0.1` is not $1/10$. If
+# your plant is unstable, no sector that contains 0 will do: then change the 0 in `lower=0` below to a gain that
+# stabilises it.
 
 # %%
 import matplotlib.pyplot as plt
@@ -65,7 +65,7 @@ print(f"H = {block}")
 #
 # ## 2. A saturation lies in a sector
 #
-# Draw a line from the origin to any point of the law. Its slope $\varphi(\sigma)/\sigma$ is 20 V/rad until the
+# Draw a line from the origin to any point of the nonlinearity. Its slope $\varphi(\sigma)/\sigma$ is 20 V/rad until the
 # amplifier saturates, and then falls towards 0, always positive: $\varphi$ lies in the sector $[0, 20]$. Besides that
 # the theorem below asks that $\varphi$ be locally Lipschitz (no jumps, no vertical tangents) and not change with time.
 
@@ -97,8 +97,8 @@ print(f"linear gains are stable up to {found.hurwitz.low:g}")
 print(found)
 
 # %% [markdown]
-# - *for every phi, time-invariant, in the sector [0, 23.13988]*: one statement about all such laws at once. Yours is
-#   among them.
+# - *for every phi, time-invariant, in the sector [0, 23.13988]*: one statement about all such nonlinearities at once.
+#   Yours is among them.
 # - *converges to the set of equilibria*: the plant integrates, so wherever $\varphi = 0$ the motor may stand still.
 #   This saturation is 0 at 0 alone, so here the set is that one point. A dead zone would be another matter.
 # - *popov, certified*: by Popov's criterion, decided in exact arithmetic at every frequency. *Computed* and *observed*
@@ -115,14 +115,14 @@ found
 #
 # ## 5. The bracket
 #
-# What is proved depends on what you promise about the law. If it may change with time the class is larger, and less
-# is true of it; if its slope stays in $[0, k]$ the class is smaller.
+# What is proved depends on what you promise about the nonlinearity. If it may change with time the class is larger, and
+# less is true of it; if its slope stays in $[0, k]$ the class is smaller.
 
 # %%
 varying = max_sector(block, time_varying=True, search="full")  # switching gains too
 slope = max_slope(block, odd=True, search="linear")
 print(varying, slope, sep="\n\n")
-names = ["sector, law may depend on time", "sector", "odd, slope in [0, k]"]
+names = ["sector, φ may depend on time", "sector", "odd, slope in [0, k]"]
 _, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
 plot_reach([varying, found, slope], names, ax=ax)
 plt.show()
@@ -156,8 +156,8 @@ print(drawn)
 #
 # ## 7. A proof that a second program checks
 #
-# Now the question about *this* amplifier: is the loop stable for every law in its sector? The answer is a file in exact
-# numbers, and `checker.py` reads it without `lure`: plain Python, no packages (`-S`), isolated (`-I`).
+# Now the question about *this* amplifier: is the loop stable for every nonlinearity in its sector? The answer is a file
+# in exact numbers, and `checker.py` reads it without `lure`: plain Python, no packages (`-S`), isolated (`-I`).
 
 # %%
 import subprocess
@@ -191,12 +191,13 @@ shown = [each for each in (answer.shown, found.refutation) if each is not None]
 both = [accepted(each) for each in shown]
 
 # %% [markdown]
-# The first file is the proof for your law, the second the refutation at 84. At the command line it is `lure certify
-# --num "200000" --den "1 50 10400 100000 0" --sector 0 20 -o proof.json`, then `lure verify proof.json`.
+# The first file is the proof for your nonlinearity, the second the refutation at 84. At the command line it is
+# `lure certify --num "200000" --den "1 50 10400 100000 0" --sector 0 20 -o proof.json`, then `lure verify proof.json`.
 #
-# ## 8. A test that guards your law
+# ## 8. A test that guards your nonlinearity
 #
-# The proof holds as long as the law stays in the sector. People change amplifiers. This line fails when they do:
+# The proof holds as long as the nonlinearity stays in the sector. People change amplifiers. This line fails when they
+# do:
 
 # %%
 from lure import Sector
@@ -204,7 +205,7 @@ from lure.analysis.testing import assert_in_sector
 
 
 def guard(sector):
-    """What the assertion says of the law: how it was kept, or where it is violated."""
+    """What the assertion says of the nonlinearity: how it was kept, or where it is violated."""
     try:
         return assert_in_sector(LAW, sector)
     except AssertionError as violation:
@@ -215,9 +216,9 @@ kept = guard(bounds.sector)
 print(kept)
 
 # %% [markdown]
-# Certified, as the law is a formula. Of a Python function a sample is all there is: *observed*, and the bounds above
-# are then those of a sample too, which another sample may break by a hair; give it a sector of yours with some room.
-# And so that you have seen it red, here is the same line with half the bound:
+# Certified, as the nonlinearity is a formula. Of a Python function a sample is all there is: *observed*, and the bounds
+# above are then those of a sample too, which another sample may break by a hair; give it a sector of yours with some
+# room. And so that you have seen it red, here is the same line with half the bound:
 
 # %%
 half = Sector(bounds.sector.lower, (bounds.sector.lower + bounds.sector.upper) / 2)
@@ -247,11 +248,11 @@ if find_spec("pytest") and isinstance(LAW, str):
 # %% [markdown]
 # ## What does not follow
 #
-# - **No rate, no overshoot.** Every motion comes to rest; nothing says how soon, or how far it swings before.
+# - **No rate, no overshoot.** Every solution comes to rest; nothing says how soon, or how far it swings before.
 # - **Nothing about a gain of 50.** It lies in the open part. The loop may well be stable; it was not shown.
 # - **Nothing about other signals.** Loads and noise that last, and set points that move, are not in the theorem.
-# - **Nothing about the motor.** The theorem is about these coefficients and this law. A second resonance, friction, or
-#   a sampled controller is another block, or another law.
+# - **Nothing about the motor.** The theorem is about these coefficients and this nonlinearity. A second resonance,
+#   friction, or a sampled controller is another block, or another nonlinearity.
 # - **Nothing with integral action.** With it this $H$ has a double pole at 0, where no criterion here applies; you
 #   would be told so in a sentence.
 #

@@ -15,10 +15,10 @@
 #
 # Slope, oddness, time-invariance: the small print of every criterion. This notebook takes the words away one by one
 # and shows the loop that breaks. The sign is $\sigma = H\mu$, $\mu = -\varphi(\sigma)$ throughout, and each answer
-# has two sides: *proved* up to here, *refuted* from there on by a named law, and in between nothing was shown.
+# has two sides: *proved* up to here, *refuted* from there on by a named nonlinearity, and in between nothing was shown.
 #
 # Two kinds of statement appear. **Certified** ones come from exact arithmetic, and a checker that does not trust the
-# search has accepted them. Everything we draw is a floating-point motion, **observed**: good for seeing, no proof.
+# search has accepted them. Everything we draw is a floating-point trajectory, **observed**: good for seeing, no proof.
 
 # %% tags=["hide-input"]
 import textwrap
@@ -54,7 +54,7 @@ def companion(block):
 
 
 def motion(block, law, state, until):
-    """Times, ``sigma`` and the last state of the motion under a law, in floating point."""
+    """Times, ``sigma`` and the last state of the solution under a nonlinearity, in floating point."""
     A, b, c = companion(block)
     times = np.linspace(0, until, 4000)
     run = solve_ivp(lambda t, x: A @ x - b * law(c @ x), (0, until), state, "DOP853", times, rtol=1e-10, atol=1e-11,
@@ -63,14 +63,14 @@ def motion(block, law, state, until):
 
 
 def law_of(witness):
-    """The law of a periodic orbit."""
+    """The nonlinearity of a periodic orbit."""
     data = witness.data
     slopes = {side: Fraction(data[side]) for side in ("left_slope", "right_slope")}
     return PiecewiseLinear(points=[tuple(map(Fraction, point)) for point in data["points"]], **slopes)
 
 
 def law_and_orbit(found, block, gains, periods=8):
-    """The law in its sector, and the orbit beside motions of linear gains from the same state."""
+    """The nonlinearity in its sector, and the orbit beside solutions of linear gains from the same state."""
     law, data = law_of(found.witness), found.witness.data
     _, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.6), width_ratios=(1, 1.7), layout="constrained")
     plot_law(found.witness, ax=left)
@@ -84,7 +84,7 @@ def law_and_orbit(found, block, gains, periods=8):
         times, sigma, _ = motion(block, lambda x, gain=gain: gain * x, data["state"], until)
         right.plot(times, sigma, color=colour, lw=0.9, label=f"φ = {gain:.4g} σ")
     times, sigma, _ = motion(block, law, data["state"], until)
-    right.plot(times, sigma, color=VERMILLION, lw=1.4, label="φ, the law on the left")
+    right.plot(times, sigma, color=VERMILLION, lw=1.4, label="φ, on the left")
     right.set_xlabel("t [s]")
     right.set_ylabel("σ [unit of σ]")
     right.set_xlim(0, until)
@@ -132,7 +132,7 @@ say(f"the checker, on the certificate: {type(again).__name__}, {again.claim}")
 #
 # The saturation above is already worse than it looks: not only $\varphi(\sigma)/\sigma$, every slope of it lies in
 # the interval of stable gains. That slopes would suffice was Kalman's guess of 1957. Up to order three it is true
-# (Barabanov 1988). The first example of the usual test set for such laws, of order three, from both sides:
+# (Barabanov 1988). The first example of the usual test set for such nonlinearities, of order three, from both sides:
 
 # %%
 third = builtin_loop("ct-1").block
@@ -156,30 +156,30 @@ print(f"after one period the drawn motion is back to {gap_after_a_period(fitts, 
 
 # %% [markdown]
 # A dead zone: nothing for $|\sigma| \le 1$, slope 1.4994 beyond. It is odd, monotone, and has a certified periodic
-# motion of 10.77 s. Proved for odd laws is the slope up to 0.6738. Note what `inf` above does *not* say.
+# solution of 10.77 s. Proved for odd nonlinearities is the slope up to 0.6738. Note what `inf` above does *not* say.
 #
 # **Moral: from order four on, stability under every linear gain replaces no criterion.**
 #
 # ## 3. Is oddness a formality?
 #
 # Now in discrete time, example 6 of Carrasco, Heath, Zhang, Ahmad and Wang (2019): $\sigma_{t+1} = \tfrac12\sigma_t +
-# 2\mu_t + \tfrac{23}{25}\mu_{t-1}$. Every linear gain up to $25/23$ is stable. Laws with the slope in $[0, k]$, odd
-# or not:
+# 2\mu_t + \tfrac{23}{25}\mu_{t-1}$. Every linear gain up to $25/23$ is stable. Nonlinearities with the slope in
+# $[0, k]$, odd or not:
 
 # %%
 sixth = builtin_loop("dt-6").block
 odd, monotone = max_slope(sixth, odd=True), max_slope(sixth)
 say(odd, monotone)
 _, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.4), width_ratios=(1.5, 1), layout="constrained")
-plot_reach([odd, monotone], ["odd laws", "monotone laws"], ax=left)
+plot_reach([odd, monotone], ["odd φ", "monotone φ"], ax=left)
 left.set_xlabel("upper end k of the slope [unit of μ / unit of σ]")
 plot_law(monotone.witness, ax=right)
 plt.show()
 
 # %% [markdown]
-# For odd laws the proof stops within $10^{-8}$ of $25/23 = 1.08696$, where a linear gain fails. Without oddness it
-# stops at $175/192 = 0.91146$, and that is not modesty: the law on the right, of slope 0 and $175/192$, has an orbit
-# that visits the three marked points for ever. In fractions, by hand:
+# For odd nonlinearities the proof stops within $10^{-8}$ of $25/23 = 1.08696$, where a linear gain fails. Without
+# oddness it stops at $175/192 = 0.91146$, and that is not modesty: the nonlinearity on the right, of slope 0 and
+# $175/192$, has an orbit that visits the three marked points for ever. In fractions, by hand:
 
 # %%
 points = [tuple(map(Fraction, point)) for point in monotone.witness.data["points"]]
@@ -187,7 +187,7 @@ slopes = [(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(points)]
 
 
 def phi(x):
-    """The law through the points, constant outside."""
+    """The nonlinearity through the points, constant outside."""
     x = min(max(x, points[0][0]), points[-1][0])
     i = max(i for i, (left_end, _) in enumerate(points[:-1]) if left_end <= x)
     return points[i][1] + slopes[i] * (x - points[i][0])
@@ -208,11 +208,12 @@ print("mu:    ", *mu[1:])
 #
 # **Moral: odd is a hypothesis. If your valve leaks on one side, you do not have it.**
 #
-# ## 4. May the law drift?
+# ## 4. May the nonlinearity drift?
 #
-# The plant $1/(s^2 + s + 1)$ is a damped spring. With $\theta = 1$ Popov's expression is $1/k + 1/|d(i\omega)|^2 >
-# 0$, for every finite $k$: no time-invariant law of any finite sector $[0, k]$ destabilises it. The circle criterion
-# stops at 3, because $\mathrm{Re}\,H$ is least, $-1/3$, at $\omega^2 = 2$. A weak criterion? It allows more laws:
+# The plant $1/(s^2 + s + 1)$ is a damped spring. With $\theta = 1$ Popov's expression is
+# $1/k + 1/|d(i\omega)|^2 > 0$, for every finite $k$: no time-invariant nonlinearity of any finite sector $[0, k]$
+# destabilises it. The circle criterion stops at 3, because $\mathrm{Re}\,H$ is least, $-1/3$, at $\omega^2 = 2$. A
+# weak criterion? It allows more nonlinearities:
 
 # %%
 spring = as_plant("1/(s^2 + s + 1)")
@@ -236,7 +237,7 @@ for k in (5.6, varying.refuted_at, 6.5, 8.0):
 # %% [markdown]
 # The gain alternates between 0 and 5.71022, each of them stable on its own, and at the right moments: a child on a
 # swing stands up and squats. At the certified gain the growth per period is barely above 1, as it should be at the
-# end of a search for the smallest; at 8, in the same rhythm, each period multiplies the motion by 1.147.
+# end of a search for the smallest; at 8, in the same rhythm, each period multiplies the solution by 1.147.
 
 
 # %%
@@ -265,9 +266,10 @@ ax.legend(loc="upper left", ncols=3, **LEGEND)
 plt.show()
 
 # %% [markdown]
-# Between 3 and 5.7102 nothing was shown of laws that depend on time; that does not touch Popov's result.
+# Between 3 and 5.7102 nothing was shown of nonlinearities that depend on time; that does not touch Popov's result.
 #
-# **Moral: gain scheduling, wear and temperature are time-varying laws. Popov and Zames-Falb have not heard of them.**
+# **Moral: gain scheduling, wear and temperature are time-varying nonlinearities. Popov and Zames-Falb have not heard of
+# them.**
 #
 # ## 5. The describing function, wrong both ways
 #
@@ -283,7 +285,7 @@ say(*missed)
 #
 # $$H(s) = -\frac{s + 1.6}{s^2 + 0.39\,s + 1}$$
 #
-# under a law that does nothing up to 1, has slope 1 up to 2, and saturates there:
+# under a nonlinearity that does nothing up to 1, has slope 1 up to 2, and saturates there:
 
 # %%
 alarm = as_plant("-(s + 1.6)/(s^2 + 0.39*s + 1)")
@@ -311,11 +313,11 @@ plt.show()
 
 # %% [markdown]
 # The hint announces an attracting oscillation of amplitude 2.66. We see none, and here seeing comes close to knowing.
-# The motion starts at $\sigma = 40$, where the law, bounded by 1, can keep nothing up ($\int |h| = 6.06$), and
-# spirals straight through the predicted amplitude into the dead zone, where the loop is linear and decays. In the
+# The solution starts at $\sigma = 40$, where the nonlinearity, bounded by 1, can keep nothing up
+# ($\int |h| = 6.06$), and spirals straight through the predicted amplitude into the dead zone, where the loop is linear and decays. In the
 # plane that is the end of it: a closed orbit would go round 0, the only equilibrium, and the spiral would have to
-# cross it. (In floating point; so the motion is observed, and `lure` does not call this loop proved. It proves the
-# sector up to 0.39, and this law reaches $\varphi(2)/2 = 0.5$.)
+# cross it. (In floating point; so the solution is observed, and `lure` does not call this loop proved. It proves the
+# sector up to 0.39, and this nonlinearity reaches $\varphi(2)/2 = 0.5$.)
 #
 # **Moral: a balance is a place to look, and its absence is none to rest.**
 #
@@ -324,7 +326,7 @@ plt.show()
 # | you may assume | and may then use | forget it, and |
 # |---|---|---|
 # | linear | the gain margin | a saturation swings where any gain up to 9.9 is fine |
-# | a sector, time-invariant | Popov | a gain that switches between 0 and 5.71022 makes the motion grow |
+# | a sector, time-invariant | Popov | a gain that switches between 0 and 5.71022 makes the solution grow |
 # | a sector, time-varying | the circle | there is nothing left to forget |
 # | a slope | Park, Zames and Falb | Popov stops at 1.7636 where slope reaches 4.5894 |
 # | odd as well | their odd multipliers | an orbit of period 3 at $175/192$, below $25/23$ |
