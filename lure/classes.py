@@ -170,7 +170,8 @@ class NonlinearityClass(Record):
                 )
         if self.slope is not None and (self.slope.lower > self.sector.lower or self.slope.upper < self.sector.upper):
             raise InputError(
-                f"NonlinearityClass has the sector {self.sector} and the slope bounds {self.slope}: a law with these "
+                f"NonlinearityClass has the sector {self.sector} and the slope bounds {self.slope}: a "
+                "nonlinearity with these "
                 "slopes lies in the sector of the same bounds; give a sector inside the slope bounds"
             )
 

@@ -101,7 +101,7 @@ def _demand_solvable(law: Nonlinearity, direct: float) -> None:
         known = "unknown" if bounds is None else str(bounds)
         raise InputError(
             f"the block has the direct term D = {direct:g}: the loop is only sure to define sigma where 1 + D k > 0 "
-            f"for every slope k of phi, and these are {known}; give a law whose slopes allow it"
+            f"for every slope k of phi, and these are {known}; give a nonlinearity whose slopes allow it"
         )
 
 

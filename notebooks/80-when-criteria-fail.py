@@ -313,11 +313,11 @@ plt.show()
 
 # %% [markdown]
 # The hint announces an attracting oscillation of amplitude 2.66. We see none, and here seeing comes close to knowing.
-# The solution starts at $\sigma = 40$, where the nonlinearity, bounded by 1, can keep nothing up
-# ($\int |h| = 6.06$), and spirals straight through the predicted amplitude into the dead zone, where the loop is linear and decays. In the
-# plane that is the end of it: a closed orbit would go round 0, the only equilibrium, and the spiral would have to
-# cross it. (In floating point; so the solution is observed, and `lure` does not call this loop proved. It proves the
-# sector up to 0.39, and this nonlinearity reaches $\varphi(2)/2 = 0.5$.)
+# The solution starts at $\sigma = 40$, where the nonlinearity, bounded by 1, can keep nothing up ($\int |h| = 6.06$),
+# and spirals straight through the predicted amplitude into the dead zone, where the loop is linear and decays. In the
+# plane that is the end of it: a closed orbit would go round 0, the only equilibrium, and the spiral would have to cross
+# it. (In floating point; so the solution is observed, and `lure` does not call this loop proved. It proves the sector
+# up to 0.39, and this nonlinearity reaches $\varphi(2)/2 = 0.5$.)
 #
 # **Moral: a balance is a place to look, and its absence is none to rest.**
 #

@@ -273,7 +273,7 @@ def certify(
     asked, finite = _asked(sector, slope, odd=odd, time_varying=time_varying)
     loop = _loop(system, (num, den, transfer, dt), set_ or [])
     if asked is None and not _has_class(loop):
-        raise refused("no class of laws is given; give one, such as --sector 0 5.9 or --slope 0 1")
+        raise refused("no class of nonlinearities is given; give one, such as --sector 0 5.9 or --slope 0 1")
     if str(output) != "-":
         _check_target(output, force=force)
     from lure.analysis.questions.certify import ProofOptions, text_of

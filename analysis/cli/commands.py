@@ -156,7 +156,7 @@ def _test(path: Path) -> tuple[Path, str, str]:
     from lure.analysis.starters import law_test
 
     _demand(path, "--test", "test_law.py", ".py")
-    return path, law_test(), f"edit the law and its bounds, then run: {_command('pytest', path)}"
+    return path, law_test(), f"edit the nonlinearity and its bounds, then run: {_command('pytest', path)}"
 
 
 def _demand(path: Path, option: str, example: str, *endings: str) -> None:
@@ -231,7 +231,7 @@ def init(
     notebook: Annotated[
         Path | None, option("--notebook", "FILE", "A notebook about your own loop, .ipynb or .py.")
     ] = None,
-    test: Annotated[Path | None, option("--test", "FILE", "A pytest file that guards a law, .py.")] = None,
+    test: Annotated[Path | None, option("--test", "FILE", "A pytest file that guards a nonlinearity, .py.")] = None,
     force: Force = False,
 ) -> None:
     """Write the template."""
@@ -275,7 +275,7 @@ def systems(
     if not isinstance(chosen, RodSystem):
         print(f"H = {chosen.block}")
         about = chosen.nonlinearity or chosen.law_class
-        print(f"{'Law' if chosen.nonlinearity else 'Class'}: {about or 'none, every class is looked at'}")
+        print(f"{'Nonlinearity' if chosen.nonlinearity else 'Class'}: {about or 'none, every class is looked at'}")
     print(f"Report: lure report {chosen.name}")
     print(f"As a file to edit: lure systems {chosen.name} --toml > {'rod' if rod else 'plant'}.toml")
 

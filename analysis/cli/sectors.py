@@ -130,7 +130,7 @@ def sector(
         Path | None,
         typer.Argument(metavar="FILE", help="Measured data: CSV of displacement and force.", show_default=False),
     ] = None,
-    expr: Annotated[str | None, option("--expr", "EXPR", "A law in sigma, or in x.")] = None,
+    expr: Annotated[str | None, option("--expr", "EXPR", "A nonlinearity in sigma, or in x.")] = None,
     on: Annotated[Pair | None, option("--on", "LOW HIGH", "The interval; else all of R.")] = None,
     slope: Annotated[bool, typer.Option("--slope", help="Ask for the slopes, not the sector.")] = False,
     within: Annotated[Pair | None, option("--within", "LOWER UPPER", "Bounds to hold, inf allowed.")] = None,
@@ -151,7 +151,9 @@ def sector(
 ) -> int:
     """Bound a law, or measured data; 11 if a bound that was to hold does not, 10 if that is open."""
     if (file is None) == (expr is None):
-        raise refused("give a law with --expr, or a file of measured data, and not both; see lure sector --help")
+        raise refused(
+            "give a nonlinearity with --expr, or a file of measured data, and not both; see lure sector --help"
+        )
     check_seconds(seconds)
     check_figure(plot, replace=replace)
     claim = None if within is None else _claim(within, slope=slope)
@@ -230,7 +232,7 @@ def _lines(
 
     lines = found.lines(quantity)
     if claim is not None:
-        what = "slopes" if quantity == "slope" else "law"
+        what = "slopes" if quantity == "slope" else "nonlinearity"
         where = f"{'slope bounds' if quantity == 'slope' else 'sector'} {claim}"
         if shown is not None:
             lines.append(f"The {what} leave{'' if quantity == 'slope' else 's'} the {where}: {shown}.")

@@ -30,7 +30,7 @@ def wrapped(text: str, *, indent: int) -> list[str]:
 
 # The help texts: what a command is for, then examples, each within 80 columns.
 
-ROOT = """For which laws is a Lur'e loop stable, and how do we know?
+ROOT = """For which nonlinearities is a Lur'e loop stable, and how do we know?
 
 A linear block in feedback with a nonlinearity of a given sector or slope: how
 far it is proved stable, by which criterion, and where a counterexample begins.
@@ -38,7 +38,7 @@ far it is proved stable, by which criterion, and where a counterexample begins.
 \b
 Examples:
   lure max-sector --num "1" --den "1 3 2 0"     the largest stable sector
-  lure max-slope --odd --transfer "1/(s+1)^3"   the largest slope of odd laws
+  lure max-slope --odd --transfer "1/(s+1)^3"   the largest slope of odd phi
   lure init --loop                              write plant.toml, to edit
   lure report plant.toml                        all there is to say, as a page
   lure report kalman-fitts                      the same for a built-in loop
@@ -95,9 +95,9 @@ Examples:
 
 \b
 The TOML file describes the paper's rod, or a plant with --loop.  The notebook
-takes your plant and your law from the question to Popov's plot, a proof and a
-test; as .py it is a script.  The test fails where a law leaves its sector or
-its slope bounds.
+takes your plant and your nonlinearity from the question to Popov's plot, a
+proof and a test; as .py it is a script.  The test fails where a nonlinearity
+leaves its sector or its slope bounds.
 """
 
 SYSTEMS = """List the built-in systems, or show one of them.
@@ -140,8 +140,8 @@ Examples:
   lure analyse plant.toml --seconds 10 -v
 
 \b
-One table: for each class of laws how far it is proved stable, by which
-criterion, and the smallest class found with a member that destabilises.
+One table: for each class of nonlinearities how far it is proved stable, by
+which criterion, and the smallest class found with a member that destabilises.
 
 \b
 When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
@@ -185,7 +185,7 @@ Examples:
 \b
 H is the block from mu to sigma, and mu = -phi(sigma) with phi(0) = 0 and
 every difference quotient of phi in [K1, k].  Without --odd nothing is assumed
-of the symmetry of phi, and a bound for odd laws need not hold.
+of the symmetry of phi, and a bound for odd phi need not hold.
 
 \b
 When --seconds are over, or on Ctrl-C, the best bounds so far are printed and
@@ -216,7 +216,7 @@ with the four files beside it: python checker.py certificate.json
 Exit status: 0 accepted, 11 rejected, 2 no certificate (if none is rejected).
 """
 
-CERTIFY = """Write the certificate of one class of laws.
+CERTIFY = """Write the certificate of one class of nonlinearities.
 
 \b
 Examples:
@@ -375,7 +375,7 @@ AS_PRINTED = (
     "Note: the scheme as printed answers the force divided by c N/L; the rod here answers the force as it stands."
 )
 
-SECTOR = """Bound a law: its sector or its slopes, from both sides.
+SECTOR = """Bound a nonlinearity: its sector or its slopes, from both sides.
 
 \b
 Examples:
@@ -389,7 +389,7 @@ Examples:
 
 \b
 Of a formula: the least and the largest phi(sigma)/sigma, or slope, over all
-of R or the interval, certified: exact for piecewise linear laws, by isolated
+of R or the interval, certified: exact for piecewise linear ones, by isolated
 roots for polynomials and rational functions, else in ball arithmetic with
 zero and infinity included.
 
@@ -400,8 +400,8 @@ loading and unloading compared.  This is observed and proves nothing.  Units
 stand in the headings, displacement [um], force (mN), or in --units mm,lbf.
 
 \b
-With --within, a point (or two, for slopes) is printed where the law leaves
-the bounds.
+With --within, a point (or two, for slopes) is printed where the nonlinearity
+leaves the bounds.
 
 \b
 Exit status: 0 shown, or within the bounds; 11 the bounds are violated at a

@@ -168,7 +168,7 @@ def slope_extremes(
 
 def jumps_of(known: Known) -> list[Candidate] | None:
     """Infinite slopes at the jumps; None if it is not known whether there is one."""
-    assert known.branches is not None, "a law without branches is continuous"
+    assert known.branches is not None, "a nonlinearity without branches is continuous"
     found: list[Candidate] = []
     for x in cuts_of(known):
         here = known.branches(x, x)
@@ -299,7 +299,9 @@ def nonlinearity_bounds(
     else:
         return _of_callable(law, interval, lipschitz, samples)
     if lipschitz is not None:
-        raise InputError("lipschitz is for a law given as a function; this one is known, and nothing need be assumed")
+        raise InputError(
+            "lipschitz is for a nonlinearity given as a function; this one is known, and nothing need be assumed"
+        )
     return found
 
 
@@ -308,7 +310,8 @@ def _of_callable(
 ) -> NonlinearityBounds:
     if not callable(law):
         raise InputError(
-            f"the law is {law!r:.60}; give a formula in sigma, a law of lure.nonlinearities, or a function"
+            f"the nonlinearity is {law!r:.60}; give a formula in sigma, a nonlinearity of lure.nonlinearities, or "
+            "a function"
         )
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 10:
         raise InputError(f"samples is {samples!r:.60}; give a whole number of at least 10")
@@ -388,11 +391,12 @@ def _demand_zero(known: Known) -> None:
         return
     if isinstance(value, tuple) and value[0] <= 0 <= value[1]:
         raise InputError(
-            f"the law {known.name[:60]!r} has a phi(0) that cannot be shown to be 0; write it so that it is"
+            f"the nonlinearity {known.name[:60]!r} has a phi(0) that cannot be shown to be 0; write it so that it is"
         )
     shown = value[0] if isinstance(value, tuple) else value
     raise InputError(
-        f"the law {known.name[:60]!r} has phi(0) = {short(shown)}; a sector needs a law that vanishes at 0: "
+        f"the nonlinearity {known.name[:60]!r} has phi(0) = {short(shown)}; a sector needs a nonlinearity that "
+        "vanishes at 0: "
         "measure sigma and phi from the equilibrium"
     )
 
@@ -404,14 +408,16 @@ def _demand_values(piece: Piece, name: str) -> None:
         if poles:
             place = float(poles[0]) if isinstance(poles[0], Fraction) else float(poles[0].mid())
             raise InputError(
-                f"the law {name[:60]!r} has a pole, or divides zero by zero, at sigma = {place:.10g}; bound it on an "
+                f"the nonlinearity {name[:60]!r} has a pole, or divides zero by zero, at sigma = {place:.10g}; "
+                "bound it on an "
                 "interval without that point"
             )
         return
     for x in _spread(piece):
         if not value_at(piece.tree, x).is_finite():
             raise InputError(
-                f"the law {name[:60]!r} has no value that could be enclosed at sigma = {float(x):.10g}; bound it on an "
+                f"the nonlinearity {name[:60]!r} has no value that could be enclosed at sigma = {float(x):.10g}; "
+                "bound it on an "
                 "interval where it has values"
             )
 

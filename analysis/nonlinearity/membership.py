@@ -246,7 +246,7 @@ def _demand_true(found: Membership, words: str, fix: str) -> None:
         "time-invariance": "no dependence on time",
         "regularity": "the property locally Lipschitz",
     }[known.name]
-    raise InputError(f"the law {found.nonlinearity!r:.60} is {words} {what}, but {known.how}; {fix}")
+    raise InputError(f"the nonlinearity {found.nonlinearity!r:.60} is {words} {what}, but {known.how}; {fix}")
 
 
 def _with_certified(law: Nonlinearity) -> Nonlinearity:
@@ -254,11 +254,11 @@ def _with_certified(law: Nonlinearity) -> Nonlinearity:
     if type(law) is not ExpressionNonlinearity or law.sector_declared or law.sector != Sector(-math.inf, math.inf):
         return law
     if law.graph is not None and law.graph.is_line:
-        raise InputError(f"the law {law.text!r:.60} is a straight line; a linear gain belongs into the block")
+        raise InputError(f"the nonlinearity {law.text!r:.60} is a straight line; a linear gain belongs into the block")
     found = certified_bounds(law)
     if found is None or _loose(found.sector_lower, found.sector_upper):
         raise InputError(
-            f"the law {law.text!r:.60} declares no sector, and none could be certified; declare one, such as "
+            f"the nonlinearity {law.text!r:.60} declares no sector, and none could be certified; declare one, such as "
             "sector = [0, 5]"
         )
     low, high = _shown(found, "sector")

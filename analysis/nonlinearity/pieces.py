@@ -164,7 +164,7 @@ def pieces(tree: Node, low: End, high: End) -> tuple[Piece, ...]:
             waiting += reversed(list(pairwise(ends)))
             if len(found) + len(waiting) > MAX_PIECES:
                 raise TooLarge(
-                    f"the law changes its branch more than {MAX_PIECES} times; bound it on a shorter interval"
+                    f"the nonlinearity changes its branch more than {MAX_PIECES} times; bound it on a shorter interval"
                 )
             continue
         found.append(Piece(a, b, resolved, chosen.ratio(resolved)))
@@ -372,7 +372,10 @@ def tree_of(law: object) -> Node | None:
         return parsed(law).tree
     if isinstance(law, Expression):
         if len(names(law.tree)) > 1:
-            raise InputError(f"the law {law.source[:60]!r} has the variables {sorted(names(law.tree))}; a law has one")
+            raise InputError(
+                f"the nonlinearity {law.source[:60]!r} has the variables {sorted(names(law.tree))}; a "
+                "nonlinearity has one"
+            )
         return law.tree
     if isinstance(law, ExpressionNonlinearity):
         return law.expression.tree
@@ -405,9 +408,9 @@ def parsed(text: str) -> Expression:
     InputError
         The parser refuses it, or it uses both names.
     """
-    found = Expression.parse(text, variables=_NAMES, field="the law")
+    found = Expression.parse(text, variables=_NAMES, field="the nonlinearity")
     if len(names(found.tree)) > 1:
-        raise InputError(f"the law {text[:60]!r} uses both sigma and x; write it in one variable")
+        raise InputError(f"the nonlinearity {text[:60]!r} uses both sigma and x; write it in one variable")
     return found
 
 
@@ -457,7 +460,7 @@ def _value(tree: Node, x: Fraction, name: str) -> Value:
         if not isinstance(low, Fraction) or not isinstance(high, Fraction):
             divides = "divides by zero" in str(error)
             words = (
-                f"the law {name[:60]!r} has no value that could be enclosed at sigma = {float(x):.10g}"
+                f"the nonlinearity {name[:60]!r} has no value that could be enclosed at sigma = {float(x):.10g}"
                 f"{'; it divides by zero there' * divides}; write a formula with finite values, or bound it on an "
                 "interval without that point"
             )

@@ -236,7 +236,7 @@ def ratio(node: Node) -> Ratio | None:
             return _reduced(u.top * v.top, u.bottom * v.bottom, poles)
         case "/":
             if v.top.degree() < 0:
-                raise InputError("the law divides by zero everywhere; write a formula that has values")
+                raise InputError("the nonlinearity divides by zero everywhere; write a formula that has values")
             return _reduced(u.top * v.bottom, u.bottom * v.top, poles * v.top)
         case "+":
             return _reduced(u.top * v.bottom + v.top * u.bottom, u.bottom * v.bottom, poles)
@@ -334,7 +334,7 @@ def _power(base: Ratio, exponent: int) -> Ratio:
     if exponent >= 0:
         return Ratio(base.top**exponent, base.bottom**exponent, base.poles)
     if base.top.degree() < 0:
-        raise InputError("the law divides by zero everywhere; write a formula that has values")
+        raise InputError("the nonlinearity divides by zero everywhere; write a formula that has values")
     return _reduced(base.bottom**-exponent, base.top**-exponent, base.poles * base.top)
 
 
@@ -348,7 +348,7 @@ def _reduced(top: fmpq_poly, bottom: fmpq_poly, poles: fmpq_poly) -> Ratio:
 
 def _bounded(degree: int) -> None:
     if degree > MAX_DEGREE:
-        raise TooLarge(f"the law is a rational function of degree {degree}; at most {MAX_DEGREE} is offered")
+        raise TooLarge(f"the nonlinearity is a rational function of degree {degree}; at most {MAX_DEGREE} is offered")
 
 
 def _inside(low: End, high: End) -> Fraction:

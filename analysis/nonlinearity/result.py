@@ -56,7 +56,9 @@ class Extreme(Record):
     at: Place = quantity(
         "Where ``inner`` is reached or approached: a point, an interval that contains one, or words", plainly=_places
     )
-    attained: bool = quantity("Whether it is known that the law takes the bound at a point, rather than approaches it")
+    attained: bool = quantity(
+        "Whether it is known that the nonlinearity takes the bound at a point, rather than approaches it"
+    )
 
     @property
     def exact(self) -> bool:
@@ -107,7 +109,7 @@ class Extreme(Record):
 class NonlinearityBounds(Record):
     """Sector and slope bounds of one law on one domain."""
 
-    law: str = quantity("The law in words")
+    law: str = quantity("The nonlinearity in words")
     sector_lower: Extreme = quantity("Infimum of ``phi(sigma)/sigma`` over the ``sigma != 0`` of the domain")
     sector_upper: Extreme = quantity("Supremum of the same")
     slope_lower: Extreme | None = quantity(
@@ -146,7 +148,7 @@ class NonlinearityBounds(Record):
         """
         if self.slope_lower is None or self.slope_upper is None:
             why = f": {self.notes[0]}" if self.notes else ""
-            raise AssumptionError(f"the law {self.law:.60} has no slope bounds that were shown{why}")
+            raise AssumptionError(f"the nonlinearity {self.law:.60} has no slope bounds that were shown{why}")
         lower, upper = self._outer(self.slope_lower, self.slope_upper)
         return SlopeBounds.line(Fraction(lower)) if lower == upper else SlopeBounds(lower, upper)
 
@@ -177,7 +179,9 @@ class NonlinearityBounds(Record):
         return {
             "inner": Column(of, inner, unit, reached),
             "outer": Column(of, outer, unit, "what no value passes, nearest double; infinite for a sample"),
-            "attained": Column(of, attained, "1", "whether it is known that the law takes the bound at a point"),
+            "attained": Column(
+                of, attained, " 1", "whether it is known that the nonlinearity takes the bound at a point"
+            ),
             "at": Column(of, at, "1", "where inner is reached or approached, in words"),
             "bound": Column(of, _SIDES, "1", "of phi(sigma)/sigma, or of difference quotients"),
         }

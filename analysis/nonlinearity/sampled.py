@@ -62,7 +62,9 @@ def sampled(
     phi = _values(law, name, x)
     zero = low <= 0 <= high
     if zero and (start := _values(law, name, np.zeros(1))[0]) != 0:
-        raise InputError(f"the law {name:.60} has phi(0) = {start:.6g}; a sector needs a law that vanishes at 0")
+        raise InputError(
+            f"the nonlinearity {name:.60} has phi(0) = {start:.6g}; a sector needs a nonlinearity that vanishes at 0"
+        )
     with np.errstate(over="ignore"):
         for _ in range(_ROUNDS):
             chords, steps = phi / x, np.diff(phi) / np.diff(x)
@@ -120,7 +122,8 @@ def vouched(
     worst = int(np.argmax(np.abs(steps) - noise))
     if abs(steps[worst]) - noise[worst] > float(lipschitz) * (1 + _ROUNDING):
         raise AssumptionError(
-            f"the law {name:.60} is said to have the Lipschitz constant {short(lipschitz)}, but its slope between "
+            f"the nonlinearity {name:.60} is said to have the Lipschitz constant {short(lipschitz)}, but its "
+            "slope between "
             f"sigma = {x[worst]:.10g} and {x[worst + 1]:.10g} is {steps[worst]:.6g}; give a constant that holds"
         )
     zero = on is None or on[0] <= 0 <= on[1]
@@ -186,11 +189,12 @@ def _values(law: Callable[[ArrayLike], ArrayLike], name: str, x: NDArray[np.floa
                 phi = np.array([float(np.asarray(law(float(point)))) for point in x])
             except (ArithmeticError, TypeError, ValueError) as error:
                 raise InputError(
-                    f"the law {name:.60} cannot be evaluated ({error}); give a function of one number"
+                    f"the nonlinearity {name:.60} cannot be evaluated ({error}); give a function of one number"
                 ) from None
     if not np.isfinite(phi).all():
         raise InputError(
-            f"the law {name:.60} has no finite value at sigma = {x[~np.isfinite(phi)][0]:.10g}; bound it on an "
+            f"the nonlinearity {name:.60} has no finite value at sigma = {x[~np.isfinite(phi)][0]:.10g}; bound it "
+            "on an "
             "interval where it has"
         )
     return phi

@@ -30,7 +30,8 @@ class NotEnclosed(InputError):
     def __init__(self, place: Fraction) -> None:
         self.place = place
         super().__init__(
-            f"the law has a pole, or no value that could be enclosed, near sigma = {float(place):.10g}; write a "
+            f"the nonlinearity has a pole, or no value that could be enclosed, near sigma = {float(place):.10g}; "
+            "write a "
             "formula with finite values, or bound it on an interval without that point"
         )
 

@@ -32,7 +32,7 @@ class Violation(Record):
     quantity: Quantity = declared("Whether it is ``phi(sigma)/sigma`` or ``(phi(x) - phi(y))/(x - y)``")
     points: tuple[Fraction, ...] = declared("``sigma``, or ``x`` and ``y``", plainly=lambda xs: [*map(_exact, xs)])
     value: Fraction = declared(
-        "The chord slope or difference quotient, to about 40 digits where the law has no rational values",
+        "The chord slope or difference quotient, to about 40 digits where the nonlinearity has no rational values",
         plainly=_exact,
     )
     bound: Bound = declared("The bound that is passed", plainly=str)
@@ -128,7 +128,8 @@ def _values(law: object, low: End, high: End) -> tuple[Callable[[Fraction], Valu
         return known.value, Evidence.CERTIFIED
     if not callable(law):
         raise InputError(
-            f"the law is {law!r:.60}; give a formula in sigma, a law of lure.nonlinearities, or a function"
+            f"the nonlinearity is {law!r:.60}; give a formula in sigma, a nonlinearity of lure.nonlinearities, or "
+            "a function"
         )
     function = law
     return lambda x: Fraction(float(np.asarray(function(float(x))))), Evidence.OBSERVED

@@ -61,7 +61,9 @@ def plot_hint(hint: DescribingHint, *, ax: Axes | None = None) -> Axes:
         The hint does not come from ``describing_hint``, so that it has no block and no law.
     """
     if hint.block is None or hint.law is None:
-        raise InputError("the hint has no block and no law to draw; take it from describing_hint(block, law)")
+        raise InputError(
+            "the hint has no block and no nonlinearity to draw; take it from describing_hint(block, nonlinearity)"
+        )
     values = axis_values(hint.block, None)[1]
     gains = real_describing_function(hint.law, amplitudes(hint.law))
     with np.errstate(divide="ignore"):

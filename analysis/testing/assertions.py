@@ -81,7 +81,8 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
         bounds = nonlinearity_bounds(law.law, on=on)
     except Undefined as error:  # doubles may step over it: 1/0 is inf, and sign(inf) is 1
         raise NonlinearityViolation(
-            f"{law.name} has no value at sigma = {float(error.place):.10g}, where it divides by zero, and a law has a "
+            f"{law.name} has no value at sigma = {float(error.place):.10g}, where it divides by zero, and a "
+            "nonlinearity has a "
             "finite real value everywhere; name the interval on which this one has, on=(low, high)"
         ) from None
     except InputError as error:
@@ -165,7 +166,7 @@ def _oddness(law: object, on: tuple[Fraction, Fraction] | None) -> Decision:
         return Decision(how="by its form it is odd where it has values, but that it has one everywhere was not shown")
     if odd:
         return Decision(verdict=Verdict.PROVED, how="for every sigma, by its form", total=True)
-    return Decision(verdict=Verdict.REFUTED, how="the law is not odd, by its form", total=True)
+    return Decision(verdict=Verdict.REFUTED, how="the nonlinearity is not odd, by its form", total=True)
 
 
 def _has_values(law: object, on: tuple[Fraction, Fraction] | None) -> bool:
@@ -369,7 +370,8 @@ def _no_value(law: Subject, inquiry: Inquiry, error: NotANumber) -> str:
     except NotANumber as simpler:
         error = simpler
     return (
-        f"it was not tested whether {_claim(law, inquiry)}: phi({number(error.sigma)}) {error}, and a law has a finite "
+        f"it was not tested whether {_claim(law, inquiry)}: phi({number(error.sigma)}) {error}, and a "
+        "nonlinearity has a finite "
         "real value everywhere; name the interval on which this one has, on=(low, high)"
     )
 

@@ -35,10 +35,10 @@ class Checked(Record):
         "violation was found where it was looked for, which says nothing about the other points"
     )
     how: str = declared("What was checked")
-    points: int = declared("How many values of the law were looked at; 0 where none had to be")
+    points: int = declared("How many values of the nonlinearity were looked at; 0 where none had to be")
 
     def _page(self) -> Page:
-        rows = [("how", self.how), ("evidence", self.evidence), ("values of the law looked at", self.points)]
+        rows = [("how", self.how), ("evidence", self.evidence), ("values of the nonlinearity looked at", self.points)]
         seen = () if self.evidence is Evidence.CERTIFIED else ("Nothing is said about the points not looked at.",)
         return Page(self.claim, rows, verdict=str(self.evidence).upper(), notes=seen)
 
@@ -71,7 +71,7 @@ class Violation(Record):
     """A point, or a pair of points, at which a law breaks what was asserted."""
 
     kind: str = declared("``sector``, ``slope`` or ``odd``")
-    name: str = declared("What the law is called")
+    name: str = declared("What the nonlinearity is called")
     claim: str = declared("What was asserted")
     denial: str = declared("That it is not so")
     quantity: str = declared("What was measured, ``phi(sigma)/sigma``")
@@ -81,10 +81,10 @@ class Violation(Record):
     lower: float | Fraction = declared("The least it was allowed to be")
     upper: float | Fraction = declared("The largest it was allowed to be")
     tolerance: float = declared("By how much it was allowed to miss")
-    slope: float = declared("Slope of the law at ``sigma``, a difference quotient; NaN if it has none")
+    slope: float = declared("Slope of the nonlinearity at ``sigma``, a difference quotient; NaN if it has none")
     on: tuple[float, float] = declared("The interval on which it was asserted")
     how: str = declared("How the violation was found, and what else is known")
-    subject: Subject = declared("The law, for plots", hidden=True)
+    subject: Subject = declared("The nonlinearity, for plots", hidden=True)
 
     @property
     def bound(self) -> float | Fraction:

@@ -134,7 +134,7 @@ def subject(phi: object) -> Subject:
         return Subject(str(phi)[:60], phi, partial(_value, phi, variable), known=True)
     if not callable(phi):
         raise InputError(
-            f"phi is {phi!r:.60}; give a function, a law of lure.nonlinearities or a formula in sigma as text"
+            f"phi is {phi!r:.60}; give a function, a nonlinearity of lure.nonlinearities or a formula in sigma as text"
         )
     module = type(phi).__module__
     known = module.startswith("lure.") and hasattr(phi, "sector")

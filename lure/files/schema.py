@@ -103,7 +103,9 @@ def _truth(value: object, info: ValidationInfo) -> bool:
 
 def _kind(value: object, info: ValidationInfo) -> str:
     if not isinstance(value, str):
-        raise InputError(f"{field_key(info)} is {shown(value)}; give the kind of a law in quotes, such as 'saturation'")
+        raise InputError(
+            f"{field_key(info)} is {shown(value)}; give the kind of a nonlinearity in quotes, such as 'saturation'"
+        )
     return value
 
 
@@ -132,7 +134,7 @@ class NonlinearityTable(BaseModel):
     """``[nonlinearity]``: a kind of law; its parameters are checked by the law."""
 
     model_config = ConfigDict(strict=True, extra="allow", frozen=True, title="nonlinearity")
-    kind: Annotated[str, BeforeValidator(_kind)] = Field(description="the kind of law")
+    kind: Annotated[str, BeforeValidator(_kind)] = Field(description="the kind of nonlinearity")
 
     def law_table(self) -> dict[str, object]:
         """Kind and parameters, numbers exact.

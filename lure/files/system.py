@@ -51,7 +51,8 @@ class LoopSystem(Record):
         """
         if self.nonlinearity is None:
             raise InputError(
-                f"the system {self.name!r:.60} has no law to close the loop with; Loop(system.block, law) has one"
+                f"the system {self.name!r:.60} has no nonlinearity to close the loop with; Loop(system.block, "
+                "phi) has one"
             )
         return Loop(self.block, self.nonlinearity).to_control(pade=pade)
 
@@ -124,6 +125,7 @@ def _check_member(law: Nonlinearity, asked: NonlinearityClass) -> None:
     )
     if not (inside and slope and (known.odd or not asked.odd)):
         raise InputError(
-            f"the class is {asked} but the law is only known to be among {known}; give a class that contains the law, "
+            f"the class is {asked} but the nonlinearity is only known to be among {known}; give a class that "
+            "contains the nonlinearity, "
             "or leave one of the two out"
         )

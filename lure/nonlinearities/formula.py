@@ -332,13 +332,14 @@ def _demand_zero(expression: Expression) -> None:
         if defined and enclosure == 0:
             return
         if defined and enclosure != 0:
-            found = f"phi(0) = {float(enclosure.mid()):.6g}; a law must vanish at 0"
+            found = f"phi(0) = {float(enclosure.mid()):.6g}; a nonlinearity must vanish at 0"
         else:
             found = "a phi(0) that cannot be shown to be 0; write the formula so that it visibly is"
         raise InputError(f"ExpressionNonlinearity {expression.source[:60]!r} has {found}") from None
     if value != 0:
         raise InputError(
-            f"ExpressionNonlinearity {expression.source[:60]!r} has phi(0) = {float(value):.6g}; a law must vanish at "
+            f"ExpressionNonlinearity {expression.source[:60]!r} has phi(0) = {float(value):.6g}; a nonlinearity "
+            "must vanish at "
             "0: measure sigma and phi from the equilibrium"
         )
 

@@ -487,7 +487,7 @@ def _ascending(points: Sequence[Sequence[Parameter]]) -> list[tuple[Fraction, Fr
         if not x0 < x1:
             raise InputError(
                 f"{name} has sigma = {number_text(x0)} at {i} and {number_text(x1)} at {i + 1}; "
-                "give the points with sigma strictly ascending (a jump is not a law of this kind)"
+                "give the points with sigma strictly ascending (a jump is not a nonlinearity of this kind)"
             )
     return table
 
@@ -505,6 +505,6 @@ def _demand_origin(table: list[tuple[Fraction, Fraction]], left: Fraction, right
         )
     if value != 0:
         raise InputError(
-            f"PiecewiseLinear has phi(0) = {number_text(value)}; a law must vanish at 0: "
+            f"PiecewiseLinear has phi(0) = {number_text(value)}; a nonlinearity must vanish at 0: "
             "measure sigma and phi from the equilibrium"
         )

@@ -42,7 +42,7 @@ def points_from_csv(path: str | Path) -> Points:
     if lines and not any(character.isdigit() for character in lines[0][1]):
         lines = lines[1:]  # the names of the columns
     if len(lines) < 2:
-        raise InputError(f"{label} has {len(lines)} points; a law needs at least two lines with sigma and phi")
+        raise InputError(f"{label} has {len(lines)} points; a nonlinearity needs at least two lines with sigma and phi")
     if len(lines) > MAX_POINTS:
         raise InputError(f"{label} has {len(lines)} points; at most {MAX_POINTS} are allowed")
     points = [(number, *_pair(line, number, label)) for number, line in lines]
@@ -84,12 +84,12 @@ def _text(path: Path, label: str) -> str:
         size = path.stat().st_size
     except FileNotFoundError:
         raise InputError(
-            f"the file {str(path)!r:.200} of the law does not exist; give its path from the system file"
+            f"the file {str(path)!r:.200} of the nonlinearity does not exist; give its path from the system file"
         ) from None
     except (OSError, ValueError):
         ordinary, content, size = False, b"", 0
     if not ordinary:
-        raise InputError(f"the file {label!r:.100} of the law cannot be read; give a readable CSV file")
+        raise InputError(f"the file {label!r:.100} of the nonlinearity cannot be read; give a readable CSV file")
     if size > MAX_BYTES:
         raise InputError(f"{label} is larger than {MAX_BYTES // 1024} KiB; give fewer points")
     try:

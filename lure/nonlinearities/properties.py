@@ -103,9 +103,11 @@ class _Sample:
             repr(law.text)[:60] if isinstance(law, ExpressionNonlinearity) else type(law).__name__,
         )
         if at_zero != 0:
-            raise AssumptionError(f"the law {self.name} has phi(0) = {at_zero:g}; a law must vanish at 0")
+            raise AssumptionError(
+                f"the nonlinearity {self.name} has phi(0) = {at_zero:g}; a nonlinearity must vanish at 0"
+            )
         if np.isnan(phi).any():
-            raise AssumptionError(f"the law {self.name} has no value at sigma = {x[np.isnan(phi)][0]:.17g}")
+            raise AssumptionError(f"the nonlinearity {self.name} has no value at sigma = {x[np.isnan(phi)][0]:.17g}")
         finite = np.isfinite(phi)
         self.x, self.phi = x[finite], phi[finite]
         inner = np.abs(self.phi[np.abs(self.x) <= scale])
@@ -131,7 +133,8 @@ class _Sample:
             kind = "the sector" if isinstance(bounds, Sector) else "the slope bounds"
             what = "phi(sigma)/sigma at" if isinstance(bounds, Sector) else "the difference quotient to the right of"
             raise AssumptionError(
-                f"the law {self.name} is declared to have {kind} {bounds}, but {what} sigma = {self.x[i]:.17g} is "
+                f"the nonlinearity {self.name} is declared to have {kind} {bounds}, but {what} sigma = "
+                f"{self.x[i]:.17g} is "
                 f"{values[i]:.12g}; declare bounds that hold"
             )
 
@@ -145,7 +148,7 @@ class _Sample:
         i = self._worst(excess, lambda i: bool(self._ball(self.x[i]) + self._ball(-self.x[i]) != 0))
         if i is not None:
             raise AssumptionError(
-                f"the law {self.name} is declared odd, but phi({self.x[i]:.17g}) = {self.phi[i]:.12g} and "
+                f"the nonlinearity {self.name} is declared odd, but phi({self.x[i]:.17g}) = {self.phi[i]:.12g} and "
                 f"phi({-self.x[i]:.17g}) = {mirrored[i]:.12g}; declare odd = False"
             )
 
@@ -190,7 +193,7 @@ _PROOFS: dict[type, str] = {
     Quantiser: "closed form: |phi - sigma| <= step/2, and phi = 0 for |sigma| < step/2",
     NormalCompliance: "closed form: a power of max(sigma, 0)",
 }
-_WORD = "the word of the law's author"
+_WORD = "the word of the nonlinearity's author"
 
 
 class Provenance(Enum):
@@ -359,7 +362,8 @@ def _compare(law: ExpressionNonlinearity, graph: Graph) -> None:
     if law.odd and not graph.odd:
         x = next((x for x in graph.knots if graph.exact(-x) != -graph.exact(x)), 2 * max(map(abs, graph.knots)) + 1)
         raise AssumptionError(
-            f"the law {law.text!r:.60} is declared odd, but phi({number_text(x)}) = {number_text(graph.exact(x))} and "
+            f"the nonlinearity {law.text!r:.60} is declared odd, but phi({number_text(x)}) = "
+            f"{number_text(graph.exact(x))} and "
             f"phi({number_text(-x)}) = {number_text(graph.exact(-x))}; declare odd = False"
         )
 
@@ -370,7 +374,8 @@ def _inside(
     if bounds is not None and not bounds.lower <= value <= bounds.upper:
         declared, quantity, where = words
         raise AssumptionError(
-            f"the law {law.text!r:.60} is declared to have {declared} {bounds}, but {quantity} is {number_text(value)} "
+            f"the nonlinearity {law.text!r:.60} is declared to have {declared} {bounds}, but {quantity} is "
+            f"{number_text(value)} "
             f"{where}; declare bounds that hold"
         )
 
@@ -424,7 +429,7 @@ def _known(law: Nonlinearity) -> tuple[dict[str, tuple[str, str, str]], str | No
     try:
         found = properties(law)
     except AssumptionError as error:
-        return {"sector": (str(law.sector), "declared", "the word of the law's author")}, str(error)
+        return {"sector": (str(law.sector), "declared", "the word of the nonlinearity's author")}, str(error)
     slope, odd = found.slope_bounds, found.odd
     return {
         "sector": _row(found.sector, str(found.sector.value)),

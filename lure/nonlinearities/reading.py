@@ -55,15 +55,16 @@ def _through_points(name: str, **values: object) -> PiecewiseLinear:
     given: dict[str, Any] = values
     if "file" in given:
         if "points" in given:
-            raise InputError(f"the law {name!r} has both points and a file; give one of them")
+            raise InputError(f"the nonlinearity {name!r} has both points and a file; give one of them")
         file = given.pop("file")
         if not isinstance(file, str | Path):
-            raise InputError(f"the law's file is {file!r:.60}; give the path of a CSV file in quotes")
+            raise InputError(f"the nonlinearity's file is {file!r:.60}; give the path of a CSV file in quotes")
         return PiecewiseLinear.from_csv(file, **given)
     missing = [key for key in ("points", "left_slope", "right_slope") if key not in given]
     if missing:
         raise InputError(
-            f"the law {name!r} needs {' and '.join(missing)}, or a file; it takes {', '.join(_KINDS[name].keys)}"
+            f"the nonlinearity {name!r} needs {' and '.join(missing)}, or a file; it takes "
+            f"{', '.join(_KINDS[name].keys)}"
         )
     return PiecewiseLinear(given.pop("points"), **given)
 
@@ -147,14 +148,16 @@ def law_from_table(kind: str, values: Mapping[str, object]) -> Nonlinearity:
     for alias, key in entry.aliases.items():
         if alias in given:
             if key in given:
-                raise InputError(f"the law {name!r} has both {alias} and {key}, which mean the same; give one of them")
+                raise InputError(
+                    f"the nonlinearity {name!r} has both {alias} and {key}, which mean the same; give one of them"
+                )
             given[key] = given.pop(alias)
     for key in given:
         if key not in entry.keys:
             raise InputError(_unknown_key(name, str(key), entry.keys))
     missing = [key for key in entry.needs if key not in given]
     if missing:
-        raise InputError(f"the law {name!r} needs {' and '.join(missing)}; it takes {', '.join(entry.keys)}")
+        raise InputError(f"the nonlinearity {name!r} needs {' and '.join(missing)}; it takes {', '.join(entry.keys)}")
     if name == "relay with slope" and _infinite(given["gain"]):
         raise InputError(IDEAL_RELAY)
     return entry.make(**given)
@@ -162,7 +165,7 @@ def law_from_table(kind: str, values: Mapping[str, object]) -> Nonlinearity:
 
 def _kind(kind: str) -> str:
     if not isinstance(kind, str):
-        raise InputError(f"the kind of a law is {kind!r:.60}; give one of {', '.join(_KINDS)}")
+        raise InputError(f"the kind of a nonlinearity is {kind!r:.60}; give one of {', '.join(_KINDS)}")
     word = " ".join(kind.lower().replace("-", " ").replace("_", " ").split())
     word = _SPELLINGS.get(word, word)
     if word in _KINDS:
@@ -176,13 +179,13 @@ def _kind(kind: str) -> str:
         )
     close = difflib.get_close_matches(word[:40], [*_KINDS, *_SPELLINGS], n=1, cutoff=_CLOSE)
     meant = f"did you mean {_SPELLINGS.get(close[0], close[0])!r}? " if close else ""
-    raise InputError(f"unknown kind of law {kind[:60]!r}; {meant}the kinds are {', '.join(_KINDS)}")
+    raise InputError(f"unknown kind of nonlinearity {kind[:60]!r}; {meant}the kinds are {', '.join(_KINDS)}")
 
 
 def _unknown_key(name: str, key: str, keys: tuple[str, ...]) -> str:
     close = difflib.get_close_matches(key[:40].lower(), keys, n=1, cutoff=_CLOSE)
     meant = f"did you mean {close[0]}? " if close else ""
-    return f"the law {name!r} has no key {key[:60]!r}; {meant}it takes {', '.join(keys)}"
+    return f"the nonlinearity {name!r} has no key {key[:60]!r}; {meant}it takes {', '.join(keys)}"
 
 
 def _infinite(value: object) -> bool:
@@ -193,7 +196,9 @@ def _bounds(value: object, key: str, make: type[Bounds]) -> Bounds:
     if isinstance(value, make):
         return value
     if isinstance(value, str) or not isinstance(value, list | tuple) or len(value) != 2:
-        raise InputError(f"the law's {key} is {value!r:.60}; give a pair of numbers, [lower, upper], inf allowed")
+        raise InputError(
+            f"the nonlinearity's {key} is {value!r:.60}; give a pair of numbers, [lower, upper], inf allowed"
+        )
     return make(*(_bound(bound, f"{key}[{i}]") for i, bound in enumerate(value)))
 
 
@@ -206,7 +211,7 @@ def _bound(value: object, name: str) -> float | Fraction:
 
 
 _WANTED = (
-    "a law says in which sector it lies: give one of lure.nonlinearities, or "
+    "a nonlinearity says in which sector it lies: give one of lure.nonlinearities, or "
     "ExpressionNonlinearity('sigma/(1 + abs(sigma))', sector=Sector(0, 1))"
 )
 

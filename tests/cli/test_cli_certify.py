@@ -18,7 +18,7 @@ SCHEMA = jsonschema.Draft202012Validator(
     ("arguments", "sentence"),
     [
         ((), "give the block once, by --num and --den, by --transfer or by a TOML file or a built-in system"),
-        (THIRD, "no class of laws is given; give one, such as --sector 0 5.9 or --slope 0 1"),
+        (THIRD, "no class of nonlinearities is given; give one, such as --sector 0 5.9 or --slope 0 1"),
         ((*THIRD, "--sector", "5", "0"), "--sector is 5 0; the first number must be smaller than the second"),
         ((*THIRD, "--sector", "1", "1"), "the first number must be smaller"),
         ((*THIRD, "--sector", "x", "1"), "--sector is 'x'; give one number such as"),
@@ -35,7 +35,7 @@ SCHEMA = jsonschema.Draft202012Validator(
         (("third-order", *THIRD, *SECTOR), "give the block once: by the system third-order or by --num and --den"),
         (("third-order", "--dt", "1", *SECTOR), "give the block once"),
         (("third-ordr", *SECTOR), "did you mean 'third-order'?"),
-        (("ct-1",), "no class of laws is given"),
+        (("ct-1",), "no class of nonlinearities is given"),
         (("missing.toml",), "missing.toml does not exist"),
         (("--num", "1", *SECTOR), "--num and --den go together; give --den too"),
         (("--num", "1 0 0", "--den", "1 3", *SECTOR), "improper"),

@@ -42,13 +42,13 @@ def test_the_examples_of_the_help_texts_are_commands_that_exist(lure):
 def test_the_root_help_reads_as_written(lure):
     assert lure("--help")[1].partition("Options:")[0] == (
         "Usage: lure [OPTIONS] COMMAND [ARGS]...\n\n"
-        "  For which laws is a Lur'e loop stable, and how do we know?\n\n"
+        "  For which nonlinearities is a Lur'e loop stable, and how do we know?\n\n"
         "  A linear block in feedback with a nonlinearity of a given sector or slope:\n"
         "  how far it is proved stable, by which criterion, and where a counterexample\n"
         "  begins.\n\n"
         "  Examples:\n"
         '    lure max-sector --num "1" --den "1 3 2 0"     the largest stable sector\n'
-        '    lure max-slope --odd --transfer "1/(s+1)^3"   the largest slope of odd laws\n'
+        '    lure max-slope --odd --transfer "1/(s+1)^3"   the largest slope of odd phi\n'
         "    lure init --loop                              write plant.toml, to edit\n"
         "    lure report plant.toml                        all there is to say, as a page\n"
         "    lure report kalman-fitts                      the same for a built-in loop\n"

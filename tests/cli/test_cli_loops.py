@@ -236,7 +236,7 @@ def test_a_criterion_that_the_class_cannot_use_is_refused(lure):
     assert "needs slope bounds" in err
     status, _, err = lure("max-sector", "--num", "1", "--den", "1 1", "--criterion", "popov", "--time-varying")
     assert status == 2
-    assert "time-invariant laws" in err
+    assert "time-invariant nonlinearities" in err
 
 
 PLANT = "[plant]\nnum = [1]\nden = [1, 1]\n"
@@ -247,11 +247,11 @@ BAD = {
     "no denominator": ("[plant]\nnum = [1]\nden = []\n", "plant.den is empty; give at least one number"),
     "no plant": ("[plant]\n", "the block is given by num and den, or A, B and C, or transfer; got none"),
     "two plants": (PLANT + "A = [[1]]\n", "the block is given by num and den, or A, B and C, or transfer; got A, "),
-    "phi(0) of a formula": (PLANT + EXPRESSION.format("sigma + 1"), "phi(0) = 1; a law must vanish at 0"),
+    "phi(0) of a formula": (PLANT + EXPRESSION.format("sigma + 1"), "phi(0) = 1; a nonlinearity must vanish at 0"),
     "phi(0) of points": (
         PLANT
         + '[nonlinearity]\nkind = "piecewise linear"\npoints = [[-1, 1], [1, 1]]\nleft_slope = 0\nright_slope = 0\n',
-        "phi(0) = 1; a law must vanish at 0",
+        "phi(0) = 1; a nonlinearity must vanish at 0",
     ),
     "false sector": (PLANT + EXPRESSION.format("sigma**3"), "declared to have the sector [0, 2], but phi(sigma)/sigma"),
     "k1 > k2": (PLANT + "[class]\nsector = [2, 1]\n", "class.sector is [2, 1]; the first must be smaller"),
@@ -267,10 +267,11 @@ BAD = {
     "NaN in num": ("[plant]\nnum = [nan]\nden = [1, 1]\n", "plant.num[0] is NaN; give a finite number"),
     "shapes": ("[plant]\nA = [[0, 1], [0, -1]]\nB = [0, 1, 2]\nC = [1, 0]\n", "B is 1 x 3 and A is 2 x 2"),
     "two inputs": ("[plant]\nA = [[0, 1], [0, -1]]\nB = [[0, 1], [1, 0]]\nC = [1, 0]\n", "one input and one output"),
-    "no such law": (PLANT + '[nonlinearity]\nkind = "satration"\n', "did you mean 'saturation'?"),
-    "law outside class": (
+    "no such nonlinearity": (PLANT + '[nonlinearity]\nkind = "satration"\n', "did you mean 'saturation'?"),
+    "nonlinearity outside class": (
         PLANT + '[nonlinearity]\nkind = "saturation"\ngain = 5\nlimit = 1\n[class]\nsector = [0, 3]\n',
-        "the class is phi in the sector [0, 3] but the law is only known to be among odd phi with slope in [0, 5]",
+        "the class is phi in the sector [0, 3] but the nonlinearity is only known to be among odd phi with slope in "
+        "[0, 5]",
     ),
 }
 
@@ -337,7 +338,7 @@ def test_report_writes_the_page_on_a_loop(lure, tmp_path):
 def test_systems_shows_loops_and_writes_them_as_files(lure, tmp_path):
     assert lure("systems", "kalman-fitts")[1].splitlines()[2:5] == [
         "H = s^2 / (s^4 + 0.12 s^3 + 2.0254 s^2 + 0.121308 s + 0.981919)",
-        "Law: tanh(sigma / 0.01)",
+        "Nonlinearity: tanh(sigma / 0.01)",
         "Report: lure report kalman-fitts",
     ]
     assert "Class: phi in the sector [0, 1]\n" in lure("systems", "iqc-resonance")[1]

@@ -139,14 +139,14 @@ def test_a_law_must_belong_to_the_class_given_with_it(table, inside):
     if inside:
         assert parsed(text).law_class is not None
     else:
-        assert "give a class that contains the law" in refused(text)
+        assert "give a class that contains the nonlinearity" in refused(text)
 
 
 def test_a_law_whose_slope_falls_below_the_class_is_no_member():
     text = "[nonlinearity]\nkind = 'expression'\ntext = 'sigma*exp(-abs(sigma))'\nsector = [0, 1]\nslope = [-0.2, 1]\n"
     assert parsed(PLANT + text + "[class]\nsector = [0, 1]\nslope = [-0.2, 1]\n").law_class is not None
-    assert "give a class that contains the law" in refused(PLANT + text + "[class]\nslope = [0, 1]\n")
-    assert "give a class that contains the law" in refused(
+    assert "give a class that contains the nonlinearity" in refused(PLANT + text + "[class]\nslope = [0, 1]\n")
+    assert "give a class that contains the nonlinearity" in refused(
         PLANT + text.replace("slope = [-0.2, 1]\n", "") + "[class]\nslope = [-9, 9]\nsector = [0, 1]\n"
     )
 
@@ -154,7 +154,7 @@ def test_a_law_whose_slope_falls_below_the_class_is_no_member():
 def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
     lopsided = SATURATION + "lower_limit = -2\n[class]\nsector = [0, 9]\n"
     assert parsed(PLANT + lopsided).law_class == NonlinearityClass(sector=Sector(0, 9))
-    assert "give a class that contains the law" in refused(PLANT + lopsided + "odd = true\n")
+    assert "give a class that contains the nonlinearity" in refused(PLANT + lopsided + "odd = true\n")
 
 
 # refusals
@@ -211,9 +211,12 @@ def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
         (PLANT + "[class]\nsector = [0, 1]\nodd = 1", "class.odd is 1; give true or false"),
         (PLANT + "[class]\nsector = [0, 1]\nslope = [0.5, 1]", "class: NonlinearityClass has the sector [0, 1]"),
         (PLANT + "[nonlinearity]\ngain = 1", "nonlinearity.kind is missing"),
-        (PLANT + "[nonlinearity]\nkind = 3", "nonlinearity.kind is 3; give the kind of a law in quotes"),
-        (PLANT + "[nonlinearity]\nkind = 'saturaton'", "nonlinearity: unknown kind of law 'saturaton'; did you mean"),
-        (PLANT + "[nonlinearity]\nkind = 'tanh'\nscal = 1", "nonlinearity: the law 'tanh' has no key 'scal'"),
+        (PLANT + "[nonlinearity]\nkind = 3", "nonlinearity.kind is 3; give the kind of a nonlinearity in quotes"),
+        (
+            PLANT + "[nonlinearity]\nkind = 'saturaton'",
+            "nonlinearity: unknown kind of nonlinearity 'saturaton'; did you mean",
+        ),
+        (PLANT + "[nonlinearity]\nkind = 'tanh'\nscal = 1", "nonlinearity: the nonlinearity 'tanh' has no key 'scal'"),
         (PLANT + "[nonlinearity]\nkind = 'tanh'\nscale = 'x'", "nonlinearity: "),
         (PLANT + "[nonlinearity]\nkind = 'tanh'\nscale = {a = 1}", "nonlinearity.scale is a table"),
         (PLANT + "[nonlinearity]\nkind = 'expression'\ntext = 'sigma + 1'\nsector = [0, 1]", "nonlinearity: "),

@@ -108,7 +108,7 @@ def test_init_writes_the_notebook_in_both_forms_and_overwrites_nothing(lure, her
 def test_the_test_passes_as_written_and_fails_where_the_bound_is_halved(lure, here):
     status, out, err = lure("init", "--test", "test_law.py")
     assert (status, err) == (0, "")
-    assert out == "test_law.py is written; edit the law and its bounds, then run: pytest test_law.py\n"
+    assert out == "test_law.py is written; edit the nonlinearity and its bounds, then run: pytest test_law.py\n"
     text = (here / "test_law.py").read_text(encoding="utf-8")
     assert text == law_test()
     (here / "test_half.py").write_text(text.replace("LOWER, UPPER = 0, 20", "LOWER, UPPER = 0, 10"), encoding="utf-8")

@@ -68,10 +68,10 @@ def test_a_table_is_read_from_a_csv_file_beside_the_system(tmp_path, content, mo
     ("content", "message"),
     [
         (None, "does not exist"),
-        ("0,0\n", "has 1 points; a law needs at least two"),
+        ("0,0\n", "has 1 points; a nonlinearity needs at least two"),
         ("0,0\n1,1\n1,2\n", "line 3: sigma is 1 beside 1; give the points in ascending order"),
         ("0,0\n1,1\n0.5,2\n2,2\n", "line 3: sigma is 0.5 beside 1"),
-        ("0,1\n1,2\n", r"phi\(0\) = 1; a law must vanish at 0"),
+        ("0,1\n1,2\n", r"phi\(0\) = 1; a nonlinearity must vanish at 0"),
         ("0,0\n1,1,1\n", "line 2: '1,1,1' has 3 columns; give two, sigma and phi"),
         ("0,0\n1,nan\n", "line 2: 'nan' is no number"),
         ("0,0\n1,1e999\n", "outside the range of double precision"),

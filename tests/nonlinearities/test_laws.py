@@ -286,7 +286,7 @@ def test_laws_are_equal_by_their_parameters_and_cannot_be_changed():
         (lambda: PiecewiseLinear([(1, 1), (0, 0)], left_slope=0, right_slope=0), "sigma strictly ascending"),
         (
             lambda: PiecewiseLinear([(0, 1), (1, 2)], left_slope=0, right_slope=0),
-            r"has phi\(0\) = 1; a law must vanish",
+            r"has phi\(0\) = 1; a nonlinearity must vanish",
         ),
         (lambda: PiecewiseLinear([(-1, 0), (1, 1)], left_slope=0, right_slope=0), r"has phi\(0\) = 0.5"),
         (lambda: PiecewiseLinear([(1, 1)], left_slope=0, right_slope=0), r"has phi\(0\) = 1"),

@@ -77,8 +77,8 @@ def test_formulas_that_vanish_at_zero_are_accepted(text):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("sigma + 1", r"has phi\(0\) = 1; a law must vanish at 0"),
-        ("cos(sigma)", r"has phi\(0\) = 1; a law must vanish at 0"),
+        ("sigma + 1", r"has phi\(0\) = 1; a nonlinearity must vanish at 0"),
+        ("cos(sigma)", r"has phi\(0\) = 1; a nonlinearity must vanish at 0"),
         ("sin(sigma + pi)", r"has a phi\(0\) that cannot be shown to be 0"),
         ("sigma/abs(sigma)", r"has a phi\(0\) that cannot be shown to be 0"),
         ("x", "unknown name 'x'"),

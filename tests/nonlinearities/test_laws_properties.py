@@ -87,7 +87,7 @@ def test_everything_about_a_law_of_the_library_is_checked(law):
 def test_what_a_user_says_is_declared_and_what_is_not_said_is_not_known():
     said = properties(Arctangent(slope_bounds=SlopeBounds(0, 1), odd=True))
     assert {p.provenance for p in (said.sector, said.slope_bounds, said.odd, said.regularity)} == {Provenance.DECLARED}
-    assert said.sector.how == "the word of the law's author"
+    assert said.sector.how == "the word of the nonlinearity's author"
     unsaid = properties(Minimal())
     assert (unsaid.slope_bounds.value, unsaid.odd.value, unsaid.regularity.value) == (None, False, "unknown")
     assert unsaid.odd.how == unsaid.slope_bounds.how == "nothing is declared"
@@ -189,14 +189,14 @@ def test_no_law_of_the_library_is_accused(law):
         # arctan(s)/s = 0.95 at s = 0.394; the sample sees the supremum 1, near 0
         (
             Arctangent(sector=Sector(0, 0.95)),
-            r"the law Arctangent is declared to have the sector \[0, 0.95\], but phi\(sigma\)",
+            r"the nonlinearity Arctangent is declared to have the sector \[0, 0.95\], but phi\(sigma\)",
         ),
         (
             Arctangent(sector=Sector(1e-6, 1)),
             r"sector \[1e-06, 1\], but phi\(sigma\)/sigma at sigma = -?1000000000000 is 1.57079632679e-12",
         ),
         (Arctangent(slope_bounds=SlopeBounds(0.01, 1)), "slope bounds .* but the difference quotient to the right of"),
-        (Arctangent(offset=0.1), r"has phi\(0\) = 0.1; a law must vanish at 0"),
+        (Arctangent(offset=0.1), r"has phi\(0\) = 0.1; a nonlinearity must vanish at 0"),
         (Arctangent(offset=math.nan), r"has phi\(0\) = nan"),
         (ExpressionNonlinearity("exp(sigma) - 1", sector=Sector(0, math.inf), odd=True), "is declared odd, but phi"),
         (
@@ -332,7 +332,7 @@ def test_every_kind_is_made_from_what_it_says_it_needs():
     assert len(LAW_KINDS) == 12
     for kind in LAW_KINDS:
         if kind not in ("tanh", "relu"):
-            with pytest.raises(InputError, match=rf"^the law '{kind}' needs |^the ideal relay jumps"):
+            with pytest.raises(InputError, match=rf"^the nonlinearity '{kind}' needs |^the ideal relay jumps"):
                 law_from_table(kind, {})
 
 
@@ -342,29 +342,37 @@ def test_every_kind_is_made_from_what_it_says_it_needs():
         (
             "satuation",
             {},
-            "^unknown kind of law 'satuation'; did you mean 'saturation'[?] the kinds are saturation, relay",
+            "^unknown kind of nonlinearity 'satuation'; did you mean 'saturation'[?] the kinds are saturation, relay",
         ),
-        ("spring", {}, "^unknown kind of law 'spring'; the kinds are .*, piecewise linear, table, normal compliance"),
-        ("table", {"file": "law.csv", "skale": 1}, "^the law 'table' has no key 'skale'; it takes points, left_slope"),
-        ("table", {"points": [[0, 0]], "file": "law.csv"}, "^the law 'table' has both points and a file"),
+        (
+            "spring",
+            {},
+            " ^unknown kind of nonlinearity 'spring'; the kinds are .*, piecewise linear, table, normal compliance",
+        ),
+        (
+            "table",
+            {"file": "law.csv", "skale": 1},
+            " ^the nonlinearity 'table' has no key 'skale'; it takes points, left_slope",
+        ),
+        ("table", {"points": [[0, 0]], "file": "law.csv"}, "^the nonlinearity 'table' has both points and a file"),
         (
             "table",
             {"points": [[0, 0]]},
-            "^the law 'table' needs left_slope and right_slope, or a file; it takes points,",
+            "^the nonlinearity 'table' needs left_slope and right_slope, or a file; it takes points,",
         ),
-        (3, {}, "^the kind of a law is 3; give one of saturation"),
+        (3, {}, "^the kind of a nonlinearity is 3; give one of saturation"),
         ("relay", {"level": 1}, "^the ideal relay jumps at sigma = 0"),
         ("ideal relay", {"level": 1}, "^the ideal relay jumps at sigma = 0"),
         ("relay with slope", {"level": 1, "gain": Decimal("inf")}, "^the ideal relay jumps at sigma = 0"),
         (
             "saturation",
             {"gain": 1, "limt": 1},
-            "^the law 'saturation' has no key 'limt'; did you mean limit[?] it takes gain,",
+            "^the nonlinearity 'saturation' has no key 'limt'; did you mean limit[?] it takes gain,",
         ),
-        ("saturation", {"gain": 1}, "^the law 'saturation' needs limit; it takes gain, limit, lower_limit$"),
+        ("saturation", {"gain": 1}, "^the nonlinearity 'saturation' needs limit; it takes gain, limit, lower_limit$"),
         ("saturation", {"gain": "one", "limit": 1}, r"^Saturation\.gain is 'one'; give a number"),
-        ("saturation", {"gain": 1, "slope": 1, "limit": 1}, "^the law 'saturation' has both slope and gain"),
-        ("expression", {"text": "sigma", "sector": 1}, r"^the law's sector is 1; give a pair of numbers"),
+        ("saturation", {"gain": 1, "slope": 1, "limit": 1}, "^the nonlinearity 'saturation' has both slope and gain"),
+        ("expression", {"text": "sigma", "sector": 1}, r"^the nonlinearity's sector is 1; give a pair of numbers"),
         ("expression", {"text": "sigma", "sector": [0, "x"]}, r"^sector\[1\] is 'x'; give a number"),
         (
             "expression",

@@ -78,8 +78,8 @@ def test_json_has_stdout_for_itself(lure):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "give a law with --expr, or a file"),
-        (("data.csv", "--expr", "x"), "give a law with --expr, or a file"),
+        ((), "give a nonlinearity with --expr, or a file"),
+        (("data.csv", "--expr", "x"), "give a nonlinearity with --expr, or a file"),
         (("--expr", "1/x"), "divides by zero"),
         (("--expr", "x", "--on", "1", "zz"), "--on has 'zz'"),
         (("--expr", "x", "--on", "1", "1e999"), "--on has '1e999'"),

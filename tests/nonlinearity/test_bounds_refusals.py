@@ -25,8 +25,8 @@ HOSTILE = [
     ("sqrt(1 - x**2) - 1", r"no value that could be enclosed at sigma = -"),
     ("x*sin(1/x)", r"no value that could be enclosed at sigma = 0"),
     ("x**-1", r"at sigma = 0; it divides by zero there"),
-    ("cos(x)", r"phi\(0\) = 1; a sector needs a law that vanishes at 0"),
-    ("x + 1", r"phi\(0\) = 1; a sector needs a law that vanishes at 0"),
+    ("cos(x)", r"phi\(0\) = 1; a sector needs a nonlinearity that vanishes at 0"),
+    ("x + 1", r"phi\(0\) = 1; a sector needs a nonlinearity that vanishes at 0"),
     ("exp(x)*cos(1)**2 + sin(1)**2 - 1", r"cannot be shown to be 0"),
     ("x**33", r"between -32 and 32"),
     ("(x**32)**32", r"degree 1024; at most 256"),
@@ -125,11 +125,13 @@ def test_intervals_that_are_none(on):
 
 
 def test_arguments_that_are_no_laws():
-    with pytest.raises(InputError, match=r"give a formula in sigma, a law of lure.nonlinearities, or a function"):
+    with pytest.raises(
+        InputError, match=r"give a formula in sigma, a nonlinearity of lure.nonlinearities, or a " r"function"
+    ):
         nonlinearity_bounds(3)
     with pytest.raises(InputError, match="has the variables"):
         nonlinearity_bounds(Expression.parse("t + x", variables=("t", "x")))
-    with pytest.raises(InputError, match="lipschitz is for a law given as a function"):
+    with pytest.raises(InputError, match="lipschitz is for a nonlinearity given as a function"):
         nonlinearity_bounds("x", lipschitz=1)
     with pytest.raises(InputError, match="samples is 3"):
         nonlinearity_bounds(abs, samples=3)

@@ -192,7 +192,7 @@ def test_a_loop_with_a_dead_time_closes_on_its_approximation_if_asked():
         (Loop("3", Tanh()), "a RationalPlant without states cannot be simulated"),
         (Loop(control.frd([1, 0.5], [1, 2]), Tanh()), "a FrequencyData without states cannot be simulated"),
         (Loop(RodPlant(paper_rod()), Tanh()), "a RodPlant without states cannot be simulated"),
-        (builtin_loop("third-order"), "has no law to close the loop with"),
+        (builtin_loop("third-order"), "has no nonlinearity to close the loop with"),
     ],
 )
 def test_loops_that_cannot_be_simulated_there_are_refused_in_one_sentence(loop, message):
@@ -223,7 +223,7 @@ def test_a_law_of_python_control_is_the_law_it_is():
         (control.friction_backlash_nonlinearity(0.5), "friction_backlash_nonlinearity has a memory"),
         (
             np.tanh,
-            r"has no sector; a law says in which sector it lies: give one of lure.nonlinearities, or "
+            r"has no sector; a nonlinearity says in which sector it lies: give one of lure.nonlinearities, or "
             r"ExpressionNonlinearity\(",
         ),
         (None, "None has no sector"),
