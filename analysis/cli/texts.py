@@ -375,7 +375,7 @@ AS_PRINTED = (
     "Note: the scheme as printed answers the force divided by c N/L; the rod here answers the force as it stands."
 )
 
-SECTOR = """Bound a nonlinearity: its sector or its slopes, from both sides.
+SECTOR = """Bound a nonlinearity: sector or slopes, from both sides.
 
 \b
 Examples:

@@ -38,6 +38,10 @@ class Report:
             self.verdict = Verdict.INCONCLUSIVE
     def __str__(self):
         return f"{self.verdict} ({self.system.name}, θ)\\n"
+    def to_dict(self):
+        return {"schema": "lure-report/1", "name": self.system.name, "command": self.command}
+
+Report.__module__, Report.__qualname__ = "lure.analysis.rod.report.model", "StabilityReport"
 
 def build_report(system, *, progress=None, command=None):
     if progress:
@@ -48,8 +52,7 @@ def write_report(report, directory):
     (directory / "figures").mkdir()
     (directory / "figures" / "popov.svg").write_text("<svg/>")
     (directory / "report.html").write_text(report.system.name)
-    content = {"schema": "lure-report/1", "name": report.system.name, "command": report.command}
-    (directory / "report.json").write_text(json.dumps(content, indent=1) + "\\n")
+    (directory / "report.json").write_text(json.dumps(report.to_dict(), indent=2) + "\\n")
 
 class Table:
     def __str__(self):
@@ -64,7 +67,7 @@ def reproduce_paper(directory, *, progress=None):
 """
 RUN = "import sys, types; from lure.analysis.cli import main\n{stub}\n{patch}\nsys.exit(main())"
 INSTALL = """
-for name in ("lure.analysis.rod.report", "lure.analysis.rod.paper"):
+for name in ("lure.analysis.rod.report.build", "lure.analysis.rod.report.output", "lure.analysis.rod.paper"):
     module = types.ModuleType(name)
     module.__dict__.update(build_report=build_report, write_report=write_report, reproduce_paper=reproduce_paper)
     sys.modules[name] = module
@@ -76,8 +79,8 @@ def stub(monkeypatch):
     """The stub in place of the analysis, its functions open to further patches."""
     module = ModuleType("stub")
     module.__dict__.update(_namespace(STUB))
-    monkeypatch.setitem(sys.modules, "lure.analysis.rod.report", module)
-    monkeypatch.setitem(sys.modules, "lure.analysis.rod.paper", module)
+    for name in ("report.build", "report.output", "paper"):
+        monkeypatch.setitem(sys.modules, f"lure.analysis.rod.{name}", module)
     return module
 
 
@@ -243,7 +246,7 @@ def slow(report, directory):
     write_report(report, directory)
     print("written", file=sys.stderr, flush=True)
     time.sleep(60)
-sys.modules["lure.analysis.rod.report"].write_report = slow
+sys.modules["lure.analysis.rod.report.output"].write_report = slow
 """
 
 
@@ -315,7 +318,7 @@ def paused(system, *, progress=None, command=None):
     progress("a stage [red]", 0.25)
     time.sleep(0.4)
     return build_report(system, command=command)
-sys.modules["lure.analysis.rod.report"].build_report = paused
+sys.modules["lure.analysis.rod.report.build"].build_report = paused
 """
 
 

@@ -236,7 +236,7 @@ def test_a_criterion_that_the_class_cannot_use_is_refused(lure):
     assert "needs slope bounds" in err
     status, _, err = lure("max-sector", "--num", "1", "--den", "1 1", "--criterion", "popov", "--time-varying")
     assert status == 2
-    assert "time-invariant nonlinearities" in err
+    assert "time-invariant laws" in err
 
 
 PLANT = "[plant]\nnum = [1]\nden = [1, 1]\n"

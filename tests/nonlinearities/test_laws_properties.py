@@ -347,12 +347,12 @@ def test_every_kind_is_made_from_what_it_says_it_needs():
         (
             "spring",
             {},
-            " ^unknown kind of nonlinearity 'spring'; the kinds are .*, piecewise linear, table, normal compliance",
+            "^unknown kind of nonlinearity 'spring'; the kinds are .*, piecewise linear, table, normal compliance",
         ),
         (
             "table",
             {"file": "law.csv", "skale": 1},
-            " ^the nonlinearity 'table' has no key 'skale'; it takes points, left_slope",
+            "^the nonlinearity 'table' has no key 'skale'; it takes points, left_slope",
         ),
         ("table", {"points": [[0, 0]], "file": "law.csv"}, "^the nonlinearity 'table' has both points and a file"),
         (
