@@ -396,8 +396,7 @@ def _demand_zero(known: Known) -> None:
     shown = value[0] if isinstance(value, tuple) else value
     raise InputError(
         f"the nonlinearity {known.name[:60]!r} has phi(0) = {short(shown)}; a sector needs a nonlinearity that "
-        "vanishes at 0: "
-        "measure sigma and phi from the equilibrium"
+        "vanishes at 0: measure sigma and phi from the equilibrium"
     )
 
 
@@ -409,16 +408,14 @@ def _demand_values(piece: Piece, name: str) -> None:
             place = float(poles[0]) if isinstance(poles[0], Fraction) else float(poles[0].mid())
             raise InputError(
                 f"the nonlinearity {name[:60]!r} has a pole, or divides zero by zero, at sigma = {place:.10g}; "
-                "bound it on an "
-                "interval without that point"
+                "bound it on an interval without that point"
             )
         return
     for x in _spread(piece):
         if not value_at(piece.tree, x).is_finite():
             raise InputError(
                 f"the nonlinearity {name[:60]!r} has no value that could be enclosed at sigma = {float(x):.10g}; "
-                "bound it on an "
-                "interval where it has values"
+                "bound it on an interval where it has values"
             )
 
 

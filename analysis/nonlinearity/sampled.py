@@ -194,8 +194,7 @@ def _values(law: Callable[[ArrayLike], ArrayLike], name: str, x: NDArray[np.floa
     if not np.isfinite(phi).all():
         raise InputError(
             f"the nonlinearity {name:.60} has no finite value at sigma = {x[~np.isfinite(phi)][0]:.10g}; bound it "
-            "on an "
-            "interval where it has"
+            "on an interval where it has"
         )
     return phi
 

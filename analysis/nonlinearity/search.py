@@ -31,8 +31,7 @@ class NotEnclosed(InputError):
         self.place = place
         super().__init__(
             f"the nonlinearity has a pole, or no value that could be enclosed, near sigma = {float(place):.10g}; "
-            "write a "
-            "formula with finite values, or bound it on an interval without that point"
+            "write a formula with finite values, or bound it on an interval without that point"
         )
 
 

@@ -82,8 +82,7 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
     except Undefined as error:  # doubles may step over it: 1/0 is inf, and sign(inf) is 1
         raise NonlinearityViolation(
             f"{law.name} has no value at sigma = {float(error.place):.10g}, where it divides by zero, and a "
-            "nonlinearity has a "
-            "finite real value everywhere; name the interval on which this one has, on=(low, high)"
+            "nonlinearity has a finite real value everywhere; name the interval on which this one has, on=(low, high)"
         ) from None
     except InputError as error:
         return Decision(how=f"for every sigma it was not decided: {error}")
@@ -371,8 +370,7 @@ def _no_value(law: Subject, inquiry: Inquiry, error: NotANumber) -> str:
         error = simpler
     return (
         f"it was not tested whether {_claim(law, inquiry)}: phi({number(error.sigma)}) {error}, and a "
-        "nonlinearity has a finite "
-        "real value everywhere; name the interval on which this one has, on=(low, high)"
+        "nonlinearity has a finite real value everywhere; name the interval on which this one has, on=(low, high)"
     )
 
 

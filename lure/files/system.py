@@ -126,6 +126,5 @@ def _check_member(law: Nonlinearity, asked: NonlinearityClass) -> None:
     if not (inside and slope and (known.odd or not asked.odd)):
         raise InputError(
             f"the class is {asked} but the nonlinearity is only known to be among {known}; give a class that "
-            "contains the nonlinearity, "
-            "or leave one of the two out"
+            "contains the nonlinearity, or leave one of the two out"
         )

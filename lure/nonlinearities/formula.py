@@ -339,8 +339,7 @@ def _demand_zero(expression: Expression) -> None:
     if value != 0:
         raise InputError(
             f"ExpressionNonlinearity {expression.source[:60]!r} has phi(0) = {float(value):.6g}; a nonlinearity "
-            "must vanish at "
-            "0: measure sigma and phi from the equilibrium"
+            "must vanish at 0: measure sigma and phi from the equilibrium"
         )
 
 

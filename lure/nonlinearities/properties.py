@@ -134,8 +134,7 @@ class _Sample:
             what = "phi(sigma)/sigma at" if isinstance(bounds, Sector) else "the difference quotient to the right of"
             raise AssumptionError(
                 f"the nonlinearity {self.name} is declared to have {kind} {bounds}, but {what} sigma = "
-                f"{self.x[i]:.17g} is "
-                f"{values[i]:.12g}; declare bounds that hold"
+                f"{self.x[i]:.17g} is {values[i]:.12g}; declare bounds that hold"
             )
 
     def check_odd(self) -> None:
@@ -375,8 +374,7 @@ def _inside(
         declared, quantity, where = words
         raise AssumptionError(
             f"the nonlinearity {law.text!r:.60} is declared to have {declared} {bounds}, but {quantity} is "
-            f"{number_text(value)} "
-            f"{where}; declare bounds that hold"
+            f"{number_text(value)} {where}; declare bounds that hold"
         )
 
 
