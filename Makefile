@@ -22,7 +22,7 @@ help: ## list the targets
 report: .venv/.core ## the report on the paper's rod, into ./lure-report; ARGS="my-rod.toml" for your own
 	$(BIN)/lure report $(ARGS)
 
-test: .venv/.test ## all tests, slow ones too, in under five minutes on two cores; ARGS="-k popov" for some
+test: .venv/.test ## all tests but the thorough ones; ARGS="-k popov" for some
 	$(PYTEST) -n 2 --dist worksteal $(ARGS)
 
 thorough: .venv/.test ## all tests with large samples and many random examples: for a night

@@ -111,7 +111,7 @@ def test_leonov_bragin_kuznetsov_orbit_is_accepted(flow):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("block", [FITTS, BRAGIN])
+@pytest.mark.parametrize("block", [pytest.param(FITTS, marks=pytest.mark.thorough), BRAGIN])
 def test_what_the_search_finds_is_accepted(block):
     assert isinstance(checked(refutation_draft(block, oscillation_witness(block, odd=True))), Refuted)
 
