@@ -11,7 +11,7 @@ from lure.analysis.inequality.gains import gain_intervals
 from lure.analysis.inequality.plant import TransferPolynomials, closed_loop_poles
 from lure.analysis.numerics.polynomial import is_hurwitz
 from lure.analysis.verdict import Bracket, Evidence, Verdict
-from lure.classes import Sector, SlopeBounds
+from lure.classes import Sector
 from lure.errors import AssumptionError, InputError
 from lure.plants.rational import RationalPlant
 from lure.record import Record, derived, quantity
@@ -373,19 +373,6 @@ def require_well_posed(block: RationalPlant, upper: Fraction | float, *, lower: 
             f"the loop is not well posed: 1 + k H(inf) = 0 at k = {float(-1 / block.feedthrough):.6g}, inside the "
             f"sector [{float(lower):g}, {float(upper):g}]; choose a sector without that gain"
         )
-
-
-def finite_bounds(bounds: SlopeBounds, criterion: str) -> tuple[Fraction, Fraction]:
-    """Both slope bounds as exact numbers.
-
-    Raises
-    ------
-    AssumptionError
-        A bound is infinite.
-    """
-    if math.inf in (-bounds.lower, bounds.upper):
-        raise AssumptionError(f"{criterion} needs finite slope bounds, and they are {bounds}; give numbers")
-    return Fraction(bounds.lower), Fraction(bounds.upper)
 
 
 def _check_hidden(plant: TransferPolynomials) -> None:

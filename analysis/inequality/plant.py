@@ -78,6 +78,8 @@ class TransferPolynomials:
     def visible(self) -> TransferPolynomials:
         """The plant without its hidden modes."""
         h = self.hidden
+        if h.degree() == 0:
+            return self
         return TransferPolynomials(self.block, self.n // h, self.d // h, h // h, self.degree - h.degree())
 
     @property
@@ -89,11 +91,6 @@ class TransferPolynomials:
     def poles(self) -> RootCounts:
         """Poles left of, on and right of the axis (inside, on, outside the circle), hidden modes included."""
         return closed_loop_poles(self, Fraction(0))
-
-    @property
-    def hidden_poles(self) -> RootCounts:
-        """The same for the hidden modes alone."""
-        return root_counts(self.hidden)
 
     @property
     def case(self) -> Case:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 from flint import arb, arb_poly, fmpq, fmpq_poly
 
@@ -28,7 +28,7 @@ from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import INFINITE, Bracket
 from lure.plants.rational import RationalPlant
 
-Multiplier = Mapping[str, Fraction]
+Multiplier = Mapping[str, Any]
 Proves = Callable[[Multiplier], bool]
 TRIES = 100
 MARGIN_BITS = 128
@@ -41,16 +41,22 @@ class Best:
     Attributes
     ----------
     multiplier : Mapping or None
-        The weights by name; an infinite one must grow with ``k``.  None if no multiplier was certified.
+        The weights by name, or taps; an infinite weight must grow with ``k``.  None if no multiplier was certified.
     largest : Bracket
         The largest ``k``, both ends exact statements; infinite where every finite ``k`` is proved.
     points : tuple
         Where the inequality is tight, as values of its variable; None is infinity.
+    formula : str
+        The multiplier as a formula, where the weights do not say it.
+    limit : str
+        Why no multiplier goes farther, where the points do not show it.
     """
 
-    multiplier: Mapping[str, Fraction | float] | None
+    multiplier: Mapping[str, Any] | None
     largest: Bracket
     points: tuple[Fraction | None, ...] = ()
+    formula: str = ""
+    limit: str = ""
 
 
 class Inequality(Protocol):

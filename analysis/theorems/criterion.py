@@ -24,15 +24,16 @@ STATIONARY = (
 )
 INVERTIBLE = "sigma + D phi(sigma) invertible with a locally Lipschitz inverse (H has a direct term D): assumed"
 SLOPE = "phi time-invariant with slope within the bounds, phi(0) = 0: assumed of the class; it need not be odd"
+SLOPE_ODD = "phi time-invariant and odd with slope within the bounds: assumed of the class"
 
 
 def _never(_inequality: Inequality, _multiplier: Multiplier) -> bool:
     return False
 
 
-def slope_class(lower: Bound, upper: Bound, _direct: Fraction) -> NonlinearityClass:
-    """The nonlinearities with slope in ``[lower, upper]``."""
-    return NonlinearityClass.slope_restricted(lower, upper)
+def slope_class(lower: Bound, upper: Bound, _direct: Fraction, *, odd: bool = False) -> NonlinearityClass:
+    """The nonlinearities with slope in ``[lower, upper]``, all or the odd ones."""
+    return NonlinearityClass.slope_restricted(lower, upper, odd=odd)
 
 
 def sector_class(lower: Bound, upper: Bound, _direct: Fraction) -> NonlinearityClass:
@@ -64,6 +65,8 @@ class Criterion:
         What is searched for: a multiplier, a line, a weight.
     needs : tuple of {"slope", "odd", "time-invariant"}
         Properties of the class beyond its sector.
+    legal : str
+        What was checked of the multiplier itself.
     composed : bool
         Whether a direct term asks for more than ``1 + k D > 0``.
     endless : callable, optional
@@ -79,6 +82,7 @@ class Criterion:
     assumed: str = SLOPE
     kind: str = "multiplier"
     needs: tuple[Needs, ...] = ("slope", "time-invariant")
+    legal: str = ""
     composed: bool = False
     endless: Callable[[Inequality, Multiplier], bool] = _never
 
@@ -155,7 +159,7 @@ class Criterion:
         if holds:
             margin = Bracket(max(margin.low, 0.0), margin.high)
         said = f"the inequality holds at every frequency, the margin is {margin}; {_conclusion(inequality)}"
-        reason = said if holds else _shortfall(self, upper, (margin, worst), best.largest)
+        reason = said if holds else _shortfall(self, inequality, (margin, worst), best.largest, upper)
         blank = _blank(self, inequality, (lower, upper), replace(best, multiplier=used), holds=holds)
         return replace(blank, margin=margin, worst_frequency=worst, reason=reason)
 
@@ -174,7 +178,7 @@ def _blank(
         evidence=Evidence.CERTIFIED,
         needs=criterion.needs,
         theta=_theta(used.multiplier),
-        multiplier=criterion.formula,
+        multiplier=used.formula or criterion.formula,
         parameters=_parameters(used, bounds[1]),
         hypotheses=_hypotheses(criterion, inequality.base, nonlinearities, holds=holds),
     )
@@ -186,7 +190,8 @@ def _theta(multiplier: Mapping[str, Fraction | float] | None) -> float | None:
 
 
 def _parameters(used: Best, upper: Bound) -> MappingProxyType[str, object]:
-    found: dict[str, object] = {name: str(value) for name, value in (used.multiplier or {}).items()}
+    weights = (used.multiplier or {}).items()
+    found: dict[str, object] = {name: value if isinstance(value, Mapping) else str(value) for name, value in weights}
     if used.points:
         found["points"] = tuple("inf" if x is None else str(x) for x in used.points)
     if used.multiplier is not None:
@@ -204,20 +209,24 @@ def _reached(criterion: Criterion, inequality: Inequality, best: Best) -> str:
         growing = [name for name, value in multiplier.items() if isinstance(value, float)]
         how = f"the larger k, the larger |{growing[0]}|" if growing else f"one {criterion.kind} serves them all"
         return f"every finite k is proved, {how}; {_conclusion(inequality)}"
+    limit = f", since {best.limit}" if best.limit else ""
     return (
         f"every k up to {text_below(largest.low, 15)} is proved, and no {criterion.kind} reaches "
-        f"{text_above(largest.high, 15)}; {_conclusion(inequality)}"
+        f"{text_above(largest.high, 15)}{limit}; {_conclusion(inequality)}"
     )
 
 
-def _shortfall(criterion: Criterion, upper: Bound, least: tuple[Bracket, float], largest: Bracket) -> str:
+def _shortfall(
+    criterion: Criterion, inequality: Inequality, least: tuple[Bracket, float], largest: Bracket, upper: Bound
+) -> str:
     if upper == math.inf:
         return (
             "the inequality for nonlinearities that no gain bounds is not established; the sectors [lower, k] are "
             f"proved for every k up to {text_below(largest.low)}"
         )
     margin, worst = least
-    fails = f"fails by {-margin.high:.6g} at {worst:.6g} rad/s" if margin.high < 0 else "is not strict"
+    unit = "rad per sample" if inequality.base.plant.discrete else "rad/s"
+    fails = f"fails by {-margin.high:.6g} at {worst:.6g} {unit}" if margin.high < 0 else "is not strict"
     return (
         f"the inequality {fails} with this {criterion.kind}, from which nothing follows for the loop; with the best "
         f"{criterion.kind} the largest k is {largest}"
@@ -244,6 +253,7 @@ def _hypotheses(
     return (
         poles,
         f"inequality {where}: {'holds, by an exact root count' if holds else 'not established'}",
+        *((criterion.legal,) if criterion.legal else ()),
         *solvable,
         criterion.assumed.format(**{"class": nonlinearities}),
     )

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from types import MappingProxyType
+from functools import partial
 
-from lure.analysis.inequality.checks import finite_bounds
 from lure.analysis.inequality.gains import hurwitz_limit
+from lure.analysis.inequality.polynomial import Best, Proves, RationalInequality
+from lure.analysis.inequality.polynomial import Multiplier as Weights
 from lure.analysis.inequality.unit_circle import DiscretePlant, largest_certified
-from lure.analysis.numerics.doubles import double_below, text_above, text_below
+from lure.analysis.numerics.doubles import double_below, text_above
 from lure.analysis.numerics.trigonometric import least_on_circle
+from lure.analysis.theorems.criterion import SLOPE, SLOPE_ODD, Criterion, slope_class
 from lure.analysis.theorems.fir import (
     Multiplier,
     Proposal,
@@ -24,13 +26,14 @@ from lure.analysis.theorems.fir import (
     inequality,
 )
 from lure.analysis.theorems.phase_limit import lowest_phase_limit
-from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
+from lure.analysis.verdict import Answer, Bracket, Verdict
 from lure.arrays import np
-from lure.classes import NonlinearityClass, SlopeBounds
+from lure.classes import SlopeBounds
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
 
 NAME = "zames-falb"
+TITLE = "the criterion of Zames and Falb in discrete time"
 THEOREM = (
     "Discrete-time Zames-Falb multipliers (J. C. Willems and R. W. Brockett, IEEE Trans. Automatic Control 13 (1968) "
     "539-549; finite length: J. Carrasco et al., IEEE Trans. Automatic Control 65 (2020) 4538-4553)"
@@ -91,26 +94,14 @@ def zames_falb_discrete_largest(
     >>> round(zames_falb_discrete_largest(block, odd=False).largest.low, 6)
     0.911458
     """
-    discrete = DiscretePlant.of(block, lower, "zames_falb_discrete_largest")
     if taps is not None and (isinstance(taps, bool) or not isinstance(taps, int) or taps < 1):
         raise InputError(f"zames_falb_discrete_largest: taps is {taps!r}; give a positive integer, or None")
-    ceiling, why = _ceiling(block, discrete, odd=odd)
-    multiplier, low = _reach(discrete, ceiling, odd=odd, taps=taps)
-    if not low > lower:
-        return replace(_blank(SlopeBounds(lower, math.inf), odd=odd), largest=Bracket(double_below(lower), ceiling))
-    width = None if math.isinf(low) else Fraction(low) - lower
-    margin, worst = _margin(discrete, multiplier, width)
-    reach = "every finite slope" if width is None else f"slopes up to {text_below(low)}"
-    return replace(
-        _blank(SlopeBounds(lower, low), odd=odd),
-        largest=Bracket(low, ceiling),
-        verdict=Verdict.PROVED,
-        multiplier=str(multiplier),
-        parameters=_parameters(multiplier, None if width is None else Fraction(low)),
-        margin=margin,
-        worst_frequency=worst,
-        reason=f"A multiplier with {len(multiplier.taps)} taps proves {reach}, decided exactly; {why}.",
-    )
+    inequality = TapsInequality.of(block, Fraction(lower), odd=odd, taps=taps)
+    answer = _criterion(odd=odd).reach(inequality)
+    if answer.verdict is not Verdict.PROVED:
+        return answer
+    margin, worst = inequality.least(answer.parameters, answer.largest.low)
+    return replace(answer, margin=margin, worst_frequency=worst)
 
 
 def zames_falb_discrete_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool) -> Answer:
@@ -138,23 +129,84 @@ def zames_falb_discrete_criterion(block: RationalPlant, bounds: SlopeBounds, *, 
     AssumptionError
         A bound is infinite, or the block is not stable with the gain ``bounds.lower``.
     """
-    lower, upper = finite_bounds(bounds, "zames_falb_discrete_criterion")
-    discrete = DiscretePlant.of(block, lower, "zames_falb_discrete_criterion")
-    ceiling, why = _ceiling(block, discrete, odd=odd)
-    multiplier, low = _reach(discrete, ceiling, odd=odd, taps=None)
-    proved = certifies(discrete, multiplier, upper - lower, odd=odd)
-    margin, worst = _margin(discrete, multiplier, upper - lower)
-    return replace(
-        _blank(bounds, odd=odd),
-        largest=Bracket(low if low > lower else double_below(lower), ceiling),
-        verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
-        multiplier=str(multiplier),
-        parameters=_parameters(multiplier, upper),
-        margin=margin,
-        worst_frequency=worst,
-        reason="The inequality holds at every frequency, decided exactly."
-        if proved
-        else f"The multipliers found reach {text_below(low)} only; {why}; nothing follows about larger slopes.",
+    return _criterion(odd=odd).decide(block, bounds)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class TapsInequality:
+    """``Re[M (H + 1/(k - lower))] > 0`` on the circle with finitely many taps.
+
+    Attributes
+    ----------
+    base : RationalInequality
+        The same without a multiplier.
+    discrete : DiscretePlant
+        The shifted plant in powers of ``z``.
+    odd : bool
+        Whether taps may be negative.
+    taps : int or None
+        Largest shift; None for growing lengths.
+    """
+
+    base: RationalInequality
+    discrete: DiscretePlant
+    odd: bool
+    taps: int | None = None
+
+    @classmethod
+    def of(cls, block: RationalPlant, lower: Fraction, *, odd: bool, taps: int | None = None) -> TapsInequality:
+        """The inequality of a plant.
+
+        Raises
+        ------
+        AssumptionError, InputError
+            As :func:`lure.analysis.inequality.checks.admitted_plant`.
+        """
+        base = RationalInequality.of(block, lower, TITLE, discrete=True).unweighted
+        return cls(base=base, discrete=DiscretePlant.of(block, lower, TITLE), odd=odd, taps=taps)
+
+    def best(self) -> Best:
+        """The best taps that the linear programmes find, and a slope that none of any length reach."""
+        ceiling, limit = _ceiling(self.base.plant.block, self.discrete, odd=self.odd)
+        multiplier, low = _reach(self.discrete, ceiling, odd=self.odd, taps=self.taps)
+        return Best(
+            multiplier={"taps": {str(i): str(h) for i, h in sorted(multiplier.taps.items())}},
+            largest=Bracket(low if low > self.base.lower else double_below(self.base.lower), ceiling),
+            formula=str(multiplier),
+            limit=limit,
+        )
+
+    def serving(self, best: Best, _proves: Proves) -> Weights:
+        """The best taps: they serve every smaller class too."""
+        return best.multiplier or {"taps": {}}
+
+    def decide(self, multiplier: Weights, upper: Fraction) -> bool:
+        """Whether the taps prove the slopes ``[lower, upper]``, exactly."""
+        return certifies(self.discrete, _taps(multiplier), Fraction(upper) - self.base.lower, odd=self.odd)
+
+    def least(self, multiplier: Weights, upper: Fraction | float) -> tuple[Bracket, float]:
+        """The infimum over frequency of the left-hand side, and where it is attained [rad per sample]."""
+        width = None if upper == math.inf else Fraction(upper) - self.base.lower
+        margin, c = least_on_circle(inequality(self.discrete, _taps(multiplier), width), self.discrete.square)
+        return margin, math.acos(min(max(c, -1.0), 1.0))
+
+
+def _taps(multiplier: Weights) -> Multiplier:
+    return Multiplier(taps={int(i): Fraction(h) for i, h in multiplier["taps"].items()})
+
+
+def _criterion(*, odd: bool) -> Criterion:
+    """The criterion for monotone nonlinearities, or for odd ones."""
+    return Criterion(
+        name=NAME,
+        title=TITLE,
+        theorem=THEOREM,
+        formula="M(z) = 1 - sum h_i z^-i",
+        inequality=partial(TapsInequality.of, odd=odd),
+        nonlinearities=partial(slope_class, odd=odd),
+        legal=f"sum |h_i| < 1, {'of either sign, for odd phi' if odd else 'h_i >= 0'}: checked on the exact taps",
+        assumed=SLOPE_ODD if odd else SLOPE,
+        needs=("slope", "odd", "time-invariant") if odd else ("slope", "time-invariant"),
     )
 
 
@@ -223,38 +275,3 @@ def _multiplier(proposal: Proposal) -> Multiplier:
         if value
     }
     return Multiplier(taps=exact)
-
-
-def _margin(discrete: DiscretePlant, multiplier: Multiplier, width: Fraction | None) -> tuple[Bracket, float]:
-    margin, c = least_on_circle(inequality(discrete, multiplier, width), discrete.square)
-    return margin, math.acos(min(max(c, -1.0), 1.0))
-
-
-def _parameters(multiplier: Multiplier, k: Fraction | None) -> Mapping[str, object]:
-    taps = {str(i): str(h) for i, h in sorted(multiplier.taps.items())}
-    return MappingProxyType({"taps": taps, "k": "inf" if k is None else str(k)})
-
-
-def _blank(bounds: SlopeBounds, *, odd: bool) -> Answer:
-    """The answer that nothing was shown of this class."""
-    signs = "of either sign, for odd phi" if odd else "h_i >= 0"
-    return Answer(
-        criterion=NAME,
-        theorem=THEOREM,
-        largest=Bracket(double_below(Fraction(bounds.lower)), math.inf),
-        law_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper, odd=odd),
-        verdict=Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        needs=("slope", "odd", "time-invariant") if odd else ("slope", "time-invariant"),
-        hypotheses=(
-            "every pole of H after the shift by the lower slope, hidden modes included, lies inside the unit circle: "
-            "exact root count",
-            f"sum |h_i| < 1, {signs}: checked on the exact taps",
-            "1 + kappa D > 0 for every slope kappa of the class: exact",
-            "the inequality at every frequency: exact root count of a polynomial in cos w",
-            "phi is time-invariant, phi(0) = 0, with the slopes of the class"
-            + (", and odd" if odd else "")
-            + ": assumed",
-        ),
-        reason="No multiplier was found that proves any slope above the lower one.",
-    )
