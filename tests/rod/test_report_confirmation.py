@@ -15,9 +15,8 @@ from lure.analysis.rod.confirmation import confirm
 from lure.analysis.rod.confirmation.result import Quantity
 from lure.analysis.rod.confirmation.rod_side import contradictions_of_rest, contradictions_of_rod
 from lure.analysis.rod.report import build, build_report, document
-from lure.analysis.rod.report import document as confirmed
 from lure.analysis.rod.report.claims import claims
-from lure.analysis.rod.report.document import confirmation_data, confirmation_sentence
+from lure.analysis.rod.report.document import _growth, _order, confirmation_data, confirmation_sentence
 from lure.analysis.rod.report.output import page
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.trajectory import compared
@@ -241,7 +240,7 @@ def test_a_force_as_printed_acts_on_the_rod_as_the_scheme_feels_it():
     [(1.0, 1.5, " by 50 %"), (1.0, 3.0, " to 3 J"), (2.0, 2.0, " by 0 %"), (0.0, 3.0, " to 3 J")],
 )
 def test_growth_is_a_share_or_the_last_energy(start, end, said):
-    assert confirmed._growth(Quantity(start=start, end=end, against=0.0, allowance=0.0, scale=end)) == said
+    assert _growth(Quantity(start=start, end=end, against=0.0, allowance=0.0, scale=end)) == said
 
 
 @pytest.mark.parametrize(
@@ -258,7 +257,7 @@ def test_growth_is_a_share_or_the_last_energy(start, end, said):
     ],
 )
 def test_an_error_is_not_printed_smaller_than_it_is(error, said):
-    assert confirmed._order(error) == said
+    assert _order(error) == said
 
 
 @pytest.mark.parametrize(
