@@ -6,6 +6,7 @@ from lure.analysis.questions import max_slope as max_slope
 from lure.analysis.questions.certify import certify as certify
 from lure.analysis.report import report as report
 from lure.analysis.rod.trajectories import simulate as simulate
+from lure.classes import Diagonal as Diagonal
 from lure.classes import NonlinearityClass as NonlinearityClass
 from lure.classes import Sector as Sector
 from lure.classes import SlopeBounds as SlopeBounds

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from lure.arrays import Reals, np
 from lure.errors import InputError
 from lure.nonlinearities.base import Nonlinearity
-from lure.plants import one_channel
 from lure.plants.block import LinearBlock
+from lure.plants.conversion import one_channel
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.realisation import Names

@@ -65,7 +65,7 @@ class Loop(Record, kw_only=False):
 
     def __post_init__(self) -> None:
         if not hasattr(self.block, "transfer"):
-            from lure.plants import one_channel
+            from lure.plants.conversion import one_channel
 
             object.__setattr__(self, "block", one_channel(self.block))
         if not hasattr(self.nonlinearity, "sector"):

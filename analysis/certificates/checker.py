@@ -4,7 +4,8 @@
 
 prints ACCEPTED and the hypotheses found to hold (status 0), REJECTED and why (11), or NOT A CERTIFICATE (2).  Format
 and formulas: notebooks/notes/0008-certificates.md.  Each hypothesis is recomputed from the claim; nothing is believed.
-Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``balls``, ``blocks``, ``states`` beside it compute.
+Only this file makes a ``Proved`` or a ``Refuted``; ``arithmetic``, ``balls``, ``blocks``, ``channels`` and ``states``
+beside it compute.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ if not __package__:  # run as a script: the files beside it are its package
     __package__ = Path(__file__).resolve().parent.name
 
 from . import arithmetic as exact
-from . import states
+from . import channels, states
 from .arithmetic import INF, ZERO, Form, Malformed, Rejected, S, fields, form, integer, need, number, numbers, real
 from .balls import box, tail
 from .blocks import MINUS, Block, block, critical_end, identity, mirrored, over_s, realised, rod, shifted
@@ -342,6 +343,9 @@ def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[s
     form(isinstance(name, str) and name.isascii() and name.isprintable(), "the theorem is no name")
     form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")
     form(law is None or isinstance(law, dict), "the law is neither null nor an object")
+    if isinstance(given, dict) and "channels" in given:
+        kind, end, found, assumed = channels.examined(verdict, name, data, system, given, law, proof)
+        return (Proved if kind else Refuted), (ATTRACTS, MOVES, OTHERS, UNSOLVABLE)[end], found, assumed
     laws = states.classes(given)
     facts, slopes = {"class": states.described(laws)}, list[Fraction]()
     if law is not None:

@@ -261,7 +261,7 @@ def block_of(
     refused
         An ``InputError``: the block is given more than once or not at all, or an option is no good.
     """
-    from lure.plants import one_channel
+    from lure.plants.conversion import one_channel
 
     given = [
         name

@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, cast, overload
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import Failure, guarded
@@ -22,7 +22,7 @@ from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.problem import Plant, Problem, Search, by_matrices, plant_given
 from lure.analysis.questions.proofs import endless_proof, every_finite, proposals, restated, silent
 from lure.analysis.questions.search import Findings, Tell, find
-from lure.analysis.theorems.table import BEST
+from lure.analysis.theorems.table import BEST, Question
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
 from lure.analysis.wording import proviso
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
@@ -34,6 +34,7 @@ from lure.plants.rational import RationalPlant
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.proposals import Numbers
+    from lure.analysis.questions.channels import ChannelBound
 
 GRACE = 1.0  # [s] to say what was found, when the time for the search is over
 
@@ -42,8 +43,10 @@ class ContradictionError(RuntimeError):
     """A proof and a refutation of the same class: one of the two is wrong, and neither is reported."""
 
 
-def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
+@overload
+def max_sector(
     block: object,
+    classes: None = None,
     *,
     criterion: str = BEST,
     lower: Exact = 0,
@@ -51,7 +54,31 @@ def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
     search: Search = "linear",
     seconds: float | None = None,
     progress: Tell | None = None,
-) -> StabilityBound:
+) -> StabilityBound: ...
+
+
+@overload
+def max_sector(
+    block: object,
+    classes: Sequence[object] | Diagonal,
+    *,
+    criterion: str = BEST,
+    seconds: float | None = None,
+    progress: Tell | None = None,
+) -> ChannelBound: ...
+
+
+def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaults)
+    block: object,
+    classes: Sequence[object] | Diagonal | None = None,
+    *,
+    criterion: str = BEST,
+    lower: Exact = 0,
+    time_varying: bool = False,
+    search: Search = "linear",
+    seconds: float | None = None,
+    progress: Tell | None = None,
+) -> StabilityBound | ChannelBound:
     r"""The largest ``k`` such that the loop is stable for every ``phi`` in the sector ``[lower, k]``.
 
     .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad
@@ -64,6 +91,9 @@ def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
     ----------
     block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
         The linear block, whatever :func:`lure.as_plant` takes, or a ``StructuredPlant`` such as a rod.
+    classes : sequence or Diagonal, optional
+        For a plant with several channels: the class of each nonlinearity, in order, as ``Sector`` or
+        ``NonlinearityClass``.  The answer is then the largest factor of all upper bounds.
     criterion : str
         ``circle``, ``popov``, ``hurwitz`` (linear gains only), or ``best``: the farthest of all that apply.
     lower : int, float, Fraction or Decimal
@@ -80,7 +110,8 @@ def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
 
     Returns
     -------
-    StabilityBound
+    StabilityBound or ChannelBound
+        The latter for several classes.
         With ``largest``, ``hurwitz``, ``verdict``, ``evidence``, ``theta``, ``refuted_at`` and more; ``bool()`` raises.
 
     Raises
@@ -107,13 +138,18 @@ def max_sector(  # noqa: PLR0913  (a block and six settings with defaults)
     PROVED 6.0 1.5
     """
     _checked(criterion, search, seconds, time_varying=time_varying)
+    if classes is not None:
+        _only_classes(lower=lower, time_varying=time_varying)
+        return _of_channels(block, classes, "sector", criterion, seconds, progress)
     more: dict[str, Any] = {"time_varying": time_varying, "criterion": criterion, "search": search}
     problem = Problem.largest(_plant(block), "sector", lower=exact_number(lower, "lower"), **more)
     return cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
 
 
-def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
+@overload
+def max_slope(
     block: object,
+    classes: None = None,
     *,
     odd: bool = False,
     criterion: str = BEST,
@@ -121,7 +157,31 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
     search: Search = "full",
     seconds: float | None = None,
     progress: Tell | None = None,
-) -> StabilityBound:
+) -> StabilityBound: ...
+
+
+@overload
+def max_slope(
+    block: object,
+    classes: Sequence[object] | Diagonal,
+    *,
+    criterion: str = BEST,
+    seconds: float | None = None,
+    progress: Tell | None = None,
+) -> ChannelBound: ...
+
+
+def max_slope(  # noqa: PLR0913  (a block, classes and six settings with defaults)
+    block: object,
+    classes: Sequence[object] | Diagonal | None = None,
+    *,
+    odd: bool = False,
+    criterion: str = BEST,
+    lower: Exact = 0,
+    search: Search = "full",
+    seconds: float | None = None,
+    progress: Tell | None = None,
+) -> StabilityBound | ChannelBound:
     r"""The largest ``k`` such that the loop is stable for every time-invariant ``phi`` with slope in ``[lower, k]``.
 
     .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad \varphi(0) = 0, \\
@@ -133,6 +193,9 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
     ----------
     block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D)
         The linear block, whatever :func:`lure.as_plant` takes, or a ``StructuredPlant`` such as a rod.
+    classes : sequence or Diagonal, optional
+        For a plant with several channels: the class of each nonlinearity, in order, as ``SlopeBounds`` or
+        ``NonlinearityClass``.  The answer is then the largest factor of all upper bounds.
     odd : bool
         Whether ``phi(-sigma) = -phi(sigma)`` is assumed.
     criterion : str
@@ -149,7 +212,8 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
 
     Returns
     -------
-    StabilityBound
+    StabilityBound or ChannelBound
+        The latter for several classes.
         With ``largest``, ``refuted_at``, ``witness``, ``hurwitz``, ``verdict``, ``evidence``, ``multiplier`` and more.
 
     Raises
@@ -164,6 +228,9 @@ def max_slope(  # noqa: PLR0913  (a block and six settings with defaults)
     PROVED popov 3.0 3.0
     """
     _checked(criterion, search, seconds, odd=odd)
+    if classes is not None:
+        _only_classes(lower=lower, odd=odd)
+        return _of_channels(block, classes, "slope", criterion, seconds, progress)
     more: dict[str, Any] = {"odd": odd, "criterion": criterion, "search": search}
     problem = Problem.largest(_plant(block), "slope", lower=exact_number(lower, "lower"), **more)
     return cast("StabilityBound", answer(problem, seconds=seconds, progress=progress))
@@ -179,6 +246,27 @@ def _checked(criterion: object, search: object, seconds: object, **flags: object
     if not isinstance(criterion, str):
         raise InputError(f"criterion is {criterion!r:.40}; give its name as text")
     check_seconds(seconds)
+
+
+def _only_classes(**settings: object) -> None:
+    """Refuse what the classes of several nonlinearities say themselves."""
+    for name, value in settings.items():
+        if value:
+            raise InputError(f"{name} is given beside classes; say it in the class of each channel")
+
+
+def _of_channels(  # noqa: PLR0913  (what the two questions share)
+    block: object,
+    classes: Sequence[object] | Diagonal,
+    question: Question,
+    criterion: str,
+    seconds: float | None,
+    progress: Tell | None,
+) -> ChannelBound:
+    from lure.analysis.questions.channels import channel_problem, largest_factor
+
+    problem = channel_problem(block, classes, criterion=criterion)
+    return largest_factor(problem, question, seconds=seconds, progress=progress)
 
 
 def _plant(block: object) -> Plant:

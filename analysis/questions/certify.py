@@ -13,6 +13,7 @@ from lure.analysis.certificates.proposals import Numbers
 from lure.analysis.questions.answers import answer
 from lure.analysis.questions.conclusion import Certification as Certification
 from lure.analysis.questions.problem import class_given, loop_given, posed
+from lure.classes import Diagonal
 from lure.errors import InputError
 
 Method = Literal["best", "polynomial", "matrix", "cover", "structure"]
@@ -79,7 +80,7 @@ def certify(
     nonlinearity : object
         The class of laws, as a ``NonlinearityClass``, a ``Sector`` or ``SlopeBounds``; by default that of the loop, or
         the smallest that its law is known to belong to.  Or, around a block, a law: an object, a formula as text,
-        ``control.saturation_nonlinearity``.
+        ``control.saturation_nonlinearity``.  For several channels: a list of classes, in order, or a ``Diagonal``.
     ways : Ways, optional
         Which criterion, which kind of proof, how long.
     progress : callable, optional
@@ -107,11 +108,16 @@ def certify(
     PROVED
     """
     chosen = ways or ProofOptions()
+    told = None if progress is None else lambda step, _done: progress(step)
+    if isinstance(nonlinearity, Diagonal | list | tuple):
+        from lure.analysis.questions.channels import certified_channels, channel_problem
+
+        several = channel_problem(loop, nonlinearity, criterion=chosen.criterion)
+        return certified_channels(several, seconds=chosen.seconds, numbers=chosen.numbers, progress=told)
     law_class = class_given(nonlinearity)
     if law_class is None:
         loop = loop_given(loop, nonlinearity)
     problem = posed(loop, law_class, criterion=chosen.criterion, finite=chosen.finite, method=chosen.method)
-    told = None if progress is None else lambda step, _done: progress(step)
     return cast("Certification", answer(problem, seconds=chosen.seconds, numbers=chosen.numbers, progress=told))
 
 

@@ -24,8 +24,8 @@ from lure.loop import Loop, LoopModel
 from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
-from lure.plants import one_channel
 from lure.plants.block import StructuredPlant
+from lure.plants.conversion import one_channel
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant

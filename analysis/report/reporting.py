@@ -17,7 +17,7 @@ from lure.errors import InputError
 from lure.extensions import extension
 from lure.files.system import LoopSystem
 from lure.loop import Loop
-from lure.plants import one_channel
+from lure.plants.conversion import one_channel
 
 _COMMAND = "lure.analysis.report_on(plant, nonlinearity, output=...)"
 

@@ -74,6 +74,8 @@ class Theorem:
         0: cheap and of interest by itself; 1: cheap; 2: dear.  Those of a later stage are asked while a gap is left.
     aliases : tuple of str
         Other names to ask for it.
+    channels : str
+        Its name in certificates about several nonlinearities, with diagonal multipliers; empty if it is about one.
     """
 
     name: str
@@ -95,6 +97,7 @@ class Theorem:
     thorough: bool = False
     stage: int = 0
     aliases: tuple[str, ...] = ()
+    channels: str = ""
 
     def reach(self, block: RationalPlant | DelayPlant, *, lower: Fraction, odd: bool) -> Answer:
         """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves; with dead time ``lower`` is 0."""
@@ -202,6 +205,7 @@ TABLE = (  # in each stage the cheapest first
         time_varying=True,
         endless=True,
         matrix=True,
+        channels="diagonal-circle",
         largest="theorems.circle:circle_largest",
         decision="theorems.circle:circle_criterion",
         dead_time="theorems.dead_time:circle_largest",
@@ -214,6 +218,7 @@ TABLE = (  # in each stage the cheapest first
         endless=True,
         composed=True,
         matrix=True,
+        channels="diagonal-popov",
         largest="theorems.popov:popov_largest",
         decision="theorems.popov:popov_criterion",
         dead_time="theorems.dead_time:popov_largest",

@@ -18,7 +18,7 @@ from lure.files.schema import LAW_TEXTS, PLANT_TABLES, ClassTable, PlantTable, P
 from lure.files.system import LoopSystem, loop_system
 from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
-from lure.plants import one_channel
+from lure.plants.conversion import one_channel
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import InputError, Loop, RationalPlant, Tanh
-from lure.plants import as_plant, one_channel
+from lure.plants import as_plant
+from lure.plants.conversion import one_channel
 from lure.plants.multivariable import MultivariablePlant
 
 A2, SHAPES = [[0, 1], [-2, -3]], "2 inputs and 2 outputs"

@@ -187,6 +187,7 @@ def memory():
 
 
 RESULTS = {
+    "ChannelBound": lambda: lure.max_sector(([1], [1, 3, 3, 1]), [Sector(0, 1)]),
     "exact motion": motion,
     "impact": lambda: motion().impacts[0],
     "Galerkin run": galerkin_run,

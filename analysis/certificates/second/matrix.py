@@ -77,7 +77,7 @@ def require_matrix(system: Rational, claim: Claim, theta: Fraction, proof: objec
         require(all(state.rho > 0 for state in states), "the residue at the pole 0 is not positive")
         case = "critical"
     n = len(states[0].b)
-    rows = _triangle(found["P"], n)
+    rows = triangle(found["P"], n)
     exponent = count(found["exponent"], least=-LARGEST_EXPONENT)
     require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
     for bits in BITS:
@@ -114,7 +114,7 @@ def require_growth(system: Rational, laws: Laws, proof: object) -> None:
     gain, start, r = number(found["gain"]), numbers(found["start"]), system.states
     require(laws.has_gain(gain), "the gain is not in the class")
     require(1 + gain * r.d != 0, "with this gain the loop has no solution")
-    rows = _triangle(found["P"], r.order)
+    rows = triangle(found["P"], r.order)
     require(len(start) == r.order, "the start is no state of this order")
     value = sum(
         ((1 + (j < i)) * int(v) * start[i] * start[j] for i, row in enumerate(rows) for j, v in enumerate(row)),
@@ -132,7 +132,16 @@ def require_growth(system: Rational, laws: Laws, proof: object) -> None:
     raise NotShown("the form is not shown to fall along every motion")
 
 
-def _triangle(rows: object, order: int) -> list[list[fmpz]]:
+def triangle(rows: object, order: int) -> list[list[fmpz]]:
+    """The lower triangle of integers, row by row.
+
+    Parameters
+    ----------
+    rows : object
+        As they stand in the file.
+    order : int
+        How many there must be.
+    """
     found = [[whole(entry) for entry in listed(row)] for row in listed(rows)]
     require([len(row) for row in found] == list(range(1, order + 1)), "P is not a lower triangle of this order")
     return found

@@ -74,7 +74,7 @@ class Plant:
         """The plant of a transfer function."""
         degree = d.degree()
         return (
-            cls(n=_mapped(n, degree), d=_mapped(d, degree), degree=degree) if discrete else cls(n=n, d=d, degree=degree)
+            cls(n=mapped(n, degree), d=mapped(d, degree), degree=degree) if discrete else cls(n=n, d=d, degree=degree)
         )
 
     def shifted(self, gain: Fraction) -> Plant:
@@ -116,8 +116,16 @@ class Plant:
         return found
 
 
-def _mapped(p: fmpq_poly, degree: int) -> fmpq_poly:
-    """``(1 - s)^degree p((1 + s)/(1 - s))``."""
+def mapped(p: fmpq_poly, degree: int) -> fmpq_poly:
+    """``(1 - s)^degree p((1 + s)/(1 - s))``, which takes the unit disc to the left half plane.
+
+    Parameters
+    ----------
+    p : fmpq_poly
+        A polynomial in ``z``.
+    degree : int
+        At least its own.
+    """
     up, down = fmpq_poly([1, 1]), fmpq_poly([1, -1])
     found, factor = fmpq_poly([]), down ** (degree - max(p.degree(), 0))
     for c in reversed(p.coeffs()):

@@ -1,0 +1,258 @@
+"""Several nonlinearities, one in each channel of a plant with as many inputs as outputs: part of the checker.
+
+Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from . import arithmetic as exact
+from . import states
+from .arithmetic import INF, ZERO, S, fields, form, integer, need, numbers, real, tick
+from .balls import dot, positive_definite
+
+MOST_STATES, MOST_CHANNELS = 200, 50
+ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
+Rows = list[list[Fraction]]
+
+
+class Plant(NamedTuple):
+    """``x' = A x + B mu``, ``sigma = C x + D mu`` (or ``x+``), ``mu_i = -phi_i(sigma_i)``."""
+
+    A: Rows
+    B: Rows
+    C: Rows
+    D: Rows
+    discrete: bool
+
+
+class Channels(NamedTuple):
+    """The class of each channel; ``repeated``: all channels have the same nonlinearity."""
+
+    laws: list[states.Laws]
+    repeated: bool
+
+    def bounds(self, i: int) -> tuple[Any, Any]:
+        """Bounds of ``phi_i(sigma)/sigma``: those of the sector and, as ``phi_i(0) = 0``, those of the slope."""
+        sector, slope = self.laws[i].sector, self.laws[i].slope
+        return max(sector[0], slope[0]), min(sector[1], slope[1])
+
+
+def plant(system: Any) -> Plant:
+    """The plant of a certificate."""
+    kind, domain, *sides = fields(system, "kind", "time", "A", "B", "C", "D")
+    form(kind == "multivariable" and domain in ("continuous", "discrete"), "the system is of no kind for channels")
+    form(all(isinstance(side, list) and side for side in sides), "A, B, C and D are lists of rows")
+    n, m = len(sides[0]), len(sides[3])
+    form(n <= MOST_STATES and m <= MOST_CHANNELS, "there are too many states or channels")
+    form([len(side) for side in sides] == [n, n, m, m], "A, B, C and D do not fit, or inputs and outputs differ")
+    A, B, C, D = ([numbers(row, width) for row in side] for side, width in zip(sides, (n, m, n, m)))
+    return Plant(A, B, C, D, domain == "discrete")
+
+
+def channels(data: Any, m: int) -> Channels:
+    """The classes of a certificate, one for each channel."""
+    given, repeated = fields(data, "channels", "repeated")
+    form(isinstance(given, list) and len(given) == m and type(repeated) is bool, f"{m} classes are needed, in order")
+    laws = [states.classes(one) for one in given]
+    form(not repeated or all(one == given[0] for one in given), "a repeated nonlinearity has one class")
+    return Channels(laws, repeated)
+
+
+def examined(
+    verdict: str, name: str, data: Any, system: Any, given: Any, law: Any, proof: Any
+) -> tuple[bool, int, dict[str, str], str]:
+    """Whether it is a proof, and what follows; 0: 0 attracts, 1: some motion moves on, 2: other equilibria, 3: no loop.
+
+    And how every hypothesis was found to hold, and what is assumed.
+    """
+    asked = channels(given, len(plant(system).D))
+    need(law is None, "no nonlinearity is given beside several classes")
+    facts = {"class": described(asked)}
+    if verdict == "PROVED":
+        found, assumed = proved(name, data, system, asked, proof)
+        return True, 0, facts | found, assumed
+    need((name, data) == ("counterexample", {}), "a refutation is a counterexample")
+    end, found = refuted(system, asked, proof)
+    return False, end, facts | found, ""
+
+
+def described(asked: Channels) -> str:
+    """The classes in words."""
+    words = "; ".join(f"channel {i}: {states.described(laws)}" for i, laws in enumerate(asked.laws, 1))
+    return f"{words}; one nonlinearity in all channels" if asked.repeated else words
+
+
+def ordered(D: Rows) -> bool:
+    """Whether the channels can be taken one after the other, each ``sigma_i`` given by those before it."""
+    left = set(range(len(D)))
+    while free := {i for i in left if not any(D[i][j] for j in left)}:
+        left -= free
+    return not left
+
+
+def well_posed(D: Rows, asked: Channels) -> tuple[str, str]:
+    """Why the loop has a solution and what is assumed for it; the inequality holds at ``x = 0``.
+
+    There ``sum lambda_i (phi_i - l_i sigma_i)(u_i sigma_i - phi_i) < 0`` for ``sigma = -D phi != 0``.  Differences of
+    two solutions of ``sigma + D phi(sigma) = y`` would satisfy the opposite if the slopes lie in ``[l_i, u_i]``; with
+    ``y`` not equal too, ``|phi - phi'| <= K |y - y'|``: ``sigma`` is unique, Lipschitz in ``y``, and exists as a proper
+    injective continuous map of ``R^m`` is onto (Brouwer).
+    """
+    if ordered(D):
+        return "sigma is given channel after channel: D has no cycle", ""
+    inside = (asked.bounds(i)[0] <= laws.slope[0] and laws.slope[1] <= asked.bounds(i)[1] for i, laws in _each(asked))
+    if all(inside):
+        return "the inequality at x = 0 bounds differences of solutions, the slopes being in the same bounds", ""
+    return "the inequality at x = 0 shows det(1 + D G) != 0 for the gains of the class", ONE_SOLUTION
+
+
+def _each(asked: Channels) -> Any:
+    return enumerate(asked.laws)
+
+
+def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
+    """The circle criterion, or Popov's, with diagonal multipliers: what was found, and what is assumed.
+
+    ``V = x'Px + 2 sum theta_i int_0^sigma_i phi_i`` is positive definite, and ``V' + 2 sum lambda_i (phi_i - l_i
+    sigma_i)(u_i sigma_i - phi_i)`` (discrete: the difference of ``V``) negative definite in ``(x, phi)``.
+    """
+    H = plant(system)
+    need(name in ("diagonal-circle", "diagonal-popov"), f"there is no theorem {name!r:.40} for several nonlinearities")
+    popov, n, m = name == "diagonal-popov", len(H.A), len(H.D)
+    given = fields(data, "lambda", "theta") if popov else fields(data, "lambda")
+    weights, theta = numbers(given[0], m), numbers(given[1], m) if popov else [ZERO] * m
+    need(min(weights) >= 0, "a weight lambda is negative")
+    need(not (popov and H.discrete), "diagonal-popov is for continuous time")
+    for i, laws in _each(asked):
+        need(INF not in map(abs, asked.bounds(i)), f"channel {i + 1} has no finite bounds")
+        need(not laws.rough, "locally Lipschitz nonlinearities are needed")
+        need(not theta[i] or not laws.varying, f"theta_{i + 1} needs a nonlinearity that does not depend on time")
+        need(not theta[i] or not any(H.D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
+    method, rows, exponent = fields(proof, "method", "P", "exponent")
+    form(method == "matrix", "several nonlinearities are proved by a matrix")
+    P, q, whole = states.symmetric(rows, [*moved(H), *seen(H)], n)
+    R, Z, e = whole[:n], whole[n:], integer(exponent, 0, 10**5)  # q (A, -B) and q (C, -D)
+    bounds = [asked.bounds(i) for i in range(m)]
+    falls, above = inequality(P, (R, Z, q, e), weights, theta, bounds, H.discrete)
+    need(positive_definite(above), "V > 0 fails, or is undecided")
+    need(positive_definite(falls), "the inequality of P fails, or is undecided")
+    posed, assumed = well_posed(H.D, asked)
+    V = "V = x^T P x + 2 sum theta_i int phi_i" if any(theta) else "V = x^T P x"
+    facts = {
+        "stable": f"{V} is positive definite (order {n})",
+        "inequality": f"the matrix of order {n + m} is positive definite: V falls",
+        "well-posed": posed,
+    }
+    return facts, assumed
+
+
+def moved(H: Plant) -> Rows:
+    """Rows of ``(A, -B)``: ``x'`` (or ``x+``) from ``(x, phi)``."""
+    return [[*a, *(-v for v in b)] for a, b in zip(H.A, H.B)]
+
+
+def seen(H: Plant) -> Rows:
+    """Rows of ``(C, -D)``: ``sigma`` from ``(x, phi)``."""
+    return [[*c, *(-v for v in d)] for c, d in zip(H.C, H.D)]
+
+
+def inequality(P: Any, scaled: Any, weights: Any, theta: Any, bounds: Any, discrete: bool) -> tuple[Any, Any]:
+    """Lower triangles of integers: of ``-V'`` less the constraints, times ``2^e q^2 w``, and of a bound below ``V``.
+
+    ``int phi_i >= min(theta_i l_i, theta_i u_i) sigma_i^2/(2 theta_i)``, whatever the sign of ``theta_i``.
+    """
+    R, Z, q, e = scaled
+    n, m = len(P), len(Z)
+    unit = [l.denominator * u.denominator for l, u in bounds]
+    least = [min(t * l, t * u) for t, (l, u) in zip(theta, bounds)]
+    w = math.lcm(*((v / d).denominator for v, d in zip(weights, unit)), *(v.denominator for v in (*theta, *least)))
+    k = [int(w * v / d) for v, d in zip(weights, unit)]  # of (l_d phi - l_n sigma)(u_n sigma - u_d phi)
+    t, low, N = [int(w * v) for v in theta], [int(w * v) for v in least], n + m
+    PR = [[dot(row, column) for column in zip(*R)] for row in P]  # q P (A, -B)
+    M = [[0] * (i + 1) for i in range(N)]
+    for i in range(N):
+        tick()
+        for j in range(i + 1):
+            if discrete:
+                M[i][j] = (q * q * P[i][j] if i < n else 0) - sum(R[h][i] * PR[h][j] for h in range(n))
+            else:
+                M[i][j] = -q * ((PR[i][j] if i < n else 0) + (PR[j][i] if j < n else 0))
+            M[i][j] *= w
+    for h, (l, u) in enumerate(bounds):
+        tick()
+        first = [-l.numerator * v + (l.denominator * q if i == n + h else 0) for i, v in enumerate(Z[h])]
+        second = [u.numerator * v - (u.denominator * q if i == n + h else 0) for i, v in enumerate(Z[h])]
+        rate = [sum(Z[h][g] * R[g][i] for g in range(n)) for i in range(N)] if t[h] else [0] * N  # q^2 sigma_h'
+        for i in range(N):
+            for j in range(i + 1):
+                M[i][j] -= k[h] * (first[i] * second[j] + second[i] * first[j]) << e
+                M[i][j] -= t[h] * ((i == n + h) * rate[j] + (j == n + h) * rate[i]) << e
+    above = [
+        [w * q * q * P[i][j] + (sum(low[h] * Z[h][i] * Z[h][j] for h in range(m)) << e) for j in range(i + 1)]
+        for i in range(n)
+    ]
+    return M, above
+
+
+def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
+    """Constant gains ``mu_i = -g_i sigma_i`` of the class with which the loop is not asymptotically stable.
+
+    What follows, as in :func:`examined`, and what was found.
+    """
+    H, (method, data) = plant(system), fields(proof, "method", "gains")
+    gains, m = numbers(data, len(H.D)), len(H.D)
+    need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
+    inside = all(low <= g <= high for g, (low, high) in zip(gains, map(asked.bounds, range(m))))
+    need(inside and (not asked.repeated or len(set(gains)) == 1), "the gains are outside the class")
+    words = ", ".join(map(str, gains))
+    # mu = -G sigma and sigma = C x + D mu: (1 + G D) mu = -G C x
+    left = [[(i == j) + g * v for j, v in enumerate(row)] for i, (g, row) in enumerate(zip(gains, H.D))]
+    solved = eliminated(left, [[-g * v for v in row] for g, row in zip(gains, H.C)])
+    if solved is None:
+        return 3, {"root": f"det(1 + H(inf) G) = 0 for the gains {words}"}
+    closed = [[a + dot(b, column) for a, column in zip(row, zip(*solved))] for row, b in zip(H.A, H.B)]
+    order, p = len(closed), characteristic(closed)
+    up, down = (real(1) + S, real(1) + exact.MINUS * S) if H.discrete else (S, real(1))
+    inner = exact.primitive(exact.ascending(exact.homogeneous(p, up, down, order)))
+    zeros = next(i for i, c in enumerate(inner) if c)
+    rest = exact.homogeneous([Fraction(c) for c in inner[zeros:][::-1]], S, real(1), len(inner) - 1 - zeros)
+    stable = len(inner) == order + 1 and exact.hurwitz(rest)  # shorter in discrete time: a root at z = -1
+    need(zeros > 0 or not stable, "the loop with these gains is stable")
+    if stable:
+        at = "z = 1" if H.discrete else "s = 0"
+        return 2, {"root": f"with the gains {words} the loop has an eigenvalue {at}, the others strictly inside"}
+    return 1, {"root": f"with the gains {words} the loop has an eigenvalue not strictly inside, by Routh's array"}
+
+
+def eliminated(left: Rows, right: Rows) -> Rows | None:
+    """The solution ``X`` of ``left X = right``, None if ``left`` is singular."""
+    m = len(left)
+    table = [[*a, *b] for a, b in zip(left, right)]
+    for i in range(m):
+        tick()
+        pivot = next((j for j in range(i, m) if table[j][i]), None)
+        if pivot is None:
+            return None
+        table[i], table[pivot] = table[pivot], table[i]
+        table[i] = [v / table[i][i] for v in table[i]]
+        for j in range(m):
+            if j != i and table[j][i]:
+                table[j] = [v - table[j][i] * u for v, u in zip(table[j], table[i])]
+    return [row[m:] for row in table]
+
+
+def characteristic(A: Rows) -> list[Fraction]:
+    """``det(s - A)``, descending, by Faddeev and LeVerrier in integers."""
+    n, q = len(A), states.unit(A)
+    need(n <= 60, "characteristic polynomials are formed up to order 60")
+    a = [[v.numerator * (q // v.denominator) for v in row] for row in A]
+    X, p = [[0] * n for _ in range(n)], [1]
+    for k in range(1, n + 1):
+        X = [[dot(row, column) + p[-1] * (i == j) for j, column in enumerate(zip(*X))] for i, row in enumerate(a)]
+        trace = sum(dot(row, [X[h][i] for h in range(n)]) for i, row in enumerate(a))
+        p.append(-trace // k)
+    return [Fraction(c, q**i) for i, c in enumerate(p)]

@@ -1,0 +1,231 @@
+"""Certificates about several nonlinearities: what both checkers accept by hand, and what neither does."""
+
+import copy
+import json
+import random
+from fractions import Fraction as F
+from importlib import resources
+
+import jsonschema
+import pytest
+
+from lure.analysis.certificates import channels
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
+from lure.analysis.certificates.checker import Proved, Refuted, check
+from lure.analysis.certificates.sealing import settled
+from lure.analysis.certificates.second.opinion import recheck
+
+SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
+
+
+def law(low, high, *, slope=False, **more):
+    bounds = [str(low), str(high)]
+    found = {"sector": bounds, "slope": bounds if slope else None, "odd": False, "time_varying": False, "linear": False}
+    return found | more
+
+
+# H = diag(1/(s + 1), 1/(s + 2)) with phi_1 in [-1/2, 1] and phi_2 in [0, 5]: with V = x_1^2 + 4 x_2^2 and lambda = 1
+# the form -V' - 2 sum lambda (phi - l x)(u x - phi) is, channel by channel,
+# channel 1: 2 x^2 + 2 x phi - 2 (phi + x/2)(x - phi) = x^2 + phi^2 + x phi, of determinant 3/4
+# channel 2: 16 x^2 + 8 x phi - 2 phi (5 x - phi) = 16 x^2 - 2 x phi + 2 phi^2, of determinant 31
+SYSTEM = {
+    "kind": "multivariable",
+    "time": "continuous",
+    "A": [["-1", "0"], ["0", "-2"]],
+    "B": [["1", "0"], ["0", "1"]],
+    "C": [["1", "0"], ["0", "1"]],
+    "D": [["0", "0"], ["0", "0"]],
+}
+PROOF = {
+    "verdict": "PROVED",
+    "system": SYSTEM,
+    "laws": {"channels": [law("-1/2", 1), law(0, 5)], "repeated": False},
+    "theorem": "diagonal-circle",
+    "multiplier": {"lambda": ["1", "1"]},
+    "proof": {"method": "matrix", "P": [["1"], ["0", "4"]], "exponent": 0},
+}
+POPOV = {**PROOF, "theorem": "diagonal-popov", "multiplier": {"lambda": ["1", "1"], "theta": ["1/10", "-1/100"]}}
+# gains -3 and -2: A - B G C = diag(-1 + 3, -2 + 2) has the eigenvalue 2
+COUNTER = {
+    "verdict": "REFUTED",
+    "system": SYSTEM,
+    "laws": {"channels": [law(-5, 1), law(-5, 5)], "repeated": False},
+    "theorem": "counterexample",
+    "proof": {"method": "linear-gains", "gains": ["-3", "-2"]},
+}
+
+
+def changed(draft, *path_and_value):
+    *path, last, value = path_and_value
+    found = copy.deepcopy(draft)
+    at = found
+    for key in path:
+        at = at[key]
+    at[last] = value
+    return found
+
+
+@pytest.mark.parametrize("draft", [PROOF, POPOV, changed(PROOF, "laws", "channels", 0, "time_varying", True)])
+def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(draft):
+    shown = settled(draft)
+    assert isinstance(shown, Proved)
+    assert shown.claim.startswith("0 attracts every motion: channel 1: all")
+    assert recheck(dict(shown.certificate)).accepted
+    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+
+
+@pytest.mark.parametrize(
+    ("gains", "conclusion"),
+    [
+        (["-3", "-2"], "a loop of the class has a motion that does not converge to an equilibrium"),
+        (["-1", "0"], "a loop of the class has equilibria other than 0"),  # diag(0, -2)
+        (["-1", "-2"], "a loop of the class has equilibria other than 0"),  # the zero matrix: every point is one
+    ],
+)
+def test_constant_gains_refute_for_both_checkers(gains, conclusion):
+    shown = settled(changed(COUNTER, "proof", "gains", gains))
+    assert isinstance(shown, Refuted)
+    assert shown.certificate["conclusion"] == conclusion
+    assert recheck(dict(shown.certificate)).accepted
+    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+
+
+def test_gains_that_leave_no_solution_refute():
+    # D = [[0, 1], [1, 0]] and G = 1: det (1 + D G) = det [[1, 1], [1, 1]] = 0
+    draft = changed(changed(COUNTER, "system", "D", [["0", "1"], ["1", "0"]]), "proof", "gains", ["1", "1"])
+    shown = settled(draft)
+    assert shown.certificate["conclusion"] == "a loop of the class is not well posed: 1 + g H(inf) = 0"
+    assert recheck(dict(shown.certificate)).accepted
+
+
+def test_in_discrete_time_the_unit_circle_counts():
+    discrete = changed(COUNTER, "system", "time", "discrete")  # A - B G C = diag(-1 - g, -2 - h)
+    for gains, ends in ((["0", "-2"], "converge to an equilibrium"), (["-2", "-2"], "other than 0")):  # z = -1, z = 1
+        shown = settled(changed(discrete, "proof", "gains", gains))
+        assert shown.certificate["conclusion"].endswith(ends)
+        assert recheck(dict(shown.certificate)).accepted
+    with pytest.raises(Rejected, match="is stable"):
+        settled(changed(discrete, "proof", "gains", ["-1", "-2"]))  # diag(0, 0)
+    # x+ = x/2 - phi, phi in [0, 1]: P = 1, lambda: x^2 - (x/2 - phi)^2 - 2 phi (x - phi) = 3/4 x^2 - x phi + phi^2
+    proof = {**PROOF, "system": {**SYSTEM, "time": "discrete", "A": [["1/2", "0"], ["0", "1/2"]]}}
+    proof |= {"laws": {"channels": [law(0, 1)] * 2, "repeated": True}}
+    shown = settled(changed(proof, "proof", "P", [["1"], ["0", "1"]]))
+    assert recheck(dict(shown.certificate)).accepted
+
+
+TAMPERED = {
+    "a larger class": ("laws", "channels", 0, "sector", ["-1/2", "40"]),
+    "a lower lower bound": ("laws", "channels", 0, "sector", ["-2", "1"]),
+    "a slower pole": ("system", "A", [["-1/10", "0"], ["0", "-2"]]),
+    "a coupling": ("system", "B", [["1", "9"], ["9", "1"]]),
+    "another output": ("system", "C", [["1", "0"], ["7", "1"]]),
+    "a direct term": ("system", "D", [["0", "5"], ["-5", "0"]]),
+    "P is indefinite": ("proof", "P", [["1"], ["3", "4"]]),
+    "P is negative": ("proof", "P", [["-1"], ["0", "4"]]),
+    "P is too small": ("proof", "exponent", 9),
+    "a weight is 0": ("multiplier", "lambda", ["0", "1"]),
+    "a weight is negative": ("multiplier", "lambda", ["-1", "1"]),
+    "too large a weight": ("multiplier", "lambda", ["90", "1"]),
+    "no upper bound": ("laws", "channels", 0, "sector", ["-1/2", "finite"]),
+    "a class is missing": ("laws", "channels", [law("-1/2", 1)]),
+    "repeated": ("laws", "repeated", True),
+    "laws that jump": ("laws", "channels", 0, "regularity", "any"),
+    "discrete time": ("system", "time", "discrete"),
+    "no theorem": ("theorem", "diagonal-park"),
+    "a row is missing": ("system", "C", [["1", "0"]]),
+    "a weight is missing": ("multiplier", "lambda", ["1"]),
+    "a key too many": ("multiplier", "theta", ["0", "0"]),
+    "a law": ("law", {"kind": "tanh", "height": "1", "rate": "1"}),
+}
+
+
+@pytest.mark.parametrize("what", TAMPERED)
+def test_what_was_tampered_with_is_accepted_by_neither(what):
+    path = TAMPERED[what]
+    with pytest.raises((Rejected, Malformed)):
+        settled(changed(PROOF, *path))
+    accepted = json.loads(json.dumps(dict(settled(PROOF).certificate)))
+    assert not recheck(changed(accepted, *path)).accepted
+    with pytest.raises((Rejected, Malformed)):
+        check(changed(accepted, *path))
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        ("laws", "channels", 0, "time_varying", True),  # theta_1 is not 0
+        ("system", "D", [["0", "1/100"], ["0", "0"]]),  # sigma_1 is no function of the state
+        ("system", "time", "discrete"),
+        ("multiplier", "theta", ["-5", "0"]),  # V > 0 fails: 1 - 5 u_1 < 0
+        ("multiplier", "theta", ["1/10"]),
+    ],
+)
+def test_popovs_terms_need_their_hypotheses(path):
+    accepted = json.loads(json.dumps(dict(settled(POPOV).certificate)))
+    with pytest.raises((Rejected, Malformed)):
+        settled(changed(POPOV, *path))
+    assert not recheck(changed(accepted, *path)).accepted
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        ("proof", "gains", ["0", "0"]),  # stable
+        ("proof", "gains", ["-6", "0"]),  # outside
+        ("proof", "gains", ["-3"]),
+        ("laws", {"channels": [law(-5, 1)] * 2, "repeated": True}),  # -3 is not -2
+        ("multiplier", {"lambda": ["1", "1"]}),
+        ("conclusion", "0 attracts every motion"),
+        ("verdict", "PROVED"),
+    ],
+)
+def test_a_counterexample_that_is_none_is_accepted_by_neither(path):
+    accepted = json.loads(json.dumps(dict(settled(COUNTER).certificate)))
+    with pytest.raises((Rejected, Malformed)):
+        check(changed(accepted, *path))
+    assert not recheck(changed(accepted, *path)).accepted
+
+
+def test_what_a_direct_term_with_a_cycle_assumes():
+    def shown(*, slope):
+        cycle = changed(PROOF, "system", "D", [["0", "1/10"], ["1/10", "0"]])
+        return settled(changed(cycle, "laws", "channels", [law("-1/2", 1, slope=slope), law(0, 2, slope=slope)]))
+
+    assert shown(slope=True).assumed == ""
+    assert shown(slope=False).assumed == channels.ONE_SOLUTION
+    assert channels.ordered([[F(0), F(0)], [F(1), F(0)]])
+    assert not channels.ordered([[F(1)]])
+
+
+def member(rng, low, high):
+    """A random continuous piecewise-linear phi with phi(0) = 0 and its chords from the origin within the bounds."""
+    knots = sorted({F(rng.randint(-40, 40), 8) for _ in range(6)} | {F(0)})
+    gains = [low + (high - low) * F(rng.randint(0, 16), 16) for _ in knots]
+    values = [g * x for g, x in zip(gains, knots, strict=True)]
+
+    def phi(x):
+        if x <= knots[0] or x >= knots[-1]:
+            return (gains[0] if x <= knots[0] else gains[-1]) * x
+        i = max(j for j, knot in enumerate(knots) if knot <= x)
+        share = (x - knots[i]) / (knots[i + 1] - knots[i])
+        return values[i] + share * (values[i + 1] - values[i])
+
+    return phi
+
+
+@pytest.mark.parametrize("theta", [(F(1, 10), F(-1, 100)), (F(0), F(0))])
+def test_v_falls_at_random_states_for_random_members(theta):
+    rng = random.Random(20261122)
+    bounds, P, A = ((F(-1, 2), F(1)), (F(0), F(5))), (1, 4), (-1, -2)
+    slack = []
+    for _ in range(400):
+        laws = [member(rng, *one) for one in bounds]
+        x = [F(rng.randint(-40, 40), 8) for _ in range(2)]
+        if any(x):
+            phi = [one(v) for one, v in zip(laws, x, strict=True)]
+            rate = [a * v - w for a, v, w in zip(A, x, phi, strict=True)]
+            falls = sum(2 * (p * v + t * w) * r for p, v, w, t, r in zip(P, x, phi, theta, rate, strict=True))
+            slack.append(falls)
+            constraint = [(w - low * v) * (high * v - w) for v, w, (low, high) in zip(x, phi, bounds, strict=True)]
+            assert min(constraint) >= 0
+    assert max(slack) < 0

@@ -1,0 +1,199 @@
+"""Several nonlinearities: the largest factor from both sides, on published plants and where the answer is exact."""
+
+import numpy as np
+import pytest
+
+from lure import Diagonal, InputError, NonlinearityClass, Sector, SlopeBounds, as_plant, certify, max_sector, max_slope
+from lure.analysis import Verdict
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.questions import channels
+from lure.analysis.questions.answers import ContradictionError
+from lure.analysis.questions.channels import ChannelProblem, channel_bound, channel_problem, largest_factor
+from lure.analysis.questions.conclusion import MismatchError
+
+ONE, UNIT = Sector(0, 1), SlopeBounds(0, 1)
+MOVING = NonlinearityClass(sector=ONE, time_varying=True)
+
+
+def rows(text):
+    return [line.split() for line in text.split(";")]
+
+
+# Veenman, Scherer, Koroglu (IQClab, Demo_006), theirs is positive feedback: B and D with the other sign here
+VEENMAN = as_plant((rows("-.4 -1; 1 0"), rows(".2 1 .25; 0 0 0"), rows("1 0; 0 1; 0 0"), rows("0 0 0; 0 0 0; 0 -1 0")))
+# Fetzer, Scherer (2017), example 4.9
+STATE, OUT = rows("-4 -3 0; 2 0 0; -1 -1 -2"), rows("-.1 -.2 1; -1 -.3 .1; -.2 .1 1; .1 -.2 .2")
+FETZER = as_plant((STATE, rows("0 -4 -1 -3; -2 0 -3 -1; -1 0 -3 -1"), OUT))
+OPPOSITE = as_plant((STATE, rows("0 4 1 3; 2 0 3 1; 1 0 3 1"), OUT))
+
+
+def second(found):
+    """Both certificates again, by the second checker."""
+    shown = [one for one in (found.proof, found.refutation) if one is not None]
+    assert shown
+    assert all(recheck(dict(one.certificate)).accepted for one in shown)
+    return found
+
+
+# largest factors of the circle criterion with diagonal multipliers, recomputed by others with semidefinite programmes
+@pytest.mark.parametrize(
+    ("plant", "largest"), [(VEENMAN, 0.767134), (FETZER, 0.523596), (OPPOSITE, 0.670053)], ids=["1.1", "1.2", "1.2-"]
+)
+def test_published_plants_reach_what_others_computed(plant, largest):
+    found = second(max_slope(plant, [UNIT] * plant.inputs, criterion="circle"))
+    assert found.verdict is Verdict.PROVED
+    assert found.largest.low == pytest.approx(largest, abs=1e-6)
+    assert found.refuted_at is None or found.refuted_at > found.largest.low
+
+
+def test_popovs_terms_close_the_gap_of_a_published_plant():
+    found = second(max_slope(OPPOSITE, [UNIT] * 4))
+    assert found.closed  # proved up to 0.7676623; published with theta >= 0: 0.699833
+    assert found.criterion == "diagonal-popov"
+    gains = np.array([float(double(g)) for g in found.refutation.certificate["proof"]["gains"]])
+    A, B, C, _ = OPPOSITE.doubles()
+    assert np.linalg.eigvals(A - B @ np.diag(gains) @ C).real.max() > 0
+    inside = gains * (found.largest.low / found.refuted_at) * (1 - 1e-9)
+    assert np.linalg.eigvals(A - B @ np.diag(inside) @ C).real.max() < 1e-9
+
+
+def double(text):
+    top, _, bottom = text.partition("/")
+    return int(top) / int(bottom or "1")
+
+
+def test_one_nonlinearity_in_all_channels_is_refuted_by_equal_gains_only():
+    repeated = Diagonal((NonlinearityClass.slope_restricted(0, 1),) * 4, repeated=True)
+    found = second(max_slope(FETZER, repeated))
+    assert found.largest.low == pytest.approx(0.523596, abs=1e-6)  # the multipliers do not know that it is one
+    gains = found.refutation.certificate["proof"]["gains"]
+    assert len(set(gains)) == 1
+    A, B, C, _ = FETZER.doubles()
+    assert np.linalg.eigvals(A - double(gains[0]) * B @ C).real.max() >= 0
+    assert np.linalg.eigvals(A - (double(gains[0]) - 1e-6) * B @ C).real.max() < 0
+
+
+# channels that do not interact: 1/(s + 1)^3 is stable up to k = 8, 1/(s + 1)^4 up to 4, and Popov's criterion shows it
+def test_the_answer_for_channels_that_do_not_interact_is_the_least_of_theirs():
+    plant = as_plant([["1/(s+1)^3", "0"], ["0", "1/(s+1)^4"]])
+    for uppers, factor in (((1, 1), 4), ((4, 1), 2), ((16, 1), 0.5)):
+        found = second(max_sector(plant, [Sector(0, top) for top in uppers]))
+        assert found.largest.low == pytest.approx(factor, rel=1e-4)
+        assert found.largest.low < factor < found.refuted_at < factor * (1 + 1e-6)
+
+
+def test_permuted_and_scaled_channels_have_the_same_answer():
+    A, B, C, D = VEENMAN.doubles()
+    turn = np.array([2, 0, 1])
+    scale = np.diag([4.0, 0.5, 2.0])  # sigma -> S sigma, mu -> mu/S: phi_i -> phi_i/s_i^2
+    plant = as_plant((A, B[:, turn] @ scale, scale @ C[turn], scale @ D[np.ix_(turn, turn)] @ scale))
+    found = second(max_slope(plant, [SlopeBounds(0, 1 / s**2) for s in np.diag(scale)], criterion="circle"))
+    assert found.largest.low == pytest.approx(0.767134, abs=1e-6)
+
+
+# positive systems with positive feedback, H = -G: stable for every member as long as alpha rho(G(0)) < 1, in discrete
+# time rho(G(1)); the diagonal multipliers w_i/v_i of Perron's vectors of G(0) prove it, equal gains refute it beyond
+@pytest.mark.parametrize("discrete", [False, True])
+def test_a_positive_system_is_answered_as_its_linear_gain(discrete):
+    rng = np.random.default_rng(5)
+    for n, m in ((3, 2), (5, 3)):
+        B, C = (rng.integers(0, 4, (n, m)) + 1) / 4, (rng.integers(0, 4, (m, n)) + 1) / 8
+        A = rng.integers(0, 4, (n, n)) / 16 / n
+        A = A if discrete else A - 2 * np.eye(n)
+        gain = C @ np.linalg.solve((np.eye(n) if discrete else np.zeros((n, n))) - A, B)
+        exact = 1 / np.abs(np.linalg.eigvals(gain)).max()
+        found = second(max_sector(as_plant((A, -B, C), dt=1 if discrete else None), [MOVING] * m))
+        assert found.criterion == "diagonal-circle" if discrete else found.criterion.startswith("diagonal-")
+        assert found.largest.low == pytest.approx(exact, rel=1e-5)
+        assert found.refuted_at == pytest.approx(exact, rel=1e-5)
+        assert found.refuted_at > found.largest.low
+
+
+def test_a_channel_with_a_lower_bound_below_zero_and_an_unstable_plant():
+    # 1/(s - 1) with phi in [2, u]: stable for every u, at phi = 2 sigma the pole is -1; and 1/(s + 1)^3 up to 8
+    plant = as_plant([["1/(s-1)", "0"], ["0", "1/(s+1)^3"]])
+    found = second(max_sector(plant, [Sector(2, 3), Sector(-0.5, 1)]))
+    assert found.largest.low == pytest.approx(8, rel=1e-4)
+    below = max_sector(plant, [Sector(0, 3), ONE])
+    assert below.verdict is Verdict.REFUTED
+    assert "whatever the factor" in str(below)
+
+
+def test_one_class_is_decided_as_it_is_given():
+    assert certify(FETZER, [SlopeBounds(0, 0.5)] * 4).verdict is Verdict.PROVED
+    refuted = certify(FETZER, [SlopeBounds(0, 0.6)] * 4)
+    assert refuted.verdict is Verdict.REFUTED
+    assert refuted.certificate["laws"]["channels"][0]["slope"] == ["0", str(channels.Fraction(0.6))]
+    open_ = certify(FETZER, Diagonal((NonlinearityClass.slope_restricted(0, 0.6),) * 4, repeated=True))
+    assert (open_.verdict, open_.shown) == (Verdict.INCONCLUSIVE, None)  # equal gains are stable up to 0.698
+
+
+def test_the_sentence_is_from_the_certificates():
+    found = max_slope(FETZER, [UNIT] * 4, criterion="circle")
+    assert "phi_4 with slope in [0, 0.523596]" in str(found)
+    assert "destabilise the loop (certified)" in str(found)
+    assert found.meaning == "The point 0 attracts every motion"
+    with pytest.raises(TypeError, match="three values"):
+        bool(found)
+
+
+def test_a_certificate_about_something_else_is_no_answer():
+    asked = channel_problem(FETZER, [UNIT] * 4, criterion="circle")
+    found = largest_factor(asked, "slope")
+    low = channels.Fraction(found.largest.low)
+    for other in (
+        ChannelProblem(plant=OPPOSITE, classes=asked.classes),
+        ChannelProblem(plant=FETZER, classes=Diagonal((NonlinearityClass.slope_restricted(0, 2),) * 4)),
+    ):
+        with pytest.raises(MismatchError):
+            channel_bound(other, "slope", (low, found.proof), None, "")
+    with pytest.raises(MismatchError):
+        channel_bound(asked, "slope", (2 * low, found.proof), None, "")
+    with pytest.raises(MismatchError):
+        channel_bound(asked, "slope", None, (low, found.proof), "")
+    with pytest.raises(MismatchError):
+        channel_bound(asked, "slope", (2 * channels.Fraction(found.refuted_at), found.refutation), None, "")
+
+
+def test_a_proof_and_a_refutation_that_overlap_are_a_bug():
+    found = max_slope(FETZER, [UNIT] * 4, criterion="circle")
+    low = channels.Fraction(found.largest.low)
+
+    class Believing(ChannelProblem):
+        def laws(self, alpha):
+            return (found.proof if alpha == low else found.refutation).certificate["laws"]
+
+    believing = Believing(plant=FETZER, classes=Diagonal((NonlinearityClass.slope_restricted(0, 1),) * 4))
+    with pytest.raises(ContradictionError):
+        channel_bound(believing, "slope", (low, found.proof), (low / 2, found.refutation), "")
+
+
+def test_the_time_allowed_is_kept_and_said():
+    found = max_slope(FETZER, [UNIT] * 4, seconds=1e-6)
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert "Nothing is proved" in str(found)
+
+
+def test_a_search_that_fails_proves_nothing(monkeypatch):
+    monkeypatch.setattr(channels.ChannelInequality, "proposals", lambda *_: 1 / 0)
+    assert max_slope(VEENMAN, [UNIT] * 3).verdict is Verdict.INCONCLUSIVE
+
+
+@pytest.mark.parametrize(
+    ("ask", "said"),
+    [
+        (lambda: max_sector(FETZER, [ONE] * 3), "3 classes are given for the 4 channels of the plant"),
+        (lambda: max_sector(as_plant((STATE, rows("1 0; 0 1; 0 0"), [1, 0, 0])), [ONE]), "need as many of both"),
+        (lambda: max_sector(FETZER), "4 inputs and 4 outputs: .* choose a pair"),
+        (lambda: max_sector(FETZER, [Sector(0, float("inf"))] * 4), "with several channels they are finite"),
+        (lambda: max_sector(FETZER, ["tanh(sigma)"] * 4), "give a Sector, SlopeBounds or NonlinearityClass"),
+        (lambda: max_sector(FETZER, [ONE] * 4, criterion="park"), "is not for several nonlinearities"),
+        (lambda: max_sector(FETZER, [ONE] * 4, lower=1), "lower is given beside classes"),
+        (lambda: max_slope(FETZER, [UNIT] * 4, odd=True), "odd is given beside classes"),
+        (lambda: max_sector(FETZER, [Sector(-2, -1)] * 4), "upper bound is not positive"),
+        (lambda: max_sector("exp(-s)/(s+1)", [ONE]), "this is a DelayPlant"),
+    ],
+)
+def test_bad_input_is_one_sentence(ask, said):
+    with pytest.raises(InputError, match=said):
+        ask()
