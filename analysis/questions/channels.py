@@ -21,7 +21,8 @@ from lure.analysis.certificates.systems import laws_of, texts
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.inequality.channels import ChannelInequality
-from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below, json_number
+from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
+from lure.analysis.numerics.evidence import ends
 from lure.analysis.questions.conclusion import Certification, Conclusion, MismatchError
 from lure.analysis.theorems.table import BEST, TABLE, Theorem, time_of
 from lure.analysis.verdict import Bracket, Evidence, Verdict
@@ -144,7 +145,7 @@ class ChannelBound(Record):
     largest: Bracket = quantity(
         "`low`: the classes with every upper bound times it are proved; `high`: from there on nothing is",
         "1",
-        plainly=lambda bracket: [json_number(bracket.low), json_number(bracket.high)],
+        plainly=ends,
     )
     refuted_at: float | None = quantity("the smallest factor found with a destabilising member", "1", form="above")
     proof: Proved | None = quantity("what the checker accepted, with its certificate", key="", label="")

@@ -184,6 +184,37 @@ def test_a_counterexample_that_is_none_is_accepted_by_neither(path):
     with pytest.raises((Rejected, Malformed)):
         check(changed(accepted, *path))
     assert not recheck(changed(accepted, *path)).accepted
+    if path[0] != "conclusion":  # which a draft leaves open
+        with pytest.raises((Rejected, Malformed)):
+            settled(changed(COUNTER, *path))
+
+
+# what the sign of V and of lambda keep out: each fulfils the inequality of P, and its loop is not stable
+UNSTABLE = {
+    # 1/(s - 1), phi in [0, 1/2], V = -x^2, lambda = 2: 2 x^2 - 2 x phi - 4 phi (x/2 - phi) = 2 x^2 - 4 x phi + 4 phi^2
+    "V is negative": ("1", "1", "1", "0", "1/2", "2", "-1"),
+    # x' = -x and sigma = phi: 1 + g D = 0 at g = 1, V = x^2, lambda = -1: 2 x^2 + 2 phi (2 phi - phi)
+    "lambda is negative": ("-1", "0", "0", "-1", "2", "-1", "1"),
+}
+
+
+@pytest.mark.parametrize("what", UNSTABLE)
+def test_the_inequality_of_p_alone_is_not_enough(what):
+    a, b, c, d, top, weight, p = UNSTABLE[what]
+    draft = {
+        "verdict": "PROVED",
+        "system": {"kind": "multivariable", "time": "continuous", "A": [[a]], "B": [[b]], "C": [[c]], "D": [[d]]},
+        "laws": {"channels": [law(0, top)], "repeated": False},
+        "theorem": "diagonal-circle",
+        "multiplier": {"lambda": [weight]},
+        "proof": {"method": "matrix", "P": [[p]], "exponent": 0},
+    }
+    with pytest.raises(Rejected, match=r"V > 0 fails|lambda is negative"):
+        settled(draft)
+    head = json.loads(json.dumps(dict(settled(PROOF).certificate)))
+    second = recheck({**head, **draft})
+    assert not second.accepted
+    assert "positive definite" in second.reason or "negative" in second.reason
 
 
 def test_what_a_direct_term_with_a_cycle_assumes():
