@@ -263,7 +263,8 @@ def _of_channels(  # noqa: PLR0913  (what the two questions share)
     seconds: float | None,
     progress: Tell | None,
 ) -> ChannelBound:
-    from lure.analysis.questions.channels import channel_problem, largest_factor
+    from lure.analysis.questions.channel_problem import channel_problem
+    from lure.analysis.questions.channels import largest_factor
 
     problem = channel_problem(block, classes, criterion=criterion)
     return largest_factor(problem, question, seconds=seconds, progress=progress)

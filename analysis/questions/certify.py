@@ -110,7 +110,8 @@ def certify(
     chosen = ways or ProofOptions()
     told = None if progress is None else lambda step, _done: progress(step)
     if isinstance(nonlinearity, Diagonal | list | tuple):
-        from lure.analysis.questions.channels import certified_channels, channel_problem
+        from lure.analysis.questions.channel_problem import channel_problem
+        from lure.analysis.questions.channels import certified_channels
 
         several = channel_problem(loop, nonlinearity, criterion=chosen.criterion)
         return certified_channels(several, seconds=chosen.seconds, numbers=chosen.numbers, progress=told)

@@ -8,7 +8,8 @@ from lure.analysis import Verdict
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions import channels
 from lure.analysis.questions.answers import ContradictionError
-from lure.analysis.questions.channels import ChannelProblem, channel_bound, channel_problem, largest_factor
+from lure.analysis.questions.channel_problem import ChannelProblem, channel_problem
+from lure.analysis.questions.channels import channel_bound, largest_factor
 from lure.analysis.questions.conclusion import MismatchError
 
 ONE, UNIT = Sector(0, 1), SlopeBounds(0, 1)
