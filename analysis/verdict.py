@@ -13,6 +13,7 @@ from lure.analysis.numerics.evidence import Evidence as Evidence
 from lure.analysis.numerics.evidence import ends
 from lure.analysis.wording import BEYOND, class_words
 from lure.classes import NonlinearityClass
+from lure.errors import Reason
 from lure.record import Record, derived, quantity
 
 if TYPE_CHECKING:
@@ -145,6 +146,7 @@ class Answer(Record):
         label="",
         default=None,
     )
+    code: Reason = quantity("Why it is INCONCLUSIVE, where it is", key="", label="", default=Reason.NO_MULTIPLIER)
     search_limited: bool = quantity(
         "Whether ``largest.low`` is no end of the criterion, but the largest ``k`` for which a certificate was tried",
         key="",

@@ -6,7 +6,7 @@ import math
 from fractions import Fraction
 from typing import Self
 
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 from lure.exact import exact_number
 from lure.record import Record, quantity, rounded
 from lure.record.values import Towards
@@ -50,7 +50,7 @@ class Bounds(Record, kw_only=False):
             if isinstance(bound, bool) or not isinstance(bound, int | float | Fraction):
                 raise InputError(f"{name}.{label} is {bound!r}; give {_A_BOUND}")
             if bound != bound:
-                raise InputError(f"{name}.{label} is nan; give {_A_BOUND}")
+                raise InputError(f"{name}.{label} is nan; give {_A_BOUND}", code=Reason.NO_NUMBERS)
             if bound not in (math.inf, -math.inf):
                 exact_number(bound, f"{name}.{label}")
         if not self.lower < self.upper:

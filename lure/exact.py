@@ -7,7 +7,7 @@ import reprlib
 from decimal import Decimal
 from fractions import Fraction
 
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 
 Exact = int | float | Fraction | Decimal
 
@@ -46,7 +46,9 @@ def exact_number(value: object, name: str) -> Fraction:
     except OverflowError:
         nearest = math.inf
     if not math.isfinite(nearest) or (nearest == 0.0) != (value == 0):
-        raise InputError(f"{name} is outside the range of double precision, 1e-308 to 1e308; rescale the units")
+        raise InputError(
+            f"{name} is outside the range of double precision, 1e-308 to 1e308; rescale the units", code=Reason.RANGE
+        )
     return Fraction(value)
 
 

@@ -10,7 +10,7 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING, cast
 
 from lure.classes import NonlinearityClass
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 from lure.exact import Exact, exact_number
 from lure.nonlinearities.base import Nonlinearity, number_text
 from lure.nonlinearities.shifted import shifted_class
@@ -235,7 +235,8 @@ def sector_shift(block: object, law_class: NonlinearityClass) -> Transformed:
     if lower == -math.inf:
         raise InputError(
             f"sector_shift needs a finite lower bound, and the sector is {law_class.sector}; state the mirrored loop "
-            "instead: k2 sigma - phi(sigma) lies in [0, inf], with the block -H/(1 + k2 H)"
+            "instead: k2 sigma - phi(sigma) lies in [0, inf], with the block -H/(1 + k2 H)",
+            code=Reason.NO_LOWER_END,
         )
     return pole_shift(block, law_class, lower)
 
@@ -303,7 +304,8 @@ def shifted_block(block: RationalPlant, gain: Fraction) -> RationalPlant:
     if 1 + gain * block.feedthrough == 0:
         raise InputError(
             f"the loop is not well posed: 1 + gain D = 0 with gain = {number_text(gain)} and D = H(inf) = "
-            f"{number_text(block.feedthrough)}; choose another gain"
+            f"{number_text(block.feedthrough)}; choose another gain",
+            code=Reason.ILL_POSED,
         )
     pairs = zip_longest(reversed(block.denominator), reversed(block.numerator), fillvalue=Fraction(0))
     closed = [d + gain * n for d, n in pairs]

@@ -29,10 +29,27 @@ class Rejected(ValueError):
     """The certificate does not prove its claim."""
 
 
+class OutOfTime(Rejected):
+    """The time allowed is over."""
+
+
+class IllPosed(Rejected):
+    """``1 + g H(inf)`` vanishes for a gain ``g`` of the class."""
+
+
+class Critical(Rejected):
+    """The loop has a pole at 0, and the theorem needs a stable one."""
+
+
 def need(condition: bool, reason: str, error: type[ValueError] = Rejected) -> None:
     """A hypothesis fails."""
     if not condition:
         raise error(reason)
+
+
+def posed(condition: bool, reason: str) -> None:
+    """The equation of a loop has no one solution."""
+    need(condition, reason, IllPosed)
 
 
 def form(condition: bool, reason: str) -> None:
@@ -42,7 +59,7 @@ def form(condition: bool, reason: str) -> None:
 
 def tick() -> None:
     """Called in every long loop."""
-    need(time.monotonic() < DEADLINE[0], "the time allowed for checking is over")
+    need(time.monotonic() < DEADLINE[0], "the time allowed for checking is over", OutOfTime)
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from .arithmetic import (
     ZERO,
     Form,
+    IllPosed,
     Rejected,
     S,
     fields,
@@ -75,7 +76,7 @@ def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
     """``d + l n`` for the sector shifted by ``l``, whether it is critical, and what was checked of its roots."""
     need(l == 0 or not B.delayed, "with dead time the classes begin at 0")
     d, at = B.d + real(l) * B.n if l else B.d, "z = 1" if B.discrete else "s = 0"
-    need(1 + l * B.direct != 0, "1 + l H(inf) = 0 at the lower bound l")
+    need(1 + l * B.direct != 0, "1 + l H(inf) = 0 at the lower bound l", IllPosed)
     need(max((n for _, n in d), default=-1) == B.order, "d + l n has a root at z = -1")
     if hurwitz(d):
         return d, False, f"d + l n, of degree {B.order}, has all roots strictly inside"
@@ -112,7 +113,7 @@ def realised(system: Any, l: Fraction) -> tuple[Any, Any, Any, Fraction, bool]:
         _, domain, rows, b, c, d = fields(system, "kind", "time", "A", "b", "c", "d")
         form(isinstance(rows, list) and domain in ("continuous", "discrete"), "A is a list of rows, time is one of two")
         A, b, c, d = [numbers(row, len(rows)) for row in rows], numbers(b, len(rows)), numbers(c, len(rows)), number(d)
-        need(1 + l * d != 0, "1 + l H(inf) = 0 at the lower bound l")
+        need(1 + l * d != 0, "1 + l H(inf) = 0 at the lower bound l", IllPosed)
         gain = l / (1 + l * d)
         if gain:
             A = [[x - gain * u * v for x, v in zip(row, c, strict=True)] for row, u in zip(A, b, strict=True)]
@@ -124,7 +125,7 @@ def realised(system: Any, l: Fraction) -> tuple[Any, Any, Any, Fraction, bool]:
     n = [ZERO] * (len(d) - len(top[0][1])) + top[0][1]
     need(system["kind"] == "transfer" and len(d) > 1, "state space needs a rational block with a state")
     d = [x + l * y for x, y in zip(d, n, strict=True)]
-    need(d[0] != 0, "1 + l H(inf) = 0 at the lower bound l")
+    need(d[0] != 0, "1 + l H(inf) = 0 at the lower bound l", IllPosed)
     direct, order = n[0] / d[0], len(d) - 1
     A = [[Fraction(j == i + 1) for j in range(order)] for i in range(order - 1)] + [[-x / d[0] for x in d[:0:-1]]]
     c = [(y - direct * x) / d[0] for x, y in zip(d[:0:-1], n[:0:-1], strict=True)]

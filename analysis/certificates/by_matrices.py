@@ -22,7 +22,7 @@ from lure.analysis.theorems.table import Upper, row_of
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.plants.block import StructuredPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
@@ -177,7 +177,9 @@ def _class_draft(plant: object, law_class: NonlinearityClass, theta: Fraction | 
             f"a proof by matrices is for blocks with finitely many states, not a {type(plant).__name__}"
         )
     if sector.lower == -math.inf:
-        raise AssumptionError("the class has no finite lower end, and a proof by matrices begins at one")
+        raise AssumptionError(
+            "the class has no finite lower end, and a proof by matrices begins at one", code=Reason.NO_LOWER_END
+        )
     upper: Upper = Fraction(sector.upper) if sector.upper != math.inf else "finite" if finite else "inf"
     return matrix_draft(plant, upper, lower=Fraction(sector.lower), theta=theta)
 

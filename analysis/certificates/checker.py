@@ -25,7 +25,7 @@ if not __package__:  # run as a script: the files beside it are its package
 
 from . import arithmetic as exact
 from . import channels, states
-from .arithmetic import INF, ZERO, Form, Malformed, Rejected, S, fields, form, integer, need, number, numbers, real
+from .arithmetic import INF, ZERO, Form, Rejected, S, fields, form, integer, need, number, numbers, posed, real
 from .balls import box, tail
 from .blocks import MINUS, Block, block, critical_end, identity, mirrored, over_s, realised, rod, shifted
 
@@ -141,7 +141,7 @@ def inequality(name: str, data: Any, B: Block, laws: states.Laws) -> tuple[Form,
     need(abs(l) != INF, "the lower bound is infinite")
     d, critical, stable = shifted(B, l)
     D, w = B.direct / (1 + l * B.direct), None if k == INF else k - l
-    need(1 + w * D > 0 if w else D >= 0, "1 + g H(inf) vanishes for a gain g of the class")
+    posed(1 + w * D > 0 if w else D >= 0, "1 + g H(inf) vanishes for a gain g of the class")
     timed = name in ("circle", "zames-falb") or B.discrete == (name in STEPS)
     need(timed, f"{name} is not for {'discrete' if B.discrete else 'continuous'} time")
     need(not critical or name == "popov" or (name == "circle" and not B.delayed), f"{name} does not cover a pole at 0")
@@ -215,7 +215,7 @@ def by_matrix(name: str, data: Any, system: Any, laws: states.Laws, proof: Any) 
     need(abs(l) != INF, "the lower bound is infinite")
     A, b, c, d, discrete = realised(system, l)
     w = None if k == INF else k - l
-    need((1 + w * d > 0 if w else d >= 0) and not (discrete and name == "popov"), "1 + g H(inf) vanishes in the class")
+    posed((1 + w * d > 0 if w else d >= 0) and not (discrete and name == "popov"), "1 + g H(inf) vanishes in the class")
     need(w is not None or theta >= 0 or not laws.endless[0], "without an upper bound theta >= 0 is needed")
     facts = states.matrix_facts(A, b, c, d, w, theta, discrete, proof)
     facts["well-posed"] = f"1 + g H(inf) does not vanish in the class, H(inf) = {d} after the shift"
@@ -259,7 +259,7 @@ def linear(B: Block, laws: states.Laws) -> dict[str, str]:
     ok = laws.linear and abs(l) != INF and not B.delayed and not laws.rough
     need(ok, "it is about constant gains from a finite lower bound on")
     d, critical, stable = shifted(B, l)
-    need(not critical, "d + l n has a root at 0")
+    need(not critical, "d + l n has a root at 0", exact.Critical)
     cross, square = B.n * d.conjugate(), d * d.conjugate()
     G = cross if k == INF else square + real(k - l) * cross
     g, W = G.part()[::2], cross.part(1)[1::2]
@@ -404,7 +404,7 @@ def main(paths: list[str]) -> int:
         except Rejected as reason:
             print(f"REJECTED: {reason}")
             worst = max(worst, 11)
-        except (Malformed, OSError) as reason:
+        except (exact.Malformed, OSError) as reason:
             print(f"NOT A CERTIFICATE: {reason}")
             worst = max(worst, 2)
     return worst

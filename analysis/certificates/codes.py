@@ -1,4 +1,4 @@
-"""Why a question ended INCONCLUSIVE, as a code: found by its name, or from the exception that ended a search."""
+"""Why a question ended INCONCLUSIVE, as a code: found by its name, or by the exception that ended a search."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+
+from lure.errors import AssumptionError, InputError, Reason
 
 # Every way in which a question ends INCONCLUSIVE: what happened, what it means, what to try.
 
@@ -17,8 +19,8 @@ class Code:
 
     Attributes
     ----------
-    identifier : str
-        ``LURE-I`` and three digits; it keeps its meaning for ever.
+    reason : Reason
+        Its name, ``LURE-I`` and three digits; it keeps its meaning for ever.
     title : str
         What happened, in a few words.
     happened : str
@@ -29,11 +31,16 @@ class Code:
         What to try, each a sentence that ends in a command or names a change of the input.
     """
 
-    identifier: str
+    reason: Reason
     title: str
     happened: str
     means: str
     tries: tuple[str, ...]
+
+    @property
+    def identifier(self) -> str:
+        """The name as text."""
+        return self.reason.value
 
     def __str__(self) -> str:
         return f"{self.identifier}: {self.title}"
@@ -44,7 +51,7 @@ _OURS = "It says something about the search and nothing about the loop."
 
 CODES = (
     Code(
-        identifier="LURE-I001",
+        reason=Reason.NO_MULTIPLIER,
         title="no multiplier found",
         happened="Every criterion that applies to the class was tried, and none reaches its upper end; the search "
         "for a destabilising law of the class found none that could be proved.",
@@ -58,7 +65,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I002",
+        reason=Reason.NOT_APPLICABLE,
         title="no criterion applies",
         happened="The criterion asked for, or every one, needs something that the class, the time or the kind of "
         "block does not give: slope bounds, laws that do not depend on time, continuous or discrete time, a finite "
@@ -70,7 +77,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I003",
+        reason=Reason.REJECTED,
         title="the checker rejected the proposal",
         happened="A search proposed a proof, or a counterexample, and the checker, which recomputes everything in "
         "exact arithmetic, did not accept it: rounding spoiled it, or the search was wrong.",
@@ -81,7 +88,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I004",
+        reason=Reason.SOLVER_FAILED,
         title="a solver failed",
         happened="A numerical solver, a factorisation or an optimiser, stopped with an error: a singular matrix, no "
         "convergence, an infeasible or badly scaled problem.",
@@ -92,7 +99,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I005",
+        reason=Reason.NO_NUMBERS,
         title="a solver returned no usable numbers",
         happened="A numerical search returned NaN, infinities or numbers of the wrong shape, whatever status it gave.",
         means=_OURS + " A number that is none proves nothing, and neither does the word optimal beside it.",
@@ -102,7 +109,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I006",
+        reason=Reason.PRECISION,
         title="too few digits",
         happened="The sign of a quantity could not be told at the highest precision the search goes to: the class "
         "ends so close to the criterion's limit that rounding decides.",
@@ -113,7 +120,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I007",
+        reason=Reason.OUT_OF_TIME,
         title="out of time",
         happened="The time allowed ended before the search did.",
         means=_NOTHING,
@@ -123,7 +130,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I008",
+        reason=Reason.OUT_OF_MEMORY,
         title="out of memory",
         happened="The search needed more memory than there is, or nested more deeply than Python allows.",
         means=_NOTHING,
@@ -133,7 +140,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I009",
+        reason=Reason.SAMPLED,
         title="the block is only sampled",
         happened="The block is a measured frequency response: it is known at some frequencies and nowhere between "
         "them.",
@@ -141,7 +148,7 @@ CODES = (
         tries=("Fit a model and give its coefficients: lure certify --num '1' --den '1 3 2 0' --sector 0 5.9",),
     ),
     Code(
-        identifier="LURE-I010",
+        reason=Reason.COMPUTED,
         title="the block is only computed",
         happened="The block is given by matrices of doubles that are too large for exact polynomials, and the search "
         "in floating point found no matrices that prove the class.",
@@ -152,7 +159,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I011",
+        reason=Reason.NO_LOWER_END,
         title="the class has no finite lower end",
         happened="The class allows every negative gain: neither its sector nor its slope has a lower bound that a "
         "theorem could start from.",
@@ -160,7 +167,7 @@ CODES = (
         tries=("Give a lower end: lure certify plant.toml --sector -1 2",),
     ),
     Code(
-        identifier="LURE-I012",
+        reason=Reason.CRITICAL,
         title="critical case, and the theorem needs a stable block",
         happened="The loop with the smallest gain of the class has a pole at 0 (z = 1), and the criteria for slope "
         "bounds that remain need every pole strictly stable.",
@@ -171,7 +178,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I013",
+        reason=Reason.DOUBLE_ZERO,
         title="a double pole at zero",
         happened="The loop with the smallest gain of the class has a multiple pole at 0 (z = 1), and the critical "
         "case of the theorems is that of a simple one.",
@@ -186,7 +193,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I014",
+        reason=Reason.RESIDUE,
         title="the residue at zero is not positive",
         happened="The block has a simple pole at 0 whose residue is negative or zero, and the theorems for the "
         "critical case need a positive one.",
@@ -197,7 +204,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I015",
+        reason=Reason.ILL_POSED,
         title="the loop is not well posed",
         happened="For a gain kappa of the class 1 + kappa H(inf) = 0: sigma = H mu, mu = -phi(sigma) has no "
         "solution, or more than one, at that gain.",
@@ -209,7 +216,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I016",
+        reason=Reason.ROUGH_LAW,
         title="the law is not locally Lipschitz",
         happened="The law jumps, or has a vertical tangent, and the theorems for continuous time assume locally "
         "Lipschitz laws: for others solutions may not exist, or not be unique.",
@@ -220,14 +227,14 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I017",
+        reason=Reason.FOREIGN_LAW,
         title="the law is not in the class",
         happened="The law breaks a bound that the class, or its own declaration, promises.",
         means="A proof for the class would say nothing about this law.",
         tries=("Give a class that contains the law, or leave the class out: lure certify plant.toml",),
     ),
     Code(
-        identifier="LURE-I018",
+        reason=Reason.UNSTABLE,
         title="the loop is not stable at the lower end of the class",
         happened="With the smallest gain of the class the linear loop has poles that are not stable, and every "
         "theorem here starts from a stable loop at that gain.",
@@ -239,7 +246,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I019",
+        reason=Reason.HIDDEN_MODE,
         title="a hidden mode is not stable",
         happened="A mode that is not strictly stable cancels in H: the input does not reach it, or the output does "
         "not see it.",
@@ -248,7 +255,7 @@ CODES = (
         tries=("If the system does not have the mode, cancel the common factor of num and den.",),
     ),
     Code(
-        identifier="LURE-I020",
+        reason=Reason.EVERY_FINITE,
         title="every finite bound is proved, and the class has none",
         happened="The class has no upper bound. For every finite upper bound the criterion holds, in the limit it "
         "does not.",
@@ -257,7 +264,7 @@ CODES = (
         tries=("Give the bound that the law has: lure certify plant.toml --sector 0 1000000",),
     ),
     Code(
-        identifier="LURE-I021",
+        reason=Reason.SEVERAL_SOLUTIONS,
         title="the loop equation may have several solutions",
         happened="The block has a direct term D, and a law of the sector need not make sigma + D phi(sigma) "
         "increasing: Popov's criterion is proved only for laws for which it is, and no criterion says anything where "
@@ -266,7 +273,7 @@ CODES = (
         tries=("Give slope bounds: lure certify plant.toml --sector 0 1 --slope -0.5 2",),
     ),
     Code(
-        identifier="LURE-I022",
+        reason=Reason.DEAD_TIME,
         title="dead time that is not covered",
         happened="With dead time the theorems here need a strictly proper and stable block, or a simple pole at 0 "
         "besides, and a class whose lower end is not negative.",
@@ -278,7 +285,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I023",
+        reason=Reason.UNPROVED_ORBIT,
         title="a counterexample that is not proved",
         happened="A law of the class was found with which the loop seems to oscillate or grow; its orbit could be "
         "followed in floating point, and not proved to exist.",
@@ -289,28 +296,28 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I024",
+        reason=Reason.UNDAMPED,
         title="a rod without damping",
         happened="The rod's dashpot has k = 0: nothing dissipates, and the zero eigenvalue is double.",
         means="The rod keeps its energy, in waves or as a drift; nothing is proved or refuted about how it ends.",
         tries=("Give it some damping: lure certify paper-rod --set rod.damping=2e-4",),
     ),
     Code(
-        identifier="LURE-I025",
+        reason=Reason.RANGE,
         title="numbers beyond the range of doubles",
         happened="A gain, a frequency or a coefficient left the range 1e-308 to 1e308 on the way.",
         means=_OURS,
         tries=("Rescale the units: milliseconds for seconds, or millimetres for metres.",),
     ),
     Code(
-        identifier="LURE-I026",
+        reason=Reason.DISAGREEMENT,
         title="the two checkers disagree",
         happened="The checker accepted a certificate that the second one, independent of it, did not.",
         means="One of the two is wrong. Until it is known which, nothing counts as shown.",
         tries=("Please report it, with the certificate: lure verify cert.json --second",),
     ),
     Code(
-        identifier="LURE-I027",
+        reason=Reason.UNEXPECTED,
         title="an unexpected error inside a search",
         happened="A search stopped with an error that is none of those above.",
         means=_OURS + " It is a bug in lure; nothing wrong was reported.",
@@ -320,7 +327,7 @@ CODES = (
         ),
     ),
     Code(
-        identifier="LURE-I028",
+        reason=Reason.NO_PACKAGE,
         title="a package is missing",
         happened="The search computes with a package, numpy or scipy, that cannot be imported here.",
         means=_OURS + " It was left out; what was shown without it stands.",
@@ -331,34 +338,34 @@ CODES = (
 
 REGISTRY: Mapping[str, Code] = MappingProxyType({code.identifier: code for code in CODES})
 
-NO_MULTIPLIER = REGISTRY["LURE-I001"]
-NOT_APPLICABLE = REGISTRY["LURE-I002"]
-REJECTED = REGISTRY["LURE-I003"]
-SOLVER_FAILED = REGISTRY["LURE-I004"]
-NO_NUMBERS = REGISTRY["LURE-I005"]
-PRECISION = REGISTRY["LURE-I006"]
-OUT_OF_TIME = REGISTRY["LURE-I007"]
-OUT_OF_MEMORY = REGISTRY["LURE-I008"]
-SAMPLED = REGISTRY["LURE-I009"]
-COMPUTED = REGISTRY["LURE-I010"]
-NO_LOWER_END = REGISTRY["LURE-I011"]
-CRITICAL = REGISTRY["LURE-I012"]
-DOUBLE_ZERO = REGISTRY["LURE-I013"]
-RESIDUE = REGISTRY["LURE-I014"]
-ILL_POSED = REGISTRY["LURE-I015"]
-ROUGH_LAW = REGISTRY["LURE-I016"]
-FOREIGN_LAW = REGISTRY["LURE-I017"]
-UNSTABLE = REGISTRY["LURE-I018"]
-HIDDEN_MODE = REGISTRY["LURE-I019"]
-EVERY_FINITE = REGISTRY["LURE-I020"]
-SEVERAL_SOLUTIONS = REGISTRY["LURE-I021"]
-DEAD_TIME = REGISTRY["LURE-I022"]
-UNPROVED_ORBIT = REGISTRY["LURE-I023"]
-UNDAMPED = REGISTRY["LURE-I024"]
-RANGE = REGISTRY["LURE-I025"]
-DISAGREEMENT = REGISTRY["LURE-I026"]
-UNEXPECTED = REGISTRY["LURE-I027"]
-NO_PACKAGE = REGISTRY["LURE-I028"]
+NO_MULTIPLIER = REGISTRY[Reason.NO_MULTIPLIER]
+NOT_APPLICABLE = REGISTRY[Reason.NOT_APPLICABLE]
+REJECTED = REGISTRY[Reason.REJECTED]
+SOLVER_FAILED = REGISTRY[Reason.SOLVER_FAILED]
+NO_NUMBERS = REGISTRY[Reason.NO_NUMBERS]
+PRECISION = REGISTRY[Reason.PRECISION]
+OUT_OF_TIME = REGISTRY[Reason.OUT_OF_TIME]
+OUT_OF_MEMORY = REGISTRY[Reason.OUT_OF_MEMORY]
+SAMPLED = REGISTRY[Reason.SAMPLED]
+COMPUTED = REGISTRY[Reason.COMPUTED]
+NO_LOWER_END = REGISTRY[Reason.NO_LOWER_END]
+CRITICAL = REGISTRY[Reason.CRITICAL]
+DOUBLE_ZERO = REGISTRY[Reason.DOUBLE_ZERO]
+RESIDUE = REGISTRY[Reason.RESIDUE]
+ILL_POSED = REGISTRY[Reason.ILL_POSED]
+ROUGH_LAW = REGISTRY[Reason.ROUGH_LAW]
+FOREIGN_LAW = REGISTRY[Reason.FOREIGN_LAW]
+UNSTABLE = REGISTRY[Reason.UNSTABLE]
+HIDDEN_MODE = REGISTRY[Reason.HIDDEN_MODE]
+EVERY_FINITE = REGISTRY[Reason.EVERY_FINITE]
+SEVERAL_SOLUTIONS = REGISTRY[Reason.SEVERAL_SOLUTIONS]
+DEAD_TIME = REGISTRY[Reason.DEAD_TIME]
+UNPROVED_ORBIT = REGISTRY[Reason.UNPROVED_ORBIT]
+UNDAMPED = REGISTRY[Reason.UNDAMPED]
+RANGE = REGISTRY[Reason.RANGE]
+DISAGREEMENT = REGISTRY[Reason.DISAGREEMENT]
+UNEXPECTED = REGISTRY[Reason.UNEXPECTED]
+NO_PACKAGE = REGISTRY[Reason.NO_PACKAGE]
 
 # Which failure names the outcome, first to last: what makes the rest doubtful, what may have hidden a proof, what is
 # known of the loop, and in the end that nothing was found or nothing applied.
@@ -399,9 +406,11 @@ _TYPES: tuple[tuple[str, Code], ...] = (
     ("MemoryError", OUT_OF_MEMORY),
     ("ModuleNotFoundError", NO_PACKAGE),
     ("RecursionError", OUT_OF_MEMORY),
+    ("OutOfTime", OUT_OF_TIME),
+    ("IllPosed", ILL_POSED),
+    ("Critical", CRITICAL),
     ("Rejected", REJECTED),
     ("Malformed", REJECTED),
-    ("Uncovered", PRECISION),
     ("LinAlgError", SOLVER_FAILED),
     ("LinAlgWarning", SOLVER_FAILED),
     ("SolverError", SOLVER_FAILED),
@@ -415,37 +424,8 @@ _TYPES: tuple[tuple[str, Code], ...] = (
     ("OverflowError", RANGE),
     ("InvalidOperation", NO_NUMBERS),
 )
-# By the words of a refusal, the first that occurs: AssumptionError and InputError name the hypothesis that fails.
-_WORDS: tuple[tuple[str, Code], ...] = (
-    (r"time allowed|timed? ?out|time limit", OUT_OF_TIME),
-    (r"out of memory|not enough memory", OUT_OF_MEMORY),
-    (r"not well posed|1 \+ k H\(inf\) = 0|1 \+ kappa H\(inf\)", ILL_POSED),
-    (r"cancels in H|hidden mode|not seen by input or output", HIDDEN_MODE),
-    (r"has multiplicity \d|double (zero|pole)", DOUBLE_ZERO),
-    (r"residue", RESIDUE),
-    (r"range of double|largest double", RANGE),
-    (r"no lower end|finite lower (end|slope|bound)|sector with a finite end", NO_LOWER_END),
-    (r"declared (to have|odd)|must vanish at 0|has no value at|known to be among", FOREIGN_LAW),
-    (r"locally Lipschitz", ROUGH_LAW),
-    (r"with dead time|neutral equation|for dead time|For a DelayPlant|for a DelayPlant", DEAD_TIME),
-    (r"pole at (s = )?0|one at z = 1|pole with z\^|critical case cannot", CRITICAL),
-    (r"samples|sampled|FrequencyData", SAMPLED),
-    (r"computed numbers|given by matrices|StateSpace", COMPUTED),
-    (r"\bpoles? (on|in|outside|that are not stable)|no linear gain stabilises|must be stable|not Hurwitz", UNSTABLE),
-    (r"damping|dashpot", UNDAMPED),
-    (r"\bnan\b|\binf(inite|s)?\b|not finite|non-finite|infinities|could not be (converted|cast)|shape", NO_NUMBERS),
-    (r"singular|infeasible|unbounded problem|did not converge|no convergence|ill-conditioned", SOLVER_FAILED),
-    (r"precision|too few digits|digits", PRECISION),
-    (r"needs|is for (discrete|continuous) time|is about|does not apply|applies|there are|is evaluated", NOT_APPLICABLE),
-)
-# What the checker's refusals can say of the loop, and not of the proposal.
-_OF_THE_CHECKER = (
-    (r"time allowed", OUT_OF_TIME),
-    (r"1 \+ [gkl] H\(inf\)", ILL_POSED),
-    (r"has a root at 0", CRITICAL),
-)
-# Which of the words a bare ValueError or a reason may be read by; what a theorem refuses comes as a lure.errors type.
-_OF_SOLVERS = frozenset({OUT_OF_TIME, OUT_OF_MEMORY, NO_NUMBERS, SOLVER_FAILED, PRECISION, RANGE})
+# What solvers say where they raise a bare ValueError or RuntimeError, which has no code to stand on.
+_SOLVERS = ("singular", "converge", "infeasible", "unbounded problem", "ill-conditioned")
 
 
 def find(identifier: str) -> Code | None:
@@ -477,48 +457,37 @@ def nearest(identifier: str) -> Code | None:
     return REGISTRY[near[0]] if near else None
 
 
-def code_for(reason: BaseException | str) -> Code:
-    """The code of what ended a search: an exception, or the reason in words.
+def code_for(error: BaseException) -> Code:
+    """The code of the exception that ended a search.
 
     Every exception has one.  Whoever catches an exception to ask must let ``KeyboardInterrupt`` and ``SystemExit``
     pass: they are the user's, and no result.
 
     Parameters
     ----------
-    reason : BaseException or str
-        The exception, or the sentence of a refusal.
+    error : BaseException
+        The exception.
 
     Returns
     -------
     Code
-        By the type of the exception, then by its words; ``UNEXPECTED`` for an exception of no known kind, and for a
-        sentence of no known words ``NO_MULTIPLIER``.
+        The one that an ``AssumptionError`` or ``InputError`` names; else by the type; ``UNEXPECTED`` for an exception
+        of no known kind.
 
     Examples
     --------
     >>> print(code_for(ZeroDivisionError("division by zero")))
     LURE-I005: a solver returned no usable numbers
-    >>> print(code_for("the loop is not well posed: 1 + k H(inf) = 0 at k = 1"))
+    >>> print(code_for(AssumptionError("1 + k H(inf) = 0 at k = 1", code=Reason.ILL_POSED)))
     LURE-I015: the loop is not well posed
     """
-    if isinstance(reason, str):
-        return _by_words(reason) or NO_MULTIPLIER
-    names = [kind.__name__ for kind in type(reason).__mro__]
-    if "AssumptionError" in names or "InputError" in names:
-        return _by_words(str(reason)) or NOT_APPLICABLE
+    if isinstance(error, AssumptionError | InputError):
+        return REGISTRY[error.code]
+    names = [kind.__name__ for kind in type(error).__mro__]
     for name, code in _TYPES:
         if name in names:
-            return next((c for words, c in _OF_THE_CHECKER if code is REJECTED and re.search(words, str(reason))), code)
-    found = _by_words(str(reason)) if {"ValueError", "ArithmeticError", "RuntimeError"} & set(names) else None
-    return found if found in _OF_SOLVERS and found is not None else _by_module(type(reason), names)
-
-
-def _by_words(text: str) -> Code | None:
-    return next((code for words, code in _WORDS if re.search(words, text)), None)
-
-
-def _by_module(kind: type, names: list[str]) -> Code:
-    """What is left: an error of a solver's own, an unusable value, or a bug."""
-    if kind.__module__.partition(".")[0] in ("clarabel", "cvxpy", "scipy", "numpy", "flint", "pyo3_runtime"):
+            return code
+    failed = type(error) in (ValueError, RuntimeError) and any(word in str(error) for word in _SOLVERS)
+    if failed or type(error).__module__.partition(".")[0] in ("clarabel", "cvxpy", "scipy", "numpy", "flint"):
         return SOLVER_FAILED
-    return NO_NUMBERS if "ValueError" in names or "ArithmeticError" in names else UNEXPECTED
+    return NO_NUMBERS if isinstance(error, ValueError | ArithmeticError) else UNEXPECTED

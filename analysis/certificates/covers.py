@@ -16,7 +16,7 @@ from lure.analysis.certificates.checker import inequality
 from lure.analysis.certificates.states import classes
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 
 BITS = 256
 ORDER = 7
@@ -30,6 +30,9 @@ SHORTEST = 2**24
 
 class Uncovered(AssumptionError):
     """No cover was found: the inequality fails somewhere, or nearly so, or would need too many boxes."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message, code=Reason.PRECISION)
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,7 @@ from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.theorems.dead_time import Delayed
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import np
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
@@ -416,7 +416,9 @@ def _switched(system: Mapping[str, Any], data: Mapping[str, object]) -> dict[str
     A, b, c, d, discrete = realised(system, Fraction(0))
     gains, times = (cast("list[str]", data.get(name, [])) for name in ("gains", "times"))
     if any(1 + Fraction(g) * d == 0 for g in gains):
-        raise AssumptionError("1 + g H(inf) = 0 for one of the gains: the loop has no solution there")
+        raise AssumptionError(
+            "1 + g H(inf) = 0 for one of the gains: the loop has no solution there", code=Reason.ILL_POSED
+        )
     for bits in REFUTATIONS_LADDER:
         M: Ball | None = None
         for i, gain in enumerate(map(Fraction, gains)):

@@ -11,6 +11,7 @@ from functools import cached_property
 
 from flint import acb_mat, arb, arb_mat
 
+from lure.analysis.certificates.codes import code_for
 from lure.analysis.certificates.multipliers import slack
 from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
@@ -282,7 +283,9 @@ def _room(inequality: Inequality) -> tuple[float, float]:
     except AssumptionError:
         raise
     except (OverflowError, ValueError, np.linalg.LinAlgError) as error:
-        raise AssumptionError(f"the block is too much for doubles ({error}); rescale its units") from None
+        raise AssumptionError(
+            f"the block is too much for doubles ({error}); rescale its units", code=code_for(error).reason
+        ) from None
     if not all(0 < value < math.inf for value in room):
         raise AssumptionError(
             "the room the frequency inequality leaves is not a number; rescale the units of the block"

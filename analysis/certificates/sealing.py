@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol, TypeVar
 
-from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.blocks import block
 from lure.analysis.certificates.checker import (
     CONVENTION,
@@ -23,6 +23,7 @@ from lure.analysis.certificates.checker import (
 from lure.analysis.certificates.codes import Code, code_for
 from lure.analysis.certificates.states import classes
 from lure.analysis.deadline import time_left
+from lure.errors import AssumptionError, InputError
 
 # Searches that may fail in any way, kept from taking the answer with them: an exception becomes a code.
 
@@ -73,14 +74,7 @@ def guarded(search: str, work: Callable[[], T], *, passing: tuple[type[Exception
         if isinstance(error, (KeyboardInterrupt, SystemExit, GeneratorExit, *passing)):
             raise
         sentence = " ".join(str(error).split())
-        named = type(error).__name__ in (
-            "AssumptionError",
-            "InputError",
-            "Rejected",
-            "Malformed",
-            "Uncovered",
-            "ModuleNotFoundError",
-        )
+        named = isinstance(error, (AssumptionError, InputError, Rejected, Malformed, ModuleNotFoundError))
         detail = sentence if named and sentence else f"{type(error).__name__}: {sentence}".rstrip(": ")
         return Failure(search=search, code=code_for(error), detail=detail[:400])
 

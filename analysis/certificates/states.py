@@ -11,7 +11,7 @@ from fractions import Fraction
 from itertools import compress, pairwise
 from typing import Any, NamedTuple
 
-from .arithmetic import INF, ZERO, extended, fields, form, integer, need, number, numbers, tick
+from .arithmetic import INF, ZERO, IllPosed, extended, fields, form, integer, need, number, numbers, tick
 from .balls import Ball, ball, dot, exponential, identity, norm, plus, positive_definite, product, size
 
 FLOW_ORBIT = "method points left right pieces durations state half inverse radius bits"
@@ -257,7 +257,7 @@ def switched_gain(realised: Any, discrete: bool, laws: Laws, proof: Any) -> dict
     need(0 < len(b) <= 64 and all(t > 0 for t in times), "orders 1 to 64 and times > 0 are needed")
     need(laws.varying and not laws.linear, "the laws of the class do not vary")
     need(all(low <= g <= high for g in gains for low, high in (laws.sector, laws.slope)), "a gain is outside the class")
-    need(all(1 + g * d != 0 for g in gains), "1 + g H(inf) = 0")
+    need(all(1 + g * d != 0 for g in gains), "1 + g H(inf) = 0", IllPosed)
     M = ball(identity(len(b)), bits)
     for g, t in zip(gains, times):
         G = gained(A, b, [g * v / (1 + g * d) for v in c])
@@ -277,7 +277,7 @@ def orbit(system: Any, laws: Laws, proof: Any, critical: bool) -> dict[str, str]
     n, p = [ZERO] * (len(d) - len(n)) + n, len(u)
     need(law.member(laws), "the law is not in the class")
     direct = [1 + g * n[0] / d[0] for g in (chords(law) if laws.slope == (-INF, INF) else law.slopes)]
-    need(min(direct) > 0 or max(direct) < 0, "1 + g H(inf) does not keep its sign over the law")
+    need(min(direct) > 0 or max(direct) < 0, "1 + g H(inf) does not keep its sign over the law", IllPosed)
     for t in range(p):
         tick()
         need(law.at(sigma[t]) == -u[t], f"sample {t} is not on the law")

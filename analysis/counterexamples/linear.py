@@ -18,7 +18,7 @@ from lure.analysis.numerics.exact_matrix import exact_entry
 from lure.analysis.numerics.precision import ball
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import ArrayLike, NDArray, linalg, np
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
 from lure.plants.realisation import Realisation as Realisation
 from lure.plants.realisation import Row as Row
@@ -48,7 +48,10 @@ def realisation(block: RationalPlant | tuple[ArrayLike, ArrayLike, ArrayLike]) -
     A, b, c = (np.asarray(part, dtype=object) for part in block)
     n = A.shape[0] if A.ndim == 2 else -1
     if A.shape != (n, n) or b.size != n or c.size != n:
-        raise InputError(f"a realisation needs A (n, n), b (n,), c (n,); got A {A.shape}, b {b.shape}, c {c.shape}")
+        raise InputError(
+            f"a realisation needs A (n, n), b (n,), c (n,); got A {A.shape}, b {b.shape}, c {c.shape}",
+            code=Reason.NO_NUMBERS,
+        )
     rows = tuple(tuple(exact_entry(A[i, j], f"A[{i}, {j}]") for j in range(n)) for i in range(n))
     sides = [
         tuple(exact_entry(v, f"{name}[{i}]") for i, v in enumerate(side.ravel()))

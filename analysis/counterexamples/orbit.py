@@ -14,7 +14,7 @@ from flint import fmpq_mat
 from lure.analysis.numerics.doubles import double_above, short
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence, Witness
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
 
 # Laws through finitely many points, exact: which slopes and which sector they have.
@@ -140,7 +140,8 @@ def steady_state(block: RationalPlant, u: Sequence[Fraction]) -> list[Fraction]:
     if response is None:
         raise AssumptionError(
             f"the block has a pole with z^{len(u)} = 1, so an input of period {len(u)} has no one periodic output; "
-            "shift the loop by a gain first (lower > 0)"
+            "shift the loop by a gain first (lower > 0)",
+            code=Reason.CRITICAL,
         )
     column = response * fmpq_mat([[to_fmpq(value)] for value in u])
     return [to_fraction(column[i, 0]) for i in range(len(u))]
@@ -192,7 +193,8 @@ def orbit_witness(
     if low < law.tail or not verify_periodic_discrete(block, record):
         raise InputError(
             f"no destabilising orbit in the class [{law.tail}, {k}]: its law has the least "
-            f"{'slope' if slope_restricted else 'sector bound'} {low}, or the orbit is zero or not well posed"
+            f"{'slope' if slope_restricted else 'sector bound'} {low}, or the orbit is zero or not well posed",
+            code=Reason.ILL_POSED,
         )
     kind = "slope" if slope_restricted else "sector"
     description = (

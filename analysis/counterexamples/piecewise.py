@@ -14,7 +14,7 @@ from lure.analysis.counterexamples.linear import Realisation, Row, balls
 from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import ArrayLike, Reals, linalg, np
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 from lure.nonlinearities.piecewise_linear import Graph
 
 # Loops with a piecewise-linear law: exact affine pieces, and their flow in doubles from switch to switch.
@@ -64,7 +64,10 @@ class PiecewiseLoop:
         """
         d = system.d
         if any(1 + d * s <= 0 for s in law.slopes):
-            raise InputError(f"the loop is not well posed: 1 + d slope must be positive, and d is {float(d):g}")
+            raise InputError(
+                f"the loop is not well posed: 1 + d slope must be positive, and d is {float(d):g}",
+                code=Reason.ILL_POSED,
+            )
         if law.is_line:
             raise InputError("the law is a straight line; a linear gain belongs into the block")
         kinks = law.kinks

@@ -12,7 +12,7 @@ from lure.analysis.counterexamples.linear import Realisation, companion, doubles
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop
 from lure.analysis.verdict import Witness
 from lure.arrays import ArrayLike, Reals, integrate, np, optimize
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalPlant
 
@@ -285,7 +285,9 @@ def _phi(law: Law, d: float, y: float) -> tuple[float, float]:
         return y, float(law(y))
     root = bracketed_root(law, d, y)
     if math.isnan(root):
-        raise InputError(f"the loop is not well posed: sigma + {d:g} phi(sigma) = {y:.6g} has no solution")
+        raise InputError(
+            f"the loop is not well posed: sigma + {d:g} phi(sigma) = {y:.6g} has no solution", code=Reason.ILL_POSED
+        )
     return root, float(law(root))
 
 

@@ -13,7 +13,7 @@ from lure.analysis.counterexamples.linear import Realisation, doubles
 from lure.analysis.counterexamples.piecewise import BLOCK, Flow, PiecewiseLoop
 from lure.analysis.counterexamples.simulated import Law, bracketed_root, graph_of
 from lure.arrays import ArrayLike, Reals, integrate, linalg, np
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 from lure.nonlinearities import Tanh
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalPlant
@@ -120,7 +120,9 @@ class BatchLoop:
             self.b, self.c = (np.array([float(v) for v in side]) for side in (self.system.b, self.system.c))
             self.weights = np.array([float(v) for v in scale]) * powers
         except OverflowError:
-            raise InputError("a coefficient of the scaled loop leaves the range of doubles") from None
+            raise InputError(
+                "a coefficient of the scaled loop leaves the range of doubles", code=Reason.RANGE
+            ) from None
         self.d, self.order, self.gain = float(exact.d), n, max(abs(float(gain)), 1e-300)
         below = sum(block.denominator) if self.discrete else block.denominator[-1]
         above = sum(block.numerator) if self.discrete else block.numerator[-1]

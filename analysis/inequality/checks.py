@@ -12,7 +12,7 @@ from lure.analysis.inequality.plant import TransferPolynomials, closed_loop_pole
 from lure.analysis.numerics.polynomial import is_hurwitz
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.classes import Sector
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
 from lure.record import Record, derived, quantity
 
@@ -271,7 +271,7 @@ def check_plant(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Trans
     if plant.case != "stable":
         _check_zero(plant, lower)
     if plant.case == "unstable":
-        raise AssumptionError(_unstable(plant, lower))
+        raise AssumptionError(_unstable(plant, lower), code=Reason.UNSTABLE)
     return plant
 
 
@@ -311,11 +311,13 @@ def admitted_plant(
     if discrete:
         raise AssumptionError(
             f"{criterion} needs every pole inside the unit circle; with the lower slope {float(lower):g} the loop "
-            "has one at z = 1: give a larger lower slope, which shifts it inside"
+            "has one at z = 1: give a larger lower slope, which shifts it inside",
+            code=Reason.CRITICAL,
         )
     raise AssumptionError(
         f"{criterion} needs a stable block, and this one has a pole at 0; give a positive lower slope bound, or ask "
-        "Popov's"
+        "Popov's",
+        code=Reason.CRITICAL,
     )
 
 
@@ -329,7 +331,8 @@ def require_solution(block: RationalPlant, lower: Fraction) -> None:
     """
     if 1 + lower * block.feedthrough == 0:
         raise InputError(
-            f"the loop is not well posed: 1 + k H(inf) = 0 at the lower gain k = {lower}; choose another lower gain"
+            f"the loop is not well posed: 1 + k H(inf) = 0 at the lower gain k = {lower}; choose another lower gain",
+            code=Reason.ILL_POSED,
         )
 
 
@@ -371,7 +374,8 @@ def require_well_posed(block: RationalPlant, upper: Fraction | float, *, lower: 
     if not well_posed(block, upper, lower=lower):
         raise InputError(
             f"the loop is not well posed: 1 + k H(inf) = 0 at k = {float(-1 / block.feedthrough):.6g}, inside the "
-            f"sector [{float(lower):g}, {float(upper):g}]; choose a sector without that gain"
+            f"sector [{float(lower):g}, {float(upper):g}]; choose a sector without that gain",
+            code=Reason.ILL_POSED,
         )
 
 
@@ -384,7 +388,8 @@ def _check_hidden(plant: TransferPolynomials) -> None:
     where = f"at {zero}" if at_zero else "at z = -1" if at_infinity else f"not strictly {region}"
     raise AssumptionError(
         f"a mode {where} is not seen by input or output (it cancels in H): no feedback moves it and no criterion on H "
-        "covers it; leave it out only if the system does not have it"
+        "covers it; leave it out only if the system does not have it",
+        code=Reason.HIDDEN_MODE,
     )
 
 
@@ -398,12 +403,14 @@ def _check_zero(plant: TransferPolynomials, lower: Fraction) -> None:
         raise AssumptionError(
             f"the pole at {zero}{shift} has multiplicity {multiplicity}; the critical case needs a simple one: for "
             "(s + 1)/s^2 every linear gain is stable, yet with phi = sigma exp(-|sigma|) motions escape to infinity; "
-            "a class with a positive lower gain, if phi lies in one, has no such pole"
+            "a class with a positive lower gain, if phi lies in one, has no such pole",
+            code=Reason.DOUBLE_ZERO,
         )
     if multiplicity == 1 and not plant.residue > 0:
         raise AssumptionError(
             f"the residue at the pole {zero}{shift} is {float(plant.residue):.6g}; it must be positive: with this sign "
-            "small positive gains are unstable; check the sign of the feedback"
+            "small positive gains are unstable; check the sign of the feedback",
+            code=Reason.RESIDUE,
         )
 
 

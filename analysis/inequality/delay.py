@@ -14,7 +14,7 @@ from lure.analysis.numerics.polynomial import X, even_odd, from_descending, root
 from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.verdict import Bracket
 from lure.arrays import np
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.plants.delay import DelayPlant
 
 # ``Re H`` and ``-w Im H`` of a block with dead time, on balls and power series, with a bound for high frequencies.
@@ -77,12 +77,14 @@ class DelayResponse:
             raise AssumptionError(
                 f"the block {block} has poles that are not stable ({counts.right} to the right of the axis, "
                 f"{counts.axis} on it); with dead time only stable blocks, "
-                "or a simple pole at 0 besides, are covered: stabilise it by a loop around it first"
+                "or a simple pole at 0 besides, are covered: stabilise it by a loop around it first",
+                code=Reason.DEAD_TIME,
             )
         if any(len(top) == len(block.denominator) for _, top in block.terms):
             raise AssumptionError(
                 f"the block {block} is not strictly proper; with dead time that is a neutral equation, which is not "
-                "covered: add a fast pole to the model"
+                "covered: add a fast pole to the model",
+                code=Reason.DEAD_TIME,
             )
         reduced = bottom // X if critical else bottom
         de, do = even_odd(reduced)

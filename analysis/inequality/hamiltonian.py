@@ -18,7 +18,7 @@ from lure.analysis.numerics.refined import Refined, exact_dot
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import ArrayLike, NDArray, linalg, np
 from lure.classes import NonlinearityClass, Sector
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 
 TOLERANCE = fmpq(1, 10**8)
 NEAR_AXIS = 1e-3
@@ -129,10 +129,11 @@ class HamiltonianFamily:
         b, c = b.ravel(), c.ravel()
         if a.ndim != 2 or a.shape != (b.size, b.size) or b.size != c.size or d.size != 1 or b.size == 0:
             raise InputError(
-                f"a block needs A (n, n), B (n,), C (n,) and one D; got {a.shape}, {b.shape}, {c.shape}, {d.shape}"
+                f"a block needs A (n, n), B (n,), C (n,) and one D; got {a.shape}, {b.shape}, {c.shape}, {d.shape}",
+                code=Reason.NO_NUMBERS,
             )
         if not all(np.isfinite(part).all() for part in (a, b, c, d)):
-            raise InputError("an entry of A, B, C or D is not finite; give finite numbers")
+            raise InputError("an entry of A, B, C or D is not finite; give finite numbers", code=Reason.NO_NUMBERS)
         triangle, basis = linalg.schur(a, output="complex")
         _demand_stable(a, certain=not proposing)
         marks, bare = _marks(np.diag(triangle)), np.zeros(0, dtype=complex)
@@ -281,7 +282,8 @@ def _demand_stable(A: NDArray[np.float64], *, certain: bool) -> None:
     if not rightmost < 0:
         raise AssumptionError(
             f"A has an eigenvalue with real part {rightmost:.3g} 1/s, and it must be stable; a block with a pole "
-            "at 0 needs exact coefficients: give a RationalPlant"
+            "at 0 needs exact coefficients: give a RationalPlant",
+            code=Reason.CRITICAL,
         )
     rightmost = float(poles[worst].real)
     if certain and not rightmost + moved[worst] < 0:

@@ -11,7 +11,7 @@ from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.plants.frequency_data import FrequencyData
 
 _REASON = (
@@ -43,10 +43,14 @@ def largest_sampled(data: FrequencyData, name: str) -> Answer:
         There is no such criterion for samples, or one of them is not finite: a pole on the axis.
     """
     if name not in ("circle", "popov") or (name == "popov" and data.dt is not None):
-        raise AssumptionError(f"the criterion {name} is not evaluated on samples of this kind; ask circle")
+        raise AssumptionError(
+            f"the criterion {name} is not evaluated on samples of this kind; ask circle", code=Reason.SAMPLED
+        )
     if not np.isfinite(data.response).all():
         place = float(data.omega[int(np.argmin(np.isfinite(data.response)))])
-        raise AssumptionError(f"the response is not finite at {place:g} rad/s, a pole on the axis; leave it out")
+        raise AssumptionError(
+            f"the response is not finite at {place:g} rad/s, a pole on the axis; leave it out", code=Reason.UNSTABLE
+        )
     theta, least = (0.0, float(data.response.real.min())) if name == "circle" else _best(data)
     reach = -1 / least if least < 0 else math.inf
     expression = data.response.real - theta * data.omega * data.response.imag
@@ -61,6 +65,7 @@ def largest_sampled(data: FrequencyData, name: str) -> Answer:
         worst_frequency=float(data.omega[int(np.argmin(expression))]),
         hypotheses=("all poles stable: assumed", "the inequality between the samples: not known"),
         reason=_REASON.format(count=len(data.omega), name=name, reach=reach),
+        code=Reason.SAMPLED,
     )
 
 

@@ -230,7 +230,7 @@ def _sampled(law: Nonlinearity) -> None:
         check_declared(law)
     except AssumptionError as error:
         if isinstance(law, ExpressionNonlinearity):
-            raise InputError(str(error)) from None
+            raise InputError(str(error), code=error.code) from None
         raise
 
 

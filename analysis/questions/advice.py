@@ -96,7 +96,7 @@ def why(
         return codes.EVERY_FINITE, far + against
     if reach is not None:
         return codes.NO_MULTIPLIER, f"{_ends(reach)}{against}"
-    said = [(codes.code_for(answer.reason), answer.reason) for answer in asked.answers if answer.reason]
+    said = [(codes.REGISTRY[answer.code], answer.reason) for answer in asked.answers if answer.reason]
     code, reason = min(said, key=lambda one: codes.WORST.index(one[0]), default=(codes.NO_MULTIPLIER, _WITHOUT))
     return code, reason.rstrip(".") + against
 

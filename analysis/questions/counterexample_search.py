@@ -17,7 +17,7 @@ from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.proofs import EXPECTED
 from lure.analysis.verdict import Bracket, Evidence, Witness
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
@@ -43,7 +43,8 @@ def hurwitz(asked: Problem) -> Bracket:
     if lower != 0:
         raise AssumptionError(
             f"for a {type(plant).__name__} the classes begin at 0; got lower = {float(lower):g}: close a loop with "
-            "that gain in the model first"
+            "that gain in the model first",
+            code=Reason.DEAD_TIME if isinstance(plant, DelayPlant) else Reason.NOT_APPLICABLE,
         )
     if isinstance(plant, DelayPlant):
         from lure.analysis.theorems.dead_time import hurwitz_limit as with_dead_time

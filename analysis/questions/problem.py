@@ -18,7 +18,7 @@ from lure.analysis.certificates.systems import law_of, laws_of, system_of
 from lure.analysis.nonlinearity.membership import Membership, Status, examined, membership
 from lure.analysis.theorems.table import BEST, TABLE, Question, theorems_for
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.files.system import LoopSystem
 from lure.loop import Loop, LoopModel
 from lure.nonlinearities import ExpressionNonlinearity
@@ -442,7 +442,8 @@ def certifiable(block: object) -> RationalPlant | DelayPlant | StateSpace:
         return block
     raise AssumptionError(
         f"a {type(block).__name__} gives computed numbers, and nothing certified can be said of it; give coefficients, "
-        "matrices, or a formula"
+        "matrices, or a formula",
+        code=Reason.SAMPLED if isinstance(block, FrequencyData) else Reason.COMPUTED,
     )
 
 

@@ -17,7 +17,7 @@ from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, Theorem, Upper, row_of, theorems_for
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.exact import exact_number
 from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
@@ -38,8 +38,8 @@ LONG = "full effort"  # takes minutes
 # How far a criterion reaches: of the classes ``[lower, k]`` the largest it proves.
 
 
-def reached(row: Theorem, asked: Problem) -> Answer | str:
-    """What one criterion says, before the checker has seen it; that it refuses or fails, and why, as text.
+def reached(row: Theorem, asked: Problem) -> Answer | Failure:
+    """What one criterion says, before the checker has seen it; or that it refuses or fails, and why.
 
     Raises
     ------
@@ -50,8 +50,8 @@ def reached(row: Theorem, asked: Problem) -> Answer | str:
     try:
         found = guarded(row.name, lambda: _largest(row, asked, asked.lower), passing=passing)
     except (AssumptionError, InputError, ModuleNotFoundError) as refusal:
-        return str(refusal)
-    return f"the search failed: {found}" if isinstance(found, Failure) else found
+        return Failure(search=row.name, code=codes.code_for(refusal), detail=str(refusal))
+    return replace(found, detail=f"the search failed: {found}") if isinstance(found, Failure) else found
 
 
 def _largest(row: Theorem, asked: Problem, lower: Fraction) -> Answer:
@@ -75,7 +75,8 @@ def _by_eigenvalues(plant: StateSpace, name: str, lower: Fraction) -> Answer:
     if name not in ("circle", "popov"):
         raise AssumptionError(
             f"for a block of order {plant.order} given by matrices there are circle and popov (in continuous time), "
-            f"not {name}; give coefficients for the exact criteria"
+            f"not {name}; give coefficients for the exact criteria",
+            code=Reason.COMPUTED,
         )
     return state_space_largest(plant, cast("Criterion", name), lower=lower)
 
@@ -86,7 +87,9 @@ def rank(answer: Answer) -> tuple[bool, bool, float, float]:
     return answer.verdict is not Verdict.PROVED, silent, -answer.largest.low, -answer.largest.high
 
 
-def silent(name: str, asked: Problem, reason: str, *, theorem: str = REFUSED) -> Answer:
+def silent(
+    name: str, asked: Problem, reason: str, *, theorem: str = REFUSED, code: Reason = Reason.NO_MULTIPLIER
+) -> Answer:
     """The answer of a criterion that says nothing: it refuses, it failed, or it was not asked."""
     lower = float(asked.lower)
     computed, sampled = isinstance(asked.plant, StateSpace), isinstance(asked.plant, FrequencyData)
@@ -99,6 +102,7 @@ def silent(name: str, asked: Problem, reason: str, *, theorem: str = REFUSED) ->
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.OBSERVED if sampled else Evidence.COMPUTED if computed else Evidence.CERTIFIED,
         reason=reason,
+        code=code,
     )
 
 
@@ -137,7 +141,8 @@ def proved_answer(asked: Problem, answer: Answer) -> Answer:
 
 
 def _uncertified(answer: Answer, failure: Failure) -> Answer:
-    return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {failure}")
+    said = f"not certified: {failure}"
+    return replace(answer, verdict=Verdict.INCONCLUSIVE, reason=said, code=failure.code.reason)
 
 
 def _certified(asked: Problem, answer: Answer, upper: Upper | None = None) -> Certified:
@@ -255,14 +260,16 @@ def _decided(asked: Problem, row: Theorem, bounds: Sector | SlopeBounds, *, fini
             return row.decide(plant, bounds, odd=asked.odd)
         if bounds.lower == -math.inf:
             raise AssumptionError(
-                "the class has no finite lower end, and no theorem here begins at -inf; give a lower bound"
+                "the class has no finite lower end, and no theorem here begins at -inf; give a lower bound",
+                code=Reason.NO_LOWER_END,
             )
     lower = Fraction(0) if not isinstance(plant, RationalPlant) else exact_number(bounds.lower, "lower")
     answer = _largest(row, asked, lower)
     if bounds.lower < answer.law_class.sector.lower:
         raise AssumptionError(
             f"for such a block the classes begin at {float(answer.law_class.sector.lower):g}; for a DelayPlant or a "
-            "rod close a loop with the lower gain in the model first"
+            "rod close a loop with the lower gain in the model first",
+            code=Reason.DEAD_TIME,
         )
     if _proves(answer) and bounds.upper > answer.largest.low:
         reason = f"what is proved ends at {answer.largest.low:.10g}"

@@ -10,6 +10,7 @@ from fractions import Fraction
 from functools import partial
 from typing import TypeVar, cast
 
+from lure.analysis.certificates.sealing import Failure
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.counterexample_search import critical, hurwitz, linear_witnesses, nonlinear_witnesses
@@ -18,7 +19,7 @@ from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.proofs import NOT_NEEDED, proved_answer, rank, reached, silent
 from lure.analysis.theorems.table import BEST, Theorem, theorems_for
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
 
 Tell = Callable[[str, float], None]
@@ -128,7 +129,9 @@ def find(asking: Sequence[Problem], seconds: float | None, tell: Tell | None) ->
                     step.findings.left_out += f"{step.name} left out: {missing}; "
     except OverflowError:
         raise InputError(
-            f"a gain or frequency of {asking[0].plant} exceeds the range of doubles, 1e-308 to 1e308; rescale the units"
+            f"a gain or frequency of {asking[0].plant} exceeds the range of doubles, 1e-308 to 1e308; rescale the "
+            "units",
+            code=Reason.RANGE,
         ) from None
     except TimeoutError:
         _stop(found, "time")
@@ -201,8 +204,8 @@ def _criterion(found: Findings, row: Theorem, shared: _Shared) -> None:
     asked = found.asked
     key = (row.name, asked.lower, asked.odd and row.odd)
     said = shared.once(key, lambda: reached(row, asked))
-    if isinstance(said, str):
-        found.answers.append(silent(row.name, asked, said))
+    if isinstance(said, Failure):
+        found.answers.append(silent(row.name, asked, said.detail, code=said.code.reason))
         return
     wider = asked.time_varying and not said.law_class.time_varying
     said = shared.once((*key, wider), partial(proved_answer, asked, said))

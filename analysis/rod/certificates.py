@@ -14,7 +14,7 @@ from lure.analysis.theorems.table import Upper
 from lure.analysis.verdict import Answer
 from lure.arrays import np
 from lure.classes import NonlinearityClass, Sector
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodPlant
@@ -114,7 +114,9 @@ def popov_theta(rod: Rod) -> Fraction:
     """
     E, rho, L, A, k = (rod.exact[name] for name in ("youngs_modulus", "density", "length", "area", "damping"))
     if k <= 0:
-        raise AssumptionError(f"rod.damping is {float(k):g}; Popov's criterion needs a positive one")
+        raise AssumptionError(
+            f"rod.damping is {float(k):g}; Popov's criterion needs a positive one", code=Reason.UNDAMPED
+        )
     return EASE * (L * abs(k * k - A * A * rho * E) / (k * A * E) or L * A * rho / k)
 
 
@@ -194,7 +196,8 @@ def energy_theta(scheme: UpwindScheme) -> Fraction:
     """
     if not scheme.rod.damping > 0:
         raise AssumptionError(
-            f"rod.damping is {scheme.rod.damping:g}, and the energy falls only for a positive one; give one"
+            f"rod.damping is {scheme.rod.damping:g}, and the energy falls only for a positive one; give one",
+            code=Reason.UNDAMPED,
         )
     size = Fraction(SCHEME_ENERGY_EASE * _least(scheme)) / _unit(scheme)
     step = Fraction(2) ** (math.floor(math.log2(size)) + 1 - PLACES)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.rod.discretisation import UpwindScheme
 
 Array = NDArray[np.float64]
@@ -134,7 +134,8 @@ def zeta_weights(scheme: UpwindScheme) -> Array:
     rod, N = scheme.rod, scheme.cells
     if rod.damping == 0:
         raise AssumptionError(
-            "the deflated coordinate needs k != 0; the damping is 0 N s/m and the zero eigenvalue double"
+            "the deflated coordinate needs k != 0; the damping is 0 N s/m and the zero eigenvalue double",
+            code=Reason.UNDAMPED,
         )
     forward = 1.0 / (2.0 * (rod.damping * rod.input_gain) * scheme.rate)
     weights = np.concatenate((np.full(N, forward), np.full(N, -rod.reflection * forward), [1.0]))
@@ -248,4 +249,7 @@ def lyapunov_function(scheme: UpwindScheme, y: ArrayLike, theta: float) -> Array
 
 def _need_damping(scheme: UpwindScheme) -> None:
     if scheme.rod.damping <= 0:
-        raise AssumptionError(f"the Popov-Lyapunov function needs k > 0; the damping is {scheme.rod.damping:g} N s/m")
+        raise AssumptionError(
+            f"the Popov-Lyapunov function needs k > 0; the damping is {scheme.rod.damping:g} N s/m",
+            code=Reason.UNDAMPED,
+        )

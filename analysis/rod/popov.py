@@ -14,7 +14,7 @@ from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.rod.damping import check_sector, model_of, without_damping
 from lure.analysis.verdict import INFINITE, Bracket, Evidence, Verdict
 from lure.classes import Sector
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodPlant
@@ -285,7 +285,8 @@ def rod_popov_criterion(
             if not math.isfinite(theta):
                 raise InputError(
                     "the multiplier that Popov's criterion needs for this rod exceeds the largest double, about "
-                    "1e308 s; rescale the units"
+                    "1e308 s; rescale the units",
+                    code=Reason.RANGE,
                 )
         needed = smallest_multiplier(rod, inverse_gain)
         found = popov_minimum(rod, ball(theta) / rod.travel_time, inverse_gain)

@@ -22,7 +22,7 @@ from lure.analysis.rod.popov import rod_circle_criterion, rod_popov_criterion
 from lure.analysis.theorems.table import Upper
 from lure.analysis.verdict import INFINITE, Answer, Bracket, Verdict
 from lure.classes import NonlinearityClass, Sector
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodPlant
 
@@ -110,7 +110,7 @@ class RodTheory:
     def proof(self) -> Draft:
         """The energy theorem; without damping the energy does not fall."""
         if self.plant.rod.exact["damping"] == 0:
-            raise AssumptionError("the dashpot has k = 0, and the energy does not fall")
+            raise AssumptionError("the dashpot has k = 0, and the energy does not fall", code=Reason.UNDAMPED)
         return energy_theorem_draft(self.plant)
 
     def refutation(self) -> Draft | None:

@@ -15,7 +15,7 @@ from lure.analysis.numerics.doubles import double_below, text_above, text_below
 from lure.analysis.numerics.minimum import positive_with_limits
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.plants.rational import RationalPlant
 
 # What an answer of the circle criterion says: conclusion, hypotheses, reasons, each with how it was checked.
@@ -244,7 +244,9 @@ def circle_criterion(block: RationalPlant, sector: Sector) -> Answer:
     PROVED
     """
     if sector.lower == -math.inf and sector.upper == math.inf:
-        raise AssumptionError("the circle criterion needs a sector with a finite end; got [-inf, inf]")
+        raise AssumptionError(
+            "the circle criterion needs a sector with a finite end; got [-inf, inf]", code=Reason.NO_LOWER_END
+        )
     mirrored = _mirror_needed(block, sector)
     used, lower, upper = block, sector.lower, sector.upper
     if mirrored:

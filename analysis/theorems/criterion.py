@@ -13,7 +13,7 @@ from lure.analysis.inequality.polynomial import Best, Inequality, Multiplier, Ra
 from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.verdict import Answer, Bracket, Evidence, Needs, Verdict
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.plants.rational import RationalPlant
 
 Bound = Fraction | float
@@ -141,8 +141,12 @@ class Criterion:
         """
         lower, upper = bounds.lower, bounds.upper
         if lower == -math.inf or (upper == math.inf and self.endless is _never):
-            wanted = "finite slope bounds" if "slope" in self.needs else "a finite lower end of the sector"
-            raise AssumptionError(f"{self.title} needs {wanted}, and the class is {bounds}; give numbers")
+            slopes = "slope" in self.needs
+            wanted = "finite slope bounds" if slopes else "a finite lower end of the sector"
+            raise AssumptionError(
+                f"{self.title} needs {wanted}, and the class is {bounds}; give numbers",
+                code=Reason.NOT_APPLICABLE if slopes else Reason.NO_LOWER_END,
+            )
         inequality = self.inequality(block, Fraction(lower))
         require_well_posed(block, upper, lower=inequality.base.lower)
 

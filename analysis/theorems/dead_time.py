@@ -14,7 +14,7 @@ from lure.analysis.numerics.polynomial import root_sizes
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.plants.delay import DelayPlant
 
 BITS = 128
@@ -52,7 +52,8 @@ class Delayed:
             if response.critical and not response.residue > 0:
                 raise AssumptionError(
                     f"the block {block} has the residue {float(response.residue):.6g} at its pole 0: not positive, so "
-                    "that small gains destabilise; turn the sign of the feedback"
+                    "that small gains destabilise; turn the sign of the feedback",
+                    code=Reason.RESIDUE,
                 )
             features = [1 / float(delay) for delay, _ in block.terms if delay > 0]
             for p in (response.bottom, *(term.top for term in response.terms)):
@@ -109,7 +110,8 @@ def circle_largest(block: DelayPlant) -> Answer:
     plant = Delayed.of(block)
     if plant.response.critical:
         raise AssumptionError(
-            f"the block {block} has a pole at 0, where the circle criterion for dead time is not used; ask popov"
+            f"the block {block} has a pole at 0, where the circle criterion for dead time is not used; ask popov",
+            code=Reason.DEAD_TIME,
         )
     with working_precision(BITS):
         found = popov_infimum(plant.response, arb(0), plant.start)

@@ -19,7 +19,7 @@ from lure.analysis.theorems.kernel_search import TOLERANCE, Family, Proposal, Sc
 from lure.analysis.theorems.kernels import Multiplier, check, check_every, margin_near, multiplier_of
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.classes import NonlinearityClass, SlopeBounds
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.exact import exact_number
 from lure.plants.rational import RationalPlant
 
@@ -355,7 +355,10 @@ def zames_falb_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool
         ``bounds.lower`` is infinite, or the block is not strictly stable with this gain.
     """
     if math.isinf(bounds.lower):
-        raise AssumptionError(f"zames_falb_criterion needs a finite lower slope; got {bounds}: give a finite one")
+        raise AssumptionError(
+            f"zames_falb_criterion needs a finite lower slope; got {bounds}: give a finite one",
+            code=Reason.NO_LOWER_END,
+        )
     task = _task(block, Fraction(bounds.lower), odd=odd, full=effort == "full")
     if math.isinf(bounds.upper):
         found = reach(task)
@@ -413,7 +416,8 @@ def _task(block: RationalPlant, lower: Fraction, *, odd: bool, full: bool) -> Ta
     if plant.case != "stable":
         raise AssumptionError(
             f"the block has a pole at s = 0 with the lower slope {float(lower):g}, and Zames-Falb multipliers need it "
-            "strictly stable; give a larger lower slope, or ask Popov's criterion"
+            "strictly stable; give a larger lower slope, or ask Popov's criterion",
+            code=Reason.CRITICAL,
         )
     return Task(plant=plant, lower=lower, limit=hurwitz_limit(block, lower).low, odd=odd, full=full)
 

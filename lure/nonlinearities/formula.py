@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import Sector, SlopeBounds
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 from lure.expressions import Expression
 from lure.expressions.regularity import Nature, has_value, nature
 from lure.expressions.tree import COMPARISONS, CONDITIONS, Apply, Node, Number
@@ -339,7 +339,8 @@ def _demand_zero(expression: Expression) -> None:
     if value != 0:
         raise InputError(
             f"ExpressionNonlinearity {expression.source[:60]!r} has phi(0) = {float(value):.6g}; a nonlinearity "
-            "must vanish at 0: measure sigma and phi from the equilibrium"
+            "must vanish at 0: measure sigma and phi from the equilibrium",
+            code=Reason.FOREIGN_LAW,
         )
 
 

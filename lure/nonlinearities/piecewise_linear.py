@@ -13,7 +13,7 @@ from pathlib import Path
 
 from lure.arrays import ArrayLike, NDArray, is_array, np
 from lure.classes import Sector, SlopeBounds
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 from lure.exact import exact_number
 from lure.nonlinearities.base import (
     NamedNonlinearity,
@@ -506,5 +506,6 @@ def _demand_origin(table: list[tuple[Fraction, Fraction]], left: Fraction, right
     if value != 0:
         raise InputError(
             f"PiecewiseLinear has phi(0) = {number_text(value)}; a nonlinearity must vanish at 0: "
-            "measure sigma and phi from the equilibrium"
+            "measure sigma and phi from the equilibrium",
+            code=Reason.FOREIGN_LAW,
         )

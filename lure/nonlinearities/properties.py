@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from lure.arrays import NDArray, np
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.exact import Exact, exact_number
 from lure.nonlinearities.base import Nonlinearity, NormalCompliance, number_text
 from lure.nonlinearities.formula import ExpressionNonlinearity
@@ -104,10 +104,14 @@ class _Sample:
         )
         if at_zero != 0:
             raise AssumptionError(
-                f"the nonlinearity {self.name} has phi(0) = {at_zero:g}; a nonlinearity must vanish at 0"
+                f"the nonlinearity {self.name} has phi(0) = {at_zero:g}; a nonlinearity must vanish at 0",
+                code=Reason.FOREIGN_LAW,
             )
         if np.isnan(phi).any():
-            raise AssumptionError(f"the nonlinearity {self.name} has no value at sigma = {x[np.isnan(phi)][0]:.17g}")
+            raise AssumptionError(
+                f"the nonlinearity {self.name} has no value at sigma = {x[np.isnan(phi)][0]:.17g}",
+                code=Reason.FOREIGN_LAW,
+            )
         finite = np.isfinite(phi)
         self.x, self.phi = x[finite], phi[finite]
         inner = np.abs(self.phi[np.abs(self.x) <= scale])
@@ -134,7 +138,8 @@ class _Sample:
             what = "phi(sigma)/sigma at" if isinstance(bounds, Sector) else "the difference quotient to the right of"
             raise AssumptionError(
                 f"the nonlinearity {self.name} is declared to have {kind} {bounds}, but {what} sigma = "
-                f"{self.x[i]:.17g} is {values[i]:.12g}; declare bounds that hold"
+                f"{self.x[i]:.17g} is {values[i]:.12g}; declare bounds that hold",
+                code=Reason.FOREIGN_LAW,
             )
 
     def check_odd(self) -> None:
@@ -148,7 +153,8 @@ class _Sample:
         if i is not None:
             raise AssumptionError(
                 f"the nonlinearity {self.name} is declared odd, but phi({self.x[i]:.17g}) = {self.phi[i]:.12g} and "
-                f"phi({-self.x[i]:.17g}) = {mirrored[i]:.12g}; declare odd = False"
+                f"phi({-self.x[i]:.17g}) = {mirrored[i]:.12g}; declare odd = False",
+                code=Reason.FOREIGN_LAW,
             )
 
     def _worst(self, excess: NDArray[np.float64], certain: Callable[[int], bool]) -> int | None:
@@ -363,7 +369,8 @@ def _compare(law: ExpressionNonlinearity, graph: Graph) -> None:
         raise AssumptionError(
             f"the nonlinearity {law.text!r:.60} is declared odd, but phi({number_text(x)}) = "
             f"{number_text(graph.exact(x))} and "
-            f"phi({number_text(-x)}) = {number_text(graph.exact(-x))}; declare odd = False"
+            f"phi({number_text(-x)}) = {number_text(graph.exact(-x))}; declare odd = False",
+            code=Reason.FOREIGN_LAW,
         )
 
 
@@ -374,7 +381,8 @@ def _inside(
         declared, quantity, where = words
         raise AssumptionError(
             f"the nonlinearity {law.text!r:.60} is declared to have {declared} {bounds}, but {quantity} is "
-            f"{number_text(value)} {where}; declare bounds that hold"
+            f"{number_text(value)} {where}; declare bounds that hold",
+            code=Reason.FOREIGN_LAW,
         )
 
 

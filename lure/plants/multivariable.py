@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from lure.arrays import ArrayLike, NDArray, np
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 from lure.exact import Exact
 from lure.plants.matrices import checked_matrices, rational_block, rows_of
 from lure.plants.rational import RationalPlant, sampling_period, time_text
@@ -124,7 +124,9 @@ class MultivariablePlant(Record, kw_only=False):
                 for side, shape in ((self.A, (n, n)), (self.B, (n, m)), (self.C, (p, n)), (self.D, (p, m)))
             ]
         except OverflowError:
-            raise InputError("an entry exceeds the largest double, 1.8e308; rescale the unit of time") from None
+            raise InputError(
+                "an entry exceeds the largest double, 1.8e308; rescale the unit of time", code=Reason.RANGE
+            ) from None
         return found[0], found[1], found[2], found[3]
 
     def to_control(self) -> control.StateSpace:

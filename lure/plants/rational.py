@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from lure.arrays import ArrayLike, NDArray, np
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 from lure.exact import Exact, exact_number
 from lure.plants.realisation import Realisation, companion
 from lure.record import Record, derived, quantity
@@ -160,7 +160,8 @@ class RationalPlant(Record):
             top, bottom = ([float(c) for c in side] for side in (self.numerator, self.denominator))
         except OverflowError:
             raise InputError(
-                "a coefficient of this block exceeds the largest double, 1.8e308; rescale the unit of time"
+                "a coefficient of this block exceeds the largest double, 1.8e308; rescale the unit of time",
+                code=Reason.RANGE,
             ) from None
         return control.TransferFunction(top, bottom, self.period)
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lure.arrays import NDArray, np
-from lure.errors import InputError
+from lure.errors import InputError, Reason
 from lure.record import Record, quantity
 
 if TYPE_CHECKING:
@@ -61,7 +61,9 @@ class Realisation(Record, kw_only=False):
         try:
             A, b, c = (np.array([float(v) for v in side]) for side in (sum(self.A, ()), self.b, self.c))
         except OverflowError:
-            raise InputError("an entry exceeds the largest double, 1.8e308; rescale the unit of time") from None
+            raise InputError(
+                "an entry exceeds the largest double, 1.8e308; rescale the unit of time", code=Reason.RANGE
+            ) from None
         return A.reshape(self.order, self.order), b, c, float(self.d)
 
     def to_control(self, *, dt: float | bool) -> control.StateSpace:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.analysis.rod.confirmation.track import Track
-from lure.errors import AssumptionError
+from lure.errors import AssumptionError, Reason
 from lure.rod.motion.pieces import Array
 from lure.rod.parameters import Rod
 
@@ -116,7 +116,10 @@ def rod_zeta(track: Track, t: ArrayLike) -> Array:
     """
     rod, pieces = track.rod, track.pieces
     if rod.damping == 0:
-        raise AssumptionError("the deflated coordinate needs k != 0; the damping is 0 N s/m, free flight does not end")
+        raise AssumptionError(
+            "the deflated coordinate needs k != 0; the damping is 0 N s/m, free flight does not end",
+            code=Reason.UNDAMPED,
+        )
     number, tau = track.place(t)
     arriving, leaving = pieces.travel
     end = np.full(tau.shape, 2.0)
@@ -251,4 +254,6 @@ def _weighted(track: Track, t: ArrayLike, weights: Weights) -> Array:
 
 def _need_damping(rod: Rod) -> None:
     if rod.damping <= 0:
-        raise AssumptionError(f"the Popov-Lyapunov functional needs k > 0; the damping is {rod.damping:g} N s/m")
+        raise AssumptionError(
+            f"the Popov-Lyapunov functional needs k > 0; the damping is {rod.damping:g} N s/m", code=Reason.UNDAMPED
+        )

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.record import Record, finite, quantity
 from lure.rod.motion import Boundary, Contact, Motion, Numerics, Window, exact_motion
 from lure.rod.motion.pieces import Pieces
@@ -131,11 +131,13 @@ def settling(rod: Rod, plan: Plan, period: float) -> Settling:
     if wanted is None:
         if rod.damping < 0 and not plan.boundary.clamped:
             raise AssumptionError(
-                f"rod.damping is {rod.damping:g}, so that motions grow; give the time to wait, settle, to watch one"
+                f"rod.damping is {rod.damping:g}, so that motions grow; give the time to wait, settle, to watch one",
+                code=Reason.UNDAMPED,
             )
         if math.isinf(slow):
             raise AssumptionError(
-                "no dashpot takes energy out, so that the rod never forgets its start; give the time to wait, settle"
+                "no dashpot takes energy out, so that the rod never forgets its start; give the time to wait, settle",
+                code=Reason.UNDAMPED,
             )
         wanted, most = TIME_CONSTANTS * slow, 2.0 * rod.travel_time * MOST_TRIPS
         if wanted > most:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from lure.analysis.rod.response.recording import MOST_TRIPS, Array, Progress, contact_time, means, wave_rate
 from lure.analysis.rod.response.sweeping import checked_values
 from lure.analysis.verdict import Evidence
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.expressions import Expression
 from lure.record import Page, Record, derived, quantity
 from lure.rod.motion import Boundary, Window, motion_windows
@@ -277,7 +277,9 @@ def resting_place(rod: Rod, scenario: Scenario, *, rigid: bool = False, until: f
     if not scenario.free:
         raise AssumptionError("a rod under a load does not come to rest; give g = 0 and f = 0, or ask for its response")
     if not rod.damping > 0:
-        raise AssumptionError(f"the rod comes to rest for k > 0 only; the damping is {rod.damping:g} N s/m")
+        raise AssumptionError(
+            f"the rod comes to rest for k > 0 only; the damping is {rod.damping:g} N s/m", code=Reason.UNDAMPED
+        )
     boundary = Boundary(rigid=rigid)
     T = rod.travel_time
     if until is None:

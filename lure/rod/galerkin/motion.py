@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.errors import AssumptionError, InputError
+from lure.errors import AssumptionError, InputError, Reason
 from lure.record import Column, Page, derived, numbered, plain, quantity
 from lure.rod import datasets
 from lure.rod.galerkin.model import INTEGRALS, Equations, GalerkinModel
@@ -184,7 +184,8 @@ class GalerkinRun(SampledMotion):
         k, force, body = self.model.rod.damping, self.states[:, -3], self.states[:, -2]
         if k < 0 or (k == 0 and force[-1] > 0):
             raise AssumptionError(
-                f"the bound of Lemma 3.2 needs k > 0, or k = 0 and no force g; the damping is {k:g} N s/m"
+                f"the bound of Lemma 3.2 needs k > 0, or k = 0 and no force g; the damping is {k:g} N s/m",
+                code=Reason.UNDAMPED,
             )
         given = (force / (2.0 * k) if k > 0 else 0.0) + body / (2.0 * rate)
         base = np.asarray(self.energy[0] + given)
