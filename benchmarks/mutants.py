@@ -42,7 +42,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 CACHE = ROOT / "build" / "mutants"
 _NAMED = """
-analysis answers answers_capped answers_conclusion answers_wording conclusion findings loop_report one_answer
+analysis answers approved answers_capped answers_conclusion answers_wording conclusion findings loop_report one_answer
 python_door report report_confirmation report_honesty report_opening results_html results_xarray showing"""
 TESTS = tuple(
     path.relative_to(ROOT).as_posix()
