@@ -22,7 +22,7 @@ from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.write import loop_page
 from lure.analysis.rod.report import build_report, claims
 from lure.analysis.rod.report.document import document
-from lure.analysis.rod.report.page import page
+from lure.analysis.rod.report.output import page
 from lure.files import parse_system
 from lure.rod import builtin_system
 from lure.rod.systems import rod_from_exact
