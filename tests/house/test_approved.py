@@ -45,7 +45,7 @@ LOOPS = {
 RODS = {"rod": {"damping": "1e-3"}, "pushed-rod": {"damping": "-1e-3"}, "free-rod": {"damping": "0"}}
 RODS |= {"bent-rod": {"exponent": "2"}}
 PASSING = re.compile(r"versions|seconds|command|sha256|residual|difference|simulation|confirmation|time_series")
-LONG = re.compile(r"(?<![\w.^/])[-+]?(?=[\d.]{11})\d+\.\d+(?:e[-+]?\d+)?|[0-9a-f]{64}|[-+]?\d[\d.]*e-1\d")
+LONG = re.compile(r"(?<![\w.^/])[-+]?(?=[\d.]{11})\d+\.\d+(?:e[-+]?\d+)?|[0-9a-f]{64}|[-+]?\d[\d.]*e-1[3-9]")
 
 
 def short(text):
@@ -80,7 +80,7 @@ def leaves(data, key=""):
         for name, value in data.items() if isinstance(data, dict) else enumerate(data):
             yield from leaves(value, f"{key}.{name}".lstrip("."))
     else:
-        yield f"{key}: {short(json.dumps(data))}"
+        yield f"{key}: {short(json.dumps(data, default=str))}"
 
 
 def proofs(shown):
@@ -102,6 +102,7 @@ def of_loop(text):
         "json": "\n".join(leaves(data)),
         "page": words(loop_page(data, (), Markup(""))),
         "notebook": words(found._repr_html_()),
+        "dataset": "\n".join(leaves(found.to_xarray().to_dict())),
         "question": f"{largest}\n{words(largest._repr_html_())}",
         "certificates": proofs(found.certificates),
     }
@@ -118,6 +119,7 @@ def of_rod(changes):
         "json": "\n".join(leaves(data)),
         "page": words(page(data, claims(report), ())),
         "notebook": words(report._repr_html_()),
+        "dataset": "\n".join(leaves(report.to_xarray().to_dict())),
         "certificates": proofs(report.certificates),
     }
 
