@@ -77,7 +77,7 @@ def leaves(data, key=""):
     if PASSING.search(key):
         return
     if isinstance(data, dict | list) and data:
-        for name, value in data.items() if isinstance(data, dict) else enumerate(data):
+        for name, value in sorted(data.items()) if isinstance(data, dict) else enumerate(data):
             yield from leaves(value, f"{key}.{name}".lstrip("."))
     else:
         yield f"{key}: {short(json.dumps(data, default=str))}"
