@@ -67,7 +67,7 @@ def check_declared(law: Nonlinearity, *, samples: int = 4000, scale: Exact = 1) 
     >>> check_declared(ExpressionNonlinearity("2*tanh(sigma)", sector=Sector(0, 1)))  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
-    lure.errors.AssumptionError: the law '2*tanh(sigma)' is declared to have the sector [0, 1], but phi(sigma)/sigma ...
+    lure.errors.AssumptionError: the nonlinearity '2*tanh(sigma)' is declared to have the sector [0, 1], but phi...
     """
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 10:
         raise InputError(f"check_declared: samples is {samples!r:.60}; give a whole number of at least 10")
@@ -278,7 +278,7 @@ def properties(law: Nonlinearity) -> Properties:
     >>> print(properties(Saturation(gain=2)).sector)
     [0, 2] (checked: exact, read off the points and the slopes outside them)
     >>> print(properties(ExpressionNonlinearity("tanh(sigma)", sector=Sector(0, 1))).sector)
-    [0, 1] (declared: the word of the law's author)
+    [0, 1] (declared: the word of the nonlinearity's author)
     """
     if type(law) is ShiftedNonlinearity:
         inner, note = properties(law.law), f"; shifted by {number_text(law.gain)}"

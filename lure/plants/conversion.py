@@ -83,7 +83,10 @@ def one_channel(source: object, *, dt: object = None) -> AnyBlock:
     """
     found = as_plant(source, dt=dt)
     if isinstance(found, MultivariablePlant):
-        raise InputError(f"the system has {found.inputs} inputs and {found.outputs} outputs: {_PAIR}")
+        sides = (
+            f"{n} {side}{'s' if n > 1 else ''}" for n, side in ((found.inputs, "input"), (found.outputs, "output"))
+        )
+        raise InputError(f"the system has {' and '.join(sides)}: {_PAIR}")
     return found
 
 

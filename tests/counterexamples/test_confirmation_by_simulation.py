@@ -11,6 +11,7 @@ import pytest
 from lure import (
     Cubic,
     DeadZone,
+    Diagonal,
     ExpressionNonlinearity,
     LeakyReLU,
     NonlinearityClass,
@@ -86,8 +87,10 @@ def found(text, name="loop"):
 
 def proved_of(analysis, proof, law_class=None):
     """An analysis that says of this loop what a proof says of another."""
-    about = analysis.subject if law_class is None else replace(analysis.subject, law_class=law_class)
-    return replace(analysis, subject=about, conclusion=proof.conclusion)
+    about = analysis.problem
+    if law_class is not None:
+        about = replace(about, classes=Diagonal((law_class,)), kind="class")
+    return replace(analysis, problem=about, conclusion=proof.conclusion)
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +150,7 @@ def test_a_solution_that_leaves_the_range_of_doubles_gives_no_warning():
 
 
 def test_the_class_of_no_law_is_tried_with_its_members(proof):
-    assert Sector(0, 1) == proof.subject.law_class.sector
+    assert Sector(0, 1) == proof.problem.law_class.sector
     runs = observed(proof).trajectories
     assert {run.finding for run in runs} == {Finding.CONVERGES}
     assert all(run.t[0] == 0 and len(run.t) < 1000 for run in runs)
@@ -209,9 +212,10 @@ def judged_false(loops, proof):
     """Names of the loops with no solution found that contradicts; each class is contradicted by a gain."""
     missed = set()
     for name, block, law in loops:
-        about = replace(proof.subject, block=block, law=law, law_class=NonlinearityClass(sector=law.sector))
+        classes = Diagonal((NonlinearityClass(sector=law.sector),))
+        about = replace(proof.problem, plant=block, nonlinearity=law, classes=classes)
         with pytest.raises(ContradictionError, match="for which the loop is not stable"):
-            observed(replace(proof, subject=about, gains=gain_intervals(block), rows=()))
+            observed(replace(proof, problem=about, gains=gain_intervals(block), rows=()))
         if tried(block, law, conclusion=ATTRACTS).contradiction is None:
             missed.add(name)
     return missed

@@ -195,7 +195,10 @@ def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
         ("[plant]\nnum = [1]\nden = [1, 1]\ndt = true", "plant.dt is true; give a number"),
         ("[plant]\nA = 1\nB = [1]\nC = [1]", "plant.A is 1; give a list of rows"),
         ("[plant]\nA = [[0, 1], [2]]\nB = [0, 1]\nC = [1, 0]", "plant: A is not square"),
-        ("[plant]\nA = [[0]]\nB = [[1, 2]]\nC = [1]", "plant: B has 2 inputs"),
+        (
+            "[plant]\nA = [[0]]\nB = [[1, 2]]\nC = [1]",
+            "plant: the system has 2 inputs and 1 output: a block has one input",
+        ),
         ("[plant]\nA = [[[0]]]\nB = [1]\nC = [1]", "plant.A[0][0] is nested too deeply"),
         ("[plant]\nA = [[0]]\nB = [1]\nC = [1]\nD = [1, 2]", "plant.D has 2 entries"),
         ("[plant]\ntransfer = 1", "plant.transfer is 1; give a formula in quotes"),

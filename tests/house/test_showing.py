@@ -37,7 +37,7 @@ def test_a_hostile_name_is_text(name):
 
 def test_a_declaration_that_the_formula_breaks_is_shown_as_broken():
     page, data = SYSTEMS["contradicted"]._repr_html_(), SYSTEMS["contradicted"].to_dict()
-    assert "CONTRADICTED: the law" in read(page)[1]
+    assert "CONTRADICTED: the nonlinearity" in read(page)[1]
     assert "declare bounds that hold" in data["contradicted"]
     assert SYSTEMS["formula"].to_dict()["contradicted"] is None
     assert SYSTEMS["formula"].to_dict()["sector"]["standing"] == "declared"

@@ -21,7 +21,7 @@ from lure.rod.systems import paper_rod
 
 PAPER = builtin_system("paper-rod")
 Z = 1.2  # N s/m, impedance of the paper's rod
-DAMPINGS = st.one_of(st.sampled_from((0.0, Z, 2e-4, 1e9)), st.floats(0.0, 10.0), st.floats(-0.5, 0.0))
+DAMPINGS = st.one_of(st.sampled_from((0.0, Z, 2e-4, 1e9)), st.floats(1e-300, 10.0), st.floats(-0.5, -1e-300))
 
 
 def rod_with(k, gap=0.02):
