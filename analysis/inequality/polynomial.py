@@ -120,7 +120,7 @@ class RationalInequality:
         Raises
         ------
         AssumptionError, InputError
-            As :func:`lure.analysis.inequality.checks.admitted_plant`.
+            As ``admitted_plant`` of ``lure.analysis.inequality.checks``.
         """
         plant = admitted_plant(block, lower, criterion, discrete=discrete, critical=critical)
         response = plant.visible.response()

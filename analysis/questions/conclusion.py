@@ -134,7 +134,7 @@ class Certification(Record):
     @property
     @derived()
     def assumed(self) -> tuple[str, ...]:
-        """What the verdict assumes and nothing shows, in clauses; see :class:`Conclusion`."""
+        """What the verdict assumes and nothing shows, in clauses; see ``Conclusion``."""
         return self.conclusion.assumed
 
     @property

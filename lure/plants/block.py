@@ -26,7 +26,7 @@ class StructuredPlant(ABC):
     """A plant in continuous time of whose structure more is known than of its transfer function, such as a rod.
 
     What can be said of it is registered for its type as ``theory``, see
-    :class:`lure.analysis.certificates.theory.Theory`; of the plant itself everybody may use what stands here.
+    ``lure.analysis.certificates.theory``; of the plant itself everybody may use what stands here.
     """
 
     dt: ClassVar[None] = None

@@ -12,7 +12,7 @@ from sphinx.application import Sphinx
 from sphinx.ext.napoleon.docstring import NumpyDocstring
 from sphinx.util.docutils import SphinxDirective
 
-from lure_docs.listing import groups, home, kind, resolved
+from lure_docs.listing import groups, home, kind, listed, resolved
 
 
 class Api(SphinxDirective):
@@ -57,7 +57,8 @@ def _options(found: type) -> list[str]:
     call = vars(found).get("__call__")
     if call is not None and call.__doc__:
         options.append("   :special-members: __call__")
-    if any((home(base) or "").startswith("lure.") for base in found.__bases__):
+    ours = [name for name in map(home, found.__bases__) if name and name.startswith("lure.")]
+    if ours and listed().issuperset(ours):
         options.append("   :show-inheritance:")
     return options
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import inspect
+import re
 from collections.abc import Iterable
+from pathlib import Path
 
 
 def groups(lines: Iterable[str]) -> list[tuple[str, list[str]]]:
@@ -83,3 +86,11 @@ def home(found: object) -> str | None:
     """
     module, name = getattr(found, "__module__", None), getattr(found, "__qualname__", None)
     return f"{module}.{name}" if isinstance(module, str) and isinstance(name, str) else None
+
+
+@functools.cache
+def listed() -> frozenset[str | None]:
+    """Where everything is defined that some reference page has an entry for."""
+    pages = (Path(__file__).parents[2] / "reference").glob("*.rst")
+    names = (re.findall(r"^ {6}(lure\.[\w.]+)$", page.read_text("utf-8"), re.MULTILINE) for page in pages)
+    return frozenset(home(resolved(name)) for found in names for name in found)
