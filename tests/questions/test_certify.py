@@ -249,3 +249,15 @@ def test_the_options_of_the_command_are_those_of_the_question():
     from lure.analysis.cli import certificates
 
     assert certificates.METHODS == METHODS
+
+
+def test_the_text_of_a_certificate_has_an_entry_a_line_where_there_are_several():
+    assert text_of({"multiplier": {"theta": "1"}, "laws": {"odd": False, "slope": None}}).splitlines() == [
+        "{",
+        '"laws": {',
+        '  "odd": false,',
+        '  "slope": null',
+        "},",
+        '"multiplier": {"theta": "1"}',
+        "}",
+    ]
