@@ -188,7 +188,7 @@ def _between(asked: ChannelProblem, serves: Callable[[float], bool], most: float
 
 
 def _refuted(asked: ChannelProblem, *, most: float) -> tuple[Fraction, Refuted] | None:
-    """The smallest factor with destabilising gains that the checker accepts."""
+    """The smallest factor with destabilising gains that the checker accepts; 0 if they lie in the classes of each."""
     A, B, C, D = asked.plant.doubles()
     one = asked.upper(Fraction(1))
     lower, upper = (np.array([float(v) for v in side]) for side in (asked.lower, one))
@@ -198,8 +198,11 @@ def _refuted(asked: ChannelProblem, *, most: float) -> tuple[Fraction, Refuted] 
     found = search.found(double_above(asked.least), most)
     for gains in search.proposals(*found, most=most) if found is not None else ():
         least = max((g / u for g, u in zip(gains, one, strict=True) if u > 0), default=Fraction(0))
-        alpha = Fraction(double_above(least)) if math.isinf(most) else Fraction(most)
-        shown = _refutation(asked, gains, alpha)
+        if math.isinf(most) and least <= 0:  # no gain is positive: they lie in the classes of every factor
+            alpha, of = Fraction(0), Fraction(1)
+        else:
+            alpha = of = Fraction(double_above(least)) if math.isinf(most) else Fraction(most)
+        shown = _refutation(asked, gains, of)
         if shown is not None:
             return alpha, shown
     return None
@@ -261,7 +264,7 @@ def largest_factor(
         tell("constant gains", 0.0)
         never = _refutation(asked, asked.lower, Fraction(1)) if _alike(asked) else None
         against = (Fraction(0), never) if never is not None else _refuted(asked, most=math.inf)
-        for i, row in enumerate(rows if never is None else ()):
+        for i, row in enumerate(rows if against is None or against[0] > 0 else ()):
             tell(row.channels, (i + 1) / (len(rows) + 1))
             most = math.inf if against is None else float(against[0])
             found = guarded(row.channels, partial(_farthest, asked, row, most))
@@ -323,7 +326,7 @@ def channel_bound(
     question : {"sector", "slope"}
         What the classes bound.
     proof, against : (Fraction, Proved) and (Fraction, Refuted), or None
-        Factors, and what was accepted for the classes of those factors; 0 for the gains at the lower bounds.
+        Factors, and what was accepted for the classes of those factors; 0 for gains in the classes of every factor.
     reason : str
         Why nothing more was shown.
 
@@ -380,9 +383,7 @@ def _sentence(
         parts.append(f"Nothing is proved for any factor ({reason})")
     if against is not None:
         gains = ", ".join(f"{float(Fraction(g)):.6g}" for g in against[1].certificate["proof"]["gains"])
-        whole = (
-            "of the lower bounds, whatever the factor" if against[0] == 0 else f"within {bound_above(against[0])} times"
-        )
+        whole = "members whatever the factor" if against[0] == 0 else f"within {bound_above(against[0])} times"
         parts.append(f"the gains {gains}, {whole}, {_does(against[1])} (certified)")
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}."

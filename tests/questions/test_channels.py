@@ -1,5 +1,7 @@
 """Several nonlinearities: the largest factor from both sides, on published plants and where the answer is exact."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -198,3 +200,16 @@ def test_a_search_that_fails_proves_nothing(monkeypatch):
 def test_bad_input_is_one_sentence(ask, said):
     with pytest.raises(InputError, match=said):
         ask()
+
+
+def test_gains_below_zero_destabilise_whatever_the_factor():
+    # x' = -x/2 - g1 x + g2 x: stable for (-1, -1) and (0, 0), not for (-1, -1/4), which every [-1, alpha]^2 contains
+    plant = as_plant(([["-1/2"]], [[1, 1]], [[1], [-1]], [[0, 0], [0, 0]]))
+    found = max_sector(plant, [Sector(-1, 1), Sector(-1, 1)])
+    assert found.verdict is Verdict.REFUTED
+    assert (found.refuted_at, found.proof) == (0.0, None)
+    first, second = map(Fraction, found.refutation.certificate["proof"]["gains"])
+    assert -1 <= first <= 0
+    assert -1 <= second <= 0
+    assert second - first >= Fraction(1, 2)
+    assert "whatever the factor" in str(found)
