@@ -36,7 +36,13 @@ class Reason(StrEnum):
     NO_PACKAGE = "LURE-I028"
 
 
-class InputError(ValueError):
+class _CodedError(ValueError):
+    def __init__(self, message: str, *, code: Reason = Reason.NOT_APPLICABLE) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class InputError(_CodedError):
     """Wrong data: the message names the field, the value found and the fix.
 
     Parameters
@@ -47,12 +53,8 @@ class InputError(ValueError):
         Why the question stays open where a search ends so.
     """
 
-    def __init__(self, message: str, *, code: Reason = Reason.NOT_APPLICABLE) -> None:
-        super().__init__(message)
-        self.code = code
 
-
-class AssumptionError(ValueError):
+class AssumptionError(_CodedError):
     """A theorem was asked for where one of its hypotheses does not hold; the message carries the number.
 
     Parameters
@@ -62,7 +64,3 @@ class AssumptionError(ValueError):
     code : Reason
         Why the question stays open where a search ends so.
     """
-
-    def __init__(self, message: str, *, code: Reason = Reason.NOT_APPLICABLE) -> None:
-        super().__init__(message)
-        self.code = code

@@ -111,8 +111,8 @@ def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaul
     Returns
     -------
     StabilityBound or ChannelBound
-        The latter for several classes.
-        With ``largest``, ``hurwitz``, ``verdict``, ``evidence``, ``theta``, ``refuted_at`` and more; ``bool()`` raises.
+        The second for several classes.  With ``largest``, ``hurwitz``,
+        ``verdict``, ``evidence``, ``theta``, ``refuted_at`` and more; ``bool()`` raises.
 
     Raises
     ------
@@ -213,8 +213,8 @@ def max_slope(  # noqa: PLR0913  (a block, classes and six settings with default
     Returns
     -------
     StabilityBound or ChannelBound
-        The latter for several classes.
-        With ``largest``, ``refuted_at``, ``witness``, ``hurwitz``, ``verdict``, ``evidence``, ``multiplier`` and more.
+        The second for several classes.  With ``largest``, ``refuted_at``, ``witness``,
+        ``hurwitz``, ``verdict``, ``evidence``, ``multiplier`` and more.
 
     Raises
     ------

@@ -2,30 +2,27 @@
 
 The kept texts were read before they were approved.  After a wanted change write them anew and read the difference:
 
-    LURE_APPROVE=1 make quick TESTS=tests/house/test_approved.py; git diff tests/house/approved
+    LURE_APPROVE=1 make test ARGS=tests/house/test_approved.py; git diff tests/house/approved
 """
 
 import json
 import os
 import re
 import textwrap
-from fractions import Fraction
 from pathlib import Path
 
 import pytest
 from markupsafe import Markup
+from reports import loop_report, rod_report
 
 from lure.analysis import analyse, max_sector, max_slope
 from lure.analysis.report.certificates import certificate_files
 from lure.analysis.report.loop.document import loop_document
-from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.write import loop_page
-from lure.analysis.rod.report import build_report, claims
+from lure.analysis.rod.report import claims
 from lure.analysis.rod.report.document import document
 from lure.analysis.rod.report.output import page
 from lure.files import parse_system
-from lure.rod import builtin_system
-from lure.rod.systems import rod_from_exact
 
 APPROVED = Path(__file__).parent / "approved"
 PLANT = '[plant]\ntransfer = "{}"\n{}'
@@ -94,7 +91,7 @@ def proofs(shown):
 def of_loop(text):
     loop = parse_system(text, name="kept", source="a file")
     found = analyse(loop)
-    report = LoopReport(analysis=found, observed=(), hints=(), command="", versions={"lure": ""})
+    report = loop_report(found)
     data = loop_document(report)
     largest = (max_slope if "slope" in text else max_sector)(loop.block)
     return {
@@ -109,10 +106,7 @@ def of_loop(text):
 
 
 def of_rod(changes):
-    paper = builtin_system("paper-rod")
-    rod = rod_from_exact({**paper.rod.exact, **{key: Fraction(value) for key, value in changes.items()}})
-    fields = {key: getattr(paper, key) for key in paper.__dataclass_fields__}
-    report = build_report(type(paper)(**{**fields, "rod": rod, "cells": 8, "until": 3e-3}))
+    report = rod_report(changes, cells=8)
     data = document(report)
     return {
         "text": str(report),

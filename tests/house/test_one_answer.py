@@ -11,14 +11,14 @@ from html import unescape
 
 import pytest
 from markupsafe import Markup
+from reports import loop_report, rod_report
 
 from lure import StateSpace
 from lure.analysis import analyse, max_sector, max_slope
 from lure.analysis.certificates.refutations import growing_gain
 from lure.analysis.report.loop.document import loop_document
-from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.write import loop_page
-from lure.analysis.rod.report import build_report, claims
+from lure.analysis.rod.report import claims
 from lure.analysis.rod.report.document import document
 from lure.analysis.rod.report.output import page
 from lure.files import parse_system
@@ -65,7 +65,7 @@ class Told:
     def __init__(self, name):
         loop = parse_system(FILES[name], name=name, source="a file") if name in FILES else builtin_loop(name)
         self.found = analyse(loop)
-        report = LoopReport(analysis=self.found, observed=(), hints=(), command="", versions={"lure": ""})
+        report = loop_report(self.found)
         self.data, self.text = loop_document(report), " ".join(str(report).split())
         self.lines = str(report).splitlines()
         self.page = loop_page(self.data, (), Markup(""))
@@ -368,18 +368,7 @@ def one_question(found):
 
 @cache
 def rod(name):
-    paper = builtin_system("paper-rod")
-    exact_values = {**paper.rod.exact, **{key: Fraction(value) for key, value in RODS[name].items()}}
-    return build_report(
-        type(paper)(
-            **{
-                **{key: getattr(paper, key) for key in paper.__dataclass_fields__},
-                "rod": rod_from_exact(exact_values),
-                "cells": 10,
-                "until": 3e-3,
-            }
-        )
-    )
+    return rod_report(RODS[name], cells=10)
 
 
 @pytest.mark.parametrize("name", RODS)
