@@ -1,4 +1,4 @@
-"""The pytest plugin of lure: plots of violated laws as files, and what the passed assertions rest on.
+"""The pytest plugin of lure: plots of violated nonlinearities as files, and what the passed assertions rest on.
 
 pytest loads this module at the start of every run in an environment that has lure.  It therefore imports nothing but
 pytest, stands outside the packages (a project of the user's may well have a package named ``analysis``), and does
@@ -25,23 +25,23 @@ _LONGEST_NAME = 120
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """The options ``--lure-plots`` and ``--lure-evidence``."""
-    group = parser.getgroup("lure", "laws and their sectors (lure)")
+    group = parser.getgroup("lure", "nonlinearities and their sectors (lure)")
     group.addoption(
         "--lure-plots",
         metavar="DIR",
         default=None,
-        help="save a plot of each law that violates its assertion in DIR, an SVG file named after the test",
+        help="save a plot of each nonlinearity that violates its assertion in DIR, an SVG file named after the test",
     )
     group.addoption(
         "--lure-evidence",
         action="store_true",
-        help="list what the passed assertions about laws rest on: certified, or observed among so many values",
+        help="list what the passed assertions rest on: certified, or observed among so many values",
     )
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
-    """Keep, as properties of the test, what its assertions about laws rest on."""
+    """Keep, as properties of the test, what its assertions about nonlinearities rest on."""
     history = _history()
     before = history.total if history is not None else 0
     try:
@@ -62,7 +62,7 @@ def pytest_runtest_makereport(
     if directory is not None and call.excinfo is not None:
         for i, violation in enumerate(_violations(call.excinfo.value)):
             path = Path(directory) / f"{_file_name(item.nodeid)}{f'-{i + 1}' if i else ''}.svg"
-            report.sections.append(("plot of the law", _saved(violation, path)))
+            report.sections.append(("plot of the nonlinearity", _saved(violation, path)))
     return report
 
 
@@ -77,8 +77,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
         for name, text in report.user_properties
         if name == _PROPERTY
     ]
-    terminalreporter.section("what the passed assertions about laws rest on")
-    for line in lines or ["no assertion about a law passed"]:
+    terminalreporter.section("what the passed assertions about nonlinearities rest on")
+    for line in lines or ["no assertion about a nonlinearity passed"]:
         terminalreporter.line(line)
 
 

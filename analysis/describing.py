@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from lure.analysis.drawing import Axes
     from lure.plants.rational import RationalPlant
 
-# The gain of a law for the first harmonic of a sinusoid.
+# The gain of a nonlinearity for the first harmonic of a sinusoid.
 
 _MAX_LEVELS = 2000
 _ROUNDING = 1e-12
 
 
-def describing_function(law: object, amplitude: ArrayLike) -> NDArray[np.float64] | NDArray[np.complex128]:
+def describing_function(nonlinearity: object, amplitude: ArrayLike) -> NDArray[np.float64] | NDArray[np.complex128]:
     r"""Gain of a nonlinearity for the first harmonic of a sinusoid: a hint, from which nothing may be concluded.
 
     .. math:: N(A) = \frac{2}{\pi A} \int_0^{\pi} \varphi(A \sin t)\, \sin t \, dt,
@@ -40,7 +40,7 @@ def describing_function(law: object, amplitude: ArrayLike) -> NDArray[np.float64
 
     Parameters
     ----------
-    law : Nonlinearity, callable, or control.DescribingFunctionNonlinearity
+    nonlinearity : Nonlinearity, callable, or control.DescribingFunctionNonlinearity
         An odd nonlinearity.  Closed form for piecewise linear ones, the cubic and the quantiser; for others, functions
         of arrays among them, Gauss quadrature on intervals that halve towards ``t = 0``, so that a steep slope at 0 is
         resolved.  Of one that does not say whether it is odd a sample is taken.  For the nonlinearities with memory of
@@ -56,9 +56,9 @@ def describing_function(law: object, amplitude: ArrayLike) -> NDArray[np.float64
     Raises
     ------
     AssumptionError
-        The law is not odd, or not known to be: a constant term would take part in the balance.
+        The nonlinearity is not odd, or not known to be: a constant term would take part in the balance.
     InputError
-        An amplitude is not a positive finite number, or the law cannot be called.
+        An amplitude is not a positive finite number, or the nonlinearity cannot be called.
 
     References
     ----------
@@ -67,21 +67,24 @@ def describing_function(law: object, amplitude: ArrayLike) -> NDArray[np.float64
     sizes = np.asarray(amplitude, dtype=float)
     if not (np.isfinite(sizes) & (sizes > 0)).all():
         raise InputError("describing_function: an amplitude is not a positive finite number")
-    law = control_saturation(law) or law
-    if is_control_nonlinearity(law):
-        values = [complex(law.describing_function(float(size))) for size in sizes.ravel()]  # type: ignore[attr-defined]
+    nonlinearity = control_saturation(nonlinearity) or nonlinearity
+    if is_control_nonlinearity(nonlinearity):
+        values = [complex(nonlinearity.describing_function(float(size))) for size in sizes.ravel()]  # type: ignore[attr-defined]
         return np.array(values, dtype=complex).reshape(sizes.shape)
-    if not callable(law):
-        raise InputError(f"describing_function: the law is {law!r:.60}; give a nonlinearity, or a function of sigma")
-    return real_describing_function(cast("Nonlinearity", law), sizes)
+    if not callable(nonlinearity):
+        raise InputError(
+            f"describing_function: the nonlinearity is {nonlinearity!r:.60}; give a nonlinearity, or a function of "
+            f"sigma"
+        )
+    return real_describing_function(cast("Nonlinearity", nonlinearity), sizes)
 
 
-def real_describing_function(law: Nonlinearity, sizes: NDArray[np.float64]) -> NDArray[np.float64]:
+def real_describing_function(nonlinearity: Nonlinearity, sizes: NDArray[np.float64]) -> NDArray[np.float64]:
     """The describing function of an odd nonlinearity without memory.
 
     Parameters
     ----------
-    law : Nonlinearity
+    nonlinearity : Nonlinearity
         The nonlinearity.
     sizes : NDArray[np.float64]
         Positive amplitudes.
@@ -91,37 +94,40 @@ def real_describing_function(law: Nonlinearity, sizes: NDArray[np.float64]) -> N
     AssumptionError
         As for :func:`describing_function`.
     """
-    if not (getattr(law, "odd", False) if hasattr(law, "odd") else _seems_odd(law, sizes)):
+    if not (getattr(nonlinearity, "odd", False) if hasattr(nonlinearity, "odd") else _seems_odd(nonlinearity, sizes)):
         raise AssumptionError(
-            f"the describing function needs an odd law, and {law} is not known to be odd: a constant term would take "
+            f"the describing function needs an odd nonlinearity, and {nonlinearity} is not known to be odd: a constant "
+            f"term would take "
             "part in the balance"
         )
-    if isinstance(law, GraphNonlinearity):
-        return _of_graph(law, sizes)
-    if type(law) is ShiftedNonlinearity:
-        return np.asarray(real_describing_function(law.law, sizes) - float(law.gain))
-    if type(law) is Cubic:
-        return np.asarray(float(law.linear) + 0.75 * float(law.cubic) * sizes**2)
-    if type(law) is Quantiser:
-        return _of_quantiser(law, sizes)
-    return np.array([_by_quadrature(law, float(size)) for size in sizes.ravel()], dtype=float).reshape(sizes.shape)
+    if isinstance(nonlinearity, GraphNonlinearity):
+        return _of_graph(nonlinearity, sizes)
+    if type(nonlinearity) is ShiftedNonlinearity:
+        return np.asarray(real_describing_function(nonlinearity.nonlinearity, sizes) - float(nonlinearity.gain))
+    if type(nonlinearity) is Cubic:
+        return np.asarray(float(nonlinearity.linear) + 0.75 * float(nonlinearity.cubic) * sizes**2)
+    if type(nonlinearity) is Quantiser:
+        return _of_quantiser(nonlinearity, sizes)
+    return np.array([_by_quadrature(nonlinearity, float(size)) for size in sizes.ravel()], dtype=float).reshape(
+        sizes.shape
+    )
 
 
-def _seems_odd(law: Nonlinearity, sizes: NDArray[np.float64]) -> bool:
+def _seems_odd(nonlinearity: Nonlinearity, sizes: NDArray[np.float64]) -> bool:
     """Whether a sample up to the largest amplitude shows no more than rounding between both sides."""
     x = float(sizes.max(initial=1.0)) * np.linspace(0.0, 1.0, 257)[1:]
-    right, left = np.asarray(law(x), dtype=float), np.asarray(law(-x), dtype=float)
+    right, left = np.asarray(nonlinearity(x), dtype=float), np.asarray(nonlinearity(-x), dtype=float)
     return bool((np.abs(right + left) <= _ROUNDING * (np.abs(right) + np.abs(left))).all())
 
 
-def _of_graph(law: GraphNonlinearity, sizes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _of_graph(nonlinearity: GraphNonlinearity, sizes: NDArray[np.float64]) -> NDArray[np.float64]:
     """An odd polygon is a line and saturations.
 
     With the slopes ``s_i`` between the corners ``x_i > 0``,
     ``N = s_last + sum (s_(i-1) - s_i) f(x_i/A)``, ``f(r) = (2/pi)(asin r + r sqrt(1 - r^2))`` up to ``r = 1``, then 1.
     """
-    right = law.graph.knots.index(Fraction(0))
-    corners, slopes = law.graph.knots[right + 1 :], law.graph.slopes[right + 1 :]
+    right = nonlinearity.graph.knots.index(Fraction(0))
+    corners, slopes = nonlinearity.graph.knots[right + 1 :], nonlinearity.graph.slopes[right + 1 :]
     total = np.full(sizes.shape, float(slopes[-1]))
     for corner, (before, after) in zip(corners, pairwise(slopes), strict=True):
         r = np.minimum(float(corner) / sizes, 1.0)
@@ -129,9 +135,9 @@ def _of_graph(law: GraphNonlinearity, sizes: NDArray[np.float64]) -> NDArray[np.
     return np.asarray(total)
 
 
-def _of_quantiser(law: Quantiser, sizes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _of_quantiser(nonlinearity: Quantiser, sizes: NDArray[np.float64]) -> NDArray[np.float64]:
     """``(4 step / (pi A)) sum sqrt(1 - (c/A)^2)`` over the jumps ``c < A``; 1 from so many on that it is 1 to 1e-6."""
-    step = float(law.step)
+    step = float(nonlinearity.step)
     result = np.ones(sizes.shape)
     for place in np.ndindex(sizes.shape):
         size = float(sizes[place]) / step
@@ -144,14 +150,14 @@ def _of_quantiser(law: Quantiser, sizes: NDArray[np.float64]) -> NDArray[np.floa
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
-def _by_quadrature(law: Nonlinearity, size: float) -> float:
-    """Gauss quadrature between 0, the dyadic fractions of a quarter period, and the corners of the law."""
-    corners = [math.asin(float(x) / size) for x in getattr(law, "breakpoints", ()) if 0 < x < size]
+def _by_quadrature(nonlinearity: Nonlinearity, size: float) -> float:
+    """Gauss quadrature between 0, the dyadic fractions of a quarter period, and the corners of the nonlinearity."""
+    corners = [math.asin(float(x) / size) for x in getattr(nonlinearity, "breakpoints", ()) if 0 < x < size]
     cuts = np.unique([0.0, *(math.pi / 2 * 2.0**-j for j in range(60)), *corners])
     half = np.diff(cuts)[:, None] / 2
     t = cuts[:-1, None] + half * (_NODES + 1)
     sine = np.sin(t)
-    return float(4 / (math.pi * size) * (half * _WEIGHTS * law(size * sine) * sine).sum())
+    return float(4 / (math.pi * size) * (half * _WEIGHTS * nonlinearity(size * sine) * sine).sum())
 
 
 AMPLITUDE_DECADES = (-9, 9)
@@ -192,7 +198,7 @@ class DescribingHint(Record):
     )
     evidence: Evidence = quantity("Never more than OBSERVED", default=Evidence.OBSERVED)
     block: RationalPlant | None = quantity("The block it is about", hidden=True, default=None)
-    law: Nonlinearity | None = quantity("The nonlinearity it is about", hidden=True, default=None)
+    nonlinearity: Nonlinearity | None = quantity("The nonlinearity it is about", hidden=True, default=None)
     _kind, _said = "hint, not a verdict", "sentence"
 
     def __post_init__(self) -> None:
@@ -233,7 +239,7 @@ class DescribingHint(Record):
         return Page(f"Hint, not a verdict: {found}", rows, head, "OBSERVED", notes)
 
 
-def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:
+def describing_hint(block: object, nonlinearity: Nonlinearity) -> DescribingHint:
     r"""Harmonic balances ``1 + N(A) H(i omega) = 0`` of ``sigma = H mu``, ``mu = -phi(sigma)``: a hint, not a verdict.
 
     Nothing about stability may be concluded, neither from a balance nor from its absence.
@@ -242,20 +248,21 @@ def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:
     ----------
     block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
         ``H`` in continuous time.
-    law : Nonlinearity
-        An odd law.
+    nonlinearity : Nonlinearity
+        An odd nonlinearity.
 
     Returns
     -------
     DescribingHint
-        Balances with amplitudes between 1e-9 and 1e9 times the scale of the law (its first breakpoint, ``scale`` or
-        ``step``, else 1).  The frequencies come from exact root isolation; the amplitudes from sign changes of
-        ``N(A) + 1/H`` between 40 samples a decade, more where the law has breakpoints.
+        Balances with amplitudes between 1e-9 and 1e9 times the scale of the nonlinearity (its first breakpoint,
+        ``scale`` or ``step``, else 1).  The frequencies come from exact root isolation; the amplitudes from sign
+        changes of ``N(A) + 1/H`` between 40 samples a decade, more where the nonlinearity has breakpoints.
 
     Raises
     ------
     AssumptionError
-        The law is not known to be odd, or ``H`` is real on the whole axis, so that no frequency is singled out.
+        The nonlinearity is not known to be odd, or ``H`` is real on the whole axis, so that no frequency is singled
+        out.
     InputError
         The block is in discrete time.
 
@@ -265,24 +272,24 @@ def describing_hint(block: object, law: Nonlinearity) -> DescribingHint:
     >>> print(describing_hint("1/(s*(s+1)*(s+2))", Saturation(gain=10)))
     hint, not a verdict: harmonic balance at amplitude 0.203309 at 1.41421 rad/s, perhaps attracting
     """
-    exact, law = exact_block(block, "describing_hint"), as_nonlinearity(law)
+    exact, nonlinearity = exact_block(block, "describing_hint"), as_nonlinearity(nonlinearity)
     if exact.dt is not None:
         raise InputError("describing_hint is stated for continuous time; give a block with dt = None")
     plant = TransferPolynomials.of(exact)
     crossings = _real_crossings(plant)
-    grid = amplitudes(law)
-    gains = real_describing_function(law, grid)
+    grid = amplitudes(nonlinearity)
+    gains = real_describing_function(nonlinearity, grid)
     balances: list[HarmonicBalance] = []
     for omega, value in crossings:
         needed = -1 / float(value)
-        for size in _solutions(law, grid, gains - needed, needed):
-            guess = _loeb(plant, law, size, -1 / value)
+        for size in _solutions(nonlinearity, grid, gains - needed, needed):
+            guess = _loeb(plant, nonlinearity, size, -1 / value)
             balances.append(HarmonicBalance(amplitude=size, frequency=omega, gain=needed, stable_guess=guess))
     return DescribingHint(
         balances=tuple(balances),
         crossings=tuple((omega, float(value)) for omega, value in crossings),
         block=exact,
-        law=law,
+        nonlinearity=nonlinearity,
     )
 
 
@@ -302,25 +309,27 @@ def _real_crossings(plant: TransferPolynomials) -> list[tuple[float, Fraction]]:
     return found
 
 
-def amplitudes(law: Nonlinearity) -> NDArray[np.float64]:
+def amplitudes(nonlinearity: Nonlinearity) -> NDArray[np.float64]:
     """Where to look: evenly in the logarithm, and just beyond each place where ``N`` has a corner."""
-    corners = [float(x) for x in getattr(law, "breakpoints", ()) if x > 0]
-    if type(law) is Quantiser:
-        corners = [(n + 0.5) * float(law.step) for n in range(200)]
-    scale = corners[0] if corners else float(getattr(law, "scale", 1))
+    corners = [float(x) for x in getattr(nonlinearity, "breakpoints", ()) if x > 0]
+    if type(nonlinearity) is Quantiser:
+        corners = [(n + 0.5) * float(nonlinearity.step) for n in range(200)]
+    scale = corners[0] if corners else float(getattr(nonlinearity, "scale", 1))
     decades = AMPLITUDE_DECADES[1] - AMPLITUDE_DECADES[0]
     even = scale * np.logspace(*AMPLITUDE_DECADES, decades * _PER_DECADE + 1)
     beyond = np.outer(corners, 1 + np.array([0.0, 1e-9, 1e-6, 1e-4, 1e-3, 3e-3, 0.01, 0.02])).ravel()
     return np.unique(np.concatenate([even, beyond]))
 
 
-def _solutions(law: Nonlinearity, grid: NDArray[np.float64], excess: NDArray[np.float64], needed: float) -> list[float]:
+def _solutions(
+    nonlinearity: Nonlinearity, grid: NDArray[np.float64], excess: NDArray[np.float64], needed: float
+) -> list[float]:
     """Amplitudes between grid points at which ``N(A)`` passes through the gain needed."""
     from scipy.optimize import brentq
 
     def difference(size: float) -> float:
         """What vanishes at a balance."""
-        return float(real_describing_function(law, np.asarray(size))) - needed
+        return float(real_describing_function(nonlinearity, np.asarray(size))) - needed
 
     return [
         float(brentq(difference, grid[i], grid[i + 1], rtol=1e-13, xtol=1e-300))
@@ -329,9 +338,9 @@ def _solutions(law: Nonlinearity, grid: NDArray[np.float64], excess: NDArray[np.
     ]
 
 
-def _loeb(plant: TransferPolynomials, law: Nonlinearity, size: float, gain: Fraction) -> bool | None:
+def _loeb(plant: TransferPolynomials, nonlinearity: Nonlinearity, size: float, gain: Fraction) -> bool | None:
     """Loeb's rule, with the poles of the linear loop counted exactly on both sides of the gain."""
-    inner, outer = real_describing_function(law, size * np.array([1 - 1e-6, 1 + 1e-6]))
+    inner, outer = real_describing_function(nonlinearity, size * np.array([1 - 1e-6, 1 + 1e-6]))
     if inner == outer:
         return None
     step = abs(gain) / 10**9 * (1 if outer > inner else -1)

@@ -44,30 +44,32 @@ class Verdict(Enum):
         return self.value
 
 
-# Destabilising members of a class of laws: the other side of every answer.
+# Destabilising members of a class of nonlinearities: the other side of every answer.
 
 Kind = Literal["linear gain", "switched gain", "periodic orbit", "simulated orbit"]
 
 
 class Witness(Record):
-    r"""A law in a class ``[lower, k]`` with which ``sigma = H mu``, ``mu = -phi(sigma)`` does not come to rest at 0."""
+    r"""A member of a class ``[lower, k]`` with which ``sigma = H mu``, ``mu = -phi(sigma)`` does not come to rest."""
 
     kind: Kind = quantity("``simulated orbit`` is never more than observed")
     k: float = quantity(
-        "Upper bound of the smallest class ``[lower, k]`` that contains the law, rounded up where it is not exact",
+        "Upper bound of the smallest class ``[lower, k]`` that contains the nonlinearity, rounded up where it is not "
+        "exact",
         form="above",
     )
     evidence: Evidence = quantity(
         "CERTIFIED: an exact or interval argument; COMPUTED: floats with an error estimate; OBSERVED: a simulation"
     )
     slope_restricted: bool = quantity(
-        "Whether the law has slope in ``[lower, k]``; else it only lies in the sector", key=""
+        "Whether the nonlinearity has slope in ``[lower, k]``; else it only lies in the sector", key=""
     )
-    odd: bool = quantity("Whether the law is odd", key="")
-    time_varying: bool = quantity("Whether the law depends on time", key="", default=False)
-    description: str = quantity("One sentence: the law and what the loop does with it")
+    odd: bool = quantity("Whether the nonlinearity is odd", key="")
+    time_varying: bool = quantity("Whether the nonlinearity depends on time", key="", default=False)
+    description: str = quantity("One sentence: the nonlinearity and what the loop does with it")
     data: Mapping[str, object] = quantity(
-        "What is needed to check it again: points of the law, orbit, gains and times; exact numbers as ``p/q``",
+        "What is needed to check it again: points of the nonlinearity, orbit, gains and times; exact numbers as "
+        "``p/q``",
         label="",
         default_factory=lambda: MappingProxyType({}),
     )
@@ -90,8 +92,8 @@ class Answer(Record):
     r"""The reach of a criterion for ``mu = -phi(sigma)``, ``sigma = H mu``."""
 
     criterion: str = quantity("One of the names in :data:`lure.analysis.theorems.table.CRITERIA`", label="")
-    law_class: NonlinearityClass = quantity(
-        "The class of laws the answer is about, at ``k = largest.low`` or at the ``k`` asked about",
+    nonlinearity_class: NonlinearityClass = quantity(
+        "The class of nonlinearities the answer is about, at ``k = largest.low`` or at the ``k`` asked about",
         key="",
         label="class",
     )
@@ -102,7 +104,8 @@ class Answer(Record):
     )
     evidence: Evidence = quantity("What ``largest.low`` and the verdict rest on")
     largest: Bracket = quantity(
-        "The largest ``k`` of the classes ``[lower, k]``, ``lower`` that of ``law_class``.  ``low``: every class "
+        "The largest ``k`` of the classes ``[lower, k]``, ``lower`` that of ``nonlinearity_class``.  ``low``: every "
+        "class "
         "``[lower, k]`` with finite ``k <= low`` is proved if ``verdict`` is PROVED.  ``high``: the criterion (for "
         "``zames-falb`` in continuous time: any criterion) can say nothing at or above it",
         plainly=ends,
@@ -158,8 +161,8 @@ class Answer(Record):
     @property
     @derived(key="class", label="")
     def class_words(self) -> str:
-        """The class of the certificate in words; without one ``law_class``."""
-        return str(self.law_class) if self.proof is None else class_words(self.proof.certificate["laws"])
+        """The class of the certificate in words; without one ``nonlinearity_class``."""
+        return str(self.nonlinearity_class) if self.proof is None else class_words(self.proof.certificate["laws"])
 
     @property
     def _title(self) -> str:

@@ -1,4 +1,4 @@
-"""What a certificate says, in words: the class of its laws, what follows for the motions, and its counterexample."""
+"""What a certificate says, in words: its class, what follows for the solutions, and its counterexample."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 BEYOND = "Not shown: a rate of decay, a bound on the size of the motion, anything about external inputs."
 
-Laws = Mapping[str, Any]
+Nonlinearities = Mapping[str, Any]
 Spelled = Mapping[Fraction, str]
 
 _DOES = {  # by the conclusion of a refutation, from the checker
@@ -25,14 +25,14 @@ _DOES = {  # by the conclusion of a refutation, from the checker
 _ORBITS = ("orbit", "flow-orbit")
 
 
-def class_words(laws: Laws, *, inwards: bool = True, spelled: Spelled | None = None) -> str:
-    """The class of laws of a certificate, such as ``odd phi with slope in [0, 2]``.
+def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled: Spelled | None = None) -> str:
+    """The class of nonlinearities of a certificate, such as ``odd phi with slope in [0, 2]``.
 
     Every phi has ``phi(0) = 0``; a phi is locally Lipschitz unless ``regularity`` says otherwise.
 
     Parameters
     ----------
-    laws : Mapping
+    nonlinearities : Mapping
         ``laws`` of a certificate, see ``notebooks/notes/0008-certificates.md``.
     inwards : bool
         Whether bounds are rounded into the class, as for a proof; else out of it, as for a refutation.
@@ -41,29 +41,32 @@ def class_words(laws: Laws, *, inwards: bool = True, spelled: Spelled | None = N
 
     Examples
     --------
-    >>> laws = {"sector": ["0", "2"], "slope": ["0", "2"], "odd": True, "time_varying": False, "linear": False}
-    >>> class_words(laws), class_words({**laws, "slope": None, "odd": False, "sector": ["1/3", "finite"]})
+    >>> entry = {"sector": ["0", "2"], "slope": ["0", "2"], "odd": True, "time_varying": False, "linear": False}
+    >>> class_words(entry), class_words({**entry, "slope": None, "odd": False, "sector": ["1/3", "finite"]})
     ('odd phi with slope in [0, 2]', 'phi, time-invariant, in the sector [0.3333334, inf)')
     """
-    sector, slope = interval(laws["sector"], inwards=inwards, spelled=spelled), laws["slope"]
+    sector, slope = interval(nonlinearities["sector"], inwards=inwards, spelled=spelled), nonlinearities["slope"]
     bounds = sector if slope is None else interval(slope, inwards=inwards, spelled=spelled)
-    words = f"{kind_words(laws)} {bounds}"
-    words += "" if slope is None or list(slope) == list(laws["sector"]) else f", in the sector {sector}"
+    words = f"{kind_words(nonlinearities)} {bounds}"
+    words += "" if slope is None or list(slope) == list(nonlinearities["sector"]) else f", in the sector {sector}"
     return words
 
 
-def kind_words(laws: Laws) -> str:
+def kind_words(nonlinearities: Nonlinearities) -> str:
     """The class without its bounds, such as ``odd phi with slope in``.
 
     Parameters
     ----------
-    laws : Mapping
+    nonlinearities : Mapping
         ``laws`` of a certificate.
     """
-    phi = f"{'odd ' if laws['odd'] else ''}{'linear ' if laws['linear'] else ''}phi"
-    varying, rough = laws["time_varying"], ", continuous or not," if laws.get("regularity") == "any" else ""
-    if laws["slope"] is None:
-        when = "" if laws["linear"] else " time-varying," if varying else " time-invariant,"
+    phi = f"{'odd ' if nonlinearities['odd'] else ''}{'linear ' if nonlinearities['linear'] else ''}phi"
+    varying, rough = (
+        nonlinearities["time_varying"],
+        ", continuous or not," if nonlinearities.get("regularity") == "any" else "",
+    )
+    if nonlinearities["slope"] is None:
+        when = "" if nonlinearities["linear"] else " time-varying," if varying else " time-invariant,"
         return f"{phi}{rough or ',' * bool(when)}{when} in the sector"
     return f"{'time-varying ' if varying else ''}{phi}{rough} with slope in"
 
@@ -149,7 +152,7 @@ def _method(shown: Refuted) -> str:
 
 
 def _graph(proof: Mapping[str, Any]) -> str:
-    """A piecewise linear law: the dead zone and the saturation by name, others by their corners."""
+    """A piecewise linear nonlinearity: the dead zone and the saturation by name, others by their corners."""
     points = sorted((Fraction(x), Fraction(w)) for x, w in proof["points"])
     left, right = Fraction(proof["left"]), Fraction(proof["right"])
     inner = [(w - v) / (x - y) for (y, v), (x, w) in pairwise(points)]
@@ -165,13 +168,13 @@ def _graph(proof: Mapping[str, Any]) -> str:
 
 
 def _near(value: Fraction) -> str:
-    """Exactly if that is short, else five digits: a law is named here, the exact one stands in the certificate."""
+    """Exactly if that is short, else five digits: it is named here, the exact one stands in the certificate."""
     text = f"{float(value):.5g}"
     return f"{float(value):.7g}" if Fraction(f"{float(value):.7g}") == value else text
 
 
 def proviso(shown: Proved) -> str:
-    """What the certificate assumes of the laws beyond their class, where ``H(inf)`` is not 0; empty if nothing.
+    """What the certificate assumes of ``phi`` beyond its class, where ``H(inf)`` is not 0; empty if nothing.
 
     With ``D = H(inf)``, ``y = sigma + D phi(sigma)`` must determine ``sigma``.  Finite slope bounds of the class show
     it, where ``1 + D phi'`` keeps its sign; else the checker says what is assumed, and that is part of what is said.

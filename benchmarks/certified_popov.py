@@ -1,10 +1,10 @@
 """Claim: Popov's inequality certified over ALL frequencies costs less than a look at it on a grid.
 
-The paper's rod, 200 cells, laws of every stiffness (sector ``[0, inf)``).  Ours: verdict, margin, its frequency and the
-smallest multiplier, in ball arithmetic.  Usual practice: the least value of ``Re[(1 + i omega theta) H(i omega)]`` on
-1000 frequencies, ``H`` by python-control.  The grid's minimum may not lie below the certified bound, and not further
-above it than neighbouring points differ.  Each at its best, since other work on the machine can slow dense solves down
-tenfold: the fastest of five runs, and the fastest of ten batches of the grid, times ten.
+The paper's rod, 200 cells, nonlinearities of every stiffness (sector ``[0, inf)``).  Ours: verdict, margin, its
+frequency and the smallest multiplier, in ball arithmetic.  Usual practice: the least value of ``Re[(1 + i omega theta)
+H(i omega)]`` on 1000 frequencies, ``H`` by python-control.  The grid's minimum may not lie below the certified bound,
+and not further above it than neighbouring points differ.  Each at its best, since other work on the machine can slow
+dense solves down tenfold: the fastest of five runs, and the fastest of ten batches of the grid, times ten.
 
 Then the same question with a multiplier one millionth too small: the inequality fails near zero, the grid passes it.
 """

@@ -78,7 +78,7 @@ class Bounds(Record, kw_only=False):
 
 
 class Sector(Bounds, kw_only=False):
-    r"""The laws with ``lower * sigma^2 <= sigma * phi(sigma) <= upper * sigma^2`` for every ``sigma``.
+    r"""The nonlinearities with ``lower * sigma^2 <= sigma * phi(sigma) <= upper * sigma^2`` for every ``sigma``.
 
     An infinite bound drops the inequality on that side; ``Sector(0, inf)`` is ``sigma * phi(sigma) >= 0``.
     A sector bounds the chord from the origin, not the slope: see :class:`SlopeBounds`.
@@ -104,7 +104,7 @@ class Sector(Bounds, kw_only=False):
 
 
 class SlopeBounds(Bounds, kw_only=False):
-    r"""The laws with ``lower <= (phi(x) - phi(y)) / (x - y) <= upper`` for every ``x != y``.
+    r"""The nonlinearities with ``lower <= (phi(x) - phi(y)) / (x - y) <= upper`` for every ``x != y``.
 
     Slope bounds imply the sector of the same bounds when ``phi(0) = 0``; the converse is false.
 
@@ -159,7 +159,7 @@ class NonlinearityClass(Record):
     time_varying: bool = quantity(
         "", label="time", form=lambda varying: f"phi {'may' if varying else 'does not'} depend on it", default=False
     )
-    _kind, _said = "class of laws", "text"
+    _kind, _said = "class of nonlinearities", "text"
 
     def __post_init__(self) -> None:
         for bounds in (self.sector, self.slope):
@@ -179,7 +179,7 @@ class NonlinearityClass(Record):
     def slope_restricted(
         cls, lower: float | Fraction, upper: float | Fraction, *, odd: bool = False
     ) -> NonlinearityClass:
-        """Time-invariant laws with slope in ``[lower, upper]``, hence in the same sector."""
+        """Time-invariant nonlinearities with slope in ``[lower, upper]``, hence in the same sector."""
         return cls(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper), odd=odd)
 
     def __str__(self) -> str:
@@ -192,7 +192,7 @@ class NonlinearityClass(Record):
 
     @property
     def _title(self) -> str:
-        return f"Class of laws: {self}"
+        return f"Class of nonlinearities: {self}"
 
 
 class Diagonal(Record, kw_only=False):
@@ -218,7 +218,7 @@ class Diagonal(Record, kw_only=False):
 
     classes: tuple[NonlinearityClass, ...] = quantity("", label="class", form="rows")
     repeated: bool = False
-    _kind, _said = "classes of laws", "text"
+    _kind, _said = "classes of nonlinearities", "text"
 
     def __post_init__(self) -> None:
         if not self.classes:

@@ -34,14 +34,14 @@ class _Realised:
     names: Names | None = None
 
 
-def closed_loop(block: object, law: Nonlinearity, *, pade: int | None = None) -> control.NonlinearIOSystem:
+def closed_loop(block: object, nonlinearity: Nonlinearity, *, pade: int | None = None) -> control.NonlinearIOSystem:
     """The loop with a load ``r``: ``mu = r - phi(sigma)``; see :meth:`lure.Loop.to_control`.
 
     Parameters
     ----------
     block : object
         The linear part; one that holds a ``LinearPlant`` as its ``block`` stands for that.
-    law : Nonlinearity
+    nonlinearity : Nonlinearity
         What closes the loop.
     pade : int, optional
         Order of the approximation of a dead time.
@@ -55,13 +55,13 @@ def closed_loop(block: object, law: Nonlinearity, *, pade: int | None = None) ->
 
     linear = _realised(block, pade)
     if linear.D:
-        _demand_solvable(law, linear.D)
+        _demand_solvable(nonlinearity, linear.D)
 
     def force(x: Reals, r: Reals) -> tuple[float, float]:
         """``sigma`` and ``mu = r - phi(sigma)``, where ``sigma = C x + D mu``."""
         free = float(linear.C @ x) + linear.D * float(r[0])
-        sigma = _solved(law, linear.D, free) if linear.D else free
-        return sigma, float(r[0]) - float(law(sigma))
+        sigma = _solved(nonlinearity, linear.D, free) if linear.D else free
+        return sigma, float(r[0]) - float(nonlinearity(sigma))
 
     def rate(_t: float, x: Reals, r: Reals, _params: dict[str, Any]) -> Reals:
         """``A x + B mu``: the derivative, or the next state."""
@@ -93,9 +93,9 @@ def _realised(block: object, pade: int | None) -> _Realised:
     return _Realised(*equations.doubles(), block.period, equations.names)
 
 
-def _demand_solvable(law: Nonlinearity, direct: float) -> None:
+def _demand_solvable(nonlinearity: Nonlinearity, direct: float) -> None:
     """Refuse a direct term with which the loop need not define ``sigma``."""
-    bounds = getattr(law, "slope_bounds", None)
+    bounds = getattr(nonlinearity, "slope_bounds", None)
     ends = () if bounds is None else (bounds.lower, bounds.upper)
     if not ends or not all(math.isfinite(end) and 1 + direct * end > 0 for end in ends):
         known = "unknown" if bounds is None else str(bounds)
@@ -105,13 +105,15 @@ def _demand_solvable(law: Nonlinearity, direct: float) -> None:
         )
 
 
-def _solved(law: Nonlinearity, direct: float, free: float) -> float:
+def _solved(nonlinearity: Nonlinearity, direct: float, free: float) -> float:
     """The one ``sigma`` with ``sigma + D phi(sigma) = free``: the sector says between which two numbers it lies."""
     from scipy.optimize import brentq
 
-    slopes = law.slope_bounds  # type: ignore[attr-defined]  # _demand_solvable has seen them
+    slopes = nonlinearity.slope_bounds  # type: ignore[attr-defined]  # _demand_solvable has seen them
     ends = sorted(free / (1.0 + direct * float(end)) for end in (slopes.lower, slopes.upper))
     low, high = ends[0] - 1e-12 * abs(ends[0]), ends[1] + 1e-12 * abs(ends[1])
     if low == high:
         return low
-    return float(brentq(lambda sigma: sigma + direct * float(law(sigma)) - free, low, high, xtol=1e-300, rtol=1e-14))
+    return float(
+        brentq(lambda sigma: sigma + direct * float(nonlinearity(sigma)) - free, low, high, xtol=1e-300, rtol=1e-14)
+    )

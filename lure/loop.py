@@ -1,4 +1,4 @@
-"""Loop transformations on exact blocks: a gain moved from the law into the block, and back."""
+"""Loop transformations on exact blocks: a gain moved from the nonlinearity into the block, and back."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ class LoopModel(ABC):
 class Loop(Record, kw_only=False):
     r"""A Lur'e loop ``sigma = H mu``, ``mu = -phi(sigma)``.
 
-    The minus sign stands here and nowhere else: blocks carry ``H`` from ``mu`` to ``sigma``, laws return ``phi``.
+    The minus sign stands here and nowhere else: blocks carry ``H`` from ``mu`` to ``sigma``, nonlinearities return
+    ``phi``.
 
     Parameters
     ----------
@@ -44,12 +45,13 @@ class Loop(Record, kw_only=False):
         The linear part; a system of python-control or scipy.signal, coefficients or a formula become the block that
         :func:`lure.as_plant` makes of them.
     nonlinearity : Nonlinearity
-        The law, with the sector its author vouches for; ``control.saturation_nonlinearity`` becomes a ``Saturation``.
+        The nonlinearity, with the sector its author vouches for; ``control.saturation_nonlinearity`` becomes a
+        ``Saturation``.
 
     Raises
     ------
     InputError
-        The block is none, or the law has no sector, or a memory.
+        The block is none, or the nonlinearity has no sector, or a memory.
 
     Examples
     --------
@@ -90,7 +92,8 @@ class Loop(Record, kw_only=False):
         ------
         InputError
             The block has no states (a measurement, or the rod itself), or a direct term ``D`` with which the loop
-            need not define ``sigma``: ``1 + D k <= 0`` for a slope ``k`` of the law, or its slopes are not known.
+            need not define ``sigma``: ``1 + D k <= 0`` for a slope ``k`` of the nonlinearity, or its slopes are not
+            known.
 
         Notes
         -----
@@ -112,26 +115,26 @@ class Loop(Record, kw_only=False):
         return loop_rows(self.block, self.nonlinearity)
 
 
-def loop_rows(block: object, law: object) -> Iterator[tuple[str, str]]:
+def loop_rows(block: object, nonlinearity: object) -> Iterator[tuple[str, str]]:
     """What the table of a loop says about its two parts.
 
     Parameters
     ----------
-    block, law : object
-        The parts; the law may be missing.
+    block, nonlinearity : object
+        The parts; the nonlinearity may be missing.
     """
-    from lure.nonlinearities.properties import law_text
+    from lure.nonlinearities.properties import nonlinearity_text
 
     formula = type(block).__str__ not in (object.__str__, Record.__str__)
     yield "H", str(block) if formula else type(block).__name__
-    if law is not None:
-        known = cast("Nonlinearity", law)
-        yield "phi", law_text(known)
+    if nonlinearity is not None:
+        known = cast("Nonlinearity", nonlinearity)
+        yield "phi", nonlinearity_text(known)
         yield "sector of phi", str(known.sector)
 
 
 class Transformed(Record):
-    r"""A loop with part of the law's gain moved into the block; stable exactly if the original is.
+    r"""A loop with part of the nonlinearity's gain moved into the block; stable exactly if the original is.
 
     With ``psi(sigma) = phi(sigma) - gain sigma``, the loops ``sigma = H mu, mu = -phi(sigma)`` and
     ``sigma = H' nu, nu = -psi(sigma)``, ``H' = H/(1 + gain H)``, have the same solutions.
@@ -139,16 +142,18 @@ class Transformed(Record):
     """
 
     block: RationalPlant = quantity("``H'``, hidden modes of ``H`` kept", label="H'")
-    law_class: NonlinearityClass = quantity(
+    nonlinearity_class: NonlinearityClass = quantity(
         "The class of ``psi``", key="class", label="psi", form=lambda known: str(known).replace("phi", "psi")
     )
-    gain: Fraction = quantity("What was moved from the law into the block, in total", label="gain moved", form=str)
+    gain: Fraction = quantity(
+        "What was moved from the nonlinearity into the block, in total", label="gain moved", form=str
+    )
     steps: tuple[str, ...] = quantity("What was replaced by what, one line each", label="")
     _kind = "transformed loop"
-    _title = "The same loop, with a gain moved from the law into the block"
+    _title = "The same loop, with a gain moved from the nonlinearity into the block"
 
     def undo(self, k: Exact) -> Fraction | float:
-        """A gain ``k`` (of ``psi``) as one of the original law: ``k + gain``, exactly; an infinite ``k`` stays.
+        """A gain ``k`` (of ``psi``) as one of the original ``phi``: ``k + gain``, exactly; an infinite ``k`` stays.
 
         Raises
         ------
@@ -160,7 +165,7 @@ class Transformed(Record):
         return exact_number(k, "Transformed.undo: k") + self.gain
 
     def undo_bracket(self, low: float, high: float) -> tuple[float, float]:
-        """Bounds on a gain of ``psi`` as bounds on one of the original law, in doubles rounded outwards.
+        """Bounds on a gain of ``psi`` as bounds on one of the original nonlinearity, in doubles rounded outwards.
 
         The lower bound never rises: a class ``[lower, k]`` proved for the shifted loop up to ``low`` is proved for the
         original up to the first of the two.
@@ -180,10 +185,10 @@ class Transformed(Record):
         InputError
             As for :func:`pole_shift`.
         """
-        further = pole_shift(self.block, self.law_class, gain)
+        further = pole_shift(self.block, self.nonlinearity_class, gain)
         return Transformed(
             block=further.block,
-            law_class=further.law_class,
+            nonlinearity_class=further.nonlinearity_class,
             gain=self.gain + further.gain,
             steps=(*self.steps, *further.steps),
         )
@@ -200,14 +205,14 @@ class Transformed(Record):
         return "\n".join(self.steps)
 
 
-def sector_shift(block: object, law_class: NonlinearityClass) -> Transformed:
+def sector_shift(block: object, nonlinearity_class: NonlinearityClass) -> Transformed:
     """The same loop with the sector ``[k1, k2]`` brought to ``[0, k2 - k1]``.
 
     Parameters
     ----------
     block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
         The block ``H``: whatever :func:`lure.as_plant` makes a ``RationalPlant`` of.
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         Its sector has a finite lower bound ``k1``; slope bounds move along, parity and time dependence stay.
 
     Returns
@@ -231,18 +236,19 @@ def sector_shift(block: object, law_class: NonlinearityClass) -> Transformed:
     >>> shifted.undo(3)
     Fraction(5, 1)
     """
-    lower = law_class.sector.lower
+    lower = nonlinearity_class.sector.lower
     if lower == -math.inf:
         raise InputError(
-            f"sector_shift needs a finite lower bound, and the sector is {law_class.sector}; state the mirrored loop "
+            f"sector_shift needs a finite lower bound, and the sector is {nonlinearity_class.sector}; state the "
+            f"mirrored loop "
             "instead: k2 sigma - phi(sigma) lies in [0, inf], with the block -H/(1 + k2 H)",
             code=Reason.NO_LOWER_END,
         )
-    return pole_shift(block, law_class, lower)
+    return pole_shift(block, nonlinearity_class, lower)
 
 
-def pole_shift(block: object, law_class: NonlinearityClass, gain: Exact) -> Transformed:
-    """The same loop with ``gain`` moved from the law into the block, which moves the block's poles.
+def pole_shift(block: object, nonlinearity_class: NonlinearityClass, gain: Exact) -> Transformed:
+    """The same loop with ``gain`` moved from the nonlinearity into the block, which moves the block's poles.
 
     An unstable or critical block is made stable by a gain for which the linear loop is; ``-gain`` undoes it.
 
@@ -250,7 +256,7 @@ def pole_shift(block: object, law_class: NonlinearityClass, gain: Exact) -> Tran
     ----------
     block : RationalPlant, control or scipy.signal system, (numerator, denominator), (A, B, C, D), text
         The block ``H``: whatever :func:`lure.as_plant` makes a ``RationalPlant`` of.
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         The class of ``phi``.
     gain : int, float, Fraction or Decimal
         Finite.
@@ -269,21 +275,24 @@ def pole_shift(block: object, law_class: NonlinearityClass, gain: Exact) -> Tran
     --------
     >>> from lure import Sector
     >>> shifted = pole_shift(RationalPlant([1], [1, -1]), NonlinearityClass(sector=Sector(2, 4)), gain=2)
-    >>> print(shifted.block, "|", shifted.law_class)
+    >>> print(shifted.block, "|", shifted.nonlinearity_class)
     1 / (s + 1) | phi in the sector [0, 2]
     """
     g, exact = exact_number(gain, "pole_shift: gain"), exact_block(block, "a loop shift")
     if g == 0:
-        return Transformed(block=exact, law_class=law_class, gain=g, steps=("nothing is shifted: the gain is 0",))
-    moved, shifted = shifted_block(exact, g), shifted_class(law_class, g)
+        return Transformed(
+            block=exact, nonlinearity_class=nonlinearity_class, gain=g, steps=("nothing is shifted: the gain is 0",)
+        )
+    moved, shifted = shifted_block(exact, g), shifted_class(nonlinearity_class, g)
     size = number_text(abs(g))
     sign, back = ("-", "+") if g > 0 else ("+", "-")
     steps = (
-        f"{law_class} is replaced by psi(sigma) = phi(sigma) {sign} {size} sigma: {str(shifted).replace('phi', 'psi')}",
+        f"{nonlinearity_class} is replaced by psi(sigma) = phi(sigma) {sign} {size} sigma: "
+        f"{str(shifted).replace('phi', 'psi')}",
         f"H = {exact} is replaced by H/(1 {back} {size} H) = {moved}",
         f"a gain k of psi is the gain k {back} {size} of phi",
     )
-    return Transformed(block=moved, law_class=shifted, gain=g, steps=steps)
+    return Transformed(block=moved, nonlinearity_class=shifted, gain=g, steps=steps)
 
 
 def shifted_block(block: RationalPlant, gain: Fraction) -> RationalPlant:

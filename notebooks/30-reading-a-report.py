@@ -242,7 +242,7 @@ say(pushed.conclusion.statement, f"The checker: {pushed.certificates[0].claim}")
 plant = as_plant("(s^2 - 0.2*s - 0.1)/(s^3 + 2*s^2 + s + 1)")
 loop = LoopSystem(name="plant", title="a zero in the right half-plane", block=plant)
 saturated = build_loop_report(replace(loop, nonlinearity=Saturation(gain=3, limit=1)))
-sector_only = build_loop_report(replace(loop, law_class=NonlinearityClass(sector=Sector(0, 3))))
+sector_only = build_loop_report(replace(loop, nonlinearity_class=NonlinearityClass(sector=Sector(0, 3))))
 for one in (saturated, sector_only):
     print(one.verdict)
     say(one.analysis.statement, *(f"To decide more: {hint}." for hint in one.analysis.hints))

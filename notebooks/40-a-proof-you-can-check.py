@@ -468,8 +468,14 @@ print(f"a = {a}, d = {d_rod}, theta >= {least} s = {float(least):.8f} s")
 def scheme(cells, theta):
     """What the checker says of Popov's inequality for the scheme and the sector [0, 1]."""
     system = {"kind": "rod-scheme", **paper, "cells": cells}
-    laws, proof = {**SECTOR, "sector": ["0", "1"]}, {"method": "structure"}
-    draft = {**POPOV, "system": system, "laws": laws, "theorem": "rod-popov", "multiplier": {"theta": str(theta)}}
+    nonlinearities, proof = {**SECTOR, "sector": ["0", "1"]}, {"method": "structure"}
+    draft = {
+        **POPOV,
+        "system": system,
+        "laws": nonlinearities,
+        "theorem": "rod-popov",
+        "multiplier": {"theta": str(theta)},
+    }
     try:
         return settled({**draft, "proof": proof}).certificate["conclusion"]
     except checker.Rejected as reason:
@@ -523,10 +529,10 @@ for i in range(1, 2 * N + 1):
     jump = {j: prev[i].get(j, 0) - y[i].get(j, 0) for j in {*prev[i], *y[i]}}
     rows.append(form((1, y[i], jump), (half, jump, jump)))  # y_i y_i'/s + (1/2) (prev_i - y_i)^2
     print(f"row {i}:      {shown(rows[-1])}")
-law = form((2 * d_rod, y[0], {N: Fraction(1), 0: -d_rod}))  # 2 d p z'
+nonlinearity = form((2 * d_rod, y[0], {N: Fraction(1), 0: -d_rod}))  # 2 d p z'
 end = form(((1 - a * a) / 2, y[2 * N], y[2 * N]))
-print(f"2 d p z':   {shown(law)}\nat the end: {shown(end)}")
-total = added(*rows, law, end)
+print(f"2 d p z':   {shown(nonlinearity)}\nat the end: {shown(end)}")
+total = added(*rows, nonlinearity, end)
 print(f"sum:        {shown(total)}")
 
 # %% [markdown]
@@ -549,7 +555,7 @@ assert scheme(100_000, least - Fraction(1, 10**30)).startswith("Rejected: theta 
 assert total == {}
 assert all(rows)
 assert 1 - a * a > 0
-assert added(*rows[1:], law, end) != {}
+assert added(*rows[1:], nonlinearity, end) != {}
 
 # %% [markdown]
 # ## 5. A box, and all that lies beyond it

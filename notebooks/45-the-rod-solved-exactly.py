@@ -236,26 +236,26 @@ assert 0.9e-9 < distance[-1] < 1.1e-9
 assert f"{1e-14 / rod.mobility:.1e}" == "4.8e-10"
 
 # %% [markdown]
-# ## 4. Other laws
+# ## 4. Other nonlinearities
 #
 # $p = c_n\,z_+^m$ with $m \ne 1$ is no linear equation any more; it is solved by collocation on pieces that adapt
-# themselves. Here $c_n$ is chosen such that every law reaches 48 kPa at a depth of 10 µm: Hertz's exponent 3/2,
-# a linear one, and a hard cubic one.
+# themselves. Here $c_n$ is chosen such that every nonlinearity reaches 48 kPa at a depth of 10 µm: Hertz's exponent
+# 3/2, a linear one, and a hard cubic one.
 
 # %%
-laws, depth = {}, 1e-5
+nonlinearities, depth = {}, 1e-5
 for m in (1, Fraction(3, 2), 3):
     compliance = Fraction(depth ** float(m) / 48000)
-    laws[m] = exact_motion(changed(gap=Fraction(1, 1000), compliance=compliance, exponent=m), thrown, 2e-3)
+    nonlinearities[m] = exact_motion(changed(gap=Fraction(1, 1000), compliance=compliance, exponent=m), thrown, 2e-3)
 for ax, title, (start, stop) in zip(panels(2), ("touching", "leaving"), ((0.99, 1.06), (1.325, 1.365)), strict=True):
     window = np.linspace(start * 1e-3, stop * 1e-3, 801)
-    for (m, motion), colour in zip(laws.items(), (BLUE, GREEN, VERMILLION), strict=True):
+    for (m, motion), colour in zip(nonlinearities.items(), (BLUE, GREEN, VERMILLION), strict=True):
         ax.plot(window * 1e3, motion.contact_stress(window), color=colour, lw=1.3, label=f"m = {m}")
     label(ax, "t [ms]", "contact stress [Pa]", xlim=(start, stop), ylim=(-2e3, 5.2e4))
     ax.set_title(title, fontsize="medium")
 plt.show()
 print("  m   round trips   deepest [µm]   impulse [N s]   energy balance off")
-for m, motion in laws.items():
+for m, motion in nonlinearities.items():
     (found_hit,) = motion.impacts
     print(
         f"{m!s:>3} {(found_hit.end - found_hit.start) / (2 * T):13.4f} {motion.z(contact).max() * 1e6:15.4f} "
@@ -264,10 +264,10 @@ for m, motion in laws.items():
 
 # %% [markdown]
 # All arrive at the plateau $\rho c V$ and hold it until the relief comes: while the wave that arrives is constant, $p$
-# tends to $W/d$ whatever the law. What differs is how they rise and how they let go.
+# tends to $W/d$ whatever the nonlinearity. What differs is how they rise and how they let go.
 
 # %%
-for motion in laws.values():
+for motion in nonlinearities.values():
     (found_hit,) = motion.impacts
     assert abs(motion.z(contact).max() - 1e-5) < 1.2e-8
     assert abs(found_hit.peak_stress - hit.peak_stress) < 1e-3 * hit.peak_stress

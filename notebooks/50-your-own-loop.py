@@ -52,7 +52,7 @@ import matplotlib.pyplot as plt
 
 from lure import NonlinearityClass, as_plant
 from lure.analysis import certify, max_sector, max_slope, nonlinearity_bounds
-from lure.analysis.plots import plot_law_sector, plot_reach
+from lure.analysis.plots import plot_nonlinearity_sector, plot_reach
 
 block = as_plant(PLANT)
 print(f"H = {block}")
@@ -71,7 +71,7 @@ print(f"H = {block}")
 
 # %%
 bounds = nonlinearity_bounds(LAW)
-ax = plot_law_sector(LAW, bounds)
+ax = plot_nonlinearity_sector(LAW, bounds)
 ax.set(xlabel="σ [rad]", ylabel="φ(σ) [V]")
 plt.show()
 print(bounds)

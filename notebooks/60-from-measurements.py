@@ -14,13 +14,13 @@
 # # From measurements to a verdict
 #
 # Most nonlinearities arrive as a file: somebody pressed something and wrote down displacement and force. This notebook
-# goes from such a file to a sector, from the sector to a verdict on a loop, and from a fitted law to a rod. Each step
-# rests on assumptions, and the last section is about what no measurement can show.
+# goes from such a file to a sector, from the sector to a verdict on a loop, and from a fitted nonlinearity to a rod.
+# Each step rests on assumptions, and the last section is about what no measurement can show.
 #
 # | step | result | what it is worth |
 # |---|---|---|
 # | file to sector | bounds on $f(\sigma)/\sigma$ and on the slope | observed, with stated confidence |
-# | file to law | $\varepsilon$, gap, $m$, and a box for all three | observed, with stated confidence |
+# | file to nonlinearity | $\varepsilon$, gap, $m$, and a box for all three | observed, with stated confidence |
 # | loop to sector | largest sector with a proof | certified |
 # | both | does one lie inside the other? | as strong as the weaker: observed |
 
@@ -60,8 +60,8 @@ print(*lines[:8], "...", sep="\n")
 # ## 1. Read it, and look
 #
 # A rubber pad was pressed by a flat punch of 25 mm² and released again. The units stand in the headings and become SI;
-# which column is which is told from them. (The file is made up, as it says itself, by a law we know. So we can check
-# every answer below, which with your own file you cannot.)
+# which column is which is told from them. (The file is made up, as it says itself, by a nonlinearity we know. So we can
+# check every answer below, which with your own file you cannot.)
 
 # %%
 data = read_measurements(EXAMPLE)
@@ -80,7 +80,7 @@ plt.show()
 # %% [markdown]
 # ## 2. The sector that holds with 95 % confidence
 #
-# Behind the scatter we assume one mean law $f$ with $f(0) = 0$. `sector_from_data` bounds all its chords
+# Behind the scatter we assume one mean nonlinearity $f$ with $f(0) = 0$. `sector_from_data` bounds all its chords
 # $f(\sigma)/\sigma$ and all its slopes *at once*: if the assumptions printed below hold, then of a hundred files
 # measured like this one about 95 give four bounds that are all true.
 
@@ -109,7 +109,7 @@ true_chord, true_slope = depth**1.5 / true["eps"] / 0.8e-3, 1.5 * depth**0.5 / t
 # %% [markdown]
 # ## 3. Does it remember?
 #
-# The criteria of this package are for laws without memory. `sector_from_data` therefore compares loading with
+# The criteria of this package are for nonlinearities without memory. `sector_from_data` therefore compares loading with
 # unloading, here without finding a difference beyond noise. A pad that gives back 15 % less than it took is another
 # matter:
 
@@ -146,7 +146,7 @@ say(margin_from_data(found, loop, gain=0.007, vouched=True))
 # The proved sector ends at 600, certified at every frequency; the measured one ends at 455. What connects them is only
 # observed, and so is the verdict. "Nothing follows" does not make a loop unstable.
 #
-# ## 5. The law, and a rod that meets it
+# ## 5. The nonlinearity, and a rod that meets it
 #
 # A sector forgets the shape. If you believe in normal compliance, $p = (u - \mathrm{gap})_+^m/\varepsilon$, fit it.
 # $\varepsilon$ and $m$ are nearly proportional to each other (correlation −0.999), so one interval for each would
@@ -172,13 +172,13 @@ best = tuple(fit.parameters[name].value for name in ("eps", "gap", "m"))
 
 
 def nylon(eps, gap, m):
-    """The rod against a pad with this law."""
+    """The rod against a pad with this nonlinearity."""
     return Rod(youngs_modulus=3e9, density=1150, length=1, area=25e-6, damping=2, compliance=eps, gap=gap, exponent=m)
 
 
 say(conclusion(upwind(nylon(*best), 10), Scenario()))
 until = 6 * nylon(*best).travel_time
-motions = [exact_motion(nylon(*law), Scenario.parse(velocity="1"), until) for law in (best, *corners)]
+motions = [exact_motion(nylon(*nonlinearity), Scenario.parse(velocity="1"), until) for nonlinearity in (best, *corners)]
 peaks = [motion.impacts[0].peak_stress / 1e6 for motion in motions]
 depths = [motion.z(np.linspace(0, until, 2001)).max() * 1e3 for motion in motions]
 plateau = nylon(*best).density * nylon(*best).wave_speed / 1e6
@@ -187,40 +187,40 @@ print(f"rho c v = {plateau:.3f} MPa; depths reached: up to {max(depths):.2f} mm"
 
 # %% [markdown]
 # Nine motions are nine motions, not a bound for the box. There is a bound, $\rho c v$: with a dashpot below the
-# impedance of the rod no impact ever exceeds it, for any law that pushes the harder the deeper (the [notebook on the
-# dashpot](70-designing-the-dashpot.py) says why). And look at the depths: the pad was measured down to 0.68 mm below
-# its surface. Deeper than that the law would be a guess; here it was not needed.
+# impedance of the rod no impact ever exceeds it, for any nonlinearity that pushes the harder the deeper (the [notebook
+# on the dashpot](70-designing-the-dashpot.py) says why). And look at the depths: the pad was measured down to 0.68 mm
+# below its surface. Deeper than that the nonlinearity would be a guess; here it was not needed.
 #
 # ## 6. What measuring cannot show
 #
-# **Outside the range.** Nothing was measured beyond 0.8 mm. The fitted law grows like $\sigma^{3/2}$ and would leave
-# the proved sector of section 4 at a depth that can be computed; a theorem about all $\sigma$ needs the sector there
-# too, or an argument that the motion never gets there. Neither is in the file.
+# **Outside the range.** Nothing was measured beyond 0.8 mm. The fitted nonlinearity grows like $\sigma^{3/2}$ and would
+# leave the proved sector of section 4 at a depth that can be computed; a theorem about all $\sigma$ needs the sector
+# there too, or an argument that the motion never gets there. Neither is in the file.
 #
-# **Between the readings.** They are 5 µm apart. The law drawn below agrees with the fit at each of the 241
+# **Between the readings.** They are 5 µm apart. The nonlinearity drawn below agrees with the fit at each of the 241
 # displacements, and therefore with the file; its chord is far outside. Only a constant that *you* vouch for excludes
 # it: if $|f(x) - f(y)| \le \Lambda|x - y|$, then between readings $h$ apart, of which the left one is at $x$, no chord
 # exceeds $U + (U + \Lambda)h/(2x)$, where $U$ bounds those at the readings.
 
 # %%
-law = fit_compliance(data)
+nonlinearity = fit_compliance(data)
 sigma = np.linspace(0, 1.6e-3, 32001)[1:]
 limit = float(verdict.proved.largest.low) / 0.005  # N/m
-leaves = sigma[np.argmax(law(sigma) / sigma > limit)]
-tooth = law(sigma) + 60 * np.maximum(1 - np.abs(sigma - 0.4025e-3) / 2e-6, 0)
-at_readings = np.interp(data.displacement, sigma, tooth - law(sigma), left=0)
+leaves = sigma[np.argmax(nonlinearity(sigma) / sigma > limit)]
+tooth = nonlinearity(sigma) + 60 * np.maximum(1 - np.abs(sigma - 0.4025e-3) / 2e-6, 0)
+at_readings = np.interp(data.displacement, sigma, tooth - nonlinearity(sigma), left=0)
 vouched, left = found.slope_upper.bound, 0.2e-3
 allowance = (found.upper.bound + vouched) * 5e-6 / (2 * left)
 
 _, ax = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
 ax.axvspan(0.8, 1.6, color=GREY, alpha=0.2, lw=0, label="not measured")
 ax.plot(1e3 * sigma, tooth / sigma / 1e3, color=VERMILLION, lw=1.0, label="agrees at every reading")
-ax.plot(1e3 * sigma, law(sigma) / sigma / 1e3, color=BLUE, lw=1.6, label="fitted law")
+ax.plot(1e3 * sigma, nonlinearity(sigma) / sigma / 1e3, color=BLUE, lw=1.6, label="fitted nonlinearity")
 ax.axhline(limit / 1e3, color=GREEN, ls="--", lw=1.3, label="proved up to here")
 ax.set(xlabel="σ [mm]", ylabel="chord f(σ)/σ [kN/m]", xlim=(0, 1.6), ylim=(0, 220))
 ax.legend(loc="lower right")
 plt.show()
-print(f"the fitted law leaves the proved sector at {1e3 * leaves:.2f} mm")
+print(f"the fitted nonlinearity leaves the proved sector at {1e3 * leaves:.2f} mm")
 print(f"with your word for {vouched / 1e3:.0f} kN/m: at most {allowance / 1e3:.1f} kN/m more, beyond 0.2 mm")
 
 # %% [markdown]

@@ -122,8 +122,8 @@ for ratio in chosen:
 # shows $10^{17}$ and a $\theta$ not quite 0, since $Z$ of steel is irrational and $k$ a double.) Popov's margin
 # agrees: with a multiplier $\theta$ it is at most $\varepsilon + \theta d$ in the rod, which it reaches at $k = Z$.
 #
-# What is that worth? For the scheme both inequalities prove convergence, if the law does not depend on time. For the
-# rod they do too ([note 11](notes/0011-popov-for-the-rod.md)), but our verdict rests on the [energy
+# What is that worth? For the scheme both inequalities prove convergence, if the nonlinearity does not depend on time.
+# For the rod they do too ([note 11](notes/0011-popov-for-the-rod.md)), but our verdict rests on the [energy
 # theorem](notes/0005-energy-theorem.md). It proves convergence for **every** $0 < k < \infty$ and every stop, so it
 # does not prefer one dashpot to another. That is what margins are for.
 
@@ -154,7 +154,7 @@ plt.show()
 # %%
 own = {}
 for name, rod in (("steel", steel), ("paper", paper)):
-    circle, popov = (test(RodPlant(rod), rod.law.sector) for test in (circle_criterion, popov_criterion))
+    circle, popov = (test(RodPlant(rod), rod.nonlinearity.sector) for test in (circle_criterion, popov_criterion))
     own[name] = [str(found.verdict) for found in (circle, popov, conclusion(upwind(rod, 10), Scenario()))]
     print("{}: inequality of circle {}, Popov {}; energy theorem {}".format(name, *own[name]))
 
@@ -177,7 +177,7 @@ plt.show()
 #   impacts or without.
 # - **Stress.** Contact deepens only while the wave $W$ that arrives has $W > d\,p$. It returns as
 #   $V = W - 2d\,p \le W$, and for $k \le Z$ comes back as $|a| V$: never larger than before. So no impact, first or
-#   later, passes $\rho c v = 40.6$ MPa, for any law that pushes the harder the deeper.
+#   later, passes $\rho c v = 40.6$ MPa, for any nonlinearity that pushes the harder the deeper.
 # - **Travel.** In flight momentum pays for it, $\rho A L v = k\,\Delta u$: for $k \le Z$ the bar gets as far as
 #   $vT\,Z/k$, and no dashpot stops its end before $vT$, here 0.19 mm.
 #
@@ -393,14 +393,16 @@ assert (round(table[2][3], 1), round(table[2][2], 1)) == (4.5, 2.7)
 assert min(table[1][2:4]) > 1e17
 assert rod_spectrum(upwind(designed(steel, 10**9), 10)).decay_scheme * T > 0.1
 assert RodPlant(designed(steel, 10**9)).log_reflection > -1e-8
-margins = {r: popov_criterion(RodPlant(designed(steel, r)), steel.law.sector, theta=T).margin for r in chosen}
+margins = {r: popov_criterion(RodPlant(designed(steel, r)), steel.nonlinearity.sector, theta=T).margin for r in chosen}
 most = steel.compliance + T * steel.mobility
 assert abs(margins[1].low / most - 1) < 1e-9
 assert all(margin.high < most for r, margin in margins.items() if r != 1)
 assert own == {"steel": ["INCONCLUSIVE", "PROVED", "PROVED"], "paper": ["PROVED"] * 3}
 edge = 1 / math.sqrt(1 + 1 / stiffness(steel))
 assert 0.994 < edge < 0.995
-beside = [circle_criterion(RodPlant(designed(steel, r)), steel.law.sector) for r in (edge - 1e-6, edge + 1e-6, 1)]
+beside = [
+    circle_criterion(RodPlant(designed(steel, r)), steel.nonlinearity.sector) for r in (edge - 1e-6, edge + 1e-6, 1)
+]
 assert [str(found.verdict) for found in beside] == ["INCONCLUSIVE", "PROVED", "PROVED"]
 
 assert all(abs(returned[ratio] - bar.reflection**2) < 1e-12 for ratio, bar in bars.items())

@@ -34,7 +34,7 @@ from scipy.linalg import expm
 from lure import PiecewiseLinear, as_plant
 from lure.analysis import Refuted, check, max_sector, max_slope
 from lure.analysis.describing import describing_hint
-from lure.analysis.plots import plot_law, plot_reach
+from lure.analysis.plots import plot_nonlinearity, plot_reach
 from lure.analysis.plots.style import BLUE, GREEN, GREY, LEGEND, PURPLE, VERMILLION, finish_axes
 from lure.files.builtin import builtin_loop
 
@@ -53,16 +53,16 @@ def companion(block):
     return A, np.eye(n)[-1], np.array(high + [0.0] * (n - len(high))) / low[-1]
 
 
-def motion(block, law, state, until):
+def motion(block, nonlinearity, state, until):
     """Times, ``sigma`` and the last state of the solution under a nonlinearity, in floating point."""
     A, b, c = companion(block)
     times = np.linspace(0, until, 4000)
-    run = solve_ivp(lambda t, x: A @ x - b * law(c @ x), (0, until), state, "DOP853", times, rtol=1e-10, atol=1e-11,
-                    max_step=0.2)  # fmt: skip
+    run = solve_ivp(lambda t, x: A @ x - b * nonlinearity(c @ x), (0, until), state, "DOP853", times,
+                    rtol=1e-10, atol=1e-11, max_step=0.2)  # fmt: skip
     return times, c @ run.y, run.y[:, -1]
 
 
-def law_of(witness):
+def nonlinearity_entry(witness):
     """The nonlinearity of a periodic orbit."""
     data = witness.data
     slopes = {side: Fraction(data[side]) for side in ("left_slope", "right_slope")}
@@ -71,9 +71,9 @@ def law_of(witness):
 
 def law_and_orbit(found, block, gains, periods=8):
     """The nonlinearity in its sector, and the orbit beside solutions of linear gains from the same state."""
-    law, data = law_of(found.witness), found.witness.data
+    nonlinearity, data = nonlinearity_entry(found.witness), found.witness.data
     _, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.6), width_ratios=(1, 1.7), layout="constrained")
-    plot_law(found.witness, ax=left)
+    plot_nonlinearity(found.witness, ax=left)
     edge = np.array([0.0, max(left.get_xlim())])
     for sign in (1, -1):
         span = (sign * float(found.lower) * edge, sign * found.refuted_at * edge)
@@ -83,7 +83,7 @@ def law_and_orbit(found, block, gains, periods=8):
     for gain, colour in gains:
         times, sigma, _ = motion(block, lambda x, gain=gain: gain * x, data["state"], until)
         right.plot(times, sigma, color=colour, lw=0.9, label=f"φ = {gain:.4g} σ")
-    times, sigma, _ = motion(block, law, data["state"], until)
+    times, sigma, _ = motion(block, nonlinearity, data["state"], until)
     right.plot(times, sigma, color=VERMILLION, lw=1.4, label="φ, on the left")
     right.set_xlabel("t [s]")
     right.set_ylabel("σ [unit of σ]")
@@ -97,7 +97,7 @@ def law_and_orbit(found, block, gains, periods=8):
 def gap_after_a_period(found, block):
     """How far the motion is from where it began, one period later, relative to the state."""
     data = found.witness.data
-    *_, end = motion(block, law_of(found.witness), data["state"], data["period"])
+    *_, end = motion(block, nonlinearity_entry(found.witness), data["state"], data["period"])
     return float(np.linalg.norm(end - data["state"]) / np.linalg.norm(data["state"]))
 
 
@@ -173,7 +173,7 @@ say(odd, monotone)
 _, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.4), width_ratios=(1.5, 1), layout="constrained")
 plot_reach([odd, monotone], ["odd φ", "monotone φ"], ax=left)
 left.set_xlabel("upper end k of the slope [unit of μ / unit of σ]")
-plot_law(monotone.witness, ax=right)
+plot_nonlinearity(monotone.witness, ax=right)
 plt.show()
 
 # %% [markdown]
@@ -277,7 +277,10 @@ plt.show()
 # looking, and we call it a hint. First the two loops above, which oscillate, certified:
 
 # %%
-missed = [describing_hint(block, law_of(found.witness)) for block, found in ((aizerman, sector), (kalman.block, fitts))]
+missed = [
+    describing_hint(block, nonlinearity_entry(found.witness))
+    for block, found in ((aizerman, sector), (kalman.block, fitts))
+]
 say(*missed)
 
 # %% [markdown]

@@ -92,7 +92,7 @@ def shifted(B: Block, l: Fraction) -> tuple[Form, bool, str]:
 
 
 def mirrored(B: Block) -> Block:
-    """``-H``, whose laws are ``-phi``."""
+    """``-H``, whose nonlinearities are ``-phi``."""
     return B._replace(n=B.n * MINUS, direct=-B.direct)
 
 

@@ -52,7 +52,7 @@ def certified_by_matrix(block: StateSpace, answer: Answer) -> Answer:
     """
     if answer.theta is None:  # the criterion does not apply
         return answer
-    lower, reason = Fraction(answer.law_class.sector.lower), "the criterion reaches no class"
+    lower, reason = Fraction(answer.nonlinearity_class.sector.lower), "the criterion reaches no class"
     varying, infinite = row_of(answer.criterion, block).time_varying, answer.largest.low == math.inf
     for upper, theta in _proposals(block, answer, lower):
         checkpoint()
@@ -71,7 +71,7 @@ def certified_by_matrix(block: StateSpace, answer: Answer) -> Answer:
         return replace(
             answer,
             largest=Bracket(low, max(low, answer.largest.high)),
-            law_class=NonlinearityClass(sector=Sector(lower, low), time_varying=varying),
+            nonlinearity_class=NonlinearityClass(sector=Sector(lower, low), time_varying=varying),
             theta=float(theta or 0),
             parameters=MappingProxyType({} if theta is None else {"theta": str(theta)}),
             verdict=Verdict.PROVED,
@@ -112,7 +112,7 @@ _GUESSES = ("1", "1/10", "10")  # [s]
 
 
 def class_drafts(
-    plant: object, law_class: NonlinearityClass, criterion: str, *, finite: bool
+    plant: object, nonlinearity_class: NonlinearityClass, criterion: str, *, finite: bool
 ) -> Iterator[tuple[str, Callable[[], Draft]]]:
     """Drafts for a plant without an exact criterion behind them, cheapest first.
 
@@ -120,39 +120,39 @@ def class_drafts(
     ----------
     plant : StateSpace or StructuredPlant
         The plant, of finitely many states.
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         The class.
     criterion : str
         ``circle``, ``popov`` or ``best``.
     finite : bool
-        Whether an infinite upper end means every law with some finite bound.
+        Whether an infinite upper end means every nonlinearity with some finite bound.
 
     Yields
     ------
     tuple of str, callable
         The name of the criterion, and what makes the draft or raises ``AssumptionError``.
     """
-    draft = partial(_class_draft, plant, law_class, finite=finite)
+    draft = partial(_class_draft, plant, nonlinearity_class, finite=finite)
     if criterion in ("best", "circle"):
         yield "circle, by matrices", partial(draft, None)
-    if criterion in ("best", "popov") and not law_class.time_varying and getattr(plant, "dt", None) is None:
-        for theta in _thetas(plant, law_class.sector.lower):
+    if criterion in ("best", "popov") and not nonlinearity_class.time_varying and getattr(plant, "dt", None) is None:
+        for theta in _thetas(plant, nonlinearity_class.sector.lower):
             yield f"popov, by matrices, theta = {float(theta):.6g}", partial(draft, theta)
 
 
-def answer_draft(plant: object, law_class: NonlinearityClass, answer: Answer, *, finite: bool) -> Draft:
+def answer_draft(plant: object, nonlinearity_class: NonlinearityClass, answer: Answer, *, finite: bool) -> Draft:
     """A draft by a matrix for what a criterion proved of a rational plant.
 
     Parameters
     ----------
     plant : RationalPlant
         The plant.
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         The class.
     answer : Answer
         Of the circle or Popov's criterion, PROVED for the class.
     finite : bool
-        Whether an infinite upper end means every law with some finite bound.
+        Whether an infinite upper end means every nonlinearity with some finite bound.
 
     Raises
     ------
@@ -166,11 +166,13 @@ def answer_draft(plant: object, law_class: NonlinearityClass, answer: Answer, *,
         )
     given = "" if row.time_varying else str(answer.parameters.get("theta", "0"))
     theta = Fraction(1) if "inf" in given else Fraction(given) if given else None
-    return _class_draft(plant, law_class, theta, finite=finite)
+    return _class_draft(plant, nonlinearity_class, theta, finite=finite)
 
 
-def _class_draft(plant: object, law_class: NonlinearityClass, theta: Fraction | None, *, finite: bool) -> Draft:
-    sector = law_class.sector
+def _class_draft(
+    plant: object, nonlinearity_class: NonlinearityClass, theta: Fraction | None, *, finite: bool
+) -> Draft:
+    sector = nonlinearity_class.sector
     infinite = isinstance(plant, StructuredPlant) and plant.order is None
     if infinite or not isinstance(plant, RationalPlant | StateSpace | StructuredPlant):
         raise AssumptionError(

@@ -61,14 +61,15 @@ CODES = (
         tries=(
             "See how far each criterion reaches: lure analyse plant.toml",
             "Ask for a smaller upper bound: lure certify plant.toml --sector 0 1",
-            "If the law has slope bounds, or is odd, say so: lure certify plant.toml --slope 0 1 --odd",
+            "If the nonlinearity has slope bounds, or is odd, say so: lure certify plant.toml --slope 0 1 --odd",
         ),
     ),
     Code(
         reason=Reason.NOT_APPLICABLE,
         title="no criterion applies",
         happened="The criterion asked for, or every one, needs something that the class, the time or the kind of "
-        "block does not give: slope bounds, laws that do not depend on time, continuous or discrete time, a finite "
+        "block does not give: slope bounds, nonlinearities that do not depend on time, continuous or discrete time, a "
+        "finite "
         "bound.",
         means=_NOTHING + " Nothing was computed.",
         tries=(
@@ -173,7 +174,7 @@ CODES = (
         "bounds that remain need every pole strictly stable.",
         means=_NOTHING + " Popov's and the circle criterion have a critical case; they were tried and fall short.",
         tries=(
-            "Ask for laws that are at least a little steep: lure certify plant.toml --slope 0.01 1",
+            "Ask for nonlinearities that are at least a little steep: lure certify plant.toml --slope 0.01 1",
             "Ask Popov's criterion: lure certify plant.toml --criterion popov",
         ),
     ),
@@ -183,7 +184,7 @@ CODES = (
         happened="The loop with the smallest gain of the class has a multiple pole at 0 (z = 1), and the critical "
         "case of the theorems is that of a simple one.",
         means="Not a formality: for (s + 1)/s^2 every positive linear gain is stable, and phi = sigma exp(-|sigma|) "
-        "lets motions escape to infinity. For a given law the loop may still be stable.",
+        "lets motions escape to infinity. For a given nonlinearity the loop may still be stable.",
         tries=(
             "If phi(sigma)/sigma stays above a positive number, give the class that lower end: "
             "lure certify plant.toml --sector 0.1 2",
@@ -198,7 +199,7 @@ CODES = (
         happened="The block has a simple pole at 0 whose residue is negative or zero, and the theorems for the "
         "critical case need a positive one.",
         means="With a negative residue small positive gains destabilise, so that the class is not stable for every "
-        "law; a zero residue means that the pole is hidden. Often the sign of the feedback is turned round.",
+        "nonlinearity; a zero residue means that the pole is hidden. Often the sign of the feedback is turned round.",
         tries=(
             "Here sigma = H mu, mu = -phi(sigma). Give the other sign: lure certify --num '1' --den '1 0' --sector 0 1",
         ),
@@ -217,28 +218,28 @@ CODES = (
     ),
     Code(
         reason=Reason.ROUGH_LAW,
-        title="the law is not locally Lipschitz",
-        happened="The law jumps, or has a vertical tangent, and the theorems for continuous time assume locally "
-        "Lipschitz laws: for others solutions may not exist, or not be unique.",
-        means="The class may be proved for all laws that are locally Lipschitz, and this one is not among them.",
+        title="the nonlinearity is not locally Lipschitz",
+        happened="The nonlinearity jumps, or has a vertical tangent, and the theorems for continuous time assume "
+        "locally Lipschitz nonlinearities: for others solutions may not exist, or not be unique.",
+        means="The class may be proved for all that are locally Lipschitz, and this one is not among them.",
         tries=(
-            "Replace the jump by a steep slope, as with the law 'relay with slope'.",
-            "Ask about the class without the law: lure certify plant.toml --sector 0 1",
+            "Replace the jump by a steep slope, as with the nonlinearity 'relay with slope'.",
+            "Ask about the class without the nonlinearity: lure certify plant.toml --sector 0 1",
         ),
     ),
     Code(
         reason=Reason.FOREIGN_LAW,
-        title="the law is not in the class",
-        happened="The law breaks a bound that the class, or its own declaration, promises.",
-        means="A proof for the class would say nothing about this law.",
-        tries=("Give a class that contains the law, or leave the class out: lure certify plant.toml",),
+        title="the nonlinearity is not in the class",
+        happened="The nonlinearity breaks a bound that the class, or its own declaration, promises.",
+        means="A proof for the class would say nothing about this nonlinearity.",
+        tries=("Give a class that contains the nonlinearity, or leave the class out: lure certify plant.toml",),
     ),
     Code(
         reason=Reason.UNSTABLE,
         title="the loop is not stable at the lower end of the class",
         happened="With the smallest gain of the class the linear loop has poles that are not stable, and every "
         "theorem here starts from a stable loop at that gain.",
-        means="Where the smallest gain belongs to the class, the class is not stable for every law. A class that "
+        means="Where the smallest gain belongs to the class, the class is not stable for all of it. A class that "
         "begins at another gain may be.",
         tries=(
             "See which gains are stable: lure analyse plant.toml",
@@ -250,7 +251,7 @@ CODES = (
         title="a hidden mode is not stable",
         happened="A mode that is not strictly stable cancels in H: the input does not reach it, or the output does "
         "not see it.",
-        means="No feedback moves it, so that the whole system does not come to rest at 0 whatever the law; H alone "
+        means="No feedback moves it, so that it does not come to rest at 0 whatever the nonlinearity; H alone "
         "does not show that.",
         tries=("If the system does not have the mode, cancel the common factor of num and den.",),
     ),
@@ -259,17 +260,18 @@ CODES = (
         title="every finite bound is proved, and the class has none",
         happened="The class has no upper bound. For every finite upper bound the criterion holds, in the limit it "
         "does not.",
-        means="sigma^3 lies in [0, inf] and in no [0, k]: laws without a bound on their gain are not covered. Each "
-        "law with a finite bound, however large, is.",
-        tries=("Give the bound that the law has: lure certify plant.toml --sector 0 1000000",),
+        means="sigma^3 lies in [0, inf] and in no [0, k]: nonlinearities of unbounded gain are not covered. Each "
+        "one with a finite bound, however large, is.",
+        tries=("Give the bound that the nonlinearity has: lure certify plant.toml --sector 0 1000000",),
     ),
     Code(
         reason=Reason.SEVERAL_SOLUTIONS,
         title="the loop equation may have several solutions",
         happened="The block has a direct term D, and a law of the sector need not make sigma + D phi(sigma) "
-        "increasing: Popov's criterion is proved only for laws for which it is, and no criterion says anything where "
+        "increasing: Popov's criterion is proved only for nonlinearities for which it is, and no criterion says "
+        "anything where "
         "the nonlinearity given is shown to let sigma + D phi(sigma) = y have several solutions.",
-        means="For the laws with slope bounds that keep 1 + D phi' positive the sector is stable.",
+        means="For the nonlinearities with slope bounds that keep 1 + D phi' positive the sector is stable.",
         tries=("Give slope bounds: lure certify plant.toml --sector 0 1 --slope -0.5 2",),
     ),
     Code(
@@ -289,7 +291,7 @@ CODES = (
         title="a counterexample that is not proved",
         happened="A law of the class was found with which the loop seems to oscillate or grow; its orbit could be "
         "followed in floating point, and not proved to exist.",
-        means="The class is probably not stable for every law. A simulation shows no orbit, and refutes nothing.",
+        means="The class is probably not stable. A simulation shows no orbit, and refutes nothing.",
         tries=(
             "Look at it: lure report plant.toml",
             "Ask for a larger class, in which counterexamples are easier to prove: lure certify plant.toml --slope 0 2",

@@ -55,10 +55,11 @@ class Claim:
 def matrix_draft(
     block: MatrixBlock, upper: Upper, *, lower: Fraction = Fraction(0), theta: Fraction | None = None
 ) -> dict[str, Any]:
-    r"""A certificate by a matrix ``P`` for the time-invariant laws of a sector, without what the checker fills in.
+    r"""A certificate by a matrix ``P`` for the time-invariant nonlinearities of a sector, the checker's part left out.
 
     ``P`` makes ``V = x'P x + zeta^2/rho + 2 theta int phi`` fall along every motion.  The class may be narrowed or, for
-    ``theta`` None, widened to laws that vary in time by changing ``laws`` of the draft: the proof is the same.
+    ``theta`` None, widened to nonlinearities that vary in time by changing ``laws`` of the draft: the proof is the
+    same.
 
     Parameters
     ----------

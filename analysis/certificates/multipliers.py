@@ -128,7 +128,7 @@ def multipliers(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper)
     yield from row.multipliers(answer, upper)
     # an answer about every finite k: its multiplier need not serve any one of them
     if isinstance(upper, Fraction) and isinstance(block, RationalPlant) and answer.largest.low == math.inf:
-        bounds = Sector(answer.law_class.sector.lower, upper)
-        again = row.decide(block, bounds, odd=answer.law_class.odd)
+        bounds = Sector(answer.nonlinearity_class.sector.lower, upper)
+        again = row.decide(block, bounds, odd=answer.nonlinearity_class.odd)
         if again.verdict is Verdict.PROVED:
             yield from row.multipliers(again, upper)

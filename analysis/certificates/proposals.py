@@ -13,7 +13,7 @@ from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.covers import Uncovered, cover_proof, has_delays
 from lure.analysis.certificates.multipliers import multipliers
 from lure.analysis.certificates.sealing import settled
-from lure.analysis.certificates.systems import laws_of, system_of, text
+from lure.analysis.certificates.systems import class_entry, system_of, text
 from lure.analysis.certificates.theory import Draft, theory_of
 from lure.analysis.deadline import checkpoint
 from lure.analysis.theorems.table import Upper, row_of
@@ -67,7 +67,8 @@ def certified(
     answer : Answer
         An answer whose verdict is PROVED; of ``hurwitz`` whatever its verdict.
     upper : Fraction or {"finite", "inf"}, optional
-        Upper end of the class; by default that of ``answer.law_class``, or ``"finite"`` where that is infinite.
+        Upper end of the class; by default that of ``answer.nonlinearity_class``, or ``"finite"`` where that is
+        infinite.
     numbers : str
         Where the coefficients came from.
 
@@ -119,38 +120,38 @@ def drafts(
         return
     system = system_of(block)
     for smaller in _uppers(block, answer, _default(answer) if upper is None else upper):
-        laws = _laws(block, answer, smaller)
+        nonlinearities = _nonlinearities(block, answer, smaller)
         for multiplier in multipliers(block, answer, smaller):
             theorem = {"theorem": answer.criterion, "multiplier": multiplier, "proof": {"method": "polynomial"}}
-            yield smaller, {"verdict": "PROVED", "system": system, "laws": laws, **theorem}
+            yield smaller, {"verdict": "PROVED", "system": system, "laws": nonlinearities, **theorem}
 
 
-def _laws(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper) -> dict[str, Any]:
+def _nonlinearities(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper) -> dict[str, Any]:
     """The class of the answer with another upper end."""
-    given = answer.law_class
-    laws = laws_of(given, unbounded=False, linear=row_of(answer.criterion, block).linear)
+    given = answer.nonlinearity_class
+    nonlinearities = class_entry(given, unbounded=False, linear=row_of(answer.criterion, block).linear)
     top = upper if isinstance(upper, str) else text(upper)
-    laws["sector"][1] = top
+    nonlinearities["sector"][1] = top
     if given.slope is not None and not _no_upper_slope(block, answer):
-        laws["slope"][1] = top
-    return laws
+        nonlinearities["slope"][1] = top
+    return nonlinearities
 
 
 def _no_upper_slope(block: RationalPlant | DelayPlant, answer: Answer) -> bool:
-    """Whether the laws of the answer may be steeper than their sector: not where ``H(inf) < 0``."""
+    """Whether the nonlinearities of the answer may be steeper than their sector: not where ``H(inf) < 0``."""
     direct = isinstance(block, RationalPlant) and block.feedthrough < 0
     return row_of(answer.criterion, block).free == "above" and not direct
 
 
 def _default(answer: Answer) -> Upper:
-    upper = answer.law_class.sector.upper
+    upper = answer.nonlinearity_class.sector.upper
     return "finite" if upper == math.inf else Fraction(upper)
 
 
 def _uppers(block: RationalPlant | DelayPlant, answer: Answer, upper: Upper) -> Iterator[Upper]:
     """The end asked for, then smaller ones."""
     yield upper
-    lower = answer.law_class.sector.lower
+    lower = answer.nonlinearity_class.sector.lower
     if lower == -math.inf:
         return
     low = Fraction(lower)

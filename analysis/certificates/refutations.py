@@ -148,7 +148,7 @@ def _short(value: Fraction) -> Fraction:
     return Fraction(round(value * Fraction(2) ** shift)) / Fraction(2) ** shift
 
 
-# Proofs for certificates that a loop with a piecewise-linear law oscillates, from the record of an orbit.
+# Proofs for certificates that a loop with a piecewise-linear nonlinearity oscillates, from the record of an orbit.
 
 LADDER = (256, 512, 1024, 2048, 4096)
 SHARES = (Fraction(5, 8), Fraction(1, 2), Fraction(3, 8))
@@ -157,7 +157,7 @@ INVERSE_BITS = 48
 
 
 def flow_orbit_proof(
-    system: Mapping[str, Any], laws: Mapping[str, Any], record: Mapping[str, object]
+    system: Mapping[str, Any], nonlinearities: Mapping[str, Any], record: Mapping[str, object]
 ) -> dict[str, Any]:
     r"""The proof by ``flow-orbit`` for the record of a periodic orbit in continuous time.
 
@@ -168,7 +168,7 @@ def flow_orbit_proof(
 
     Parameters
     ----------
-    system, laws : Mapping
+    system, nonlinearities : Mapping
         As in the certificate.
     record : Mapping
         ``Witness.data`` of an orbit in continuous time: ``points``, ``left_slope``, ``right_slope``, ``pieces``,
@@ -195,7 +195,7 @@ def flow_orbit_proof(
     orbit = refined(loop, _itinerary(record))
     if orbit is None:
         raise AssumptionError("Newton's method does not lead from the record to a periodic orbit; search for it anew")
-    law = {
+    nonlinearity = {
         "method": "flow-orbit",
         "points": [texts(point) for point in zip(graph.knots, graph.values, strict=True)],
         "left": text(left),
@@ -206,9 +206,9 @@ def flow_orbit_proof(
     for bits in LADDER:
         numbers = _numbers(loop, orbit, bits)
         for share in SHARES:
-            proof = {**law, **numbers, "radius": text(Fraction(1, 2 ** int(bits * share))), "bits": bits}
+            proof = {**nonlinearity, **numbers, "radius": text(Fraction(1, 2 ** int(bits * share))), "bits": bits}
             try:
-                flow_orbit((A, b, c, d), classes(laws), proof)
+                flow_orbit((A, b, c, d), classes(nonlinearities), proof)
             except Rejected as refusal:
                 last = refusal
             else:
@@ -272,7 +272,7 @@ def _shot(loop: PiecewiseLoop, orbit: Itinerary, unknowns: list[arb]) -> arb_mat
 
 
 Block = RationalPlant | DelayPlant | StateSpace
-Laws = Mapping[str, Any]
+Nonlinearities = Mapping[str, Any]
 
 _JUST_ABOVE = Fraction(1, 1000)
 REFUTATIONS_LADDER = (192, 320, 640, 1280, 2560, 4096)
@@ -282,7 +282,7 @@ SQUARINGS = 64
 def refutation_draft(
     block: Block,
     witness: Witness,
-    laws: Laws | None = None,
+    nonlinearities: Nonlinearities | None = None,
     *,
     numbers: Literal["rationals", "decimals as written", "doubles, exactly"] = "rationals",
 ) -> dict[str, Any]:
@@ -294,7 +294,7 @@ def refutation_draft(
         The block for which the witness was found.
     witness : Witness
         CERTIFIED, of any kind.
-    laws : Mapping, optional
+    nonlinearities : Mapping, optional
         The class refuted, as in the certificate; by default the smallest with the lower bound of the witness.
     numbers : str
         Where the numbers of the block came from.
@@ -314,7 +314,7 @@ def refutation_draft(
     if witness.evidence is not Evidence.CERTIFIED:
         raise AssumptionError(f"only a certified witness becomes a certificate; this one is {witness.evidence}")
     system = system_of(block)
-    asked = smallest_class(block, witness) if laws is None else laws
+    asked = smallest_class(block, witness) if nonlinearities is None else nonlinearities
     return {
         "format": "lure-certificate/1",
         "verdict": "REFUTED",
@@ -330,7 +330,7 @@ def refutation_draft(
 
 
 def smallest_class(block: Block, witness: Witness) -> dict[str, Any]:
-    """The smallest class of the witness, as in a certificate: from its lower bound to the largest gain of its law.
+    """The smallest class of the witness, as in a certificate: from its lower bound to its largest gain.
 
     Parameters
     ----------
@@ -362,12 +362,12 @@ def smallest_class(block: Block, witness: Witness) -> dict[str, Any]:
     }
 
 
-def _proof(block: Block, witness: Witness, system: Mapping[str, Any], laws: Laws) -> dict[str, Any]:
+def _proof(block: Block, witness: Witness, system: Mapping[str, Any], nonlinearities: Nonlinearities) -> dict[str, Any]:
     data = witness.data
     if witness.kind == "switched gain":
         return _switched(system, data)
     if "pieces" in data:
-        return flow_orbit_proof(system, laws, data)
+        return flow_orbit_proof(system, nonlinearities, data)
     if "sigma" in data:
         lower = str(data["lower"])
         return {
@@ -376,7 +376,7 @@ def _proof(block: Block, witness: Witness, system: Mapping[str, Any], laws: Laws
             "right": lower,
             **{key: data[key] for key in ("points", "u", "sigma")},
         }
-    top = _upper(laws)
+    top = _upper(nonlinearities)
     if isinstance(block, DelayPlant):
         low, high = (Fraction(end) for end in cast("list[float]", data["gain"]))
         at_zero = _static(block)
@@ -445,9 +445,9 @@ def _squarings(M: Ball) -> int | None:
     return None
 
 
-def _upper(laws: Laws) -> Fraction | None:
+def _upper(nonlinearities: Nonlinearities) -> Fraction | None:
     """The upper end of a class, None if it has none."""
-    ends = [bounds[1] for bounds in (laws["sector"], laws["slope"]) if bounds is not None]
+    ends = [bounds[1] for bounds in (nonlinearities["sector"], nonlinearities["slope"]) if bounds is not None]
     finite = [Fraction(end) for end in ends if end not in ("inf", "finite")]
     return min(finite, default=None)
 

@@ -109,9 +109,9 @@ def settled(draft: Mapping[str, Any]) -> Proved | Refuted:
         "hypotheses": {},
     }
     if certificate["proof"].get("method") == "polynomial" and certificate["theorem"] != "hurwitz":
-        laws, name, data = classes(certificate["laws"]), certificate["theorem"], certificate["multiplier"]
-        F, _, critical, _ = inequality(name, data, block(certificate["system"]), laws)
-        certificate["proof"] = polynomial_proof(F, critical=critical, bounded=not unbounded(name, data, laws))
+        nonlinearities, name, data = classes(certificate["laws"]), certificate["theorem"], certificate["multiplier"]
+        F, _, critical, _ = inequality(name, data, block(certificate["system"]), nonlinearities)
+        certificate["proof"] = polynomial_proof(F, critical=critical, bounded=not unbounded(name, data, nonlinearities))
     return check(certificate, draft=True, seconds=max(min(time_left(), LONGEST), 0.0))
 
 
@@ -138,11 +138,11 @@ class Asked(Protocol):
     """A question about one class, as far as a certificate has to fit it."""
 
     @property
-    def laws(self) -> Mapping[str, Any]:
+    def class_entry(self) -> Mapping[str, Any]:
         """The class as it stands in a certificate."""
 
     @property
-    def law(self) -> Mapping[str, Any] | None:
+    def nonlinearity_entry(self) -> Mapping[str, Any] | None:
         """The nonlinearity as it stands in a certificate; None if there is none."""
 
 
@@ -161,14 +161,18 @@ def check_for_class(question: Asked, draft: Draft) -> Proved | Refuted:
     Rejected
         The checker accepts neither.
     """
-    law = None if question.law is None or draft["verdict"] == "REFUTED" else dict(question.law)
-    asked = {**draft, "laws": dict(question.laws), "law": law}
+    nonlinearity = (
+        None
+        if question.nonlinearity_entry is None or draft["verdict"] == "REFUTED"
+        else dict(question.nonlinearity_entry)
+    )
+    asked = {**draft, "laws": dict(question.class_entry), "law": nonlinearity}
     try:
         return checked(asked)
     except Rejected:
-        if draft["verdict"] == "REFUTED" or not contains(draft["laws"], question.laws):
+        if draft["verdict"] == "REFUTED" or not contains(draft["laws"], question.class_entry):
             raise
-        return checked({**draft, "law": law})
+        return checked({**draft, "law": nonlinearity})
 
 
 def checked(draft: Draft) -> Proved | Refuted:

@@ -1,4 +1,4 @@
-"""State-space arguments of the checker: laws through points, matrix inequalities, growing and periodic motions.
+"""State-space arguments of the checker: graphs through points, matrix inequalities, growing and periodic solutions.
 
 Standard library only.  Every function raises ``Rejected`` unless what it is asked to show is shown.
 """
@@ -20,8 +20,8 @@ REGULAR = "locally Lipschitz"
 TERMS, DEEPEST = 12, 48  # of Taylor's formula; halvings of a stay
 
 
-class Laws(NamedTuple):
-    """A class of laws."""
+class Nonlinearities(NamedTuple):
+    """A class of nonlinearities."""
 
     sector: tuple[Any, Any]
     slope: tuple[Any, Any]  # (-inf, inf): nothing is assumed
@@ -32,8 +32,8 @@ class Laws(NamedTuple):
     rough: bool = False  # of any regularity, else locally Lipschitz
 
 
-def classes(data: Any) -> Laws:
-    """The class of laws of a certificate."""
+def classes(data: Any) -> Nonlinearities:
+    """The class of nonlinearities of a certificate."""
     keys = [
         *["sector", "slope", "odd", "time_varying", "linear"],
         *["regularity"] * (isinstance(data, dict) and "regularity" in data),
@@ -48,9 +48,10 @@ def classes(data: Any) -> Laws:
     bounds = [(extended(x[0]), extended(x[1])) for x in (sector, slope if slope is not None else ["-inf", "inf"])]
     form(all(x[0] < x[1] for x in bounds), "the bounds are not in order")
     form(
-        max(bounds[0][0], bounds[1][0]) <= min(bounds[0][1], bounds[1][1]), "no law has both the sector and the slopes"
+        max(bounds[0][0], bounds[1][0]) <= min(bounds[0][1], bounds[1][1]),
+        "no nonlinearity has both the sector and the slopes",
     )
-    return Laws(
+    return Nonlinearities(
         bounds[0],
         bounds[1],
         (sector[1] == "inf", slope is None or slope[1] == "inf"),
@@ -61,27 +62,36 @@ def classes(data: Any) -> Laws:
     )
 
 
-def regular(laws: Laws, without: bool) -> None:
-    """Whether the proof holds for laws that jump: then the next state is defined, and V falls, whatever phi is."""
+def regular(nonlinearities: Nonlinearities, without: bool) -> None:
+    """Whether the proof holds for phi that jump: then the next state is defined, and V falls, whatever phi is."""
     need(
-        not laws.rough or without,
-        "locally Lipschitz laws are needed: this is no circle criterion in discrete time "
+        not nonlinearities.rough or without,
+        "locally Lipschitz nonlinearities are needed: this is no circle criterion in discrete time "
         "with H(inf) = 0 and no root at z = 1",
     )
 
 
-def described(laws: Laws) -> str:
-    """The class of laws in words."""
-    kind = "constant gains" if laws.linear else "time-varying laws" if laws.varying else "time-invariant laws"
-    words = [f"all {'odd ' * laws.odd}{kind} with phi(0) = 0, {'continuous or not' if laws.rough else REGULAR}"]
-    for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), laws[:2], laws.endless):
+def described(nonlinearities: Nonlinearities) -> str:
+    """The class of nonlinearities in words."""
+    kind = (
+        "constant gains"
+        if nonlinearities.linear
+        else "time-varying laws"
+        if nonlinearities.varying
+        else "time-invariant laws"
+    )
+    words = [
+        f"all {'odd ' * nonlinearities.odd}{kind} with phi(0) = 0, "
+        f"{'continuous or not' if nonlinearities.rough else REGULAR}"
+    ]
+    for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), nonlinearities[:2], nonlinearities.endless):
         near = "" if abs(k) == INF or k.denominator < 10**6 else f" (about {float(k):.9g})"
         top = "without upper bound" if endless else "up to any finite bound" if k == INF else f"up to {k}{near}"
         words += [f"{name} from {l} {top}"] * (l != -INF or k != INF or not endless)
     return ", ".join(words)
 
 
-class Law(NamedTuple):
+class Graph(NamedTuple):
     """Piecewise linear, with one slope more than knots, 0 among them."""
 
     knots: list[tuple[Fraction, Fraction]]
@@ -93,61 +103,71 @@ class Law(NamedTuple):
         s, w = self.knots[max(i - 1, 0)]
         return w + self.slopes[i] * (x - s)
 
-    def member(self, laws: Laws) -> bool:
-        """Whether the law lies in the class: chords between knots are monotone, next to 0 and far out slopes."""
+    def member(self, nonlinearities: Nonlinearities) -> bool:
+        """Whether it lies in the class: chords between knots are monotone, next to 0 and far out slopes."""
         odd = self.slopes[0] == self.slopes[-1] and all(self.at(-x) == -w for x, w in self.knots)
         i = [x for x, _ in self.knots].index(ZERO)
         chords = [self.slopes[j] for j in (0, i, i + 1, -1)] + [w / x for x, w in self.knots if x]
-        inside = all(a <= min(x) and max(x) <= b for x, (a, b) in ((chords, laws.sector), (self.slopes, laws.slope)))
-        return inside and (odd or not laws.odd) and (not laws.linear or min(self.slopes) == max(self.slopes))
+        inside = all(
+            a <= min(x) and max(x) <= b
+            for x, (a, b) in ((chords, nonlinearities.sector), (self.slopes, nonlinearities.slope))
+        )
+        return (
+            inside
+            and (odd or not nonlinearities.odd)
+            and (not nonlinearities.linear or min(self.slopes) == max(self.slopes))
+        )
 
 
-def piecewise(points: Any, left: Any, right: Any) -> Law:
-    """The law through points, (0, 0) among them, and its outer slopes."""
+def piecewise(points: Any, left: Any, right: Any) -> Graph:
+    """The nonlinearity through points, (0, 0) among them, and its outer slopes."""
     form(isinstance(points, list) and all(isinstance(p, list) and len(p) == 2 for p in points), "points are pairs")
     knots = [(number(x), number(w)) for x, w in points]
     ascend = all(p[0] < q[0] for p, q in pairwise(knots))
     need(ascend and (ZERO, ZERO) in knots, "the points need ascending sigma, (0, 0) among them")
-    return Law(knots, [number(left), *((q[1] - p[1]) / (q[0] - p[0]) for p, q in pairwise(knots)), number(right)])
+    return Graph(knots, [number(left), *((q[1] - p[1]) / (q[0] - p[0]) for p, q in pairwise(knots)), number(right)])
 
 
-def known(law: Any, laws: Laws) -> tuple[str, list[Fraction]]:
-    """One law, in the class: how that was found, and slopes of which all of its slopes are means."""
-    if law.get("kind") == "tanh":
-        height, rate = (number(x) for x in fields(law, "kind", "height", "rate")[1:])
+def known(nonlinearity: Any, nonlinearities: Nonlinearities) -> tuple[str, list[Fraction]]:
+    """One nonlinearity, in the class: how that was found, and slopes of which all of its slopes are means."""
+    if nonlinearity.get("kind") == "tanh":
+        height, rate = (number(x) for x in fields(nonlinearity, "kind", "height", "rate")[1:])
         top = height * rate  # slopes and chords fill (0, top]
-        inside = all(a <= 0 and top <= b for a, b in (laws.sector, laws.slope)) and not laws.linear
-        need(height > 0 and rate > 0 and inside, "the law is not in the class")
+        inside = (
+            all(a <= 0 and top <= b for a, b in (nonlinearities.sector, nonlinearities.slope))
+            and not nonlinearities.linear
+        )
+        need(height > 0 and rate > 0 and inside, "the nonlinearity is not in the class")
         return f"{height} tanh({rate} sigma) has slopes and chords in (0, {top}] and is odd", [ZERO, top]
-    kind, *given = fields(law, "kind", "points", "left", "right")
-    form(kind == "piecewise-linear", "a law is piecewise-linear or tanh")
+    kind, *given = fields(nonlinearity, "kind", "points", "left", "right")
+    form(kind == "piecewise-linear", "a nonlinearity is piecewise-linear or tanh")
     found = piecewise(*given)
-    need(found.member(laws), "the law is not in the class")
+    need(found.member(nonlinearities), "the nonlinearity is not in the class")
     return "piecewise linear through the given points: its slopes and chords lie within the bounds", found.slopes
 
 
-def solvable(direct: Fraction, laws: Laws, slopes: list[Fraction]) -> dict[str, str]:
-    """Whether ``y = sigma + H(inf) phi(sigma)`` determines ``sigma``, ``slopes`` being those of a given law.
+def solvable(direct: Fraction, nonlinearities: Nonlinearities, slopes: list[Fraction]) -> dict[str, str]:
+    """Whether ``y = sigma + H(inf) phi(sigma)`` determines ``sigma``, ``slopes`` being those of a given nonlinearity.
 
     ``1 + s H(inf)`` must have the sign it has at the lower bound of the sector for every slope ``s``.
     """
     if not direct:
         return {}
-    need(keeps(direct, laws, slopes), "1 + slope H(inf) changes its sign over the slopes of the law")
-    shown = keeps(direct, laws, laws.slope)
+    need(keeps(direct, nonlinearities, slopes), "1 + slope H(inf) changes its sign over the slopes of the nonlinearity")
+    shown = keeps(direct, nonlinearities, nonlinearities.slope)
     return {"solvable": "1 + slope H(inf) keeps its sign over the class" if shown else SOLVABLE}
 
 
-def keeps(direct: Fraction, laws: Laws, slopes: Any) -> bool:
+def keeps(direct: Fraction, nonlinearities: Nonlinearities, slopes: Any) -> bool:
     """Whether ``1 + s H(inf)`` keeps the sign it has at the lower bound of the sector for slopes between bounds."""
-    ends = (laws.sector[0], *slopes)
+    ends = (nonlinearities.sector[0], *slopes)
     signs = [1 + s * direct for s in ends] if INF not in map(abs, ends) else [-1, 1]
     return bool(min(signs) > 0 or max(signs) < 0)
 
 
-def assumed(name: str, direct: Fraction, laws: Laws) -> str:
-    """What the theorem ``name`` assumes of a law beyond its class, so that the loop has solutions; empty if nothing."""
-    if not direct or laws.linear or keeps(direct, laws, laws.slope):
+def assumed(name: str, direct: Fraction, nonlinearities: Nonlinearities) -> str:
+    """What the theorem ``name`` assumes of phi beyond its class, so that the loop has solutions; empty if nothing."""
+    if not direct or nonlinearities.linear or keeps(direct, nonlinearities, nonlinearities.slope):
         return ""
     if name == "popov":
         return f"sigma + D phi(sigma), D = {direct}, is increasing with a locally Lipschitz inverse"
@@ -219,15 +239,18 @@ def matrix_facts(A: Any, b: Any, c: Any, d: Any, width: Any, theta: Any, discret
     return facts if zero is None else facts | {"residue": f"rho = {rho} > 0, and the zero eigenvalue is simple"}
 
 
-def matrix_gain(closed: Any, laws: Laws, proof: Any) -> dict[str, str]:
+def matrix_gain(closed: Any, nonlinearities: Nonlinearities, proof: Any) -> dict[str, str]:
     """A gain ``g`` with a motion that grows: ``V = x'Px`` falls along every motion, and is negative at the start.
 
     ``V <= V(0) < 0`` keeps the motion away from 0, so that ``V``, a quadratic form, falls without end.
-    ``closed`` gives the matrices of the loop with the linear law.
+    ``closed`` gives the matrices of the loop with the linear gain.
     """
     _, gain, rows, start = fields(proof, "method", "gain", "P", "start")
     g, v = number(gain), numbers(start)
-    need(all(low <= g <= high for low, high in (laws.sector, laws.slope)), "the gain is outside the class")
+    need(
+        all(low <= g <= high for low, high in (nonlinearities.sector, nonlinearities.slope)),
+        "the gain is outside the class",
+    )
     A, *_, discrete = closed(g)
     P, a, At = symmetric(rows, [*zip(*A)], len(A))
     form(len(v) == len(A), f"the start is no list of {len(A)} numbers")
@@ -237,10 +260,10 @@ def matrix_gain(closed: Any, laws: Laws, proof: Any) -> dict[str, str]:
     return {"growth": f"V = x^T P x, {falls} for x != 0 (order {len(A)}, g = {g}), and V < 0 at the start: it grows"}
 
 
-def chords(law: Law) -> list[Fraction]:
+def chords(nonlinearity: Graph) -> list[Fraction]:
     """Phi(sigma)/sigma is monotone between knots, and a slope next to 0 and far out."""
-    i = [x for x, _ in law.knots].index(ZERO)
-    return [law.slopes[j] for j in (0, i, i + 1, -1)] + [w / x for x, w in law.knots if x]
+    i = [x for x, _ in nonlinearity.knots].index(ZERO)
+    return [nonlinearity.slopes[j] for j in (0, i, i + 1, -1)] + [w / x for x, w in nonlinearity.knots if x]
 
 
 def gained(A: Any, b: Any, f: Any) -> list[list[Fraction]]:
@@ -248,15 +271,18 @@ def gained(A: Any, b: Any, f: Any) -> list[list[Fraction]]:
     return [[x - v * y for x, y in zip(row, f)] for row, v in zip(A, b)]
 
 
-def switched_gain(realised: Any, discrete: bool, laws: Laws, proof: Any) -> dict[str, str]:
+def switched_gain(realised: Any, discrete: bool, nonlinearities: Nonlinearities, proof: Any) -> dict[str, str]:
     """Gains that repeat: with no eigenvalue of the period's ``M`` outside the unit disc, ``|trace M^N| <= n``."""
     fields(proof, "method", "gains", "squarings", "bits", *([] if discrete else ["times"]))
     (A, b, c, d), gains = realised, numbers(proof["gains"])
     bits, m, times = integer(proof["bits"], 64, 4096), integer(proof["squarings"], 0, 64), [Fraction(1)] * len(gains)
     times = times if discrete else numbers(proof["times"], len(gains))
     need(0 < len(b) <= 64 and all(t > 0 for t in times), "orders 1 to 64 and times > 0 are needed")
-    need(laws.varying and not laws.linear, "the laws of the class do not vary")
-    need(all(low <= g <= high for g in gains for low, high in (laws.sector, laws.slope)), "a gain is outside the class")
+    need(nonlinearities.varying and not nonlinearities.linear, "the nonlinearities of the class do not vary")
+    need(
+        all(low <= g <= high for g in gains for low, high in (nonlinearities.sector, nonlinearities.slope)),
+        "a gain is outside the class",
+    )
     need(all(1 + g * d != 0 for g in gains), "1 + g H(inf) = 0", IllPosed)
     M = ball(identity(len(b)), bits)
     for g, t in zip(gains, times):
@@ -269,18 +295,21 @@ def switched_gain(realised: Any, discrete: bool, laws: Laws, proof: Any) -> dict
     return {"growth": f"|trace M^(2^{m})| > {len(b)} for the period of {len(gains)} gains, so some motion grows"}
 
 
-def orbit(system: Any, laws: Laws, proof: Any, critical: bool) -> dict[str, str]:
+def orbit(system: Any, nonlinearities: Nonlinearities, proof: Any, critical: bool) -> dict[str, str]:
     """An orbit in discrete time, exactly: ``sum d_j sigma[t-j] = sum n_j u[t-j]`` and ``u = -phi(sigma)``."""
     points, left, right, u, sigma = fields(proof, "method", "points", "left", "right", "u", "sigma")[1:]
-    law, u = piecewise(points, left, right), numbers(u)
+    nonlinearity, u = piecewise(points, left, right), numbers(u)
     n, d, sigma = numbers(system["numerator"]), numbers(system["denominator"]), numbers(sigma, len(u))
     n, p = [ZERO] * (len(d) - len(n)) + n, len(u)
-    need(law.member(laws), "the law is not in the class")
-    direct = [1 + g * n[0] / d[0] for g in (chords(law) if laws.slope == (-INF, INF) else law.slopes)]
-    need(min(direct) > 0 or max(direct) < 0, "1 + g H(inf) does not keep its sign over the law", IllPosed)
+    need(nonlinearity.member(nonlinearities), "the nonlinearity is not in the class")
+    direct = [
+        1 + g * n[0] / d[0]
+        for g in (chords(nonlinearity) if nonlinearities.slope == (-INF, INF) else nonlinearity.slopes)
+    ]
+    need(min(direct) > 0 or max(direct) < 0, "1 + g H(inf) does not keep its sign over the nonlinearity", IllPosed)
     for t in range(p):
         tick()
-        need(law.at(sigma[t]) == -u[t], f"sample {t} is not on the law")
+        need(nonlinearity.at(sigma[t]) == -u[t], f"sample {t} is not on the nonlinearity")
         rest = sum(d[j] * sigma[(t - j) % p] - n[j] * u[(t - j) % p] for j in range(len(d)))
         need(rest == 0, f"sample {t} does not satisfy the difference equation")
     moves = len(set(sigma)) > 1
@@ -288,8 +317,8 @@ def orbit(system: Any, laws: Laws, proof: Any, critical: bool) -> dict[str, str]
     return {"orbit": f"a motion that repeats after {p} samples" if moves else "an equilibrium other than 0"}
 
 
-def flow_orbit(realised: Any, laws: Laws, proof: Any) -> dict[str, str]:
-    """An orbit ``X' = G_i X``, ``X = (x, e)``, over the pieces of the law, near the given one, by a contraction.
+def flow_orbit(realised: Any, nonlinearities: Nonlinearities, proof: Any) -> dict[str, str]:
+    """An orbit ``X' = G_i X``, ``X = (x, e)``, over the pieces of phi, near the given one, by a contraction.
 
     First state and durations ``z`` solve ``F(z) = (x_m -+ x_0, c x_(i-1) - level_i) = 0``.  Let ``|Y F| <= Y0`` at the
     given ``z`` and ``|1 - Y F'| <= Z1 < 1`` within ``r`` of it (maximum norm), ``Y0 + Z1 r < r``: then ``z - Y F(z)``
@@ -297,19 +326,29 @@ def flow_orbit(realised: Any, laws: Laws, proof: Any) -> dict[str, str]:
     go through the pieces; ``|exp(G (t + q)) - exp(G t)| <= 2 |G q| |exp(G t)|`` if ``|G q| <= 1``.
     """
     points, left, right, pieces, durations, state, half, inverse, radius, bits = fields(proof, *FLOW_ORBIT.split())[1:]
-    (A, b, c, d), law, bits, n = realised, piecewise(points, left, right), integer(bits, 64, 4096), len(realised[1])
+    (A, b, c, d), nonlinearity, bits, n = (
+        realised,
+        piecewise(points, left, right),
+        integer(bits, 64, 4096),
+        len(realised[1]),
+    )
     form(isinstance(pieces, list) and type(half) is bool and isinstance(inverse, list), "pieces or half is missing")
     x0, times, r, sign = numbers(state, n), numbers(durations, len(pieces)), number(radius), -1 if half else 1
     form(len(inverse) == n + len(times) <= 400, "the inverse is square, of order up to 400")
     Y, bounds = ball([numbers(row, n + len(times)) for row in inverse], bits), list[list[int]]()
-    need(law.member(laws._replace(odd=laws.odd or half)), "the law is not in the class, or half needs an odd one")
-    need(all(1 + d * k > 0 for k in law.slopes), "1 + slope H(inf) > 0 is needed on every piece")
-    kinks = [(x, w, k) for (x, w), h, k in zip(law.knots, law.slopes, law.slopes[1:]) if h != k]
+    need(
+        nonlinearity.member(nonlinearities._replace(odd=nonlinearities.odd or half)),
+        "the nonlinearity is not in the class, or half needs an odd one",
+    )
+    need(all(1 + d * k > 0 for k in nonlinearity.slopes), "1 + slope H(inf) > 0 is needed on every piece")
+    kinks = [
+        (x, w, k) for (x, w), h, k in zip(nonlinearity.knots, nonlinearity.slopes, nonlinearity.slopes[1:]) if h != k
+    ]
     levels = [-INF, *(x + d * w for x, w, _ in kinks), INF]  # of y = c x = sigma + d phi, which tells the pieces
     path = [integer(p, 0, len(kinks)) for p in pieces] + [len(kinks) - pieces[0] if half else pieces[0]]
     need(all(abs(p - q) == 1 for p, q in pairwise(path)), "the pieces do not follow one another")
     entries = [sign * levels[max(path[-2:])], *(levels[max(p, q)] for p, q in pairwise(pieces))]
-    lines = [(*law.knots[0], law.slopes[0]), *kinks]  # sigma, phi, slope
+    lines = [(*nonlinearity.knots[0], nonlinearity.slopes[0]), *kinks]  # sigma, phi, slope
     e = Fraction(2 ** int(max(map(abs, x0))).bit_length())  # any number > 0; of about the size of the state
     forces = [[k * v / (1 + d * k) for v in c] + [(w - k * x) / (1 + d * k) / e] for x, w, k in lines]  # phi = f X
     closed = [[*gained([[*row, ZERO] for row in A], b, f), [ZERO] * (n + 1)] for f in forces]

@@ -1,4 +1,4 @@
-"""Blocks and classes of laws as they stand in a certificate: exact numbers as text ``p`` or ``p/q``."""
+"""Blocks and classes of nonlinearities as they stand in a certificate: exact numbers as text ``p`` or ``p/q``."""
 
 from __future__ import annotations
 
@@ -16,28 +16,33 @@ from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
-# Laws whose membership in a class the checker can decide: piecewise linear ones and the hyperbolic tangent.
+# Nonlinearities whose membership in a class the checker can decide: piecewise linear ones and the hyperbolic tangent.
 
 
-def law_of(law: object) -> dict[str, Any] | None:
-    """``LAW`` of a certificate, all numbers exact; None for a law that can only be declared to be in its class.
+def nonlinearity_entry(nonlinearity: object) -> dict[str, Any] | None:
+    """``LAW`` of a certificate, all numbers exact; None for one that can only be declared to be in its class.
 
     Parameters
     ----------
-    law : object
+    nonlinearity : object
         A law of the library, or None.
 
     Examples
     --------
     >>> from lure import Tanh
-    >>> law_of(Tanh(scale=2, gain=3))
+    >>> nonlinearity_entry(Tanh(scale=2, gain=3))
     {'kind': 'tanh', 'height': '3', 'rate': '1/2'}
     """
-    if isinstance(law, Tanh):
-        return {"kind": "tanh", "height": str(law.gain), "rate": str(1 / law.scale)}
-    if isinstance(law, NormalCompliance) and law.exact_exponent == 1:
-        return {"kind": "piecewise-linear", "points": [["0", "0"]], "left": "0", "right": str(law.exact_stiffness)}
-    graph = law.graph if isinstance(law, GraphNonlinearity | ExpressionNonlinearity) else None
+    if isinstance(nonlinearity, Tanh):
+        return {"kind": "tanh", "height": str(nonlinearity.gain), "rate": str(1 / nonlinearity.scale)}
+    if isinstance(nonlinearity, NormalCompliance) and nonlinearity.exact_exponent == 1:
+        return {
+            "kind": "piecewise-linear",
+            "points": [["0", "0"]],
+            "left": "0",
+            "right": str(nonlinearity.exact_stiffness),
+        }
+    graph = nonlinearity.graph if isinstance(nonlinearity, GraphNonlinearity | ExpressionNonlinearity) else None
     if graph is None:
         return None
     points = [[str(x), str(y)] for x, y in zip(graph.knots, graph.values, strict=True)]
@@ -97,22 +102,23 @@ def system_of(block: object) -> dict[str, Any]:
     )
 
 
-def laws_of(
-    law_class: NonlinearityClass, *, unbounded: bool, linear: bool = False, rough: bool = False
+def class_entry(
+    nonlinearity_class: NonlinearityClass, *, unbounded: bool, linear: bool = False, rough: bool = False
 ) -> dict[str, Any]:
-    """The class of laws of a certificate.
+    """The class of nonlinearities of a certificate.
 
     Parameters
     ----------
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         The class.
     unbounded : bool
-        What an infinite upper end means: that no gain bounds the laws (``"inf"``), or that each law has some finite
-        bound (``"finite"``).  An infinite slope above a finite sector is no bound at all in either case.
+        What an infinite upper end means: that no gain bounds the nonlinearities (``"inf"``), or that each nonlinearity
+        has some finite bound (``"finite"``).  An infinite slope above a finite sector is no bound at all in either
+        case.
     linear : bool
         Whether only constant gains are meant.
     rough : bool
-        Whether laws are meant that need not be locally Lipschitz, nor continuous.
+        Whether nonlinearities are meant that need not be locally Lipschitz, nor continuous.
 
     Returns
     -------
@@ -122,10 +128,10 @@ def laws_of(
     Examples
     --------
     >>> from lure import NonlinearityClass, Sector
-    >>> laws_of(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=False)["sector"]
+    >>> class_entry(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=False)["sector"]
     ['0', 'finite']
     """
-    sector, slope = law_class.sector, law_class.slope
+    sector, slope = nonlinearity_class.sector, nonlinearity_class.slope
     endless = "inf" if unbounded else "finite"
     bounds = None
     if slope is not None:
@@ -134,19 +140,19 @@ def laws_of(
     return {
         "sector": [text(sector.lower), endless if sector.upper == math.inf else text(sector.upper)],
         "slope": bounds,
-        "odd": law_class.odd,
-        "time_varying": law_class.time_varying,
+        "odd": nonlinearity_class.odd,
+        "time_varying": nonlinearity_class.time_varying,
         "linear": linear,
         **({"regularity": "any"} if rough else {}),
     }
 
 
-def law_class_of(laws: Mapping[str, Any]) -> NonlinearityClass:
-    """The class of laws of a certificate; every finite bound and none at all are the same infinite one.
+def nonlinearity_class_of(nonlinearities: Mapping[str, Any]) -> NonlinearityClass:
+    """The class of nonlinearities of a certificate; every finite bound and none at all are the same infinite one.
 
     Parameters
     ----------
-    laws : Mapping
+    nonlinearities : Mapping
         ``laws`` of a certificate.
     """
 
@@ -157,11 +163,13 @@ def law_class_of(laws: Mapping[str, Any]) -> NonlinearityClass:
             math.inf if high in ("finite", "inf") else Fraction(high)
         )
 
-    sector, slope = Sector(*bounds(laws["sector"])), laws["slope"]
+    sector, slope = Sector(*bounds(nonlinearities["sector"])), nonlinearities["slope"]
     within = None if slope is None else SlopeBounds(*bounds(slope))
-    if within is not None:  # laws with these slopes lie in the sector of the same bounds
+    if within is not None:  # nonlinearities with these slopes lie in the sector of the same bounds
         sector = Sector(max(sector.lower, within.lower), min(sector.upper, within.upper))
-    return NonlinearityClass(sector=sector, slope=within, odd=laws["odd"], time_varying=laws["time_varying"])
+    return NonlinearityClass(
+        sector=sector, slope=within, odd=nonlinearities["odd"], time_varying=nonlinearities["time_varying"]
+    )
 
 
 def text(value: Fraction | float) -> str:

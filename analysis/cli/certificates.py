@@ -346,7 +346,7 @@ def _has_class(loop: object) -> bool:
     from lure.rod.systems import RodSystem
 
     if isinstance(loop, LoopSystem):
-        return loop.law_class is not None or loop.nonlinearity is not None
+        return loop.nonlinearity_class is not None or loop.nonlinearity is not None
     return isinstance(loop, RodSystem)
 
 

@@ -105,7 +105,7 @@ def _stream(*, terminal: bool) -> str:
     return "a terminal" if terminal else "not a terminal"
 
 
-# What ``lure init`` writes: a system as TOML, a notebook about a loop, or a test of a law.
+# What ``lure init`` writes: a system as TOML, a notebook about a loop, or a test of a nonlinearity.
 
 
 def starting(path: Path | None, *, loop: bool, notebook: Path | None, test: Path | None) -> tuple[Path, str, str]:
@@ -153,10 +153,10 @@ def _notebook(path: Path) -> tuple[Path, str, str]:
 
 
 def _test(path: Path) -> tuple[Path, str, str]:
-    from lure.analysis.starters import law_test
+    from lure.analysis.starters import nonlinearity_test
 
     _demand(path, "--test", "test_law.py", ".py")
-    return path, law_test(), f"edit the nonlinearity and its bounds, then run: {_command('pytest', path)}"
+    return path, nonlinearity_test(), f"edit the nonlinearity and its bounds, then run: {_command('pytest', path)}"
 
 
 def _demand(path: Path, option: str, example: str, *endings: str) -> None:
@@ -274,7 +274,7 @@ def systems(
     print(f"{chosen.name}: {chosen.title}\nSource: {chosen.source}")
     if not isinstance(chosen, RodSystem):
         print(f"H = {chosen.block}")
-        about = chosen.nonlinearity or chosen.law_class
+        about = chosen.nonlinearity or chosen.nonlinearity_class
         print(f"{'Nonlinearity' if chosen.nonlinearity else 'Class'}: {about or 'none, every class is looked at'}")
     print(f"Report: lure report {chosen.name}")
     print(f"As a file to edit: lure systems {chosen.name} --toml > {'rod' if rod else 'plant'}.toml")

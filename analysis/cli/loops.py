@@ -98,19 +98,19 @@ def _claim(found: StabilityBound) -> str:
 
 
 def refutation(witness: Witness) -> str:
-    """What a destabilising law is and does, linear ones in short.
+    """What a destabilising nonlinearity is and does, linear ones in short.
 
     Parameters
     ----------
     witness : Witness
-        The law.
+        The nonlinearity.
     """
-    law, colon, rest = witness.description.partition(": ")
+    nonlinearity, colon, rest = witness.description.partition(": ")
     gain = witness.data.get("gain")
     if witness.kind == "linear gain" and isinstance(gain, str) and colon:
         factor = {"1": "", "-1": "-"}.get(gain, f"{gain} ")
-        law = "without feedback (phi = 0)" if Fraction(gain) == 0 else f"with phi = {factor}sigma"
-        return f"{law} {rest} ({witness.evidence})"
+        nonlinearity = "without feedback (phi = 0)" if Fraction(gain) == 0 else f"with phi = {factor}sigma"
+        return f"{nonlinearity} {rest} ({witness.evidence})"
     return f"{witness.description} ({witness.evidence})"
 
 

@@ -149,7 +149,7 @@ def sector(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Bound a law, or measured data; 11 if a bound that was to hold does not, 10 if that is open."""
+    """Bound a nonlinearity, or measured data; 11 if a bound that was to hold does not, 10 if that is open."""
     if (file is None) == (expr is None):
         raise refused(
             "give a nonlinearity with --expr, or a file of measured data, and not both; see lure sector --help"
@@ -163,7 +163,7 @@ def sector(
                 "--displacement, --force, --units, --area, --origin, --confidence and --fit go with a file of measured "
                 "data"
             )
-        status, drawing = _of_law(expr, on, claim, slope=slope, seconds=seconds, as_json=as_json)
+        status, drawing = _of_nonlinearity(expr, on, claim, slope=slope, seconds=seconds, as_json=as_json)
     else:
         assert file is not None, "one of the two is given"
         if on is not None:
@@ -185,28 +185,36 @@ def sector(
     return status
 
 
-def _of_law(
-    law: str, on: Pair | None, claim: Sector | SlopeBounds | None, *, slope: bool, seconds: float | None, as_json: bool
+def _of_nonlinearity(
+    nonlinearity: str,
+    on: Pair | None,
+    claim: Sector | SlopeBounds | None,
+    *,
+    slope: bool,
+    seconds: float | None,
+    as_json: bool,
 ) -> tuple[int, Drawing]:
-    """Bound a law and print it: the exit status, and what to draw."""
+    """Bound a nonlinearity and print it: the exit status, and what to draw."""
     from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 
     interval = None if on is None else tuple(_finite(text, "--on") for text in on)
-    found = nonlinearity_bounds(law, on=interval, seconds=seconds)
+    found = nonlinearity_bounds(nonlinearity, on=interval, seconds=seconds)
     verdict = None if claim is None else found.within(claim)
-    shown = None if claim is None else violation(law, claim, on=interval, found=found)
+    shown = None if claim is None else violation(nonlinearity, claim, on=interval, found=found)
     quantity: Quantity = "slope" if slope else "sector"
     if as_json:
         print_json(_document(found, quantity, claim, verdict, shown))
     else:
         print_wrapped(_lines(found, quantity, claim, verdict, shown))
-    return _status(found, quantity, verdict, shown), partial(_law_drawn, law, found, slope=slope)
+    return _status(found, quantity, verdict, shown), partial(_nonlinearity_drawn, nonlinearity, found, slope=slope)
 
 
-def _law_drawn(law: str, found: NonlinearityBounds, *, slope: bool) -> tuple[Draw, tuple[float, float]]:
-    from lure.analysis.plots.sectors import plot_law_sector, plot_law_slope
+def _nonlinearity_drawn(
+    nonlinearity: str, found: NonlinearityBounds, *, slope: bool
+) -> tuple[Draw, tuple[float, float]]:
+    from lure.analysis.plots.sectors import plot_nonlinearity_sector, plot_nonlinearity_slope
 
-    return partial(plot_law_slope if slope else plot_law_sector, law, found), (5.4, 3.9)
+    return partial(plot_nonlinearity_slope if slope else plot_nonlinearity_sector, nonlinearity, found), (5.4, 3.9)
 
 
 def _status(found: NonlinearityBounds, quantity: Quantity, verdict: Verdict | None, shown: Violation | None) -> int:

@@ -394,10 +394,11 @@ roots for polynomials and rational functions, else in ball arithmetic with
 zero and infinity included.
 
 \b
-Of measured data: bounds on the chords and slopes of the mean law that hold
-with the confidence, under the assumptions printed; outliers are named, and
-loading and unloading compared.  This is observed and proves nothing.  Units
-stand in the headings, displacement [um], force (mN), or in --units mm,lbf.
+Of measured data: bounds on the chords and slopes of the mean nonlinearity
+that hold with the confidence, under the assumptions printed; outliers are
+named, and loading and unloading compared.  This is observed and proves
+nothing.  Units stand in the headings, displacement [um], force (mN), or in
+--units mm,lbf.
 
 \b
 With --within, a point (or two, for slopes) is printed where the nonlinearity

@@ -1,10 +1,10 @@
-"""A loop tried by simulation: many solutions of a law or of a class, judged, and held against what is proved.
+"""A loop tried by simulation: many solutions of a nonlinearity or of a class, judged, and held against what is proved.
 
 The protocol.  Solutions start along the modes of the loop, where harmonic balance points and at random, at sizes chosen
-by the scales of the law, and on orbits that a search has found.  All are followed together, over stretches that double
-in length, until each is decided or the evaluations granted are used up; what is then open stays open.  What disagrees
-with a proof is computed again, more accurately or in exact arithmetic, and an oscillation must close under Newton's
-method before it is called a contradiction: a slow decay never does.
+by the scales of the nonlinearity, and on orbits that a search has found.  All are followed together, over stretches
+that double in length, until each is decided or the evaluations granted are used up; what is then open stays open.  What
+disagrees with a proof is computed again, more accurately or in exact arithmetic, and an oscillation must close under
+Newton's method before it is called a contradiction: a slow decay never does.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from fractions import Fraction
 from typing import Literal
 
 from lure.analysis.counterexamples.recheck import Run, closes, confirmed, judge, lasts, periodic, steadiness
-from lure.analysis.counterexamples.simulated import Law, graph_of
+from lure.analysis.counterexamples.simulated import Characteristic, graph_of
 from lure.analysis.counterexamples.trajectories import BatchLoop, Finding, OutOfBudget, Trajectory
 from lure.arrays import Reals, linalg, np
 from lure.plants.rational import RationalPlant
 
-# First states for simulations: along modes of the loop, where harmonic balance points, at scales of the law.
+# First states for simulations: along modes of the loop, where harmonic balance points, at scales of the nonlinearity.
 
 DECADES = (-9.0, 9.0)
 _RANDOM = 4
@@ -40,7 +40,8 @@ class Starts:
     texts : tuple of str
         Each of them in words.
     large : tuple of bool
-        Whether ``|sigma|`` is far beyond the scales of the law, which then switches quickly and takes small steps.
+        Whether ``|sigma|`` is far beyond the scales of the nonlinearity, which then switches quickly and takes small
+        steps.
     """
 
     states: Reals
@@ -51,21 +52,21 @@ class Starts:
 _SPREAD = 10.0
 
 
-def scales(law: Law) -> tuple[float, ...]:
+def scales(nonlinearity: Characteristic) -> tuple[float, ...]:
     """Values of ``|sigma|`` at which the gain ``phi(sigma)/sigma`` changes, ascending, at most three; 1 if nowhere.
 
     Parameters
     ----------
-    law : Graph, law of the library or callable
+    nonlinearity : Graph, law of the library or callable
         ``phi``; the kinks of a piecewise-linear one are exact, any other is sampled from 1e-9 to 1e9.
     """
-    graph = graph_of(law)
+    graph = graph_of(nonlinearity)
     if graph is not None:
         found = sorted({abs(float(x)) for x in graph.kinks if x})
     else:
         sizes = 10.0 ** np.linspace(*DECADES, 181)
         with np.errstate(all="ignore"):
-            gains = np.array([np.asarray(law(s * sizes), dtype=float) / (s * sizes) for s in (1.0, -1.0)])
+            gains = np.array([np.asarray(nonlinearity(s * sizes), dtype=float) / (s * sizes) for s in (1.0, -1.0)])
             gains = np.arcsinh(np.nan_to_num(gains) / max(float(np.nan_to_num(np.abs(gains[:, 0])).min()), 1e-12))
         steps = np.abs(np.diff(gains, axis=1)).max(axis=0)
         total = np.cumsum(steps)
@@ -81,14 +82,14 @@ def starts(loop: BatchLoop, knees: tuple[float, ...], gain: float, *, seed: int 
     """States along the modes of the loop with a medium gain, where harmonic balance points, and at random.
 
     Each is scaled so that the linear loop with the gain ``gain`` would reach ``|sigma|`` of a chosen size: small and
-    large against the scales of the law, and near them.
+    large against the scales of the nonlinearity, and near them.
 
     Parameters
     ----------
     loop : BatchLoop
         The loop.
     knees : tuple of float
-        The scales of the law.
+        The scales of the nonlinearity.
     gain : float
         A gain of the class.
     seed : int
@@ -113,15 +114,16 @@ def starts(loop: BatchLoop, knees: tuple[float, ...], gain: float, *, seed: int 
 def balanced_starts(loop: BatchLoop, low: float, high: float) -> Starts:
     """States on the oscillations that harmonic balance suggests, or comes closest to; empty where no mode oscillates.
 
-    For ``sigma = A sin(theta)`` the law acts as the gain ``N(A)``; where the least damped oscillating mode of the loop
-    with that gain stops to decay, or decays least, its eigenvector of amplitude ``A`` is taken.  A hint and no more.
+    For ``sigma = A sin(theta)`` the nonlinearity acts as the gain ``N(A)``; where the least damped oscillating mode of
+    the loop with that gain stops to decay, or decays least, its eigenvector of amplitude ``A`` is taken.  A hint and no
+    more.
 
     Parameters
     ----------
     loop : BatchLoop
         The loop.
     low, high : float
-        Least and largest scale of the law.
+        Least and largest scale of the nonlinearity.
     """
     amplitudes = np.geomspace(0.3 * low, 300 * high, _AMPLITUDES)
     sines = np.sin((np.arange(_PHASES) + 0.5) * 2 * math.pi / _PHASES)
@@ -151,7 +153,7 @@ def balanced_starts(loop: BatchLoop, low: float, high: float) -> Starts:
 
 
 def _sizes(knees: tuple[float, ...]) -> tuple[float, ...]:
-    """Sizes of ``|sigma|``: below the least scale of the law, at each, above the largest."""
+    """Sizes of ``|sigma|``: below the least scale of the nonlinearity, at each, above the largest."""
     low, high = knees[0], knees[-1]
     return (0.03 * low, 1e3 * high, *(3.0 * knee for knee in knees), 30.0 * high, 0.9 * low)
 
@@ -178,7 +180,7 @@ def _peaks(loop: BatchLoop, gain: float) -> Reals:
 
 Conclusion = Literal["0 attracts", "converges to equilibria", "bounded", ""]
 BUDGET = 60000
-"""Evaluations of the law, each for all solutions at once."""
+"""Evaluations of the nonlinearity, each for all solutions at once."""
 SAMPLES = 400
 MOST_SAMPLES = 3200
 STEPS = 64
@@ -221,7 +223,7 @@ class Trial:
 
 def tried(
     block: RationalPlant,
-    law: Law,
+    nonlinearity: Characteristic,
     *,
     conclusion: Conclusion = "",
     orbits: Sequence[tuple[Reals, float]] = (),
@@ -233,7 +235,7 @@ def tried(
     ----------
     block : RationalPlant
         The block, of order 1 at least.
-    law : Graph, law of the library or callable
+    nonlinearity : Graph, law of the library or callable
         ``phi``, elementwise.
     conclusion : {"0 attracts", "converges to equilibria", "bounded", ""}
         What is proved of every solution; empty if nothing is.
@@ -241,7 +243,7 @@ def tried(
         (n,) states near periodic solutions, in the companion form of the block, and their periods [s]; not used for a
         block that keeps other matrices.
     budget : int
-        Evaluations of the law, each for all solutions at once.
+        Evaluations of the nonlinearity, each for all solutions at once.
 
     Raises
     ------
@@ -249,9 +251,9 @@ def tried(
         A coefficient leaves the range of doubles.
     """
     known = orbits if block.matrices is None else ()
-    knees = scales(law)
-    gains = _chords(law, knees)
-    loop = BatchLoop(block, law, gain=Fraction(float(np.median(gains))), budget=budget)
+    knees = scales(nonlinearity)
+    gains = _chords(nonlinearity, knees)
+    loop = BatchLoop(block, nonlinearity, gain=Fraction(float(np.median(gains))), budget=budget)
     medium, slow, first = _rates(loop, gains)
     groups = [starts(loop, knees, medium), balanced_starts(loop, knees[0], knees[-1])]
     runs = [Run(start=state / loop.weights, text="on an orbit found by search") for state, _ in known]
@@ -282,12 +284,12 @@ def tried(
     return Trial(trajectories=tuple(shown), contradiction=shown[0] if against is not None else None)
 
 
-def _chords(law: Law, knees: tuple[float, ...]) -> Reals:
-    """Gains ``phi(sigma)/sigma`` of the law from its least to its largest scale, and well beyond."""
+def _chords(nonlinearity: Characteristic, knees: tuple[float, ...]) -> Reals:
+    """Gains ``phi(sigma)/sigma`` of the nonlinearity from its least to its largest scale, and well beyond."""
     sizes = np.geomspace(0.03 * knees[0], 1e3 * knees[-1], 25)
     sizes = np.concatenate([sizes, -sizes])
     with np.errstate(all="ignore"):
-        gains = np.asarray(law(sizes), dtype=float) / sizes
+        gains = np.asarray(nonlinearity(sizes), dtype=float) / sizes
     gains = gains[np.isfinite(gains)]
     return gains if gains.size else np.zeros(1)
 
@@ -374,7 +376,7 @@ def _trajectory(loop: BatchLoop, run: Run) -> Trajectory:
         t=t * loop.seconds,
         sigma=sigma,
         mu=mu,
-        law=str(loop.law),
+        nonlinearity=str(loop.nonlinearity),
         start=run.text,
         finding=run.finding,
         until=run.until * loop.seconds,

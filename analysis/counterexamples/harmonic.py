@@ -14,7 +14,7 @@ from lure.analysis.deadline import checkpoint
 from lure.arrays import Complexes, NDArray, Reals, np
 from lure.errors import InputError
 
-# Periodic orbits followed in doubles while the law changes.
+# Periodic orbits followed in doubles while the nonlinearity changes.
 
 _CORRECTOR_STEPS = 15
 
@@ -169,7 +169,7 @@ def _extrapolated(previous: Followed, last: Followed, target: float) -> Orbit:
     return replace(last.orbit, state=state, durations=durations)
 
 
-# Periodic orbits of relay loops, the limit of steep saturations: where the search for orbits of laws starts.
+# Periodic orbits of relay loops, the limit of steep saturations: where the search for orbits of nonlinearities starts.
 
 
 NEWTON_STEPS = 30

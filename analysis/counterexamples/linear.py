@@ -97,7 +97,7 @@ class Exponential:
         return np.asarray(np.eye(len(self.matrix)) + change.real)
 
 
-# Linear gains that destabilise: members of every class of laws.
+# Linear gains that destabilise: members of every class of nonlinearities.
 
 _ABOVE = Fraction(1, 10**12)  # relative distance of a rational gain from an irrational limit
 
@@ -107,7 +107,7 @@ def linear_witness(
 ) -> Witness | None:
     r"""The smallest gain of ``[lower, bound]`` for which the loop ``mu = -k sigma`` is not asymptotically stable.
 
-    A linear law is odd, time-invariant and of slope in every ``[lower, k']``, ``k' >= k``: it refutes every class.
+    A linear gain is odd, time-invariant and of slope in every ``[lower, k']``, ``k' >= k``: it refutes every class.
     In the critical case at ``lower`` (one simple pole at 0 or ``z = 1``, the others stable) the class meant is that of
     ``(lower, k]``.  A multiple pole at 0 or any other pole on the axis is no such case: there ``phi = lower sigma``, a
     member of every class, has solutions that grow or swing for ever.
@@ -169,8 +169,8 @@ def _at(block: RationalPlant, lower: Fraction, end: GainEnd) -> Witness:
 def _gain(block: RationalPlant, lower: Fraction, gain: Fraction) -> Witness:
     solvable = 1 + gain * block.feedthrough != 0
     text = "the loop is not asymptotically stable" if solvable else "the loop has no solution, 1 + k H(inf) = 0"
-    law = f"phi = {short(gain)} sigma" if gain else "phi = 0"
-    return _witness(double_above(gain), f"{law}: {text}", {"lower": str(lower), "gain": str(gain)})
+    nonlinearity = f"phi = {short(gain)} sigma" if gain else "phi = 0"
+    return _witness(double_above(gain), f"{nonlinearity}: {text}", {"lower": str(lower), "gain": str(gain)})
 
 
 def _witness(k: float, text: str, data: Mapping[str, object]) -> Witness:

@@ -10,7 +10,8 @@ from typing import Literal, TypeAlias
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np
 
-# In which order the values of a periodic orbit can lie: the finite choice behind every monotone law through it.
+# In which order the values of a periodic orbit can lie: the finite choice behind every monotone nonlinearity through
+# it.
 
 Family = Literal["monotone", "odd", "sector"]
 

@@ -17,7 +17,7 @@ from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
 
-# Laws through finitely many points, exact: which slopes and which sector they have.
+# Nonlinearities through finitely many points, exact: which slopes and which sector they have.
 
 Point = tuple[Fraction, Fraction]
 
@@ -39,12 +39,12 @@ class PiecewiseLinear:
 
     @classmethod
     def through(cls, points: Iterable[Sequence[Fraction]], tail: Fraction, *, odd: bool = False) -> PiecewiseLinear:
-        """The law through the points and ``(0, 0)``, for ``odd`` also through the mirrored points.
+        """The nonlinearity through the points and ``(0, 0)``, for ``odd`` also through the mirrored points.
 
         Raises
         ------
         InputError
-            Two points have the same ``sigma`` but not the same ``phi``: no law passes through both.
+            Two points have the same ``sigma`` but not the same ``phi``: no nonlinearity passes through both.
         """
         given = {(Fraction(s), Fraction(w)) for s, w in points} | {(Fraction(0), Fraction(0))}
         if odd:
@@ -52,12 +52,14 @@ class PiecewiseLinear:
         ordered = tuple(sorted(given))
         for (s, w), (t, v) in itertools.pairwise(ordered):
             if s == t:
-                raise InputError(f"no law passes through both ({s}, {w}) and ({t}, {v}); give one value for each sigma")
+                raise InputError(
+                    f"no nonlinearity passes through both ({s}, {w}) and ({t}, {v}); give one value for each sigma"
+                )
         return cls(ordered, Fraction(tail))
 
     @property
     def slopes(self) -> tuple[Fraction, Fraction]:
-        """Least and largest difference quotient of the law."""
+        """Least and largest difference quotient of the nonlinearity."""
         steps = [(v - w) / (t - s) for (s, w), (t, v) in itertools.pairwise(self.points)]
         return min([self.tail, *steps]), max([self.tail, *steps])
 
@@ -149,7 +151,7 @@ def steady_state(block: RationalPlant, u: Sequence[Fraction]) -> list[Fraction]:
 
 def orbit_witness(
     block: RationalPlant,
-    law: PiecewiseLinear,
+    nonlinearity: PiecewiseLinear,
     u: Sequence[Fraction],
     sigma: Sequence[Fraction],
     *,
@@ -161,8 +163,8 @@ def orbit_witness(
     ----------
     block : RationalPlant
         In discrete time.
-    law : PiecewiseLinear
-        The law; its ``tail`` is the lower bound of the class.
+    nonlinearity : PiecewiseLinear
+        The nonlinearity; its ``tail`` is the lower bound of the class.
     u, sigma : sequence of Fraction
         One period of ``mu``, not zero, and of ``sigma``.
     slope_restricted : bool
@@ -171,42 +173,43 @@ def orbit_witness(
     Raises
     ------
     InputError
-        It is no orbit, or the law does not have the lower bound.
+        It is no orbit, or the nonlinearity does not have the lower bound.
     """
-    low, k = law.slopes if slope_restricted else law.sector
+    low, k = nonlinearity.slopes if slope_restricted else nonlinearity.sector
     record: dict[str, object] = {
         "k": str(k),
-        "lower": str(law.tail),
+        "lower": str(nonlinearity.tail),
         "period": len(u),
-        "odd": law.odd,
+        "odd": nonlinearity.odd,
         "slope_restricted": slope_restricted,
-        "points": [[str(s), str(w)] for s, w in law.points],
+        "points": [[str(s), str(w)] for s, w in nonlinearity.points],
         "u": [str(value) for value in u],
         "sigma": [str(value) for value in sigma],
     }
     for t, (s, value) in enumerate(zip(sigma, u, strict=True)):
-        if law(s) != -value:
+        if nonlinearity(s) != -value:
             raise InputError(
-                f"no orbit: sample {t} has sigma = {s} and mu = {value}, but -phi(sigma) = {-law(s)}; "
+                f"no orbit: sample {t} has sigma = {s} and mu = {value}, but -phi(sigma) = {-nonlinearity(s)}; "
                 "give exact numbers (Fraction or text p/q)"
             )
-    if low < law.tail or not verify_periodic_discrete(block, record):
+    if low < nonlinearity.tail or not verify_periodic_discrete(block, record):
         raise InputError(
-            f"no destabilising orbit in the class [{law.tail}, {k}]: its law has the least "
+            f"no destabilising orbit in the class [{nonlinearity.tail}, {k}]: its nonlinearity has the least "
             f"{'slope' if slope_restricted else 'sector bound'} {low}, or the orbit is zero or not well posed",
             code=Reason.ILL_POSED,
         )
     kind = "slope" if slope_restricted else "sector"
     description = (
-        f"{'odd ' if law.odd else ''}piecewise linear phi of {kind} [{short(law.tail)}, {short(k)}] through "
-        f"{len(law.points)} points: an orbit of period {len(u)} samples, exact"
+        f"{'odd ' if nonlinearity.odd else ''}piecewise linear phi of {kind} [{short(nonlinearity.tail)}, {short(k)}] "
+        f"through "
+        f"{len(nonlinearity.points)} points: an orbit of period {len(u)} samples, exact"
     )
     return Witness(
         kind="periodic orbit",
         k=double_above(k),
         evidence=Evidence.CERTIFIED,
         slope_restricted=slope_restricted,
-        odd=law.odd,
+        odd=nonlinearity.odd,
         description=description,
         data=record,
     )
@@ -217,10 +220,10 @@ def verify_periodic_discrete(block: RationalPlant, data: Mapping[str, object]) -
 
     Checks that the signals have the stated period and are not zero; that they satisfy the difference equation
     ``sum d_j sigma[t-j] = sum n_j u[t-j]`` at each sample, step by step; that each ``(sigma, -u)`` is a point of the
-    list, which holds ``(0, 0)``, one value for each ``sigma`` and, for ``odd``, all mirrored points; that the law
-    linear between the points and of slope ``lower`` outside has its slopes (or only its chords from zero, if the
-    record is not ``slope_restricted``) in ``[lower, k]``; and that ``1 + g D > 0`` for every gain ``g`` of the class,
-    or ``< 0`` for every one.
+    list, which holds ``(0, 0)``, one value for each ``sigma`` and, for ``odd``, all mirrored points; that the
+    nonlinearity linear between the points and of slope ``lower`` outside has its slopes (or only its chords from zero,
+    if the record is not ``slope_restricted``) in ``[lower, k]``; and that ``1 + g D > 0`` for every gain ``g`` of the
+    class, or ``< 0`` for every one.
 
     Parameters
     ----------
@@ -245,14 +248,14 @@ def verify_periodic_discrete(block: RationalPlant, data: Mapping[str, object]) -
         return False
     if (1 + lower * block.feedthrough) * (1 + k * block.feedthrough) <= 0:
         return False
-    on_law = set(points)
-    if len({s for s, _ in on_law}) < len(on_law) or (Fraction(0), Fraction(0)) not in on_law:
+    on_nonlinearity = set(points)
+    if len({s for s, _ in on_nonlinearity}) < len(on_nonlinearity) or (Fraction(0), Fraction(0)) not in on_nonlinearity:
         return False
-    if odd is not False and any((-s, -w) not in on_law for s, w in on_law):
+    if odd is not False and any((-s, -w) not in on_nonlinearity for s, w in on_nonlinearity):
         return False
-    if any((s, -value) not in on_law for s, value in zip(sigma, u, strict=True)):
+    if any((s, -value) not in on_nonlinearity for s, value in zip(sigma, u, strict=True)):
         return False
-    return _satisfies(block, u, sigma) and _in_class(sorted(on_law), (lower, k), sloped=sloped is not False)
+    return _satisfies(block, u, sigma) and _in_class(sorted(on_nonlinearity), (lower, k), sloped=sloped is not False)
 
 
 def _satisfies(block: RationalPlant, u: Sequence[Fraction], sigma: Sequence[Fraction]) -> bool:
@@ -282,10 +285,10 @@ def accept_orbit(
     *,
     lower: Fraction = Fraction(0),
 ) -> Witness:
-    r"""A given law and orbit as a witness, if they are one.
+    r"""A given nonlinearity and orbit as a witness, if they are one.
 
-    The law is linear between the points and of slope ``lower`` outside them; ``mu = u`` repeats, ``sigma = H mu`` is
-    its periodic response.  Certified: every comparison is exact.
+    The nonlinearity is linear between the points and of slope ``lower`` outside them; ``mu = u`` repeats, ``sigma = H
+    mu`` is its periodic response.  Certified: every comparison is exact.
 
     Parameters
     ----------
@@ -301,7 +304,7 @@ def accept_orbit(
     Raises
     ------
     InputError
-        The block is in continuous time, a number is not exact text or rational, or law and orbit do not fit.
+        The block is in continuous time, a number is not exact text or rational, or nonlinearity and orbit do not fit.
     AssumptionError
         The block has a pole at a root of unity of the period's order.
 

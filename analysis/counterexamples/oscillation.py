@@ -1,4 +1,4 @@
-"""Laws of restricted slope with a self-oscillation though every linear gain is stable, in continuous time."""
+"""Nonlinearities of restricted slope with a self-oscillation though every linear gain is stable, in continuous time."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SHARES = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
 
 @dataclass(frozen=True, slots=True)
 class Oscillation:
-    """A law with kinks at ``y = -1`` and ``y = 1`` and an orbit of its loop.
+    """A nonlinearity with kinks at ``y = -1`` and ``y = 1`` and an orbit of its loop.
 
     Attributes
     ----------
@@ -222,7 +222,8 @@ def oscillation_witness(
     block : RationalPlant
         In continuous time.
     odd : bool
-        Whether only odd laws are wanted.  The laws tried are odd either way: they belong to both classes.
+        Whether only odd nonlinearities are wanted.  The nonlinearities tried are odd either way: they belong to both
+        classes.
     lower : Fraction
         Least slope.
     k : Fraction or None
@@ -284,10 +285,10 @@ def absorbed(slope: float, d: float) -> float:
     return slope / (1 + d * slope) if 1 + d * slope > 0 else math.inf
 
 
-def restored(law: Graph, d: Fraction) -> Graph:
-    """``phi(sigma)`` for the law ``psi(y)`` with ``y = sigma + d phi``, ``phi = psi``."""
-    points = [(y - d * law.exact(y), law.exact(y)) for y in law.kinks]
-    left, right = (s / (1 - d * s) for s in (law.slopes[0], law.slopes[-1]))
+def restored(nonlinearity: Graph, d: Fraction) -> Graph:
+    """``phi(sigma)`` for the nonlinearity ``psi(y)`` with ``y = sigma + d phi``, ``phi = psi``."""
+    points = [(y - d * nonlinearity.exact(y), nonlinearity.exact(y)) for y in nonlinearity.kinks]
+    left, right = (s / (1 - d * s) for s in (nonlinearity.slopes[0], nonlinearity.slopes[-1]))
     return Graph.through(points, left, right)
 
 
@@ -296,9 +297,9 @@ def _witness(system: Realisation, found: Oscillation) -> Witness | None:
     weaker = None
     for excess in (1e-5, 1e-4, 4e-4, 2e-3, 1e-2):
         parameter = Fraction(float(f"{found.parameter * (1 + excess):.12g}"))
-        law = restored(saturation(*found.slopes(parameter)), system.d)
+        nonlinearity = restored(saturation(*found.slopes(parameter)), system.d)
         try:
-            loop = PiecewiseLoop.of(system, law)
+            loop = PiecewiseLoop.of(system, nonlinearity)
         except InputError:
             return weaker
         near = settled(loop, found.orbit)
@@ -323,12 +324,12 @@ def orbit_witness(loop: PiecewiseLoop, orbit: Itinerary, evidence: Evidence) -> 
     evidence : Evidence
         CERTIFIED if ``validated.proved`` holds.
     """
-    law = loop.law
+    nonlinearity = loop.nonlinearity
     with working_precision(128):
-        top = ball(max(law.slopes))
+        top = ball(max(nonlinearity.slopes))
         k = outward(top, top).high
-    points = ", ".join(f"({float(x):.6g}, {float(law.exact(x)):.6g})" for x in law.kinks)
-    left, right = float(law.slopes[0]), float(law.slopes[-1])
+    points = ", ".join(f"({float(x):.6g}, {float(nonlinearity.exact(x)):.6g})" for x in nonlinearity.kinks)
+    left, right = float(nonlinearity.slopes[0]), float(nonlinearity.slopes[-1])
     state = [float(v) for v in orbit.state]
     visited = followed_oscillation(loop, np.array(state), np.linspace(0.0, orbit.period, 401)).sigma
     return Witness(
@@ -336,14 +337,14 @@ def orbit_witness(loop: PiecewiseLoop, orbit: Itinerary, evidence: Evidence) -> 
         k=k,
         evidence=evidence,
         slope_restricted=True,
-        odd=law.odd,
+        odd=nonlinearity.odd,
         description=f"phi piecewise linear through {points}, slope {left:.6g} to the left, {right:.6g} to the right: "
         f"a periodic motion with period {orbit.period:.7g} s",
         data=MappingProxyType(
             {
-                "points": [[str(x), str(law.exact(x))] for x in law.kinks],
-                "left_slope": str(law.slopes[0]),
-                "right_slope": str(law.slopes[-1]),
+                "points": [[str(x), str(nonlinearity.exact(x))] for x in nonlinearity.kinks],
+                "left_slope": str(nonlinearity.slopes[0]),
+                "right_slope": str(nonlinearity.slopes[-1]),
                 "period": orbit.period,
                 "pieces": list(orbit.pieces),
                 "durations": [float(t) for t in orbit.durations],

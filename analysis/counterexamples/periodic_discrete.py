@@ -99,9 +99,11 @@ def _witness(
         w, sigma = ([*side, *(-value for value in side)] for side in (w, sigma))
     full = [value + lower * s for value, s in zip(w, sigma, strict=True)]
     try:
-        law = PiecewiseLinear.through(zip(sigma, full, strict=True), lower, odd=odd or proposal.family == "odd")
+        nonlinearity = PiecewiseLinear.through(
+            zip(sigma, full, strict=True), lower, odd=odd or proposal.family == "odd"
+        )
         u = [-value for value in full]
-        return orbit_witness(block, law, u, sigma, slope_restricted=proposal.family != "sector")
+        return orbit_witness(block, nonlinearity, u, sigma, slope_restricted=proposal.family != "sector")
     except InputError:
         return None
 
@@ -183,9 +185,10 @@ class _Room:
     def excluded(self, reach: float) -> bool:
         """Whether some multiplier shows that no such orbit has ``1/k >= reach`` (in floating point: to save time).
 
-        Values ordered alike satisfy ``sum_t w[t] tau[t + j] <= sum_t w[t] tau[t]`` for every ``j``, for odd laws with
-        either sign on the left.  With ``tau = -(G + 1/k) w`` none exist if ``Re[(1 - sum h_j z^-j) (H + 1/k)] > 0`` at
-        all harmonics ``z`` for some ``sum |h_j| <= 1``, ``h >= 0`` unless odd; laws in a sector leave only ``h = 0``.
+        Values ordered alike satisfy ``sum_t w[t] tau[t + j] <= sum_t w[t] tau[t]`` for every ``j``, for odd
+        nonlinearities with either sign on the left.  With ``tau = -(G + 1/k) w`` none exist if ``Re[(1 - sum h_j z^-j)
+        (H + 1/k)] > 0`` at all harmonics ``z`` for some ``sum |h_j| <= 1``, ``h >= 0`` unless odd; nonlinearities in a
+        sector leave only ``h = 0``.
         """
         shifted = self.harmonics + reach
         if self.family == "sector" or self.q == 1:
@@ -206,20 +209,20 @@ class _Room:
 def periodic_witness_discrete(
     block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(0), periods: Iterable[int] = PERIODS
 ) -> Witness | None:
-    r"""A monotone law with slope in ``[lower, k]`` and a periodic orbit, for the smallest ``k`` found.
+    r"""A monotone nonlinearity with slope in ``[lower, k]`` and a periodic orbit, for the smallest ``k`` found.
 
-    An orbit ``sigma = G_p u`` of period ``p`` belongs to such a law exactly if ``w = -u`` and ``sigma - w/k`` are
-    ordered alike, zero included (``lower = 0``; else the loop is shifted).  For one order ``w = V d``, ``d >= 0`` are
-    the steps between neighbours, and the condition reads ``A d >= d/k`` with ``A = -V^-1 G_p V``: the largest ``1/k``
-    is found from the values of matrix games.  All orders are tried for periods up to 8 (of odd laws 7, or 14 if
-    mirrored), the orders of sinusoids and what an ascent from them reaches for the others.
+    An orbit ``sigma = G_p u`` of period ``p`` belongs to such a nonlinearity exactly if ``w = -u`` and ``sigma - w/k``
+    are ordered alike, zero included (``lower = 0``; else the loop is shifted).  For one order ``w = V d``, ``d >= 0``
+    are the steps between neighbours, and the condition reads ``A d >= d/k`` with ``A = -V^-1 G_p V``: the largest
+    ``1/k`` is found from the values of matrix games.  All orders are tried for periods up to 8 (of odd nonlinearities
+    7, or 14 if mirrored), the orders of sinusoids and what an ascent from them reaches for the others.
 
     Parameters
     ----------
     block : RationalPlant
         In discrete time.
     odd : bool
-        Whether the law has to be odd.  If not, odd laws are looked for as well.
+        Whether the nonlinearity has to be odd.  If not, odd nonlinearities are looked for as well.
     lower : Fraction
         Lower bound of the slope.
     periods : iterable of int
@@ -250,17 +253,17 @@ def periodic_witness_discrete(
 def sector_witness_discrete(
     block: RationalPlant, *, odd: bool = False, lower: Fraction = Fraction(0), periods: Iterable[int] = SECTOR_PERIODS
 ) -> Witness | None:
-    r"""A time-invariant law in the sector ``[lower, k]`` with a periodic orbit, for the smallest ``k`` found.
+    r"""A time-invariant nonlinearity in the sector ``[lower, k]`` with a periodic orbit, for the smallest ``k`` found.
 
     As :func:`periodic_witness_discrete`, but only the signs of ``w`` and of ``sigma - w/k`` have to agree, and equal
-    ``sigma`` have equal ``w``; the slopes of the law are not restricted.
+    ``sigma`` have equal ``w``; the slopes of the nonlinearity are not restricted.
 
     Parameters
     ----------
     block : RationalPlant
         In discrete time.
     odd : bool
-        Whether the law has to be odd.
+        Whether the nonlinearity has to be odd.
     lower : Fraction
         Lower bound of the sector.
     periods : iterable of int
@@ -311,7 +314,7 @@ def proposals(
 ) -> tuple[Proposal, ...]:
     """Orbits for the lower bound zero, of ``k`` below ``width``, smallest ``k`` first; in floating point.
 
-    Those of the family ``sector`` belong to a law that may vary with time.
+    Those of the family ``sector`` belong to a nonlinearity that may vary with time.
 
     Raises
     ------
@@ -332,7 +335,7 @@ def proposals(
 
 
 def _rooms(block: RationalPlant, families: tuple[Family, ...], p: int) -> list[_Room]:
-    """The kinds of orbit of period ``p``: any, and for odd laws those whose second half mirrors the first."""
+    """The kinds of orbit of period ``p``: any, and for odd nonlinearities those whose second half mirrors the first."""
     kinds: list[tuple[int, int, Family]] = []
     for family in families:
         if family != "monotone" and p % 2 == 0:

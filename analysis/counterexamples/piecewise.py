@@ -17,7 +17,7 @@ from lure.arrays import ArrayLike, Reals, linalg, np
 from lure.errors import InputError, Reason
 from lure.nonlinearities.piecewise_linear import Graph
 
-# Loops with a piecewise-linear law: exact affine pieces, and their flow in doubles from switch to switch.
+# Loops with a piecewise-linear nonlinearity: exact affine pieces, and their flow in doubles from switch to switch.
 
 TAYLOR = 16
 BLOCK = 64
@@ -30,7 +30,7 @@ def saturation(inner: Fraction, outer: Fraction) -> Graph:
 
 @dataclass(frozen=True, slots=True)
 class PiecewiseLoop:
-    r"""The loop of a realisation with a piecewise-linear law, in exact numbers.
+    r"""The loop of a realisation with a piecewise-linear nonlinearity, in exact numbers.
 
     With feedthrough ``d`` the piece is told from ``y = c x = sigma + d phi(sigma)``, which ascends with ``sigma`` as
     long as every ``1 + d slope > 0``.  On piece ``j``, ``levels[j-1] < y < levels[j]``, ``x' = A_j x + f_j``.
@@ -39,45 +39,47 @@ class PiecewiseLoop:
     ----------
     system : Realisation
         The linear part.
-    law : Graph
-        The law; ``mu = -phi(sigma)``.
+    nonlinearity : Graph
+        The nonlinearity; ``mu = -phi(sigma)``.
     levels : tuple of Fraction
-        Values of ``y`` at the kinks of the law.
+        Values of ``y`` at the kinks of the nonlinearity.
     generators : tuple of tuples
         For every piece the matrix ``[[A_j, f_j], [0, 0]]``, which acts on ``(x, 1)``.
     """
 
     system: Realisation
-    law: Graph
+    nonlinearity: Graph
     levels: Row
     generators: tuple[tuple[Row, ...], ...]
 
     @classmethod
-    def of(cls, system: Realisation, law: Graph) -> PiecewiseLoop:
+    def of(cls, system: Realisation, nonlinearity: Graph) -> PiecewiseLoop:
         """The loop.
 
         Raises
         ------
         InputError
-            ``1 + d slope`` is not positive on some piece: ``sigma`` does not follow from the state; or the law is a
-            straight line.
+            ``1 + d slope`` is not positive on some piece: ``sigma`` does not follow from the state; or the nonlinearity
+            is a straight line.
         """
         d = system.d
-        if any(1 + d * s <= 0 for s in law.slopes):
+        if any(1 + d * s <= 0 for s in nonlinearity.slopes):
             raise InputError(
                 f"the loop is not well posed: 1 + d slope must be positive, and d is {float(d):g}",
                 code=Reason.ILL_POSED,
             )
-        if law.is_line:
-            raise InputError("the law is a straight line; a linear gain belongs into the block")
-        kinks = law.kinks
-        slopes = [law.slopes[0], *(law.slopes[law.knots.index(kink) + 1] for kink in kinks)]
+        if nonlinearity.is_line:
+            raise InputError("the nonlinearity is a straight line; a linear gain belongs into the block")
+        kinks = nonlinearity.kinks
+        slopes = [nonlinearity.slopes[0], *(nonlinearity.slopes[nonlinearity.knots.index(kink) + 1] for kink in kinks)]
         generators = []
         for slope, kink in zip(slopes, [*kinks[:1], *kinks], strict=False):
-            force = (law.exact(kink) - slope * kink) / (1 + d * slope)
+            force = (nonlinearity.exact(kink) - slope * kink) / (1 + d * slope)
             rows = [(*row, -force * b) for row, b in zip(system.closed(slope), system.b, strict=True)]
             generators.append((*rows, (Fraction(0),) * (system.order + 1)))
-        return cls(system, law, tuple(kink + d * law.exact(kink) for kink in kinks), tuple(generators))
+        return cls(
+            system, nonlinearity, tuple(kink + d * nonlinearity.exact(kink) for kink in kinks), tuple(generators)
+        )
 
     def interval(self, piece: int) -> tuple[Fraction | None, Fraction | None]:
         """Where ``y`` lies on a piece; None for no bound."""
@@ -85,7 +87,7 @@ class PiecewiseLoop:
         return low, self.levels[piece] if piece < len(self.levels) else None
 
     def mirrored(self, piece: int) -> int:
-        """The piece that ``y -> -y`` leads to, for an odd law."""
+        """The piece that ``y -> -y`` leads to, for an odd nonlinearity."""
         return len(self.levels) - piece
 
 
@@ -263,7 +265,8 @@ class Itinerary:
     state : tuple of Fraction
         (n,), where it enters the first of the pieces, approximate.
     half : bool
-        Whether they make half a period, after which the state is the negative of the first (the law is then odd).
+        Whether they make half a period, after which the state is the negative of the first (the nonlinearity is then
+        odd).
     """
 
     pieces: tuple[int, ...]
@@ -318,7 +321,7 @@ def proved(loop: PiecewiseLoop, orbit: Itinerary) -> bool:
     and ``c x_i`` on the level at every switch.  Krawczyk's operator ``z - Y F(z) + (1 - Y F'(Z)) (Z - z)`` maps a box
     ``Z`` into its interior: one zero in ``Z``.  Then ``y = c x(t)`` is shown to stay on the piece between the switches:
     near each end because ``y`` starts on the level and ``y'`` keeps its sign, elsewhere by bounds on subintervals.  All
-    of it in ball arithmetic, for the exact law and block.
+    of it in ball arithmetic, for the exact nonlinearity and block.
 
     Parameters
     ----------
@@ -348,8 +351,8 @@ def proved(loop: PiecewiseLoop, orbit: Itinerary) -> bool:
 
 
 def _consistent(loop: PiecewiseLoop, orbit: Itinerary) -> bool:
-    """Whether the pieces follow one another and close, and a half orbit has an odd law."""
-    if orbit.half and not loop.law.odd:
+    """Whether the pieces follow one another and close, and a half orbit has an odd nonlinearity."""
+    if orbit.half and not loop.nonlinearity.odd:
         return False
     last = loop.mirrored(orbit.pieces[0]) if orbit.half else orbit.pieces[0]
     path = [*orbit.pieces, last]

@@ -181,7 +181,7 @@ def confirmed(block: RationalPlant, loop: BatchLoop, run: Run, slow: float) -> b
     run : Run
         A run with a finding.
     slow : float
-        Slowest decay of a linear gain that the law attains, modes at 0 left out, in the scaled time.
+        Slowest decay of a linear gain that the nonlinearity attains, modes at 0 left out, in the scaled time.
     """
     try:
         if run.finding is Finding.OSCILLATES:
@@ -198,14 +198,14 @@ def confirmed(block: RationalPlant, loop: BatchLoop, run: Run, slow: float) -> b
 
 
 def lasts(run: Run, slow: float) -> bool:
-    """Whether an oscillation outlasted what any linear gain of the law would have made of it.
+    """Whether an oscillation outlasted what any linear gain of the nonlinearity would have made of it.
 
     Parameters
     ----------
     run : Run
         A run that seems to oscillate.
     slow : float
-        Slowest decay of a linear gain that the law attains in the scaled time; negative if one grows.
+        Slowest decay of a linear gain that the nonlinearity attains in the scaled time; negative if one grows.
     """
     return abs(slow) * float(run.t[-1][-1] - run.t[-1][0]) / 2 >= DECAYS
 
@@ -231,8 +231,8 @@ def _again(block: RationalPlant, loop: BatchLoop, run: Run) -> bool:
 
 
 def _exactly(block: RationalPlant, loop: BatchLoop, start: Reals, count: int) -> Reals:
-    """The recursion with 256 bits, where the law is known exactly and the run is short; else in doubles."""
-    graph = graph_of(loop.law)
+    """The recursion with 256 bits, where the nonlinearity is known exactly and the run is short; else in doubles."""
+    graph = graph_of(loop.nonlinearity)
     if graph is None or loop.d != 0 or count > _LONGEST_EXACT:
         path = loop.advance(start[None, :], 0.0, count, _RTOL)[1]
         return np.asarray(path[0])
@@ -257,7 +257,7 @@ def _equilibrium(loop: BatchLoop, sigma: float) -> bool:
     """Whether an equilibrium lies beside ``sigma``, not 0: by a change of sign, or by an exact zero of a graph."""
     if loop.rests_at(sigma * 0.999) * loop.rests_at(sigma * 1.001) < 0:
         return True
-    graph = graph_of(loop.law)
+    graph = graph_of(loop.nonlinearity)
     return loop.integrates and graph is not None and graph.exact(Fraction(sigma)) == 0
 
 

@@ -12,27 +12,27 @@ from lure.analysis.counterexamples.linear import linear_witness, realisation, re
 from lure.analysis.counterexamples.oscillation import orbit_witness
 from lure.analysis.counterexamples.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
 from lure.analysis.counterexamples.piecewise import Flow, Itinerary, Passage, PiecewiseLoop, proved, refined, returns
-from lure.analysis.counterexamples.simulated import Law, Plant, graph_of, simulate_loop
+from lure.analysis.counterexamples.simulated import Characteristic, Plant, graph_of, simulate_loop
 from lure.analysis.counterexamples.switched import switched_witness_discrete
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import ArrayLike, np
 from lure.plants.rational import RationalPlant
 
-# Motions claimed to disprove stability, checked: a law, a first state, a period.
+# Motions claimed to disprove stability, checked: a nonlinearity, a first state, a period.
 
 PERIODS = 200
 SMOOTH_PERIODS = 40
 RETURN = 1e-6
 
 
-def accept_orbit_continuous(block: Plant, law: Law, x0: ArrayLike, period: float) -> Witness | None:
+def accept_orbit_continuous(block: Plant, nonlinearity: Characteristic, x0: ArrayLike, period: float) -> Witness | None:
     r"""The witness for a self-oscillation of ``sigma = H mu``, ``mu = -phi(sigma)`` claimed to start near ``x0``.
 
     Parameters
     ----------
     block : RationalPlant or (A, b, c)
         In continuous time; matrices exact or doubles, without feedthrough, ``x' = A x + b mu``, ``sigma = c x``.
-    law : Graph, law of the library or callable
+    nonlinearity : Graph, law of the library or callable
         ``phi``.
     x0 : array_like
         (n,) state on the orbit, or from which the motion comes close to it within 200 periods; in the companion form of
@@ -43,27 +43,28 @@ def accept_orbit_continuous(block: Plant, law: Law, x0: ArrayLike, period: float
     Returns
     -------
     Witness or None
-        For a piecewise-linear law an orbit near the motion is refined by Newton's method and proved by Krawczyk's test:
-        CERTIFIED.  Where that fails, and for any other law, ``simulated orbit``, OBSERVED: after 40 periods the motion
-        returns to its state within 1e-6 of its size, and has not shrunk.  None if it does neither: nothing follows.
+        For a piecewise-linear nonlinearity an orbit near the motion is refined by Newton's method and proved by
+        Krawczyk's test: CERTIFIED.  Where that fails, and for any other nonlinearity, ``simulated orbit``, OBSERVED:
+        after 40 periods the motion returns to its state within 1e-6 of its size, and has not shrunk.  None if it does
+        neither: nothing follows.
     """
-    graph = graph_of(law)
+    graph = graph_of(nonlinearity)
     if graph is not None and not graph.is_line:
         loop = PiecewiseLoop.of(realisation(block), graph)
         orbit = _piecewise_orbit(loop, x0, period)
         if orbit is not None:
             return orbit_witness(loop, orbit, Evidence.CERTIFIED)
-    return _observed(block, law, x0, period)
+    return _observed(block, nonlinearity, x0, period)
 
 
-def accept_escape(block: Plant, law: Law, x0: ArrayLike, until: float) -> Witness | None:
+def accept_escape(block: Plant, nonlinearity: Characteristic, x0: ArrayLike, until: float) -> Witness | None:
     """The witness for a motion of ``sigma = H mu``, ``mu = -phi(sigma)`` that seems to grow without bound: OBSERVED.
 
     Parameters
     ----------
     block : RationalPlant or (A, b, c)
         The linear part.
-    law : Graph, law of the library or callable
+    nonlinearity : Graph, law of the library or callable
         ``phi``.
     x0 : array_like
         (n,) first state.
@@ -75,13 +76,15 @@ def accept_escape(block: Plant, law: Law, x0: ArrayLike, until: float) -> Witnes
     Witness or None
         If ``|sigma|`` ends above ten times its first value and grows over each of the last four quarters; else None.
     """
-    motion = simulate_loop(block, law, x0, until)
+    motion = simulate_loop(block, nonlinearity, x0, until)
     quarters = [float(np.abs(part).max()) for part in np.array_split(motion.sigma, 5)]
     grows = all(b > 1.05 * a for a, b in pairwise(quarters))
     if not (grows and quarters[-1] > 10 * abs(float(motion.sigma[0])) and math.isfinite(quarters[-1])):
         return None
     text = f"|sigma| grows from {abs(float(motion.sigma[0])):.4g} to {quarters[-1]:.4g} within {until:g} s"
-    return _simulated(law, text, {"state": [float(v) for v in np.ravel(x0)], "until": until, "note": motion.note})
+    return _simulated(
+        nonlinearity, text, {"state": [float(v) for v in np.ravel(x0)], "until": until, "note": motion.note}
+    )
 
 
 def _piecewise_orbit(loop: PiecewiseLoop, x0: ArrayLike, period: float) -> Itinerary | None:
@@ -117,31 +120,33 @@ def _proved(loop: PiecewiseLoop, passages: list[Passage], spans: list[tuple[int,
     return None
 
 
-def _observed(block: Plant, law: Law, x0: ArrayLike, period: float) -> Witness | None:
+def _observed(block: Plant, nonlinearity: Characteristic, x0: ArrayLike, period: float) -> Witness | None:
     """The orbit as a simulation shows it, or None."""
-    long = simulate_loop(block, law, x0, SMOOTH_PERIODS * period, samples=40 * SMOOTH_PERIODS)
+    long = simulate_loop(block, nonlinearity, x0, SMOOTH_PERIODS * period, samples=40 * SMOOTH_PERIODS)
     quarter = len(long.sigma) // 4
     early, late = (float(np.abs(part).max()) for part in (long.sigma[quarter : 2 * quarter], long.sigma[-quarter:]))
     if not (np.isfinite(long.states).all() and late > 0.99 * early > 0):
         return None
     start = long.states[-1]
-    lap = simulate_loop(block, law, start, 1.2 * period, samples=4001)
+    lap = simulate_loop(block, nonlinearity, start, 1.2 * period, samples=4001)
     misses = np.where(lap.t < 0.8 * period, math.inf, np.abs(lap.states - start).max(axis=1))
     found = float(lap.t[int(misses.argmin())])
     for _ in range(4):  # the time at which the motion is nearest to its first state, by Newton's method
-        lap = simulate_loop(block, law, start, found, samples=4001)
+        lap = simulate_loop(block, nonlinearity, start, found, samples=4001)
         speed = (lap.states[-1] - lap.states[-2]) / (lap.t[-1] - lap.t[-2])
         found -= float((lap.states[-1] - start) @ speed / (speed @ speed))
     miss = float(np.abs(lap.states[-1] - start).max() / np.abs(start).max())
     if not miss < RETURN:
         return None
     text = f"the motion returns to its state after {found:.7g} s within {miss:.1g} of its size"
-    return _simulated(law, text, {"state": [float(v) for v in start], "period": found, "miss": miss, "note": long.note})
+    return _simulated(
+        nonlinearity, text, {"state": [float(v) for v in start], "period": found, "miss": miss, "note": long.note}
+    )
 
 
-def _simulated(law: Law, text: str, data: Mapping[str, object]) -> Witness:
-    """An observed witness for the smallest class known to hold the law."""
-    slopes, sector = getattr(law, "slope_bounds", None), getattr(law, "sector", None)
+def _simulated(nonlinearity: Characteristic, text: str, data: Mapping[str, object]) -> Witness:
+    """An observed witness for the smallest class known to hold the nonlinearity."""
+    slopes, sector = getattr(nonlinearity, "slope_bounds", None), getattr(nonlinearity, "sector", None)
     bounds = slopes if slopes is not None else sector
     upper = math.inf if bounds is None else float(bounds.upper)
     return Witness(
@@ -149,8 +154,8 @@ def _simulated(law: Law, text: str, data: Mapping[str, object]) -> Witness:
         k=upper,
         evidence=Evidence.OBSERVED,
         slope_restricted=slopes is not None and math.isfinite(upper),
-        odd=bool(getattr(law, "odd", False)),
-        description=f"phi = {law}: {text}",
+        odd=bool(getattr(nonlinearity, "odd", False)),
+        description=f"phi = {nonlinearity}: {text}",
         data=MappingProxyType(dict(data)),
     )
 
@@ -158,7 +163,7 @@ def _simulated(law: Law, text: str, data: Mapping[str, object]) -> Witness:
 def refute(
     block: RationalPlant, *, slope: bool, odd: bool, time_varying: bool, lower: Fraction = Fraction(0)
 ) -> tuple[Witness, ...]:
-    r"""Destabilising members of a class of laws ``mu = -phi(sigma)``, ``sigma = H mu``, in ascending order of ``k``.
+    r"""Destabilising members ``phi`` of a class, ``mu = -phi(sigma)``, ``sigma = H mu``, in ascending order of ``k``.
 
     Each refutes the class ``[lower, k']`` for every ``k' >= k``.  Nothing follows from what is not found.
 
@@ -167,11 +172,11 @@ def refute(
     block : RationalPlant
         The block, in continuous or discrete time.
     slope : bool
-        Whether the laws have slope in ``[lower, k]``; else they lie in that sector only.
+        Whether the nonlinearities have slope in ``[lower, k]``; else they lie in that sector only.
     odd : bool
-        Whether the laws are odd.
+        Whether the nonlinearities are odd.
     time_varying : bool
-        Whether the laws may vary with time.
+        Whether the nonlinearities may vary with time.
     lower : Fraction
         Lower bound of slope or sector.  Where the loop is only marginal there, the class is that of ``(lower, k]``.
 

@@ -52,7 +52,7 @@ def orbit_of(block: Plant, witness: Witness) -> tuple[Reals, Reals]:
         visited = [float(Fraction(value)) for value in cast("Sequence[str]", data["sigma"])]
         return np.arange(len(visited) + 1, dtype=float), np.array([*visited, visited[0]])
     state, period = cast("Sequence[float]", data["state"]), cast("float", data["period"])
-    motion = simulate_loop(block, law_of(witness), state, period, samples=SAMPLES)
+    motion = simulate_loop(block, nonlinearity_entry(witness), state, period, samples=SAMPLES)
     miss = float(np.abs(motion.states[-1] - motion.states[0]).max() / np.abs(motion.states[0]).max())
     if not miss < 1e-3:  # far above what rounding does in one period, far below what another block does
         raise InputError("the motion does not close after the period of the witness; give the block it was found for")
@@ -72,17 +72,17 @@ def orbit_start(block: RationalPlant, witness: Witness) -> tuple[Reals, float]:
     data = witness.data
     if block.dt is None:
         return np.array(cast("Sequence[float]", data["state"]), dtype=float), cast("float", data["period"])
-    system, law = companion(block), law_of(witness)
+    system, nonlinearity = companion(block), nonlinearity_entry(witness)
     A, b = doubles(system.A), np.array([float(v) for v in system.b])
     driven, period = np.zeros(block.order), np.eye(block.order)
     visited = cast("Sequence[str]", data["sigma"])
     for value in visited:
-        driven, period = A @ driven - b * float(law.exact(Fraction(value))), A @ period
+        driven, period = A @ driven - b * float(nonlinearity.exact(Fraction(value))), A @ period
     state = np.asarray(np.linalg.lstsq(np.eye(block.order) - period, driven, rcond=None)[0])
     return state, len(visited) * float(block.dt)
 
 
-def law_of(witness: Witness) -> Graph:
+def nonlinearity_entry(witness: Witness) -> Graph:
     """The piecewise-linear law of a periodic orbit.
 
     Parameters
@@ -94,7 +94,7 @@ def law_of(witness: Witness) -> Graph:
     return Graph.through(points, *(Fraction(str(witness.data.get(side, 0))) for side in ("left_slope", "right_slope")))
 
 
-Law = Callable[[ArrayLike], Reals] | Graph
+Characteristic = Callable[[ArrayLike], Reals] | Graph
 Plant = RationalPlant | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 SIMULATED_SAMPLES = 2000
@@ -129,16 +129,18 @@ class Motion:
     note: str
 
 
-def simulate_loop(block: Plant, law: Law, x0: ArrayLike, until: float, *, samples: int = SIMULATED_SAMPLES) -> Motion:
+def simulate_loop(
+    block: Plant, nonlinearity: Characteristic, x0: ArrayLike, until: float, *, samples: int = SIMULATED_SAMPLES
+) -> Motion:
     """The motion from ``x0``.
 
     Parameters
     ----------
     block : RationalPlant or (A, b, c)
         The linear part; matrices without feedthrough.
-    law : Graph, law of the library or callable
-        ``phi``, elementwise.  A piecewise-linear law (a ``Graph``, or a ``graph`` attribute) is followed exactly from
-        kink to kink; any other by an integrator of order 8 with relative tolerance 1e-10.
+    nonlinearity : Graph, law of the library or callable
+        ``phi``, elementwise.  A piecewise-linear nonlinearity (a ``Graph``, or a ``graph`` attribute) is followed
+        exactly from kink to kink; any other by an integrator of order 8 with relative tolerance 1e-10.
     x0 : array_like
         (n,) first state.
     until : float
@@ -159,11 +161,11 @@ def simulate_loop(block: Plant, law: Law, x0: ArrayLike, until: float, *, sample
     sigma(40) = -0.00051, from 1: observed, no proof
     """
     dt = float(block.dt) if isinstance(block, RationalPlant) and block.dt is not None else None
-    return solution(realisation(block), law, x0, until, dt=dt, samples=samples)
+    return solution(realisation(block), nonlinearity, x0, until, dt=dt, samples=samples)
 
 
-def solution(  # noqa: PLR0913  (equations, law, from where, how far, and two settings)
-    system: Realisation, law: Law, x0: ArrayLike, until: float, *, dt: float | None, samples: int
+def solution(  # noqa: PLR0913  (equations, nonlinearity, from where, how far, and two settings)
+    system: Realisation, nonlinearity: Characteristic, x0: ArrayLike, until: float, *, dt: float | None, samples: int
 ) -> Motion:
     """The same for state equations.
 
@@ -171,7 +173,7 @@ def solution(  # noqa: PLR0913  (equations, law, from where, how far, and two se
     ----------
     system : Realisation
         The equations.
-    law : Graph, law of the library or callable
+    nonlinearity : Graph, law of the library or callable
         ``phi``.
     x0 : array_like
         (n,) first state.
@@ -192,23 +194,23 @@ def solution(  # noqa: PLR0913  (equations, law, from where, how far, and two se
         raise InputError(f"x0 has shape {start.shape}; give {system.order} finite numbers")
     if not 0 < until < math.inf:
         raise InputError(f"until is {until:g}; give a positive time")
-    graph = graph_of(law)
+    graph = graph_of(nonlinearity)
     if dt is not None:
-        return _recursion(system, law, start, until, dt)
+        return _recursion(system, nonlinearity, start, until, dt)
     instants = np.linspace(0.0, until, samples)
     if graph is not None and not graph.is_line:
         return followed(PiecewiseLoop.of(system, graph), start, instants)
-    return _integrated(system, law, start, instants)
+    return _integrated(system, nonlinearity, start, instants)
 
 
-def graph_of(law: Law) -> Graph | None:
-    """The piecewise-linear graph of a law, if it has one."""
-    graph = law if isinstance(law, Graph) else getattr(law, "graph", None)
+def graph_of(nonlinearity: Characteristic) -> Graph | None:
+    """The piecewise-linear graph of a nonlinearity, if it has one."""
+    graph = nonlinearity if isinstance(nonlinearity, Graph) else getattr(nonlinearity, "graph", None)
     return graph if isinstance(graph, Graph) else None
 
 
 def followed(loop: PiecewiseLoop, start: Reals, instants: Reals) -> Motion:
-    """The motion of a loop with a piecewise-linear law, followed exactly from kink to kink.
+    """The motion of a loop with a piecewise-linear nonlinearity, followed exactly from kink to kink.
 
     Parameters
     ----------
@@ -230,15 +232,17 @@ def followed(loop: PiecewiseLoop, start: Reals, instants: Reals) -> Motion:
             states[inside] = flow.states_at(passage, instants[inside] - passage.start)
     y = states @ flow.row[:-1]
     note = "piecewise exact flow in doubles, switches located on its Taylor polynomial"
-    return Motion(t=instants, sigma=_sigma(loop.law, float(loop.system.d), y), states=states, error=0.0, note=note)
+    return Motion(
+        t=instants, sigma=_sigma(loop.nonlinearity, float(loop.system.d), y), states=states, error=0.0, note=note
+    )
 
 
-def _integrated(system: Realisation, law: Law, start: Reals, instants: Reals) -> Motion:
+def _integrated(system: Realisation, nonlinearity: Characteristic, start: Reals, instants: Reals) -> Motion:
     A, b, c, d = _floats(system)
 
     def velocity(_: float, x: Reals) -> Reals:
         """Right-hand side of the closed loop."""
-        return A @ x - b * _phi(law, d, float(c @ x))[1]
+        return A @ x - b * _phi(nonlinearity, d, float(c @ x))[1]
 
     size = max(float(np.abs(start).max()), 1e-12)
     ends = []
@@ -256,11 +260,11 @@ def _integrated(system: Realisation, law: Law, start: Reals, instants: Reals) ->
     note = (
         "Dormand-Prince of order 8, relative tolerance 1e-10" if complete else f"the integrator gave up: {fine.message}"
     )
-    sigma = np.array([_phi(law, d, float(value))[0] for value in states @ c])
+    sigma = np.array([_phi(nonlinearity, d, float(value))[0] for value in states @ c])
     return Motion(t=instants, sigma=sigma, states=states, error=error, note=note)
 
 
-def _recursion(system: Realisation, law: Law, start: Reals, until: float, dt: float) -> Motion:
+def _recursion(system: Realisation, nonlinearity: Characteristic, start: Reals, until: float, dt: float) -> Motion:
     A, b, c, d = _floats(system)
     count = int(until / dt) + 1
     states, sigma = np.empty((count, len(start))), np.empty(count)
@@ -268,7 +272,7 @@ def _recursion(system: Realisation, law: Law, start: Reals, until: float, dt: fl
     with np.errstate(over="ignore", invalid="ignore"):
         for i in range(count):
             states[i] = x
-            sigma[i], phi = _phi(law, d, float(c @ x))
+            sigma[i], phi = _phi(nonlinearity, d, float(c @ x))
             x = A @ x - b * phi
     note = "recursion in doubles"
     return Motion(t=np.arange(count, dtype=float) * dt, sigma=sigma, states=states, error=0.0, note=note)
@@ -279,24 +283,24 @@ def _floats(system: Realisation) -> tuple[Reals, Reals, Reals, float]:
     return doubles(system.A), b, c, float(system.d)
 
 
-def _phi(law: Law, d: float, y: float) -> tuple[float, float]:
+def _phi(nonlinearity: Characteristic, d: float, y: float) -> tuple[float, float]:
     """``sigma`` and ``phi(sigma)`` with ``sigma + d phi(sigma) = y``."""
     if d == 0 or not math.isfinite(y) or y == 0:
-        return y, float(law(y))
-    root = bracketed_root(law, d, y)
+        return y, float(nonlinearity(y))
+    root = bracketed_root(nonlinearity, d, y)
     if math.isnan(root):
         raise InputError(
             f"the loop is not well posed: sigma + {d:g} phi(sigma) = {y:.6g} has no solution", code=Reason.ILL_POSED
         )
-    return root, float(law(root))
+    return root, float(nonlinearity(root))
 
 
-def bracketed_root(law: Law, d: float, y: float) -> float:
+def bracketed_root(nonlinearity: Characteristic, d: float, y: float) -> float:
     """A root of ``sigma + d phi(sigma) = y``, its residual checked; NaN where none is found.
 
     Parameters
     ----------
-    law : Graph, law of the library or callable
+    nonlinearity : Graph, law of the library or callable
         ``phi``; where it jumps, the two sides of the equation may pass each other without meeting.
     d : float
         Feedthrough.
@@ -306,7 +310,7 @@ def bracketed_root(law: Law, d: float, y: float) -> float:
 
     def excess(sigma: float) -> float:
         """Left-hand side less the right-hand side."""
-        return sigma + d * float(law(sigma)) - y
+        return sigma + d * float(nonlinearity(sigma)) - y
 
     reach = abs(y) or 1e-300
     with np.errstate(over="ignore", invalid="ignore"):
@@ -314,19 +318,19 @@ def bracketed_root(law: Law, d: float, y: float) -> float:
             reach *= 2
         if not (math.isfinite(reach) and excess(reach) * excess(-reach) <= 0):
             return math.nan
-    for absolute in (max(1e-15 * abs(y), 5e-324), 5e-324):  # of a steep law the root is much smaller than y
+    for absolute in (max(1e-15 * abs(y), 5e-324), 5e-324):  # of a steep nonlinearity the root is much smaller than y
         root = float(optimize.brentq(excess, -reach, reach, xtol=absolute, rtol=1e-14, maxiter=2000))
-        if abs(excess(root)) <= RESIDUAL * (abs(root) + abs(d * float(law(root))) + abs(y)):
+        if abs(excess(root)) <= RESIDUAL * (abs(root) + abs(d * float(nonlinearity(root))) + abs(y)):
             return root
     return math.nan
 
 
-def _sigma(law: Graph, d: float, y: Reals) -> Reals:
+def _sigma(nonlinearity: Graph, d: float, y: Reals) -> Reals:
     if d == 0:
         return np.asarray(y, dtype=float)
-    points = sorted(law.knots)
-    levels = np.array([float(x + Fraction(d) * law.exact(x)) for x in points])
+    points = sorted(nonlinearity.knots)
+    levels = np.array([float(x + Fraction(d) * nonlinearity.exact(x)) for x in points])
     piece = np.searchsorted(levels, y)
     anchor = np.clip(piece, 0, len(points) - 1)
-    slopes = np.array([1 + d * float(s) for s in law.slopes])
+    slopes = np.array([1 + d * float(s) for s in nonlinearity.slopes])
     return np.asarray(np.array([float(x) for x in points])[anchor] + (y - levels[anchor]) / slopes[piece])

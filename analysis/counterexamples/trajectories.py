@@ -11,7 +11,7 @@ from fractions import Fraction
 
 from lure.analysis.counterexamples.linear import Realisation, doubles
 from lure.analysis.counterexamples.piecewise import BLOCK, Flow, PiecewiseLoop
-from lure.analysis.counterexamples.simulated import Law, bracketed_root, graph_of
+from lure.analysis.counterexamples.simulated import Characteristic, bracketed_root, graph_of
 from lure.arrays import ArrayLike, Reals, integrate, linalg, np
 from lure.errors import InputError, Reason
 from lure.nonlinearities import Tanh
@@ -21,9 +21,9 @@ from lure.plants.rational import RationalPlant
 Values = Callable[[ArrayLike], Reals]
 
 _BLOCKS = 100
-"""Blocks of steps for which a piecewise-linear law is followed exactly from kink to kink; beyond, an integrator is."""
+"""Blocks of steps in which a piecewise-linear graph is followed exactly from kink to kink; beyond, an integrator."""
 _PASSAGE = 5
-"""Evaluations of the law that cost as much as a passage from kink to kink."""
+"""Evaluations of the nonlinearity that cost as much as a passage from kink to kink."""
 _ABSOLUTE = 1e-4
 """Absolute tolerance of the integrator, relative to its relative one and the size of a coordinate."""
 
@@ -52,7 +52,7 @@ class Trajectory:
         (samples,) instants [s], ascending from 0; multiples of the sampling time in discrete time.
     sigma, mu : ndarray
         (samples,) input of ``phi`` and input of the block at these instants; a few hundred samples at most.
-    law : str
+    nonlinearity : str
         The nonlinearity, in words.
     start : str
         The first state, in words.
@@ -67,7 +67,7 @@ class Trajectory:
     t: Reals
     sigma: Reals
     mu: Reals
-    law: str
+    nonlinearity: str
     start: str
     finding: Finding
     until: float
@@ -88,12 +88,12 @@ class BatchLoop:
     ----------
     block : RationalPlant
         The block.
-    law : Graph, law of the library or callable
+    nonlinearity : Graph, law of the library or callable
         ``phi``, elementwise.
     gain : Fraction
         A gain of the class, whose loop gives the unit of time.
     budget : int
-        Evaluations of the law, each for all solutions at once, that the simulations may use altogether.
+        Evaluations of the nonlinearity, each for all solutions at once, that the simulations may use altogether.
 
     Raises
     ------
@@ -101,9 +101,9 @@ class BatchLoop:
         A coefficient leaves the range of doubles.
     """
 
-    def __init__(self, block: RationalPlant, law: Law, *, gain: Fraction, budget: int) -> None:
-        self.law, self.budget, self.used = law, budget, 0
-        self.values = kernel(law)
+    def __init__(self, block: RationalPlant, nonlinearity: Characteristic, *, gain: Fraction, budget: int) -> None:
+        self.nonlinearity, self.budget, self.used = nonlinearity, budget, 0
+        self.values = kernel(nonlinearity)
         self.discrete, n = block.dt is not None, block.order
         unit = Fraction(1) if block.dt is not None else 1 / natural_frequency(block, gain)
         self.seconds = float(unit if block.dt is None else block.dt)
@@ -129,7 +129,7 @@ class BatchLoop:
         self._static = float(above / below) if below else None
         self._last: Reals = np.zeros(0)
         self._slope: Reals = np.zeros(0)
-        self._flow = None if self.discrete else _flow_of(self.system, graph_of(law))
+        self._flow = None if self.discrete else _flow_of(self.system, graph_of(nonlinearity))
 
     def closed(self, gain: float) -> Reals:
         """The matrix of the loop with ``mu = -gain sigma``; needs ``1 + gain d != 0``."""
@@ -193,7 +193,7 @@ class BatchLoop:
         return self._integral(states, span, samples, rtol)
 
     def _exact(self, flow: Flow, states: Reals, span: float, samples: int) -> tuple[Reals, Reals]:
-        """From kink to kink of a piecewise-linear law."""
+        """From kink to kink of a piecewise-linear nonlinearity."""
         times = np.linspace(0.0, span, samples)
         found = np.full((len(states), samples, self.order), np.nan)
         for i, start in enumerate(states):
@@ -247,15 +247,15 @@ class BatchLoop:
         return times, path
 
 
-def kernel(law: Law) -> Values:
-    """The law as a function of arrays that costs little a call.
+def kernel(nonlinearity: Characteristic) -> Values:
+    """The nonlinearity as a function of arrays that costs little a call.
 
     Parameters
     ----------
-    law : Graph, law of the library or callable
+    nonlinearity : Graph, law of the library or callable
         ``phi``.
     """
-    graph = graph_of(law)
+    graph = graph_of(nonlinearity)
     if graph is not None:
         ends = np.array([-math.inf, *(float(x) for x in graph.knots), math.inf])
         low, high, slopes = ends[:-1], ends[1:], np.array([float(slope) for slope in graph.slopes])
@@ -267,10 +267,10 @@ def kernel(law: Law) -> Values:
             return np.asarray((np.clip(at, low, high) - base) @ slopes)
 
         return piecewise
-    if type(law) is Tanh:
-        gain, scale = float(law.gain), float(law.scale)
+    if type(nonlinearity) is Tanh:
+        gain, scale = float(nonlinearity.gain), float(nonlinearity.scale)
         return lambda sigma: np.asarray(gain * np.tanh(np.asarray(sigma) / scale))
-    return law
+    return nonlinearity
 
 
 def _similar(system: Realisation, scale: list[Fraction], unit: Fraction) -> Realisation:

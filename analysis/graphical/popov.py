@@ -155,7 +155,8 @@ def popov_response(
     if not continuous(block):
         raise AssumptionError(
             "a Popov plot needs continuous time, and this block is in discrete time; draw nyquist_response(system), "
-            "and ask max_sector(system) or, for laws with bounded slope, max_slope(system, criterion='tsypkin')"
+            "and ask max_sector(system) or, for nonlinearities with bounded slope, max_slope(system, "
+            "criterion='tsypkin')"
         )
     end = None if k is None else upper_end(k, Fraction(0))
     given = None if theta is None else exact_number(theta, "theta")

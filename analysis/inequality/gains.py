@@ -1,4 +1,4 @@
-"""Every linear gain for which the loop is stable, exactly: the bound that no criterion for nonlinear laws can pass."""
+"""Every linear gain for which the loop is stable, exactly: the bound that no criterion for nonlinearities can pass."""
 
 from __future__ import annotations
 
@@ -341,7 +341,7 @@ def hurwitz_limit(block: RationalPlant, lower: Fraction = Fraction(0)) -> Bracke
 def hurwitz_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
     """The largest ``k`` for which every linear gain in ``[lower, k]`` is stable: a necessary condition for the class.
 
-    The verdict is INCONCLUSIVE where that interval is not empty, for nothing is said about nonlinear laws, and REFUTED
+    The verdict is INCONCLUSIVE where that interval is not empty, for nothing is said about nonlinearities, and REFUTED
     by a linear gain where it is, or where ``lower`` itself is a gain that leaves solutions away from all equilibria.
 
     Parameters
@@ -489,7 +489,7 @@ def _answer(sector: Sector, largest: Bracket, verdict: Verdict, reason: str, wit
         criterion="hurwitz",
         theorem=THEOREM,
         largest=largest,
-        law_class=NonlinearityClass(sector=sector),
+        nonlinearity_class=NonlinearityClass(sector=sector),
         verdict=verdict,
         evidence=Evidence.CERTIFIED,
         hypotheses=("phi linear: phi = kappa sigma with a constant kappa", "root counts: exact, for every gain"),

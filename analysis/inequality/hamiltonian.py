@@ -318,7 +318,7 @@ def _answer(family: HamiltonianFamily, found: SearchResult, floor: float) -> Ans
         criterion="popov",
         theorem="Popov's criterion, theta of either sign",
         largest=Bracket(min(low, high), high),
-        law_class=NonlinearityClass(sector=Sector(0, low if low > 0 else math.inf)),
+        nonlinearity_class=NonlinearityClass(sector=Sector(0, low if low > 0 else math.inf)),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.COMPUTED,
         needs=("time-invariant",),

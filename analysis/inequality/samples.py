@@ -58,7 +58,7 @@ def largest_sampled(data: FrequencyData, name: str) -> Answer:
         criterion=name,
         theorem=f"{name} criterion, at sampled frequencies only",
         largest=Bracket(0.0, reach),
-        law_class=NonlinearityClass(sector=Sector(0, reach), time_varying=name == "circle"),
+        nonlinearity_class=NonlinearityClass(sector=Sector(0, reach), time_varying=name == "circle"),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.OBSERVED,
         theta=theta if name == "popov" else None,

@@ -141,7 +141,9 @@ def state_space_largest(block: StateSpace, criterion: Criterion, *, lower: Fract
         criterion=criterion,
         theorem=f"{name}, by a matrix inequality (Yakubovich 1962, Kalman 1963)",
         largest=Bracket(low, high),
-        law_class=NonlinearityClass(sector=Sector(lower, low if low > lower else math.inf), time_varying=varying),
+        nonlinearity_class=NonlinearityClass(
+            sector=Sector(lower, low if low > lower else math.inf), time_varying=varying
+        ),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.COMPUTED,
         needs=() if varying else ("time-invariant",),

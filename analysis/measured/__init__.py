@@ -1,4 +1,4 @@
-"""Measured laws: displacement and force from files, the sector of the mean law, the compliance law fitted."""
+"""Measured nonlinearities: displacement and force from files, the sector of their mean, the compliance law fitted."""
 
 from lure.lazy import lazy_exports
 

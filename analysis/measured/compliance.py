@@ -52,8 +52,10 @@ class ComplianceFit(Record):
     noise: Noise = quantity("Standard deviation of a reading")
     scores: NDArray[np.float64] = quantity("(n,) residuals in standard deviations", key="")
     outliers: tuple[Outlier, ...] = quantity("Rows left out; ``index`` is that in the whole file")
-    misfit: float = quantity("p-value of this law against a free one: small means that the data contradict the law")
-    explained: float = quantity("Weighted share of the variance of the load that the law explains")
+    misfit: float = quantity(
+        "p-value of this nonlinearity against a free one: small means that the data contradict the nonlinearity"
+    )
+    explained: float = quantity("Weighted share of the variance of the load that the nonlinearity explains")
     in_contact: int = quantity("Rows beyond the fitted gap")
     branch: Direction | None = quantity("The branch fitted, None for all rows")
     note: str = quantity("A remark on hysteresis, or nothing", key="")
@@ -61,11 +63,11 @@ class ComplianceFit(Record):
     @property
     @derived()
     def evidence(self) -> Evidence:
-        """OBSERVED: a fit proves nothing of the law."""
+        """OBSERVED: a fit proves nothing of the nonlinearity."""
         return Evidence.OBSERVED
 
     @property
-    def law(self) -> NormalCompliance:
+    def nonlinearity(self) -> NormalCompliance:
         """The fitted law of the penetration ``u - gap``, as a rod takes it if the load is a stress.
 
         Raises
@@ -80,11 +82,11 @@ class ComplianceFit(Record):
 
     def __call__(self, displacement: ArrayLike) -> NDArray[np.float64]:
         """The fitted load [unit of the load] at a displacement [m], elementwise."""
-        return self.law(np.asarray(displacement, dtype=float) - self.parameters["gap"].value)
+        return self.nonlinearity(np.asarray(displacement, dtype=float) - self.parameters["gap"].value)
 
     @property
     def stated(self) -> bool:
-        """Whether the intervals have the confidence: the data show no loop and do not contradict the law."""
+        """Whether the intervals have the confidence: the data show no loop and do not contradict the nonlinearity."""
         return not self.note and self.misfit >= _MISFIT
 
     @property
@@ -92,10 +94,12 @@ class ComplianceFit(Record):
     def conclusion(self) -> str:
         """The fit in a sentence, with what it rests on."""
         eps, gap, m = (self.parameters[name] for name in NAMES)
-        sure = f"all three within at once with at least {100 * self.confidence:g} % confidence, if the law and "
+        sure = (
+            f"all three within at once with at least {100 * self.confidence:g} % confidence, if the nonlinearity and "
+        )
         sure += "independent normal errors are assumed (observed, not proved)."
         if not self.stated:
-            sure = "no confidence is stated, since the data contradict the law (observed, not proved)."
+            sure = "no confidence is stated, since the data contradict the nonlinearity (observed, not proved)."
         return (
             f"Fitted p = max(u - gap, 0)^m / eps: eps = {eps.value:.4g} in {_span(eps.joint)} m^m/"
             f"{self.measurements.unit}, gap = {gap.value:.5g} in {_span(gap.joint)} m, m = {m.value:.4g} in "
@@ -103,7 +107,7 @@ class ComplianceFit(Record):
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """The data, the fitted law and the residuals; see :func:`lure.analysis.plots.plot_compliance`.
+        """The data, the fitted nonlinearity and the residuals; see :func:`lure.analysis.plots.plot_compliance`.
 
         Parameters
         ----------
@@ -125,7 +129,7 @@ class ComplianceFit(Record):
         """Rows with the fitted load, and the three parameters, which have units of their own, with their intervals."""
         data, of = self.measurements, ("parameter", "parameter_")
         found = data._columns() | {
-            "fitted_load": Column(("row",), self(data.displacement), data.unit, "load of the fitted law"),
+            "fitted_load": Column(("row",), self(data.displacement), data.unit, "load of the fitted nonlinearity"),
             "fit_score": Column(("row",), self.scores, "1", "residual of the fit in standard deviations"),
             "correlation": Column(of, self.correlation, "1", "correlation of log eps, gap and m, linearised"),
             "end": Column(("end",), np.array(["low", "high"], dtype=object), "1", "end of an interval"),
@@ -138,7 +142,7 @@ class ComplianceFit(Record):
             found[f"fit_{name}_error"] = Column((), parameter.error, unit, error)
             found[f"fit_{name}_joint"] = Column(("end",), parameter.joint, unit, joint)
         names = np.array(["log eps", "gap", "m"], dtype=object)
-        return found | {dim: Column((dim,), names, "1", "parameter of the law") for dim in of}
+        return found | {dim: Column((dim,), names, "1", "parameter of the nonlinearity") for dim in of}
 
     def _attributes(self) -> dict[str, object]:
         return self.measurements._attributes() | {
@@ -166,7 +170,8 @@ class ComplianceFit(Record):
         found = [self.note] if self.note else []
         if self.misfit < _MISFIT:
             found.append(
-                f"The data contradict the law (p = {self.misfit:.1g} against a free one): the intervals say nothing."
+                f"The data contradict the nonlinearity (p = {self.misfit:.1g} against a free one): the intervals say "
+                f"nothing."
             )
         return tuple(found)
 
@@ -183,7 +188,7 @@ class ComplianceFit(Record):
         lines.append(
             f"  {self.in_contact} of {len(self.measurements)} rows in contact, {100 * self.explained:.2f} % of the "
             f"variance explained, noise {self.noise.constant:.3g} {self.measurements.unit} + "
-            f"{100 * self.noise.proportional:.2g} % of the load, p = {self.misfit:.2g} against a free law"
+            f"{100 * self.noise.proportional:.2g} % of the load, p = {self.misfit:.2g} against a free nonlinearity"
         )
         if self.outliers:
             lines.append(
@@ -218,7 +223,9 @@ class Problem:
         self.origin = float(displacement.min())
         self.units = float(np.ptp(displacement)), float(np.abs(load).max())
         if not (self.units[0] > 0 and self.units[1] > 0 and math.isfinite(1 / (self.units[0] * self.units[1]))):
-            raise AssumptionError("the displacement or the load does not vary; a law needs measurements that do")
+            raise AssumptionError(
+                "the displacement or the load does not vary; a nonlinearity needs measurements that do"
+            )
         self.x, self.y = (displacement - self.origin) / self.units[0], load / self.units[1]
         self.weights = np.ones_like(self.x)
         self.kept = np.ones(self.x.size, dtype=bool)
@@ -228,14 +235,14 @@ class Problem:
         """Rows kept less the three parameters."""
         return int(self.kept.sum()) - 3
 
-    def law(self, point: Array) -> Array:
-        """The law at the rows for ``(b, g, m)``."""
+    def nonlinearity(self, point: Array) -> Array:
+        """The nonlinearity at the rows for ``(b, g, m)``."""
         b, g, m = _inside(point)
         s = np.maximum(self.x - g, 0.0) / (1 - g)
         return np.asarray(math.exp(b) * s**m)
 
     def slopes(self, point: Array) -> Array:
-        """(n, 3) derivatives of the law by ``(b, g, m)``."""
+        """(n, 3) derivatives of the nonlinearity by ``(b, g, m)``."""
         b, g, m = _inside(point)
         s = (self.x - g) / (1 - g)
         touching = s > 0
@@ -245,7 +252,7 @@ class Problem:
 
     def least(self, point: Array) -> float:
         """Sum of weighted squares of the rows kept."""
-        return float(np.sum(((self.y - self.law(point)) * self.weights)[self.kept] ** 2))
+        return float(np.sum(((self.y - self.nonlinearity(point)) * self.weights)[self.kept] ** 2))
 
     def minimum(self, start: Array, *, robust: bool = False) -> Array:
         """The best ``(b, g, m)`` near a start; ``robust`` grows linearly with large residuals."""
@@ -254,9 +261,9 @@ class Problem:
         w, kept = self.weights, self.kept
         scale = 1.0
         if robust:
-            scale = max(1.4826 * float(np.median(np.abs((self.y - self.law(start)) * w))), 1e-12)
+            scale = max(1.4826 * float(np.median(np.abs((self.y - self.nonlinearity(start)) * w))), 1e-12)
         found = least_squares(
-            lambda point: ((self.law(point) - self.y) * w)[kept],
+            lambda point: ((self.nonlinearity(point) - self.y) * w)[kept],
             start,
             jac=lambda point: (self.slopes(point) * w[:, None])[kept],
             loss="soft_l1" if robust else "linear",
@@ -303,7 +310,7 @@ class Problem:
 
         # held eps ties the load to the exponent: the step is taken along that valley by the exact derivative
         found = least_squares(
-            lambda rest: ((self.law(whole(rest)) - self.y) * self.weights)[self.kept],
+            lambda rest: ((self.nonlinearity(whole(rest)) - self.y) * self.weights)[self.kept],
             start[others],
             jac=lambda rest: (self.slopes(whole(rest)) @ self._change(whole(rest))[:, others] * self.weights[:, None])[
                 self.kept
@@ -316,14 +323,14 @@ class Problem:
         return 2 * float(found.cost), full
 
     def outlying(self, scores: Array) -> NDArray[np.bool_]:
-        """Which rows are far from the law and from their neighbours, by a limit that one clean set in 100 passes."""
+        """Which rows are far from the curve and from their neighbours, by a limit that one clean set in 100 passes."""
         from lure.analysis.measured.mean_nonlinearity import outlying
 
         return outlying(self.x, scores, parameters=3)
 
 
 def _inside(point: Array) -> tuple[float, float, float]:
-    """``(b, g, m)`` where the law is defined and its parameters mean something."""
+    """``(b, g, m)`` where the nonlinearity is defined and its parameters mean something."""
     b, g, m = (float(value) for value in point)
     return min(max(b, -200.0), 200.0), min(max(g, _DEEPEST), 1 - 1e-9), min(max(m, _LOWEST), _HIGHEST)
 
@@ -398,7 +405,7 @@ def fit_compliance(
     r"""Fit ``p = max(u - gap, 0)^m / eps`` by weighted least squares, outliers left out.
 
     Assumed are independent normal errors of the load with mean 0 and standard deviation ``s0 + s1 p``, both unknown,
-    displacements without error, and the law itself; ``misfit`` tests the law against a free one.
+    displacements without error, and the nonlinearity itself; ``misfit`` tests the nonlinearity against a free one.
 
     Parameters
     ----------
@@ -506,7 +513,7 @@ def _fitted(used: Measurements) -> tuple[Problem, Array, Array, Noise]:
     scores = np.zeros_like(problem.y)
     for turn in range(_ROUNDS):
         best = problem.minimum(best, robust=turn == 0)
-        mean = problem.law(best)
+        mean = problem.nonlinearity(best)
         residuals = problem.y - mean
         noise = noise_of(residuals, mean, parameters=3)
         problem.weights = 1 / noise(mean)
@@ -528,7 +535,7 @@ def _fitted(used: Measurements) -> tuple[Problem, Array, Array, Noise]:
             f"give at least {_LEAST}"
         )
     scale = math.sqrt(problem.least(best) / problem.degrees)
-    return problem, best, (problem.y - problem.law(best)) * problem.weights / max(scale, 1e-300), noise
+    return problem, best, (problem.y - problem.nonlinearity(best)) * problem.weights / max(scale, 1e-300), noise
 
 
 def _start(problem: Problem) -> Array:
@@ -537,7 +544,7 @@ def _start(problem: Problem) -> Array:
     found: tuple[float, Array] | None = None
     for gap in np.linspace(low - 0.2 * (high - low), high, _GAPS, endpoint=False):
         for m in _EXPONENTS:
-            shape = problem.law(np.array([0.0, gap, m]))
+            shape = problem.nonlinearity(np.array([0.0, gap, m]))
             top = float(shape @ problem.y) / float(shape @ shape)
             if top > 0:
                 cost = float(np.abs(problem.y - top * shape).sum())
@@ -567,7 +574,7 @@ def _misfit(used: Measurements, problem: Problem, best: Array) -> float:
 
 
 def _explained(problem: Problem, best: Array) -> float:
-    """Share of the weighted variance of the load that the law explains."""
+    """Share of the weighted variance of the load that the nonlinearity explains."""
     weights = np.where(problem.kept, problem.weights, 0.0) ** 2
     mean = float(np.sum(weights * problem.y) / np.sum(weights))
     return 1 - problem.least(best) / float(np.sum(weights * (problem.y - mean) ** 2))

@@ -1,4 +1,4 @@
-r"""The mean law as a continuous function, affine between knots, with ``f(0) = 0``: fitted, with its covariance.
+r"""The mean nonlinearity, continuous and affine between knots, with ``f(0) = 0``: fitted, with its covariance.
 
 Near ``sigma = 0`` no measured load is divided by a small displacement: on the pieces beside 0 the ratio ``f/sigma`` is
 the slope of the piece, which all of its points determine together.
@@ -27,13 +27,13 @@ _ROUNDS = 4
 
 
 class Noise(Record):
-    """Standard deviation ``constant + proportional |f|`` of a reading about the mean law ``f``."""
+    """Standard deviation ``constant + proportional |f|`` of a reading about the mean nonlinearity ``f``."""
 
     constant: float = quantity("The part that every reading has", "unit of the load")
     proportional: float = quantity("The part in proportion to the load", "1")
 
     def __call__(self, mean: Array) -> Array:
-        """Standard deviation [unit of the load] where the law has the value ``mean``, elementwise."""
+        """Standard deviation [unit of the load] where the nonlinearity has the value ``mean``, elementwise."""
         return np.asarray(self.constant + self.proportional * np.abs(mean))
 
 
@@ -46,7 +46,7 @@ def noise_of(residuals: Array, mean: Array, *, parameters: int) -> Noise:
     Parameters
     ----------
     residuals, mean : ndarray
-        (n,) residuals and the law they are about [unit of the load].
+        (n,) residuals and the nonlinearity they are about [unit of the load].
     parameters : int
         How many were fitted: residuals are smaller than errors by the square root of ``1 - parameters/n``.
     """
@@ -69,7 +69,7 @@ def noise_of(residuals: Array, mean: Array, *, parameters: int) -> Noise:
     return Noise(constant=float(constant), proportional=float(proportional))
 
 
-# Readings that stand out from the law and from their neighbours.
+# Readings that stand out from the nonlinearity and from their neighbours.
 
 _FLAGGED = 0.01
 _NEIGHBOURS = 3
@@ -80,10 +80,10 @@ _FEW, _SOME = 3, 0.05
 def outlying(x: Array, scores: Array, *, parameters: int) -> NDArray[np.bool_]:
     """Whether each reading is so far off that one clean set in a hundred has such a one.
 
-    A run of readings that are off together shows that the law has another shape there, as at a sudden onset or drop of
-    the load, and none of them is an outlier: the three neighbours on either side must not be off as well, and none of
-    the readings next to it, in displacement or in time, may share a third of its distance.
-    Where more than one reading in twenty stands out, the errors have another distribution, and none is an outlier.
+    A run of readings that are off together shows that the nonlinearity has another shape there, as at a sudden onset or
+    drop of the load, and none of them is an outlier: the three neighbours on either side must not be off as well, and
+    none of the readings next to it, in displacement or in time, may share a third of its distance. Where more than one
+    reading in twenty stands out, the errors have another distribution, and none is an outlier.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def outlying(x: Array, scores: Array, *, parameters: int) -> NDArray[np.bool_]:
     return found if found.sum() <= max(_FEW, _SOME * x.size) else np.zeros_like(found)
 
 
-# Where the pieces of a fitted law end: at 0, and at quantiles of the displacements.
+# Where the pieces of a fitted nonlinearity end: at 0, and at quantiles of the displacements.
 
 
 def spread_knots(x: Array, pieces: int) -> Array:
@@ -341,7 +341,7 @@ def one_thread(function: Callable[P, R]) -> Callable[P, R]:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class MeanNonlinearity:
-    """The fitted mean law.
+    """The fitted mean nonlinearity.
 
     Attributes
     ----------
@@ -371,11 +371,11 @@ class MeanNonlinearity:
     curved: float
 
     def __call__(self, sigma: ArrayLike) -> Array:
-        """The law [unit of the load] at ``sigma`` [m], elementwise; only between the first knot and the last."""
+        """The load [unit of the load] at ``sigma`` [m], elementwise; only between the first knot and the last."""
         return np.asarray(np.interp(np.asarray(sigma, dtype=float), self.knots, self.values))
 
     def error(self, sigma: ArrayLike) -> Array:
-        """Standard error of the law [unit of the load], elementwise."""
+        """Standard error of the nonlinearity [unit of the load], elementwise."""
         index, share = places(np.atleast_1d(np.asarray(sigma, dtype=float)), self.knots)
         a, b, c = 1 - share, share, self.covariance
         found = a**2 * c[index, index] + 2 * a * b * c[index, index + 1] + b**2 * c[index + 1, index + 1]
@@ -390,18 +390,18 @@ class MeanNonlinearity:
         return pieces
 
     def bends(self) -> Array:
-        """(K,) the change of slope to the next piece on either side, but not across 0, where laws may have a corner."""
+        """(K,) the change of slope to the next piece on either side, but not across 0, where a corner is allowed."""
         change = np.where(self.knots[1:-1] == 0, 0.0, np.abs(np.diff(self.slopes() @ self.values)))
         return np.asarray(np.maximum(np.append(change, 0.0), np.insert(change, 0, 0.0)))
 
     def missed(self, sigma: ArrayLike) -> Array:
-        """About how far from the law a curve may run between its knots [unit of the load], elementwise."""
+        """About how far from the nonlinearity a curve may run between its knots [unit of the load], elementwise."""
         index, _ = places(np.asarray(sigma, dtype=float), self.knots)
         return np.asarray(0.25 * (self.bends() * np.diff(self.knots))[index])
 
     @property
     def sides(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """The pieces below 0 and those above: a law may have a corner at 0."""
+        """The pieces below 0 and those above: a nonlinearity may have a corner at 0."""
         return np.flatnonzero(self.knots[1:] <= 0), np.flatnonzero(self.knots[:-1] >= 0)
 
     def bow(self) -> Array:
@@ -429,8 +429,8 @@ class MeanNonlinearity:
         combinations : ndarray
             (e, K + 1) the slopes as combinations of the values.
         missed : ndarray
-            (e,) how far they may be off for a smooth law [unit of the load / m]: for pieces of widths ``a`` and ``b``
-            and a parabola of slopes with second derivative ``q``, extrapolation leaves out ``q a (a + b)/6``.
+            (e,) how far they may be off for a smooth nonlinearity [unit of the load / m]: for pieces of widths ``a``
+            and ``b`` and a parabola of slopes with second derivative ``q``, extrapolation leaves out ``q a (a + b)/6``.
         at : ndarray
             (e,) where [m].
         """
@@ -455,7 +455,7 @@ class MeanNonlinearity:
 
 
 def mean_nonlinearity(sigma: Array, load: Array, *, pieces: int | None = None, free: bool = False) -> MeanNonlinearity:
-    """The mean law through measured points, by weighted least squares without outliers.
+    """The mean nonlinearity through measured points, by weighted least squares without outliers.
 
     The number of pieces is doubled until a test at the level 5 % sees nothing in the last doubling: what the pieces
     leave out is then small beside the noise.
@@ -477,7 +477,8 @@ def mean_nonlinearity(sigma: Array, load: Array, *, pieces: int | None = None, f
     distinct = np.unique(sigma).size
     if sigma.size < LEAST_ROWS or distinct < 4:
         raise InputError(
-            f"the measurements have {sigma.size} rows and {distinct} different displacements; a mean law needs at "
+            f"the measurements have {sigma.size} rows and {distinct} different displacements; a mean nonlinearity "
+            f"needs at "
             f"least {LEAST_ROWS} rows at 4"
         )
     units = float(np.abs(sigma).max()), float(np.abs(load).max()) or 1.0

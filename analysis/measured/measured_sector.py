@@ -33,8 +33,9 @@ _ASSUMED = (
     "{} f(0) = 0, continuous and affine between the knots",
 )
 MEMORY = (
-    "Loading and unloading differ by more than noise: the element has memory, no memoryless law describes it, and no "
-    "criterion for memoryless laws (circle, Popov, Zames-Falb) applies."
+    "Loading and unloading differ by more than noise: the element has memory, no memoryless nonlinearity describes it, "
+    "and no "
+    "criterion for memoryless nonlinearities (circle, Popov, Zames-Falb) applies."
 )
 TO_TRY = (
     "Sweep again at half the speed. If the loop becomes thinner, the element is viscous: measure the force against the "
@@ -44,10 +45,10 @@ TO_TRY = (
 
 
 class Bound(Record):
-    """A bound with its confidence, the extreme of the fitted law, and the ``sigma`` [m] that sets the bound."""
+    """A bound with its confidence, the extreme of the fitted curve, and the ``sigma`` [m] that sets the bound."""
 
     bound: float = quantity("The bound")
-    fitted: float = quantity("The extreme of the fitted law")
+    fitted: float = quantity("The extreme of the fitted nonlinearity")
     at: float = quantity("``sigma`` that sets the bound", "m")
 
 
@@ -73,25 +74,25 @@ class Hysteresis(Record):
 
 
 class MeasuredSector(Record):
-    """Bounds on chords and slopes of the mean law behind measurements; assumptions: :func:`sector_from_data`."""
+    """Bounds on chords and slopes of a measured mean nonlinearity; assumptions: :func:`sector_from_data`."""
 
     measurements: Measurements = quantity("What they are about")
     confidence: float = quantity(
-        "With which all four bounds hold at once, if the assumptions do and the law is ``resolved``"
+        "With which all four bounds hold at once, if the assumptions do and the nonlinearity is ``resolved``"
     )
     origin: float = quantity("Displacement [m] at which ``sigma = 0``")
     lower: Bound = quantity("Lower bound of ``f(sigma)/sigma``", "unit of the load / m")
     upper: Bound = quantity("Upper bound of the same", "unit of the load / m")
     slope_lower: Bound = quantity("Lower bound of the slope", "unit of the load / m")
     slope_upper: Bound = quantity("Upper bound of the slope", "unit of the load / m")
-    laws: tuple[MeanNonlinearity, ...] = quantity(
-        "The fitted law; with hysteresis that of loading and that of unloading", key=""
+    nonlinearities: tuple[MeanNonlinearity, ...] = quantity(
+        "The fitted nonlinearity; with hysteresis that of loading and that of unloading", key=""
     )
     outliers: tuple[Outlier, ...] = quantity("Readings left out")
     hysteresis: Hysteresis | None = quantity("Where the branches lie apart")
     warnings: tuple[str, ...] = quantity("Assumptions that the data contradict, and what was done")
     multipliers: tuple[float, ...] = quantity(
-        "For each law, how many standard errors the simultaneous intervals reach to either side", key=""
+        "For each nonlinearity, how many standard errors the simultaneous intervals reach to either side", key=""
     )
 
     @property
@@ -110,11 +111,11 @@ class MeasuredSector(Record):
     @derived()
     def resolved(self) -> bool:
         """Whether twice as many pieces fit no better; where they do, the bounds are estimates without a confidence."""
-        return all(law.curved >= BENT for law in self.laws)
+        return all(nonlinearity.curved >= BENT for nonlinearity in self.nonlinearities)
 
     @property
     def stated(self) -> bool:
-        """Whether the bounds are stated with the confidence: no loop was seen, and the law is ``resolved``."""
+        """Whether the bounds are stated with the confidence: no loop was seen, and the nonlinearity is ``resolved``."""
         return self.memoryless and self.resolved
 
     @property
@@ -131,12 +132,14 @@ class MeasuredSector(Record):
     @derived()
     def assumptions(self) -> tuple[str, ...]:
         """What the confidence rests on."""
-        law = "f is one law without memory,"
+        nonlinearity = "f is one nonlinearity without memory,"
         if not self.memoryless:
-            law = "loading has one mean law f, unloading another, each"
+            nonlinearity = "loading has one mean nonlinearity f, unloading another, each"
         elif not self.measurements.branches:
-            law = "f is one law without memory (a single sweep, or rows in no order, cannot show a loop),"
-        return (*_ASSUMED[:2], _ASSUMED[2].format(law))
+            nonlinearity = (
+                "f is one nonlinearity without memory (a single sweep, or rows in no order, cannot show a loop),"
+            )
+        return (*_ASSUMED[:2], _ASSUMED[2].format(nonlinearity))
 
     @property
     @derived()
@@ -167,12 +170,14 @@ class MeasuredSector(Record):
         slopes = f"slopes in [{_down(self.slope_lower.bound)}, {_up(self.slope_upper.bound)}] {unit}"
         if not self.resolved:
             return (
-                f"F{where[1:]}, the mean law is estimated to {self._chords('lie')} and to have "
-                f"{slopes}; no confidence is stated, since the law bends within its pieces, against what is assumed, "
+                f"F{where[1:]}, the mean nonlinearity is estimated to {self._chords('lie')} and to have "
+                f"{slopes}; no confidence is stated, since the nonlinearity bends within its pieces, against what is "
+                f"assumed, "
                 "and nothing is known outside this range (observed, not proved)."
             )
         return (
-            f"With {100 * self.confidence:g} % confidence, {where}, the mean law {self._chords('lies')} and has "
+            f"With {100 * self.confidence:g} % confidence, {where}, the mean nonlinearity {self._chords('lies')} and "
+            f"has "
             f"{slopes}, if the assumptions hold; nothing is known outside this range (observed, not proved)."
         )
 
@@ -194,13 +199,13 @@ class MeasuredSector(Record):
         assert self.hysteresis is not None, "asked with a loop only"
         h, data = self.hysteresis, self.measurements
         return (
-            f"Loading and unloading follow different laws: on {h.branches} branches there is a loop of area "
+            f"Loading and unloading follow different nonlinearities: on {h.branches} branches there is a loop of area "
             f"{abs(h.dissipated):.3g} {data.area_unit}, {h.width:.3g} {data.unit} wide at u = {h.at:.3g} "
             f"{data.displacement_unit}, which is {100 * h.share:.3g} % of the largest load."
         )
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """Data, law with its band, sector and residuals; see :func:`lure.analysis.plots.plot_measured`.
+        """Data, nonlinearity with its band, sector and residuals; see :func:`lure.analysis.plots.plot_measured`.
 
         Parameters
         ----------
@@ -212,44 +217,51 @@ class MeasuredSector(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """The result as plain data; infinite numbers are the text ``inf``."""
-        laws = [
-            {"knots": plain(law.knots), "values": plain(law.values), "noise": plain(law.noise), "curved": law.curved}
-            for law in self.laws
+        nonlinearities = [
+            {
+                "knots": plain(nonlinearity.knots),
+                "values": plain(nonlinearity.values),
+                "noise": plain(nonlinearity.noise),
+                "curved": nonlinearity.curved,
+            }
+            for nonlinearity in self.nonlinearities
         ]
         return super().to_dict() | {
             "confidence": self.confidence if self.stated else None,
             "unit": self.measurements.stiffness_unit,
-            "laws": laws,
+            "laws": nonlinearities,
             "warnings": [*([MEMORY, TO_TRY] if self.hysteresis else []), *self.warnings],
         }
 
     def _columns(self) -> dict[str, Column]:
-        """Rows with the mean law, its error and outliers, and the four bounds; nan on rows of the other branch."""
+        """Rows with the fitted mean, its error and outliers, and the four bounds; nan on rows of the other branch."""
         data, of = self.measurements, ("row",)
         rows = [np.arange(len(data))] if self.memoryless else [data.rows("loading"), data.rows("unloading")]
         mean, error, score = (np.full(len(data), np.nan) for _ in range(3))
-        for law, part in zip(self.laws, rows, strict=True):
+        for nonlinearity, part in zip(self.nonlinearities, rows, strict=True):
             sigma = data.displacement[part] - self.origin
-            mean[part], error[part], score[part] = law(sigma), law.error(sigma), law.scores
+            mean[part], error[part], score[part] = nonlinearity(sigma), nonlinearity.error(sigma), nonlinearity.scores
         outlier = np.zeros(len(data), dtype=bool)
         outlier[[one.index for one in self.outliers]] = True
         shift, unit, place = data.displacement - self.origin, data.stiffness_unit, data.displacement_unit
         sides, to = [getattr(self, name) for name in _SIDES], ("bound",)
         return data._columns() | {
             "sigma": Column(of, shift, place, "displacement less the origin"),
-            "mean": Column(of, mean, data.unit, "fitted mean law, of the branch where there are two"),
-            "error": Column(of, error, data.unit, "standard error of the mean law, for one place alone"),
+            "mean": Column(of, mean, data.unit, "fitted mean nonlinearity, of the branch where there are two"),
+            "error": Column(of, error, data.unit, "standard error of the mean nonlinearity, for one place alone"),
             "score": Column(of, score, "1", "residual in standard deviations"),
             "outlier": Column(of, outlier, "1", "whether the row was left out"),
-            "limit": Column(to, [side.bound for side in sides], unit, "bound on chords or slopes of the mean law"),
-            "fitted": Column(to, [side.fitted for side in sides], unit, "extreme of the fitted law"),
+            "limit": Column(
+                to, [side.bound for side in sides], unit, "bound on chords or slopes of the mean nonlinearity"
+            ),
+            "fitted": Column(to, [side.fitted for side in sides], unit, "extreme of the fitted nonlinearity"),
             "limit_at": Column(to, [side.at for side in sides], place, "sigma that sets the bound"),
             "bound": Column(to, np.array(_SIDES, dtype=object), "1", "of f(sigma)/sigma, or of the slope"),
         }
 
     def _attributes(self) -> dict[str, object]:
         return self.measurements._attributes() | {
-            "title": "Sector of a measured law",
+            "title": "Sector of a measured nonlinearity",
             "evidence": str(self.evidence),
             "comment": self.conclusion,
             "confidence": self.confidence if self.stated else "none is stated",
@@ -267,7 +279,7 @@ class MeasuredSector(Record):
             side: Bound = getattr(self, name)
             bound = rounded(side.bound, "below" if name.endswith("lower") else "above", 6)
             rows.append((name.replace("_", ", "), bound, f"{side.fitted:.6g}", f"{side.at:.4g} {place}"))
-        head = ("bound", f"{self.how_sure} [{unit}]", f"of the fitted law [{unit}]", "set at sigma")
+        head = ("bound", f"{self.how_sure} [{unit}]", f"of the fitted nonlinearity [{unit}]", "set at sigma")
         notes = [self.conclusion, *([MEMORY, TO_TRY] if self.hysteresis else []), *self.warnings]
         notes += [*left_out(self.outliers), *(f"Assumed: {text}." for text in self.assumptions)]
         return Page(f"sector of {self.measurements.source}", rows, head, "OBSERVED", notes)
@@ -275,16 +287,17 @@ class MeasuredSector(Record):
     def __str__(self) -> str:
         unit = self.measurements.unit
         lines = [self.conclusion]
-        pieces = " and ".join(str(law.knots.size - 1) for law in self.laws)
+        pieces = " and ".join(str(nonlinearity.knots.size - 1) for nonlinearity in self.nonlinearities)
         both = "" if self.memoryless else "to both mean branches, as an estimate: "
         chords = f"chords {self.lower.fitted:.4g} .. {self.upper.fitted:.4g}, " if self.bounded else ""
         lines.append(
             f"  fitted: {both}{chords}slopes {self.slope_lower.fitted:.4g} .. {self.slope_upper.fitted:.4g} "
             f"{self.measurements.stiffness_unit} on {pieces} pieces"
         )
-        for law in self.laws:
+        for nonlinearity in self.nonlinearities:
             lines.append(
-                f"  noise: {law.noise.constant:.3g} {unit} + {100 * law.noise.proportional:.2g} % of the load "
+                f"  noise: {nonlinearity.noise.constant:.3g} {unit} + {100 * nonlinearity.noise.proportional:.2g} % of "
+                f"the load "
                 "(standard deviation)"
             )
         if self.outliers:
@@ -365,12 +378,13 @@ class MeasuredMargin(Record):
                 f"Nothing follows for the loop: the measured sector {_shown(self.sector)} is not inside the proved one "
                 f"{proved}; that does not show that the loop is unstable."
             )
-        word = " It is the user's word that the law never has the wrong sign." if self.vouched else ""
+        word = " It is the user's word that the nonlinearity never has the wrong sign." if self.vouched else ""
         where = f"for sigma in [{low:.4g}, {high:.4g}] {self.measured.measurements.displacement_unit}"
         share = "any amount" if self.margin == math.inf else f"{100 * self.margin:.3g} %"
         return (
             f"The measured sector {_shown(self.sector)} lies inside the proved one {proved}: its upper bound could "
-            f"grow by {share}. The loop is therefore stable in the sense of the theorem if the law stays in the "
+            f"grow by {share}. The loop is therefore stable in the sense of the theorem if the nonlinearity stays in "
+            f"the "
             f"measured sector: observed {self.measured.how_sure} {where}, under the assumptions of the measurement; "
             f"outside that range it is assumed.{word}"
         )

@@ -205,7 +205,7 @@ class Measurements(Record):
 
     def _attributes(self) -> dict[str, object]:
         origin = {"source": self.source, "columns": ", ".join(self.columns), "notes": "; ".join(self.notes)}
-        return {"title": "Measured law", "evidence": "observed", **origin}
+        return {"title": "Measured nonlinearity", "evidence": "observed", **origin}
 
     def _page(self) -> Page:
         u, p = self.displacement, self.load

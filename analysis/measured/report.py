@@ -24,7 +24,7 @@ SCHEMA = "lure-measured/1"
 class MeasuredReport(Record):
     """The measurements, their sector, and the fit of normal compliance where it was asked for."""
 
-    sector: MeasuredSector = quantity("Bounds on the mean law; holds the measurements")
+    sector: MeasuredSector = quantity("Bounds on the mean nonlinearity; holds the measurements")
     fit: ComplianceFit | None = quantity("The fit")
 
     @property
@@ -33,7 +33,7 @@ class MeasuredReport(Record):
         return self.sector.measurements
 
     def plot(self, *, ax: Axes | None = None) -> tuple[Axes, Axes]:
-        """The data, the law, its sector, the fit if there is one, and the residuals.
+        """The data, the nonlinearity, its sector, the fit if there is one, and the residuals.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""The smallest sector and slope bounds that hold for the mean law behind measurements, with stated confidence."""
+"""The smallest sector and slope bounds of the mean nonlinearity behind measurements, with stated confidence."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lure.errors import InputError
 # Each branch is compared with the one before it at equal displacements.  What is asked of the difference is whether it
 # has one sign on loading against unloading, an area, and whether it comes back cycle after cycle.
 
-# Whether loading and unloading follow one law, and what correlated errors do to such questions.
+# Whether loading and unloading follow one nonlinearity, and what correlated errors do to such questions.
 
 Array = NDArray[np.float64]
 _DIRECTIONS: tuple[Direction, Direction] = ("loading", "unloading")
@@ -28,7 +28,7 @@ _ROUNDING = 1e-12
 
 
 def branch_rows(measurements: Measurements) -> list[NDArray[np.intp]]:
-    """The rows on loading and those on unloading, if both have enough for a mean law; else an empty list.
+    """The rows on loading and those on unloading, if both have enough for a mean nonlinearity; else an empty list.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def branch_rows(measurements: Measurements) -> list[NDArray[np.intp]]:
 def hysteresis_from_data(measurements: Measurements) -> Hysteresis | None:
     """The loop between loading and unloading; None where there is none to be seen, or there are no two branches.
 
-    Whether there is one is decided by ``has_loop``; its size is that between the mean laws
+    Whether there is one is decided by ``has_loop``; its size is that between the mean nonlinearities
     of the two directions.
 
     Parameters
@@ -55,45 +55,51 @@ def hysteresis_from_data(measurements: Measurements) -> Hysteresis | None:
     if not rows or not has_loop(measurements):
         return None
     origin = 0.5 * float(measurements.displacement.min() + measurements.displacement.max())
-    laws = [mean_nonlinearity(measurements.displacement[r] - origin, measurements.load[r], free=True) for r in rows]
-    places = np.linspace(max(law.knots[0] for law in laws), min(law.knots[-1] for law in laws), _PLACES)
-    apart = laws[0](places) - laws[1](places)
+    nonlinearities = [
+        mean_nonlinearity(measurements.displacement[r] - origin, measurements.load[r], free=True) for r in rows
+    ]
+    places = np.linspace(
+        max(nonlinearity.knots[0] for nonlinearity in nonlinearities),
+        min(nonlinearity.knots[-1] for nonlinearity in nonlinearities),
+        _PLACES,
+    )
+    apart = nonlinearities[0](places) - nonlinearities[1](places)
     i = int(np.argmax(np.abs(apart)))
     return Hysteresis(
         width=float(abs(apart[i])),
         at=float(places[i]) + origin,
-        share=float(abs(apart[i])) / float(max(np.abs(law.values).max() for law in laws)),
+        share=float(abs(apart[i])) / float(max(np.abs(nonlinearity.values).max() for nonlinearity in nonlinearities)),
         dissipated=float(np.trapezoid(apart, places)),
         rows=(rows[0].size, rows[1].size),
         branches=len(measurements.branches),
     )
 
 
-def correlation_of(law: MeanNonlinearity) -> float:
+def correlation_of(nonlinearity: MeanNonlinearity) -> float:
     """Correlation of the errors of neighbouring rows; 0 where it is no more than chance, or errors are rounding.
 
     Parameters
     ----------
-    law : MeanNonlinearity
+    nonlinearity : MeanNonlinearity
         With the residuals in the order of recording.
     """
-    scores = np.delete(law.scores, law.outliers)
-    exact = float(law.noise(law.values).max()) < _ROUNDING * float(np.abs(law.values).max())
+    scores = np.delete(nonlinearity.scores, nonlinearity.outliers)
+    exact = float(nonlinearity.noise(nonlinearity.values).max()) < _ROUNDING * float(np.abs(nonlinearity.values).max())
     if exact or not scores.any():
         return 0.0
     found = float(np.sum(scores[1:] * scores[:-1]) / np.sum(scores**2))
     return min(found, 0.99) if found * math.sqrt(scores.size) > _CORRELATED else 0.0
 
 
-def widening(law: MeanNonlinearity) -> float:
+def widening(nonlinearity: MeanNonlinearity) -> float:
     """By how much errors that form a first-order autoregressive sequence widen an interval; 1 if they look independent.
 
     Parameters
     ----------
-    law : MeanNonlinearity
+    nonlinearity : MeanNonlinearity
         With the residuals in the order of recording.
     """
-    correlation = correlation_of(law)
+    correlation = correlation_of(nonlinearity)
     return math.sqrt((1 + correlation) / (1 - correlation))
 
 
@@ -132,7 +138,7 @@ class Pair:
 
 
 def has_loop(measurements: Measurements) -> bool:
-    """Whether loading and unloading follow different laws.
+    """Whether loading and unloading follow different nonlinearities.
 
     Differences that noise or curvature make between two readings are no loop, nor is a jump.  Else a loop is seen by
     one of two tests:
@@ -318,7 +324,7 @@ _DRAWS = 8_000
 _FARTHEST = 1e100
 _SEED = 20_000
 _SURE = 0.999
-_POORLY = 3.0  # times what an end may miss, where pieces are too few for the law
+_POORLY = 3.0  # times what an end may miss, where pieces are too few for the nonlinearity
 _CORRELATED_READINGS = (
     "Errors of neighbouring rows are correlated ({:.2f}), against what is assumed: intervals are widened as for a "
     "first-order autoregressive sequence, and their confidence is approximate."
@@ -329,7 +335,7 @@ _CORRELATED_READINGS = (
 def sector_from_data(
     measurements: Measurements, *, confidence: float = 0.95, origin: float = 0.0, pieces: int | None = None
 ) -> MeasuredSector:
-    r"""Bounds on ``f(sigma)/sigma`` and on the slope of the mean law ``f`` behind noisy measurements.
+    r"""Bounds on ``f(sigma)/sigma`` and on the slope of the mean nonlinearity ``f`` behind noisy measurements.
 
     ``sigma`` is the displacement less ``origin``.  Assumed are: ``load_i = f(sigma_i) + e_i`` with independent normal
     errors of mean 0 whose standard deviation is ``s0 + s1 |f|``, both unknown; displacements without error, or with
@@ -355,7 +361,7 @@ def sector_from_data(
     -------
     MeasuredSector
         Where loading and unloading form a loop (``hysteresis``), no confidence is stated, the bounds are estimates for
-        both mean branches, and no criterion for memoryless laws applies.
+        both mean branches, and no criterion for memoryless nonlinearities applies.
 
     Raises
     ------
@@ -364,12 +370,13 @@ def sector_from_data(
 
     Notes
     -----
-    Simulated laws of the class lay inside as often as stated.  Smooth laws are not of the class: their slope varies
-    within a piece, most at the ends and beside 0.  Slopes there are extrapolated, and all bounds widened by what the
-    next term of the expansion, read off the pieces nearby, may add.  Of eight smooth laws on 60 to 120 rows with noise
-    of 0.2 to 5 % of the largest load, at most 4 in 60 simulated sets were given a confidence of 95 % and did not lie
-    inside.  Where twice as many pieces fit better, and the rows allow no more of them, the law is not ``resolved``: the
-    bounds are widened further, and no confidence is stated; up to 10 in 60 such sets did not lie inside.
+    Simulated nonlinearities of the class lay inside as often as stated.  Smooth nonlinearities are not of the class:
+    their slope varies within a piece, most at the ends and beside 0.  Slopes there are extrapolated, and all bounds
+    widened by what the next term of the expansion, read off the pieces nearby, may add.  Of eight smooth nonlinearities
+    on 60 to 120 rows with noise of 0.2 to 5 % of the largest load, at most 4 in 60 simulated sets were given a
+    confidence of 95 % and did not lie inside.  Where twice as many pieces fit better, and the rows allow no more of
+    them, the nonlinearity is not ``resolved``: the bounds are widened further, and no confidence is stated; up to 10 in
+    60 such sets did not lie inside.
 
     Readings so far off that a hundred clean sets hold one are outliers: named, and left out.  Errors found correlated
     from row to row widen the intervals as for a first-order autoregressive sequence, with a warning.
@@ -390,14 +397,25 @@ def sector_from_data(
     sigma = measurements.displacement - origin
     apart = hysteresis_from_data(measurements)
     rows = [np.arange(sigma.size)] if apart is None else branch_rows(measurements)
-    laws = tuple(mean_nonlinearity(sigma[part], measurements.load[part], pieces=pieces) for part in rows)
-    offsets = [_offset(sigma[part], measurements.load[part], law) for part, law in zip(rows, laws, strict=True)]
+    nonlinearities = tuple(mean_nonlinearity(sigma[part], measurements.load[part], pieces=pieces) for part in rows)
+    offsets = [
+        _offset(sigma[part], measurements.load[part], nonlinearity)
+        for part, nonlinearity in zip(rows, nonlinearities, strict=True)
+    ]
     if any(offsets):
-        laws = tuple(mean_nonlinearity(sigma[part], measurements.load[part], pieces=pieces, free=True) for part in rows)
-    each = 1 - (1 - confidence) / len(laws)
-    warnings = [_CORRELATED_READINGS.format(correlation_of(law)) for law in laws if correlation_of(law)]
-    multipliers = tuple(_multiplier(law, each) * widening(law) for law in laws)
-    bounds = [_bounds(law, multiplier) for law, multiplier in zip(laws, multipliers, strict=True)]
+        nonlinearities = tuple(
+            mean_nonlinearity(sigma[part], measurements.load[part], pieces=pieces, free=True) for part in rows
+        )
+    each = 1 - (1 - confidence) / len(nonlinearities)
+    warnings = [
+        _CORRELATED_READINGS.format(correlation_of(nonlinearity))
+        for nonlinearity in nonlinearities
+        if correlation_of(nonlinearity)
+    ]
+    multipliers = tuple(_multiplier(nonlinearity, each) * widening(nonlinearity) for nonlinearity in nonlinearities)
+    bounds = [
+        _bounds(nonlinearity, multiplier) for nonlinearity, multiplier in zip(nonlinearities, multipliers, strict=True)
+    ]
     lower, upper, least, most = (
         (min if i % 2 == 0 else max)((found[i] for found in bounds), key=lambda bound: bound.bound) for i in range(4)
     )
@@ -405,10 +423,11 @@ def sector_from_data(
         lower, upper = _unbounded(offset, sigma, lower, upper)
         if apart is None:  # a loop is open at 0, and that is no offset
             warnings.append(_offset_text(offset, measurements.unit))
-    for law in laws:
-        if law.curved < BENT and apart is None:
+    for nonlinearity in nonlinearities:
+        if nonlinearity.curved < BENT and apart is None:
             warnings.append(
-                f"The law bends within its pieces (p = {law.curved:.1g}), against what is assumed: the bounds are "
+                f"The nonlinearity bends within its pieces (p = {nonlinearity.curved:.1g}), against what is assumed: "
+                f"the bounds are "
                 "widened by the change of slope from piece to piece, and no confidence is stated; measure more points."
             )
     return MeasuredSector(
@@ -419,82 +438,91 @@ def sector_from_data(
         upper=upper,
         slope_lower=least,
         slope_upper=most,
-        laws=laws,
-        outliers=_outliers(measurements, laws, rows),
+        nonlinearities=nonlinearities,
+        outliers=_outliers(measurements, nonlinearities, rows),
         hysteresis=apart,
         warnings=tuple(warnings),
         multipliers=multipliers,
     )
 
 
-def _bounds(law: MeanNonlinearity, multiplier: float) -> tuple[Bound, Bound, Bound, Bound]:
+def _bounds(nonlinearity: MeanNonlinearity, multiplier: float) -> tuple[Bound, Bound, Bound, Bound]:
     """Least and largest chord, least and largest slope, so many standard errors outside the fitted ones."""
     found = []
-    ends, beyond, at = law.end_slopes()
-    middles = np.append(0.5 * (law.knots[1:] + law.knots[:-1]), at)
-    away, beside = law.knots[law.knots != 0], at == 0
+    ends, beyond, at = nonlinearity.end_slopes()
+    middles = np.append(0.5 * (nonlinearity.knots[1:] + nonlinearity.knots[:-1]), at)
+    away, beside = nonlinearity.knots[nonlinearity.knots != 0], at == 0
     # the least-squares value at a knot lies beside a curve by a twelfth of the bend, a third of what is missed between
-    missed = np.maximum(law.missed(away * (1 - 1e-9)), law.missed(away * (1 + 1e-9))) / np.abs(away)
-    bent = missed / 3, law.bow() / 3  # a parabola of slopes rises within its piece by a sixth at most, a peak by more
-    if law.curved < BENT:  # the pieces are as many as the rows allow, and too few for the law
-        bent, beyond = (missed, np.maximum(0.5 * law.bends(), bent[1])), _POORLY * beyond
+    missed = np.maximum(nonlinearity.missed(away * (1 - 1e-9)), nonlinearity.missed(away * (1 + 1e-9))) / np.abs(away)
+    bent = (
+        missed / 3,
+        nonlinearity.bow() / 3,
+    )  # a parabola of slopes rises within its piece by a sixth at most, a peak by more
+    if nonlinearity.curved < BENT:  # the pieces are as many as the rows allow, and too few for the nonlinearity
+        bent, beyond = (missed, np.maximum(0.5 * nonlinearity.bends(), bent[1])), _POORLY * beyond
     for combination, places, shape in (
-        (np.vstack([law.chords(), ends[beside]]), np.append(away, at[beside]), np.append(bent[0], beyond[beside])),
-        (np.vstack([law.slopes(), ends]), middles, np.append(bent[1], beyond)),
+        (
+            np.vstack([nonlinearity.chords(), ends[beside]]),
+            np.append(away, at[beside]),
+            np.append(bent[0], beyond[beside]),
+        ),
+        (np.vstack([nonlinearity.slopes(), ends]), middles, np.append(bent[1], beyond)),
     ):
-        values = combination @ law.values
-        errors = multiplier * _fitted_errors(combination, law) + shape
+        values = combination @ nonlinearity.values
+        errors = multiplier * _fitted_errors(combination, nonlinearity) + shape
         i, j = int(np.argmin(values - errors)), int(np.argmax(values + errors))
         found.append(Bound(bound=float(values[i] - errors[i]), fitted=float(values.min()), at=float(places[i])))
         found.append(Bound(bound=float(values[j] + errors[j]), fitted=float(values.max()), at=float(places[j])))
     return found[0], found[1], found[2], found[3]
 
 
-def _fitted_errors(combination: Array, law: MeanNonlinearity) -> Array:
-    return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", combination, law.covariance, combination), 0.0)))
+def _fitted_errors(combination: Array, nonlinearity: MeanNonlinearity) -> Array:
+    return np.asarray(
+        np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", combination, nonlinearity.covariance, combination), 0.0))
+    )
 
 
-def _multiplier(law: MeanNonlinearity, confidence: float) -> float:
+def _multiplier(nonlinearity: MeanNonlinearity, confidence: float) -> float:
     """How many standard errors hold all chords and slopes at once: the quantile of the largest of correlated t."""
-    combination = np.vstack([law.chords(), law.slopes(), law.end_slopes()[0]])
-    errors = _fitted_errors(combination, law)
+    combination = np.vstack([nonlinearity.chords(), nonlinearity.slopes(), nonlinearity.end_slopes()[0]])
+    errors = _fitted_errors(combination, nonlinearity)
     combination = combination[errors > 0] / errors[errors > 0, None]
     if not len(combination):
         return 0.0
-    scales = np.sqrt(np.maximum(np.diag(law.covariance), 1e-300))
-    values, vectors = np.linalg.eigh(law.covariance / np.outer(scales, scales))
+    scales = np.sqrt(np.maximum(np.diag(nonlinearity.covariance), 1e-300))
+    values, vectors = np.linalg.eigh(nonlinearity.covariance / np.outer(scales, scales))
     # the symmetric root: it depends on no choice of signs, so that the draws are the same in all units
     root = combination @ (scales[:, None] * ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T))
     random = np.random.default_rng(_SEED)
     draws = np.abs(random.standard_normal((_DRAWS, root.shape[1])) @ root.T).max(axis=1)
-    draws /= np.sqrt(random.chisquare(law.degrees, _DRAWS) / law.degrees)
+    draws /= np.sqrt(random.chisquare(nonlinearity.degrees, _DRAWS) / nonlinearity.degrees)
     spread = math.sqrt(confidence * (1 - confidence) / _DRAWS)
     return float(np.quantile(draws, min(confidence + 2 * spread, 1 - 1 / _DRAWS)))
 
 
-def _offset(sigma: Array, load: Array, law: MeanNonlinearity) -> tuple[float, float] | None:
+def _offset(sigma: Array, load: Array, nonlinearity: MeanNonlinearity) -> tuple[float, float] | None:
     """The mean load at 0 and its standard error if they contradict ``f(0) = 0``."""
     from scipy.stats import t as student
 
     if not (sigma.min() <= 0 <= sigma.max()):
         return None
-    free = mean_nonlinearity(sigma, load, pieces=max(2, law.knots.size - 1), free=True)
+    free = mean_nonlinearity(sigma, load, pieces=max(2, nonlinearity.knots.size - 1), free=True)
     value, error = float(free(0.0)), float(free.error(0.0)[0])
     limit = float(student.isf((1 - _SURE) / 2, free.degrees)) * error + _corner(free)
     limit += 1e-9 * float(np.abs(load).max())
     return (value, error) if abs(value) > limit else None
 
 
-def _corner(law: MeanNonlinearity) -> float:
-    """How far the value at 0 may lie from a law that bends on the pieces beside it."""
-    i = int(np.flatnonzero(law.knots == 0)[0])
-    beside = [j for j in (i - 1, i, i + 1) if 0 <= j < law.knots.size - 1]
-    slopes, widths = (law.slopes() @ law.values)[beside], np.diff(law.knots)[beside]
+def _corner(nonlinearity: MeanNonlinearity) -> float:
+    """How far the value at 0 may lie from a nonlinearity that bends on the pieces beside it."""
+    i = int(np.flatnonzero(nonlinearity.knots == 0)[0])
+    beside = [j for j in (i - 1, i, i + 1) if 0 <= j < nonlinearity.knots.size - 1]
+    slopes, widths = (nonlinearity.slopes() @ nonlinearity.values)[beside], np.diff(nonlinearity.knots)[beside]
     return 0.25 * float(np.abs(np.diff(slopes)).max(initial=0.0) * widths.max())
 
 
 def _unbounded(offset: tuple[float, float], sigma: Array, lower: Bound, upper: Bound) -> tuple[Bound, Bound]:
-    """Chords of a law that does not vanish at 0 grow without bound on the sides measured."""
+    """Chords of a nonlinearity that does not vanish at 0 grow without bound on the sides measured."""
     up = (offset[0] > 0 and sigma.max() > 0) or (offset[0] < 0 and sigma.min() < 0)
     down = (offset[0] < 0 and sigma.max() > 0) or (offset[0] > 0 and sigma.min() < 0)
     return (
@@ -505,17 +533,18 @@ def _unbounded(offset: tuple[float, float], sigma: Array, lower: Bound, upper: B
 
 def _offset_text(offset: tuple[float, float], unit: str) -> str:
     return (
-        f"The mean load at sigma = 0 is {offset[0]:.3g} +- {offset[1]:.1g} {unit}, not 0: such a law lies in no finite "
+        f"The mean load at sigma = 0 is {offset[0]:.3g} +- {offset[1]:.1g} {unit}, not 0: such a nonlinearity lies in "
+        f"no finite "
         "sector; give the origin where the load vanishes, or subtract the offset of the instrument."
     )
 
 
 def _outliers(
-    measurements: Measurements, laws: tuple[MeanNonlinearity, ...], rows: list[NDArray[np.intp]]
+    measurements: Measurements, nonlinearities: tuple[MeanNonlinearity, ...], rows: list[NDArray[np.intp]]
 ) -> tuple[Outlier, ...]:
     found = [
-        Outlier(index=int(part[i]), line=int(measurements.lines[part[i]]), score=float(law.scores[i]))
-        for law, part in zip(laws, rows, strict=True)
-        for i in law.outliers
+        Outlier(index=int(part[i]), line=int(measurements.lines[part[i]]), score=float(nonlinearity.scores[i]))
+        for nonlinearity, part in zip(nonlinearities, rows, strict=True)
+        for i in nonlinearity.outliers
     ]
     return tuple(sorted(found, key=lambda outlier: outlier.index))

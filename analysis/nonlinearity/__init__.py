@@ -1,4 +1,4 @@
-"""Sector and slope bounds of laws, from both sides, and points that violate a bound."""
+"""Sector and slope bounds of nonlinearities, from both sides, and points that violate a bound."""
 
 from lure.lazy import lazy_exports
 

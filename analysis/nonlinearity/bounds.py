@@ -1,4 +1,4 @@
-"""Sector and slope bounds of one law."""
+"""Sector and slope bounds of one nonlinearity."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from lure.expressions.regularity import hull, nature
 from lure.expressions.tree import ZERO, derivative
 from lure.nonlinearities import Quantiser
 
-# Chords and slopes gathered over the pieces of a law.
+# Chords and slopes gathered over the pieces of a nonlinearity.
 
 
 def piecewise_extrema(
@@ -88,7 +88,7 @@ def cuts_of(known: Known) -> list[Fraction]:
 _HALF = Fraction(1, 2)
 
 
-def quantiser_bounds(law: Quantiser, on: tuple[Fraction, Fraction] | None) -> NonlinearityBounds:
+def quantiser_bounds(nonlinearity: Quantiser, on: tuple[Fraction, Fraction] | None) -> NonlinearityBounds:
     """Sector and slope bounds, exact.
 
     At the jump to level ``n``, at ``(n - 1/2) step``, the chord rises to ``n/(n - 1/2)``; between the jumps it falls,
@@ -102,7 +102,7 @@ def quantiser_bounds(law: Quantiser, on: tuple[Fraction, Fraction] | None) -> No
         if far <= 0:
             continue
         near = max(Fraction(near), Fraction(0))
-        found, first, level = _of_side(law, near, far)
+        found, first, level = _of_side(nonlinearity, near, far)
         flat = flat or level
         jump = side * first if first is not None and jump is None else jump
         chords += [
@@ -112,7 +112,7 @@ def quantiser_bounds(law: Quantiser, on: tuple[Fraction, Fraction] | None) -> No
     if jump is not None:
         slopes.append(Candidate(value=math.inf, place=f"a jump at {short(jump)}", inside=False))
     return NonlinearityBounds(
-        law=str(law),
+        nonlinearity=str(nonlinearity),
         sector_lower=least(chords),
         sector_upper=largest(chords),
         slope_lower=least(slopes),
@@ -123,27 +123,29 @@ def quantiser_bounds(law: Quantiser, on: tuple[Fraction, Fraction] | None) -> No
 
 
 def _of_side(
-    law: Quantiser, near: Fraction, far: Fraction | float
+    nonlinearity: Quantiser, near: Fraction, far: Fraction | float
 ) -> tuple[list[tuple[Fraction, Fraction, bool]], Fraction | None, bool]:
     """Values, places and whether they are taken, on ``[near, far]``; the first jump in it."""
-    n = int(near / law.step + _HALF)  # the level at near
+    n = int(near / nonlinearity.step + _HALF)  # the level at near
     found = []
     if near > 0:
-        found.append((law.exact(near) / near, near, True))
+        found.append((nonlinearity.exact(near) / near, near, True))
     elif far > 0:
-        found.append((Fraction(0), min(law.step / 4, Fraction(far)) if far != math.inf else law.step / 4, True))
+        found.append(
+            (Fraction(0), min(nonlinearity.step / 4, Fraction(far)) if far != math.inf else nonlinearity.step / 4, True)
+        )
     if far != math.inf:
-        found.append((law.exact(Fraction(far)) / Fraction(far), Fraction(far), True))
-    first = (n + _HALF) * law.step
+        found.append((nonlinearity.exact(Fraction(far)) / Fraction(far), Fraction(far), True))
+    first = (n + _HALF) * nonlinearity.step
     if near < first <= far:
         if n:
-            found.append((n * law.step / first, first, False))
-        found.append(((n + 1) * law.step / first, first, True))
+            found.append((n * nonlinearity.step / first, first, False))
+        found.append(((n + 1) * nonlinearity.step / first, first, True))
         return found, first, True
     return found, None, True
 
 
-# Slope bounds of a law from its pieces and its jumps.
+# Slope bounds of a nonlinearity from its pieces and its jumps.
 
 
 def slope_extremes(
@@ -154,7 +156,7 @@ def slope_extremes(
         return (None, None), ["no slope bounds: a branch changes where continuity could not be decided"]
     try:
         found, covers = piecewise_extrema(known, chords=False, effort=effort)
-    except NotEnclosed as error:  # the law has its values there, or its chords would not have been enclosed
+    except NotEnclosed as error:  # the nonlinearity has its values there, or its chords would not have been enclosed
         where = short(error.place, digits=10)
         return (None, None), [f"no slope bounds: the slope could not be enclosed near sigma = {where}"]
     if not known.continuous:
@@ -188,7 +190,7 @@ def jumps_of(known: Known) -> list[Candidate] | None:
 
 
 def _edge(piece: Piece, x: Fraction, side: int) -> Value | float | None:
-    """The limit of the law at an end of a piece, None if it is not known."""
+    """The limit of the nonlinearity at an end of a piece, None if it is not known."""
     if piece.ratio is not None:
         return limit(piece.ratio, x, side).value
     tree = piece.tree
@@ -205,7 +207,7 @@ def _step(before: Value | float, after: Value | float) -> int | None:
 
 
 def _smooth_cuts(known: Known, found: Sequence[Candidate]) -> list[Candidate]:
-    """The slope at cuts where the law is differentiable, since the limits from both sides agree."""
+    """The slope at cuts where the nonlinearity is differentiable, since the limits from both sides agree."""
     unbroken = {right.low for left, right in pairwise(known.pieces) if left.tree == right.tree}
     limits: dict[Fraction, dict[int, Bound | tuple[Fraction, Fraction]]] = {}
     for c in found:
@@ -231,23 +233,23 @@ _LATE = "the time allowed ended the search (LURE-I007): these are the best bound
 
 
 def nonlinearity_bounds(
-    law: object,
+    nonlinearity: object,
     *,
     on: object = None,
     lipschitz: float | Fraction | None = None,
     samples: int = 4001,
     seconds: float | None = None,
 ) -> NonlinearityBounds:
-    r"""Sector and slope bounds of a law, from both sides, with the places where they are attained.
+    r"""Sector and slope bounds of a nonlinearity, from both sides, with the places where they are attained.
 
     .. math:: \inf_{\sigma \ne 0} \phi(\sigma)/\sigma, \quad \sup_{\sigma \ne 0} \phi(\sigma)/\sigma, \quad
         \inf_{x \ne y} \frac{\phi(x) - \phi(y)}{x - y}, \quad \sup_{x \ne y} \frac{\phi(x) - \phi(y)}{x - y}
 
-    over all of R, or over a closed interval.  The law enters a loop as ``mu = -phi(sigma)``.
+    over all of R, or over a closed interval.  The nonlinearity enters a loop as ``mu = -phi(sigma)``.
 
     Parameters
     ----------
-    law : law of lure.nonlinearities, Expression, str or callable
+    nonlinearity : law of lure.nonlinearities, Expression, str or callable
         A text is a formula in ``sigma`` (or ``x``).  Anything else that can be called is known by its values alone.
     on : pair of numbers, optional
         The interval; all of R by default.
@@ -262,24 +264,26 @@ def nonlinearity_bounds(
     Returns
     -------
     NonlinearityBounds
-        For a law known as a formula, CERTIFIED: exact for piecewise linear laws, from isolated roots for polynomials
-        and rational functions, else in ball arithmetic, ends and infinity included; ``inner`` and ``outer`` enclose the
-        true bound, and what could not be shown is in ``notes``.  For a callable, OBSERVED: a sample says nothing about
-        the values between its points; with ``lipschitz``, CERTIFIED under the assumption in ``assumptions``.
+        For a nonlinearity known as a formula, CERTIFIED: exact for piecewise linear nonlinearities, from isolated roots
+        for polynomials and rational functions, else in ball arithmetic, ends and infinity included; ``inner`` and
+        ``outer`` enclose the true bound, and what could not be shown is in ``notes``.  For a callable, OBSERVED: a
+        sample says nothing about the values between its points; with ``lipschitz``, CERTIFIED under the assumption in
+        ``assumptions``.
 
     Raises
     ------
     InputError
         The formula is refused by the parser, ``phi(0)`` is not 0 or not defined (where 0 belongs to the domain), the
-        law has a pole or no value somewhere, the degree of a rational function passes 256, or an argument is not as
-        described.
+        nonlinearity has a pole or no value somewhere, the degree of a rational function passes 256, or an argument is
+        not as described.
     AssumptionError
         The sample contradicts ``lipschitz``.
 
     Notes
     -----
     A jump gives an infinite slope bound, and its sector where there is one.  Slope bounds are those of the derivative
-    between the jumps: every difference quotient of a continuous, piecewise differentiable law is a mean of slopes.
+    between the jumps: every difference quotient of a continuous, piecewise differentiable nonlinearity is a mean of
+    slopes.
 
     Examples
     --------
@@ -290,14 +294,14 @@ def nonlinearity_bounds(
     effort = Effort(until=math.inf if seconds is None else time.monotonic() + seconds)
     interval = domain(on)
     low, high = (-math.inf, math.inf) if interval is None else interval
-    if isinstance(law, Quantiser):
-        found = quantiser_bounds(law, interval)
-    elif (known := known_nonlinearity(law, low, high)) is not None:
+    if isinstance(nonlinearity, Quantiser):
+        found = quantiser_bounds(nonlinearity, interval)
+    elif (known := known_nonlinearity(nonlinearity, low, high)) is not None:
         found = bounds_of_known(known, low, high, effort)
         if effort.late:
             found = replace(found, notes=(*found.notes, _LATE))
     else:
-        return _of_callable(law, interval, lipschitz, samples)
+        return _of_callable(nonlinearity, interval, lipschitz, samples)
     if lipschitz is not None:
         raise InputError(
             "lipschitz is for a nonlinearity given as a function; this one is known, and nothing need be assumed"
@@ -306,17 +310,18 @@ def nonlinearity_bounds(
 
 
 def _of_callable(
-    law: object, on: tuple[Fraction, Fraction] | None, lipschitz: float | Fraction | None, samples: int
+    nonlinearity: object, on: tuple[Fraction, Fraction] | None, lipschitz: float | Fraction | None, samples: int
 ) -> NonlinearityBounds:
-    if not callable(law):
+    if not callable(nonlinearity):
         raise InputError(
-            f"the nonlinearity is {law!r:.60}; give a formula in sigma, a nonlinearity of lure.nonlinearities, or "
+            f"the nonlinearity is {nonlinearity!r:.60}; give a formula in sigma, a nonlinearity of "
+            f"lure.nonlinearities, or "
             "a function"
         )
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 10:
         raise InputError(f"samples is {samples!r:.60}; give a whole number of at least 10")
-    name = getattr(law, "__name__", None) or str(law)
-    function: Callable[[Any], Any] = law
+    name = getattr(nonlinearity, "__name__", None) or str(nonlinearity)
+    function: Callable[[Any], Any] = nonlinearity
     sample = blackbox.sampled(function, name, on, samples)
     if lipschitz is None:
         return blackbox.observed(sample, name, on)
@@ -327,12 +332,12 @@ def _of_callable(
 
 
 def bounds_of_known(known: Known, low: End, high: End, effort: Effort | None = None) -> NonlinearityBounds:
-    """Sector and slope bounds of a law that is known exactly; see :func:`nonlinearity_bounds`.
+    """Sector and slope bounds of a nonlinearity that is known exactly; see :func:`nonlinearity_bounds`.
 
     Parameters
     ----------
     known : Known
-        The law.
+        The nonlinearity.
     low, high : Fraction, or an infinity
         Its domain.
     effort : Effort, optional
@@ -348,12 +353,12 @@ def bounds_of_known(known: Known, low: End, high: End, effort: Effort | None = N
 
 
 def has_values(known: Known, found: NonlinearityBounds) -> bool:
-    """Whether a law is known to have a value everywhere on its domain, now that it was bounded there.
+    """Whether a nonlinearity is known to have a value everywhere on its domain, now that it was bounded there.
 
     Parameters
     ----------
     known : Known
-        The law.
+        The nonlinearity.
     found : NonlinearityBounds
         Its bounds, without an error.  A search that bounds the chords from one side has looked at every place; one that
         was given up, or that met growth without bound on both sides, has not.
@@ -374,7 +379,7 @@ def _of_known(known: Known, low: End, high: End, effort: Effort | None) -> Nonli
     slope, notes = slope_extremes(known, effort)
     notes += _remarks("sector", *sector) + _remarks("slope", *slope)
     return NonlinearityBounds(
-        law=known.name,
+        nonlinearity=known.name,
         sector_lower=sector[0],
         sector_upper=sector[1],
         slope_lower=slope[0],

@@ -33,10 +33,10 @@ from lure.nonlinearities import (
     properties,
     shifted_class,
 )
-from lure.nonlinearities import law_class as smallest_class
+from lure.nonlinearities import nonlinearity_class as smallest_class
 from lure.nonlinearities.base import Nonlinearity, number_text
 from lure.nonlinearities.formula import VARIABLE
-from lure.nonlinearities.properties import law_text
+from lure.nonlinearities.properties import nonlinearity_text
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.nonlinearities.shifted import shifted_bound
 
@@ -104,7 +104,7 @@ class Membership:
     ----------
     nonlinearity : str
         The nonlinearity in words.
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         The class.
     properties : tuple of MemberProperty
         The sector; slope, oddness and time-invariance where the class demands them.
@@ -118,7 +118,7 @@ class Membership:
     """
 
     nonlinearity: str
-    law_class: NonlinearityClass
+    nonlinearity_class: NonlinearityClass
     properties: tuple[MemberProperty, ...]
     regularity: Regularity
     regularity_property: MemberProperty
@@ -160,7 +160,7 @@ class Membership:
         return Status.CHECKED if needed == "none" else self.regularity_property.status
 
     def __str__(self) -> str:
-        return f"{self.nonlinearity}: {self.status} member of the class of all {self.law_class}"
+        return f"{self.nonlinearity}: {self.status} member of the class of all {self.nonlinearity_class}"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -171,25 +171,25 @@ class Examined:
     ----------
     nonlinearity : Nonlinearity
         The nonlinearity; a formula that declares no sector carries the certified one here.
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         The class given, else the smallest that the nonlinearity is declared or known to belong to.
     membership : Membership
         What is known of the nonlinearity as a member of this class; nothing in it is VIOLATED.
     """
 
     nonlinearity: Nonlinearity
-    law_class: NonlinearityClass
+    nonlinearity_class: NonlinearityClass
     membership: Membership
 
 
-def examined(nonlinearity: object, law_class: NonlinearityClass | None = None) -> Examined:
+def examined(nonlinearity: object, nonlinearity_class: NonlinearityClass | None = None) -> Examined:
     """A nonlinearity as an analysis takes it: what it declares is tested, what it leaves out is certified.
 
     Parameters
     ----------
     nonlinearity : Nonlinearity, or control.saturation_nonlinearity
         The nonlinearity.
-    law_class : NonlinearityClass, optional
+    nonlinearity_class : NonlinearityClass, optional
         The class asked about; by default that of the nonlinearity.
 
     Raises
@@ -200,36 +200,37 @@ def examined(nonlinearity: object, law_class: NonlinearityClass | None = None) -
     AssumptionError
         A sample contradicts what is declared of a function that is known by its values alone.
     """
-    law = _with_certified(as_nonlinearity(nonlinearity))
-    own = _declared_class(law)
-    found = membership(law, own)
+    phi = _with_certified(as_nonlinearity(nonlinearity))
+    own = _declared_class(phi)
+    found = membership(phi, own)
     _demand_true(found, "declared to have", "declare what holds")
     if found.status is not Status.CHECKED:
-        _sampled(law)
-    if law_class is not None and law_class != own:
-        found = membership(law, law_class)
+        _sampled(phi)
+    if nonlinearity_class is not None and nonlinearity_class != own:
+        found = membership(phi, nonlinearity_class)
         _demand_true(found, "asked about in a class with", "give a class that contains it")
-    if type(law) is ExpressionNonlinearity and found.regularity == "locally Lipschitz" and not law.locally_lipschitz:
-        law = _declaring(law, law.sector, law.slope_bounds, odd=law.odd, locally_lipschitz=True)
-    return Examined(nonlinearity=law, law_class=own if law_class is None else law_class, membership=found)
+    if type(phi) is ExpressionNonlinearity and found.regularity == "locally Lipschitz" and not phi.locally_lipschitz:
+        phi = _declaring(phi, phi.sector, phi.slope_bounds, odd=phi.odd, locally_lipschitz=True)
+    asked = own if nonlinearity_class is None else nonlinearity_class
+    return Examined(nonlinearity=phi, nonlinearity_class=asked, membership=found)
 
 
-def _declared_class(law: Nonlinearity) -> NonlinearityClass:
+def _declared_class(phi: Nonlinearity) -> NonlinearityClass:
     try:
-        return smallest_class(law)
+        return smallest_class(phi)
     except AssumptionError:  # its exact graph contradicts what it declares, which membership then says with a point
-        sector, slope = law.sector, getattr(law, "slope_bounds", None)
+        sector, slope = phi.sector, getattr(phi, "slope_bounds", None)
         if slope is not None:
             sector = Sector(max(sector.lower, slope.lower), min(sector.upper, slope.upper))
-        return NonlinearityClass(sector=sector, slope=slope, odd=bool(getattr(law, "odd", False)))
+        return NonlinearityClass(sector=sector, slope=slope, odd=bool(getattr(phi, "odd", False)))
 
 
-def _sampled(law: Nonlinearity) -> None:
+def _sampled(phi: Nonlinearity) -> None:
     """Refuse what a sample disproves: of a formula it is confirmed in balls, and so an error of the input."""
     try:
-        check_declared(law)
+        check_declared(phi)
     except AssumptionError as error:
-        if isinstance(law, ExpressionNonlinearity):
+        if isinstance(phi, ExpressionNonlinearity):
             raise InputError(str(error), code=error.code) from None
         raise
 
@@ -238,7 +239,7 @@ def _demand_true(found: Membership, words: str, fix: str) -> None:
     known = found.violated
     if known is None:
         return
-    asked = found.law_class
+    asked = found.nonlinearity_class
     what = {
         "sector": f"the sector {asked.sector}",
         "slope": f"the slope bounds {asked.slope}",
@@ -249,16 +250,17 @@ def _demand_true(found: Membership, words: str, fix: str) -> None:
     raise InputError(f"the nonlinearity {found.nonlinearity!r:.60} is {words} {what}, but {known.how}; {fix}")
 
 
-def _with_certified(law: Nonlinearity) -> Nonlinearity:
+def _with_certified(phi: Nonlinearity) -> Nonlinearity:
     """A formula that declares no sector, with the sector, slope bounds and oddness that are certified."""
-    if type(law) is not ExpressionNonlinearity or law.sector_declared or law.sector != Sector(-math.inf, math.inf):
-        return law
-    if law.graph is not None and law.graph.is_line:
-        raise InputError(f"the nonlinearity {law.text!r:.60} is a straight line; a linear gain belongs into the block")
-    found = certified_bounds(law)
+    if type(phi) is not ExpressionNonlinearity or phi.sector_declared or phi.sector != Sector(-math.inf, math.inf):
+        return phi
+    if phi.graph is not None and phi.graph.is_line:
+        raise InputError(f"the nonlinearity {phi.text!r:.60} is a straight line; a linear gain belongs into the block")
+    found = certified_bounds(phi)
     if found is None or _loose(found.sector_lower, found.sector_upper):
         raise InputError(
-            f"the nonlinearity {law.text!r:.60} declares no sector, and none could be certified; declare one, such as "
+            f"the nonlinearity {phi.text!r:.60} declares no sector, and none could be certified; declare one, "
+            f"such as "
             "sector = [0, 5]"
         )
     low, high = _shown(found, "sector")
@@ -266,9 +268,9 @@ def _with_certified(law: Nonlinearity) -> Nonlinearity:
     slope = None if least is None or most is None or _loose(least, most) else found.slope
     if slope is not None and slope.upper - slope.lower > _WIDEST * (high - low):
         slope = None  # no criterion gains from them, and the question would be put for a class beyond all interest
-    odd = law.odd or bool(known_odd(law.expression, VARIABLE))
-    lipschitz = law.locally_lipschitz
-    return _declaring(law, Sector(below(low), above(high)), slope, odd=odd, locally_lipschitz=lipschitz)
+    odd = phi.odd or bool(known_odd(phi.expression, VARIABLE))
+    lipschitz = phi.locally_lipschitz
+    return _declaring(phi, Sector(below(low), above(high)), slope, odd=odd, locally_lipschitz=lipschitz)
 
 
 def _loose(low: Extreme, high: Extreme) -> bool:
@@ -278,14 +280,14 @@ def _loose(low: Extreme, high: Extreme) -> bool:
 
 
 def _declaring(
-    law: ExpressionNonlinearity, sector: Sector, slope: SlopeBounds | None, *, odd: bool, locally_lipschitz: bool
+    phi: ExpressionNonlinearity, sector: Sector, slope: SlopeBounds | None, *, odd: bool, locally_lipschitz: bool
 ) -> ExpressionNonlinearity:
     return ExpressionNonlinearity(
-        law.text, sector=sector, slope_bounds=slope, odd=odd, locally_lipschitz=locally_lipschitz
+        phi.text, sector=sector, slope_bounds=slope, odd=odd, locally_lipschitz=locally_lipschitz
     )
 
 
-def membership(nonlinearity: object, law_class: NonlinearityClass) -> Membership:
+def membership(nonlinearity: object, nonlinearity_class: NonlinearityClass) -> Membership:
     """What is known of a nonlinearity as a member of a class, each property with its provenance.
 
     Parameters
@@ -293,7 +295,7 @@ def membership(nonlinearity: object, law_class: NonlinearityClass) -> Membership
     nonlinearity : Nonlinearity, or control.saturation_nonlinearity
         Nonlinearities of the library are compared in closed form; formulas are bounded over all of R in exact or ball
         arithmetic, with a limited effort; a function of the user's is declared.
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         The class.
 
     Raises
@@ -315,52 +317,54 @@ def membership(nonlinearity: object, law_class: NonlinearityClass) -> Membership
     >>> found.status is Status.VIOLATED, found.regularity, str(found.zeros)
     (True, 'locally Lipschitz', '{0}')
     """
-    law = as_nonlinearity(nonlinearity)
-    if isinstance(law, ShiftedNonlinearity) and known_nonlinearity(law, -math.inf, math.inf) is None:
-        return _shifted(membership(law.law, shifted_class(law_class, -law.gain)), law, law_class)
+    phi = as_nonlinearity(nonlinearity)
+    if isinstance(phi, ShiftedNonlinearity) and known_nonlinearity(phi, -math.inf, math.inf) is None:
+        inner = membership(phi.nonlinearity, shifted_class(nonlinearity_class, -phi.gain))
+        return _shifted(inner, phi, nonlinearity_class)
     try:
-        known_of = properties(law)
+        known_of = properties(phi)
     except AssumptionError:  # an exact graph contradicts what is declared: it is then looked at as any formula is
         known_of = None
-    found = [_bounded(law, law_class.sector, known_of)]
-    if law_class.slope is not None:
-        found.append(_bounded(law, law_class.slope, known_of))
-    if law_class.odd:
-        found.append(_odd(law, known_of))
-    if not law_class.time_varying:
-        found.append(_time_invariance(law))
-    regularity, how = _regularity(law, known_of)
+    found = [_bounded(phi, nonlinearity_class.sector, known_of)]
+    if nonlinearity_class.slope is not None:
+        found.append(_bounded(phi, nonlinearity_class.slope, known_of))
+    if nonlinearity_class.odd:
+        found.append(_odd(phi, known_of))
+    if not nonlinearity_class.time_varying:
+        found.append(_time_invariance(phi))
+    regularity, how = _regularity(phi, known_of)
     return Membership(
-        nonlinearity=law_text(law),
-        law_class=law_class,
+        nonlinearity=nonlinearity_text(phi),
+        nonlinearity_class=nonlinearity_class,
         properties=tuple(found),
         regularity=regularity,
         regularity_property=how,
-        zeros=zero_set(law),
+        zeros=zero_set(phi),
     )
 
 
-def _shifted(inner: Membership, law: ShiftedNonlinearity, law_class: NonlinearityClass) -> Membership:
+def _shifted(inner: Membership, phi: ShiftedNonlinearity, nonlinearity_class: NonlinearityClass) -> Membership:
     """What is known of a shifted nonlinearity from what is known before the shift."""
 
     def moved(known: MemberProperty) -> MemberProperty:
         """Chords and slopes, less the gain."""
         if known.name not in _QUANTITIES:
             return known
-        ends = [None if x is None else shifted_bound(x, law.gain) for x in (known.value, known.bound, known.certified)]
-        how = f"before the shift by {number_text(law.gain)}: {known.how}"
+        ends = [None if x is None else shifted_bound(x, phi.gain) for x in (known.value, known.bound, known.certified)]
+        how = f"before the shift by {number_text(phi.gain)}: {known.how}"
         return replace(known, how=how, value=ends[0], bound=ends[1], certified=ends[2])
 
     found = tuple(moved(known) for known in inner.properties)
-    return replace(inner, nonlinearity=law_text(law), law_class=law_class, properties=found, zeros=None)
+    words = nonlinearity_text(phi)
+    return replace(inner, nonlinearity=words, nonlinearity_class=nonlinearity_class, properties=found, zeros=None)
 
 
-def certified_properties(law: Nonlinearity) -> Properties:
+def certified_properties(nonlinearity: Nonlinearity) -> Properties:
     """What is known of a nonlinearity, as :func:`lure.nonlinearities.properties` says, and what is certified here.
 
     Parameters
     ----------
-    law : Nonlinearity
+    nonlinearity : Nonlinearity
         A nonlinearity whose declarations hold, such as that of :class:`Examined`.
 
     Raises
@@ -368,8 +372,8 @@ def certified_properties(law: Nonlinearity) -> Properties:
     AssumptionError
         A declared property of a piecewise linear formula is false.
     """
-    known_of, own = properties(law), smallest_class(law)
-    found = membership(law, own)
+    known_of, own = properties(nonlinearity), smallest_class(nonlinearity)
+    found = membership(nonlinearity, own)
     checked = {known.name: known.how for known in found.properties if known.status is Status.CHECKED}
     if found.regularity_property.status is Status.CHECKED:
         checked["regularity"] = found.regularity_property.how
@@ -390,12 +394,12 @@ def _upgraded(known: Property[T], how: str | None) -> Property[T]:
     return Property(value=known.value, provenance=Provenance.CHECKED, how=how)
 
 
-def certified_bounds(law: object) -> NonlinearityBounds | None:
+def certified_bounds(nonlinearity: object) -> NonlinearityBounds | None:
     """Certified sector and slope bounds of a nonlinearity over all of R, found with a limited effort.
 
     Parameters
     ----------
-    law : Nonlinearity
+    nonlinearity : Nonlinearity
         The nonlinearity.
 
     Returns
@@ -408,9 +412,9 @@ def certified_bounds(law: object) -> NonlinearityBounds | None:
     InputError
         The formula has no value at some point.
     """
-    if type(law) is ExpressionNonlinearity:
-        return _bounds_of_text(law.text)
-    return _bounds(law)
+    if type(nonlinearity) is ExpressionNonlinearity:
+        return _bounds_of_text(nonlinearity.text)
+    return _bounds(nonlinearity)
 
 
 @lru_cache(maxsize=64)
@@ -418,11 +422,11 @@ def _bounds_of_text(text: str) -> NonlinearityBounds | None:
     return _bounds(text)
 
 
-def _bounds(law: object) -> NonlinearityBounds | None:
-    if isinstance(law, Quantiser):
-        return nonlinearity_bounds(law)
+def _bounds(phi: object) -> NonlinearityBounds | None:
+    if isinstance(phi, Quantiser):
+        return nonlinearity_bounds(phi)
     try:
-        known = _known(law)
+        known = _known(phi)
         if known is None:
             return None
         found = bounds_of_known(known, -math.inf, math.inf, Effort(_EFFORT))
@@ -431,11 +435,11 @@ def _bounds(law: object) -> NonlinearityBounds | None:
         return None
 
 
-def _known(law: object) -> Known | None:
-    return known_nonlinearity(law, -math.inf, math.inf)
+def _known(phi: object) -> Known | None:
+    return known_nonlinearity(phi, -math.inf, math.inf)
 
 
-def _bounded(law: Nonlinearity, bounds: Sector | SlopeBounds, known_of: Properties | None) -> MemberProperty:
+def _bounded(phi: Nonlinearity, bounds: Sector | SlopeBounds, known_of: Properties | None) -> MemberProperty:
     """The sector or the slope bounds."""
     is_sector = isinstance(bounds, Sector)
     name: Name = "sector" if is_sector else "slope"
@@ -447,11 +451,11 @@ def _bounded(law: Nonlinearity, bounds: Sector | SlopeBounds, known_of: Properti
         and _inside(own.value, bounds)
     ):
         return MemberProperty(name=name, status=Status.CHECKED, how=own.how)
-    found = certified_bounds(law)
+    found = certified_bounds(phi)
     if found is None:
         return MemberProperty(name=name, status=Status.DECLARED, how=_WORD)
     if found.within(bounds) is Verdict.REFUTED:
-        return _violated(found, bounds, violation(law, bounds, found=found))
+        return _violated(found, bounds, violation(phi, bounds, found=found))
     low, high = _shown(found, name)
     span = f"{_QUANTITIES[name]} in [{short(low, digits=10)}, {short(high, digits=10)}] for every sigma"
     if bounds.lower <= low and high <= bounds.upper:
@@ -493,12 +497,12 @@ def _violated(found: NonlinearityBounds, bounds: Sector | SlopeBounds, at: Viola
     )
 
 
-def _odd(law: Nonlinearity, known_of: Properties | None) -> MemberProperty:
+def _odd(phi: Nonlinearity, known_of: Properties | None) -> MemberProperty:
     if known_of is not None and known_of.odd.provenance is Provenance.CHECKED and known_of.odd.value:
         return MemberProperty(name="odd", status=Status.CHECKED, how=known_of.odd.how)
-    if type(law) is ExpressionNonlinearity and known_odd(law.expression, VARIABLE):
+    if type(phi) is ExpressionNonlinearity and known_odd(phi.expression, VARIABLE):
         return MemberProperty(name="odd", status=Status.CHECKED, how="read off the formula")
-    known = _known_or_none(law)
+    known = _known_or_none(phi)
     for x in () if known is None else (*_TRIED, *(abs(cut) for cut in cuts_of(known) if cut != 0)):
         total = _mirrored_sum(known.value, x) if known is not None else None
         if total is not None:
@@ -523,25 +527,25 @@ def _mirrored_sum(value: Callable[[Fraction], Value], x: Fraction) -> Fraction |
     return low if low > 0 else high if high < 0 else None
 
 
-def _known_or_none(law: object) -> Known | None:
+def _known_or_none(phi: object) -> Known | None:
     try:
-        return _known(law)
+        return _known(phi)
     except TooLarge:
         return None
 
 
-def _time_invariance(law: Nonlinearity) -> MemberProperty:
-    if type(law) in (Quantiser, ExpressionNonlinearity) or _known_or_none(law) is not None:
+def _time_invariance(phi: Nonlinearity) -> MemberProperty:
+    if type(phi) in (Quantiser, ExpressionNonlinearity) or _known_or_none(phi) is not None:
         how = "a formula or a graph in sigma alone"
         return MemberProperty(name="time-invariance", status=Status.CHECKED, how=how)
     how = "a function known by its values is taken to give one value for each sigma"
     return MemberProperty(name="time-invariance", status=Status.DECLARED, how=how)
 
 
-def _regularity(law: Nonlinearity, known_of: Properties | None) -> tuple[Regularity, MemberProperty]:
+def _regularity(phi: Nonlinearity, known_of: Properties | None) -> tuple[Regularity, MemberProperty]:
     """The most that is known, and else what is declared."""
-    jumping = "discontinuous" in f"{getattr(law, 'regularity', '')}"
-    declared = bool(getattr(law, "locally_lipschitz", not jumping))  # one that says nothing is taken to be
+    jumping = "discontinuous" in f"{getattr(phi, 'regularity', '')}"
+    declared = bool(getattr(phi, "locally_lipschitz", not jumping))  # one that says nothing is taken to be
     if known_of is not None and known_of.regularity.provenance is Provenance.CHECKED:
         words: Regularity = (
             "locally Lipschitz"
@@ -550,13 +554,13 @@ def _regularity(law: Nonlinearity, known_of: Properties | None) -> tuple[Regular
             if "discontinuous" in known_of.regularity.value
             else "continuous"
         )
-        if words != "continuous" or type(law) is not ExpressionNonlinearity:
+        if words != "continuous" or type(phi) is not ExpressionNonlinearity:
             return words, _regular(Status.CHECKED, known_of.regularity.how)
-    known = _known_or_none(law)
+    known = _known_or_none(phi)
     jumps = None if known is None else _jumps(known)
     if jumps:
         return "none", _regular(Status.VIOLATED if declared else Status.CHECKED, f"phi has {jumps[0].place}")
-    found = certified_bounds(law)
+    found = certified_bounds(phi)
     if known is not None and found is not None and jumps is not None:
         slope = found.slope_lower, found.slope_upper
         if all(end is not None and isinstance(end.outer, Fraction) for end in slope):
@@ -566,9 +570,9 @@ def _regularity(law: Nonlinearity, known_of: Properties | None) -> tuple[Regular
             return "locally Lipschitz", _regular(Status.CHECKED, how)
         if not declared:
             return "continuous", _regular(Status.CHECKED, "its branches meet, and each has values everywhere")
-    if type(law) is ExpressionNonlinearity and law.nature is not None and law.nature.continuous and not declared:
+    if type(phi) is ExpressionNonlinearity and phi.nature is not None and phi.nature.continuous and not declared:
         return "continuous", _regular(Status.CHECKED, "read off the formula")
-    silent = not (jumping or hasattr(law, "locally_lipschitz"))
+    silent = not (jumping or hasattr(phi, "locally_lipschitz"))
     how = "nothing is declared, and it is taken to be" if silent else _WORD
     return ("locally Lipschitz" if declared else "none" if jumping else "unknown"), _regular(Status.DECLARED, how)
 
@@ -584,7 +588,7 @@ def _jumps(known: Known) -> list[Candidate] | None:
 
 
 def _smooth(piece: Piece) -> bool:
-    """Whether the law on a piece is visibly locally Lipschitz up to the ends of the piece."""
+    """Whether the nonlinearity on a piece is visibly locally Lipschitz up to the ends of the piece."""
     if piece.ratio is not None:
         ends = [end for end in (piece.low, piece.high) if isinstance(end, Fraction)]
         return all(piece.ratio.at(end) is not None for end in ends)

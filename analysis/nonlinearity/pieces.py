@@ -28,7 +28,8 @@ from lure.nonlinearities.base import NormalCompliance, number_text
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.nonlinearities.reading import control_saturation
 
-# A law given as a tree, cut where its branches change: on each open interval one tree, with the branches chosen.
+# A nonlinearity given as a tree, cut where its branches change: on each open interval one tree, with the branches
+# chosen.
 
 # Values at rational points as sums of different constants, so that ``tanh(-1) + tanh(1)`` is seen to be 0.
 
@@ -109,14 +110,14 @@ _SINGULAR = ("sqrt", "log")
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """The law on an open interval.
+    """The nonlinearity on an open interval.
 
     Attributes
     ----------
     low, high : Fraction, or an infinity
         The interval.
     tree : Node
-        The law there: branches that change side at rational points only are chosen.
+        The nonlinearity there: branches that change side at rational points only are chosen.
     ratio : Ratio or None
         The same as a rational function, if it is one.
     """
@@ -133,7 +134,7 @@ class Piece:
 
 
 def pieces(tree: Node, low: End, high: End) -> tuple[Piece, ...]:
-    """The law between two ends, cut at 0 and wherever a branch changes at a rational point.
+    """The nonlinearity between two ends, cut at 0 and wherever a branch changes at a rational point.
 
     Parameters
     ----------
@@ -321,22 +322,22 @@ _ONE = fmpq_poly([1])
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Known:
-    """A law on a closed interval or all of R.
+    """A nonlinearity on a closed interval or all of R.
 
     Attributes
     ----------
     name : str
-        The law in words.
+        The nonlinearity in words.
     pieces : tuple of Piece
         Ascending and adjacent.
     value : callable
         The value at an exact point, or an interval that contains it.
     continuous : bool
-        Whether the law is continuous for its form alone; else the cuts are looked at one by one.
+        Whether the nonlinearity is continuous for its form alone; else the cuts are looked at one by one.
     whole : bool
         Whether all its branches were chosen exactly, so that it is smooth between the cuts.
     branches : callable or None
-        For a law with jumps: the tree, with its branches chosen, on an interval or at a point.
+        For a nonlinearity with jumps: the tree, with its branches chosen, on an interval or at a point.
     """
 
     name: str
@@ -347,61 +348,62 @@ class Known:
     branches: Callable[[End, End], Node] | None = None
 
 
-def known_nonlinearity(law: object, low: End, high: End) -> Known | None:
-    """The law cut into pieces; None for one known by its values alone.
+def known_nonlinearity(nonlinearity: object, low: End, high: End) -> Known | None:
+    """The nonlinearity cut into pieces; None for one known by its values alone.
 
     Raises
     ------
     InputError
         A text is refused by the parser, or uses both ``sigma`` and ``x``.
     """
-    law = control_saturation(law) or law
-    if callable(law) and not getattr(type(law).__call__, "__module__", "").startswith("lure."):
-        return None  # a class of the user's, whose values need not be those of the law that it is derived from
-    if isinstance(law, GraphNonlinearity):
-        return _of_graph(law.graph, f"{law}", low, high)
-    if isinstance(law, ExpressionNonlinearity) and law.graph is not None:
-        return _of_graph(law.graph, law.text, low, high)
-    tree = tree_of(law)
-    return None if tree is None else of_tree(_in_sigma(tree), _name(law), low, high)
+    nonlinearity = control_saturation(nonlinearity) or nonlinearity
+    if callable(nonlinearity) and not getattr(type(nonlinearity).__call__, "__module__", "").startswith("lure."):
+        return None  # a class of the user's, whose values need not be those of the nonlinearity that it is derived from
+    if isinstance(nonlinearity, GraphNonlinearity):
+        return _of_graph(nonlinearity.graph, f"{nonlinearity}", low, high)
+    if isinstance(nonlinearity, ExpressionNonlinearity) and nonlinearity.graph is not None:
+        return _of_graph(nonlinearity.graph, nonlinearity.text, low, high)
+    tree = tree_of(nonlinearity)
+    return None if tree is None else of_tree(_in_sigma(tree), _name(nonlinearity), low, high)
 
 
-def tree_of(law: object) -> Node | None:
-    """The tree of a law in one variable; None for one that has none."""
-    if isinstance(law, str):
-        return parsed(law).tree
-    if isinstance(law, Expression):
-        if len(names(law.tree)) > 1:
+def tree_of(nonlinearity: object) -> Node | None:
+    """The tree of a nonlinearity in one variable; None for one that has none."""
+    if isinstance(nonlinearity, str):
+        return parsed(nonlinearity).tree
+    if isinstance(nonlinearity, Expression):
+        if len(names(nonlinearity.tree)) > 1:
             raise InputError(
-                f"the nonlinearity {law.source[:60]!r} has the variables {sorted(names(law.tree))}; a "
+                f"the nonlinearity {nonlinearity.source[:60]!r} has the variables {sorted(names(nonlinearity.tree))}; "
+                f"a "
                 "nonlinearity has one"
             )
-        return law.tree
-    if isinstance(law, ExpressionNonlinearity):
-        return law.expression.tree
-    if isinstance(law, Tanh):
-        return _times(law.gain, Apply("tanh", (Apply("/", (SIGMA, Number(law.scale))),)))
-    if isinstance(law, Cubic):
+        return nonlinearity.tree
+    if isinstance(nonlinearity, ExpressionNonlinearity):
+        return nonlinearity.expression.tree
+    if isinstance(nonlinearity, Tanh):
+        return _times(nonlinearity.gain, Apply("tanh", (Apply("/", (SIGMA, Number(nonlinearity.scale))),)))
+    if isinstance(nonlinearity, Cubic):
         cube = Apply("**", (SIGMA, Number(Fraction(3))))
-        return Apply("+", (_times(law.linear, SIGMA), _times(law.cubic, cube)))
-    if isinstance(law, NormalCompliance):
-        power = Apply("**", (SIGMA, Number(law.exact_exponent)))
+        return Apply("+", (_times(nonlinearity.linear, SIGMA), _times(nonlinearity.cubic, cube)))
+    if isinstance(nonlinearity, NormalCompliance):
+        power = Apply("**", (SIGMA, Number(nonlinearity.exact_exponent)))
         zero = Number(Fraction(0))
-        return Apply("where", (Apply(">", (SIGMA, zero)), _times(law.exact_stiffness, power), zero))
-    if isinstance(law, ShiftedNonlinearity):
-        inner = tree_of(law.law)
-        return None if inner is None else Apply("-", (inner, _times(law.gain, SIGMA)))
+        return Apply("where", (Apply(">", (SIGMA, zero)), _times(nonlinearity.exact_stiffness, power), zero))
+    if isinstance(nonlinearity, ShiftedNonlinearity):
+        inner = tree_of(nonlinearity.nonlinearity)
+        return None if inner is None else Apply("-", (inner, _times(nonlinearity.gain, SIGMA)))
     return None
 
 
-def kinks(law: object) -> list[float]:
-    """Where a law changes its branch, as far as that is known exactly."""
-    known = known_nonlinearity(law, -math.inf, math.inf)
+def kinks(nonlinearity: object) -> list[float]:
+    """Where a nonlinearity changes its branch, as far as that is known exactly."""
+    known = known_nonlinearity(nonlinearity, -math.inf, math.inf)
     return [] if known is None else [float(p.high) for p in known.pieces if isinstance(p.high, Fraction)]
 
 
 def parsed(text: str) -> Expression:
-    """A law as text in ``sigma``, or in ``x``.
+    """A nonlinearity as text in ``sigma``, or in ``x``.
 
     Raises
     ------
@@ -490,12 +492,12 @@ def _in_sigma(node: Node) -> Node:
     return Apply(node.operation, tuple(_in_sigma(part) for part in node.arguments))
 
 
-def _name(law: object) -> str:
-    if isinstance(law, NormalCompliance):
-        factor = "" if law.exact_stiffness == 1 else f"{number_text(law.exact_stiffness)} "
-        power = "" if law.exact_exponent == 1 else f"^{number_text(law.exact_exponent)}"
+def _name(nonlinearity: object) -> str:
+    if isinstance(nonlinearity, NormalCompliance):
+        factor = "" if nonlinearity.exact_stiffness == 1 else f"{number_text(nonlinearity.exact_stiffness)} "
+        power = "" if nonlinearity.exact_exponent == 1 else f"^{number_text(nonlinearity.exact_exponent)}"
         return f"normal compliance {factor}max(sigma, 0){power}"
-    return law.source if isinstance(law, Expression) else str(law)
+    return nonlinearity.source if isinstance(nonlinearity, Expression) else str(nonlinearity)
 
 
 def domain(on: object) -> tuple[Fraction, Fraction] | None:

@@ -16,7 +16,7 @@ from lure.analysis.numerics.precision import working_precision
 from lure.errors import InputError
 from lure.expressions.tree import Apply, Node, Number
 
-# Values collected on the pieces of a law, and the extremes chosen among them.
+# Values collected on the pieces of a nonlinearity, and the extremes chosen among them.
 
 BITS = 160
 _LARGEST = 10_000
@@ -35,7 +35,7 @@ class Candidate:
     place : Fraction, infinity, pair of Fraction, or str
         The point, an interval that contains it, or words.
     inside : bool
-        Whether the law takes the value at the place; else it approaches it.
+        Whether the nonlinearity takes the value at the place; else it approaches it.
     side : int
         For a limit: 1 from the right, -1 from the left, 0 where that needs no saying.
     """

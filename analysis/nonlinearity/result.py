@@ -1,4 +1,4 @@
-"""What is found of a law: bounds on its chords and slopes from both sides, and where they are attained."""
+"""What is found of a nonlinearity: bounds on its chords and slopes from both sides, and where they are attained."""
 
 from __future__ import annotations
 
@@ -107,9 +107,9 @@ class Extreme(Record):
 
 
 class NonlinearityBounds(Record):
-    """Sector and slope bounds of one law on one domain."""
+    """Sector and slope bounds of one nonlinearity on one domain."""
 
-    law: str = quantity("The nonlinearity in words")
+    nonlinearity: str = quantity("The nonlinearity in words")
     sector_lower: Extreme = quantity("Infimum of ``phi(sigma)/sigma`` over the ``sigma != 0`` of the domain")
     sector_upper: Extreme = quantity("Supremum of the same")
     slope_lower: Extreme | None = quantity(
@@ -130,7 +130,7 @@ class NonlinearityBounds(Record):
 
     @property
     def sector(self) -> Sector:
-        """The smallest sector of doubles or exact numbers that contains the law; a sampled one holds the sample only.
+        """The smallest sector of doubles or exact numbers that contains it; a sampled one holds the sample only.
 
         Of a straight line both bounds are its gain: :meth:`lure.classes.Sector.line`, which no theorem takes.
         """
@@ -148,12 +148,12 @@ class NonlinearityBounds(Record):
         """
         if self.slope_lower is None or self.slope_upper is None:
             why = f": {self.notes[0]}" if self.notes else ""
-            raise AssumptionError(f"the nonlinearity {self.law:.60} has no slope bounds that were shown{why}")
+            raise AssumptionError(f"the nonlinearity {self.nonlinearity:.60} has no slope bounds that were shown{why}")
         lower, upper = self._outer(self.slope_lower, self.slope_upper)
         return SlopeBounds.line(Fraction(lower)) if lower == upper else SlopeBounds(lower, upper)
 
     def within(self, bounds: Sector | SlopeBounds) -> Verdict:
-        """Whether the law lies within a sector or slope bounds on its domain.
+        """Whether the nonlinearity lies within a sector or slope bounds on its domain.
 
         PROVED needs certified evidence (under ``assumptions``, if there are any); REFUTED means that some chord slope,
         or difference quotient, passes a bound: ask :func:`lure.analysis.nonlinearity.violation` for one.
@@ -189,7 +189,7 @@ class NonlinearityBounds(Record):
     def _attributes(self) -> dict[str, object]:
         comment = "Nearest doubles of the bounds; to_dict has the exact numbers, and sector and slope round outwards."
         return {
-            "law": self.law,
+            "law": self.nonlinearity,
             "domain": self._domain,
             "evidence": str(self.evidence),
             "assumptions": "; ".join(self.assumptions),
@@ -208,23 +208,23 @@ class NonlinearityBounds(Record):
         given = [f"Assumed: {text}." for text in self.assumptions]
         sampled = ["A sample bounds nothing between its points."] if self.evidence is Evidence.OBSERVED else []
         head, notes = ("bound", "value", "where", "known"), (*given, *self.notes, *sampled)
-        return Page(f"{self.law}, {self._domain}", rows, head, str(self.evidence).upper(), notes)
+        return Page(f"{self.nonlinearity}, {self._domain}", rows, head, str(self.evidence).upper(), notes)
 
     @property
     def _domain(self) -> str:
         return "all real sigma" if self.on is None else f"sigma in [{short(self.on[0])}, {short(self.on[1])}]"
 
-    def plot(self, law: object, *, ax: Axes | None = None) -> Axes:
-        """The law with the wedge of its sector; see :func:`lure.analysis.plots.plot_law_sector`.
+    def plot(self, nonlinearity: object, *, ax: Axes | None = None) -> Axes:
+        """The nonlinearity with the wedge of its sector; see :func:`lure.analysis.plots.plot_nonlinearity_sector`.
 
         Parameters
         ----------
-        law : law of lure.nonlinearities, Expression, str or callable
-            The law that was bounded: the bounds know its name only.
+        nonlinearity : law of lure.nonlinearities, Expression, str or callable
+            The nonlinearity that was bounded: the bounds know its name only.
         ax : Axes, optional
             Where to draw; by default a new figure.
         """
-        made: Axes = drawing(self)(law, self, ax=ax)
+        made: Axes = drawing(self)(nonlinearity, self, ax=ax)
         return made
 
     def __str__(self) -> str:
@@ -234,7 +234,7 @@ class NonlinearityBounds(Record):
         """What was found of the sector, the slopes or both, in lines."""
         domain = "" if self.on is None else f" for sigma in [{short(self.on[0])}, {short(self.on[1])}]"
         given = f", given that {'; '.join(self.assumptions)}" if self.assumptions else ""
-        lines = [f"{self.law}{domain} ({self.evidence}{given})"]
+        lines = [f"{self.nonlinearity}{domain} ({self.evidence}{given})"]
         for name in quantities:
             low, high = self.extremes(name)
             if low is None or high is None:

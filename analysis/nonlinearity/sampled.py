@@ -1,4 +1,4 @@
-"""Laws known by their values alone: what a sample shows, and what follows from a constant the user vouches for."""
+"""Functions known by their values alone: what a sample shows, and what follows from a constant the user vouches for."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ROOM = 1e-13  # about ten operations of doubles
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """Ascending points, without 0, at which the law was asked, and what it answered."""
+    """Ascending points, without 0, at which the nonlinearity was asked, and what it answered."""
 
     x: NDArray[np.float64]
     phi: NDArray[np.float64]
@@ -32,16 +32,16 @@ class Sample:
 
 
 def sampled(
-    law: Callable[[ArrayLike], ArrayLike], name: str, on: tuple[Fraction, Fraction] | None, samples: int
+    nonlinearity: Callable[[ArrayLike], ArrayLike], name: str, on: tuple[Fraction, Fraction] | None, samples: int
 ) -> tuple[Sample, Sample]:
-    """The sample of a law: evenly in the logarithm on both sides of 0, denser near the extremes found.
+    """The sample of a nonlinearity: evenly in the logarithm on both sides of 0, denser near the extremes found.
 
     Parameters
     ----------
-    law : callable
+    nonlinearity : callable
         Takes an array of floats, or one float.
     name : str
-        The law in words, for errors.
+        The nonlinearity in words, for errors.
     on : tuple of Fraction, or None
         The interval; None for ``1e-9 <= |sigma| <= 1e9``.
     samples : int
@@ -55,13 +55,13 @@ def sampled(
     Raises
     ------
     InputError
-        The law has no finite value at a point, or does not vanish at 0.
+        The nonlinearity has no finite value at a point, or does not vanish at 0.
     """
     low, high = (-(10.0**DECADES), 10.0**DECADES) if on is None else (float(on[0]), float(on[1]))
     x = _spread(low, high, samples)
-    phi = _values(law, name, x)
+    phi = _values(nonlinearity, name, x)
     zero = low <= 0 <= high
-    if zero and (start := _values(law, name, np.zeros(1))[0]) != 0:
+    if zero and (start := _values(nonlinearity, name, np.zeros(1))[0]) != 0:
         raise InputError(
             f"the nonlinearity {name:.60} has phi(0) = {start:.6g}; a sector needs a nonlinearity that vanishes at 0"
         )
@@ -75,7 +75,7 @@ def sampled(
             if not gaps:
                 break
             more = np.setdiff1d(np.concatenate(gaps), np.append(x, 0.0))
-            x, phi = np.append(x, more), np.append(phi, _values(law, name, more))
+            x, phi = np.append(x, more), np.append(phi, _values(nonlinearity, name, more))
             order = np.argsort(x)
             x, phi = x[order], phi[order]
     place = int(np.searchsorted(x, 0.0))
@@ -90,7 +90,7 @@ def observed(sample: tuple[Sample, Sample], name: str, on: tuple[Fraction, Fract
     slopes = np.diff(phi) / np.diff(x)
     span = f"1e-{DECADES} <= |sigma| <= 1e{DECADES}" if on is None else "the interval"
     return NonlinearityBounds(
-        law=name,
+        nonlinearity=name,
         sector_lower=_seen(chords, places, np.argmin(chords), -math.inf),
         sector_upper=_seen(chords, places, np.argmax(chords), math.inf),
         slope_lower=_between(slopes, x, np.argmin(slopes), -math.inf),
@@ -104,7 +104,7 @@ def observed(sample: tuple[Sample, Sample], name: str, on: tuple[Fraction, Fract
 def vouched(
     sample: tuple[Sample, Sample], name: str, on: tuple[Fraction, Fraction] | None, lipschitz: Fraction
 ) -> NonlinearityBounds:
-    """Bounds that hold if the law is Lipschitz with the constant, which the sample must not contradict.
+    """Bounds that hold if the nonlinearity is Lipschitz with the constant, which the sample must not contradict.
 
     Between two points ``x < y`` of one side, ``phi`` lies below ``min(phi(x) + L (sigma - x), phi(y) + L (y - sigma))``
     and its chord is largest where the two meet.  Where 0 belongs to the interval only ``phi(0) = 0`` is left, hence
@@ -136,7 +136,7 @@ def vouched(
         if part is not None
     ]
     return NonlinearityBounds(
-        law=name,
+        nonlinearity=name,
         sector_lower=found[0],
         sector_upper=found[1],
         slope_lower=found[2],
@@ -178,15 +178,15 @@ def _spread(low: float, high: float, samples: int) -> NDArray[np.float64]:
     return np.asarray(np.clip(x[x != 0], low, high))
 
 
-def _values(law: Callable[[ArrayLike], ArrayLike], name: str, x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _values(nonlinearity: Callable[[ArrayLike], ArrayLike], name: str, x: NDArray[np.float64]) -> NDArray[np.float64]:
     with np.errstate(all="ignore"):
         try:
-            phi = np.asarray(law(x), dtype=float)
+            phi = np.asarray(nonlinearity(x), dtype=float)
             if phi.shape != x.shape:
                 raise ValueError
         except (TypeError, ValueError):
             try:
-                phi = np.array([float(np.asarray(law(float(point)))) for point in x])
+                phi = np.array([float(np.asarray(nonlinearity(float(point)))) for point in x])
             except (ArithmeticError, TypeError, ValueError) as error:
                 raise InputError(
                     f"the nonlinearity {name:.60} cannot be evaluated ({error}); give a function of one number"

@@ -87,7 +87,7 @@ class Region:
 
     @property
     def unknown(self) -> bool:
-        """Whether nothing is known of a box, not even that the law has values there."""
+        """Whether nothing is known of a box, not even that the nonlinearity has values there."""
         return self.box is not None and self.cover.low == -math.inf and self.cover.high == math.inf
 
 

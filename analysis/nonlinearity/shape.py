@@ -138,12 +138,12 @@ class ZeroSet:
         return " and ".join(map(str, self.parts))
 
 
-def zero_set(law: object) -> ZeroSet | None:
+def zero_set(nonlinearity: object) -> ZeroSet | None:
     """The exact set of zeros of a nonlinearity; None where it is not known.
 
     Parameters
     ----------
-    law : Nonlinearity
+    nonlinearity : Nonlinearity
         A nonlinearity of the library, or a formula.
 
     Returns
@@ -158,14 +158,16 @@ def zero_set(law: object) -> ZeroSet | None:
     >>> print(zero_set(Saturation()), zero_set(DeadZone(width=2)), zero_set(Quantiser(step=1)))
     {0} [-2, 2] (-0.5, 0.5)
     """
-    if type(law) is Quantiser:
-        return ZeroSet(parts=(ZeroInterval(low=-law.step / 2, high=law.step / 2, closed=False),))
-    own = getattr(type(law).__call__, "__module__", "").startswith("lure.")  # no class of the user's, of other values
-    graph = law.graph if isinstance(law, GraphNonlinearity | ExpressionNonlinearity) and own else None
+    if type(nonlinearity) is Quantiser:
+        return ZeroSet(parts=(ZeroInterval(low=-nonlinearity.step / 2, high=nonlinearity.step / 2, closed=False),))
+    own = getattr(type(nonlinearity).__call__, "__module__", "").startswith(
+        "lure."
+    )  # no class of the user's, of other values
+    graph = nonlinearity.graph if isinstance(nonlinearity, GraphNonlinearity | ExpressionNonlinearity) and own else None
     if graph is not None:
         return _of_graph(graph)
     try:
-        known = known_nonlinearity(law, -math.inf, math.inf)
+        known = known_nonlinearity(nonlinearity, -math.inf, math.inf)
         return None if known is None else _of_known(known)
     except InputError:
         return None  # it has no value somewhere, or too many pieces

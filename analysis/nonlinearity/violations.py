@@ -1,4 +1,4 @@
-"""A point, or two, at which a law leaves a sector or slope bounds."""
+"""A point, or two, at which a nonlinearity leaves a sector or slope bounds."""
 
 from __future__ import annotations
 
@@ -62,27 +62,27 @@ class Violation(Record):
 
 
 def violation(
-    law: object,
+    nonlinearity: object,
     bounds: Sector | SlopeBounds,
     *,
     on: object = None,
     found: NonlinearityBounds | None = None,
     samples: int = 4001,
 ) -> Violation | None:
-    """A point at which a law leaves a sector, or two between which it leaves slope bounds; None if none was found.
+    """A point at which phi leaves a sector, or two between which it leaves slope bounds; None if none was found.
 
-    That none was found proves nothing: ask ``nonlinearity_bounds(law).within(bounds)``.
+    That none was found proves nothing: ask ``nonlinearity_bounds(nonlinearity).within(bounds)``.
 
     Parameters
     ----------
-    law : law of lure.nonlinearities, Expression, str or callable
+    nonlinearity : law of lure.nonlinearities, Expression, str or callable
         As for :func:`nonlinearity_bounds`.
     bounds : Sector or SlopeBounds
-        What the law may not leave.
+        What the nonlinearity may not leave.
     on : pair of numbers, optional
         The interval; all of R by default.
     found : NonlinearityBounds, optional
-        What :func:`nonlinearity_bounds` found for the same law and interval, to spare the work.
+        What :func:`nonlinearity_bounds` found for the same nonlinearity and interval, to spare the work.
     samples : int
         For a callable.
 
@@ -97,13 +97,13 @@ def violation(
     phi(sigma)/sigma = 4 > 1 (certified) at sigma = -2
     """
     interval = domain(on)
-    known = nonlinearity_bounds(law, on=on, samples=samples) if found is None else found
+    known = nonlinearity_bounds(nonlinearity, on=on, samples=samples) if found is None else found
     if known.within(bounds) is not Verdict.REFUTED:
         return None
     quantity: Quantity = "sector" if isinstance(bounds, Sector) else "slope"
     low, high = (-math.inf, math.inf) if interval is None else interval
     with working_precision(BITS):
-        value, evidence = _values(law, low, high)
+        value, evidence = _values(nonlinearity, low, high)
         ends = (
             (known.sector_lower, known.sector_upper) if quantity == "sector" else (known.slope_lower, known.slope_upper)
         )
@@ -120,18 +120,19 @@ def violation(
     return None
 
 
-def _values(law: object, low: End, high: End) -> tuple[Callable[[Fraction], Value], Evidence]:
-    if isinstance(law, Quantiser):
-        return law.exact, Evidence.CERTIFIED
-    known = known_nonlinearity(law, low, high)
+def _values(nonlinearity: object, low: End, high: End) -> tuple[Callable[[Fraction], Value], Evidence]:
+    if isinstance(nonlinearity, Quantiser):
+        return nonlinearity.exact, Evidence.CERTIFIED
+    known = known_nonlinearity(nonlinearity, low, high)
     if known is not None:
         return known.value, Evidence.CERTIFIED
-    if not callable(law):
+    if not callable(nonlinearity):
         raise InputError(
-            f"the nonlinearity is {law!r:.60}; give a formula in sigma, a nonlinearity of lure.nonlinearities, or "
+            f"the nonlinearity is {nonlinearity!r:.60}; give a formula in sigma, a nonlinearity of "
+            f"lure.nonlinearities, or "
             "a function"
         )
-    function = law
+    function = nonlinearity
     return lambda x: Fraction(float(np.asarray(function(float(x))))), Evidence.OBSERVED
 
 

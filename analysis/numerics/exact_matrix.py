@@ -214,7 +214,8 @@ class ZeroEigenvalue:
         if self.algebraic > 1:
             return (
                 f"the eigenvalue 0 is {_times(self.algebraic)}, with {_count(self.geometric)}, and the critical case "
-                "needs a simple one: where phi is small the state drifts away like a power of time, and a law that "
+                "needs a simple one: where phi is small the state drifts away like a power of time, and a nonlinearity "
+                "that "
                 "fades, as sigma exp(-|sigma|) does, need not bring it back although every linear gain may be stable"
             )
         if not self.observable:

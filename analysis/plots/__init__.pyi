@@ -2,7 +2,7 @@ from lure.analysis.graphical.frequencies import drawing_frequencies as drawing_f
 from lure.analysis.plots.frequency import plot_nyquist as plot_nyquist
 from lure.analysis.plots.frequency import plot_popov as plot_popov
 from lure.analysis.plots.frequency import plot_popov_expression as plot_popov_expression
-from lure.analysis.plots.loops import plot_law as plot_law
+from lure.analysis.plots.loops import plot_nonlinearity as plot_nonlinearity
 from lure.analysis.plots.loops import plot_orbit as plot_orbit
 from lure.analysis.plots.loops import plot_orbit_signals as plot_orbit_signals
 from lure.analysis.plots.loops import plot_reach as plot_reach
@@ -13,8 +13,8 @@ from lure.analysis.plots.measured import plot_measurements as plot_measurements
 from lure.analysis.plots.responses import plot_hint as plot_hint
 from lure.analysis.plots.responses import plot_nyquist_response as plot_nyquist_response
 from lure.analysis.plots.responses import plot_popov_response as plot_popov_response
-from lure.analysis.plots.sectors import plot_law_sector as plot_law_sector
-from lure.analysis.plots.sectors import plot_law_slope as plot_law_slope
+from lure.analysis.plots.sectors import plot_nonlinearity_sector as plot_nonlinearity_sector
+from lure.analysis.plots.sectors import plot_nonlinearity_slope as plot_nonlinearity_slope
 from lure.analysis.plots.sectors import plot_violation as plot_violation
 from lure.analysis.plots.style import Draw as Draw
 from lure.analysis.plots.style import Picture as Picture

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from lure.analysis.counterexamples.simulated import law_of, orbit_of
+from lure.analysis.counterexamples.simulated import nonlinearity_entry, orbit_of
 from lure.analysis.plots.style import (
     BLUE,
     GREEN,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from lure.analysis.counterexamples.trajectories import Trajectory
     from lure.analysis.verdict import Witness
 
-# The periodic orbit of a counterexample: sigma over one period, and the law it belongs to.
+# The periodic orbit of a counterexample: sigma over one period, and the nonlinearity it belongs to.
 
 # Simulated solutions of a loop from several first states, on one figure.
 
@@ -96,7 +96,7 @@ _STANDING = {Evidence.CERTIFIED: "certified orbit", Evidence.COMPUTED: "computed
 
 
 def plot_orbit(block: object, witness: Witness, *, ax: Axes | None = None) -> Axes:
-    """``sigma`` over one period of the orbit of a witness, with the places where its law bends.
+    """``sigma`` over one period of the orbit of a witness, with the places where its nonlinearity bends.
 
     The curve is drawn in floating point; that there is an orbit is what ``witness.evidence`` says.
 
@@ -167,7 +167,7 @@ def plot_orbit_signals(block: object, witness: Witness, *, ax: Axes | None = Non
     """
     linear = exact_block(block, "plot_orbit_signals")
     t, sigma = orbit_of(linear, witness)
-    mu = -np.asarray(law_of(witness)(sigma), dtype=float)
+    mu = -np.asarray(nonlinearity_entry(witness)(sigma), dtype=float)
     above, below = panels(ax, 1.0)
     discrete = linear.dt is not None
     look: dict[str, Any] = {"marker": "o", "ms": 4, "lw": 0.8} if discrete else {"lw": 1.5}
@@ -184,7 +184,7 @@ def plot_orbit_signals(block: object, witness: Witness, *, ax: Axes | None = Non
     return above
 
 
-def plot_law(witness: Witness, *, ax: Axes | None = None) -> Axes:
+def plot_nonlinearity(witness: Witness, *, ax: Axes | None = None) -> Axes:
     """The piecewise linear law of a periodic orbit over all that the orbit visits.
 
     Parameters

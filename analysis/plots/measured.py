@@ -1,4 +1,4 @@
-"""Measured data with the mean law, its sector, the fitted compliance law, and the residuals below."""
+"""Measured data with the mean nonlinearity, its sector, the fitted compliance law, and the residuals below."""
 
 from __future__ import annotations
 
@@ -41,21 +41,21 @@ _LOADS = {"N": "force", "Pa": "stress", "N m": "torque"}
 def plot_measured(
     found: MeasuredSector, *, fit: ComplianceFit | None = None, ax: Axes | None = None
 ) -> tuple[Axes, Axes]:
-    """Data, mean law with its band, the wedge of the sector, outliers marked; residuals below.
+    """Data, mean nonlinearity with its band, the wedge of the sector, outliers marked; residuals below.
 
     Parameters
     ----------
     found : MeasuredSector
         The bounds.
     fit : ComplianceFit, optional
-        A fitted law to draw too.
+        A fitted nonlinearity to draw too.
     ax : Axes, optional
         Where to draw; by default a new figure.  The place is shared out between it and new axes below it.
 
     Returns
     -------
     tuple of Axes
-        Above and below.  With hysteresis there are two laws, and loading is told from unloading.
+        Above and below.  With hysteresis there are two nonlinearities, and loading is told from unloading.
     """
     above, below = panels(ax, _BELOW)
     data, (low, high) = found.measurements, found.domain
@@ -65,17 +65,17 @@ def plot_measured(
     if found.memoryless and (math.isfinite(found.lower.bound) or math.isfinite(found.upper.bound)):
         _wedge(above, x, found, limits)
     rows = [np.arange(len(data))] if found.memoryless else [data.rows("loading"), data.rows("unloading")]
-    names = ("mean law",) if found.memoryless else ("loading", "unloading")
+    names = ("mean nonlinearity",) if found.memoryless else ("loading", "unloading")
     colours = (INK, PURPLE)
-    for law, part, name, colour, multiplier in zip(
-        found.laws, rows, names, colours[: len(rows)], found.multipliers, strict=True
+    for nonlinearity, part, name, colour, multiplier in zip(
+        found.nonlinearities, rows, names, colours[: len(rows)], found.multipliers, strict=True
     ):
         _points(above, sigma[part], data.load[part], GREY if found.memoryless else colour)
-        inside = x[(x >= law.knots[0]) & (x <= law.knots[-1])]
-        mean, error = law(inside), multiplier * law.error(inside)
+        inside = x[(x >= nonlinearity.knots[0]) & (x <= nonlinearity.knots[-1])]
+        mean, error = nonlinearity(inside), multiplier * nonlinearity.error(inside)
         above.fill_between(inside, mean - error, mean + error, color=colour, alpha=0.25, lw=0)
         above.plot(inside, mean, color=colour, lw=1.4, label=name, zorder=3)
-        _points(below, sigma[part], law.scores, GREY if found.memoryless else colour)
+        _points(below, sigma[part], nonlinearity.scores, GREY if found.memoryless else colour)
     if fit is not None:
         above.plot(x, fit(x + found.origin), color=GREEN, lw=1.3, ls="--", label="fitted compliance", zorder=3.5)
     places = {o.index: sigma[o.index] for o in found.outliers}
@@ -84,7 +84,11 @@ def plot_measured(
     _finish(above, below, (float(x[0]), float(x[-1])), f"σ [{data.displacement_unit}]", data)
     confidence = f"{100 * found.confidence:g} %" if found.stated else "no confidence stated"
     if found.memoryless:
-        said = f"{confidence}, if the assumptions hold" if found.resolved else f"{confidence}: the law bends too much"
+        said = (
+            f"{confidence}, if the assumptions hold"
+            if found.resolved
+            else f"{confidence}: the nonlinearity bends too much"
+        )
         note(above, said, corner="lower right")
     else:
         note(above, f"a loop: the element has memory;\n{confidence}", corner="lower right")

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from lure.analysis.graphical import NyquistResponse, PopovResponse
 
-# The describing function of a hint: where the curve of a block meets the locus of a law.
+# The describing function of a hint: where the curve of a block meets the locus of a nonlinearity.
 
 _WORDS = {True: "perhaps attracting", False: "perhaps repelling", None: "of unknown kind"}
 _MARKERS = "ov^sD"
@@ -58,14 +58,14 @@ def plot_hint(hint: DescribingHint, *, ax: Axes | None = None) -> Axes:
     Raises
     ------
     InputError
-        The hint does not come from ``describing_hint``, so that it has no block and no law.
+        The hint does not come from ``describing_hint``, so that it has no block and no nonlinearity.
     """
-    if hint.block is None or hint.law is None:
+    if hint.block is None or hint.nonlinearity is None:
         raise InputError(
             "the hint has no block and no nonlinearity to draw; take it from describing_hint(block, nonlinearity)"
         )
     values = axis_values(hint.block, None)[1]
-    gains = real_describing_function(hint.law, amplitudes(hint.law))
+    gains = real_describing_function(hint.nonlinearity, amplitudes(hint.nonlinearity))
     with np.errstate(divide="ignore"):
         locus = -1.0 / gains
     locus = locus[np.isfinite(locus)]

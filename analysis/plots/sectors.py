@@ -1,4 +1,4 @@
-"""A law with the wedge of its sector, and its slope between its bounds."""
+"""A nonlinearity with the wedge of its sector, and its slope between its bounds."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from lure.analysis.nonlinearity.result import Quantity
     from lure.analysis.testing.result import Violation
 
-# A law that leaves its sector or its slope bounds, with the point where it does.
+# A nonlinearity that leaves its sector or its slope bounds, with the point where it does.
 
 _POINTS = 1201
 
 
 def plot_violation(violation: Violation, *, ax: Axes | None = None) -> Axes:
-    """Draw a law, the lines that bound it and the point or pair at which it breaks what was asserted of it.
+    """Draw a nonlinearity, the lines that bound it and the point or pair at which it breaks what was asserted of it.
 
     Parameters
     ----------
@@ -76,13 +76,13 @@ _REACH = 2.0
 _JUMP = 0.05
 
 
-def plot_law_sector(law: object, found: NonlinearityBounds, *, ax: Axes | None = None) -> Axes:
+def plot_nonlinearity_sector(nonlinearity: object, found: NonlinearityBounds, *, ax: Axes | None = None) -> Axes:
     """``phi(sigma)`` with the lines of its sector, the wedge between them shaded and the attained points marked.
 
     Parameters
     ----------
-    law : law of lure.nonlinearities, Expression, str or callable
-        The law that was bounded.
+    nonlinearity : law of lure.nonlinearities, Expression, str or callable
+        The nonlinearity that was bounded.
     found : NonlinearityBounds
         Its bounds; those of a sample are drawn dashed.
     ax : Axes, optional
@@ -91,11 +91,12 @@ def plot_law_sector(law: object, found: NonlinearityBounds, *, ax: Axes | None =
     Returns
     -------
     Axes
-        The axes drawn on.  Without an interval the law is drawn around the places where its bounds are attained.
+        The axes drawn on.  Without an interval the nonlinearity is drawn around the places where its bounds are
+        attained.
     """
     axes = axes_or_new(ax)
-    x = _abscissae(law, found, "sector")
-    values = _values(law, x)
+    x = _abscissae(nonlinearity, found, "sector")
+    values = _values(nonlinearity, x)
     pair = (found.sector_lower, found.sector_upper)
     bounds = [_bound(part, found) for part in pair]
     low, high = _window(values, [slope * x for slope in bounds if math.isfinite(slope)])
@@ -115,13 +116,13 @@ def plot_law_sector(law: object, found: NonlinearityBounds, *, ax: Axes | None =
     return axes
 
 
-def plot_law_slope(law: object, found: NonlinearityBounds, *, ax: Axes | None = None) -> Axes:
+def plot_nonlinearity_slope(nonlinearity: object, found: NonlinearityBounds, *, ax: Axes | None = None) -> Axes:
     """Difference quotients of ``phi`` between neighbouring points of the picture, and the bounds on all of them.
 
     Parameters
     ----------
-    law : law of lure.nonlinearities, Expression, str or callable
-        The law that was bounded.
+    nonlinearity : law of lure.nonlinearities, Expression, str or callable
+        The nonlinearity that was bounded.
     found : NonlinearityBounds
         Its bounds; those of a sample are drawn dashed.
     ax : Axes, optional
@@ -130,11 +131,11 @@ def plot_law_slope(law: object, found: NonlinearityBounds, *, ax: Axes | None = 
     Returns
     -------
     Axes
-        The axes drawn on.  A jump of the law is a spike that leaves the picture.
+        The axes drawn on.  A jump of the nonlinearity is a spike that leaves the picture.
     """
     axes = axes_or_new(ax)
-    x = _abscissae(law, found, "slope")
-    slopes = np.diff(_values(law, x)) / np.diff(x)
+    x = _abscissae(nonlinearity, found, "slope")
+    slopes = np.diff(_values(nonlinearity, x)) / np.diff(x)
     middle = 0.5 * (x[1:] + x[:-1])
     pair = (found.slope_lower, found.slope_upper)
     bounds = [_bound(part, found) for part in pair if part is not None]
@@ -179,16 +180,16 @@ def _finish(axes: Axes, found: NonlinearityBounds, quantity: Quantity, frame: tu
     if approached:
         words = "; ".join(approached).replace("sigma", "σ").replace("->", "→").replace("-inf", "−∞").replace("inf", "∞")
         note(axes, f"not attained: {words}", corner="lower right")
-    title = found.law if len(found.law) <= 50 else found.law[:47] + "..."
+    title = found.nonlinearity if len(found.nonlinearity) <= 50 else found.nonlinearity[:47] + "..."
     axes.set_title(f"{title} ({found.evidence})", fontsize="medium", loc="left")
 
 
-def _abscissae(law: object, found: NonlinearityBounds, quantity: Quantity) -> Array:
-    """The interval, or what holds the places where the bounds are attained and the law changes its branch."""
+def _abscissae(nonlinearity: object, found: NonlinearityBounds, quantity: Quantity) -> Array:
+    """The interval, or what holds the places where the bounds are attained and the nonlinearity changes its branch."""
     if found.on is not None:
         return np.linspace(float(found.on[0]), float(found.on[1]), _SECTORS_POINTS)
     places = [abs(point) for part in found.extremes(quantity) if (point := _point(part)) is not None]
-    places += [abs(x) for x in kinks(law)]
+    places += [abs(x) for x in kinks(nonlinearity)]
     reach = _REACH * max((size for size in places if 1e-6 < size < 1e6), default=_REACH)
     return np.linspace(-reach, reach, _SECTORS_POINTS)
 
@@ -202,27 +203,27 @@ def _point(part: Extreme | None) -> float | None:
     )
 
 
-def _values(law: object, x: Array) -> Array:
-    if isinstance(law, str):
-        law = parsed(law)
+def _values(nonlinearity: object, x: Array) -> Array:
+    if isinstance(nonlinearity, str):
+        nonlinearity = parsed(nonlinearity)
     with np.errstate(all="ignore"):
-        variables = getattr(law, "variables", None)
-        if variables is not None and hasattr(law, "exact"):
+        variables = getattr(nonlinearity, "variables", None)
+        if variables is not None and hasattr(nonlinearity, "exact"):
             from lure.expressions import Expression
             from lure.expressions.tree import names
 
-            assert isinstance(law, Expression), "only expressions have variables"
-            return np.asarray(law(**dict.fromkeys(names(law.tree), x)), dtype=float) + 0.0 * x
-        assert callable(law), "it was bounded"
+            assert isinstance(nonlinearity, Expression), "only expressions have variables"
+            return np.asarray(nonlinearity(**dict.fromkeys(names(nonlinearity.tree), x)), dtype=float) + 0.0 * x
+        assert callable(nonlinearity), "it was bounded"
         try:
-            found = np.asarray(law(x), dtype=float)
+            found = np.asarray(nonlinearity(x), dtype=float)
         except (TypeError, ValueError):
-            found = np.array([float(law(float(point))) for point in x])
+            found = np.array([float(nonlinearity(float(point))) for point in x])
     return found
 
 
 def _window(values: Array, lines: list[Array]) -> tuple[float, float]:
-    """What the picture holds of the ordinate: the law, and the lines as far as thrice its height."""
+    """What the picture holds of the ordinate: the nonlinearity, and the lines as far as thrice its height."""
     finite = values[np.isfinite(values)]
     low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
     room = 1.0 * (high - low) or 1.0

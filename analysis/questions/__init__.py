@@ -1,4 +1,4 @@
-"""Two-sided answers: how far a class of laws is proved stable, and where a member of it destabilises the loop."""
+"""Two-sided answers: how far a class is proved stable, and where a member of it destabilises the loop."""
 
 from lure.lazy import lazy_exports
 

@@ -26,40 +26,40 @@ _SPECIFIC = (codes.FOREIGN_LAW, codes.ROUGH_LAW, codes.SEVERAL_SOLUTIONS)
 _WITHOUT = "nothing is proved"
 
 
-def row_asked(rows: Sequence[StabilityBound], law_class: NonlinearityClass) -> StabilityBound:
+def row_asked(rows: Sequence[StabilityBound], nonlinearity_class: NonlinearityClass) -> StabilityBound:
     """The row whose class is of the kind asked about, of the four in their order of the table.
 
     Parameters
     ----------
     rows : sequence of StabilityBound
-        Sectors of laws that vary with time, sectors, slopes, slopes of odd laws.
-    law_class : NonlinearityClass
+        Sectors of nonlinearities that vary with time, sectors, slopes, slopes of odd nonlinearities.
+    nonlinearity_class : NonlinearityClass
         The class.
     """
-    if law_class.time_varying or law_class.slope is None:
-        return rows[0 if law_class.time_varying else 1]
-    return rows[3 if law_class.odd else 2]
+    if nonlinearity_class.time_varying or nonlinearity_class.slope is None:
+        return rows[0 if nonlinearity_class.time_varying else 1]
+    return rows[3 if nonlinearity_class.odd else 2]
 
 
-def serves(row: StabilityBound, law_class: NonlinearityClass) -> bool:
+def serves(row: StabilityBound, nonlinearity_class: NonlinearityClass) -> bool:
     """Whether the class of the row may contain the class asked about: what is worth trying, and no verdict."""
-    if not _low_enough(row, law_class):
+    if not _low_enough(row, nonlinearity_class):
         return False
-    if law_class.time_varying:
+    if nonlinearity_class.time_varying:
         return row.time_varying
     if row.question == "slope":
-        return law_class.slope is not None and (law_class.odd or not row.odd)
+        return nonlinearity_class.slope is not None and (nonlinearity_class.odd or not row.odd)
     return True
 
 
-def _low_enough(row: StabilityBound, law_class: NonlinearityClass) -> bool:
+def _low_enough(row: StabilityBound, nonlinearity_class: NonlinearityClass) -> bool:
     """Whether the classes of the row begin at or below the class asked about; those with dead time begin at 0."""
-    bounds = law_class.slope if row.question == "slope" else None
-    return row.lower <= (bounds or law_class.sector).lower
+    bounds = nonlinearity_class.slope if row.question == "slope" else None
+    return row.lower <= (bounds or nonlinearity_class.sector).lower
 
 
 def why(
-    asked: StabilityBound, rows: list[StabilityBound], law_class: NonlinearityClass, missed: Sequence[Failure]
+    asked: StabilityBound, rows: list[StabilityBound], nonlinearity_class: NonlinearityClass, missed: Sequence[Failure]
 ) -> tuple[Code, str]:
     """Why the class asked about is not decided.
 
@@ -69,7 +69,7 @@ def why(
         The row of the class asked about.
     rows : list of StabilityBound
         All rows.
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         The class.
     missed : sequence of Failure
         What was accepted and does not fit, each with its reason.
@@ -84,15 +84,16 @@ def why(
             if found.code is specific:
                 return specific, found.detail
     reach = max(
-        (row.largest.low for row in rows if serves(row, law_class) and row.verdict is Verdict.PROVED), default=None
+        (row.largest.low for row in rows if serves(row, nonlinearity_class) and row.verdict is Verdict.PROVED),
+        default=None,
     )
     against = "" if asked.refuted_at is None else f", and the smallest class refuted ends at {asked.refuted_text}"
     if asked.stopped is not None:
         return codes.OUT_OF_TIME, f"the search was stopped: {_WITHOUT if reach is None else _ends(reach)}{against}"
-    if not _low_enough(asked, law_class):
+    if not _low_enough(asked, nonlinearity_class):
         return codes.DEAD_TIME, f"with dead time the theorems are about classes from 0 on{against}"
     if reach == math.inf:
-        far = "every finite upper bound is proved, and a class without any holds laws beyond all of them"
+        far = "every finite upper bound is proved, and a class without any holds nonlinearities beyond all of them"
         return codes.EVERY_FINITE, far + against
     if reach is not None:
         return codes.NO_MULTIPLIER, f"{_ends(reach)}{against}"
@@ -121,28 +122,28 @@ def hints(
     conclusion : Conclusion
         What follows for the class asked about.
     """
-    law_class, law = problem.given, problem.nonlinearity
+    nonlinearity_class, nonlinearity = problem.given, problem.nonlinearity
     if conclusion.verdict is Verdict.PROVED:
         return ()
     found: list[str] = []
     if gains and all(row.verdict is not Verdict.PROVED for row in rows):
         spans = ", ".join(str(gain) for gain in gains)
-        if law is None or any(_inside(law.sector.lower, gain) for gain in gains):
+        if nonlinearity is None or any(_inside(nonlinearity.sector.lower, gain) for gain in gains):
             found.append(f"take classes whose lower end is a stable linear gain, inside one of {spans}")
         else:
-            found += _local(law, gains, spans)
-    if law_class is None:
+            found += _local(nonlinearity, gains, spans)
+    if nonlinearity_class is None:
         return tuple(found)
-    end = law_class.sector.upper
-    serving = [row.largest.low for row in rows if serves(row, law_class) and row.verdict is Verdict.PROVED]
-    if serving and law_class.sector.lower < max(serving) < end:
+    end = nonlinearity_class.sector.upper
+    serving = [row.largest.low for row in rows if serves(row, nonlinearity_class) and row.verdict is Verdict.PROVED]
+    if serving and nonlinearity_class.sector.lower < max(serving) < end:
         found.append(f"an upper bound of {bound_below(max(serving))} instead of {float(end):.7g} would be proved")
     names = ("time-varying", "time-invariance", "slope bounds", "slope bounds and oddness")
     for name, row in zip(names, rows, strict=True):
         enough = row.verdict is Verdict.PROVED and end <= row.largest.low and end != math.inf
-        if serves(row, law_class) or not enough or not _low_enough(row, law_class):
+        if serves(row, nonlinearity_class) or not enough or not _low_enough(row, nonlinearity_class):
             continue
-        if _possible(name, law):
+        if _possible(name, nonlinearity):
             found.append(f"{name} of phi would be enough ({row.criterion} reaches {proved_up_to(row)})")
             break
     return tuple(found)
@@ -152,15 +153,15 @@ def _inside(gain: float | Fraction, interval: GainInterval) -> bool:
     return interval.lower.value.high < gain < interval.upper.value.low
 
 
-def _local(law: Nonlinearity, gains: tuple[GainInterval, ...], spans: str) -> list[str]:
+def _local(nonlinearity: Nonlinearity, gains: tuple[GainInterval, ...], spans: str) -> list[str]:
     """Advice for a nonlinearity whose gain ``phi(sigma)/sigma`` falls to one that is not stable."""
-    from lure.nonlinearities.properties import law_text
+    from lure.nonlinearities.properties import nonlinearity_text
 
     with np.errstate(all="ignore"):
-        small, large = (float(np.asarray(law(sigma))) / sigma for sigma in (1e-6, 1e6))
-    low = float(law.sector.lower)
+        small, large = (float(np.asarray(nonlinearity(sigma))) / sigma for sigma in (1e-6, 1e6))
+    low = float(nonlinearity.sector.lower)
     said = [
-        f"no class whose lower end is a stable gain, inside {spans}, contains {law_text(law)}: "
+        f"no class whose lower end is a stable gain, inside {spans}, contains {nonlinearity_text(nonlinearity)}: "
         f"phi(sigma)/sigma falls to {low:.7g}; a global answer needs another phi, or a plant stable with that gain"
     ]
     if any(_inside(small, gain) for gain in gains) and abs(large - low) < 1e-3 * abs(small - low):
@@ -172,13 +173,13 @@ def _local(law: Nonlinearity, gains: tuple[GainInterval, ...], spans: str) -> li
     return said
 
 
-def _possible(name: str, law: Nonlinearity | None) -> bool:
+def _possible(name: str, nonlinearity: Nonlinearity | None) -> bool:
     """Whether the given phi can have the property: one that jumps has no slope bounds, one that is not odd stays so."""
-    if law is None:
+    if nonlinearity is None:
         return True
     from lure.nonlinearities import Provenance, properties
 
-    known = properties(law)
+    known = properties(nonlinearity)
     if "slope" in name and known.slope_bounds.provenance is Provenance.CHECKED and known.slope_bounds.value is None:
         return False
     return not ("odd" in name and known.odd.provenance is Provenance.CHECKED and not known.odd.value)

@@ -187,7 +187,7 @@ def max_slope(  # noqa: PLR0913  (a block, classes and six settings with default
     .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad \varphi(0) = 0, \\
         \mathrm{lower} \le \frac{\varphi(x) - \varphi(y)}{x - y} \le k \quad (x \ne y).
 
-    Merely monotone and odd laws are kept apart: a bound for odd ones can be false for the others.
+    Merely monotone and odd nonlinearities are kept apart: a bound for odd ones can be false for the others.
 
     Parameters
     ----------
@@ -384,7 +384,7 @@ def _certification(
             if found.code is codes.OUT_OF_TIME:
                 break
     if rows and not problem.endless_below:
-        code, reason = why(row_asked(rows, problem.law_class), rows, problem.law_class, failures)
+        code, reason = why(row_asked(rows, problem.nonlinearity_class), rows, problem.nonlinearity_class, failures)
         told = undecided(problem, reason, code=code)
         return Certification(conclusion=told, detail=reason, failures=tuple(failures))
     return _inconclusive(problem, failures)
@@ -403,13 +403,13 @@ def _plan(problem: Problem, rows: list[StabilityBound], numbers: Numbers) -> Ite
         yield "counterexamples", lambda: counterexample(problem, numbers), {}
     for name, search in dear:
         yield name, search, {}
-    if problem.provable and not problem.finite and problem.law_class.sector.upper == math.inf:
+    if problem.provable and not problem.finite and problem.nonlinearity_class.sector.upper == math.inf:
         yield "every finite bound", lambda: every_finite(problem), {}
 
 
 def _known(problem: Problem, rows: list[StabilityBound]) -> Iterator[Proposed]:
     """What was accepted for largest classes, of the row of this class first; whether it fits is judged later."""
-    first = row_asked(rows, problem.law_class) if rows else None
+    first = row_asked(rows, problem.nonlinearity_class) if rows else None
     ordered = sorted(rows, key=lambda row: row is not first)
     for proof in _proofs(problem, ordered):
         yield proof.theorem, partial(restated, proof, problem), {"reach": proof}
@@ -419,11 +419,15 @@ def _known(problem: Problem, rows: list[StabilityBound]) -> Iterator[Proposed]:
 
 
 def _proofs(problem: Problem, rows: list[StabilityBound]) -> Iterator[Proved]:
-    """What was accepted of the rows, those that may serve; of laws without an upper bound beside every finite one."""
-    law_class = problem.law_class
+    """What was accepted of the rows, those that may serve; of unbounded classes beside every finite one."""
+    nonlinearity_class = problem.nonlinearity_class
     for row in rows:
-        end = law_class.slope.upper if row.question == "slope" and law_class.slope else law_class.sector.upper
-        if row.proof is None or not serves(row, law_class) or row.largest.low < end:
+        end = (
+            nonlinearity_class.slope.upper
+            if row.question == "slope" and nonlinearity_class.slope
+            else nonlinearity_class.sector.upper
+        )
+        if row.proof is None or not serves(row, nonlinearity_class) or row.largest.low < end:
             continue
         endless = endless_proof(problem, row.lower) if end == math.inf else None
         yield from (proof for proof in (endless, row.proof) if proof is not None)
@@ -459,7 +463,7 @@ def largest_of(findings: Findings) -> StabilityBound:
     asked, limit, against = findings.asked, findings.hurwitz, findings.witnesses
     found = findings.answers or [silent(asked.criterion, asked, "no criterion was asked")]
     best, first = found[0], against[0] if against else None
-    if best.verdict is Verdict.PROVED:  # constant gains are laws of the class
+    if best.verdict is Verdict.PROVED:  # constant gains are nonlinearities of the class
         limit = Bracket(max(limit.low, min(best.largest.low, limit.high)), limit.high)
     refuted_at = None if first is None else first.k
     if best.verdict is Verdict.PROVED and refuted_at is not None and best.largest.low >= refuted_at:
@@ -519,8 +523,8 @@ def _concluded(
     low, finite = best.largest.low, best.verdict is Verdict.PROVED and best.largest.low < math.inf
     sector = Sector(asked.lower, low if finite and asked.lower < Fraction(low) else math.inf)
     slope = SlopeBounds(sector.lower, sector.upper) if asked.question == "slope" else None
-    law_class = NonlinearityClass(sector=sector, slope=slope, odd=asked.odd, time_varying=asked.time_varying)
-    about = replace(asked, classes=Diagonal((law_class,)))
+    nonlinearity_class = NonlinearityClass(sector=sector, slope=slope, odd=asked.odd, time_varying=asked.time_varying)
+    about = replace(asked, classes=Diagonal((nonlinearity_class,)))
     if shown is None:
         return undecided(about, best.reason, evidence=best.evidence)
     found = conclusion_of(about, shown, beside=None if trivial is None else trivial.refutation)

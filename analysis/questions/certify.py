@@ -35,7 +35,7 @@ class ProofOptions:
     method : {"best", "polynomial", "matrix", "cover", "structure"}
         The kind of proof.
     finite : bool
-        Whether an infinite upper end means every law with some finite bound, whichever.
+        Whether an infinite upper end means every nonlinearity with some finite bound, whichever.
     seconds : float or None
         Time allowed; None for no limit.
     numbers : {"rationals", "decimals as written", "doubles, exactly"}
@@ -68,7 +68,7 @@ def certify(
     ways: ProofOptions | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Certification:
-    r"""A certificate for one loop and one class of laws, ``sigma = H mu``, ``mu = -phi(sigma)``.
+    r"""A certificate for one loop and one class of nonlinearities, ``sigma = H mu``, ``mu = -phi(sigma)``.
 
     A search proposes, the checker decides.  Whatever happens inside a search, an exception of a solver, NaN, too few
     digits, the end of the time allowed, ends INCONCLUSIVE with a code and never as a proof.
@@ -78,9 +78,10 @@ def certify(
     loop : LoopSystem, LoopModel, Loop, or anything :func:`lure.plants.as_plant` takes
         The loop.
     nonlinearity : object
-        The class of laws, as a ``NonlinearityClass``, a ``Sector`` or ``SlopeBounds``; by default that of the loop, or
-        the smallest that its law is known to belong to.  Or, around a block, a law: an object, a formula as text,
-        ``control.saturation_nonlinearity``.  For several channels: a list of classes, in order, or a ``Diagonal``.
+        The class of nonlinearities, as a ``NonlinearityClass``, a ``Sector`` or ``SlopeBounds``; by default that of the
+        loop, or the smallest that its nonlinearity is known to belong to.  Or, around a block, a nonlinearity: an
+        object, a formula as text, ``control.saturation_nonlinearity``.  For several channels: a list of classes, in
+        order, or a ``Diagonal``.
     ways : Ways, optional
         Which criterion, which kind of proof, how long.
     progress : callable, optional
@@ -115,10 +116,10 @@ def certify(
 
         several = channel_problem(loop, nonlinearity, criterion=chosen.criterion)
         return certified_channels(several, seconds=chosen.seconds, numbers=chosen.numbers, progress=told)
-    law_class = class_given(nonlinearity)
-    if law_class is None:
+    nonlinearity_class = class_given(nonlinearity)
+    if nonlinearity_class is None:
         loop = loop_given(loop, nonlinearity)
-    problem = posed(loop, law_class, criterion=chosen.criterion, finite=chosen.finite, method=chosen.method)
+    problem = posed(loop, nonlinearity_class, criterion=chosen.criterion, finite=chosen.finite, method=chosen.method)
     return cast("Certification", answer(problem, seconds=chosen.seconds, numbers=chosen.numbers, progress=told))
 
 

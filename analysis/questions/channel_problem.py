@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from lure.analysis.certificates.systems import laws_of, texts
+from lure.analysis.certificates.systems import class_entry, texts
 from lure.analysis.questions.problem import class_given
 from lure.analysis.theorems.table import BEST, time_of
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
@@ -70,10 +70,10 @@ class ChannelProblem:
         ends = [(Fraction(low), Fraction(high)) for low, high in map(_bounds, self.classes.classes)]
         return max(Fraction(0), *(low / high for low, high in ends if high > 0))
 
-    def laws(self, alpha: Fraction) -> dict[str, Any]:
+    def class_entries(self, alpha: Fraction) -> dict[str, Any]:
         """The classes of a certificate, every upper bound times ``alpha``."""
         scaled = [scaled_class(one, alpha) for one in self.classes.classes]
-        return {"channels": [laws_of(one, unbounded=False) for one in scaled], "repeated": self.classes.repeated}
+        return {"channels": [class_entry(one, unbounded=False) for one in scaled], "repeated": self.classes.repeated}
 
     def upper(self, alpha: Fraction) -> list[Fraction]:
         """Upper bounds of ``phi_i(sigma)/sigma``, times ``alpha``."""

@@ -135,7 +135,7 @@ def proved_at(asked: ChannelProblem, row: Theorem, inequality: ChannelInequality
         draft = {
             "verdict": "PROVED",
             "system": asked.system,
-            "laws": asked.laws(alpha),
+            "laws": asked.class_entries(alpha),
             "theorem": row.channels,
             "multiplier": multiplier,
             "proof": {"method": "matrix", "P": [texts(line) for line in one.rows], "exponent": one.exponent},
@@ -212,7 +212,7 @@ def _refutation(asked: ChannelProblem, gains: Sequence[Fraction], alpha: Fractio
     draft = {
         "verdict": "REFUTED",
         "system": asked.system,
-        "laws": asked.laws(alpha),
+        "laws": asked.class_entries(alpha),
         "theorem": "counterexample",
         "proof": {"method": "linear-gains", "gains": texts(gains)},
     }
@@ -306,7 +306,7 @@ def require_same(asked: ChannelProblem, shown: Proved | Refuted, alpha: Fraction
     MismatchError
         They differ: a bug, and nothing is said.
     """
-    if shown.certificate["system"] != asked.system or shown.certificate["laws"] != asked.laws(alpha):
+    if shown.certificate["system"] != asked.system or shown.certificate["laws"] != asked.class_entries(alpha):
         raise MismatchError("the certificate is about another plant or other classes than those asked about")
 
 
@@ -394,18 +394,21 @@ def _does(shown: Refuted) -> str:
     return destroys(shown).replace("destabilises", "destabilise").replace("gives", "give").replace("leaves", "leave")
 
 
-def classes_words(laws: Mapping[str, Any], *, inwards: bool = True) -> str:
+def classes_words(nonlinearities: Mapping[str, Any], *, inwards: bool = True) -> str:
     """The classes of a certificate in words, channel by channel.
 
     Parameters
     ----------
-    laws : Mapping
+    nonlinearities : Mapping
         ``laws`` of a certificate about several nonlinearities.
     inwards : bool
         Whether bounds are rounded into the classes.
     """
-    words = [class_words(one, inwards=inwards).replace("phi", f"phi_{i}") for i, one in enumerate(laws["channels"], 1)]
-    return f"{'; '.join(words)}{', all the same' if laws['repeated'] else ''}"
+    words = [
+        class_words(one, inwards=inwards).replace("phi", f"phi_{i}")
+        for i, one in enumerate(nonlinearities["channels"], 1)
+    ]
+    return f"{'; '.join(words)}{', all the same' if nonlinearities['repeated'] else ''}"
 
 
 def _proved_whole(asked: ChannelProblem, row: Theorem) -> Proved | None:
@@ -459,7 +462,7 @@ def certified_channels(
         return Certification(conclusion=_concluded(found), detail=found.claim, failures=tuple(failures))
     worst = min(reversed(failures), key=lambda failure: codes.WORST.index(failure.code))
     detail = f"{worst.search}: {worst.detail}"
-    head = f"Nothing is decided for {classes_words(asked.laws(one))}"
+    head = f"Nothing is decided for {classes_words(asked.class_entries(one))}"
     nothing = Conclusion(
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
@@ -482,7 +485,7 @@ def _concluded(shown: Proved | Refuted) -> Conclusion:
         verdict=Verdict.PROVED if proved else Verdict.REFUTED,
         evidence=Evidence.CERTIFIED,
         meaning=says,
-        law_class=about,
+        nonlinearity_class=about,
         headline=f"{head}.",
         sentence=f"{head} ({shown.theorem}, certified).",
         shown=shown,

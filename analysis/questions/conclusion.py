@@ -1,4 +1,4 @@
-"""From what was asked and what the checker accepted to a verdict, a class of laws and a sentence: nowhere else.
+"""From what was asked and what the checker accepted to a verdict, a class and a sentence: nowhere else.
 
 The class and the numbers in a sentence are those of the certificate.  Before anything is said, the system and the class
 of the certificate are compared with those asked about, and a given nonlinearity with the class of the certificate.
@@ -16,7 +16,7 @@ from lure.analysis.certificates import codes
 from lure.analysis.certificates.representation import failure_dict, shown_dict, shown_page
 from lure.analysis.certificates.sealing import contains
 from lure.analysis.certificates.states import classes, keeps
-from lure.analysis.certificates.systems import law_class_of
+from lure.analysis.certificates.systems import nonlinearity_class_of
 from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import TABLE
@@ -52,7 +52,7 @@ class Conclusion:
         CERTIFIED with a verdict of these two.
     meaning : str
         What is proved of the motions, or what the counterexample does; empty for INCONCLUSIVE.
-    law_class : str
+    nonlinearity_class : str
         The class of the certificate in words; empty for INCONCLUSIVE.
     nonlinearity : str
         The given nonlinearity in words; empty if there is none.
@@ -69,7 +69,7 @@ class Conclusion:
     shown : Proved, Refuted or None
         What the checker accepted; None for INCONCLUSIVE.
     attracts : bool
-        Whether 0 is proved to attract every motion with the given nonlinearity, or without one for every law.
+        Whether 0 is proved to attract every motion with the given nonlinearity, or without one for every nonlinearity.
     assumed : tuple of str
         What is assumed and not shown, of the given nonlinearity or of every law of the class, in clauses.
     """
@@ -77,7 +77,7 @@ class Conclusion:
     verdict: Verdict
     evidence: Evidence
     meaning: str = ""
-    law_class: str = ""
+    nonlinearity_class: str = ""
     nonlinearity: str = ""
     membership: str = ""
     headline: str
@@ -205,22 +205,22 @@ def conclusion_of(
 
 
 def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
-    laws = shown.certificate["laws"]
-    about = class_words(laws, spelled=asked.spelled)
-    law, name, standing, words, assumed = asked.nonlinearity, asked.nonlinearity_words, "", "", proviso(shown)
+    nonlinearities = shown.certificate["laws"]
+    about = class_words(nonlinearities, spelled=asked.spelled)
+    nonlinearity, name, standing, words, assumed = asked.nonlinearity, asked.nonlinearity_words, "", "", proviso(shown)
     composed = next((row.title for row in TABLE if row.composed and row.name == shown.theorem), None)
-    if not contains(laws, asked.laws):
-        if contains({**laws, "regularity": "any"}, asked.laws):
+    if not contains(nonlinearities, asked.class_entry):
+        if contains({**nonlinearities, "regularity": "any"}, asked.class_entry):
             reason = f"what is proved is about {about}, and {name} is not known to be locally Lipschitz"
             return undecided(asked, reason, code=codes.ROUGH_LAW)
         return undecided(asked, f"what is proved is about {about}, which does not contain the class asked about")
-    if law is not None:
-        standing, words = _member(law, laws)
+    if nonlinearity is not None:
+        standing, words = _member(nonlinearity, nonlinearities)
         if not standing:
             return undecided(asked, f"what is proved is about {about}, and {words}", code=codes.FOREIGN_LAW)
-        if assumed and _solvable_with(law, shown):
+        if assumed and _solvable_with(nonlinearity, shown):
             assumed = ""
-        elif assumed and _takes_a_value_twice(law, shown):
+        elif assumed and _takes_a_value_twice(nonlinearity, shown):
             reason = f"what is proved is about {about} {assumed}, and with {name} some y have several"
             return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
         elif assumed and composed is not None:
@@ -233,10 +233,10 @@ def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
     whole = f"{about} {assumed}" if assumed else about
     head = f"{says} for every {whole}"
     found = head
-    if law is not None:
+    if nonlinearity is not None:
         member = "of which it is one as declared" if words else "of which it is checked to be one"
         found = f", as for every {about}, {member}"
-        if not attracts and _rests_at_zero_only(law, shown):
+        if not attracts and _rests_at_zero_only(nonlinearity, shown):
             found = f": {head[0].lower()}{head[1:]}, {member}, and it vanishes at 0 only"
             says, attracts = says.partition(" converges")[0] + " converges to 0", True
         provisos = [words, f"if {assumed.removeprefix('for which ')}" if assumed else ""]
@@ -247,7 +247,7 @@ def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
         verdict=Verdict.PROVED,
         evidence=Evidence.CERTIFIED,
         meaning=says,
-        law_class=whole,
+        nonlinearity_class=whole,
         nonlinearity=asked.nonlinearity_words,
         membership=standing,
         headline=f"{head}.",
@@ -259,9 +259,9 @@ def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
 
 
 def _refuted(asked: Problem, shown: Refuted, beside: Refuted | None) -> Conclusion:
-    laws = shown.certificate["laws"]
-    about = class_words(laws, inwards=False, spelled=asked.spelled)
-    if not contains(asked.laws, laws):
+    nonlinearities = shown.certificate["laws"]
+    about = class_words(nonlinearities, inwards=False, spelled=asked.spelled)
+    if not contains(asked.class_entry, nonlinearities):
         return undecided(asked, f"what is refuted is {about}, which the class asked about does not contain")
     if "equilibria other than 0" in shown.certificate["conclusion"] and _critical_end(asked):
         return undecided(asked, "other equilibria refute nothing where an end of the class leaves a pole at 0")
@@ -269,13 +269,13 @@ def _refuted(asked: Problem, shown: Refuted, beside: Refuted | None) -> Conclusi
     head = f"Some {about} {does}: {counterexample(shown)}"
     other = f"with {asked.nonlinearity_words}" if asked.nonlinearity_words else "with another one of the class"
     too = ""
-    if beside is not None and contains(asked.laws, beside.certificate["laws"]):
+    if beside is not None and contains(asked.class_entry, beside.certificate["laws"]):
         too = f"; {counterexample(beside)} {destroys(beside)} too"
     return Conclusion(
         verdict=Verdict.REFUTED,
         evidence=Evidence.CERTIFIED,
         meaning=does,
-        law_class=about,
+        nonlinearity_class=about,
         nonlinearity=asked.nonlinearity_words,
         headline=f"{head}.",
         sentence=f"{head} (certified){too}. What the loop does {other} is another question.",
@@ -299,7 +299,7 @@ def undecided(
     evidence : Evidence
         What that rests on.
     """
-    head = f"Nothing is decided for {class_words(asked.laws, spelled=asked.spelled)}"
+    head = f"Nothing is decided for {class_words(asked.class_entry, spelled=asked.spelled)}"
     head += f", nor for {asked.nonlinearity_words}" if asked.nonlinearity_words else ""
     return Conclusion(
         verdict=Verdict.INCONCLUSIVE,
@@ -319,7 +319,7 @@ def _critical_end(asked: Problem) -> bool:
 
     if asked.system["kind"] not in ("transfer", "delay"):
         return True
-    ends = [asked.laws["sector"], *([asked.laws["slope"]] if asked.laws["slope"] else [])]
+    ends = [asked.class_entry["sector"], *([asked.class_entry["slope"]] if asked.class_entry["slope"] else [])]
     low, high = max(extended(end[0]) for end in ends), min(extended(end[1]) for end in ends)
     return critical_end(block(asked.system), low, high)
 
@@ -330,17 +330,19 @@ def _end(reach: Proved) -> str:
     return "every finite bound" if top == "finite" else bound_below(Fraction(top)) if top != "inf" else "inf"
 
 
-def _member(law: Nonlinearity, laws: Mapping[str, Any]) -> tuple[str, str]:
+def _member(nonlinearity: Nonlinearity, nonlinearities: Mapping[str, Any]) -> tuple[str, str]:
     """Whether the nonlinearity is checked or declared to be in the class, and what is declared; empty and why if not.
 
     One that says nothing of its regularity is taken to be locally Lipschitz, and the words say so.
     """
     from lure.analysis.nonlinearity.membership import Status, membership
 
-    found = membership(law, law_class_of(laws))
-    if laws["linear"]:
+    found = membership(nonlinearity, nonlinearity_class_of(nonlinearities))
+    if nonlinearities["linear"]:
         return "", f"{found.nonlinearity} is not known to be a constant gain"
-    needed: Literal["none", "locally Lipschitz"] = "none" if laws.get("regularity") == "any" else "locally Lipschitz"
+    needed: Literal["none", "locally Lipschitz"] = (
+        "none" if nonlinearities.get("regularity") == "any" else "locally Lipschitz"
+    )
     regular = found.regular(needed)
     if found.status is Status.VIOLATED and found.violated is not None:
         return "", f"{found.nonlinearity} is none of them: {found.violated.how}"
@@ -355,8 +357,8 @@ def _member(law: Nonlinearity, laws: Mapping[str, Any]) -> tuple[str, str]:
         "regularity": "is as regular as",
     }
     names = [known.name for known in found.declared]
-    assumed = regular is Status.DECLARED and needed != "none" and laws["slope"] is None
-    silent = assumed and not hasattr(law, "locally_lipschitz")
+    assumed = regular is Status.DECLARED and needed != "none" and nonlinearities["slope"] is None
+    silent = assumed and not hasattr(nonlinearity, "locally_lipschitz")
     names += ["regularity"] if assumed and not silent else []
     said = " and ".join(verbs[name] for name in verbs if name in names)
     parts = [f"{said or 'is as'} you declare"] if said or not silent else []
@@ -364,16 +366,16 @@ def _member(law: Nonlinearity, laws: Mapping[str, Any]) -> tuple[str, str]:
     return DECLARED, "if phi " + " and ".join(parts)
 
 
-def _solvable_with(law: Nonlinearity, shown: Proved) -> bool:
+def _solvable_with(nonlinearity: Nonlinearity, shown: Proved) -> bool:
     """Whether ``sigma + D phi(sigma) = y`` has one solution with this nonlinearity, by its slope bounds."""
-    certificate, slope = shown.certificate, getattr(law, "slope_bounds", None)
+    certificate, slope = shown.certificate, getattr(nonlinearity, "slope_bounds", None)
     if slope is None:
         return False
     ends = [end if math.isinf(end) else Fraction(end) for end in (slope.lower, slope.upper)]
     return keeps(direct_term(certificate["system"]), classes(certificate["laws"]), ends)
 
 
-def _takes_a_value_twice(law: Nonlinearity, shown: Proved) -> bool:
+def _takes_a_value_twice(nonlinearity: Nonlinearity, shown: Proved) -> bool:
     """Whether ``sigma + D phi(sigma)`` is shown to take a value twice with this nonlinearity.
 
     Where its difference quotients ``1 + D q`` have both signs, as a continuous function it is not one to one; a graph
@@ -384,7 +386,7 @@ def _takes_a_value_twice(law: Nonlinearity, shown: Proved) -> bool:
     from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity
 
     direct = direct_term(shown.certificate["system"])
-    graph = law.graph if isinstance(law, GraphNonlinearity | ExpressionNonlinearity) else None
+    graph = nonlinearity.graph if isinstance(nonlinearity, GraphNonlinearity | ExpressionNonlinearity) else None
     if graph is not None:
         quotients = [1 + direct * slope for slope in graph.slopes]
         return min(quotients) <= 0 <= max(quotients)
@@ -396,12 +398,12 @@ def _takes_a_value_twice(law: Nonlinearity, shown: Proved) -> bool:
         signs = [1 + direct * end.inner for end in (found.slope_lower, found.slope_upper)]
         return min(signs) < 0 < max(signs)
 
-    if both_signs(certified_bounds(law)):
+    if both_signs(certified_bounds(nonlinearity)):
         return True  # of slopes that grow without end an interval shows more than the line does
-    return isinstance(law, ExpressionNonlinearity) and both_signs(nonlinearity_bounds(law, on=_NEAR))
+    return isinstance(nonlinearity, ExpressionNonlinearity) and both_signs(nonlinearity_bounds(nonlinearity, on=_NEAR))
 
 
-def _rests_at_zero_only(law: Nonlinearity, shown: Proved) -> bool:
+def _rests_at_zero_only(nonlinearity: Nonlinearity, shown: Proved) -> bool:
     """Whether 0 is the only equilibrium of a loop whose motions converge to the set of equilibria.
 
     With the gain ``l`` at the critical end the loop has one simple pole at 0 (``z = 1``), and a residue that is not 0:
@@ -409,7 +411,7 @@ def _rests_at_zero_only(law: Nonlinearity, shown: Proved) -> bool:
     ``notebooks/notes/0012-one-nonlinearity.md``.
     """
     from lure.analysis.nonlinearity.shape import zero_set
-    from lure.nonlinearities import shifted_law
+    from lure.nonlinearities import shifted_nonlinearity
 
     certificate = shown.certificate
     if certificate["conclusion"] != "every motion converges to the set of equilibria":
@@ -418,5 +420,5 @@ def _rests_at_zero_only(law: Nonlinearity, shown: Proved) -> bool:
         return False
     end = certificate["laws"]["sector"][1 if certificate["multiplier"] == {"mirrored": True} else 0]
     gain = Fraction(end)
-    zeros = zero_set(shifted_law(law, gain) if gain else law)
+    zeros = zero_set(shifted_nonlinearity(nonlinearity, gain) if gain else nonlinearity)
     return zeros is not None and zeros.only_zero

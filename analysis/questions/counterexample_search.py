@@ -54,7 +54,7 @@ def hurwitz(asked: Problem) -> Bracket:
 
 
 def critical(asked: Problem) -> bool:
-    """Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): laws of the class add equilibria."""
+    """Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): members of the class add equilibria."""
     plant = asked.plant
     if isinstance(plant, RationalPlant):
         return TransferPolynomials.of(plant).shifted(asked.lower).case == "critical"
@@ -125,13 +125,13 @@ def linear_refutation(asked: Problem, numbers: Numbers) -> Proved | Refuted | No
     """
     from lure.analysis.certificates.refutations import refutation_draft
 
-    plant, sector = asked.plant, asked.law_class.sector
+    plant, sector = asked.plant, asked.nonlinearity_class.sector
     if isinstance(plant, StructuredPlant):
         draft = theory_of(plant).refutation()
         return None if draft is None else check_for_class(asked, {**draft, "numbers": numbers})
     if not isinstance(plant, RationalPlant | DelayPlant | StateSpace):
         return None
-    bounds = asked.law_class.slope or sector if isinstance(plant, StateSpace) else sector
+    bounds = asked.nonlinearity_class.slope or sector if isinstance(plant, StateSpace) else sector
     if isinstance(plant, DelayPlant):
         witness = _smallest_gain(plant, Fraction(0))
     elif bounds.lower != -math.inf:
@@ -140,7 +140,7 @@ def linear_refutation(asked: Problem, numbers: Numbers) -> Proved | Refuted | No
         witness = _some_gain(asked)
     if witness is None or not bounds.lower <= witness.k <= bounds.upper:
         return None
-    return check_for_class(asked, refutation_draft(plant, witness, asked.laws, numbers=numbers))
+    return check_for_class(asked, refutation_draft(plant, witness, asked.class_entry, numbers=numbers))
 
 
 def _some_gain(asked: Problem) -> Witness | None:
@@ -148,17 +148,17 @@ def _some_gain(asked: Problem) -> Witness | None:
     from lure.analysis.counterexamples.linear import linear_witness
 
     plant = asked.plant
-    gain = unstable_gain(plant, asked.law_class.sector) if isinstance(plant, RationalPlant) else None
+    gain = unstable_gain(plant, asked.nonlinearity_class.sector) if isinstance(plant, RationalPlant) else None
     if not isinstance(gain, Fraction) or not isinstance(plant, RationalPlant):
         return None
     found = linear_witness(plant, lower=gain)
     return None if found is None else replace(found, data={"gain": str(gain), "lower": str(gain - 1)})
 
 
-# Other laws: orbits and switched gains.
+# Other nonlinearities: orbits and switched gains.
 
 
-def _laws(asked: Problem) -> tuple[Witness, ...]:
+def _nonlinearities(asked: Problem) -> tuple[Witness, ...]:
     """Destabilising members of the class that are no constant gains, smallest class first."""
     from lure.analysis.counterexamples.search import refute
 
@@ -184,7 +184,7 @@ def nonlinear_witnesses(asked: Problem) -> list[Witness]:
     """
     from lure.analysis.certificates.refutations import accepted_witness
 
-    found = guarded("refute", lambda: _laws(asked), passing=(*EXPECTED, TimeoutError))
+    found = guarded("refute", lambda: _nonlinearities(asked), passing=(*EXPECTED, TimeoutError))
     if isinstance(found, Failure):
         return []
     return [accepted_witness(asked.plant, witness) for witness in found if witness.evidence > Evidence.OBSERVED]
@@ -208,15 +208,15 @@ def counterexample(asked: Problem, numbers: Numbers) -> Proved | Refuted | Failu
     from lure.analysis.certificates.arithmetic import Rejected
     from lure.analysis.certificates.refutations import refutation_draft
 
-    plant, bounds = asked.plant, asked.law_class.slope or asked.law_class.sector
+    plant, bounds = asked.plant, asked.nonlinearity_class.slope or asked.nonlinearity_class.sector
     if not isinstance(plant, RationalPlant) or bounds.lower == -math.inf:
         return None
     last: Failure | None = None
-    for witness in _laws(asked):
+    for witness in _nonlinearities(asked):
         code, reason = codes.UNPROVED_ORBIT, str(witness)
         if witness.evidence is Evidence.CERTIFIED:
             try:
-                return check_for_class(asked, refutation_draft(plant, witness, asked.laws, numbers=numbers))
+                return check_for_class(asked, refutation_draft(plant, witness, asked.class_entry, numbers=numbers))
             except (Rejected, AssumptionError) as refusal:  # beyond the class, as often as not
                 code, reason = codes.REJECTED, str(refusal)
         if witness.k <= bounds.upper:

@@ -51,7 +51,7 @@ def analysis_page(found: LoopAnalysis) -> Page:
 
 
 def analysis_columns(found: LoopAnalysis) -> dict[str, Column]:
-    """The table of classes, over the dimension ``law_class``; nan where nothing is proved or refuted.
+    """The table of classes, over the dimension ``nonlinearity_class``; nan where nothing is proved or refuted.
 
     Parameters
     ----------
@@ -95,9 +95,10 @@ class StabilityBound(Record):
     lower: Fraction = quantity("Lower end of the classes", plainly=lambda lower: plain(float(lower)))
     critical: bool = quantity(
         "Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): then boundedness is proved for "
-        "time-varying laws, convergence to the set of equilibria for the others; else that 0 attracts every motion"
+        "time-varying nonlinearities, convergence to the set of equilibria for the others; else that 0 attracts every "
+        "motion"
     )
-    proviso: str = quantity("What the theorem assumes of the laws beyond their class; empty if nothing")
+    proviso: str = quantity("What the theorem assumes of the nonlinearities beyond their class; empty if nothing")
     largest: Bracket = quantity(
         "``low``: every class ``[lower, k]``, ``k <= low`` finite, is stable if ``verdict`` is PROVED.  ``high``: at "
         "or above it the criterion (asked for by name) or any criterion (``best``) can say nothing",
@@ -339,8 +340,11 @@ def _made(parts: Mapping[str, Any]) -> StabilityBound:
 
 def _ends(shown: Proved | Refuted) -> list[tuple[Fraction | float, Fraction | float]]:
     """The bounds of the class of a certificate: of the sector, and of the slopes where there are such."""
-    laws = shown.certificate["laws"]
-    return [(extended(low), extended(high)) for low, high in filter(None, (laws["sector"], laws["slope"]))]
+    nonlinearities = shown.certificate["laws"]
+    return [
+        (extended(low), extended(high))
+        for low, high in filter(None, (nonlinearities["sector"], nonlinearities["slope"]))
+    ]
 
 
 def _needed(shown: Refuted) -> Fraction | float:

@@ -1,4 +1,4 @@
-"""What a question is about: a block with a law or a class of laws, in whatever form it was given."""
+"""What a question is about: a block with a nonlinearity or a class of nonlinearities, in whatever form it was given."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import Failure, guarded
-from lure.analysis.certificates.systems import law_of, laws_of, system_of
+from lure.analysis.certificates.systems import class_entry, nonlinearity_entry, system_of
 from lure.analysis.nonlinearity.membership import Membership, Status, examined, membership
 from lure.analysis.theorems.table import BEST, TABLE, Question, theorems_for
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
@@ -65,7 +65,7 @@ class Problem:
     search : {"linear", "full"}
         Where to look for destabilising members.
     finite : bool
-        Whether an infinite upper end means every law with some finite bound.
+        Whether an infinite upper end means every nonlinearity with some finite bound.
     name, title, source : str
         What the loop is called, what it is, and where it comes from; no part of the question.
     """
@@ -115,12 +115,14 @@ class Problem:
             Where to look for destabilising members.
         """
         slope = SlopeBounds(lower, math.inf) if kind == "slope" else None
-        law_class = NonlinearityClass(sector=Sector(lower, math.inf), slope=slope, odd=odd, time_varying=time_varying)
-        classes = Diagonal((law_class,))
+        nonlinearity_class = NonlinearityClass(
+            sector=Sector(lower, math.inf), slope=slope, odd=odd, time_varying=time_varying
+        )
+        classes = Diagonal((nonlinearity_class,))
         return cls(plant=plant, classes=classes, kind=kind, criterion=criterion, search=search, finite=True)
 
     @property
-    def law_class(self) -> NonlinearityClass:
+    def nonlinearity_class(self) -> NonlinearityClass:
         """The class of the only channel."""
         (found,) = self.classes.classes
         return found
@@ -129,7 +131,7 @@ class Problem:
     def about(
         cls,
         plant: Plant,
-        law_class: NonlinearityClass | None,
+        nonlinearity_class: NonlinearityClass | None,
         *,
         nonlinearity: Nonlinearity | None = None,
         membership: Membership | None = None,
@@ -141,51 +143,51 @@ class Problem:
         ----------
         plant : RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant
             The linear part.
-        law_class : NonlinearityClass or None
+        nonlinearity_class : NonlinearityClass or None
             The class; None for the largest ``[0, k]`` that is stable.
         nonlinearity : Nonlinearity, optional
-            The one in the loop.  One that is not known to be locally Lipschitz widens the class to laws of any
-            regularity.
+            The one in the loop.  One that is not known to be locally Lipschitz widens the class to nonlinearities of
+            any regularity.
         membership : Membership, optional
             What is known of it as a member of the class.
         name : str
             What the loop is called.
         """
-        if law_class is None:
+        if nonlinearity_class is None:
             return replace(cls.largest(plant, "sector", lower=Fraction(0)), name=name)
         given = {"nonlinearity": nonlinearity, "membership": membership, "name": name}
-        return cls(plant=plant, classes=Diagonal((law_class,)), kind="class", **given)  # type: ignore[arg-type]
+        return cls(plant=plant, classes=Diagonal((nonlinearity_class,)), kind="class", **given)  # type: ignore[arg-type]
 
     @property
     def given(self) -> NonlinearityClass | None:
         """The class to decide; None where the largest one is asked for."""
-        return self.law_class if self.kind == "class" else None
+        return self.nonlinearity_class if self.kind == "class" else None
 
     @property
     def question(self) -> Question:
         """What bounds the class: a sector alone, or the slope too."""
-        return "sector" if self.law_class.slope is None else "slope"
+        return "sector" if self.nonlinearity_class.slope is None else "slope"
 
     @property
     def lower(self) -> Fraction:
         """The lower end of the class, where it is finite."""
-        return Fraction((self.law_class.slope or self.law_class.sector).lower)
+        return Fraction((self.nonlinearity_class.slope or self.nonlinearity_class.sector).lower)
 
     @property
     def endless_below(self) -> bool:
         """Whether a bound of the class has no finite lower end."""
-        slope = self.law_class.slope
-        return -math.inf in (self.law_class.sector.lower, 0 if slope is None else slope.lower)
+        slope = self.nonlinearity_class.slope
+        return -math.inf in (self.nonlinearity_class.sector.lower, 0 if slope is None else slope.lower)
 
     @property
     def odd(self) -> bool:
         """Whether the class assumes ``phi(-sigma) = -phi(sigma)``."""
-        return self.law_class.odd
+        return self.nonlinearity_class.odd
 
     @property
     def time_varying(self) -> bool:
         """Whether the class allows ``phi`` to depend on time."""
-        return self.law_class.time_varying
+        return self.nonlinearity_class.time_varying
 
     @property
     def linear(self) -> bool:
@@ -194,13 +196,13 @@ class Problem:
 
     @property
     def assuming(self) -> bool:
-        """Whether the answer may assume of the laws what a theorem needs beyond their class, and say so."""
+        """Whether the answer may assume of the nonlinearities what a theorem needs beyond their class, and say so."""
         return self.kind != "class"
 
     @cached_property
     def rough(self) -> bool:
         """Whether the nonlinearity is not known to be locally Lipschitz."""
-        return not self.untested and is_rough(self.nonlinearity, self.law_class)
+        return not self.untested and is_rough(self.nonlinearity, self.nonlinearity_class)
 
     @property
     def provable(self) -> bool:
@@ -213,21 +215,21 @@ class Problem:
         return {} if isinstance(self.plant, FrequencyData) else system_of(self.plant)
 
     @cached_property
-    def laws(self) -> Mapping[str, Any]:
+    def class_entry(self) -> Mapping[str, Any]:
         """The class as it stands in a certificate."""
-        return laws_of(self.law_class, unbounded=not self.finite, linear=self.linear, rough=self.rough)
+        return class_entry(self.nonlinearity_class, unbounded=not self.finite, linear=self.linear, rough=self.rough)
 
     @cached_property
-    def law(self) -> Mapping[str, Any] | None:
+    def nonlinearity_entry(self) -> Mapping[str, Any] | None:
         """The nonlinearity as it stands in a certificate, where its membership can be checked."""
-        return law_of(self.nonlinearity)
+        return nonlinearity_entry(self.nonlinearity)
 
     @property
     def nonlinearity_words(self) -> str:
         """The nonlinearity in words; empty if there is none."""
-        from lure.nonlinearities.properties import law_text
+        from lure.nonlinearities.properties import nonlinearity_text
 
-        return "" if self.nonlinearity is None else law_text(self.nonlinearity)
+        return "" if self.nonlinearity is None else nonlinearity_text(self.nonlinearity)
 
     @property
     def subject(self) -> str:
@@ -238,7 +240,7 @@ class Problem:
     @property
     def spelled(self) -> Mapping[Fraction, str]:
         """Bounds of the class with the text that the reader gave them."""
-        bounds = [each for each in (self.law_class.sector, self.law_class.slope) if each is not None]
+        bounds = [each for each in (self.nonlinearity_class.sector, self.nonlinearity_class.slope) if each is not None]
         ends = [end for each in bounds for end in (each.lower, each.upper)]
         doubles = {Fraction(end): f"{end:.7g}" for end in ends if isinstance(end, float) and math.isfinite(end)}
         return {end: text for end, text in doubles.items() if "e" not in text and float(text) == end}
@@ -251,9 +253,9 @@ class Problem:
         if isinstance(self.plant, FrequencyData):
             response = [[value.real.hex(), value.imag.hex()] for value in self.plant.response.tolist()]
             plant = {"omega": [w.hex() for w in self.plant.omega.tolist()], "response": response, "dt": dt}
-        given = None if self.nonlinearity is None else self.law or repr(self.nonlinearity)
+        given = None if self.nonlinearity is None else self.nonlinearity_entry or repr(self.nonlinearity)
         options = {name: getattr(self, name) for name in ("kind", "criterion", "method", "search", "finite")}
-        classes = [laws_of(each, unbounded=not self.finite) for each in self.classes.classes]
+        classes = [class_entry(each, unbounded=not self.finite) for each in self.classes.classes]
         whole = {**options, "plant": plant, "classes": classes, "repeated": self.classes.repeated, "given": given}
         return json.dumps(whole, sort_keys=True)
 
@@ -269,23 +271,23 @@ class Problem:
         return hash(self.text)
 
 
-def is_rough(nonlinearity: Nonlinearity | None, law_class: NonlinearityClass) -> bool:
+def is_rough(nonlinearity: Nonlinearity | None, nonlinearity_class: NonlinearityClass) -> bool:
     """Whether the nonlinearity is not known to be locally Lipschitz; one that says nothing of it is taken to be.
 
     Parameters
     ----------
     nonlinearity : Nonlinearity or None
         The nonlinearity.
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         A class that contains it.
     """
     if nonlinearity is None:
         return False
-    return membership(nonlinearity, law_class).regular("locally Lipschitz") is Status.VIOLATED
+    return membership(nonlinearity, nonlinearity_class).regular("locally Lipschitz") is Status.VIOLATED
 
 
 def _next_state_is_defined(block: Plant) -> bool:
-    """Whether the loop has exactly one solution whatever the law is: in discrete time, without a direct term."""
+    """Whether the loop has exactly one solution whatever phi is: in discrete time, without a direct term."""
     direct = block.feedthrough if isinstance(block, RationalPlant) else getattr(block, "D", None)
     return block.dt is not None and direct == 0
 
@@ -356,15 +358,17 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
     if nonlinearity is None:
         return plant
     closed = isinstance(plant, Loop | LoopModel)
-    if closed or (isinstance(plant, LoopSystem) and not (plant.nonlinearity is None and plant.law_class is None)):
+    if closed or (
+        isinstance(plant, LoopSystem) and not (plant.nonlinearity is None and plant.nonlinearity_class is None)
+    ):
         raise InputError(
             f"a {type(plant).__name__} closes the loop itself and a nonlinearity is given beside it; leave one of the "
             "two out, or give the block alone, loop.block"
         )
-    law_class = class_given(nonlinearity)
-    law = None
-    if law_class is None:
-        law = ExpressionNonlinearity(nonlinearity) if isinstance(nonlinearity, str) else as_nonlinearity(nonlinearity)
+    nonlinearity_class = class_given(nonlinearity)
+    given = None
+    if nonlinearity_class is None:
+        given = ExpressionNonlinearity(nonlinearity) if isinstance(nonlinearity, str) else as_nonlinearity(nonlinearity)
     named = plant if isinstance(plant, LoopSystem) else None
     block = one_channel(plant) if named is None else named.block
     return LoopSystem(
@@ -372,8 +376,8 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
         title="" if named is None else named.title,
         source="" if named is None else named.source,
         block=block,  # type: ignore[arg-type]  # measured data is refused where it cannot serve, with its reason
-        nonlinearity=law,
-        law_class=law_class,
+        nonlinearity=given,
+        nonlinearity_class=nonlinearity_class,
     )
 
 
@@ -388,20 +392,24 @@ def problem_of(loop: object) -> Problem:
     Raises
     ------
     InputError
-        It is none of these, or what is declared of the law is false.
+        It is none of these, or what is declared of the nonlinearity is false.
     AssumptionError
         The block is of a kind that can be computed with but not certified: too large, or measured; or a sample breaks
-        what is declared of a law known by its values alone.
+        what is declared of a nonlinearity known by its values alone.
     """
     if isinstance(loop, Problem):
         return loop
     structured = isinstance(loop, LoopModel | StructuredPlant)
-    plant, law, law_class = (one_channel(loop), None, None) if structured else _parts(loop, discretised=False)
-    plant, known = certifiable(plant), None if law is None else examined(law, law_class)
+    plant, nonlinearity, nonlinearity_class = (
+        (one_channel(loop), None, None) if structured else _parts(loop, discretised=False)
+    )
+    plant, known = certifiable(plant), None if nonlinearity is None else examined(nonlinearity, nonlinearity_class)
     if known is None:
-        problem = Problem.about(plant, law_class)
+        problem = Problem.about(plant, nonlinearity_class)
     else:
-        problem = Problem.about(plant, known.law_class, nonlinearity=known.nonlinearity, membership=known.membership)
+        problem = Problem.about(
+            plant, known.nonlinearity_class, nonlinearity=known.nonlinearity, membership=known.membership
+        )
     named = {field: getattr(loop, field) for field in ("name", "title", "source") if isinstance(loop, LoopSystem)}
     return replace(problem, **named)
 
@@ -449,7 +457,7 @@ def certifiable(block: object) -> RationalPlant | DelayPlant | StateSpace:
 
 def posed(
     loop: object,
-    law_class: NonlinearityClass | None,
+    nonlinearity_class: NonlinearityClass | None,
     *,
     criterion: str,
     finite: bool,
@@ -461,13 +469,13 @@ def posed(
     ----------
     loop : LoopSystem, LoopModel, Loop, or anything :func:`lure.plants.as_plant` takes
         The loop.  A model such as a rod means itself, for a named criterion or a proof by matrices its approximation.
-    law_class : NonlinearityClass or None
-        The class; None for the class of the loop, or the smallest its law is known to belong to.  A class given here
-        leaves the law of the loop out.
+    nonlinearity_class : NonlinearityClass or None
+        The class; None for the class of the loop, or the smallest its nonlinearity is known to belong to.  A class
+        given here leaves the law of the loop out.
     criterion : str
         The criterion asked for; ``hurwitz`` is about linear gains alone.
     finite : bool
-        Whether an infinite upper end means every law with some finite bound.
+        Whether an infinite upper end means every nonlinearity with some finite bound.
     method : str
         The kind of proof asked for, or ``best``.
 
@@ -477,40 +485,40 @@ def posed(
         The loop is none, there is no class, or no such criterion.
     """
     named = [row for row in TABLE if row.name == criterion]
-    block, law, own = _parts(loop, discretised=criterion != BEST or method == "matrix")
+    block, nonlinearity, own = _parts(loop, discretised=criterion != BEST or method == "matrix")
     if isinstance(block, RationalPlant) and (criterion == BEST or any(row.matrix for row in named)):
         block = by_matrices(block) or block
     refusals, member, untested = list[Failure](), None, False
-    if law_class is not None:
-        law = None
-    elif law is not None:
-        known = guarded("the law", lambda: examined(law, own), passing=(InputError,))
+    if nonlinearity_class is not None:
+        nonlinearity = None
+    elif nonlinearity is not None:
+        known = guarded("the nonlinearity", lambda: examined(nonlinearity, own), passing=(InputError,))
         if isinstance(known, Failure):
-            refusals, law_class, untested = [known], own or NonlinearityClass(sector=law.sector), True
+            refusals, nonlinearity_class, untested = [known], own or NonlinearityClass(sector=nonlinearity.sector), True
         else:
-            law, law_class, member = known.nonlinearity, known.law_class, known.membership
+            nonlinearity, nonlinearity_class, member = known.nonlinearity, known.nonlinearity_class, known.membership
     else:
-        law_class = own
-    if law_class is None:
-        raise InputError("no class of laws is given; give one such as a sector [0, 5.9], or a law")
+        nonlinearity_class = own
+    if nonlinearity_class is None:
+        raise InputError("no class of nonlinearities is given; give one such as a sector [0, 5.9], or a nonlinearity")
     with suppress(AssumptionError):  # what does not apply is a result; a name that does not exist is a mistake
-        theorems_for(block, "sector" if law_class.slope is None else "slope", criterion)
+        theorems_for(block, "sector" if nonlinearity_class.slope is None else "slope", criterion)
     if any(row.linear for row in named):  # the nonlinearity plays no part
-        law, member, untested = None, None, False
-    if not untested and is_rough(law, law_class) and not _next_state_is_defined(block):
-        words = str(getattr(law, "regularity", "unknown"))
+        nonlinearity, member, untested = None, None, False
+    if not untested and is_rough(nonlinearity, nonlinearity_class) and not _next_state_is_defined(block):
+        words = str(getattr(nonlinearity, "regularity", "unknown"))
         known_as = "not known to be locally Lipschitz" if words == "unknown" else words
         detail = f"it is {known_as}; in continuous time, or with H(inf) != 0, the theorems assume that it is locally "
         detail += "Lipschitz"
-        refusals.append(Failure(search="the law", code=codes.ROUGH_LAW, detail=detail))
+        refusals.append(Failure(search="the nonlinearity", code=codes.ROUGH_LAW, detail=detail))
     if isinstance(block, FrequencyData):
         detail = f"H is known at {len(block.omega)} frequencies, and nothing is known between them"
         refusals.append(Failure(search="the block", code=codes.SAMPLED, detail=detail))
     return Problem(
         plant=block,
-        classes=Diagonal((law_class,)),
+        classes=Diagonal((nonlinearity_class,)),
         kind="class",
-        nonlinearity=law,
+        nonlinearity=nonlinearity,
         membership=member,
         untested=untested,
         refusals=tuple(refusals),
@@ -521,13 +529,13 @@ def posed(
 
 
 def _parts(loop: object, *, discretised: bool) -> tuple[Plant, Nonlinearity | None, NonlinearityClass | None]:
-    """Block, law and class of whatever describes a loop."""
+    """Block, nonlinearity and class of whatever describes a loop."""
     if isinstance(loop, LoopModel):
         return *loop.parts(discretised=discretised), _EVERY
     if isinstance(loop, StructuredPlant):
         return loop, None, _EVERY
     if isinstance(loop, LoopSystem):
-        return loop.block, loop.nonlinearity, loop.law_class
+        return loop.block, loop.nonlinearity, loop.nonlinearity_class
     if isinstance(loop, Loop):
         return one_channel(loop.block), loop.nonlinearity, None
     return one_channel(loop), None, None

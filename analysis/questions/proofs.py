@@ -98,7 +98,7 @@ def silent(
         criterion=name,
         theorem=theorem,
         largest=Bracket(lower, math.inf),
-        law_class=NonlinearityClass(sector=Sector(lower, math.inf), slope=slope, odd=asked.odd),
+        nonlinearity_class=NonlinearityClass(sector=Sector(lower, math.inf), slope=slope, odd=asked.odd),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.OBSERVED if sampled else Evidence.COMPUTED if computed else Evidence.CERTIFIED,
         reason=reason,
@@ -146,12 +146,14 @@ def _uncertified(answer: Answer, failure: Failure) -> Answer:
 
 
 def _certified(asked: Problem, answer: Answer, upper: Upper | None = None) -> Certified:
-    """What the checker accepts of an answer, for laws that vary with time where those are asked about."""
+    """What the checker accepts of an answer, for nonlinearities that vary with time where those are asked about."""
     from lure.analysis.certificates.proposals import certified
 
     assert not isinstance(asked.plant, StateSpace | FrequencyData)
-    wider = asked.time_varying and not answer.law_class.time_varying
-    wide = replace(answer, law_class=replace(answer.law_class, time_varying=True)) if wider else answer
+    wider = asked.time_varying and not answer.nonlinearity_class.time_varying
+    wide = (
+        replace(answer, nonlinearity_class=replace(answer.nonlinearity_class, time_varying=True)) if wider else answer
+    )
     return certified(asked.plant, wide, upper)
 
 
@@ -199,9 +201,9 @@ def restated(shown: Proved | Refuted, asked: Problem) -> Proved | Refuted:
     """
     from lure.analysis.certificates.sealing import settled
 
-    drafts: list[dict[str, Any]] = [{**shown.certificate, "laws": dict(asked.laws)}]
-    if asked.law is not None and shown.certificate["verdict"] == "PROVED":
-        drafts = [{**draft, "law": dict(asked.law)} for draft in (drafts[0], shown.certificate)] + drafts
+    drafts: list[dict[str, Any]] = [{**shown.certificate, "laws": dict(asked.class_entry)}]
+    if asked.nonlinearity_entry is not None and shown.certificate["verdict"] == "PROVED":
+        drafts = [{**draft, "law": dict(asked.nonlinearity_entry)} for draft in (drafts[0], shown.certificate)] + drafts
     for draft in drafts:
         found = guarded("the class asked about", partial(settled, draft))
         if type(found) is type(shown):
@@ -209,7 +211,7 @@ def restated(shown: Proved | Refuted, asked: Problem) -> Proved | Refuted:
     return shown
 
 
-# Each criterion asked about exactly one class of laws, cheapest first.
+# Each criterion asked about exactly one class of nonlinearities, cheapest first.
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,7 +231,7 @@ def candidates(asked: Problem, *, finite: bool) -> Iterator[Candidate]:
     asked : Problem
         About a rational plant, one with dead time, or one of known structure.
     finite : bool
-        Whether an infinite upper end means every law with some finite bound.
+        Whether an infinite upper end means every nonlinearity with some finite bound.
 
     Raises
     ------
@@ -238,13 +240,13 @@ def candidates(asked: Problem, *, finite: bool) -> Iterator[Candidate]:
     AssumptionError
         It does not apply to such a class or plant.
     """
-    plant, law_class = asked.plant, asked.law_class
+    plant, nonlinearity_class = asked.plant, asked.nonlinearity_class
     found = theorems_for(plant, asked.question, asked.criterion, odd=asked.odd, time_varying=asked.time_varying)
     for row in found:
-        for bounds in row.bounds(law_class):
+        for bounds in row.bounds(nonlinearity_class):
             upper: Upper = Fraction(bounds.upper) if bounds.upper != math.inf else "finite" if finite else "inf"
             yield Candidate(row.name, upper, partial(_decided, asked, row, bounds, finite=finite))
-    slope = law_class.slope
+    slope = nonlinearity_class.slope
     if isinstance(plant, RationalPlant) and slope is not None and slope.upper != math.inf:
         for row in found:
             if row.thorough:
@@ -265,9 +267,10 @@ def _decided(asked: Problem, row: Theorem, bounds: Sector | SlopeBounds, *, fini
             )
     lower = Fraction(0) if not isinstance(plant, RationalPlant) else exact_number(bounds.lower, "lower")
     answer = _largest(row, asked, lower)
-    if bounds.lower < answer.law_class.sector.lower:
+    if bounds.lower < answer.nonlinearity_class.sector.lower:
         raise AssumptionError(
-            f"for such a block the classes begin at {float(answer.law_class.sector.lower):g}; for a DelayPlant or a "
+            f"for such a block the classes begin at {float(answer.nonlinearity_class.sector.lower):g}; for a "
+            f"DelayPlant or a "
             "rod close a loop with the lower gain in the model first",
             code=Reason.DEAD_TIME,
         )
@@ -307,7 +310,7 @@ def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Pr
     if isinstance(plant, StateSpace) or (isinstance(plant, StructuredPlant) and method == "matrix"):
         from lure.analysis.certificates.by_matrices import class_drafts
 
-        drafts = class_drafts(plant, asked.law_class, asked.criterion, finite=asked.finite)
+        drafts = class_drafts(plant, asked.nonlinearity_class, asked.criterion, finite=asked.finite)
         return [(name, partial(_computed, asked, name, draft, numbers)) for name, draft in drafts], []
     found: Sequence[Candidate] | Failure = guarded("criteria", lambda: list(candidates(asked, finite=asked.finite)))
     if isinstance(found, Failure):
@@ -326,12 +329,12 @@ def _proof(asked: Problem, candidate: Candidate, numbers: Numbers) -> Proved | R
     if not _proves(answer) and not (row.linear and _all_gains(answer, upper)):
         return Failure(search=name, code=codes.NO_MULTIPLIER, detail=answer.reason or "it does not reach the class")
     if row.composed and not _solvable(asked):
-        detail = f"{row.name} proves the class for the laws with which sigma + H(inf) phi(sigma) is increasing only"
+        detail = f"{row.name} proves the class only for phi with which sigma + H(inf) phi(sigma) is increasing"
         return Failure(search=name, code=codes.SEVERAL_SOLUTIONS, detail=detail)
     if asked.method == "matrix":
         from lure.analysis.certificates.by_matrices import answer_draft
 
-        by_matrix = answer_draft(plant, asked.law_class, answer, finite=asked.finite)
+        by_matrix = answer_draft(plant, asked.nonlinearity_class, answer, finite=asked.finite)
         return check_for_class(asked, {**by_matrix, "numbers": numbers})
     assert not isinstance(plant, StateSpace | FrequencyData)
     found = certified(plant, answer, upper, numbers=numbers)
@@ -349,7 +352,7 @@ def _proof(asked: Problem, candidate: Candidate, numbers: Numbers) -> Proved | R
 
 def _solvable(asked: Problem) -> bool:
     """Whether the class makes ``sigma + D phi(sigma)`` increasing, as some theorems assume where ``D != 0``."""
-    plant, slope = asked.plant, asked.law_class.slope
+    plant, slope = asked.plant, asked.nonlinearity_class.slope
     if not isinstance(plant, RationalPlant) or plant.feedthrough == 0:
         return True
     ends = () if slope is None else (slope.lower, slope.upper)
@@ -357,13 +360,13 @@ def _solvable(asked: Problem) -> bool:
 
 
 def _all_gains(answer: Answer, upper: Upper) -> bool:
-    """Whether the linear gains up to that end are stable: no verdict on nonlinear laws, and none is asked for."""
+    """Whether the linear gains up to that end are stable: no verdict on nonlinearities, and none is asked for."""
     low = answer.largest.low
     return low == math.inf if isinstance(upper, str) else upper <= low
 
 
 def every_finite(asked: Problem) -> Failure | None:
-    """Whether the class would be proved if each of its laws had a bound.
+    """Whether the class would be proved if each of its nonlinearities had a bound.
 
     Parameters
     ----------

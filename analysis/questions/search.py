@@ -207,7 +207,7 @@ def _criterion(found: Findings, row: Theorem, shared: _Shared) -> None:
     if isinstance(said, Failure):
         found.answers.append(silent(row.name, asked, said.detail, code=said.code.reason))
         return
-    wider = asked.time_varying and not said.law_class.time_varying
+    wider = asked.time_varying and not said.nonlinearity_class.time_varying
     said = shared.once((*key, wider), partial(proved_answer, asked, said))
     found.answers.append(said)
     if asked.question == "slope" and said.verdict is Verdict.PROVED:
@@ -217,7 +217,7 @@ def _criterion(found: Findings, row: Theorem, shared: _Shared) -> None:
 def _counterexamples(found: Findings, shared: _Shared) -> None:
     """Nonlinear members of the class, unless it is known that there are none of the kind looked for.
 
-    In continuous time the laws tried for time-invariant classes are odd and of restricted slope (see
+    In continuous time the nonlinearities tried for time-invariant classes are odd and of restricted slope (see
     :func:`lure.analysis.counterexamples.oscillation.oscillation_witness`): none is unstable below what is proved of
     those.
     """

@@ -53,7 +53,7 @@ def analysis_dict(found: LoopAnalysis) -> dict[str, Any]:
         "statement": found.statement,
         "headline": found.conclusion.headline,
         "meaning": found.conclusion.meaning,
-        "law_class": found.conclusion.law_class,
+        "law_class": found.conclusion.nonlinearity_class,
         "membership": found.conclusion.membership,
         "attracts": found.conclusion.attracts,
         "reason": found.reason,
@@ -89,21 +89,21 @@ def _loop(problem: Problem) -> dict[str, Any]:
     }
 
 
-def class_dict(law_class: NonlinearityClass) -> dict[str, Any]:
-    """A class of laws as plain data.
+def class_dict(nonlinearity_class: NonlinearityClass) -> dict[str, Any]:
+    """A class of nonlinearities as plain data.
 
     Parameters
     ----------
-    law_class : NonlinearityClass
+    nonlinearity_class : NonlinearityClass
         The class.
     """
-    slope = law_class.slope
+    slope = nonlinearity_class.slope
     return {
-        "sector": [plain(float(law_class.sector.lower)), plain(float(law_class.sector.upper))],
+        "sector": [plain(float(nonlinearity_class.sector.lower)), plain(float(nonlinearity_class.sector.upper))],
         "slope": None if slope is None else [plain(float(slope.lower)), plain(float(slope.upper))],
-        "odd": law_class.odd,
-        "time_varying": law_class.time_varying,
-        "text": str(law_class),
+        "odd": nonlinearity_class.odd,
+        "time_varying": nonlinearity_class.time_varying,
+        "text": str(nonlinearity_class),
     }
 
 
@@ -190,7 +190,7 @@ def columns(rows: list[tuple[str, ...]]) -> str:
 
 
 def table_row(row: StabilityBound) -> tuple[str, ...]:
-    """A class of laws as the cells under :data:`HEAD`.
+    """A class of nonlinearities as the cells under :data:`HEAD`.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ class LoopAnalysis(Record):
     gains: tuple[GainInterval, ...] | None = quantity(
         "All linear gains for which the loop is stable; None where they were not computed"
     )
-    rows: tuple[StabilityBound, ...] = quantity("One for each class of laws, farthest reach first")
+    rows: tuple[StabilityBound, ...] = quantity("One for each class of nonlinearities, farthest reach first")
     asked: StabilityBound | None = quantity("The row of that class")
     conclusion: Conclusion = quantity(
         "What follows for the class asked about and the nonlinearity given; without a class for the row that reaches "
@@ -332,11 +332,11 @@ def analyse(
     Parameters
     ----------
     loop : LoopSystem, Loop or block
-        A system from a file, a block with a law, or a block alone, whatever :func:`lure.plants.as_plant` takes; without
-        a law or a class the classes ``[0, k]`` are looked at.
+        A system from a file, a block with a nonlinearity, or a block alone, whatever :func:`lure.plants.as_plant`
+        takes; without a nonlinearity or a class the classes ``[0, k]`` are looked at.
     nonlinearity : object
-        What closes the loop around a block: a law, a formula as text, ``control.saturation_nonlinearity``, or the class
-        asked about as a ``NonlinearityClass``, a ``Sector`` or ``SlopeBounds``.
+        What closes the loop around a block: a nonlinearity, a formula as text, ``control.saturation_nonlinearity``, or
+        the class asked about as a ``NonlinearityClass``, a ``Sector`` or ``SlopeBounds``.
     seconds : float or None
         Time allowed to the criteria and searches; when it is over the best rows so far are shown, with ``stopped``.
     progress : callable, optional
@@ -418,12 +418,12 @@ def _start(bounds: Sector | SlopeBounds) -> Fraction:
 def _not_shown(rows: list[StabilityBound], found: Conclusion) -> tuple[str, ...]:
     notes = ["a rate of decay, a bound on the size of the motion, anything about external inputs"]
     if found.shown is None or found.shown.certificate["laws"].get("regularity") is None:
-        notes.insert(0, "anything about laws that are not locally Lipschitz")
+        notes.insert(0, "anything about nonlinearities that are not locally Lipschitz")
     if any(row.critical for row in rows):
         of = f" with another phi than {found.nonlinearity}" if found.attracts and found.nonlinearity else ""
         notes.insert(
             0,
             f"that 0 attracts every motion{of}: the loop with the smallest gain of the class has a pole at 0, and the "
-            "class contains laws with more equilibria than 0",
+            "class contains nonlinearities with more equilibria than 0",
         )
     return tuple(notes)

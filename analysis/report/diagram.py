@@ -30,7 +30,7 @@ _FRAME = """<svg class="diagram" viewBox="0 0 440 218" role="img" aria-label="{l
 <text x="396" y="44">{output}</text>
 <path class="wire" d="M402 53V158H276"/><path class="tip" d="M277 154v8l-9 -4z"/>
 <rect class="box" x="172" y="128" width="96" height="60" rx="3"/>
-{graph}<text class="small" x="220" y="207">{law}</text>
+{graph}<text class="small" x="220" y="207">{nonlinearity}</text>
 <path class="wire" d="M172 158H127"/><path class="tip" d="M128 154v8l-9 -4z"/>
 <circle class="box" cx="102" cy="158" r="17"/><text x="102" y="163">−1</text>
 <path class="wire" d="M85 158H30V53H58"/><path class="tip" d="M57 49v8l9 -4z"/><text x="34" y="44">{input}</text>
@@ -41,7 +41,7 @@ _LOAD = """<path class="wire" d="M120 0V12"/><path class="tip" d="M116 11h8l-4 9
 
 
 def block_diagram(
-    formula: str, law: str, graph: Markup, *, signals: tuple[str, str] = ("μ", "σ"), load: str = ""
+    formula: str, nonlinearity: str, graph: Markup, *, signals: tuple[str, str] = ("μ", "σ"), load: str = ""
 ) -> Markup:
     """The loop ``sigma = H mu``, ``mu = -phi(sigma)`` as an SVG picture in the colours of the page.
 
@@ -49,23 +49,24 @@ def block_diagram(
     ----------
     formula : str
         ``H`` as the block prints itself.  One too long for its box stands as ``H``: see :func:`fits`.
-    law : str
+    nonlinearity : str
         What stands below the nonlinearity; its sign alone where it is too long.
     graph : Markup
-        What is drawn in its box: from :func:`law_graph` or :func:`class_graph`.
+        What is drawn in its box: from :func:`nonlinearity_graph` or :func:`class_graph`.
     signals : tuple of str
         The input of the linear block, and its output.
     load : str
         What else enters the linear block; empty for nothing.
     """
     return Markup(_FRAME).format(
-        label=f"Block diagram: H = {formula} from {signals[0]} to {signals[1]}, with {law} in negative feedback.",
+        label=f"Block diagram: H = {formula} from {signals[0]} to {signals[1]}, "
+        f"with {nonlinearity} in negative feedback.",
         linear=_linear(formula),
         load=Markup(_LOAD).format(load) if load else "",
         output=signals[1],
         input=signals[0],
         graph=graph,
-        law=law if len(law) <= _LONGEST else "φ",
+        nonlinearity=nonlinearity if len(nonlinearity) <= _LONGEST else "φ",
     )
 
 
@@ -97,32 +98,32 @@ def raised(text: str) -> str:
     return re.sub(r"(?<![\w.])-(?=\d)|(?<= )-(?= )", "−", text)
 
 
-def law_graph(law: Nonlinearity) -> Markup:
-    """A small graph of a law over the stretch on which it bends, with the ends of its axes.
+def nonlinearity_graph(nonlinearity: Nonlinearity) -> Markup:
+    """A small graph of a nonlinearity over the stretch on which it bends, with the ends of its axes.
 
     Parameters
     ----------
-    law : Nonlinearity
-        Any law.
+    nonlinearity : Nonlinearity
+        Any nonlinearity.
     """
-    reach = _reach(law)
+    reach = _reach(nonlinearity)
     sigma = np.linspace(-reach, reach, _SAMPLES)
-    phi = _values(law, sigma)
+    phi = _values(nonlinearity, sigma)
     height = float(np.max(np.abs(phi[np.isfinite(phi)]), initial=0.0)) or 1.0
     return _axes() + _line(sigma / reach, phi / height) + _ends(reach, height)
 
 
-def class_graph(law_class: NonlinearityClass | None) -> Markup:
+def class_graph(nonlinearity_class: NonlinearityClass | None) -> Markup:
     """The sector of a class as a wedge; axes alone without a class.
 
     Parameters
     ----------
-    law_class : NonlinearityClass or None
+    nonlinearity_class : NonlinearityClass or None
         The class.
     """
-    if law_class is None:
+    if nonlinearity_class is None:
         return _axes()
-    ends = [float(law_class.sector.lower), float(law_class.sector.upper)]
+    ends = [float(nonlinearity_class.sector.lower), float(nonlinearity_class.sector.upper)]
     steepest = max((abs(end) for end in ends if math.isfinite(end)), default=0.0) or 1.0
     low, high = (_corner(end / steepest) for end in ends)
     half = [(0.0, 0.0), low]
@@ -168,29 +169,29 @@ def _size(formula: str) -> float:
     return _ROOM / (_LETTER * max(len(raised(side)) for side in _sides(formula)))
 
 
-def _reach(law: Nonlinearity) -> float:
-    """Twice the farthest bend of a piecewise-linear law; else the least stretch that shows half of how it bends."""
-    bends = [abs(float(x)) for x in getattr(getattr(law, "graph", None), "knots", ()) if x]
+def _reach(nonlinearity: Nonlinearity) -> float:
+    """Twice the farthest bend of a piecewise-linear graph; else the least stretch that shows half of how it bends."""
+    bends = [abs(float(x)) for x in getattr(getattr(nonlinearity, "graph", None), "knots", ()) if x]
     if bends:
         return 2.0 * max(bends)
-    bent = np.nan_to_num([_bend(law, float(reach)) for reach in _SPANS])
-    if np.ptp(bent) < 1e-3:  # a line, or a law that looks the same at every size
+    bent = np.nan_to_num([_bend(nonlinearity, float(reach)) for reach in _SPANS])
+    if np.ptp(bent) < 1e-3:  # a line, or a nonlinearity that looks the same at every size
         return 1.0
     reach = float(_SPANS[int(np.argmax(bent >= 0.5 * bent.max()))])
-    return reach if getattr(law, "locally_lipschitz", True) else 4.0 * reach  # of jumps more than the first
+    return reach if getattr(nonlinearity, "locally_lipschitz", True) else 4.0 * reach  # of jumps more than the first
 
 
-def _bend(law: Nonlinearity, reach: float) -> float:
-    """How far a law leaves its chord over ``[-reach, reach]``, relative to its values there."""
+def _bend(nonlinearity: Nonlinearity, reach: float) -> float:
+    """How far a nonlinearity leaves its chord over ``[-reach, reach]``, relative to its values there."""
     sigma = np.linspace(-reach, reach, _SAMPLES)
-    phi = _values(law, sigma)
+    phi = _values(nonlinearity, sigma)
     chord = phi[0] + (phi[-1] - phi[0]) * np.linspace(0.0, 1.0, _SAMPLES)
     return float(np.max(np.abs(phi - chord)) / np.max(np.abs(phi))) if np.isfinite(phi).all() and phi.any() else 0.0
 
 
-def _values(law: Nonlinearity, sigma: Floats) -> Floats:
+def _values(nonlinearity: Nonlinearity, sigma: Floats) -> Floats:
     with np.errstate(all="ignore"):
-        return np.asarray(law(sigma), dtype=float)
+        return np.asarray(nonlinearity(sigma), dtype=float)
 
 
 def _corner(slope: float) -> tuple[float, float]:

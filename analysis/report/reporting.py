@@ -39,7 +39,7 @@ def report_on(  # noqa: PLR0913  (a loop and what is done with the report on it)
     plant : object
         A ``Loop``, a ``LoopSystem`` or ``RodSystem``, or anything :func:`lure.as_plant` takes.
     nonlinearity : object
-        What closes the loop around a plant: a law, a formula as text, ``control.saturation_nonlinearity``, a
+        What closes the loop around a plant: a nonlinearity, a formula as text, ``control.saturation_nonlinearity``, a
         ``NonlinearityClass``, a ``Sector`` or ``SlopeBounds``.  Without one the classes ``[0, k]`` are looked at.
     output : path, optional
         A directory for ``report.html``, ``report.json``, figures and certificates; a report there is replaced.  A name

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from lure.analysis.certificates.riccati import Rounded
-from lure.analysis.certificates.systems import laws_of, system_of, text
+from lure.analysis.certificates.systems import class_entry, system_of, text
 from lure.analysis.inequality.checks import CriterionResult
 from lure.analysis.theorems.table import Upper
 from lure.analysis.verdict import Answer
@@ -27,14 +27,14 @@ STRUCTURE = {"method": "structure"}
 
 
 def energy_theorem_draft(block: UpwindScheme | RodPlant) -> dict[str, Any]:
-    """The energy theorem in the sector ``[0, inf]``, with the rod's own law as a member where it is piecewise linear.
+    """The energy theorem in the sector ``[0, inf]``, the rod's own contact law a member where it is piecewise linear.
 
     Parameters
     ----------
     block : UpwindScheme or RodPlant
         The scheme, or the rod itself.
     """
-    draft = _draft(block, "rod-energy", {}, laws_of(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=True))
+    draft = _draft(block, "rod-energy", {}, class_entry(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=True))
     rod = block.rod.exact
     if rod["exponent"] == 1:
         kink = {"points": [["0", "0"]], "left": "0", "right": text(1 / rod["compliance"])}
@@ -54,9 +54,9 @@ def inequality_draft(block: UpwindScheme | RodPlant, result: CriterionResult) ->
     result : CriterionResult
         A result for ``k > 0``.
     """
-    law_class = NonlinearityClass(sector=result.sector, time_varying=result.name == "circle")
+    nonlinearity_class = NonlinearityClass(sector=result.sector, time_varying=result.name == "circle")
     multiplier = _multiplier(block, popov=result.name == "popov")
-    return _draft(block, f"rod-{result.name}", multiplier, laws_of(law_class, unbounded=True))
+    return _draft(block, f"rod-{result.name}", multiplier, class_entry(nonlinearity_class, unbounded=True))
 
 
 def criterion_drafts(
@@ -73,14 +73,14 @@ def criterion_drafts(
     upper : Fraction, "finite", "inf" or None
         Upper end of the class; None for that of the answer.
     """
-    popov, own = bool(answer.theta), answer.law_class.sector.upper
+    popov, own = bool(answer.theta), answer.nonlinearity_class.sector.upper
     whole: Upper = Fraction(own) if own != math.inf else "inf" if popov else "finite"
     bound = None if popov else circle_bound(block.rod)
     ends = [whole if upper is None else upper] + ([] if bound is None else [(1 - SLACK) * bound])
     for end in ends:
-        laws = laws_of(answer.law_class, unbounded=False)
-        laws["sector"][1] = end if isinstance(end, str) else text(end)
-        yield end, _draft(block, f"rod-{answer.criterion}", _multiplier(block, popov=popov), laws)
+        nonlinearities = class_entry(answer.nonlinearity_class, unbounded=False)
+        nonlinearities["sector"][1] = end if isinstance(end, str) else text(end)
+        yield end, _draft(block, f"rod-{answer.criterion}", _multiplier(block, popov=popov), nonlinearities)
 
 
 def negative_damping_draft(block: UpwindScheme | RodPlant, sector: Sector) -> dict[str, Any]:
@@ -93,8 +93,8 @@ def negative_damping_draft(block: UpwindScheme | RodPlant, sector: Sector) -> di
     sector : Sector
         The sector.
     """
-    laws = laws_of(NonlinearityClass(sector=sector), unbounded=True)
-    return {**_draft(block, "counterexample", {}, laws), "verdict": "REFUTED"}
+    nonlinearities = class_entry(NonlinearityClass(sector=sector), unbounded=True)
+    return {**_draft(block, "counterexample", {}, nonlinearities), "verdict": "REFUTED"}
 
 
 def popov_theta(rod: Rod) -> Fraction:
@@ -144,13 +144,13 @@ def _multiplier(block: UpwindScheme | RodPlant, *, popov: bool) -> dict[str, str
 
 
 def _draft(
-    block: UpwindScheme | RodPlant, theorem: str, multiplier: dict[str, str], laws: dict[str, Any]
+    block: UpwindScheme | RodPlant, theorem: str, multiplier: dict[str, str], nonlinearities: dict[str, Any]
 ) -> dict[str, Any]:
     return {
         "verdict": "PROVED",
         "numbers": "decimals as written",
         "system": system_of(block),
-        "laws": laws,
+        "laws": nonlinearities,
         "theorem": theorem,
         "multiplier": multiplier,
         "proof": STRUCTURE,

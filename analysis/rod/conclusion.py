@@ -102,7 +102,7 @@ class Conclusion:
 
     @property
     def headline(self) -> str:
-        """The verdict in one sentence; what is proved for the rod's own law without naming that."""
+        """The verdict in one sentence; what is proved for the rod's own nonlinearity without naming that."""
         return f"{_without_load(self.found.meaning)}." if self.verdict is Verdict.PROVED else self.found.headline
 
     def __bool__(self) -> bool:
@@ -128,7 +128,7 @@ _ARGUMENTS = {
         "all time; "
         "through the reflection |a| < 1 so are the waves at the contact, the contact stress and z'. The energy of the "
         "waves, an integral over the last transit, tends to zero. Integrated, the boundary relations give "
-        "z = constant - (A/k) int p + o(1), so z converges, and its limit is a zero of the law.",
+        "z = constant - (A/k) int p + o(1), so z converges, and its limit is a zero of the nonlinearity.",
     ),
     "scheme": (
         "discrete energy argument",
@@ -144,9 +144,9 @@ _ARGUMENTS = {
 def conclusion(scheme: UpwindScheme, scenario: Scenario) -> Conclusion:
     """Conclusion for the rod and for its scheme with the rod's own compliance law, as far as the checker accepts it.
 
-    For ``k > 0`` the energy theorem (``notebooks/notes/0005-energy-theorem.md``) holds for every continuous law with
-    ``z p(z) >= 0`` that is locally Lipschitz or nondecreasing.  Its certificate is about locally Lipschitz laws: with
-    ``m < 1`` nothing is concluded.
+    For ``k > 0`` the energy theorem (``notebooks/notes/0005-energy-theorem.md``) holds for every continuous
+    nonlinearity with ``z p(z) >= 0`` that is locally Lipschitz or nondecreasing.  Its certificate is about locally
+    Lipschitz nonlinearities: with ``m < 1`` nothing is concluded.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def offered(block: RodPlant | UpwindScheme) -> Proved | Refuted | str:
     block : RodPlant or UpwindScheme
         The rod, or its scheme.
     """
-    damping, sector = block.rod.exact["damping"], block.rod.law.sector
+    damping, sector = block.rod.exact["damping"], block.rod.nonlinearity.sector
     if damping == 0:
         return cast("CriterionResult", without_damping("popov", block, sector)).reason
     draft = energy_theorem_draft(block) if damping > 0 else negative_damping_draft(block, sector)
@@ -190,7 +190,7 @@ def offered(block: RodPlant | UpwindScheme) -> Proved | Refuted | str:
 
 
 def concluded(block: RodPlant | UpwindScheme, shown: Proved | Refuted | str) -> SearchResult:
-    """The verdict on a block: on every law without upper bound, and on the rod's own.
+    """The verdict on a block: on every nonlinearity without upper bound, and on the rod's own.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def concluded(block: RodPlant | UpwindScheme, shown: Proved | Refuted | str) -> 
     shown : Proved, Refuted or str
         What the checker accepted of it, or why that is nothing.
     """
-    asked = Problem.about(block, NonlinearityClass(sector=Sector(0, math.inf)), nonlinearity=block.rod.law)
+    asked = Problem.about(block, NonlinearityClass(sector=Sector(0, math.inf)), nonlinearity=block.rod.nonlinearity)
     if isinstance(shown, str):
         return undecided(asked, shown, code=codes.NO_MULTIPLIER if block.rod.exact["damping"] else codes.UNDAMPED)
     return conclusion_of(asked, shown)
@@ -213,10 +213,11 @@ def _statement(scheme: UpwindScheme, found: SearchResult, second: SearchResult) 
             "a half-line of equilibria, to one of its points."
         )
     if found.verdict is Verdict.REFUTED:
-        example = destabilising_example(scheme.rod, None, scheme.rod.law.sector)
+        example = destabilising_example(scheme.rod, None, scheme.rod.nonlinearity.sector)
         return (
             f"{found.headline} The dashpot feeds energy in (k = {scheme.rod.damping:g} N s/m), and {example}. In the "
-            "rod itself the energy never falls, whatever the law: without load no motion that starts with energy comes "
+            "rod itself the energy never falls, whatever the nonlinearity: without load no motion that starts with "
+            "energy comes "
             "to rest."
         )
     return said
@@ -252,7 +253,8 @@ def _assumptions(scheme: UpwindScheme) -> tuple[str, ...]:
         f"m = {rod.exponent:g}",
         "no load, g = 0 and f = 0: the theorem is about the free loop",
         "initial data of finite energy, u0 in H1 and u1 in L2: assumed",
-        "the rod obeys the linear wave equation with a linear dashpot; the law does not change with time: assumed",
+        "the rod obeys the linear wave equation with a linear dashpot; the nonlinearity does not change with time: "
+        "assumed",
     )
 
 
@@ -269,7 +271,7 @@ def _not_shown(scheme: UpwindScheme, scenario: Scenario, verdict: Verdict) -> tu
         return ("that every motion diverges",)
     if verdict is Verdict.INCONCLUSIVE:
         paper = (
-            "; note 5 proves it of continuous nondecreasing laws too, its certificate is about locally Lipschitz ones"
+            "; note 5 proves it of continuous nondecreasing ones too, its certificate is about locally Lipschitz ones"
         )
         return ("whether any motion comes to rest" + (paper if scheme.rod.exact["damping"] > 0 else ""),)
     forced = (

@@ -28,7 +28,7 @@ def rod_criteria(scheme: UpwindScheme) -> tuple[CriterionResult, ...]:
     tuple of CriterionResult
         Popov and circle for the scheme, then for the rod.
     """
-    sector, rod = scheme.rod.law.sector, RodPlant(scheme.rod)
+    sector, rod = scheme.rod.nonlinearity.sector, RodPlant(scheme.rod)
     return (
         rod_popov_criterion(scheme, sector),
         rod_circle_criterion(scheme, sector),

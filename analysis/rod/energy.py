@@ -58,7 +58,7 @@ def discrete_energy(scheme: UpwindScheme, y: ArrayLike) -> Array:
     rod = scheme.rod
     waves, gap = split_state(scheme, y)
     per_cell = 0.25 * rod.area * rod.density * rod.length / scheme.cells
-    return np.asarray(per_cell * np.square(waves).sum(axis=-1) + rod.area * rod.law.primitive(gap))
+    return np.asarray(per_cell * np.square(waves).sum(axis=-1) + rod.area * rod.nonlinearity.primitive(gap))
 
 
 def energy_balance(
@@ -76,8 +76,9 @@ def energy_balance(
         \text{supply}      &= \tfrac{Z}{2}\Big[2 b^2 g^2 - 2 a b\, g\, y_{2N}
                               + \tfrac{1}{s} \sum_i \tfrac{f_i}{\rho A}\, y_i\Big].
 
-    The law enters the first line only, through ``prev_{N+1}``: contact itself neither takes nor gives.  For ``k >= 0``
-    the dissipation is nonnegative, whatever the law and however large ``N``; for ``k < 0`` it need not be.
+    The nonlinearity enters the first line only, through ``prev_{N+1}``: contact itself neither takes nor gives.  For
+    ``k >= 0`` the dissipation is nonnegative, whatever the nonlinearity and however large ``N``; for ``k < 0`` it need
+    not be.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def energy_balance(
     jumps = np.empty_like(waves)
     jumps[..., 1:] = waves[..., :-1] - waves[..., 1:]
     jumps[..., 0] = sent - a * end - waves[..., 0]
-    jumps[..., N] -= 2.0 * rod.mobility * rod.law(gap)
+    jumps[..., N] -= 2.0 * rod.mobility * rod.nonlinearity(gap)
     lost = 0.5 * np.square(jumps).sum(axis=-1) + 2.0 * (rod.damping * b) * (Z * b) * end**2
     given = 0.5 * sent**2 - a * sent * end
     if body_force is not None:
@@ -179,7 +180,8 @@ def energy_theta(scheme: UpwindScheme) -> float:
     .. math:: V' &= -\frac{\theta}{2d}\,|\eta|^2 - 2 (\alpha\cdot\eta)(\beta\cdot\eta) - 2 z p \le -2 z p \\
         &\text{as soon as}\quad \theta \ge \theta_E = 2 d\,(|\alpha||\beta| - \alpha\cdot\beta).
 
-    It serves every law with ``z p(z) >= 0``.  It is an upper bound: Popov's inequality may hold for smaller ``theta``.
+    It serves every nonlinearity with ``z p(z) >= 0``.  It is an upper bound: Popov's inequality may hold for smaller
+    ``theta``.
 
     Parameters
     ----------
@@ -218,8 +220,8 @@ def lyapunov_function(scheme: UpwindScheme, y: ArrayLike, theta: float) -> Array
 
     .. math:: V = \frac{\theta}{2 s d} \sum_i y_i^2 + 2\theta P(z) + \frac{\zeta^2}{\rho_0}, \qquad \rho_0 = A/k.
 
-    ``V' <= -2 z p(z) <= 0`` for ``theta >= theta_E`` (:func:`energy_theta`) and every law with ``z p(z) >= 0``.  A
-    smaller ``theta`` is allowed here and promises nothing.
+    ``V' <= -2 z p(z) <= 0`` for ``theta >= theta_E`` (:func:`energy_theta`) and every nonlinearity with ``z p(z) >=
+    0``.  A smaller ``theta`` is allowed here and promises nothing.
 
     Parameters
     ----------

@@ -378,10 +378,10 @@ def _hypotheses(asked: _Question, margin: Bracket, *, holds: bool) -> tuple[str,
     rod, sector = asked.block.rod, asked.sector
     inequality = f"inequality on [0, inf], limits included: bounded below by {margin.low:.6g} m/Pa in ball arithmetic"
     members = f"phi time-invariant, locally Lipschitz, in the sector {sector}: assumed of the class"
-    if not rod.law.locally_lipschitz:
+    if not rod.nonlinearity.locally_lipschitz:
         members += (
-            f"; it fails for this rod's own law, which is not Lipschitz at z = 0 (m = {rod.exponent:g} < 1): "
-            "the energy theorem covers that law, this criterion does not"
+            f"; it fails for this rod's own nonlinearity, which is not Lipschitz at z = 0 (m = {rod.exponent:g} < 1): "
+            "the energy theorem covers that nonlinearity, this criterion does not"
         )
     return (
         f"zero eigenvalue simple: checked, k = {rod.damping:g} N s/m is not zero",

@@ -81,7 +81,7 @@ class RodTheory:
             criterion=criterion,
             theorem=f"{criterion} criterion in the critical case of a simple zero eigenvalue",
             largest=reach,
-            law_class=NonlinearityClass(sector=Sector(0, reach.low if reach.low > 0 else math.inf)),
+            nonlinearity_class=NonlinearityClass(sector=Sector(0, reach.low if reach.low > 0 else math.inf)),
             verdict=found.verdict if proved or found.verdict is Verdict.REFUTED else Verdict.INCONCLUSIVE,
             evidence=found.evidence,
             needs=("time-invariant",),

@@ -75,6 +75,6 @@ def simulate(
         raise InputError(f"a {type(block).__name__} has no finite state with exact equations; give coefficients")
     if nonlinearity is None or x0 is None:
         raise InputError("a loop is simulated with a nonlinearity and a first state x0")
-    law = nonlinearity if callable(nonlinearity) else as_nonlinearity(nonlinearity)
+    nonlinearity = nonlinearity if callable(nonlinearity) else as_nonlinearity(nonlinearity)
     dt = None if block.dt is None else float(block.dt)
-    return solution(block.realisation, law, x0, until, dt=dt, samples=samples)
+    return solution(block.realisation, nonlinearity, x0, until, dt=dt, samples=samples)

@@ -1,4 +1,4 @@
-"""Files to start from: a notebook about one's own loop, and a test that guards one's own law."""
+"""Files to start from: a notebook about one's own loop, and a test that guards one's own nonlinearity."""
 
 from lure.lazy import lazy_exports
 

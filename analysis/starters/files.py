@@ -42,7 +42,7 @@ def _filled(kind: str, number: int, text: str) -> dict[str, object]:
     return {"cell_type": kind, "id": f"cell-{number}", "metadata": {}, "source": text.splitlines(keepends=True)}
 
 
-_NOTEBOOK, _LAW_TEST = "50-your-own-loop.py", "law_test.txt"
+_NOTEBOOK, _NONLINEARITY_TEST = "50-your-own-loop.py", "nonlinearity_test.txt"
 
 
 def notebook_script() -> str:
@@ -54,6 +54,6 @@ def notebook_script() -> str:
     return packed.read_text(encoding="utf-8")
 
 
-def law_test() -> str:
-    """A file for pytest that guards the sector and the slope of a law."""
-    return files("lure.analysis.starters").joinpath(_LAW_TEST).read_text(encoding="utf-8")
+def nonlinearity_test() -> str:
+    """A file for pytest that guards the sector and the slope of a nonlinearity."""
+    return files("lure.analysis.starters").joinpath(_NONLINEARITY_TEST).read_text(encoding="utf-8")

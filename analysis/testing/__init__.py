@@ -1,4 +1,4 @@
-"""Assertions that guard the sector or the slope of a nonlinearity, and Hypothesis strategies for laws and blocks.
+"""Assertions that guard the sector or the slope of a nonlinearity, and Hypothesis strategies for classes and blocks.
 
 The assertions need neither pytest nor Hypothesis; :mod:`lure.analysis.testing.strategies` needs Hypothesis.  Nothing is
 loaded until it is used.

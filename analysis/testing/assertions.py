@@ -1,4 +1,4 @@
-"""Assertions about a law for tests: its sector, its slope, oddness and monotony."""
+"""Assertions about a nonlinearity for tests: its sector, its slope, oddness and monotony."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ from lure.expressions.tree import is_total, names
 from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.properties import Provenance, properties
 
-# One question about one law: decided exactly where that is possible, searched for a violation elsewhere.
+# One question about one nonlinearity: decided exactly where that is possible, searched for a violation elsewhere.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Decision:
     """A verdict for every ``sigma``, and in words what it rests on; INCONCLUSIVE with what stood in the way.
 
-    ``total`` says that the law is known to have a value for every ``sigma``, whatever floating point makes of it.
+    ``total`` says that the nonlinearity is known to have a value for every ``sigma``, whatever doubles make of it.
     """
 
     verdict: Verdict = Verdict.INCONCLUSIVE
@@ -52,13 +52,13 @@ class Decision:
     total: bool = False
 
 
-def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> Decision:
+def decided(nonlinearity: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> Decision:
     """Whether a formula or a law of the library has a property, by exact or ball arithmetic.
 
     Parameters
     ----------
-    law : Subject
-        The law.
+    nonlinearity : Subject
+        The nonlinearity.
     kind : {"sector", "slope", "odd"}
         The property.
     limits : Limits
@@ -72,16 +72,16 @@ def decided(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
         The formula divides by zero at a point of the interval.
     """
     if kind == "odd":
-        return _oddness(law.law, on)
+        return _oddness(nonlinearity.nonlinearity, on)
     from lure.analysis.nonlinearity import nonlinearity_bounds
     from lure.analysis.nonlinearity.pieces import Undefined
     from lure.analysis.nonlinearity.result import above, below, stated
 
     try:
-        bounds = nonlinearity_bounds(law.law, on=on)
+        bounds = nonlinearity_bounds(nonlinearity.nonlinearity, on=on)
     except Undefined as error:  # doubles may step over it: 1/0 is inf, and sign(inf) is 1
         raise NonlinearityViolation(
-            f"{law.name} has no value at sigma = {float(error.place):.10g}, where it divides by zero, and a "
+            f"{nonlinearity.name} has no value at sigma = {float(error.place):.10g}, where it divides by zero, and a "
             "nonlinearity has a finite real value everywhere; name the interval on which this one has, on=(low, high)"
         ) from None
     except InputError as error:
@@ -113,13 +113,13 @@ def _place(end: Extreme) -> str:
     return "" if isinstance(end.outer, float) and not end.exact else end.where
 
 
-def witness(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> str:
-    """An exact point, or pair, at which a known law breaks bounds that no double shows it to break; empty if none.
+def witness(nonlinearity: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fraction] | None) -> str:
+    """An exact point, or pair, at which a known graph breaks bounds that no double shows it to break; empty if none.
 
     Parameters
     ----------
-    law : Subject
-        The law.
+    nonlinearity : Subject
+        The nonlinearity.
     kind : {"sector", "slope"}
         The property.
     limits : Limits
@@ -129,7 +129,7 @@ def witness(law: Subject, kind: str, limits: Limits, on: tuple[Fraction, Fractio
     """
     from lure.analysis.nonlinearity import violation
 
-    found = violation(law.law, _widened(kind, limits), on=on)
+    found = violation(nonlinearity.nonlinearity, _widened(kind, limits), on=on)
     if found is None:
         return ""
     places = [f"{float(point):.10g}" for point in found.points]
@@ -148,38 +148,38 @@ def _widened(kind: str, limits: Limits) -> Sector | SlopeBounds:
     return Sector(lower, upper) if kind == "sector" else SlopeBounds(lower, upper)
 
 
-def _oddness(law: object, on: tuple[Fraction, Fraction] | None) -> Decision:
-    if isinstance(law, ExpressionNonlinearity):
-        odd = known_odd(law.expression, "sigma")
-    elif isinstance(law, Expression):
-        odd = known_odd(law, next(iter(names(law.tree)), law.variables[0]))
+def _oddness(phi: object, on: tuple[Fraction, Fraction] | None) -> Decision:
+    if isinstance(phi, ExpressionNonlinearity):
+        odd = known_odd(phi.expression, "sigma")
+    elif isinstance(phi, Expression):
+        odd = known_odd(phi, next(iter(names(phi.tree)), phi.variables[0]))
     else:
         try:
-            known = properties(law).odd  # type: ignore[arg-type]  # a law of the library: what remains
+            known = properties(phi).odd  # type: ignore[arg-type]  # a law of the library: what remains
         except AssumptionError:
             return Decision()
         odd = known.value if known.provenance is Provenance.CHECKED else None
     if odd is None:
         return Decision(total=True)
-    if odd and not _has_values(law, on):
+    if odd and not _has_values(phi, on):
         return Decision(how="by its form it is odd where it has values, but that it has one everywhere was not shown")
     if odd:
         return Decision(verdict=Verdict.PROVED, how="for every sigma, by its form", total=True)
     return Decision(verdict=Verdict.REFUTED, how="the nonlinearity is not odd, by its form", total=True)
 
 
-def _has_values(law: object, on: tuple[Fraction, Fraction] | None) -> bool:
+def _has_values(phi: object, on: tuple[Fraction, Fraction] | None) -> bool:
     """Whether a formula is known to have a value for every sigma, as a law of the library has."""
     from lure.analysis.nonlinearity.bounds import bounds_of_known, has_values
     from lure.analysis.nonlinearity.pieces import known_nonlinearity
 
-    if not isinstance(law, ExpressionNonlinearity | Expression):
+    if not isinstance(phi, ExpressionNonlinearity | Expression):
         return True
-    if is_total((law if isinstance(law, Expression) else law.expression).tree):
+    if is_total((phi if isinstance(phi, Expression) else phi.expression).tree):
         return True
     low, high = (-math.inf, math.inf) if on is None else on
     try:
-        known = known_nonlinearity(law, low, high)
+        known = known_nonlinearity(phi, low, high)
         return known is not None and has_values(known, bounds_of_known(known, low, high))
     except InputError:
         return False
@@ -195,7 +195,7 @@ _FEWEST = 50
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Search:
-    """Where and how closely a law is looked at; see :func:`lure.analysis.testing.assert_in_sector`."""
+    """Where and how closely a nonlinearity is looked at; see :func:`lure.analysis.testing.assert_in_sector`."""
 
     on: tuple[Exact, Exact] | None
     samples: int
@@ -211,7 +211,7 @@ class Search:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Inquiry:
-    """What is asserted of a law; ``words`` say that it is so, and that it is not."""
+    """What is asserted of a nonlinearity; ``words`` say that it is so, and that it is not."""
 
     kind: Kind
     words: tuple[str, str]
@@ -225,69 +225,69 @@ def run(phi: object, inquiry: Inquiry) -> Checked:
     Parameters
     ----------
     phi : object
-        The law, as :func:`lure.analysis.testing.search.subject` takes it.
+        The nonlinearity, as :func:`lure.analysis.testing.search.subject` takes it.
     inquiry : Inquiry
         The question.
 
     Raises
     ------
     NonlinearityViolation
-        The law does not have the property, or no value somewhere.
+        The nonlinearity does not have the property, or no value somewhere.
     InputError
         Something is not as described.
     """
     __tracebackhide__ = True
-    where, law = domain(inquiry.search.on), subject(phi)
+    where, nonlinearity = domain(inquiry.search.on), subject(phi)
     try:
-        known = decided(law, inquiry.kind, inquiry.limits, where.given) if law.known else Decision()
+        known = decided(nonlinearity, inquiry.kind, inquiry.limits, where.given) if nonlinearity.known else Decision()
         violation = None
         if known.verdict is not Verdict.PROVED:
-            violation = _found(law, inquiry, where, known)
+            violation = _found(nonlinearity, inquiry, where, known)
     except NotANumber as error:
-        raise NonlinearityViolation(_no_value(law, inquiry, error)) from None
+        raise NonlinearityViolation(_no_value(nonlinearity, inquiry, error)) from None
     if violation is not None:
         if inquiry.search.plot is not None:
             violation.save(Path(inquiry.search.plot))
         raise NonlinearityViolation(message(violation), violation)
     if known.verdict is Verdict.REFUTED:
-        exact = "" if inquiry.kind == "odd" else witness(law, inquiry.kind, inquiry.limits, where.given)
+        exact = "" if inquiry.kind == "odd" else witness(nonlinearity, inquiry.kind, inquiry.limits, where.given)
         raise NonlinearityViolation(
-            f"{law.name} {inquiry.words[1]}: {exact or known.how}, though doubles do not show it"
+            f"{nonlinearity.name} {inquiry.words[1]}: {exact or known.how}, though doubles do not show it"
         )
-    checked = _passed(law, inquiry, where, known)
+    checked = _passed(nonlinearity, inquiry, where, known)
     HISTORY.add(checked)
     return checked
 
 
-def _passed(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Checked:
+def _passed(phi: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Checked:
     slack = inquiry.limits.tolerance
-    claim = f"{_claim(law, inquiry)}, to within {slack:g}" if slack else _claim(law, inquiry)
+    claim = f"{_claim(phi, inquiry)}, to within {slack:g}" if slack else _claim(phi, inquiry)
     if known.verdict is Verdict.PROVED:
-        return Checked(claim=claim, evidence=Evidence.CERTIFIED, how=known.how, points=law.evaluations)
-    how = f"no violation among {law.evaluations} values on {where}"
+        return Checked(claim=claim, evidence=Evidence.CERTIFIED, how=known.how, points=phi.evaluations)
+    how = f"no violation among {phi.evaluations} values on {where}"
     how += f"; {known.how}" if known.how else ""
-    return Checked(claim=claim, evidence=Evidence.OBSERVED, how=how, points=law.evaluations)
+    return Checked(claim=claim, evidence=Evidence.OBSERVED, how=how, points=phi.evaluations)
 
 
-def _claim(law: Subject, inquiry: Inquiry) -> str:
-    return f"{law.name} {inquiry.words[0]}"
+def _claim(phi: Subject, inquiry: Inquiry) -> str:
+    return f"{phi.name} {inquiry.words[0]}"
 
 
-def _found(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Violation | None:
+def _found(phi: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Violation | None:
     """The violation, at the simplest numbers that show it; None if there is none."""
-    x = where.points(inquiry.search.samples, (*law.breakpoints, *inquiry.search.breakpoints))
+    x = where.points(inquiry.search.samples, (*phi.breakpoints, *inquiry.search.breakpoints))
     if known.total:
-        x = x[np.isfinite(law.anyhow(x))]  # floating point may overflow where the law does not
-    noise = rounding(law, x, where)
+        x = x[np.isfinite(phi.anyhow(x))]  # floating point may overflow where the nonlinearity does not
+    noise = rounding(phi, x, where)
     if inquiry.kind == "odd":
         x = x[(-x >= where.low) & (-x <= where.high) & (x > 0)]
         if x.size == 0:
             raise InputError(f"on is {where}; oddness is about sigma and -sigma: give an interval with 0 inside")
     elif inquiry.kind == "sector":
-        if where.holds(0.0) and abs(law.at(0.0)) > noise:
-            return _violation(inquiry, law, (0.0,), np.inf, (where, known))
+        if where.holds(0.0) and abs(phi.at(0.0)) > noise:
+            return _violation(inquiry, phi, (0.0,), np.inf, (where, known))
         x = x[x != 0]
-    measure = Measure(kind=inquiry.kind, subject=law, limits=inquiry.limits, noise=noise)
+    measure = Measure(kind=inquiry.kind, subject=phi, limits=inquiry.limits, noise=noise)
     found = worst(measure, x)
     if found[0] <= 0:
         return None
@@ -305,19 +305,19 @@ def _found(law: Subject, inquiry: Inquiry, where: Domain, known: Decision) -> Vi
 
     sigma = simplest(excess, found, size=inquiry.limits.size, unit=where.unit)
     value = float(measure.look(np.array(sigma))[0][0])
-    return _violation(inquiry, law, sigma, value, (where, known), found)
+    return _violation(inquiry, phi, sigma, value, (where, known), found)
 
 
 def _violation(  # noqa: PLR0913  (what was found where, and what else is known)
     inquiry: Inquiry,
-    law: Subject,
+    phi: Subject,
     sigma: tuple[float, ...],
     found: float,
     context: tuple[Domain, Decision],
     worst: Worst | None = None,
 ) -> Violation:
     where, known = context
-    how = f"Found in floating point, by a search of {law.evaluations} values on {where}."
+    how = f"Found in floating point, by a search of {phi.evaluations} values on {where}."
     if worst is not None and worst[1] != sigma:
         places = " and ".join(map(number, worst[1]))
         how += f" The search began to shrink it from sigma = {places}."
@@ -325,56 +325,56 @@ def _violation(  # noqa: PLR0913  (what was found where, and what else is known)
         how += f" {known.how[0].upper()}{known.how[1:]} ({Evidence.CERTIFIED})."
     return Violation(
         kind=inquiry.kind,
-        name=law.name,
-        claim=_claim(law, inquiry),
-        denial=f"{law.name} {inquiry.words[1]}",
+        name=phi.name,
+        claim=_claim(phi, inquiry),
+        denial=f"{phi.name} {inquiry.words[1]}",
         quantity=_QUANTITIES[inquiry.kind] if inquiry.kind != "slope" else "the slope of the chord",
         sigma=sigma,
-        phi=tuple(law.at(point) for point in sigma),
+        phi=tuple(phi.at(point) for point in sigma),
         found=found,
         lower=inquiry.limits.lower,
         upper=inquiry.limits.upper,
         tolerance=inquiry.limits.tolerance,
-        slope=_slope(law, sigma[0]) if inquiry.kind != "slope" else np.nan,
+        slope=_slope(phi, sigma[0]) if inquiry.kind != "slope" else np.nan,
         on=(where.low, where.high),
         how=how,
-        subject=law,
+        subject=phi,
     )
 
 
-def _slope(law: Subject, sigma: float) -> float:
+def _slope(phi: Subject, sigma: float) -> float:
     """A central difference quotient, nan where there is none: at a jump it grows as the step shrinks."""
     steps = [share * (abs(sigma) or 1e-3) for share in (1e-5, 1e-6)]
     try:
-        wide, narrow = ((law.at(sigma + step) - law.at(sigma - step)) / (2 * step) for step in steps)
+        wide, narrow = ((phi.at(sigma + step) - phi.at(sigma - step)) / (2 * step) for step in steps)
     except NotANumber:
         return float(np.nan)
     return narrow if abs(narrow - wide) <= 0.5 * abs(wide) else float(np.nan)
 
 
-def _no_value(law: Subject, inquiry: Inquiry, error: NotANumber) -> str:
+def _no_value(phi: Subject, inquiry: Inquiry, error: NotANumber) -> str:
     where = domain(inquiry.search.on)
 
     def missing(place: tuple[float, ...]) -> float:
-        """1 where the law has no value, 0 where it has or where nothing is asserted."""
+        """1 where the nonlinearity has no value, 0 where it has or where nothing is asserted."""
         try:
-            law.at(place[0])
+            phi.at(place[0])
         except NotANumber:
             return float(where.holds(place[0]))
         return 0.0
 
     (sigma,) = simplest(missing, (1.0, (error.sigma,)), size=1.0, unit=where.unit)
     try:
-        law.at(sigma)
+        phi.at(sigma)
     except NotANumber as simpler:
         error = simpler
     return (
-        f"it was not tested whether {_claim(law, inquiry)}: phi({number(error.sigma)}) {error}, and a "
+        f"it was not tested whether {_claim(phi, inquiry)}: phi({number(error.sigma)}) {error}, and a "
         "nonlinearity has a finite real value everywhere; name the interval on which this one has, on=(low, high)"
     )
 
 
-def assert_in_sector(  # noqa: PLR0913  (the law, the sector, and settings with defaults, all by name)
+def assert_in_sector(  # noqa: PLR0913  (the nonlinearity, the sector, and settings with defaults, all by name)
     phi: object,
     sector: Sector,
     *,
@@ -389,7 +389,7 @@ def assert_in_sector(  # noqa: PLR0913  (the law, the sector, and settings with 
     Parameters
     ----------
     phi : callable, law of lure.nonlinearities, Expression or str
-        The law; a text is a formula in ``sigma`` or ``x``.
+        The nonlinearity; a text is a formula in ``sigma`` or ``x``.
     sector : Sector
         What is asserted [unit of phi / unit of sigma].
     on : (low, high) or None
@@ -397,22 +397,22 @@ def assert_in_sector(  # noqa: PLR0913  (the law, the sector, and settings with 
     tolerance : float
         How far ``phi(sigma)/sigma`` may lie outside, not negative [unit of phi / unit of sigma].
     samples : int
-        With how many points the search begins, at least 50; it adds points of its own where the law is worst.
+        With how many points the search begins, at least 50; it adds points of its own where the nonlinearity is worst.
     breakpoints : sequence of float
-        Where the law changes its formula, as far as you know: the search looks at them and near them.
+        Where the nonlinearity changes its formula, as far as you know: the search looks at them and near them.
     plot : path or None
-        A file, ``.png`` or ``.svg``, for a plot of the law if it leaves the sector; one that exists is replaced.
+        A file, ``.png`` or ``.svg``, for a plot if the nonlinearity leaves the sector; one that exists is replaced.
 
     Returns
     -------
     Checked
-        What the pass rests on: ``.evidence`` is CERTIFIED for formulas and laws of the library that could be decided
-        for every ``sigma``, and OBSERVED for anything else.  An observed pass proves nothing of the points between.
+        What the pass rests on: ``.evidence`` is CERTIFIED for formulas and nonlinearities of the library that could be
+        decided for every ``sigma``, and OBSERVED for anything else.  It proves nothing of points between.
 
     Raises
     ------
     NonlinearityViolation
-        An AssertionError: the law leaves the sector, at the point named, or has no value somewhere.
+        An AssertionError: the nonlinearity leaves the sector, at the point named, or has no value somewhere.
     InputError
         An argument is not as described.
 
@@ -451,7 +451,7 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
     Parameters
     ----------
     phi : callable, law of lure.nonlinearities, Expression or str
-        The law.
+        The nonlinearity.
     slope : SlopeBounds
         What is asserted [unit of phi / unit of sigma].
     on : (low, high) or None
@@ -461,9 +461,9 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
     samples : int
         With how many points the search begins, at least 50.
     breakpoints : sequence of float
-        Where the law changes its formula.
+        Where the nonlinearity changes its formula.
     plot : path or None
-        A file for a plot of the law if it fails.
+        A file for a plot of the nonlinearity if it fails.
 
     Returns
     -------
@@ -473,7 +473,7 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
     Raises
     ------
     NonlinearityViolation
-        A pair of points whose quotient lies outside, or the law has no value somewhere.
+        A pair of points whose quotient lies outside, or the nonlinearity has no value somewhere.
     InputError
         An argument is not as described.
 
@@ -509,7 +509,7 @@ def assert_monotone(  # noqa: PLR0913  (as above)
     Parameters
     ----------
     phi : callable, law of lure.nonlinearities, Expression or str
-        The law.
+        The nonlinearity.
     on : (low, high) or None
         Where it is asserted; None for all of R.
     tolerance : float
@@ -517,9 +517,9 @@ def assert_monotone(  # noqa: PLR0913  (as above)
     samples : int
         With how many points the search begins, at least 50.
     breakpoints : sequence of float
-        Where the law changes its formula.
+        Where the nonlinearity changes its formula.
     plot : path or None
-        A file for a plot of the law if it fails.
+        A file for a plot of the nonlinearity if it fails.
 
     Returns
     -------
@@ -529,7 +529,7 @@ def assert_monotone(  # noqa: PLR0913  (as above)
     Raises
     ------
     NonlinearityViolation
-        A pair of points between which the law falls, or it has no value somewhere.
+        A pair of points between which the nonlinearity falls, or it has no value somewhere.
     InputError
         An argument is not as described.
     """
@@ -554,7 +554,7 @@ def assert_odd(  # noqa: PLR0913  (as above)
     Parameters
     ----------
     phi : callable, law of lure.nonlinearities, Expression or str
-        The law.
+        The nonlinearity.
     on : (low, high) or None
         Where it is asserted, with 0 inside: for ``|sigma| <= min(-low, high)``; None for all of R.
     tolerance : float
@@ -562,9 +562,9 @@ def assert_odd(  # noqa: PLR0913  (as above)
     samples : int
         With how many points the search begins, at least 50.
     breakpoints : sequence of float
-        Where the law changes its formula.
+        Where the nonlinearity changes its formula.
     plot : path or None
-        A file for a plot of the law if it fails.
+        A file for a plot of the nonlinearity if it fails.
 
     Returns
     -------
@@ -574,7 +574,7 @@ def assert_odd(  # noqa: PLR0913  (as above)
     Raises
     ------
     NonlinearityViolation
-        A point at which the law is not odd, or has no value.
+        A point at which the nonlinearity is not odd, or has no value.
     InputError
         An argument is not as described.
 

@@ -21,7 +21,7 @@ from lure.record import quantity as declared
 if TYPE_CHECKING:
     from lure.analysis.drawing import Axes
 
-# What an assertion about a law returns, and what it raises.
+# What an assertion about a nonlinearity returns, and what it raises.
 
 _REMEMBERED = 20
 
@@ -68,7 +68,7 @@ HISTORY = History()
 
 
 class Violation(Record):
-    """A point, or a pair of points, at which a law breaks what was asserted."""
+    """A point, or a pair of points, at which a nonlinearity breaks what was asserted."""
 
     kind: str = declared("``sector``, ``slope`` or ``odd``")
     name: str = declared("What the nonlinearity is called")
@@ -114,7 +114,7 @@ class Violation(Record):
         return [(x0, y0, float(slope)) for slope in (self.lower, self.upper) if abs(slope) != math.inf]
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """The law, the lines that bound it and the point; see :func:`lure.analysis.plots.plot_violation`.
+        """The nonlinearity, the lines that bound it and the point; see :func:`lure.analysis.plots.plot_violation`.
 
         Parameters
         ----------
@@ -135,7 +135,7 @@ class Violation(Record):
         return Page(self.denial, rows, verdict="VIOLATED")
 
     def save(self, path: Path) -> None:
-        """Draw the law and the point into a file.
+        """Draw the nonlinearity and the point into a file.
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ class Violation(Record):
 
 
 class NonlinearityViolation(AssertionError):
-    """An assertion about a law failed; ``violation`` says where, None where the law has no value at all."""
+    """An assertion about a nonlinearity failed; ``violation`` says where, None where it has no value at all."""
 
     __module__ = "lure.analysis.testing"  # where it is found by people, as it is named in front of each message
 
@@ -157,13 +157,13 @@ class NonlinearityViolation(AssertionError):
         self.violation = violation
 
 
-# A law, its bounds and a point, drawn with characters for a terminal of 80 columns.
+# A nonlinearity, its bounds and a point, drawn with characters for a terminal of 80 columns.
 
 _COLUMNS, _ROWS, _LABEL = 60, 17, 9
 
 
 def ascii_plot(violation: Violation) -> str:
-    """The plot of a violation: the law ``*``, the bounds ``.`` (for oddness ``o``, the mirrored law), the point ``X``.
+    """The plot of a violation: the graph ``*``, the bounds ``.`` (for oddness ``o``, its mirror), the point ``X``.
 
     Parameters
     ----------
@@ -193,12 +193,12 @@ def ascii_plot(violation: Violation) -> str:
 
 
 def values_where_defined(violation: Violation, x: Reals) -> Reals:
-    """Values of the law, nan where it has none.
+    """Values of the nonlinearity, nan where it has none.
 
     Parameters
     ----------
     violation : Violation
-        The violation, which holds the law.
+        The violation, which holds the nonlinearity.
     x : NDArray[np.float64]
         Points.
     """
@@ -212,14 +212,14 @@ def values_where_defined(violation: Violation, x: Reals) -> Reals:
 
 
 def heights(violation: Violation, phi: Reals) -> tuple[float, float]:
-    """The range of values worth drawing: that of the law and of the broken bound, cut where it dwarfs the point.
+    """The range of values worth drawing: that of the graph and of the broken bound, cut where it dwarfs the point.
 
     Parameters
     ----------
     violation : Violation
         The violation.
     phi : NDArray[np.float64]
-        Values of the law over the window, nan where it has none.
+        Values of the nonlinearity over the window, nan where it has none.
     """
     marked = list(violation.phi)
     bound = float(violation.bound)

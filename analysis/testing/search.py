@@ -15,14 +15,14 @@ from lure.exact import Exact
 from lure.expressions import Expression
 from lure.expressions.tree import names
 
-# The law under test, whatever it came as: one function from arrays of doubles to arrays of doubles.
+# The nonlinearity under test, whatever it came as: one function from arrays of doubles to arrays of doubles.
 
 _PROBES = (-1.25, -0.5, 0.0, 0.5, 1.25)
 _MOST_BREAKPOINTS = 1000
 
 
 class NotANumber(Exception):
-    """The law has no finite real value at a point; ``sigma`` is the point, the text says what came instead."""
+    """The nonlinearity has no finite real value at a point; ``sigma`` is the point, the text says what came instead."""
 
     def __init__(self, sigma: float, what: str) -> None:
         super().__init__(what)
@@ -31,15 +31,15 @@ class NotANumber(Exception):
 
 @dataclass(slots=True)
 class Subject:
-    """A law to be tested.
+    """A nonlinearity to be tested.
 
     Attributes
     ----------
     name : str
         What messages call it.
-    law : object
-        What was given: an exact law or a formula as :func:`lure.analysis.nonlinearity.nonlinearity_bounds` takes it,
-        or a callable.
+    nonlinearity : object
+        What was given: an exact nonlinearity or a formula as :func:`lure.analysis.nonlinearity.nonlinearity_bounds`
+        takes it, or a callable.
     call : callable
         Its values.
     known : bool
@@ -55,7 +55,7 @@ class Subject:
     """
 
     name: str
-    law: object
+    nonlinearity: object
     call: Callable[..., object] = field(compare=False)
     known: bool = False
     breakpoints: tuple[float, ...] = ()
@@ -80,7 +80,7 @@ class Subject:
         return values
 
     def anyhow(self, sigma: Reals) -> Reals:
-        """Values of a law that takes arrays, infinite or nan where floating point has no better."""
+        """Values of a nonlinearity that takes arrays, infinite or nan where floating point has no better."""
         values = self._array(sigma)
         return np.full(sigma.shape, np.nan) if values is None else values
 
@@ -95,7 +95,7 @@ class Subject:
         try:
             with np.errstate(all="ignore"):
                 value = self.call(sigma)
-        except Exception as error:  # whatever the law raises is what the message is about
+        except Exception as error:  # whatever the nonlinearity raises is what the message is about
             says = f" ({error})" if str(error) else ""
             raise NotANumber(sigma, f"raises {type(error).__name__}{says}"[:160]) from None
         number = _real(value)
@@ -114,7 +114,7 @@ class Subject:
 
 
 def subject(phi: object) -> Subject:
-    """The law as something to evaluate.
+    """The nonlinearity as something to evaluate.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def _parsed(text: str) -> Expression:
 
 
 def _takes_arrays(found: Subject) -> bool:
-    """Whether an array is answered as its numbers are; refuses a law whose value depends on more than ``sigma``."""
+    """Whether an array is answered as its numbers are; refuses what depends on more than ``sigma``."""
     probes = np.array(_PROBES)
     try:
         alone = [found.at(point) for point in _PROBES]
@@ -179,7 +179,7 @@ def _takes_arrays(found: Subject) -> bool:
 
 
 def _coarseness(found: Subject) -> float:
-    """How much coarser than doubles the numbers are that a law returns."""
+    """How much coarser than doubles the numbers are that a nonlinearity returns."""
     try:
         with np.errstate(all="ignore"):
             kind = np.asarray(found.call(_PROBES[-1])).dtype
@@ -208,7 +208,7 @@ def _real(value: object) -> float | None:
     return None
 
 
-# Where a law is tested: an interval, and the points of it that are tried first.
+# Where a nonlinearity is tested: an interval, and the points of it that are tried first.
 
 _DECADES = (-12.0, 12.0)
 _SHARE_OF_LINEAR = 0.25
@@ -288,7 +288,7 @@ def domain(on: tuple[Exact, Exact] | None) -> Domain:
     return Domain(low=ends[0], high=ends[1], given=given, scale=max(map(abs, ends)))
 
 
-# How far a law is outside what is asserted of it, and how much of that may be rounding.
+# How far a nonlinearity is outside what is asserted of it, and how much of that may be rounding.
 
 _RELATIVE = 1e-12
 _ABSOLUTE = 4e-15
@@ -324,19 +324,19 @@ Kind: TypeAlias = Literal["sector", "slope", "odd"]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Measure:
-    """A quantity of a law that must lie between limits, and what rounding may do to it.
+    """A quantity of a nonlinearity that must lie between limits, and what rounding may do to it.
 
     Attributes
     ----------
     kind : {"sector", "slope", "odd"}
         ``phi(sigma)/sigma`` for ``sigma`` not 0; ``(phi(y) - phi(x))/(y - x)`` for neighbouring points ``x < y``;
-        ``phi(sigma) + phi(-sigma)``, which is 0 for an odd law.
+        ``phi(sigma) + phi(-sigma)``, which is 0 for an odd nonlinearity.
     subject : Subject
-        The law.
+        The nonlinearity.
     limits : Limits
         What the quantity must lie between.
     noise : float
-        The absolute rounding error of the law near 0.
+        The absolute rounding error of the nonlinearity near 0.
     """
 
     kind: Kind
@@ -352,7 +352,7 @@ class Measure:
     def look(self, x: Reals) -> tuple[Reals, Reals]:
         """The quantity at ascending points, and its excess: how far it lies outside limits, tolerance and rounding.
 
-        A quotient carries the rounding of the values and that of the argument inside the law.
+        A quotient carries the rounding of the values and that of the argument inside the nonlinearity.
         """
         phi, coarse, size = self.subject(x), self.subject.coarseness, self.limits.size
         with np.errstate(over="ignore"):
@@ -373,12 +373,12 @@ class Measure:
 
 
 def rounding(subject: Subject, x: Reals, where: Domain) -> float:
-    """The absolute rounding error granted to a law in doubles: 4e-15 of its largest value near 0."""
+    """The absolute rounding error granted to a nonlinearity in doubles: 4e-15 of its largest value near 0."""
     inner = x[np.abs(x) <= where.rounding_scale]
     return subject.coarseness * _ABSOLUTE * float(np.abs(subject(inner)).max(initial=0.0))
 
 
-# The search for a point, or a pair of points, at which a law breaks what is asserted of it.
+# The search for a point, or a pair of points, at which a nonlinearity breaks what is asserted of it.
 
 _JUMPS, _PEAKS, _PAIRS = 24, 12, 16
 _HALVINGS, _STEPS = 52, 40

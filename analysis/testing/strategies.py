@@ -1,8 +1,8 @@
-"""Hypothesis strategies for laws of a class and for linear blocks, all exact: to fuzz closed loops and criteria.
+"""Hypothesis strategies for members of a class and for linear blocks, all exact: to fuzz closed loops and criteria.
 
-Drawn laws are those of :mod:`lure.nonlinearities`, with rational parameters, so that membership in the class holds by
-construction and can be checked exactly.  A failing test shrinks to a straight line, else to a law of few pieces and
-small numbers.
+Drawn nonlinearities are those of :mod:`lure.nonlinearities`, with rational parameters, so that membership in the class
+holds by construction and can be checked exactly.  A failing test shrinks to a straight line, else to a law of few
+pieces and small numbers.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from lure.nonlinearities import (
     Cubic,
     DeadZone,
     ExpressionNonlinearity,
-    Law,
+    LibraryNonlinearity,
     PiecewiseLinear,
     Saturation,
     Tanh,
-    shifted_law,
+    shifted_nonlinearity,
 )
 from lure.plants.rational import RationalPlant
 
@@ -87,11 +87,11 @@ def _shares(most: int) -> st.SearchStrategy[Fraction]:
     return st.one_of(st.sampled_from((Fraction(1), Fraction(0))), st.fractions(0, most, max_denominator=_FINEST))
 
 
-# A law with memory that stays in a sector: one graph while the input rises, another while it falls.
+# A nonlinearity with memory that stays in a sector: one graph while the input rises, another while it falls.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class HystereticLaw:
+class HystereticNonlinearity:
     """``phi = rising(sigma)`` after ``sigma`` has grown, ``falling(sigma)`` after it has fallen.
 
     Not a law of :mod:`lure.nonlinearities`, which have no memory; what covers it is a theorem for the sector alone,
@@ -125,15 +125,15 @@ class HystereticLaw:
         return (self.rising if now > before else self.falling).exact(now)
 
 
-def hysteretic(graphs: st.SearchStrategy[PiecewiseLinear]) -> st.SearchStrategy[HystereticLaw]:
-    """Hysteretic laws from two graphs of a class.
+def hysteretic(graphs: st.SearchStrategy[PiecewiseLinear]) -> st.SearchStrategy[HystereticNonlinearity]:
+    """Hysteretic nonlinearities from two graphs of a class.
 
     Parameters
     ----------
     graphs : SearchStrategy of PiecewiseLinear
         The class.
     """
-    return st.builds(HystereticLaw, rising=graphs, falling=graphs)
+    return st.builds(HystereticNonlinearity, rising=graphs, falling=graphs)
 
 
 _MOST_KNOTS = 4
@@ -151,21 +151,23 @@ _MONOTONE_SHAPES = {
 
 def sector_members(
     lower: Exact, upper: Exact, *, scale: Exact = 1, memory: bool = False
-) -> st.SearchStrategy[Law] | st.SearchStrategy[HystereticLaw]:
-    """Laws with ``lower sigma^2 <= sigma phi(sigma) <= upper sigma^2``, time-invariant and locally Lipschitz.
+) -> st.SearchStrategy[LibraryNonlinearity] | st.SearchStrategy[HystereticNonlinearity]:
+    """Nonlinearities with ``lower sigma^2 <= sigma phi(sigma) <= upper sigma^2``, time-invariant and locally Lipschitz.
 
-    Drawn are straight lines, piecewise linear laws (with slopes outside the sector as well), and smooth ones, among
-    them laws that touch both bounds again and again as ``|sigma|`` grows.  Many touch the bounds exactly.
+    Drawn are straight lines, piecewise linear nonlinearities (with slopes outside the sector as well), and smooth ones,
+    among them nonlinearities that touch both bounds again and again as ``|sigma|`` grows.  Many touch the bounds
+    exactly.
 
     Parameters
     ----------
     lower, upper : int, float, Fraction or Decimal
         The sector; ``-math.inf`` and ``math.inf`` are allowed.
     scale : int, float, Fraction or Decimal
-        Size of ``sigma`` on which the laws bend, positive.
+        Size of ``sigma`` on which the nonlinearities bend, positive.
     memory : bool
-        True draws :class:`HystereticLaw` instead, with one piecewise linear member for rising and one for falling
-        ``sigma``: no theorem for time-invariant laws without memory covers them, the circle criterion does.
+        True draws :class:`HystereticNonlinearity` instead, with one piecewise linear member for rising and one for
+        falling ``sigma``: no theorem for time-invariant nonlinearities without memory covers them, the circle criterion
+        does.
 
     Returns
     -------
@@ -191,7 +193,7 @@ def sector_graphs(lower: Exact, upper: Exact, *, scale: Exact = 1) -> st.SearchS
     lower, upper : int, float, Fraction or Decimal
         The sector, infinite bounds allowed.
     scale : int, float, Fraction or Decimal
-        Size of ``sigma`` on which the laws bend, positive.
+        Size of ``sigma`` on which the nonlinearities bend, positive.
 
     Raises
     ------
@@ -218,17 +220,17 @@ def sector_graphs(lower: Exact, upper: Exact, *, scale: Exact = 1) -> st.SearchS
     return graphs()
 
 
-def monotone_members(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.SearchStrategy[Law]:
-    """Laws with every difference quotient in ``[0, k]``, and ``phi(0) = 0``.
+def monotone_members(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.SearchStrategy[LibraryNonlinearity]:
+    """Nonlinearities with every difference quotient in ``[0, k]``, and ``phi(0) = 0``.
 
     Parameters
     ----------
     k : int, float, Fraction or Decimal
         Largest slope, positive; ``math.inf`` is allowed.
     odd : bool
-        Whether only odd laws are drawn.
+        Whether only odd nonlinearities are drawn.
     scale : int, float, Fraction or Decimal
-        Size of ``sigma`` on which the laws bend, positive.
+        Size of ``sigma`` on which the nonlinearities bend, positive.
 
     Returns
     -------
@@ -243,7 +245,7 @@ def monotone_members(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.Sea
     sector, s = _sector(0, k), _scale(scale)
 
     @st.composite
-    def named(draw: st.DrawFn) -> Law:
+    def named(draw: st.DrawFn) -> LibraryNonlinearity:
         """Saturation, dead zone, tanh and formulas."""
         top = draw(ratios(sector.lower, sector.upper).filter(bool))
         width = draw(sizes(s))
@@ -262,16 +264,16 @@ def monotone_members(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.Sea
 
 
 def monotone_graphs(k: Exact, *, odd: bool = False, scale: Exact = 1) -> st.SearchStrategy[PiecewiseLinear]:
-    """The piecewise linear laws with slopes in ``[0, k]``, without the straight lines.
+    """The piecewise linear nonlinearities with slopes in ``[0, k]``, without the straight lines.
 
     Parameters
     ----------
     k : int, float, Fraction or Decimal
         Largest slope, positive; ``math.inf`` is allowed.
     odd : bool
-        Whether only odd laws are drawn.
+        Whether only odd nonlinearities are drawn.
     scale : int, float, Fraction or Decimal
-        Size of ``sigma`` on which the laws bend, positive.
+        Size of ``sigma`` on which the nonlinearities bend, positive.
 
     Raises
     ------
@@ -317,7 +319,7 @@ def _places(draw: st.DrawFn, scale: Fraction) -> list[Fraction]:
 
 
 def _bent(points: list[tuple[Fraction, Fraction]], ends: tuple[Fraction, Fraction], sector: Sector) -> PiecewiseLinear:
-    """The law through the points, with these slopes outside; a straight line is bent at its right end."""
+    """The nonlinearity through the points, with these slopes outside; a straight line is bent at its right end."""
     left, right = ends
     if {left, right, *(y / x for x, y in points if x != 0)} == {left}:
         right = _other(left, sector)
@@ -327,7 +329,7 @@ def _bent(points: list[tuple[Fraction, Fraction]], ends: tuple[Fraction, Fractio
 def _mirrored(
     points: list[tuple[Fraction, Fraction]], end: Fraction, sector: Sector, scale: Fraction
 ) -> PiecewiseLinear:
-    """The odd law through the points; a straight line is bent at both ends."""
+    """The odd nonlinearity through the points; a straight line is bent at both ends."""
     if {end, *(y / x for x, y in points)} == {end}:
         points = points or [(scale, end * scale)]
         end = _other(end, sector)
@@ -345,12 +347,12 @@ def _other(slope: Fraction, sector: Sector) -> Fraction:
     return slope + 1 if high is None else high
 
 
-def _lines(sector: Sector, *, slope: bool = False) -> st.SearchStrategy[Law]:
+def _lines(sector: Sector, *, slope: bool = False) -> st.SearchStrategy[LibraryNonlinearity]:
     """Straight lines, the simplest members."""
     bounds = SlopeBounds(sector.lower, sector.upper) if slope else None
 
     @st.composite
-    def lines(draw: st.DrawFn) -> Law:
+    def lines(draw: st.DrawFn) -> LibraryNonlinearity:
         """``gain sigma``."""
         text = _times(draw(ratios(sector.lower, sector.upper)), "sigma")
         return ExpressionNonlinearity(text, sector=sector, slope_bounds=bounds, odd=True, locally_lipschitz=True)
@@ -358,22 +360,22 @@ def _lines(sector: Sector, *, slope: bool = False) -> st.SearchStrategy[Law]:
     return lines()
 
 
-def _smooth(sector: Sector, scale: Fraction) -> st.SearchStrategy[Law]:
+def _smooth(sector: Sector, scale: Fraction) -> st.SearchStrategy[LibraryNonlinearity]:
     """Smooth members: from one bound towards the other, or between them again and again."""
     low, high = sector.lower, sector.upper
     if math.inf in (abs(low), abs(high)):
         return _cubics(sector, scale)
 
     @st.composite
-    def between(draw: st.DrawFn) -> Law:
+    def between(draw: st.DrawFn) -> LibraryNonlinearity:
         """``lower sigma`` plus a share of ``upper - lower`` times a shape with chords in [0, 1]."""
         base, width = Fraction(low), Fraction(high) - Fraction(low)
         share = width * draw(ratios(0, 1).filter(bool))
         place = draw(sizes(scale))
         shape, odd = draw(st.sampled_from((("tanh", True), *_SHAPES)))
         if shape == "tanh":
-            law: Law = shifted_law(Tanh(scale=place, gain=share * place), -base)  # type: ignore[assignment]  # of a law, one
-            return law
+            nonlinearity: LibraryNonlinearity = shifted_nonlinearity(Tanh(scale=place, gain=share * place), -base)  # type: ignore[assignment]  # of a nonlinearity, one
+            return nonlinearity
         line = f"{_times(base, 'sigma')} + " if base else ""
         text = line + _times(share, shape.format(s=place))
         return ExpressionNonlinearity(text, sector=sector, odd=odd, locally_lipschitz=True)
@@ -381,12 +383,12 @@ def _smooth(sector: Sector, scale: Fraction) -> st.SearchStrategy[Law]:
     return between()
 
 
-def _cubics(sector: Sector, scale: Fraction) -> st.SearchStrategy[Law]:
+def _cubics(sector: Sector, scale: Fraction) -> st.SearchStrategy[LibraryNonlinearity]:
     """Cubics of a sector with an infinite bound."""
     low, high = sector.lower, sector.upper
 
     @st.composite
-    def cubics(draw: st.DrawFn) -> Law:
+    def cubics(draw: st.DrawFn) -> LibraryNonlinearity:
         """From the finite bound towards the infinite one."""
         upwards = high == math.inf
         linear = draw(ratios(low, high))
@@ -417,7 +419,7 @@ def _scale(scale: Exact) -> Fraction:
     return exact
 
 
-# Linear blocks with known poles, for loops with laws of a class.
+# Linear blocks with known poles, for loops with nonlinearities of a class.
 
 _ORDERS = (1, 4)
 _BLOCKS_FINEST = 10

@@ -80,7 +80,7 @@ def circle_answer(case: CircleCase) -> Answer:
         criterion="circle",
         theorem=CRITICAL if case.critical else PRINCIPAL,
         largest=case.best.largest,
-        law_class=NonlinearityClass(sector=sector, time_varying=not case.critical),
+        nonlinearity_class=NonlinearityClass(sector=sector, time_varying=not case.critical),
         verdict=Verdict.PROVED if case.proved else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("time-invariant",) if case.critical else (),
@@ -112,9 +112,9 @@ def failure(case: CircleCase, margin: Bracket, reach: Bracket | None, gain: str 
     )
     if gain is not None:
         return f"{failing}, and the linear gain {gain} of the sector is not stable"
-    advice = "for laws that do not change with time, Popov's may reach further"
+    advice = "for nonlinearities that do not change with time, Popov's may reach further"
     if case.plant.discrete:
-        advice = "for laws that do not change with time and have bounded slope, max_slope may reach further"
+        advice = "for nonlinearities that do not change with time and have bounded slope, max_slope may reach further"
     if reach is not None and reach.low > case.sector.lower:
         reached = f"[{float(case.sector.lower):g}, k] with k up to {text_below(reach.low)}"
         advice = f"the criterion reaches the sectors {reached}: {advice}"

@@ -177,7 +177,7 @@ def _blank(
         criterion=criterion.name,
         theorem=criterion.theorem,
         largest=used.largest,
-        law_class=nonlinearities,
+        nonlinearity_class=nonlinearities,
         verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=criterion.needs,

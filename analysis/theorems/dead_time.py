@@ -75,7 +75,7 @@ def hurwitz_limit(block: DelayPlant) -> Bracket:
 
 
 def hurwitz_largest(block: DelayPlant) -> Answer:
-    """The answer of linear gains alone; it proves nothing about nonlinear laws.
+    """The answer of linear gains alone; it proves nothing about nonlinearities.
 
     Parameters
     ----------
@@ -87,10 +87,10 @@ def hurwitz_largest(block: DelayPlant) -> Answer:
         criterion="hurwitz",
         theorem=_NYQUIST,
         largest=limit,
-        law_class=NonlinearityClass(sector=Sector(0, limit.low if limit.low > 0 else math.inf)),
+        nonlinearity_class=NonlinearityClass(sector=Sector(0, limit.low if limit.low > 0 else math.inf)),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
-        reason="stability of every linear gain in a sector does not prove that of its nonlinear laws",
+        reason="stability of every linear gain in a sector does not prove that of its nonlinearities",
     )
 
 
@@ -100,7 +100,7 @@ def circle_largest(block: DelayPlant) -> Answer:
     Parameters
     ----------
     block : DelayPlant
-        The block, stable: with a pole at 0 the theorem used does not cover time-varying laws.
+        The block, stable: with a pole at 0 the theorem used does not cover time-varying nonlinearities.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def _answer(name: str, plant: Delayed, theta: Fraction, found: Minimum, ceiling:
         criterion=name,
         theorem=_CIRCLE if varying else _POPOV,
         largest=Bracket(low, high),
-        law_class=NonlinearityClass(sector=Sector(0, low if proved else math.inf), time_varying=varying),
+        nonlinearity_class=NonlinearityClass(sector=Sector(0, low if proved else math.inf), time_varying=varying),
         verdict=Verdict.PROVED if proved else Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=() if varying else ("time-invariant",),

@@ -60,7 +60,7 @@ TSYPKIN = Criterion(
 
 
 def tsypkin_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
-    r"""Largest sector that Tsypkin's criterion proves for monotone laws.
+    r"""Largest sector that Tsypkin's criterion proves for monotone nonlinearities.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)`` the origin is globally asymptotically stable for every time-invariant
     nondecreasing ``phi`` in the sector ``[0, k]`` if ``H`` is stable and for some ``q >= 0``
@@ -121,7 +121,7 @@ TSYPKIN_ODD = Criterion(
 
 
 def tsypkin_odd_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
-    r"""Largest sector that Tsypkin's criterion, with the sum of successive samples, proves for odd monotone laws.
+    r"""Largest sector that Tsypkin's criterion, with the sum of successive samples, proves for odd monotone ``phi``.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)`` the origin is globally asymptotically stable for every time-invariant odd
     nondecreasing ``phi`` in the sector ``[0, k]`` if ``H`` is stable and for some ``q >= 0``
@@ -141,7 +141,7 @@ def tsypkin_odd_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) 
     -------
     Answer
         ``largest``: both ends decided exactly; at ``high`` no ``q >= 0`` is left.  Nothing follows beyond, and nothing
-        for laws that are not odd: the criterion is sufficient only.
+        for nonlinearities that are not odd: the criterion is sufficient only.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def tsypkin_odd_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) 
     -----
     Why: the convex primitive ``Phi >= 0`` of an odd ``phi`` is even, so that ``phi(y_t) (y_t + y_{t-1}) >= Phi(y_t) -
     Phi(-y_{t-1}) = Phi(y_t) - Phi(y_{t-1})``.  It is Tsypkin's criterion for ``H(-z)``: ``y_t -> (-1)^t y_t`` maps odd
-    laws to themselves.
+    nonlinearities to themselves.
 
     Examples
     --------
@@ -193,7 +193,7 @@ JURY_LEE = Criterion(
 
 
 def jury_lee_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answer:
-    r"""Largest sector that the Jury-Lee criterion proves for laws of slope at most ``k``.
+    r"""Largest sector that the Jury-Lee criterion proves for nonlinearities of slope at most ``k``.
 
     In ``sigma = H mu``, ``mu = -phi(sigma)`` the origin is globally asymptotically stable for every time-invariant
     ``phi`` in the sector ``[0, k]`` with ``(phi(x) - phi(y))/(x - y) <= k`` if ``H`` is stable and for some ``q >= 0``

@@ -106,7 +106,7 @@ class Multiplier:
         return sum((abs(c) for c, _ in self.terms), Fraction(0))
 
     def admissible(self, *, odd: bool) -> bool:
-        """Whether the multiplier is legal: mass at most 1, and no negative coefficient unless the laws are odd."""
+        """Whether the multiplier is legal: mass at most 1, and no negative coefficient unless ``phi`` is odd."""
         legal = all(
             kernel.delay != 0 if isinstance(kernel, Delay) else kernel.rate > 0 and kernel.order >= 1
             for _, kernel in self.terms

@@ -1,4 +1,4 @@
-"""The off-axis circle criterion of Cho and Narendra, for laws of restricted slope."""
+"""The off-axis circle criterion of Cho and Narendra, for nonlinearities of restricted slope."""
 
 from __future__ import annotations
 

@@ -292,10 +292,10 @@ def park_largest(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Answ
     For ``tau > 0`` write ``1 + theta s - tau s^2 = tau (a - s)(b + s)``, ``a, b > 0``.  On the axis it is a positive
     multiple of ``Z = (b + s)/(a + s)``, and of ``Z = (a - s)/(b - s)``.  The first, if ``b <= a``, is ``1 - z`` with
     ``z = (a - b) exp(-a t) >= 0`` for ``t > 0``; the second, if ``a <= b``, with ``z = (b - a) exp(b t) >= 0`` for
-    ``t < 0``; both have ``int z = |a - b|/max(a, b) < 1``.  So ``Z`` is a Zames-Falb multiplier for monotone laws, and
-    ``Re[Z (H + 1/k)]`` is bounded away from 0 on ``[0, inf]``: signals are square integrable, with a gain from the
-    initial state, and hidden modes decay.  With a direct term, ``1 + k D > 0`` makes ``sigma + D phi(sigma)``
-    invertible.
+    ``t < 0``; both have ``int z = |a - b|/max(a, b) < 1``.  So ``Z`` is a Zames-Falb multiplier for monotone
+    nonlinearities, and ``Re[Z (H + 1/k)]`` is bounded away from 0 on ``[0, inf]``: signals are square integrable, with
+    a gain from the initial state, and hidden modes decay.  With a direct term, ``1 + k D > 0`` makes ``sigma + D
+    phi(sigma)`` invertible.
 
     Examples
     --------

@@ -61,8 +61,8 @@ def popov_largest(
     -----
     Cutting planes on a concave function of ``theta``, see :mod:`lure.analysis.inequality.multiplier_search`; no grid.
     With a direct term ``D`` the theorem is applied to ``H - D`` and the sector ``[0, k/(1 + k D)]``: the inequality is
-    the same, ``1 + k D > 0`` is required, and the composed law must be a function (see ``hypotheses``).  Negative
-    ``theta`` is proved legal in ``notebooks/notes/0006-negative-theta.md``.
+    the same, ``1 + k D > 0`` is required, and the composed nonlinearity must be a function (see ``hypotheses``).
+    Negative ``theta`` is proved legal in ``notebooks/notes/0006-negative-theta.md``.
 
     Examples
     --------

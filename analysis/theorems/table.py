@@ -57,13 +57,13 @@ class Theorem:
     odd : bool
         Whether the functions take ``odd``.
     only_odd : bool
-        Whether its conclusion covers odd laws only.
+        Whether its conclusion covers odd nonlinearities only.
     time_varying : bool
-        Whether its conclusion covers time-varying laws.
+        Whether its conclusion covers time-varying nonlinearities.
     linear : bool
         Whether it is about constant gains alone.
     endless : bool
-        Whether it covers laws without an upper bound.
+        Whether it covers nonlinearities without an upper bound.
     composed : bool
         Whether it assumes, where ``H(inf)`` is not 0, that ``sigma + H(inf) phi(sigma)`` increases.
     matrix : bool
@@ -108,7 +108,9 @@ class Theorem:
         found = _called(self.largest, block, lower=lower, odd=odd)
         if not odd or block.dt is None:
             return found
-        monotone = _called(self.largest, block, lower=lower, odd=False)  # odd laws are monotone laws
+        monotone = _called(
+            self.largest, block, lower=lower, odd=False
+        )  # odd nonlinearities are monotone nonlinearities
         return monotone if monotone.largest.low > found.largest.low else found
 
     def decide(
@@ -119,12 +121,12 @@ class Theorem:
         options: dict[str, Any] = {"odd": odd} if self.odd else {}
         return _called(self.decision, block, asked, **options, **({"effort": "full"} if thorough else {}))
 
-    def bounds(self, law_class: NonlinearityClass) -> list[Sector] | list[SlopeBounds]:
+    def bounds(self, nonlinearity_class: NonlinearityClass) -> list[Sector] | list[SlopeBounds]:
         """What it is asked about: the sector, the slope bounds, or where one side is free both bounds as slopes."""
-        slope = law_class.slope
+        slope = nonlinearity_class.slope
         if not self.slope or slope is None:
-            return [law_class.sector]
-        tight = SlopeBounds(law_class.sector.lower, law_class.sector.upper)
+            return [nonlinearity_class.sector]
+        tight = SlopeBounds(nonlinearity_class.sector.lower, nonlinearity_class.sector.upper)
         return [tight, slope] if self.free and tight != slope else [slope]
 
 
@@ -142,7 +144,7 @@ def _none(_answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
 
 
 def _mirrored(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
-    lower = answer.law_class.sector.lower
+    lower = answer.nonlinearity_class.sector.lower
     yield from ({"mirrored": True},) if lower == -math.inf else ({}, {"mirrored": True})
 
 
@@ -259,7 +261,7 @@ TABLE = (  # in each stage the cheapest first
     ),
     Theorem(
         name="tsypkin-odd",
-        title="Tsypkin's criterion for odd laws",
+        title="Tsypkin's criterion for odd nonlinearities",
         times=_MAP,
         slope=True,
         free="above",
@@ -344,15 +346,15 @@ def theorems_for(
     block : RationalPlant, DelayPlant or StateSpace
         The block.
     question : {"sector", "slope"}
-        What is known of the law; a slope-restricted law lies in the sector of the same bounds, so that the criteria for
-        sectors serve it too.
+        What is known of the nonlinearity; a slope-restricted nonlinearity lies in the sector of the same bounds, so
+        that the criteria for sectors serve it too.
     criterion : str
         A name, or ``best`` for all that apply (without those for constant gains, which prove nothing about nonlinear
-        laws).
+        nonlinearities).
     odd : bool
-        Whether the law is known to be odd.
+        Whether the nonlinearity is known to be odd.
     time_varying : bool
-        Whether the law may vary with time.
+        Whether the nonlinearity may vary with time.
 
     Raises
     ------
@@ -396,9 +398,11 @@ def theorems_for(
         )
     if found[0].only_odd and not odd:
         raise AssumptionError(
-            f"the criterion {wanted} is for odd laws; ask about those (odd=True, lure max-slope --odd)"
+            f"the criterion {wanted} is for odd nonlinearities; ask about those (odd=True, lure max-slope --odd)"
         )
     if time_varying and not found[0].time_varying:
         varying = " or ".join(row.name for row in TABLE if row.time_varying)
-        raise AssumptionError(f"the criterion {wanted} is for time-invariant laws; for time-varying ones ask {varying}")
+        raise AssumptionError(
+            f"the criterion {wanted} is for time-invariant nonlinearities; for time-varying ones ask {varying}"
+        )
     return found

@@ -1,4 +1,4 @@
-"""Zames and Falb's criterion in continuous time, with the Popov term, for slope-restricted laws: certified."""
+"""Zames and Falb's criterion in continuous time, with the Popov term, for bounded slopes: certified."""
 
 from __future__ import annotations
 
@@ -270,7 +270,7 @@ def zames_falb_largest(
     block : RationalPlant
         In continuous time; with the gain ``lower`` it is strictly stable, hidden modes included.
     odd : bool
-        Whether ``phi`` is known to be odd.  An answer for odd laws says nothing about others.
+        Whether ``phi`` is known to be odd.  An answer for odd nonlinearities says nothing about others.
     lower : Fraction
         Lower slope: the class ``[lower, k]`` is that of ``[0, k - lower]`` for ``H / (1 + lower H)``.
     effort : {"quick", "full"}
@@ -299,7 +299,7 @@ def zames_falb_largest(
     zero but for the initial state, so that ``theta`` may have either sign.  With ``v = -mu``, ``e = (H + 1/k) mu`` the
     inequality above bounds the energy of ``mu`` by the initial state.  That signals are in L2 follows by continuation
     from ``phi`` replaced by ``t phi``, ``0 <= t <= 1``, for which everything holds alike; it needs ``H`` stable, and
-    ``dsigma/dt`` in L2, hence ``H`` strictly proper.  A direct term ``D`` is moved into the law first:
+    ``dsigma/dt`` in L2, hence ``H`` strictly proper.  A direct term ``D`` is moved into the nonlinearity first:
     ``phi (1 + D phi)^-1`` has slope in ``[0, k']``, ``1/k' = 1/k + D``, if ``1 + k D > 0``, and the inequality is the
     same, since ``i w theta D`` has no real part.
 
@@ -389,8 +389,8 @@ def recheck(block: RationalPlant, parameters: Mapping[str, object]) -> bool:
     Returns
     -------
     bool
-        True proves that all laws with slope in ``[lower, k]`` (odd ones only if ``odd``) leave the origin globally
-        asymptotically stable.  False: these numbers prove nothing.
+        True proves that all nonlinearities with slope in ``[lower, k]`` (odd ones only if ``odd``) leave the origin
+        globally asymptotically stable.  False: these numbers prove nothing.
 
     Raises
     ------
@@ -428,7 +428,7 @@ def _answer(task: Task, bounds: SlopeBounds, found: Reach | None, reason: str) -
         criterion=NAME,
         theorem=THEOREM,
         largest=Bracket(math.nextafter(float(lower), -math.inf), high),
-        law_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper, odd=task.odd),
+        nonlinearity_class=NonlinearityClass.slope_restricted(bounds.lower, bounds.upper, odd=task.odd),
         verdict=Verdict.INCONCLUSIVE,
         evidence=Evidence.CERTIFIED,
         needs=("slope", "odd", "time-invariant") if task.odd else ("slope", "time-invariant"),

@@ -63,7 +63,7 @@ def zames_falb_discrete_largest(
     block : RationalPlant
         In discrete time, with the gain ``lower`` stable, hidden modes included.
     odd : bool
-        Whether ``phi`` is known to be odd.  The answer for odd laws says nothing about others.
+        Whether ``phi`` is known to be odd.  The answer for odd nonlinearities says nothing about others.
     lower : Fraction
         Lower slope.
     taps : int, optional
@@ -232,7 +232,7 @@ def _reach(discrete: DiscretePlant, ceiling: float, *, odd: bool, taps: int | No
     response = SampledResponse.of(*discrete.coefficients())
     lengths = LENGTHS if taps is None else (*(n for n in LENGTHS if n < taps), taps)
     best = _search(response, lengths, target, odd=odd)
-    if odd and best.inverse > target:  # odd laws are monotone too: never less than for those
+    if odd and best.inverse > target:  # odd nonlinearities are monotone too: never less than for those
         best = min(best, _search(response, lengths, target, odd=False), key=lambda proposal: proposal.inverse)
     proposal = _rounded(response, best)
     multiplier = _multiplier(proposal)

@@ -10,7 +10,7 @@ from typing import Any
 
 ROD = ("--set", "rod.gap=0", "--set", "rod.damping=0.24", "--set", "rod.compliance=3.5e-11")
 FORMULAS = ("sin(x)", "tanh(x) + x/3", "min(max(2*x,-1),1)", "x*exp(-abs(x))", "x + x**3/3", "where(x > 1, x - 1, 0)")
-LAWS = ('kind = "saturation"\nlimit = 1', 'kind = "tanh"\nscale = 2', 'kind = "dead zone"\nwidth = 0.5')
+NONLINEARITIES = ('kind = "saturation"\nlimit = 1', 'kind = "tanh"\nscale = 2', 'kind = "dead zone"\nwidth = 0.5')
 REFUSED = (("systems", "nosuch"), ("max-sector", "--num", "x", "--den", "1"), ("certify", "--num", "1", "--den", "1 1"))
 
 
@@ -89,7 +89,8 @@ def random_case(place: int) -> Case:
         plant = ["--transfer", f"exp(-{draw.choice(['0.1', '0.5', '1'])}*s)*({sides[0]})/({sides[1]})"]
     if question in ("analyse", "certify"):
         sides = [json.dumps([str(c) for c in side]) for side in (num, den)]
-        text = f"[plant]\nnum = {sides[0]}\nden = {sides[1]}\n{step}[nonlinearity]\n{draw.choice(LAWS)}\ngain = {k}\n"
+        phi = draw.choice(NONLINEARITIES)
+        text = f"[plant]\nnum = {sides[0]}\nden = {sides[1]}\n{step}[nonlinearity]\n{phi}\ngain = {k}\n"
         files, plant = {"plant.toml": text}, ["DIR/plant.toml"]
     written = ["-o", "DIR/certificate.json"] if question.startswith("certify") else []
     argv = [*question.split(), *plant, *written, "--json", "--quiet"]

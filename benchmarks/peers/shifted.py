@@ -18,7 +18,7 @@ def shifted_waves(rod: Rod, scenario: Scenario, until: float, cells: int) -> tup
 
     With ``W`` constant on a cell, ``z' = W - r z`` in contact, ``r = d/eps``, has the mean ``z phi_1 + W h phi_2``, and
     what returns is ``V = W - 2 r z`` in the mean.  No difference of nearly equal numbers enters, however soft the
-    obstacle.  Linear law; no body force.
+    obstacle.  Linear gain; no body force.
     """
     h, rate, echo = rod.travel_time / cells, rod.mobility / rod.compliance, -rod.reflection
     count = math.ceil(until / h)

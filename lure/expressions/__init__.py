@@ -1,4 +1,4 @@
-"""Formulas for laws and signals from files: parsed by a whitelist, never evaluated by Python or sympy."""
+"""Formulas for nonlinearities and signals from files: parsed by a whitelist, never evaluated by Python or sympy."""
 
 from lure.lazy import lazy_exports
 

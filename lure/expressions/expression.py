@@ -1,4 +1,4 @@
-"""A law or a signal given as text: parsed by a whitelist, evaluated in floats, exactly or as balls, differentiated."""
+"""A formula given as text: parsed by a whitelist, evaluated in floats, exactly or as balls, differentiated."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ _ZAMES_FALB = (
     "J. Carrasco, W. P. Heath, J. Zhang, N. S. Ahmad, S. Wang, Convex searches for discrete-time Zames-Falb "
     "multipliers, 2019"
 )
-_SLOPES = "the test set of Chen and Wen, Park, Turner, Chang and Carrasco for slope-restricted laws"
+_SLOPES = "the test set of Chen and Wen, Park, Turner, Chang and Carrasco for slope-restricted nonlinearities"
 _LURE = "A. I. Lur'e, indirect control: x' = -x + xi, xi' = mu, sigma = r xi - c x"
 _FITTS = "R. E. Fitts, Two counterexamples to Aizerman's conjecture, IEEE Trans. Automatic Control 11 (1966) 553-556"
 _HIDDEN = "G. A. Leonov, V. O. Bragin, N. V. Kuznetsov, Dokl. Math. 82 (2010) 540-542"
@@ -40,7 +40,7 @@ _PLANTS: dict[str, Entry] = {
     ),
     "dt-5": ("discrete example 5", "(-0.5*z + 0.1)/(z^3 - 0.9*z^2 + 0.79*z + 0.089)", _ZAMES_FALB),
     "dt-6": (
-        "discrete example 6: odd laws reach further than monotone ones",
+        "discrete example 6: odd nonlinearities reach further than monotone ones",
         "(2*z + 0.92)/(z^2 - 0.5*z)",
         _ZAMES_FALB,
     ),
@@ -77,7 +77,7 @@ _CLASSES: dict[str, tuple[Entry, NonlinearityClass]] = {
     "integrator-lead": (("an integrator, a lag and a zero beyond it", "(s+2)/(s*(s+1))", _CLOSED), _EVERY),
     "positive-real": (("an integrator, a lag and a zero before it", "(s+1)/(s*(s+2))", _CLOSED), _EVERY),
     "iqc-resonance": (
-        ("a resonance under a law in the sector [0, 1]", "(s+1)/(s^2 + 0.2*s + 1)", _IQC),
+        ("a resonance under a nonlinearity in the sector [0, 1]", "(s+1)/(s^2 + 0.2*s + 1)", _IQC),
         NonlinearityClass(sector=Sector(0, 1)),
     ),
     "iqc-odd-slope": (
@@ -89,7 +89,7 @@ _CLASSES: dict[str, tuple[Entry, NonlinearityClass]] = {
         NonlinearityClass.slope_restricted(0, 1, odd=True),
     ),
 }
-_LAWS: dict[str, tuple[Entry, dict[str, object]]] = {
+_NONLINEARITIES: dict[str, tuple[Entry, dict[str, object]]] = {
     "kalman-fitts": (
         (
             "a limit cycle, although every linear gain is stable",
@@ -107,7 +107,7 @@ _LAWS: dict[str, tuple[Entry, dict[str, object]]] = {
         {"kind": "saturation", "gain": Fraction(1), "limit": Fraction(1)},
     ),
     "double-zero": (
-        ("a double zero eigenvalue: every linear gain is stable, this law escapes", "(s+1)/s^2", _CLOSED),
+        ("a double zero eigenvalue: every linear gain is stable, this nonlinearity escapes", "(s+1)/s^2", _CLOSED),
         {
             "kind": "expression",
             "text": "sigma*exp(-abs(sigma))",
@@ -133,13 +133,13 @@ _LAWS: dict[str, tuple[Entry, dict[str, object]]] = {
 
 
 def builtin_loops() -> Mapping[str, LoopSystem]:
-    """The named loops: plants alone, plants with a class of laws, plants with a law."""
+    """The named loops: plants alone, plants with a class of nonlinearities, plants with a nonlinearity."""
     return MappingProxyType({name: builtin_loop(name) for name in loop_names()})
 
 
 def loop_names() -> tuple[str, ...]:
     """Names of the built-in loops."""
-    return (*_PLANTS, *_CLASSES, *_LAWS)
+    return (*_PLANTS, *_CLASSES, *_NONLINEARITIES)
 
 
 def builtin_loop(name: str) -> LoopSystem:
@@ -170,5 +170,7 @@ def builtin_loop(name: str) -> LoopSystem:
     elif name in _CLASSES:
         (title, formula, source), asked = _CLASSES[name]
     else:
-        (title, formula, source), table = _LAWS[name]
-    return loop_system((name, title, source), parse_transfer(formula), law_table=table, law_class=asked)
+        (title, formula, source), table = _NONLINEARITIES[name]
+    return loop_system(
+        (name, title, source), parse_transfer(formula), nonlinearity_table=table, nonlinearity_class=asked
+    )

@@ -46,23 +46,23 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
     Raises
     ------
     InputError
-        The plant is given in no form or in several, it is refused by :func:`lure.plants.as_plant`, the law or the class
-        is refused, or the law is not known to belong to the class.
+        The plant is given in no form or in several, it is refused by :func:`lure.plants.as_plant`, the nonlinearity or
+        the class is refused, or the nonlinearity is not known to belong to the class.
     """
     identity = (tables.name or "loop", tables.title or title, source)
     block = _block(tables.plant)
-    law_class = None if tables.law_class is None else _law_class(tables.law_class)
+    nonlinearity_class = None if tables.nonlinearity_class is None else _nonlinearity_class(tables.nonlinearity_class)
     if tables.nonlinearity is None:
-        return loop_system(identity, block, law_class=law_class)
+        return loop_system(identity, block, nonlinearity_class=nonlinearity_class)
     try:
-        table = _with_points(tables.nonlinearity.law_table(), folder)
-        return loop_system(identity, block, law_table=table, law_class=law_class)
+        table = _with_points(tables.nonlinearity.nonlinearity_table(), folder)
+        return loop_system(identity, block, nonlinearity_table=table, nonlinearity_class=nonlinearity_class)
     except InputError as error:
         raise InputError(f"nonlinearity: {error}") from None
 
 
 def _with_points(table: dict[str, object], folder: Path) -> dict[str, object]:
-    """The table of a law with the points of its file in place of the file, so that it stands for itself."""
+    """The table of a nonlinearity with the points of its file in place of the file, so that it stands for itself."""
     file = table.get("file")
     if not isinstance(file, str) or "points" in table:
         return table
@@ -90,7 +90,7 @@ def _block(plant: PlantTable) -> RationalPlant | DelayPlant | StateSpace:
     return found
 
 
-def _law_class(table: ClassTable) -> NonlinearityClass:
+def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
     slope = None if table.slope is None else SlopeBounds(*table.slope)
     if table.sector is None and slope is None:
         raise InputError("class: neither sector nor slope is given; give one, such as sector = [0, 5.9]")
@@ -121,10 +121,10 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
         The block is a matrix in floating point, which no file of a page holds.
     """
     tables: dict[str, object] = {"name": system.name, "title": system.title, "plant": _plant(system)}
-    if system.law_table is not None:
-        tables["nonlinearity"] = dict(system.law_table)
-    if system.law_class is not None:
-        tables["class"] = _class(system.law_class)
+    if system.nonlinearity_table is not None:
+        tables["nonlinearity"] = dict(system.nonlinearity_table)
+    if system.nonlinearity_class is not None:
+        tables["class"] = _class(system.nonlinearity_class)
     return tables
 
 

@@ -1,6 +1,7 @@
 """What a file with a ``[plant]`` may hold: one pydantic model for each table, strict, numbers exact.
 
-``[nonlinearity]`` takes the parameters of its kind of law, which :func:`lure.nonlinearities.law_from_table` checks.
+``[nonlinearity]`` takes the parameters of its kind of nonlinearity, which
+:func:`lure.nonlinearities.nonlinearity_from_table` checks.
 """
 
 from __future__ import annotations
@@ -131,12 +132,12 @@ class PlantTable(BaseModel):
 
 
 class NonlinearityTable(BaseModel):
-    """``[nonlinearity]``: a kind of law; its parameters are checked by the law."""
+    """``[nonlinearity]``: a kind of nonlinearity; its parameters are checked by the nonlinearity."""
 
     model_config = ConfigDict(strict=True, extra="allow", frozen=True, title="nonlinearity")
     kind: Annotated[str, BeforeValidator(_kind)] = Field(description="the kind of nonlinearity")
 
-    def law_table(self) -> dict[str, object]:
+    def nonlinearity_table(self) -> dict[str, object]:
         """Kind and parameters, numbers exact.
 
         Raises
@@ -166,7 +167,7 @@ class PlantTables(BaseModel):
     title: Line = Field(default=None, description="one line that says what it is")
     plant: PlantTable
     nonlinearity: NonlinearityTable | None = None
-    law_class: ClassTable | None = Field(default=None, alias="class")
+    nonlinearity_class: ClassTable | None = Field(default=None, alias="class")
 
 
 PLANT_TABLES: dict[str, type[BaseModel]] = {
@@ -178,7 +179,7 @@ LAW_TEXTS = ("text", "expression", "formula", "law", "kind", "file")
 
 
 def _parameter(value: object, name: str) -> object:
-    """A parameter of a law: numbers exact, infinity as a float, a text of a number as that number."""
+    """A parameter of a nonlinearity: numbers exact, infinity as a float, a text of a number as that number."""
     if isinstance(value, bool):
         return value
     if isinstance(value, list | tuple):
@@ -187,7 +188,7 @@ def _parameter(value: object, name: str) -> object:
         try:
             return value if name.rpartition(".")[2] in LAW_TEXTS else _bound(value, name)
         except InputError:
-            return value  # for the law to take or to refuse
+            return value  # for the nonlinearity to take or to refuse
     if not isinstance(value, int | float | Decimal | Fraction):
         raise InputError(f"{name} is {shown(value)}; give a number, a text, true or false, or a list")
     return _bound(value, name)

@@ -1,4 +1,4 @@
-"""Lur'e loops as named systems: a block, what is said of the law, and where the numbers come from."""
+"""Lur'e loops as named systems: a block, what is said of the nonlinearity, and where the numbers come from."""
 
 from __future__ import annotations
 
@@ -26,18 +26,20 @@ class LoopSystem(Record):
     title: str = quantity("One line that says what it is")
     source: str = quantity("Where the numbers come from", default="")
     block: RationalPlant | DelayPlant | StateSpace = quantity("The linear block")
-    nonlinearity: Nonlinearity | None = quantity("The law, if there is one", key="law", default=None)
-    law_class: NonlinearityClass | None = quantity(
-        "The class of laws asked about, if there is one; it contains the law", key="class", default=None
+    nonlinearity: Nonlinearity | None = quantity("The nonlinearity, if there is one", key="law", default=None)
+    nonlinearity_class: NonlinearityClass | None = quantity(
+        "The class of nonlinearities asked about, if there is one; it contains the nonlinearity",
+        key="class",
+        default=None,
     )
-    law_table: Mapping[str, object] | None = quantity(
-        "The entries of the table ``[nonlinearity]`` that mean the law", key="", default=None
+    nonlinearity_table: Mapping[str, object] | None = quantity(
+        "The entries of the table ``[nonlinearity]`` that mean the nonlinearity", key="", default=None
     )
     _kind = "loop system"
     _notes = ("sigma = H mu, mu = -phi(sigma); lure.analysis.analyse(system) decides.",)
 
     def to_control(self, *, pade: int | None = None) -> control.NonlinearIOSystem:
-        """The closed loop with the law; see :meth:`lure.Loop.to_control`.
+        """The closed loop with the nonlinearity; see :meth:`lure.Loop.to_control`.
 
         Parameters
         ----------
@@ -47,7 +49,7 @@ class LoopSystem(Record):
         Raises
         ------
         InputError
-            There is no law to close the loop with, or the loop cannot be simulated there.
+            There is no nonlinearity to close the loop with, or the loop cannot be simulated there.
         """
         if self.nonlinearity is None:
             raise InputError(
@@ -62,8 +64,8 @@ class LoopSystem(Record):
 
     def _rows(self) -> Iterator[tuple[object, ...]]:
         yield from loop_rows(self.block, self.nonlinearity)
-        if self.law_class is not None:
-            yield "class asked about", str(self.law_class)
+        if self.nonlinearity_class is not None:
+            yield "class asked about", str(self.nonlinearity_class)
         if self.source:
             yield "source", self.source
 
@@ -72,10 +74,10 @@ def loop_system(
     identity: tuple[str, str, str],
     block: RationalPlant | DelayPlant | StateSpace,
     *,
-    law_table: Mapping[str, object] | None = None,
-    law_class: NonlinearityClass | None = None,
+    nonlinearity_table: Mapping[str, object] | None = None,
+    nonlinearity_class: NonlinearityClass | None = None,
 ) -> LoopSystem:
-    """A loop from its block and the table of its law.
+    """A loop from its block and the table of its nonlinearity.
 
     Parameters
     ----------
@@ -83,42 +85,43 @@ def loop_system(
         Name, title and source.
     block : RationalPlant, DelayPlant or StateSpace
         The linear block.
-    law_table : Mapping of str to object, or None
-        ``kind`` and parameters of the law, as :func:`lure.nonlinearities.law_from_table` takes them.
-    law_class : NonlinearityClass or None
+    nonlinearity_table : Mapping of str to object, or None
+        ``kind`` and parameters of the nonlinearity, as :func:`lure.nonlinearities.nonlinearity_from_table` takes them.
+    nonlinearity_class : NonlinearityClass or None
         The class asked about.
 
     Raises
     ------
     InputError
-        The law is refused, or it is not known to belong to the class: the class would promise what the law breaks.
+        The nonlinearity is refused, or it is not known to belong to the class: the class would promise what the
+        nonlinearity breaks.
     """
-    law = None
-    if law_table is not None:
-        from lure.nonlinearities import law_from_table
+    nonlinearity = None
+    if nonlinearity_table is not None:
+        from lure.nonlinearities import nonlinearity_from_table
 
-        values = dict(law_table)
-        law = law_from_table(str(values.pop("kind")), values)
-        if law_class is not None:
-            _check_member(law, law_class)
+        values = dict(nonlinearity_table)
+        nonlinearity = nonlinearity_from_table(str(values.pop("kind")), values)
+        if nonlinearity_class is not None:
+            _check_member(nonlinearity, nonlinearity_class)
     name, title, source = identity
     return LoopSystem(
         name=name,
         title=title,
         block=block,
-        nonlinearity=law,
-        law_class=law_class,
+        nonlinearity=nonlinearity,
+        nonlinearity_class=nonlinearity_class,
         source=source,
-        law_table=None if law_table is None else MappingProxyType(dict(law_table)),
+        nonlinearity_table=None if nonlinearity_table is None else MappingProxyType(dict(nonlinearity_table)),
     )
 
 
-def _check_member(law: Nonlinearity, asked: NonlinearityClass) -> None:
-    from lure.nonlinearities import ExpressionNonlinearity, law_class
+def _check_member(nonlinearity: Nonlinearity, asked: NonlinearityClass) -> None:
+    from lure.nonlinearities import ExpressionNonlinearity, nonlinearity_class
 
-    if isinstance(law, ExpressionNonlinearity) and not law.sector_declared:
+    if isinstance(nonlinearity, ExpressionNonlinearity) and not nonlinearity.sector_declared:
         return  # it declares nothing that could be compared: the analysis certifies it, or says that it was given so
-    known = law_class(law)
+    known = nonlinearity_class(nonlinearity)
     inside = asked.sector.lower <= known.sector.lower and known.sector.upper <= asked.sector.upper
     slope = asked.slope is None or (
         known.slope is not None and asked.slope.lower <= known.slope.lower and known.slope.upper <= asked.slope.upper

@@ -1,6 +1,6 @@
-"""The library of nonlinearities: exact parameters, values, slope, primitive, and what is known of each law."""
+"""The library of nonlinearities: exact parameters, values, slope, primitive, and what is known of each nonlinearity."""
 
-from lure.nonlinearities.base import Law as Law
+from lure.nonlinearities.base import LibraryNonlinearity as LibraryNonlinearity
 from lure.nonlinearities.formula import ExpressionNonlinearity as ExpressionNonlinearity
 from lure.nonlinearities.named import Cubic as Cubic
 from lure.nonlinearities.named import Quantiser as Quantiser
@@ -16,10 +16,10 @@ from lure.nonlinearities.properties import Properties as Properties
 from lure.nonlinearities.properties import Property as Property
 from lure.nonlinearities.properties import Provenance as Provenance
 from lure.nonlinearities.properties import check_declared as check_declared
-from lure.nonlinearities.properties import law_class as law_class
+from lure.nonlinearities.properties import nonlinearity_class as nonlinearity_class
 from lure.nonlinearities.properties import properties as properties
 from lure.nonlinearities.reading import LAW_KINDS as LAW_KINDS
-from lure.nonlinearities.reading import law_from_table as law_from_table
+from lure.nonlinearities.reading import nonlinearity_from_table as nonlinearity_from_table
 from lure.nonlinearities.shifted import ShiftedNonlinearity as ShiftedNonlinearity
 from lure.nonlinearities.shifted import shifted_class as shifted_class
-from lure.nonlinearities.shifted import shifted_law as shifted_law
+from lure.nonlinearities.shifted import shifted_nonlinearity as shifted_nonlinearity

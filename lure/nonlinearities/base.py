@@ -18,8 +18,8 @@ Parameter: TypeAlias = Exact | str
 """A number, or a text of one such as ``".1"`` or ``"1/3"``."""
 
 
-class Law(Protocol):
-    """A memoryless law ``phi(sigma)`` with ``phi(0) = 0`` that enters the loop as ``mu = -phi(sigma)``."""
+class LibraryNonlinearity(Protocol):
+    """A memoryless nonlinearity ``phi(sigma)`` with ``phi(0) = 0`` that enters the loop as ``mu = -phi(sigma)``."""
 
     @property
     def sector(self) -> Sector:
@@ -80,10 +80,10 @@ def positive(value: object, name: str) -> Fraction:
     return exact
 
 
-def assign(law: object, **fields: object) -> None:
-    """Set the fields of a frozen law, from its own ``__init__``."""
+def assign(nonlinearity: object, **fields: object) -> None:
+    """Set the fields of a frozen nonlinearity, from its own ``__init__``."""
     for name, value in fields.items():
-        object.__setattr__(law, name, value)
+        object.__setattr__(nonlinearity, name, value)
 
 
 def number_text(value: Fraction) -> str:
@@ -103,7 +103,7 @@ def factor_text(value: Fraction) -> str:
 
 
 class Nonlinearity(Protocol):
-    """What a loop needs of a law: its sector (the caller's word) and its values."""
+    """What a loop needs of a nonlinearity: its sector (the caller's word) and its values."""
 
     @property
     def sector(self) -> Sector:
@@ -118,25 +118,25 @@ class NamedNonlinearity(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data: parameters, and what is known with its provenance."""
-        from lure.nonlinearities.properties import law_dict
+        from lure.nonlinearities.properties import nonlinearity_dict
 
-        return law_dict(self)  # type: ignore[arg-type]  # each is a Nonlinearity
+        return nonlinearity_dict(self)  # type: ignore[arg-type]  # each is a Nonlinearity
 
     def _page(self) -> Page:
-        from lure.nonlinearities.properties import law_page
+        from lure.nonlinearities.properties import nonlinearity_page
 
-        return law_page(self)  # type: ignore[arg-type]
+        return nonlinearity_page(self)  # type: ignore[arg-type]
 
 
 class NormalCompliance(NamedNonlinearity, kw_only=False):
     r"""Normal compliance, ``p(r) = c_n max(r, 0)^m`` (Martins and Oden 1987).
 
-    ``r`` is the penetration: displacement of the contacting end minus the gap.  The paper's law (9) is ``m = 1``,
-    ``c_n = 1/eps``.  As ``c_n -> inf`` it tends to the Signorini condition ``r <= 0, p >= 0, r p = 0`` (a rigid
-    obstacle), which is a set-valued law and not a member of this class.
+    ``r`` is the penetration: displacement of the contacting end minus the gap.  The paper's nonlinearity (9) is ``m =
+    1``, ``c_n = 1/eps``.  As ``c_n -> inf`` it tends to the Signorini condition ``r <= 0, p >= 0, r p = 0`` (a rigid
+    obstacle), which is a set-valued nonlinearity and not a member of this class.
 
-    The law is continuous, nondecreasing, and zero on the whole half-line ``r <= 0``: a loop with it has a half-line
-    of equilibria, so that no theorem can make its origin asymptotically stable.
+    The nonlinearity is continuous, nondecreasing, and zero on the whole half-line ``r <= 0``: a loop with it has a
+    half-line of equilibria, so that no theorem can make its origin asymptotically stable.
 
     Parameters
     ----------
@@ -168,10 +168,10 @@ class NormalCompliance(NamedNonlinearity, kw_only=False):
 
     Examples
     --------
-    >>> law = NormalCompliance(stiffness=4, exponent=1)
-    >>> print(law.sector, law([-1.0, 0.5]), law.primitive([-1.0, 0.5]))
+    >>> nonlinearity = NormalCompliance(stiffness=4, exponent=1)
+    >>> print(nonlinearity.sector, nonlinearity([-1.0, 0.5]), nonlinearity.primitive([-1.0, 0.5]))
     [0, 4] [0. 2.] [0.  0.5]
-    >>> print(law, "and", NormalCompliance(stiffness=1, exponent="3/2"))
+    >>> print(nonlinearity, "and", NormalCompliance(stiffness=1, exponent="3/2"))
     the contact law 4 max(sigma, 0) and the contact law max(sigma, 0)^1.5
     """
 
@@ -199,7 +199,7 @@ class NormalCompliance(NamedNonlinearity, kw_only=False):
 
     @property
     def odd(self) -> bool:
-        """False: the law pushes one way only."""
+        """False: the nonlinearity pushes one way only."""
         return False
 
     @property

@@ -1,4 +1,4 @@
-"""Laws given as a formula in ``sigma``, with the properties their author declares."""
+"""Nonlinearities given as a formula in ``sigma``, with the properties their author declares."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ class ExpressionNonlinearity(NamedNonlinearity):
     slope_bounds : SlopeBounds or None
         Declared slope bounds, None for none.
     odd : bool
-        Whether the law is declared odd.
+        Whether the nonlinearity is declared odd.
     locally_lipschitz : bool
         Whether it is declared locally Lipschitz.  Finite slope bounds make it so, and so does a formula that visibly
         is: see ``lure.expressions.regularity.nature``.
@@ -197,8 +197,8 @@ class ExpressionNonlinearity(NamedNonlinearity):
     Examples
     --------
     >>> bounds = {"sector": Sector(0, 1), "slope_bounds": SlopeBounds(0, 1), "odd": True}
-    >>> law = ExpressionNonlinearity("sigma/(1 + abs(sigma))", **bounds)
-    >>> print(law, law.sector, law([-1.0, 3.0]))
+    >>> nonlinearity = ExpressionNonlinearity("sigma/(1 + abs(sigma))", **bounds)
+    >>> print(nonlinearity, nonlinearity.sector, nonlinearity([-1.0, 3.0]))
     sigma/(1 + abs(sigma)) [0, 1] [-0.5   0.75]
     """
 

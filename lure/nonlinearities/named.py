@@ -20,7 +20,7 @@ from lure.nonlinearities.base import (
     positive,
 )
 
-# The uniform quantiser: a law with jumps, known by its sector alone.
+# The uniform quantiser: a nonlinearity with jumps, known by its sector alone.
 
 QuantiserKind = Literal["mid-tread"]
 
@@ -29,7 +29,7 @@ class Quantiser(NamedNonlinearity):
     r"""Rounding to the nearest multiple of ``step``, halves away from 0; the sector is ``[0, 2]``, whatever the step.
 
     ``phi`` jumps, so that it has no slope bounds, and in continuous time a loop with it is a differential inclusion:
-    theorems for locally Lipschitz laws do not apply.  In discrete time sector criteria do.
+    theorems for locally Lipschitz nonlinearities do not apply.  In discrete time sector criteria do.
 
     Parameters
     ----------
@@ -45,8 +45,8 @@ class Quantiser(NamedNonlinearity):
 
     Examples
     --------
-    >>> law = Quantiser(step=1)
-    >>> print(law([0.49, 0.5, -2.5]), law.sector, law.slope_bounds)
+    >>> nonlinearity = Quantiser(step=1)
+    >>> print(nonlinearity([0.49, 0.5, -2.5]), nonlinearity.sector, nonlinearity.slope_bounds)
     [ 0.  1. -3.] [0, 2] None
     """
 
@@ -137,8 +137,8 @@ class Cubic(NamedNonlinearity):
 
     Examples
     --------
-    >>> law = Cubic(cubic=1, linear=2)
-    >>> print(law.sector, law.slope(1.0))
+    >>> nonlinearity = Cubic(cubic=1, linear=2)
+    >>> print(nonlinearity.sector, nonlinearity.slope(1.0))
     [2, inf] 5.0
     """
 
@@ -225,8 +225,8 @@ class Tanh(NamedNonlinearity):
 
     Examples
     --------
-    >>> law = Tanh(gain=2)
-    >>> print(law.sector, f"{law(0.5):.4f}")
+    >>> nonlinearity = Tanh(gain=2)
+    >>> print(nonlinearity.sector, f"{nonlinearity(0.5):.4f}")
     [0, 2] 0.9242
     """
 

@@ -1,4 +1,4 @@
-"""Laws through a table of points."""
+"""Nonlinearities through a table of points."""
 
 from __future__ import annotations
 
@@ -156,11 +156,11 @@ class Graph:
         return x, tuple(row[i] for row in self.table[1:])
 
 
-# Piecewise linear laws: saturation, relay with slope, dead zone and rectifiers.
+# Piecewise linear nonlinearities: saturation, relay with slope, dead zone and rectifiers.
 
 
 class GraphNonlinearity(NamedNonlinearity):
-    """What laws with a piecewise linear graph share; each sets ``graph`` when it is made and overrides nothing.
+    """What piecewise linear nonlinearities share; each sets ``graph`` when it is made and overrides nothing.
 
     Attributes
     ----------
@@ -182,7 +182,7 @@ class GraphNonlinearity(NamedNonlinearity):
 
     @property
     def odd(self) -> bool:
-        """Whether the law is odd, from its points."""
+        """Whether the nonlinearity is odd, from its points."""
         return self.graph.odd
 
     @property
@@ -227,7 +227,7 @@ class Saturation(GraphNonlinearity):
     limit : int, float, Fraction, Decimal or str
         Largest value of ``phi``, positive [unit of phi].
     lower_limit : int, float, Fraction, Decimal, str or None
-        Least value, at most 0; None for ``-limit``.  Any other value makes a law that is not odd.
+        Least value, at most 0; None for ``-limit``.  Any other value makes a nonlinearity that is not odd.
 
     Raises
     ------
@@ -236,8 +236,8 @@ class Saturation(GraphNonlinearity):
 
     Examples
     --------
-    >>> law = Saturation(gain=2, limit=1)
-    >>> print(law, law.sector, law([-3.0, 0.25]), law.primitive(1.0))
+    >>> nonlinearity = Saturation(gain=2, limit=1)
+    >>> print(nonlinearity, nonlinearity.sector, nonlinearity([-3.0, 0.25]), nonlinearity.primitive(1.0))
     saturation min(max(2 sigma, -1), 1) [0, 2] [-1.   0.5] 0.75
     """
 
@@ -349,7 +349,7 @@ class ReLU(GraphNonlinearity):
 
 
 class LeakyReLU(GraphNonlinearity):
-    """Two slopes that meet at 0; sector and slope bounds are the two, in order, and the law is not odd.
+    """Two slopes that meet at 0; sector and slope bounds are the two, in order, and the nonlinearity is not odd.
 
     Parameters
     ----------
@@ -390,7 +390,7 @@ def bent(graph: Graph, name: str) -> Graph:
 
 
 class PiecewiseLinear(GraphNonlinearity):
-    r"""The continuous law through a table of points, straight between and outside them.
+    r"""The continuous nonlinearity through a table of points, straight between and outside them.
 
     Sector and slope bounds are the tightest and exact: between the points, 0 and infinity the chord slope
     ``phi(sigma)/sigma = s + c/sigma`` is monotone, so that its extremes are read off there.
@@ -410,8 +410,8 @@ class PiecewiseLinear(GraphNonlinearity):
 
     Examples
     --------
-    >>> law = PiecewiseLinear([(-1, -3), (2, 6), (4, 7)], left_slope=0, right_slope=Fraction(1, 2))
-    >>> print(law.sector, law.slope_bounds, law.odd)
+    >>> nonlinearity = PiecewiseLinear([(-1, -3), (2, 6), (4, 7)], left_slope=0, right_slope=Fraction(1, 2))
+    >>> print(nonlinearity.sector, nonlinearity.slope_bounds, nonlinearity.odd)
     [0, 3] [0, 3] False
     """
 
@@ -431,7 +431,7 @@ class PiecewiseLinear(GraphNonlinearity):
     def from_csv(
         cls, path: str | Path, *, left_slope: Parameter | None = None, right_slope: Parameter | None = None
     ) -> PiecewiseLinear:
-        """The law through the points of a CSV file; see ``lure.nonlinearities.points_file``.
+        """The nonlinearity through the points of a CSV file; see ``lure.nonlinearities.points_file``.
 
         Parameters
         ----------
@@ -457,7 +457,9 @@ class PiecewiseLinear(GraphNonlinearity):
         listed = ", ".join(f"({number_text(x)}, {number_text(y)})" for x, y in self.points[:4])
         more = ", ..." if len(self.points) > 4 else ""
         left, right = number_text(self.left_slope), number_text(self.right_slope)
-        return f"piecewise linear law through {listed}{more}, slope {left} to the left and {right} to the right"
+        return (
+            f"piecewise linear nonlinearity through {listed}{more}, slope {left} to the left and {right} to the right"
+        )
 
 
 def outer_slopes(points: Points) -> tuple[Fraction, Fraction]:

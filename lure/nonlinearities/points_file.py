@@ -1,4 +1,4 @@
-"""The points of a piecewise linear law from a CSV file, every decimal taken exactly."""
+"""The points of a piecewise linear nonlinearity from a CSV file, every decimal taken exactly."""
 
 from __future__ import annotations
 

@@ -32,16 +32,16 @@ _SUSPECTS = 50
 _BITS = 256
 
 
-def check_declared(law: Nonlinearity, *, samples: int = 4000, scale: Exact = 1) -> None:
-    """Look for a ``sigma`` that contradicts what a law declares of itself.
+def check_declared(nonlinearity: Nonlinearity, *, samples: int = 4000, scale: Exact = 1) -> None:
+    """Look for a ``sigma`` that contradicts what a nonlinearity declares of itself.
 
     Tried are 0, points spaced evenly in the logarithm from ``1e-12 scale`` to ``1e12 scale`` on both sides, and the
-    breakpoints of the law with their near surroundings.  Passing proves nothing: the properties stay declared.
+    breakpoints of the nonlinearity with their near surroundings.  Passing proves nothing: the properties stay declared.
 
     Parameters
     ----------
-    law : Nonlinearity
-        The law; looked at are its ``sector`` and, where it has them, ``slope_bounds`` and ``odd``.
+    nonlinearity : Nonlinearity
+        The nonlinearity; looked at are its ``sector`` and, where it has them, ``slope_bounds`` and ``odd``.
     samples : int
         Number of sampled points, at least 10.
     scale : int, float, Fraction or Decimal
@@ -57,8 +57,8 @@ def check_declared(law: Nonlinearity, *, samples: int = 4000, scale: Exact = 1) 
     Notes
     -----
     The suspicion comes from floating point.  Against a formula it is confirmed in ball arithmetic before it is raised;
-    for any other law a relative violation of 1e-9 counts as rounding, and so does an absolute error in ``phi`` of 4e-15
-    of its largest value for ``|sigma| <= scale``.
+    for any other nonlinearity a relative violation of 1e-9 counts as rounding, and so does an absolute error in ``phi``
+    of 4e-15 of its largest value for ``|sigma| <= scale``.
 
     Examples
     --------
@@ -74,33 +74,38 @@ def check_declared(law: Nonlinearity, *, samples: int = 4000, scale: Exact = 1) 
     unit = exact_number(scale, "check_declared: scale")
     if unit <= 0:
         raise InputError(f"check_declared: scale is {float(unit):g}; give a positive number")
-    sample = _Sample(law, samples, float(unit))
+    sample = _Sample(nonlinearity, samples, float(unit))
     x, phi = sample.x, sample.phi
     with np.errstate(all="ignore"):
-        sample.check(law.sector, phi / x, sample.noise / np.abs(x), [(1, 0)])
-        slope: SlopeBounds | None = getattr(law, "slope_bounds", None)
+        sample.check(nonlinearity.sector, phi / x, sample.noise / np.abs(x), [(1, 0)])
+        slope: SlopeBounds | None = getattr(nonlinearity, "slope_bounds", None)
         if slope is not None:
             steps = np.diff(x)
             noise = (2 * sample.noise + 1e-15 * (np.abs(phi[1:]) + np.abs(phi[:-1]))) / steps
             sample.check(slope, np.diff(phi) / steps, noise, [(1, 1), (-1, 0)])
-        if getattr(law, "odd", False):
+        if getattr(nonlinearity, "odd", False):
             sample.check_odd()
 
 
 class _Sample:
-    """Sorted points without 0, symmetric to it, at which the law has a finite value, and these values."""
+    """Sorted points without 0, symmetric to it, at which the nonlinearity has a finite value, and these values."""
 
-    def __init__(self, law: Nonlinearity, samples: int, scale: float) -> None:
+    def __init__(self, nonlinearity: Nonlinearity, samples: int, scale: float) -> None:
         sizes = scale * np.logspace(*DECADES, samples // 2)
-        kinks = np.array([abs(float(point)) for point in getattr(law, "breakpoints", ())][:1000])
+        kinks = np.array([abs(float(point)) for point in getattr(nonlinearity, "breakpoints", ())][:1000])
         near = [kinks * (1 + shift) for shift in (0.0, 1e-3, -1e-3, 1e-6, -1e-6)]
         sizes = np.unique(np.concatenate([sizes, *near]))
         x = np.concatenate([-sizes[sizes > 0][::-1], sizes[sizes > 0]])
         with np.errstate(all="ignore"):
-            phi, at_zero = np.asarray(law(x), dtype=float), float(np.asarray(law(np.zeros(1)), dtype=float)[0])
-        self.law, self.name = (
-            law,
-            repr(law.text)[:60] if isinstance(law, ExpressionNonlinearity) else type(law).__name__,
+            phi, at_zero = (
+                np.asarray(nonlinearity(x), dtype=float),
+                float(np.asarray(nonlinearity(np.zeros(1)), dtype=float)[0]),
+            )
+        self.nonlinearity, self.name = (
+            nonlinearity,
+            repr(nonlinearity.text)[:60]
+            if isinstance(nonlinearity, ExpressionNonlinearity)
+            else type(nonlinearity).__name__,
         )
         if at_zero != 0:
             raise AssumptionError(
@@ -129,7 +134,7 @@ class _Sample:
             if bound in (math.inf, -math.inf):
                 continue
             excess = sign * (values - float(bound))
-            if not isinstance(self.law, ExpressionNonlinearity):
+            if not isinstance(self.nonlinearity, ExpressionNonlinearity):
                 excess -= _ROUNDING * (np.abs(values) + abs(float(bound))) + noise
             i = self._worst(excess, partial(self._beyond, combination=combination, sign=sign, limit=Fraction(bound)))
             if i is None:
@@ -144,9 +149,9 @@ class _Sample:
 
     def check_odd(self) -> None:
         """Compare the values with those at the mirrored points."""
-        mirrored = np.asarray(self.law(-self.x), dtype=float)
+        mirrored = np.asarray(self.nonlinearity(-self.x), dtype=float)
         excess = np.abs(self.phi + mirrored)
-        if not isinstance(self.law, ExpressionNonlinearity):
+        if not isinstance(self.nonlinearity, ExpressionNonlinearity):
             excess -= _ROUNDING * (np.abs(self.phi) + np.abs(mirrored)) + 2 * self.noise
         excess[np.isnan(excess)] = math.inf
         i = self._worst(excess, lambda i: bool(self._ball(self.x[i]) + self._ball(-self.x[i]) != 0))
@@ -161,7 +166,7 @@ class _Sample:
         """The point of largest excess, if it is positive and, for a formula, certain."""
         suspects = np.flatnonzero(excess > 0)
         suspects = suspects[np.argsort(-excess[suspects])]
-        if not isinstance(self.law, ExpressionNonlinearity):
+        if not isinstance(self.nonlinearity, ExpressionNonlinearity):
             return int(suspects[0]) if len(suspects) else None
         spread = suspects[np.unique(np.linspace(0, len(suspects) - 1, _SUSPECTS).astype(int))] if len(suspects) else []
         return next((int(i) for i in spread if certain(int(i))), None)
@@ -181,12 +186,12 @@ class _Sample:
     def _ball(self, x: float) -> arb:
         import flint
 
-        assert isinstance(self.law, ExpressionNonlinearity), "only formulas have enclosures"
+        assert isinstance(self.nonlinearity, ExpressionNonlinearity), "only formulas have enclosures"
         with flint.ctx.workprec(_BITS):
-            return self.law.expression.ball(sigma=flint.arb(float(x)))
+            return self.nonlinearity.expression.ball(sigma=flint.arb(float(x)))
 
 
-# What is known of a law, and whether it was checked or is its author's word.
+# What is known of a nonlinearity, and whether it was checked or is its author's word.
 
 T = TypeVar("T")
 
@@ -235,7 +240,7 @@ class Property(Generic[T]):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Properties:
-    """What is known of a law.
+    """What is known of a nonlinearity.
 
     Attributes
     ----------
@@ -244,7 +249,7 @@ class Properties:
     slope_bounds : Property of SlopeBounds or None
         Bounds on the difference quotients; None where there are none, or none are known.
     odd : Property of bool
-        False where the law is not known to be odd.
+        False where the nonlinearity is not known to be odd.
     regularity : Property of str
         Continuity and smoothness in words; ``unknown`` where nothing is.
     """
@@ -255,17 +260,17 @@ class Properties:
     regularity: Property[str]
 
 
-def properties(law: Nonlinearity) -> Properties:
-    """What is known of a law, each property with its provenance.
+def properties(nonlinearity: Nonlinearity) -> Properties:
+    """What is known of a nonlinearity, each property with its provenance.
 
-    Laws of the library are known in closed form.  A formula is checked if it is piecewise linear, which is recognised
-    exactly; of others the regularity is, where the form of the formula shows it.  Everything else is declared: a
-    sample, however dense, checks nothing for every ``sigma``.
+    Nonlinearities of the library are known in closed form.  A formula is checked if it is piecewise linear, which is
+    recognised exactly; of others the regularity is, where the form of the formula shows it.  Everything else is
+    declared: a sample, however dense, checks nothing for every ``sigma``.
 
     Parameters
     ----------
-    law : Nonlinearity
-        Any law.
+    nonlinearity : Nonlinearity
+        Any nonlinearity.
 
     Raises
     ------
@@ -280,32 +285,38 @@ def properties(law: Nonlinearity) -> Properties:
     >>> print(properties(ExpressionNonlinearity("tanh(sigma)", sector=Sector(0, 1))).sector)
     [0, 1] (declared: the word of the nonlinearity's author)
     """
-    if type(law) is ShiftedNonlinearity:
-        inner, note = properties(law.law), f"; shifted by {number_text(law.gain)}"
+    if type(nonlinearity) is ShiftedNonlinearity:
+        inner, note = properties(nonlinearity.nonlinearity), f"; shifted by {number_text(nonlinearity.gain)}"
         return Properties(
-            sector=Property(value=law.sector, provenance=inner.sector.provenance, how=inner.sector.how + note),
+            sector=Property(value=nonlinearity.sector, provenance=inner.sector.provenance, how=inner.sector.how + note),
             slope_bounds=Property(
-                value=law.slope_bounds, provenance=inner.slope_bounds.provenance, how=inner.slope_bounds.how + note
+                value=nonlinearity.slope_bounds,
+                provenance=inner.slope_bounds.provenance,
+                how=inner.slope_bounds.how + note,
             ),
             odd=inner.odd,
             regularity=inner.regularity,
         )
-    if type(law) is ExpressionNonlinearity and law.graph is not None:
-        _compare(law, law.graph)
-        return _all(law, Provenance.CHECKED, "the formula is piecewise linear: " + _FROM_POINTS)
-    if type(law) is ExpressionNonlinearity:
-        return _of_formula(law)
-    proof = _PROOFS.get(type(law))
-    return _all(law, Provenance.DECLARED, _WORD) if proof is None else _all(law, Provenance.CHECKED, proof)
+    if type(nonlinearity) is ExpressionNonlinearity and nonlinearity.graph is not None:
+        _compare(nonlinearity, nonlinearity.graph)
+        return _all(nonlinearity, Provenance.CHECKED, "the formula is piecewise linear: " + _FROM_POINTS)
+    if type(nonlinearity) is ExpressionNonlinearity:
+        return _of_formula(nonlinearity)
+    proof = _PROOFS.get(type(nonlinearity))
+    return (
+        _all(nonlinearity, Provenance.DECLARED, _WORD)
+        if proof is None
+        else _all(nonlinearity, Provenance.CHECKED, proof)
+    )
 
 
-def law_class(law: Nonlinearity) -> NonlinearityClass:
-    """The smallest class of laws known to contain this one: a theorem for the class is one for the law.
+def nonlinearity_class(nonlinearity: Nonlinearity) -> NonlinearityClass:
+    """The smallest class known to contain this nonlinearity: a theorem for the class is one for the nonlinearity.
 
     Parameters
     ----------
-    law : Nonlinearity
-        Any law; the sector is narrowed to the slope bounds, which ``phi(0) = 0`` allows.
+    nonlinearity : Nonlinearity
+        Any nonlinearity; the sector is narrowed to the slope bounds, which ``phi(0) = 0`` allows.
 
     Raises
     ------
@@ -317,18 +328,18 @@ def law_class(law: Nonlinearity) -> NonlinearityClass:
     Examples
     --------
     >>> from lure import DeadZone
-    >>> print(law_class(DeadZone(width=1, gain=2)))
+    >>> print(nonlinearity_class(DeadZone(width=1, gain=2)))
     odd phi with slope in [0, 2]
     """
-    known = properties(law)
+    known = properties(nonlinearity)
     sector, slope = known.sector.value, known.slope_bounds.value
     if slope is not None:
         sector = Sector(max(sector.lower, slope.lower), min(sector.upper, slope.upper))
     return NonlinearityClass(sector=sector, slope=slope, odd=known.odd.value)
 
 
-def _all(law: Nonlinearity, provenance: Provenance, how: str) -> Properties:
-    """Every property of the law with one provenance; what the law does not say is not known."""
+def _all(nonlinearity: Nonlinearity, provenance: Provenance, how: str) -> Properties:
+    """Every property of the nonlinearity with one provenance; what the nonlinearity does not say is not known."""
 
     def known(value: T, *, missing: bool) -> Property[T]:
         """A property of this provenance."""
@@ -337,37 +348,37 @@ def _all(law: Nonlinearity, provenance: Provenance, how: str) -> Properties:
         return Property(value=value, provenance=provenance, how=how)
 
     checked = provenance is Provenance.CHECKED
-    slope: SlopeBounds | None = getattr(law, "slope_bounds", None)
-    regularity = str(getattr(law, "regularity", "unknown"))
+    slope: SlopeBounds | None = getattr(nonlinearity, "slope_bounds", None)
+    regularity = str(getattr(nonlinearity, "regularity", "unknown"))
     return Properties(
-        sector=known(law.sector, missing=False),
+        sector=known(nonlinearity.sector, missing=False),
         slope_bounds=known(slope, missing=slope is None and not checked),
-        odd=known(bool(getattr(law, "odd", False)), missing=not hasattr(law, "odd")),
+        odd=known(bool(getattr(nonlinearity, "odd", False)), missing=not hasattr(nonlinearity, "odd")),
         regularity=known(regularity, missing=regularity == "unknown"),
     )
 
 
-def _of_formula(law: ExpressionNonlinearity) -> Properties:
+def _of_formula(nonlinearity: ExpressionNonlinearity) -> Properties:
     """What is declared of a formula, with the regularity that its form shows."""
-    declared = _all(law, Provenance.DECLARED, _WORD)
-    visible = law.visibly_lipschitz or not law.locally_lipschitz
-    if not visible or law.regularity == "unknown":
+    declared = _all(nonlinearity, Provenance.DECLARED, _WORD)
+    visible = nonlinearity.visibly_lipschitz or not nonlinearity.locally_lipschitz
+    if not visible or nonlinearity.regularity == "unknown":
         return declared
     how = "read off the formula: it is made of functions with this property, each inside its domain"
-    return replace(declared, regularity=Property(value=law.regularity, provenance=Provenance.CHECKED, how=how))
+    return replace(declared, regularity=Property(value=nonlinearity.regularity, provenance=Provenance.CHECKED, how=how))
 
 
-def _compare(law: ExpressionNonlinearity, graph: Graph) -> None:
+def _compare(nonlinearity: ExpressionNonlinearity, graph: Graph) -> None:
     """Refuse what is declared of a formula whose exact graph contradicts it."""
-    sector, slope = law.sector, law.slope_bounds
+    sector, slope = nonlinearity.sector, nonlinearity.slope_bounds
     for chord, where in graph.chords:
-        _inside(law, ("the sector", "phi(sigma)/sigma", where), chord, sector)
+        _inside(nonlinearity, ("the sector", "phi(sigma)/sigma", where), chord, sector)
     for value in graph.slopes if slope is not None else ():
-        _inside(law, ("the slope bounds", "the slope", "on one of its pieces"), value, slope)
-    if law.odd and not graph.odd:
+        _inside(nonlinearity, ("the slope bounds", "the slope", "on one of its pieces"), value, slope)
+    if nonlinearity.odd and not graph.odd:
         x = next((x for x in graph.knots if graph.exact(-x) != -graph.exact(x)), 2 * max(map(abs, graph.knots)) + 1)
         raise AssumptionError(
-            f"the nonlinearity {law.text!r:.60} is declared odd, but phi({number_text(x)}) = "
+            f"the nonlinearity {nonlinearity.text!r:.60} is declared odd, but phi({number_text(x)}) = "
             f"{number_text(graph.exact(x))} and "
             f"phi({number_text(-x)}) = {number_text(graph.exact(-x))}; declare odd = False",
             code=Reason.FOREIGN_LAW,
@@ -375,67 +386,76 @@ def _compare(law: ExpressionNonlinearity, graph: Graph) -> None:
 
 
 def _inside(
-    law: ExpressionNonlinearity, words: tuple[str, str, str], value: Fraction, bounds: Sector | SlopeBounds | None
+    nonlinearity: ExpressionNonlinearity,
+    words: tuple[str, str, str],
+    value: Fraction,
+    bounds: Sector | SlopeBounds | None,
 ) -> None:
     if bounds is not None and not bounds.lower <= value <= bounds.upper:
         declared, quantity, where = words
         raise AssumptionError(
-            f"the nonlinearity {law.text!r:.60} is declared to have {declared} {bounds}, but {quantity} is "
+            f"the nonlinearity {nonlinearity.text!r:.60} is declared to have {declared} {bounds}, but {quantity} is "
             f"{number_text(value)} {where}; declare bounds that hold",
             code=Reason.FOREIGN_LAW,
         )
 
 
-def law_dict(law: Nonlinearity) -> dict[str, Any]:
-    """A law as plain JSON data: its kind, parameters and properties, each with its provenance.
+def nonlinearity_dict(nonlinearity: Nonlinearity) -> dict[str, Any]:
+    """A nonlinearity as plain JSON data: its kind, parameters and properties, each with its provenance.
 
     Parameters
     ----------
-    law : Nonlinearity
-        The law.  A declared property that its own formula contradicts is reported as ``contradicted``.
+    nonlinearity : Nonlinearity
+        The nonlinearity.  A declared property that its own formula contradicts is reported as ``contradicted``.
     """
-    data: dict[str, Any] = {"kind": type(law).__name__, "text": law_text(law), "parameters": _parameters(law)}
-    known, against = _known(law)
+    data: dict[str, Any] = {
+        "kind": type(nonlinearity).__name__,
+        "text": nonlinearity_text(nonlinearity),
+        "parameters": _parameters(nonlinearity),
+    }
+    known, against = _known(nonlinearity)
     for name, found in known.items():
         value, standing, how = found
         data[name] = {"value": value, "standing": standing, "how": how}
     return {**data, "contradicted": against}
 
 
-def law_page(law: Nonlinearity) -> Page:
-    """A law as a table.
+def nonlinearity_page(nonlinearity: Nonlinearity) -> Page:
+    """A nonlinearity as a table.
 
     Parameters
     ----------
-    law : Nonlinearity
-        The law.
+    nonlinearity : Nonlinearity
+        The nonlinearity.
     """
-    known, against = _known(law)
+    known, against = _known(nonlinearity)
     rows = [(name.replace("_", " "), value, standing, how) for name, (value, standing, how) in known.items()]
     notes = ["It enters the loop as mu = -phi(sigma)."] if against is None else [f"CONTRADICTED: {against}"]
-    return Page(f"phi: {law_text(law)}", rows, head=("", "value", "standing", "how it is known"), notes=notes)
+    return Page(
+        f"phi: {nonlinearity_text(nonlinearity)}", rows, head=("", "value", "standing", "how it is known"), notes=notes
+    )
 
 
-def law_text(law: Nonlinearity) -> str:
-    """A law in words: what it prints, or the name of its class with its parameters.
+def nonlinearity_text(nonlinearity: Nonlinearity) -> str:
+    """A nonlinearity in words: what it prints, or the name of its class with its parameters.
 
     Parameters
     ----------
-    law : Nonlinearity
-        Any law.
+    nonlinearity : Nonlinearity
+        Any nonlinearity.
     """
-    if type(law).__str__ is not object.__str__:
-        return str(law)
-    given = ", ".join(f"{name} = {value}" for name, value in _parameters(law).items())
-    return f"{type(law).__name__}({given})" if given else type(law).__name__
+    if type(nonlinearity).__str__ is not object.__str__:
+        return str(nonlinearity)
+    given = ", ".join(f"{name} = {value}" for name, value in _parameters(nonlinearity).items())
+    return f"{type(nonlinearity).__name__}({given})" if given else type(nonlinearity).__name__
 
 
-def _known(law: Nonlinearity) -> tuple[dict[str, tuple[str, str, str]], str | None]:
+def _known(nonlinearity: Nonlinearity) -> tuple[dict[str, tuple[str, str, str]], str | None]:
     """Each property as text with its provenance; and what contradicts it, if anything does."""
     try:
-        found = properties(law)
+        found = properties(nonlinearity)
     except AssumptionError as error:
-        return {"sector": (str(law.sector), "declared", "the word of the nonlinearity's author")}, str(error)
+        return {"sector": (str(nonlinearity.sector), "declared", "the word of the nonlinearity's author")}, str(error)
     slope, odd = found.slope_bounds, found.odd
     return {
         "sector": _row(found.sector, str(found.sector.value)),
@@ -449,7 +469,11 @@ def _row(known: Property[Any], value: str) -> tuple[str, str, str]:
     return value, str(known.provenance), known.how
 
 
-def _parameters(law: Nonlinearity) -> dict[str, Any]:
-    if not is_dataclass(law):
+def _parameters(nonlinearity: Nonlinearity) -> dict[str, Any]:
+    if not is_dataclass(nonlinearity):
         return {}
-    return {field.name: plain(getattr(law, field.name)) for field in fields(law) if field.init and field.repr}
+    return {
+        field.name: plain(getattr(nonlinearity, field.name))
+        for field in fields(nonlinearity)
+        if field.init and field.repr
+    }

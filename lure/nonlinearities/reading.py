@@ -1,4 +1,4 @@
-"""Laws from other packages: what python-control calls a nonlinearity."""
+"""Nonlinearities from other packages: what python-control calls a nonlinearity."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from lure.nonlinearities.piecewise_linear import (
     relay_with_slope,
 )
 
-# Laws from the tables of a system file: a kind and named values.
+# Nonlinearities from the tables of a system file: a kind and named values.
 
 Bounds = TypeVar("Bounds", Sector, SlopeBounds)
 
 
 class _Kind:
-    """How one kind of law is made, which keys it takes, which of them it needs, and other names for them."""
+    """How one kind of nonlinearity is made, which keys it takes, which of them it needs, and other names for them."""
 
     def __init__(self, make: Callable[..., Nonlinearity], needs: str = "", takes: str = "", aliases: str = "") -> None:
         self.make = make
@@ -87,7 +87,7 @@ _KINDS: dict[str, _Kind] = {
         _expression,
         needs="expression",
         takes="sector slope odd locally_lipschitz",
-        aliases="text=expression formula=expression law=expression slope_bounds=slope",
+        aliases="text=expression formula=expression nonlinearity=expression slope_bounds=slope",
     ),
 }
 _WITH_MEMORY = (
@@ -117,28 +117,28 @@ _SPELLINGS = {
 }
 _CLOSE = 0.7
 LAW_KINDS = tuple(_KINDS)
-"""The kinds of law that a table of a system file may name."""
+"""The kinds of nonlinearity that a table of a system file may name."""
 
 
-def law_from_table(kind: str, values: Mapping[str, object]) -> Nonlinearity:
-    """The law that a table of a system file describes.
+def nonlinearity_from_table(kind: str, values: Mapping[str, object]) -> Nonlinearity:
+    """The nonlinearity that a table of a system file describes.
 
     Parameters
     ----------
     kind : str
         One of ``LAW_KINDS``, in small or capital letters; ``-`` and ``_`` count as a space.
     values : Mapping of str to object
-        The law's parameters by name.  Numbers are ints, Fractions or Decimals (a float means the double it is); bounds
-        are pairs, in which ``inf`` may stand; points are pairs.
+        The nonlinearity's parameters by name.  Numbers are ints, Fractions or Decimals (a float means the double it
+        is); bounds are pairs, in which ``inf`` may stand; points are pairs.
 
     Raises
     ------
     InputError
-        The kind or a key is unknown, a key is missing, or a value is refused by the law.
+        The kind or a key is unknown, a key is missing, or a value is refused by the nonlinearity.
 
     Examples
     --------
-    >>> print(law_from_table("saturation", {"gain": 2, "limit": Fraction(1, 2)}))
+    >>> print(nonlinearity_from_table("saturation", {"gain": 2, "limit": Fraction(1, 2)}))
     saturation min(max(2 sigma, -0.5), 0.5)
     """
     name = _kind(kind)
@@ -217,12 +217,12 @@ _WANTED = (
 
 
 def as_nonlinearity(source: object) -> Nonlinearity:
-    """The law that ``source`` describes.
+    """The nonlinearity that ``source`` describes.
 
     Parameters
     ----------
     source : object
-        A law, returned as it is, or ``control.saturation_nonlinearity(ub, lb)``, whose graph is known exactly.
+        A nonlinearity, returned as it is, or ``control.saturation_nonlinearity(ub, lb)``, whose graph is known exactly.
 
     Raises
     ------
@@ -239,9 +239,9 @@ def as_nonlinearity(source: object) -> Nonlinearity:
     if hasattr(source, "sector") and callable(source):
         return cast("Nonlinearity", source)
     if is_control_nonlinearity(source):
-        law = control_saturation(source)
-        if law is not None:
-            return law
+        nonlinearity = control_saturation(source)
+        if nonlinearity is not None:
+            return nonlinearity
         if not source._isstatic():  # type: ignore[attr-defined]  # what that class offers
             raise InputError(
                 f"{type(source).__name__} has a memory: its output depends on the past of sigma, and a sector bounds "

@@ -223,7 +223,7 @@ class Rod:
         )
 
     @property
-    def law(self) -> NormalCompliance:
+    def nonlinearity(self) -> NormalCompliance:
         """The contact law ``p``, with stiffness ``1/eps``."""
         stiffness, exponent = 1 / self.exact["compliance"], self.exact["exponent"]
         return NormalCompliance(cast("float", stiffness), cast("float", exponent))

@@ -158,7 +158,7 @@ def matching(rod: Rod, scenario: Scenario) -> Matching:
     velocity = _finite(scenario.velocity(x=ends), "initial.u1", ends)
     force = float(_finite(scenario.force(t=np.zeros(1)), "force.g", np.zeros(1), "t", "s")[0])
     left = (rod.area * rod.youngs_modulus * strain[0], -rod.damping * velocity[0], force)
-    right = (rod.youngs_modulus * strain[1], float(rod.law(scenario.contact_coordinate(rod))))
+    right = (rod.youngs_modulus * strain[1], float(rod.nonlinearity(scenario.contact_coordinate(rod))))
     gaps = [float(sum(left)), float(sum(right))]
     matched = all(abs(gap) <= 1e-9 * max(map(abs, terms)) for gap, terms in zip(gaps, (left, right), strict=True))
     return Matching(dashpot=gaps[0], contact=gaps[1], matched=matched)

@@ -52,7 +52,7 @@ class RodSystem(Record, LoopModel):
 
     def parts(self, *, discretised: bool) -> tuple[StructuredPlant, Nonlinearity]:
         """The rod, or its scheme, and the contact law."""
-        return upwind(self.rod, self.cells) if discretised else RodPlant(self.rod), self.rod.law
+        return upwind(self.rod, self.cells) if discretised else RodPlant(self.rod), self.rod.nonlinearity
 
     def _page(self) -> Page:
         units = {**_UNITS, "compliance": "m/Pa"} if self.rod.exponent == 1 else _UNITS

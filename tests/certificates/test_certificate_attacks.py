@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from certificate_family import accepted, draft, laws, refutation
+from certificate_family import accepted, draft, nonlinearities, refutation
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -85,7 +85,10 @@ def claim(system, k, theorem, multiplier, lower=0):
     """The smallest class with these bounds that the theorem is about."""
     sloped = {"circle": None, "popov": None, "hurwitz": None}.get(theorem, True)
     return draft(
-        system, laws(lower, k, slope=sloped, odd=sloped is True, linear=theorem == "hurwitz"), theorem, multiplier
+        system,
+        nonlinearities(lower, k, slope=sloped, odd=sloped is True, linear=theorem == "hurwitz"),
+        theorem,
+        multiplier,
     )
 
 
@@ -126,7 +129,7 @@ def test_a_linear_gain_refutes_at_the_last_stable_gain_and_not_below(plant, j):
 
     def refuted(gain):
         return accepted(
-            refutation(system, laws(0, 2 * limit, linear=True), {"method": "linear-gain", "gain": str(gain)})
+            refutation(system, nonlinearities(0, 2 * limit, linear=True), {"method": "linear-gain", "gain": str(gain)})
         )
 
     assert isinstance(refuted(limit), Refuted)
@@ -144,7 +147,7 @@ def test_a_crossing_is_shown_where_there_is_one_and_not_below(plant, j, band):
 
     def shown(low, high):
         proof = {"method": "crossing", "frequencies": frequencies, "gains": [str(low), str(high)]}
-        return accepted(refutation(system, laws(0, 2 * limit), proof))
+        return accepted(refutation(system, nonlinearities(0, 2 * limit), proof))
 
     assert shown(limit / 2, limit * (1 - F(1, 2 ** (j + 1)))) is None
     assert shown(limit * (1 + F(1, 2**j)), limit * 2) is None
@@ -166,7 +169,7 @@ def test_one_gain_all_the_time_refutes_nothing_where_it_is_stable(plant, data):
     }
     if system["time"] == "continuous":
         proof["times"] = [str(data.draw(ratios)), "1"]
-    found = accepted(refutation(system, laws(0, limit, time_varying=True), proof))
+    found = accepted(refutation(system, nonlinearities(0, limit, time_varying=True), proof))
     # for the first powers the trace can exceed the order only if an eigenvalue of the period is outside
     assert found is None
 
@@ -240,4 +243,4 @@ def test_no_multiplier_passes_an_irrational_limit(top, poles, pair, j, data):
     assert accepted(claim(system, k, theorem, multiplier)) is None
     assert accepted(claim(system, k, "hurwitz", {})) is None
     mirrored = system_of([-c for c in top], bottom)
-    assert accepted(draft(mirrored, laws(-k, 1), "circle", {"mirrored": True})) is None
+    assert accepted(draft(mirrored, nonlinearities(-k, 1), "circle", {"mirrored": True})) is None

@@ -1,4 +1,4 @@
-"""Blocks and laws as the checker reads them: transfer functions, realisations, the rod's scheme, laws by points."""
+"""Blocks and graphs as the checker reads them: transfer functions, realisations, the rod's scheme, points."""
 
 import math
 from fractions import Fraction as F
@@ -117,12 +117,12 @@ def test_the_zero_eigenvalue_is_split_off_by_any_state_that_it_moves():
 
 
 def test_laws_through_points():
-    law = piecewise([["-2", "-1"], ["0", "0"], ["1", "3"], ["2", "3"]], "5", "-1")
-    assert law.slopes == [5, F(1, 2), 3, 0, -1]
-    assert [law.at(F(x)) for x in (-4, -2, -1, 0, 1, 2, 4)] == [-11, -1, F(-1, 2), 0, 3, 3, 1]
-    assert law.at(F(1, 2)) == F(3, 2)
+    nonlinearity = piecewise([["-2", "-1"], ["0", "0"], ["1", "3"], ["2", "3"]], "5", "-1")
+    assert nonlinearity.slopes == [5, F(1, 2), 3, 0, -1]
+    assert [nonlinearity.at(F(x)) for x in (-4, -2, -1, 0, 1, 2, 4)] == [-11, -1, F(-1, 2), 0, 3, 3, 1]
+    assert nonlinearity.at(F(1, 2)) == F(3, 2)
     # next to 0 and far out, and the chords to the knots -2, 1, 2
-    assert sorted(chords(law)) == sorted([5, F(1, 2), 3, -1, F(1, 2), 3, F(3, 2)])
+    assert sorted(chords(nonlinearity)) == sorted([5, F(1, 2), 3, -1, F(1, 2), 3, F(3, 2)])
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from lure.analysis.certificates.second.opinion import recheck
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 
 
-def law(low, high, *, slope=False, **more):
+def nonlinearity(low, high, *, slope=False, **more):
     bounds = [str(low), str(high)]
     found = {"sector": bounds, "slope": bounds if slope else None, "odd": False, "time_varying": False, "linear": False}
     return found | more
@@ -39,7 +39,7 @@ SYSTEM = {
 PROOF = {
     "verdict": "PROVED",
     "system": SYSTEM,
-    "laws": {"channels": [law("-1/2", 1), law(0, 5)], "repeated": False},
+    "laws": {"channels": [nonlinearity("-1/2", 1), nonlinearity(0, 5)], "repeated": False},
     "theorem": "diagonal-circle",
     "multiplier": {"lambda": ["1", "1"]},
     "proof": {"method": "matrix", "P": [["1"], ["0", "4"]], "exponent": 0},
@@ -49,7 +49,7 @@ POPOV = {**PROOF, "theorem": "diagonal-popov", "multiplier": {"lambda": ["1", "1
 COUNTER = {
     "verdict": "REFUTED",
     "system": SYSTEM,
-    "laws": {"channels": [law(-5, 1), law(-5, 5)], "repeated": False},
+    "laws": {"channels": [nonlinearity(-5, 1), nonlinearity(-5, 5)], "repeated": False},
     "theorem": "counterexample",
     "proof": {"method": "linear-gains", "gains": ["-3", "-2"]},
 }
@@ -108,7 +108,7 @@ def test_in_discrete_time_the_unit_circle_counts():
         settled(changed(discrete, "proof", "gains", ["-1", "-2"]))  # diag(0, 0)
     # x+ = x/2 - phi, phi in [0, 1]: P = 1, lambda: x^2 - (x/2 - phi)^2 - 2 phi (x - phi) = 3/4 x^2 - x phi + phi^2
     proof = {**PROOF, "system": {**SYSTEM, "time": "discrete", "A": [["1/2", "0"], ["0", "1/2"]]}}
-    proof |= {"laws": {"channels": [law(0, 1)] * 2, "repeated": True}}
+    proof |= {"laws": {"channels": [nonlinearity(0, 1)] * 2, "repeated": True}}
     shown = settled(changed(proof, "proof", "P", [["1"], ["0", "1"]]))
     assert recheck(dict(shown.certificate)).accepted
 
@@ -127,15 +127,15 @@ TAMPERED = {
     "a weight is negative": ("multiplier", "lambda", ["-1", "1"]),
     "too large a weight": ("multiplier", "lambda", ["90", "1"]),
     "no upper bound": ("laws", "channels", 0, "sector", ["-1/2", "finite"]),
-    "a class is missing": ("laws", "channels", [law("-1/2", 1)]),
+    "a class is missing": ("laws", "channels", [nonlinearity("-1/2", 1)]),
     "repeated": ("laws", "repeated", True),
-    "laws that jump": ("laws", "channels", 0, "regularity", "any"),
+    "nonlinearities that jump": ("laws", "channels", 0, "regularity", "any"),
     "discrete time": ("system", "time", "discrete"),
     "no theorem": ("theorem", "diagonal-park"),
     "a row is missing": ("system", "C", [["1", "0"]]),
     "a weight is missing": ("multiplier", "lambda", ["1"]),
     "a key too many": ("multiplier", "theta", ["0", "0"]),
-    "a law": ("law", {"kind": "tanh", "height": "1", "rate": "1"}),
+    "a nonlinearity": ("law", {"kind": "tanh", "height": "1", "rate": "1"}),
 }
 
 
@@ -173,7 +173,7 @@ def test_popovs_terms_need_their_hypotheses(path):
         ("proof", "gains", ["0", "0"]),  # stable
         ("proof", "gains", ["-6", "0"]),  # outside
         ("proof", "gains", ["-3"]),
-        ("laws", {"channels": [law(-5, 1)] * 2, "repeated": True}),  # -3 is not -2
+        ("laws", {"channels": [nonlinearity(-5, 1)] * 2, "repeated": True}),  # -3 is not -2
         ("multiplier", {"lambda": ["1", "1"]}),
         ("conclusion", "0 attracts every motion"),
         ("verdict", "PROVED"),
@@ -204,7 +204,7 @@ def test_the_inequality_of_p_alone_is_not_enough(what):
     draft = {
         "verdict": "PROVED",
         "system": {"kind": "multivariable", "time": "continuous", "A": [[a]], "B": [[b]], "C": [[c]], "D": [[d]]},
-        "laws": {"channels": [law(0, top)], "repeated": False},
+        "laws": {"channels": [nonlinearity(0, top)], "repeated": False},
         "theorem": "diagonal-circle",
         "multiplier": {"lambda": [weight]},
         "proof": {"method": "matrix", "P": [[p]], "exponent": 0},
@@ -220,7 +220,9 @@ def test_the_inequality_of_p_alone_is_not_enough(what):
 def test_what_a_direct_term_with_a_cycle_assumes():
     def shown(*, slope):
         cycle = changed(PROOF, "system", "D", [["0", "1/10"], ["1/10", "0"]])
-        return settled(changed(cycle, "laws", "channels", [law("-1/2", 1, slope=slope), law(0, 2, slope=slope)]))
+        return settled(
+            changed(cycle, "laws", "channels", [nonlinearity("-1/2", 1, slope=slope), nonlinearity(0, 2, slope=slope)])
+        )
 
     assert shown(slope=True).assumed == ""
     assert shown(slope=False).assumed == channels.ONE_SOLUTION
@@ -250,10 +252,10 @@ def test_v_falls_at_random_states_for_random_members(theta):
     bounds, P, A = ((F(-1, 2), F(1)), (F(0), F(5))), (1, 4), (-1, -2)
     slack = []
     for _ in range(400):
-        laws = [member(rng, *one) for one in bounds]
+        nonlinearities = [member(rng, *one) for one in bounds]
         x = [F(rng.randint(-40, 40), 8) for _ in range(2)]
         if any(x):
-            phi = [one(v) for one, v in zip(laws, x, strict=True)]
+            phi = [one(v) for one, v in zip(nonlinearities, x, strict=True)]
             rate = [a * v - w for a, v, w in zip(A, x, phi, strict=True)]
             falls = sum(2 * (p * v + t * w) * r for p, v, w, t, r in zip(P, x, phi, theta, rate, strict=True))
             slack.append(falls)

@@ -1,4 +1,4 @@
-"""What a certificate may claim: no more than was shown, of the laws that are meant, and not both answers at once.
+"""What a certificate may claim: no more than was shown, of the class that is meant, and not both answers at once.
 
 Each case was once accepted, or could be told wrongly.
 """
@@ -8,8 +8,8 @@ import pytest
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.sealing import settled
 
-# H = -1/2 + 1/(s (s + 1/100)), a direct term; the law has chords in [1/10, 9/10] and one piece of slope 5/2: there
-# sigma + H(inf) phi(sigma) falls, the loop jumps between two solutions, and each jump feeds energy in.
+# H = -1/2 + 1/(s (s + 1/100)), a direct term; the nonlinearity has chords in [1/10, 9/10] and one piece of slope 5/2:
+# there sigma + H(inf) phi(sigma) falls, the loop jumps between two solutions, and each jump feeds energy in.
 FOLDED = {
     "kind": "transfer",
     "time": "continuous",
@@ -29,17 +29,17 @@ def transfer(top, bottom, time="continuous"):
     return {"kind": "transfer", "time": time, "numerator": top.split(), "denominator": bottom.split()}
 
 
-def laws(low, high, slope=None):
+def nonlinearities(low, high, slope=None):
     return {"sector": [low, high], "slope": slope, "odd": False, "time_varying": False, "linear": False}
 
 
-def proved(system, bounds, theorem, multiplier, law=None):
+def proved(system, bounds, theorem, multiplier, nonlinearity=None):
     return settled(
         {
             "verdict": "PROVED",
             "system": system,
             "laws": bounds,
-            "law": law,
+            "law": nonlinearity,
             "theorem": theorem,
             "multiplier": multiplier,
             "proof": POLYNOMIAL,
@@ -47,13 +47,13 @@ def proved(system, bounds, theorem, multiplier, law=None):
     )
 
 
-def refuted(system, bounds, proof, law=None):
+def refuted(system, bounds, proof, nonlinearity=None):
     return settled(
         {
             "verdict": "REFUTED",
             "system": system,
             "laws": bounds,
-            "law": law,
+            "law": nonlinearity,
             "theorem": "counterexample",
             "proof": proof,
         }
@@ -61,25 +61,28 @@ def refuted(system, bounds, proof, law=None):
 
 
 def test_a_law_that_leaves_the_loop_several_solutions_is_no_member():
-    with pytest.raises(Rejected, match="changes its sign over the slopes of the law"):
-        proved(FOLDED, laws("0", "1"), "popov", {"theta": "101"}, law=STEEP)
+    with pytest.raises(Rejected, match="changes its sign over the slopes of the nonlinearity"):
+        proved(FOLDED, nonlinearities("0", "1"), "popov", {"theta": "101"}, nonlinearity=STEEP)
 
 
 def test_what_is_assumed_of_a_direct_term_is_part_of_the_claim():
-    assert "sigma + H(inf) phi(sigma) increasing" in proved(FOLDED, laws("0", "1"), "popov", {"theta": "101"}).claim
+    assert (
+        "sigma + H(inf) phi(sigma) increasing"
+        in proved(FOLDED, nonlinearities("0", "1"), "popov", {"theta": "101"}).claim
+    )
 
 
 def test_slope_bounds_show_it_where_they_keep_the_sign():
     # 1 - s/2 > 0 for slopes s up to 1, not up to 3
-    shown = proved(FOLDED, laws("0", "1", ["0", "1"]), "popov", {"theta": "101"})
+    shown = proved(FOLDED, nonlinearities("0", "1", ["0", "1"]), "popov", {"theta": "101"})
     assert "increasing" not in shown.claim
     assert "keeps its sign over the class" in shown.facts["solvable"]
-    assert "increasing" in proved(FOLDED, laws("0", "1", ["0", "3"]), "popov", {"theta": "101"}).claim
+    assert "increasing" in proved(FOLDED, nonlinearities("0", "1", ["0", "3"]), "popov", {"theta": "101"}).claim
 
 
 def test_a_class_that_no_law_belongs_to_is_no_class():
-    with pytest.raises(Malformed, match="no law has both"):
-        proved(transfer("1", "1 1"), laws("0", "2", ["3", "4"]), "circle", {})
+    with pytest.raises(Malformed, match="no nonlinearity has both"):
+        proved(transfer("1", "1 1"), nonlinearities("0", "2", ["3", "4"]), "circle", {})
 
 
 @pytest.mark.parametrize(
@@ -89,11 +92,23 @@ def test_a_class_that_no_law_belongs_to_is_no_class():
             "1",
             "1 1 0",
             "continuous",
-            laws("-1", "2", ["0", "2"]),
-            (laws("0", "2", ["0", "2"]), "popov", {"theta": "1"}),
+            nonlinearities("-1", "2", ["0", "2"]),
+            (nonlinearities("0", "2", ["0", "2"]), "popov", {"theta": "1"}),
         ),
-        ("-1", "1 1 0", "continuous", laws("-1/2", "0"), (laws("-1/2", "0"), "circle", {"mirrored": True})),
-        ("-1", "1 -1", "discrete", laws("-1", "0"), (laws("-1", "0"), "circle", {"mirrored": True})),
+        (
+            "-1",
+            "1 1 0",
+            "continuous",
+            nonlinearities("-1/2", "0"),
+            (nonlinearities("-1/2", "0"), "circle", {"mirrored": True}),
+        ),
+        (
+            "-1",
+            "1 -1",
+            "discrete",
+            nonlinearities("-1", "0"),
+            (nonlinearities("-1", "0"), "circle", {"mirrored": True}),
+        ),
     ],
 )
 def test_no_class_gets_both_answers(top, bottom, time, bounds, question):
@@ -108,18 +123,18 @@ def test_a_counterexample_names_no_other_law():
     # 1/(s + 1) with -2 sigma escapes; with tanh, of the same class, it does not
     tanh = {"kind": "tanh", "height": "1", "rate": "1"}
     gain = {"method": "linear-gain", "gain": "-2"}
-    assert "does not converge" in refuted(transfer("1", "1 1"), laws("-2", "2"), gain).claim
-    with pytest.raises(Rejected, match="no given law"):
-        refuted(transfer("1", "1 1"), laws("-2", "2"), gain, law=tanh)
+    assert "does not converge" in refuted(transfer("1", "1 1"), nonlinearities("-2", "2"), gain).claim
+    with pytest.raises(Rejected, match="no given nonlinearity"):
+        refuted(transfer("1", "1 1"), nonlinearities("-2", "2"), gain, nonlinearity=tanh)
 
 
 def test_residues_are_those_of_the_variable_they_are_named_in():
     # 1/(z - 1) has the residue 1 at z = 1; s-plane images have half of it
-    shown = proved(transfer("1", "1 -1", "discrete"), laws("0", "1"), "circle", {})
+    shown = proved(transfer("1", "1 -1", "discrete"), nonlinearities("0", "1"), "circle", {})
     assert "residue 1 > 0 at a simple root z = 1" in shown.facts["stable"]
 
 
 def test_a_mirrored_criterion_says_of_which_block_it_speaks():
-    shown = proved(transfer("-1 0", "1 1"), laws("-2", "0"), "circle", {"mirrored": True})
+    shown = proved(transfer("-1 0", "1 1"), nonlinearities("-2", "0"), "circle", {"mirrored": True})
     assert shown.facts["well-posed"].startswith("for -H, -phi")
     assert "H(inf) = 1" in shown.facts["well-posed"]

@@ -138,7 +138,7 @@ def test_what_the_checker_makes_of_a_draft_is_accepted(name):
 
 @pytest.mark.parametrize("slope", [["3/2", "2"], ["-2", "-1"]])
 def test_a_class_without_a_law_is_refused(slope):
-    with pytest.raises((Rejected, Malformed), match="no law has both"):
+    with pytest.raises((Rejected, Malformed), match="no nonlinearity has both"):
         settled(changed("popov", {"laws.sector": ["0", "1"], "laws.slope": slope}))
 
 

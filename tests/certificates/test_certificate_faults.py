@@ -111,8 +111,9 @@ def sector(lower, upper, **words):
 
 
 # Question, the truth about the class (None: a verdict either way would be wrong or is unknown), and how to look.
-# 1/(s(s+1)(s+2)): Routh and Popov 6.  (2 z + 0.92)/(z^2 - z/2): monotone laws are stable to 0.9114 and have an orbit
-# from 175/192 = 0.91146 on.  s/(..) of NOTCH: slopes to 4.5894.  1/((s+1)(s+2)) is stable for every positive law.
+# 1/(s(s+1)(s+2)): Routh and Popov 6.  (2 z + 0.92)/(z^2 - z/2): monotone nonlinearities are stable to 0.9114 and have
+# an orbit from 175/192 = 0.91146 on.  s/(..) of NOTCH: slopes to 4.5894.  1/((s+1)(s+2)) is stable for every positive
+# nonlinearity.
 QUESTIONS = {
     "popov": (THIRD, sector(0, Fraction("5.9")), Verdict.PROVED, {"method": "matrix"}),
     "beyond popov": (THIRD, sector(0, Fraction("6.1")), Verdict.REFUTED, {"method": "matrix"}),
@@ -171,17 +172,17 @@ def assert_honest(found, truth):
 
 @pytest.mark.parametrize(("fault", "name"), PAIRS, ids=lambda f: f if isinstance(f, str) else type(f).__name__)
 def test_whatever_the_solvers_return_nothing_false_is_certified(monkeypatch, broken, fault, name):
-    block, law_class, truth, ways = QUESTIONS[name]
+    block, nonlinearity_class, truth, ways = QUESTIONS[name]
     broken(fault)
-    found = certify(block, law_class, ways=ProofOptions(**ways))
+    found = certify(block, nonlinearity_class, ways=ProofOptions(**ways))
     monkeypatch.undo()
     assert_honest(found, truth)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_with_sound_solvers_the_same_questions_have_their_answers(name):
-    block, law_class, truth, ways = QUESTIONS[name]
-    found = certify(block, law_class, ways=ProofOptions(**{**ways, "seconds": None}))
+    block, nonlinearity_class, truth, ways = QUESTIONS[name]
+    found = certify(block, nonlinearity_class, ways=ProofOptions(**{**ways, "seconds": None}))
     assert_honest(found, truth)
     assert found.verdict is truth or name in ("beyond taps", "without an answer")
 
@@ -189,7 +190,7 @@ def test_with_sound_solvers_the_same_questions_have_their_answers(name):
 @pytest.mark.parametrize("name", ["popov", "beyond popov", "circle", pytest.param("taps", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("bits", [2, 8])
 def test_with_two_bits_nothing_false_is_certified(monkeypatch, name, bits):
-    block, law_class, truth, ways = QUESTIONS[name]
+    block, nonlinearity_class, truth, ways = QUESTIONS[name]
     usual, before = precision.working_precision, flint.ctx.prec
 
     def coarse(_bits):
@@ -200,7 +201,7 @@ def test_with_two_bits_nothing_false_is_certified(monkeypatch, name, bits):
             monkeypatch.setattr(module, "working_precision", coarse)
     flint.ctx.prec = bits
     try:
-        found = certify(block, law_class, ways=ProofOptions(**ways, seconds=5))
+        found = certify(block, nonlinearity_class, ways=ProofOptions(**ways, seconds=5))
     finally:
         flint.ctx.prec = before
         monkeypatch.undo()

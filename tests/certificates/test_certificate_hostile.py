@@ -22,7 +22,7 @@ from certificate_family import (
     THIRD,
     certificate,
     draft,
-    laws,
+    nonlinearities,
     refutation,
 )
 from counting import counted
@@ -183,7 +183,7 @@ HUGE = {
     "bits of an orbit": (2, lambda: flow(bits=10**9)),
     "pieces": (2, lambda: flow(pieces=[0, 1] * 40_000)),
     "piece": (2, lambda: flow(pieces=[10**9, 1])),
-    "bound of a class": (11, lambda: changed("popov", laws=laws(0, "9" * 3999 + "/1234567891"))),
+    "bound of a class": (11, lambda: changed("popov", laws=nonlinearities(0, "9" * 3999 + "/1234567891"))),
     "name of a theorem": (2, lambda: changed("popov", theorem="\ud800")),
     "theorem of two lines": (2, lambda: changed("popov", theorem="popov\nACCEPTED: everything")),
     "a true sentence": (11, lambda: changed("popov", conclusion="0 attracts every motion\n" * 1000)),
@@ -230,13 +230,15 @@ def wide(time_, denominator, digits=4000):
 ROWS = [long_number(i)[:40] for i in range(120)]
 POWER = [str(math.comb(400, i)) for i in range(401)]  # (s + 1)^400
 EXPENSIVE = {
-    "Routh's array": lambda: draft(wide("continuous", [long_number(i) for i in range(401)]), laws(0, 1), "circle", {}),
-    "a chain of Sturm": lambda: draft(wide("continuous", POWER), laws(0, 1), "circle", {}),
-    "powers": lambda: draft(wide("discrete", ["1"] + ["0"] * 400, 300), laws(0, 1), "circle", {}),
-    "constant gains": lambda: draft(wide("continuous", POWER), laws(0, 1, linear=True), "hurwitz", {}),
+    "Routh's array": lambda: draft(
+        wide("continuous", [long_number(i) for i in range(401)]), nonlinearities(0, 1), "circle", {}
+    ),
+    "a chain of Sturm": lambda: draft(wide("continuous", POWER), nonlinearities(0, 1), "circle", {}),
+    "powers": lambda: draft(wide("discrete", ["1"] + ["0"] * 400, 300), nonlinearities(0, 1), "circle", {}),
+    "constant gains": lambda: draft(wide("continuous", POWER), nonlinearities(0, 1, linear=True), "hurwitz", {}),
     "kernels": lambda: draft(
         THIRD | {"denominator": ["1", "6", "11", "6"]},
-        laws(0, 1, slope=True),
+        nonlinearities(0, 1, slope=True),
         "zames-falb",
         {
             "theta": "0",
@@ -254,27 +256,27 @@ EXPENSIVE = {
             "c": ["1"] * 700,
             "d": "0",
         },
-        laws(0, 1),
+        nonlinearities(0, 1),
         "circle",
         {},
         {"method": "matrix", "P": [["0"] * i + ["1"] for i in range(700)], "exponent": 0, "zero": None},
     ),
     "a dense order of 120": lambda: draft(
         {"kind": "state-space", "time": "continuous", "A": [ROWS] * 120, "b": ROWS, "c": ROWS, "d": "0"},
-        laws(0, 1),
+        nonlinearities(0, 1),
         "circle",
         {},
         {"method": "matrix", "P": [ROWS[: i + 1] for i in range(120)], "exponent": 0, "zero": None},
     ),
-    "cells": lambda: draft({**SCHEME, "cells": 10**6}, laws(0, "inf"), "rod-energy", {}, STRUCTURE),
+    "cells": lambda: draft({**SCHEME, "cells": 10**6}, nonlinearities(0, "inf"), "rod-energy", {}, STRUCTURE),
     "a crossing": lambda: refutation(
         wide("continuous", [long_number(i) for i in range(201)]),
-        laws(0, 1),
+        nonlinearities(0, 1),
         {"method": "crossing", "gains": ["0", "1"], "frequencies": ["1", "2"]},
     ),
     "switches": lambda: refutation(
         {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1"] * 61},
-        laws(0, 1, time_varying=True),
+        nonlinearities(0, 1, time_varying=True),
         {"method": "switched-gain", "gains": ["1"] * 2000, "times": ["1"] * 2000, "squarings": 64, "bits": 4096},
     ),
     "pieces": lambda: flow(

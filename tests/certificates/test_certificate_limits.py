@@ -115,8 +115,8 @@ def test_where_small_gains_destabilise_one_of_them_is_taken():
 def test_an_equilibrium_refutes_nothing_in_the_critical_case():
     block = exact([1], [1, -1], dt=1)
     point = {"method": "orbit", "points": [["0", "0"], ["1", "0"], ["2", "1"]], "left": "0", "right": "1"}
-    laws = {"sector": ["0", "1"], "slope": None, "odd": False, "time_varying": False, "linear": False}
-    draft = refutation_draft(block, linear_witness(block), laws)
+    nonlinearities = {"sector": ["0", "1"], "slope": None, "odd": False, "time_varying": False, "linear": False}
+    draft = refutation_draft(block, linear_witness(block), nonlinearities)
     draft["proof"] = {**point, "u": ["0"], "sigma": ["1"]}
     assert "equilibrium" in rejected(draft)
     inside = changed(draft, "system", "denominator", to=["1", "1/2"])  # 3/2 sigma = u has no equilibrium for phi >= 0

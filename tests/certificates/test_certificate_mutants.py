@@ -15,7 +15,7 @@ from lure.analysis.certificates.blocks import block, realised, rod
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.refutations import flow_orbit_proof
 from lure.analysis.certificates.sealing import settled
-from lure.analysis.certificates.states import Laws, inside, known, piecewise, solvable
+from lure.analysis.certificates.states import Nonlinearities, inside, known, piecewise, solvable
 from lure.analysis.counterexamples.linear import companion
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
 from lure.nonlinearities.piecewise_linear import Graph
@@ -27,7 +27,7 @@ C, ONE = [F(1), F(0)], 2**128
 
 
 def family(low, high, *, slope=(-INF, INF), endless=(False, False), linear=False):
-    return Laws((low, high), slope, endless, False, False, linear)
+    return Nonlinearities((low, high), slope, endless, False, False, linear)
 
 
 # -- matrices ----------------------------------------------------------------------------------------------------------
@@ -159,7 +159,8 @@ def test_the_radius_of_an_orbit_is_below_a_quarter_of_every_stay():
         bent("1/10", F(-2), "2", "3/2")  # 1 - 2 2 and 1 - 2 3/2 are < 0, while 1 - 2 + 2 and 1 - 2 + 3/2 are not
 
 
-# -- classes of laws ---------------------------------------------------------------------------------------------------
+# -- classes of nonlinearities
+# ---------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -174,26 +175,26 @@ def test_the_radius_of_an_orbit_is_below_a_quarter_of_every_stay():
     ],
 )
 def test_the_loop_is_solvable_if_one_sign_is_kept(direct, low, slopes, holds):
-    laws = family(low, F(2))
+    nonlinearities = family(low, F(2))
     if holds:
-        assert solvable(direct, laws, slopes) == {"solvable": states.SOLVABLE}
+        assert solvable(direct, nonlinearities, slopes) == {"solvable": states.SOLVABLE}
     else:
         with pytest.raises(Rejected, match="changes its sign"):
-            solvable(direct, laws, slopes)
+            solvable(direct, nonlinearities, slopes)
 
 
 def test_without_bounds_on_the_slopes_solvability_is_assumed():
-    laws = family(F(0), F(1), slope=(F(0), INF))
-    assert solvable(F(1), laws, [F(0), F(1)]) == {"solvable": states.SOLVABLE}
-    assert solvable(F(1), laws._replace(slope=(F(0), F(1))), [F(1)])["solvable"].endswith("over the class")
+    nonlinearities = family(F(0), F(1), slope=(F(0), INF))
+    assert solvable(F(1), nonlinearities, [F(0), F(1)]) == {"solvable": states.SOLVABLE}
+    assert solvable(F(1), nonlinearities._replace(slope=(F(0), F(1))), [F(1)])["solvable"].endswith("over the class")
 
 
 def test_a_saturating_law_has_a_height_and_a_rate():
-    law = {"kind": "tanh", "height": "2", "rate": "1/2"}
-    assert known(law, family(F(0), F(1)))[1] == [0, 1]
+    nonlinearity = {"kind": "tanh", "height": "2", "rate": "1/2"}
+    assert known(nonlinearity, family(F(0), F(1)))[1] == [0, 1]
     for part in ({"height": "0"}, {"rate": "0"}, {"height": "-2", "rate": "-1/2"}):
         with pytest.raises(Rejected, match="not in the class"):
-            known({**law, **part}, family(F(0), F(1)))
+            known({**nonlinearity, **part}, family(F(0), F(1)))
     with pytest.raises(Malformed, match="points are pairs"):
         piecewise("", "0", "0")
 
@@ -232,9 +233,9 @@ def test_the_number_and_the_order_of_kernels_are_limited():
 
 
 def test_a_mirrored_class_has_a_bound_below():
-    laws = family(F(0), INF)
-    assert checker.unbounded("circle", {}, laws)
-    assert not checker.unbounded("circle", {"mirrored": True}, laws)
+    nonlinearities = family(F(0), INF)
+    assert checker.unbounded("circle", {}, nonlinearities)
+    assert not checker.unbounded("circle", {"mirrored": True}, nonlinearities)
 
 
 # -- constant gains ----------------------------------------------------------------------------------------------------
@@ -256,12 +257,12 @@ def test_a_mirrored_class_has_a_bound_below():
     ],
 )
 def test_constant_gains_up_to_the_limit_of_high_frequencies(numerator, denominator, high, stable):
-    B, laws = block(transfer(numerator, denominator)), family(F(0), high, linear=True)
+    B, nonlinearities = block(transfer(numerator, denominator)), family(F(0), high, linear=True)
     if stable:
-        assert set(checker.linear(B, laws)) == {"stable", "gains"}
+        assert set(checker.linear(B, nonlinearities)) == {"stable", "gains"}
     else:
         with pytest.raises(Rejected, match="has a root on the axis, or in the limit"):
-            checker.linear(B, laws)
+            checker.linear(B, nonlinearities)
 
 
 # -- the rod -----------------------------------------------------------------------------------------------------------
@@ -269,7 +270,7 @@ def test_constant_gains_up_to_the_limit_of_high_frequencies(numerator, denominat
 
 def test_the_rod_at_the_least_theta():
     # L |k^2 - Z^2|/(k A E) = 3 16/(5 1/2 4) = 24/5
-    for theta, laws, holds in (
+    for theta, nonlinearities, holds in (
         ("24/5", family(F(0), F(9)), True),
         ("24/5", family(F(0), INF, endless=(False, True)), True),
         ("24/5", family(F(0), INF, endless=(True, True)), False),
@@ -277,10 +278,10 @@ def test_the_rod_at_the_least_theta():
         ("239/50", family(F(0), F(9)), False),
     ):
         if holds:
-            assert checker.structure("rod-popov", {"theta": theta}, SCHEME, laws)[0] == checker.CONVERGES
+            assert checker.structure("rod-popov", {"theta": theta}, SCHEME, nonlinearities)[0] == checker.CONVERGES
         else:
             with pytest.raises(Rejected, match="theta is below 24/5"):
-                checker.structure("rod-popov", {"theta": theta}, SCHEME, laws)
+                checker.structure("rod-popov", {"theta": theta}, SCHEME, nonlinearities)
 
 
 def test_the_matched_rod_has_no_reach_beyond_every_finite_bound():

@@ -187,10 +187,10 @@ def test_a_flow_orbit_with_one_wrong_entry_is_rejected(flow, entry, value):
 
 
 def test_half_an_orbit_needs_an_odd_law(flow):
-    laws = {**flow["laws"], "odd": False}
-    assert isinstance(checked({**flow, "laws": laws}), Refuted)
+    nonlinearities = {**flow["laws"], "odd": False}
+    assert isinstance(checked({**flow, "laws": nonlinearities}), Refuted)
     assert "odd" in rejected(
-        changed({**flow, "laws": laws}, "proof", "left", to="1/1000")
+        changed({**flow, "laws": nonlinearities}, "proof", "left", to="1/1000")
     )  # on a piece not in the half
 
 
@@ -209,7 +209,8 @@ def test_an_orbit_of_another_block_is_rejected(flow):
     assert "contraction" in rejected(changed(flow, "system", "numerator", 1, to=str(10 + F(1, 2**60))))
 
 
-# Beyond half the orbit's peak the law turns up again: closure and levels hold, but y does not stay on its piece.
+# Beyond half the orbit's peak the nonlinearity turns up again: closure and levels hold, but y does not stay on its
+# piece.
 def test_an_orbit_that_leaves_its_pieces_is_rejected(flow):
     slope = F(flow["laws"]["slope"][1])
     turned = changed(flow, "proof", "points", to=[["-2", f"-{slope}"], *flow["proof"]["points"], ["2", str(slope)]])

@@ -15,7 +15,7 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.proposals import certified, drafts
 from lure.analysis.certificates.sealing import completed
-from lure.analysis.certificates.systems import laws_of, system_of
+from lure.analysis.certificates.systems import class_entry, system_of
 from lure.analysis.inequality.gains import hurwitz_largest
 from lure.analysis.theorems.circle import circle_criterion, circle_largest
 from lure.analysis.theorems.differences import JURY_LEE, TSYPKIN, jury_lee_largest, tsypkin_largest
@@ -314,8 +314,8 @@ def test_systems_are_written_in_exact_numbers():
 
 def test_infinite_ends_of_a_class_say_which_kind_they_are():
     steep = NonlinearityClass(sector=Sector(0, 2), slope=SlopeBounds(0, math.inf))
-    assert laws_of(steep, unbounded=False)["slope"] == ["0", "inf"]
+    assert class_entry(steep, unbounded=False)["slope"] == ["0", "inf"]
     endless = NonlinearityClass.slope_restricted(0, math.inf, odd=True)
-    assert laws_of(endless, unbounded=False)["slope"] == ["0", "finite"]
-    assert laws_of(endless, unbounded=True)["sector"] == ["0", "inf"]
-    assert laws_of(endless, unbounded=True, linear=True)["linear"] is True
+    assert class_entry(endless, unbounded=False)["slope"] == ["0", "finite"]
+    assert class_entry(endless, unbounded=True)["sector"] == ["0", "inf"]
+    assert class_entry(endless, unbounded=True, linear=True)["linear"] is True

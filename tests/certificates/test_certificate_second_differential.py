@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from certificate_family import DISCRETE, LAG_1, OSCILLATOR, THIRD, draft, laws, transfer
+from certificate_family import DISCRETE, LAG_1, OSCILLATOR, THIRD, draft, nonlinearities, transfer
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -94,13 +94,15 @@ def drafts(draw):
     if theorem in ("circle", "popov") and wild != "slope" and draw(st.booleans()):
         slope = None
     odd, varying = draw(st.booleans()), wild == "flags" and draw(st.booleans())
-    return draft(system, laws(*sector, slope=slope, odd=odd, time_varying=varying), theorem, multiplier)
+    return draft(system, nonlinearities(*sector, slope=slope, odd=odd, time_varying=varying), theorem, multiplier)
 
 
 @settings(max_examples=150)
-@example(draft(LAG_1, laws("33", "inf", slope=["-1", "5"]), "circle", {}))
-@example(draft(OSCILLATOR, laws(0, "29/10", slope=True), "off-axis-circle", {"alpha": "0"}))
-@example(draft(transfer("-1", "1 1"), laws("-inf", "1/2", slope=["-1", "finite"]), "circle", {"mirrored": True}))
+@example(draft(LAG_1, nonlinearities("33", "inf", slope=["-1", "5"]), "circle", {}))
+@example(draft(OSCILLATOR, nonlinearities(0, "29/10", slope=True), "off-axis-circle", {"alpha": "0"}))
+@example(
+    draft(transfer("-1", "1 1"), nonlinearities("-inf", "1/2", slope=["-1", "finite"]), "circle", {"mirrored": True})
+)
 @given(drafts())
 def test_both_checkers_accept_the_same_claims(asked):
     accepted = first(asked)
@@ -111,24 +113,24 @@ def test_both_checkers_accept_the_same_claims(asked):
 
 def test_a_class_without_a_law_proves_nothing():
     # phi(sigma)/sigma >= 33 and a slope of at most 5 exclude each other: phi(0) = 0
-    empty = draft(LAG_1, laws("33", "inf", slope=["-1", "5"]), "circle", {})
+    empty = draft(LAG_1, nonlinearities("33", "inf", slope=["-1", "5"]), "circle", {})
     assert not second(empty)
-    assert second({**empty, "laws": laws("33", "inf", slope=["-1", "33"])})  # phi = 33 sigma
-    assert second({**empty, "laws": laws("33", "inf")})
+    assert second({**empty, "laws": nonlinearities("33", "inf", slope=["-1", "33"])})  # phi = 33 sigma
+    assert second({**empty, "laws": nonlinearities("33", "inf")})
 
 
 def test_an_off_axis_line_through_the_real_axis_is_the_circle_criterion():
-    shown = completed(draft(OSCILLATOR, laws(0, "29/10", slope=True), "off-axis-circle", {"alpha": "0"}))
+    shown = completed(draft(OSCILLATOR, nonlinearities(0, "29/10", slope=True), "off-axis-circle", {"alpha": "0"}))
     assert shown["proof"]["variable"] == "omega^2"
     assert recheck(shown).accepted
     assert not recheck({**shown, "multiplier": {"alpha": "1"}}).accepted
 
 
 def test_the_mirrored_circle_asks_nothing_of_the_slopes():
-    given = laws("-inf", "1/2", slope=["-1", "finite"])
+    given = nonlinearities("-inf", "1/2", slope=["-1", "finite"])
     shown = completed(draft(transfer("-1", "1 1"), given, "circle", {"mirrored": True}))
     assert recheck(shown).accepted
-    assert not recheck({**shown, "laws": laws("-inf", "finite", slope=["-1", "finite"])}).accepted
+    assert not recheck({**shown, "laws": nonlinearities("-inf", "finite", slope=["-1", "finite"])}).accepted
 
 
 # the time allowed
@@ -140,7 +142,7 @@ def long_file(count, order):
         {"coefficient": f"1/{2 * count}", "rate": f"{n + 2}/{n + 1}", "order": order, "side": "causal"}
         for n in range(count)
     ]
-    asked = draft(OSCILLATOR, laws(0, 1, slope=True), "zames-falb", {"theta": "0", "kernels": kernels})
+    asked = draft(OSCILLATOR, nonlinearities(0, 1, slope=True), "zames-falb", {"theta": "0", "kernels": kernels})
     base = {"format": "lure-certificate/1", "convention": "sigma = H mu, mu = -phi(sigma)", "numbers": "rationals"}
     return {**base, "law": None, "hypotheses": {}, "conclusion": ATTRACTS, **asked, "proof": ANY_BOX}
 
@@ -169,7 +171,7 @@ def test_a_large_file_gets_the_same_answer_from_a_process_of_its_own(monkeypatch
 
 
 def test_verify_rejects_what_the_second_checker_has_no_time_for(lure, here, monkeypatch):
-    shown = completed(draft(OSCILLATOR, laws(0, "29/10"), "circle", {}))
+    shown = completed(draft(OSCILLATOR, nonlinearities(0, "29/10"), "circle", {}))
     check(shown)
     (here / "proof.json").write_text(json.dumps(shown))
     assert lure("verify", "proof.json", "--second", "--seconds", "100")[0] == 0

@@ -3,7 +3,7 @@
 from fractions import Fraction as F
 
 import pytest
-from handwritten import EQUILIBRIA, GAINS, THIRD, accepted, laws, polynomial, proved, transfer
+from handwritten import EQUILIBRIA, GAINS, THIRD, accepted, nonlinearities, polynomial, proved, transfer
 
 
 def in_tangent(p):
@@ -25,7 +25,9 @@ def in_tangent(p):
 @pytest.mark.parametrize(("k", "good"), [(F(149, 100), True), (F(3, 2), False), (F(151, 100), False)])
 def test_the_circle_criterion_in_discrete_time(k, good):
     system = transfer([1], [1, "-1/2"], "discrete")
-    certificate = proved(system, laws(0, k, time_varying=True), "circle", {}, polynomial([2 * k + 1, 9 - 6 * k]))
+    certificate = proved(
+        system, nonlinearities(0, k, time_varying=True), "circle", {}, polynomial([2 * k + 1, 9 - 6 * k])
+    )
     assert accepted(certificate) is good
 
 
@@ -33,7 +35,7 @@ def test_the_circle_criterion_in_discrete_time(k, good):
 @pytest.mark.parametrize(("k", "good"), [(F(199, 100), True), (F(2), False)])
 def test_the_critical_case_in_discrete_time(k, good):
     proof = polynomial([2 / k - 1])
-    certificate = proved(transfer([1], [1, -1], "discrete"), laws(0, k), "circle", {}, proof, EQUILIBRIA)
+    certificate = proved(transfer([1], [1, -1], "discrete"), nonlinearities(0, k), "circle", {}, proof, EQUILIBRIA)
     assert accepted(certificate) is good
 
 
@@ -45,10 +47,10 @@ def test_tsypkin(k, good):
     square = [F("3.2761"), F("-6.516"), F("3.24")]
     in_cosine = [a / k + b + q * c for a, b, c in zip(square, (F("-.18"), F(".181"), 0), TSYPKIN_SLOPE, strict=True)]
     proof = polynomial(in_tangent(in_cosine))
-    certificate = proved(system, laws(0, k, slope=["0", "inf"]), "tsypkin", {"q": str(q)}, proof)
+    certificate = proved(system, nonlinearities(0, k, slope=["0", "inf"]), "tsypkin", {"q": str(q)}, proof)
     assert accepted(certificate) is good
-    assert not accepted({**certificate, "laws": laws(0, k)})
-    assert not accepted({**certificate, "laws": laws(0, k, slope=["-1", str(k)])})
+    assert not accepted({**certificate, "laws": nonlinearities(0, k)})
+    assert not accepted({**certificate, "laws": nonlinearities(0, k, slope=["-1", str(k)])})
     assert not accepted({**certificate, "multiplier": {"q": "-1"}})
 
 
@@ -67,22 +69,22 @@ def test_jury_lee(k, good):
         F("1.84") - q * F("1.84") - q * k / 2 * loss[2],
     ]
     proof = polynomial(in_tangent(in_cosine))
-    certificate = proved(system, laws(0, k, slope=["-inf", str(k)]), "jury-lee", {"q": str(q)}, proof)
+    certificate = proved(system, nonlinearities(0, k, slope=["-inf", str(k)]), "jury-lee", {"q": str(q)}, proof)
     assert accepted(certificate) is good
-    assert not accepted({**certificate, "laws": laws(0, k, slope=["-inf", "1"])})
-    assert not accepted({**certificate, "laws": laws(0, k)})
+    assert not accepted({**certificate, "laws": nonlinearities(0, k, slope=["-inf", "1"])})
+    assert not accepted({**certificate, "laws": nonlinearities(0, k)})
 
 
 # Every finite k: 1 + (1/2)/(z - 1/2) = z/(z - 1/2) has Re > 0; n conj(d) = 1 - z/2, U = 1 - c/2.  D = 1 > 0, so that
-# Jury and Lee's laws need a slope from 0 on; with q > 0 they cannot have every finite bound.
+# Jury and Lee's nonlinearities need a slope from 0 on; with q > 0 they cannot have every finite bound.
 def test_every_finite_bound_in_discrete_time():
     system, proof = transfer([1, 0], [1, "-1/2"], "discrete"), polynomial([F(1, 2), F(3, 2)])
-    both, above = laws(0, "finite", slope=True), laws(0, "finite", slope=["-inf", "finite"])
+    both, above = nonlinearities(0, "finite", slope=True), nonlinearities(0, "finite", slope=["-inf", "finite"])
     assert accepted(proved(system, both, "jury-lee", {"q": "0"}, proof))
     assert not accepted(proved(system, above, "jury-lee", {"q": "0"}, proof))
     assert not accepted(proved(system, both, "jury-lee", {"q": "1"}, proof))
-    assert accepted(proved(system, laws(0, "inf"), "circle", {}, proof))
-    assert not accepted(proved(system, laws(0, "inf", slope=True), "tsypkin", {"q": "0"}, proof))
+    assert accepted(proved(system, nonlinearities(0, "inf"), "circle", {}, proof))
+    assert not accepted(proved(system, nonlinearities(0, "inf", slope=True), "tsypkin", {"q": "0"}, proof))
 
 
 def cosines(harmonics):
@@ -111,47 +113,58 @@ def test_zames_falb_in_discrete_time(k, good):
     proof = polynomial(in_tangent(cosines(product)))
     system = transfer([2, "23/25"], [1, "-1/2", 0], "discrete")
     written = {"taps": [[i, str(h)] for i, h in taps.items()]}
-    certificate = proved(system, laws(0, k, slope=True), "zames-falb", written, proof)
+    certificate = proved(system, nonlinearities(0, k, slope=True), "zames-falb", written, proof)
     assert accepted(certificate) is good
-    assert not accepted({**certificate, "laws": laws(0, k)})
+    assert not accepted({**certificate, "laws": nonlinearities(0, k)})
     assert not accepted({**certificate, "multiplier": {"taps": [[-2, "1/10"], [1, "9/10"]]}})
     assert not accepted({**certificate, "multiplier": {"taps": [[-2, "-1/10"], [1, "4/5"]]}})
 
 
 @pytest.mark.parametrize(("k", "good"), [(8 - F(1, 2**60), True), (F(8), False), (F(9), False)])
 def test_every_constant_gain_below_eight(k, good):
-    certificate = proved(THIRD, laws(0, k, linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS)
+    certificate = proved(THIRD, nonlinearities(0, k, linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS)
     assert accepted(certificate) is good
-    assert not accepted({**certificate, "laws": laws(0, k)})
+    assert not accepted({**certificate, "laws": nonlinearities(0, k)})
 
 
 # s^2/(..) of the Kalman conjecture is stable for every gain k >= 0; the integrator 1/s is not at k = 0.
 def test_every_finite_constant_gain():
     kalman = transfer([1, 0, 0], [1, ".12", "2.0254", ".121308", ".98191881"])
-    assert accepted(proved(kalman, laws(0, "finite", linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS))
-    assert not accepted(proved(kalman, laws(-1, "finite", linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS))
+    assert accepted(
+        proved(kalman, nonlinearities(0, "finite", linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS)
+    )
+    assert not accepted(
+        proved(kalman, nonlinearities(-1, "finite", linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS)
+    )
     integrator = transfer([1], [1, 0])
-    assert not accepted(proved(integrator, laws(0, 1, linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS))
-    assert accepted(proved(integrator, laws("1/9", 1, linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS))
+    assert not accepted(
+        proved(integrator, nonlinearities(0, 1, linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS)
+    )
+    assert accepted(
+        proved(integrator, nonlinearities("1/9", 1, linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS)
+    )
 
 
 # d = z - 1/2: the root 1/2 - g is inside the circle up to g = 3/2; there it is -1.
 @pytest.mark.parametrize(("k", "good"), [("149/100", True), ("3/2", False)])
 def test_constant_gains_in_discrete_time(k, good):
     system = transfer([1], [1, "-1/2"], "discrete")
-    assert accepted(proved(system, laws(0, k, linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS)) is good
+    assert (
+        accepted(proved(system, nonlinearities(0, k, linear=True), "hurwitz", {}, {"method": "polynomial"}, GAINS))
+        is good
+    )
 
 
 # 1/(z - 1/2), k = 1: 3/4 + q (-2 c^2 + 3 c/2 + 1/2); -z/(10 (z - 1/2)), q = 0, k = 1: 1.15 - 0.95 c;
 # z/(z - 1/2) without 1/k: 1 - c/2 + q (-c^2 + 3 c/2 - 1/2).
 def test_hypotheses_in_discrete_time_that_nothing_else_would_catch():
-    lag, monotone = transfer([1], [1, "-1/2"], "discrete"), laws(0, 1, slope=["0", "inf"])
+    lag, monotone = transfer([1], [1, "-1/2"], "discrete"), nonlinearities(0, 1, slope=["0", "inf"])
     for q, good in ((F(1, 10), True), (F(-1, 10), False)):
         proof = polynomial(in_tangent([F(3, 4) + q / 2, q * F(3, 2), -2 * q]))
         assert accepted(proved(lag, monotone, "tsypkin", {"q": str(q)}, proof)) is good
     negative, proof = transfer(["-1/10", 0], [1, "-1/2"], "discrete"), polynomial(in_tangent([F("1.15"), F("-.95")]))
-    assert accepted(proved(negative, laws(0, 1, slope=True), "tsypkin", {"q": "0"}, proof))
+    assert accepted(proved(negative, nonlinearities(0, 1, slope=True), "tsypkin", {"q": "0"}, proof))
     assert not accepted(proved(negative, monotone, "tsypkin", {"q": "0"}, proof))
-    lead, every = transfer([1, 0], [1, "-1/2"], "discrete"), laws(0, "finite", slope=True)
+    lead, every = transfer([1, 0], [1, "-1/2"], "discrete"), nonlinearities(0, "finite", slope=True)
     proof = polynomial(in_tangent([F("0.95"), F("-0.35"), F("-0.1")]))
     assert not accepted(proved(lead, every, "jury-lee", {"q": "1/10"}, proof))

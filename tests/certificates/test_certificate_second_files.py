@@ -1,4 +1,4 @@
-"""The second checker on files with one thing wrong: a key, a hypothesis, a law outside its class, hostile text."""
+"""The second checker on files with one thing wrong: a key, a hypothesis, a phi outside its class, hostile text."""
 
 import json
 from fractions import Fraction as F
@@ -10,7 +10,7 @@ from handwritten import (
     THIRD,
     accepted,
     circle_of_oscillator,
-    laws,
+    nonlinearities,
     polynomial,
     proved,
     rod,
@@ -26,10 +26,10 @@ GOOD = circle_of_oscillator(F(2))
 def test_one_law_must_be_in_the_class():
     clipped = {"kind": "piecewise-linear", "points": [["-1", "-1"], ["1", "1"]], "left": "0", "right": "0"}
     smooth = {"kind": "tanh", "height": "4", "rate": "1/2"}
-    for law in (clipped, smooth):
-        assert accepted({**GOOD, "law": law})
-        assert accepted({**GOOD, "law": law, "laws": laws(0, 2, slope=True, odd=True)})
-    for law in (
+    for nonlinearity in (clipped, smooth):
+        assert accepted({**GOOD, "law": nonlinearity})
+        assert accepted({**GOOD, "law": nonlinearity, "laws": nonlinearities(0, 2, slope=True, odd=True)})
+    for nonlinearity in (
         {**clipped, "points": [["-1", "-3"], ["1", "1"]]},  # not through the origin
         {**clipped, "left": "3"},  # leaves the sector
         {**clipped, "points": [["1", "1"], ["-1", "-1"]]},
@@ -37,12 +37,12 @@ def test_one_law_must_be_in_the_class():
         {**smooth, "height": "-4"},
         {"kind": "sine"},
     ):
-        assert not accepted({**GOOD, "law": law})
+        assert not accepted({**GOOD, "law": nonlinearity})
     one_sided = {"kind": "piecewise-linear", "points": [["0", "0"]], "left": "0", "right": "1"}
     assert accepted({**GOOD, "law": one_sided})
-    assert not accepted({**GOOD, "law": one_sided, "laws": laws(0, 2, odd=True)})
-    assert not accepted({**GOOD, "law": one_sided, "laws": laws(0, 2, linear=True)})
-    assert not accepted({**GOOD, "law": one_sided, "laws": laws(0, 2, slope=["1/2", "2"])})
+    assert not accepted({**GOOD, "law": one_sided, "laws": nonlinearities(0, 2, odd=True)})
+    assert not accepted({**GOOD, "law": one_sided, "laws": nonlinearities(0, 2, linear=True)})
+    assert not accepted({**GOOD, "law": one_sided, "laws": nonlinearities(0, 2, slope=["1/2", "2"])})
 
 
 @pytest.mark.parametrize("key", sorted(GOOD))
@@ -70,13 +70,13 @@ def test_every_key_is_needed_and_no_other_is_known(key):
         {"proof": polynomial([3, -3, 2])},
         {"proof": polynomial([3, -3, 1], "omega")},
         {"proof": {"method": "structure"}},
-        {"laws": laws(0, 2.0)},
-        {"laws": laws(0, "2/0")},
-        {"laws": laws(0, "2e0")},
-        {"laws": laws(0, "nan")},
-        {"laws": laws(2, 0)},
-        {"laws": laws(2, 2)},
-        {"laws": laws(0, 2, odd=1)},
+        {"laws": nonlinearities(0, 2.0)},
+        {"laws": nonlinearities(0, "2/0")},
+        {"laws": nonlinearities(0, "2e0")},
+        {"laws": nonlinearities(0, "nan")},
+        {"laws": nonlinearities(2, 0)},
+        {"laws": nonlinearities(2, 2)},
+        {"laws": nonlinearities(0, 2, odd=1)},
         {"system": transfer([-1], [1, 1, 1])},
         {"system": transfer([1, 0, 0, 1], [1, 1, 1])},
         {"system": transfer([1], [0])},
@@ -111,14 +111,16 @@ def test_hostile_files_are_refused():
 
 def test_hypotheses_that_nothing_else_would_catch():
     third = [F(6, 5), F(3, 5), F(-2, 5), F(1, 5)]  # (1 + x)^3/5 + 1 - x^2
-    popov = proved(THIRD, laws(0, 5), "popov", {"theta": "1"}, polynomial(third))
+    popov = proved(THIRD, nonlinearities(0, 5), "popov", {"theta": "1"}, polynomial(third))
     assert accepted(popov)
-    assert not accepted({**popov, "laws": laws(0, 5, time_varying=True)})
+    assert not accepted({**popov, "laws": nonlinearities(0, 5, time_varying=True)})
     # Park's criterion does not cover the pole at 0, Popov's does: (1 + x)/1 - 1 + 2
     integral, two = transfer([1], [1, 1, 0]), polynomial([2, 1])
-    assert accepted(proved(integral, laws(0, 1, slope=True), "popov", {"theta": "2"}, two, EQUILIBRIA))
-    assert not accepted(proved(integral, laws(0, 1, slope=True), "park", {"theta": "2", "tau": "0"}, two, EQUILIBRIA))
+    assert accepted(proved(integral, nonlinearities(0, 1, slope=True), "popov", {"theta": "2"}, two, EQUILIBRIA))
+    assert not accepted(
+        proved(integral, nonlinearities(0, 1, slope=True), "park", {"theta": "2", "tau": "0"}, two, EQUILIBRIA)
+    )
     # (s + 1)/(s^2 + 3 s + 3) is strictly positive real, but the mode -2 is hidden: (3 + 2 x)(4 + x)
     hidden, written = transfer([1, 3, 2], [1, 5, 9, 6]), polynomial([12, 11, 2])
-    assert accepted(proved(hidden, laws(0, "finite"), "circle", {}, written))
-    assert not accepted(proved(hidden, laws(0, "inf"), "circle", {}, written))
+    assert accepted(proved(hidden, nonlinearities(0, "finite"), "circle", {}, written))
+    assert not accepted(proved(hidden, nonlinearities(0, "inf"), "circle", {}, written))

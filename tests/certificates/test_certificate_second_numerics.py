@@ -1,4 +1,4 @@
-"""The second checker's own numerics: roots by their side, polynomials on the circle, laws in pieces."""
+"""The second checker's own numerics: roots by their side, polynomials on the circle, nonlinearities in pieces."""
 
 import cmath
 from fractions import Fraction as F
@@ -113,12 +113,12 @@ def test_a_plant_in_discrete_time():
 
 
 def test_a_law_gets_the_origin_and_its_kinks():
-    law = graph([["-1", "-1"], ["2", "2"]], "0", "3")  # a line through 0 between two kinks
-    assert law.knots == (-1, 0, 2)
-    assert law.slopes == (0, 1, 1, 3)
-    assert [kink[0] for kink in law.kinks] == [-1, 2]
-    assert (law.at(F(-5)), law.at(F(1, 2)), law.at(F(3))) == (-1, F(1, 2), 5)
-    assert sorted(set(law.chords)) == [0, 1, 3]
-    assert not law.odd
+    nonlinearity = graph([["-1", "-1"], ["2", "2"]], "0", "3")  # a line through 0 between two kinks
+    assert nonlinearity.knots == (-1, 0, 2)
+    assert nonlinearity.slopes == (0, 1, 1, 3)
+    assert [kink[0] for kink in nonlinearity.kinks] == [-1, 2]
+    assert (nonlinearity.at(F(-5)), nonlinearity.at(F(1, 2)), nonlinearity.at(F(3))) == (-1, F(1, 2), 5)
+    assert sorted(set(nonlinearity.chords)) == [0, 1, 3]
+    assert not nonlinearity.odd
     assert graph([["-1", "-1"], ["1", "1"]], "0", "0").odd
     assert to_fmpq(F(2, 3)) == fmpq(2, 3)

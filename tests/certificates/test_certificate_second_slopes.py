@@ -1,4 +1,4 @@
-"""The second checker on laws of restricted slope and on blocks with dead time, sharp on both sides of every limit."""
+"""The second checker on bounded slopes and on blocks with dead time, sharp on both sides of every limit."""
 
 import cmath
 import math
@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 from flint import fmpq_poly
-from handwritten import ATTRACTS, DELAYED, EQUILIBRIA, THIRD, accepted, laws, polynomial, proved, transfer
+from handwritten import ATTRACTS, DELAYED, EQUILIBRIA, THIRD, accepted, nonlinearities, polynomial, proved, transfer
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,12 +20,16 @@ from lure.analysis.certificates.second.systems import Shifted
 def test_off_axis_circle(k, good):
     coefficients = [1 / k + 1, F(21, 4), 3 / k - 3, F(-7, 4), 3 / k, 0, 1 / k]
     proof = polynomial(coefficients, "omega")
-    certificate = proved(THIRD, laws(0, k, slope=True), "off-axis-circle", {"alpha": "7/4"}, proof)
+    certificate = proved(THIRD, nonlinearities(0, k, slope=True), "off-axis-circle", {"alpha": "7/4"}, proof)
     assert accepted(certificate) is good
-    for class_ in (laws(0, k), laws(0, k, slope=["0", "8"]), laws(0, k, slope=["-1", str(k)])):
+    for class_ in (
+        nonlinearities(0, k),
+        nonlinearities(0, k, slope=["0", "8"]),
+        nonlinearities(0, k, slope=["-1", str(k)]),
+    ):
         assert not accepted({**certificate, "laws": class_})
     # the class of the slopes is what counts: a smaller sector is a smaller class, a larger one the same
-    for class_ in (laws(0, 1, slope=["0", str(k)], odd=True), laws(-1, "inf", slope=["0", str(k)])):
+    for class_ in (nonlinearities(0, 1, slope=["0", str(k)], odd=True), nonlinearities(-1, "inf", slope=["0", str(k)])):
         assert accepted({**certificate, "laws": class_}) is good
 
 
@@ -37,9 +41,9 @@ def test_park(k, good):
     coefficients[1] += F(39, 10)
     coefficients[2] -= F(13, 10)
     multiplier = {"theta": "13/10", "tau": "1/10"}
-    certificate = proved(THIRD, laws(0, k, slope=True), "park", multiplier, polynomial(coefficients))
+    certificate = proved(THIRD, nonlinearities(0, k, slope=True), "park", multiplier, polynomial(coefficients))
     assert accepted(certificate) is good
-    assert not accepted({**certificate, "laws": laws(0, k)})
+    assert not accepted({**certificate, "laws": nonlinearities(0, k)})
     assert not accepted({**certificate, "multiplier": {"theta": "13/10", "tau": "-1/10"}})
 
 
@@ -53,9 +57,9 @@ def kernel(coefficient, **more):
 def test_zames_falb_with_a_density(k, good):
     multiplier = {"theta": "0", "kernels": [kernel("1/2", rate="1", order=1, side="causal")]}
     coefficients = [1 + 1 / k, 2 + 5 / k, 9 / k - 7, 7 / k, 2 / k]
-    certificate = proved(THIRD, laws(0, k, slope=True), "zames-falb", multiplier, polynomial(coefficients))
+    certificate = proved(THIRD, nonlinearities(0, k, slope=True), "zames-falb", multiplier, polynomial(coefficients))
     assert accepted(certificate) is good
-    assert not accepted({**certificate, "laws": laws(0, k)})
+    assert not accepted({**certificate, "laws": nonlinearities(0, k)})
 
 
 # 1/(s + 1) with M = 1 + (1/2)/(1 + s), k = 1: |d|^2 (H + 1) = 2 + x - iw, times (1 + x) M = 1 + x + (1 - iw)/2:
@@ -63,8 +67,8 @@ def test_zames_falb_with_a_density(k, good):
 def test_negative_coefficients_need_odd_laws():
     multiplier = {"theta": "0", "kernels": [kernel("-1/2", rate="1", order=1, side="causal")]}
     system, written = transfer([1], [1, 1]), polynomial([3, 3, 1])
-    assert accepted(proved(system, laws(0, 1, slope=True, odd=True), "zames-falb", multiplier, written))
-    assert not accepted(proved(system, laws(0, 1, slope=True), "zames-falb", multiplier, written))
+    assert accepted(proved(system, nonlinearities(0, 1, slope=True, odd=True), "zames-falb", multiplier, written))
+    assert not accepted(proved(system, nonlinearities(0, 1, slope=True), "zames-falb", multiplier, written))
 
 
 # The same block, M = 1 - c/(1 + s) for every finite k: Re[M H] (1 + x)^2 = 1 + x - c (1 - x).
@@ -72,7 +76,9 @@ def test_negative_coefficients_need_odd_laws():
 def test_every_finite_slope_needs_less_than_the_whole_mass(c, good):
     multiplier = {"theta": "0", "kernels": [kernel(c, rate="1", order=1, side="causal")]}
     written = polynomial([1 - F(c), 1 + F(c)])
-    certificate = proved(transfer([1], [1, 1]), laws(0, "finite", slope=True), "zames-falb", multiplier, written)
+    certificate = proved(
+        transfer([1], [1, 1]), nonlinearities(0, "finite", slope=True), "zames-falb", multiplier, written
+    )
     assert accepted(certificate) is good
 
 
@@ -88,9 +94,9 @@ def cover(*ends, order=8):
 # 0.4 - 0.25 = 0.15 to spare, while the kernel takes at most |H + 1/k|/10 <= 0.14.
 def test_zames_falb_with_a_delay_by_a_cover():
     multiplier = {"theta": "0", "kernels": [kernel("1/10", delay="1")]}
-    certificate = proved(THIRD, laws(0, "5/2", slope=True), "zames-falb", multiplier, cover(0, 1, 3))
+    certificate = proved(THIRD, nonlinearities(0, "5/2", slope=True), "zames-falb", multiplier, cover(0, 1, 3))
     assert accepted(certificate)
-    assert not accepted({**certificate, "laws": laws(0, 8, slope=True)})
+    assert not accepted({**certificate, "laws": nonlinearities(0, 8, slope=True)})
     for boxes in ([["0", "1"], ["2", "3"]], [["1", "3"]], [["0", "1"], ["1", "1"]], [], [["0", "1"], ["1/2", "3"]]):
         assert not accepted({**certificate, "proof": {"method": "cover", "boxes": boxes, "order": 8}})
     two = [kernel("1/2", delay="1"), kernel("501/1000", delay="-1")]
@@ -140,7 +146,7 @@ def float_at(p, x):
 @pytest.mark.parametrize(("k", "good"), [("2137/1000", True), ("2138/1000", False)])
 def test_the_circle_criterion_with_dead_time(k, good):
     system = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "1"]}
-    certificate = proved(system, laws(0, k, time_varying=True), "circle", {}, cover(0, 2, 5), DELAYED)
+    certificate = proved(system, nonlinearities(0, k, time_varying=True), "circle", {}, cover(0, 2, 5), DELAYED)
     assert accepted(certificate) is good
     assert not accepted({**certificate, "conclusion": ATTRACTS})
 
@@ -150,16 +156,16 @@ def test_the_circle_criterion_with_dead_time(k, good):
 def test_popov_with_dead_time_and_an_integrator(k, good):
     system = {"kind": "delay", "terms": [["1", ["1"]]], "denominator": ["1", "1", "0"]}
     multiplier = {"theta": "160291/131072"}
-    certificate = proved(system, laws(0, k), "popov", multiplier, cover(0, 1, 4), EQUILIBRIA)
+    certificate = proved(system, nonlinearities(0, k), "popov", multiplier, cover(0, 1, 4), EQUILIBRIA)
     assert accepted(certificate) is good
     assert not accepted({**certificate, "multiplier": {"theta": "-1"}})
     # w is not the sector's when its lower end is not 0
-    assert not accepted({**certificate, "laws": laws("1/1000", k)})
+    assert not accepted({**certificate, "laws": nonlinearities("1/1000", k)})
 
 
 # The block of the dead-time test in time 2 t: the same limit 1.134914, twice the theta.
 @pytest.mark.parametrize(("k", "good"), [("1134/1000", True), ("1135/1000", False)])
 def test_dead_time_and_an_integrator_in_another_unit_of_time(k, good):
     system = {"kind": "delay", "terms": [["2", ["1"]]], "denominator": ["4", "2", "0"]}
-    certificate = proved(system, laws(0, k), "popov", {"theta": "160291/65536"}, cover(0, 1, 4), EQUILIBRIA)
+    certificate = proved(system, nonlinearities(0, k), "popov", {"theta": "160291/65536"}, cover(0, 1, 4), EQUILIBRIA)
     assert accepted(certificate) is good

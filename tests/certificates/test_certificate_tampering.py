@@ -6,7 +6,7 @@ import json
 from fractions import Fraction
 
 import pytest
-from certificate_family import DRAFTS, accepted, certificate, laws
+from certificate_family import DRAFTS, accepted, certificate, nonlinearities
 from flint import fmpq, fmpq_poly
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -147,7 +147,7 @@ def gains_of(given):
     low = low if low is not None else (high or F(0)) - 10**4
     high = high if high is not None else low + 10**4
     if low > high:
-        return []  # no law has such slopes and such chords
+        return []  # no nonlinearity has such slopes and such chords
     return [low + (high - low) * F(i, 24) for i in range(25)] + [low + (high - low) * F(1, 2**i) for i in range(5, 20)]
 
 
@@ -245,8 +245,8 @@ def test_a_tampered_orbit_in_continuous_time_is_rejected():
     ]
     for part in forged:
         assert accepted({**whole, "proof": {**proof, **part}}) is None, part
-    assert accepted({**whole, "laws": laws(0, "1/2", slope=True)}) is None
-    assert accepted({**whole, "laws": laws(0, 1, slope=True, linear=True)}) is None
+    assert accepted({**whole, "laws": nonlinearities(0, "1/2", slope=True)}) is None
+    assert accepted({**whole, "laws": nonlinearities(0, 1, slope=True, linear=True)}) is None
     for numerator, denominator in ((["1", "0"], ["1", "1/5", "1"]), (["-1", "0"], ["1", "-1/5", "1"])):
         other = {**whole["system"], "numerator": numerator, "denominator": denominator}
         assert accepted({**whole, "system": other}) is None

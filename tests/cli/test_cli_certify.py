@@ -207,7 +207,7 @@ def test_a_law_of_a_file_is_checked_to_be_in_its_class(lure, tmp_path):
     assert lure("certify", "tanh.toml", "--force")[0] == 0
     assert written(tmp_path)["law"] == {"kind": "tanh", "height": "1", "rate": "5"}
     assert lure("certify", "tanh.toml", "--sector", "0", "5", "--force")[0] == 0
-    assert written(tmp_path)["law"] is None  # a class of its own leaves the law out
+    assert written(tmp_path)["law"] is None  # a class of its own leaves the nonlinearity out
 
 
 def test_a_law_that_is_not_locally_lipschitz_is_not_proved(lure, tmp_path):
@@ -261,8 +261,8 @@ def test_json_and_standard_output(lure, tmp_path):
     ],
 )
 def test_what_is_only_declared_of_the_nonlinearity_is_said(lure, tmp_path, formula, told):
-    law = f'[nonlinearity]\nkind = "expression"\nexpression = "{formula}"\nsector = [0, 2]\n'
-    (tmp_path / "loop.toml").write_text("[plant]\nnum = [1]\nden = [1, 1]\n" + law)
+    nonlinearity = f'[nonlinearity]\nkind = "expression"\nexpression = "{formula}"\nsector = [0, 2]\n'
+    (tmp_path / "loop.toml").write_text("[plant]\nnum = [1]\nden = [1, 1]\n" + nonlinearity)
     status, out, _ = lure("certify", "loop.toml")
     assert status == 0
     assert [line for line in out.splitlines() if "assumed" in line] == [f"  assumed: {each}" for each in told]

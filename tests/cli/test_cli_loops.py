@@ -236,7 +236,7 @@ def test_a_criterion_that_the_class_cannot_use_is_refused(lure):
     assert "needs slope bounds" in err
     status, _, err = lure("max-sector", "--num", "1", "--den", "1 1", "--criterion", "popov", "--time-varying")
     assert status == 2
-    assert "time-invariant laws" in err
+    assert "time-invariant nonlinearities" in err
 
 
 PLANT = "[plant]\nnum = [1]\nden = [1, 1]\n"
@@ -347,7 +347,7 @@ def test_systems_shows_loops_and_writes_them_as_files(lure, tmp_path):
         status, out, _ = lure("systems", name, "--toml")
         assert status == 0
         read, built = parse_system(out, name=name, source="a file"), builtin_loop(name)
-        assert (read.block, read.law_class, read.name) == (built.block, built.law_class, name)
+        assert (read.block, read.nonlinearity_class, read.name) == (built.block, built.nonlinearity_class, name)
     status, _, err = lure("systems", "kalman-fits")
     assert (status, err) == (
         2,

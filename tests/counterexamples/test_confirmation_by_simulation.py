@@ -62,34 +62,34 @@ FALSE = {
 
 @pytest.mark.parametrize("name", TRUE)
 def test_a_true_proof_is_not_accused(name):
-    num, den, dt, law = TRUE[name]
-    assert tried(RationalPlant(num, den, dt=dt), law, conclusion=ATTRACTS, budget=10_000).contradiction is None
+    num, den, dt, nonlinearity = TRUE[name]
+    assert tried(RationalPlant(num, den, dt=dt), nonlinearity, conclusion=ATTRACTS, budget=10_000).contradiction is None
 
 
 @pytest.mark.parametrize("name", FALSE)
 def test_a_false_proof_is_contradicted_by_a_solution(name):
-    num, den, dt, law, finding = FALSE[name]
+    num, den, dt, nonlinearity, finding = FALSE[name]
     block = RationalPlant(num, den, dt=dt)
-    assert tried(block, law, conclusion=ATTRACTS).contradiction.finding is finding
-    assert tried(block, law).contradiction is None
+    assert tried(block, nonlinearity, conclusion=ATTRACTS).contradiction.finding is finding
+    assert tried(block, nonlinearity).contradiction is None
 
 
 def test_rest_at_an_equilibrium_contradicts_only_that_0_attracts():
     # phi = 0 for |sigma| <= 1: x' = -phi(x) rests wherever |x| <= 1
-    block, law = RationalPlant([1], [1, 0]), DeadZone(width=1, gain=1)
-    assert tried(block, law, conclusion="converges to equilibria").contradiction is None
-    assert tried(block, law, conclusion=ATTRACTS).contradiction.finding is Finding.RESTS
+    block, nonlinearity = RationalPlant([1], [1, 0]), DeadZone(width=1, gain=1)
+    assert tried(block, nonlinearity, conclusion="converges to equilibria").contradiction is None
+    assert tried(block, nonlinearity, conclusion=ATTRACTS).contradiction.finding is Finding.RESTS
 
 
 def found(text, name="loop"):
     return analyse(parse_system(text, name=name, source="a file"))
 
 
-def proved_of(analysis, proof, law_class=None):
+def proved_of(analysis, proof, nonlinearity_class=None):
     """An analysis that says of this loop what a proof says of another."""
     about = analysis.problem
-    if law_class is not None:
-        about = replace(about, classes=Diagonal((law_class,)), kind="class")
+    if nonlinearity_class is not None:
+        about = replace(about, classes=Diagonal((nonlinearity_class,)), kind="class")
     return replace(analysis, problem=about, conclusion=proof.conclusion)
 
 
@@ -108,7 +108,7 @@ def test_an_unstable_gain_of_the_class_contradicts_the_proof(proof):
 
 
 def test_what_is_said_of_the_law_alone_is_held_against_its_solutions():
-    # 1/s with a dead zone rests wherever |sigma| <= 1: that 0 attracts is said of laws that vanish at 0 only
+    # 1/s with a dead zone rests wherever |sigma| <= 1: that 0 attracts is said of nonlinearities that vanish at 0 only
     loop = found('[plant]\nnum=[1]\nden=[1,0]\n[nonlinearity]\nkind="dead zone"\ngain=1\nwidth=1\n')
     assert loop.verdict is Verdict.PROVED
     assert "came to rest at equilibria other than 0" in observed(loop).sentences[0]
@@ -117,7 +117,7 @@ def test_what_is_said_of_the_law_alone_is_held_against_its_solutions():
 
 
 def test_a_certified_counterexample_of_the_class_contradicts_the_proof(proof):
-    # odd laws with slope up to 1.08 are proved, merely monotone ones refuted from 1.03 on
+    # odd nonlinearities with slope up to 1.08 are proved, merely monotone ones refuted from 1.03 on
     loop = analyse(builtin_loop("dt-6"))
     (row,) = [row for row in loop.rows if row.question == "slope" and not row.odd]
     k = F(row.witness.k) + F(1, 1000)
@@ -128,12 +128,12 @@ def test_a_certified_counterexample_of_the_class_contradicts_the_proof(proof):
 
 def test_a_root_with_a_residual_is_no_root():
     # sigma + phi(sigma) = y with a quantiser jumps over y in [0.5, 1.5)
-    law = Quantiser(step=1)
-    assert bracketed_root(law, 1.0, 0.4) == pytest.approx(0.4)
-    assert bracketed_root(law, 1.0, 1.6) == pytest.approx(0.6)
-    assert np.isnan(bracketed_root(law, 1.0, 1.0))
+    nonlinearity = Quantiser(step=1)
+    assert bracketed_root(nonlinearity, 1.0, 0.4) == pytest.approx(0.4)
+    assert bracketed_root(nonlinearity, 1.0, 1.6) == pytest.approx(0.6)
+    assert np.isnan(bracketed_root(nonlinearity, 1.0, 1.0))
     with pytest.raises(InputError, match="has no solution"):
-        simulate_loop(RationalPlant([1, 1], [1, F(-1, 2)], dt=1), law, [1.0], 3.0)
+        simulate_loop(RationalPlant([1, 1], [1, F(-1, 2)], dt=1), nonlinearity, [1.0], 3.0)
 
 
 # sigma + phi(sigma) = 2.5 sigma + sigma^3 has exactly one root for every y, here near y^(1/3), far below y.
@@ -150,7 +150,7 @@ def test_a_solution_that_leaves_the_range_of_doubles_gives_no_warning():
 
 
 def test_the_class_of_no_law_is_tried_with_its_members(proof):
-    assert Sector(0, 1) == proof.problem.law_class.sector
+    assert Sector(0, 1) == proof.problem.nonlinearity_class.sector
     runs = observed(proof).trajectories
     assert {run.finding for run in runs} == {Finding.CONVERGES}
     assert all(run.t[0] == 0 and len(run.t) < 1000 for run in runs)
@@ -172,8 +172,8 @@ def plants():
         yield name, as_plant(formula, dt=float(dt))
 
 
-def laws(gain, scale, *, least=0.1):
-    """Laws whose largest slope is a gain; the smallest of the law that is not odd is a share of it."""
+def nonlinearities(gain, scale, *, least=0.1):
+    """Nonlinearities whose largest slope is a gain; the smallest of the one that is not odd is a share of it."""
     k, s = F(gain).limit_denominator(10**6), F(scale)
     yield Saturation(gain=k, limit=k * s)
     yield Tanh(gain=k * s, scale=s)
@@ -190,8 +190,8 @@ def true_loops():
             k = min(found.largest.low, 100.0)
             conclusion = "converges to equilibria" if found.critical else ATTRACTS
             for gain, scale in ((0.95 * k, 1), (0.4 * k, F(1, 1000))):
-                for law in laws(gain, scale):
-                    yield name, block, law, conclusion
+                for nonlinearity in nonlinearities(gain, scale):
+                    yield name, block, nonlinearity, conclusion
 
 
 def false_loops():
@@ -200,8 +200,8 @@ def false_loops():
         ends = [one.upper.value.middle for one in gain_intervals(block)][-1:]
         for end in (end for end in ends if 0 < end < 1e9):
             for gain, scale in ((1.3 * end, 1), (2.5 * end, F(1, 1000))):
-                for law in list(laws(gain, scale, least=0.9))[:4]:
-                    yield name, block, law
+                for nonlinearity in list(nonlinearities(gain, scale, least=0.9))[:4]:
+                    yield name, block, nonlinearity
 
 
 # Poles over three decades, or a root to be found at every step: some runs of these end before they have decided.
@@ -211,22 +211,24 @@ SLOW_ONES = {"spread-lags", "pi-servo", "oscillator-biproper"}
 def judged_false(loops, proof):
     """Names of the loops with no solution found that contradicts; each class is contradicted by a gain."""
     missed = set()
-    for name, block, law in loops:
-        classes = Diagonal((NonlinearityClass(sector=law.sector),))
-        about = replace(proof.problem, plant=block, nonlinearity=law, classes=classes)
+    for name, block, nonlinearity in loops:
+        classes = Diagonal((NonlinearityClass(sector=nonlinearity.sector),))
+        about = replace(proof.problem, plant=block, nonlinearity=nonlinearity, classes=classes)
         with pytest.raises(ContradictionError, match="for which the loop is not stable"):
             observed(replace(proof, problem=about, gains=gain_intervals(block), rows=()))
-        if tried(block, law, conclusion=ATTRACTS).contradiction is None:
+        if tried(block, nonlinearity, conclusion=ATTRACTS).contradiction is None:
             missed.add(name)
     return missed
 
 
 def accused(loops):
-    return [f"{name}, {law}" for name, block, law, said in loops if contradicts(block, law, said)]
+    return [
+        f"{name}, {nonlinearity}" for name, block, nonlinearity, said in loops if contradicts(block, nonlinearity, said)
+    ]
 
 
-def contradicts(block, law, said):
-    return tried(block, law, conclusion=said, budget=6_000).contradiction is not None
+def contradicts(block, nonlinearity, said):
+    return tried(block, nonlinearity, conclusion=said, budget=6_000).contradiction is not None
 
 
 def test_a_sample_of_false_loops_is_found(proof):
@@ -252,7 +254,8 @@ def test_three_hundred_true_loops_are_not_accused():
 
 
 def test_a_gain_that_swings_for_ever_is_started_near_its_first_bends():
-    # phi(sigma)/sigma = 1 + sin(sigma)/2 changes in every decade beyond 1: the last bend says nothing of the law
+    # phi(sigma)/sigma = 1 + sin(sigma)/2 changes in every decade beyond 1: the last bend says nothing of the
+    # nonlinearity
     assert max(scales(ExpressionNonlinearity("sigma*(1+0.5*sin(sigma))"))) <= 100
 
 

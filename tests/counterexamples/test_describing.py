@@ -23,7 +23,7 @@ from lure.nonlinearities import (
     Saturation,
     Tanh,
     relay_with_slope,
-    shifted_law,
+    shifted_nonlinearity,
 )
 from lure.plants.rational import RationalPlant
 
@@ -50,30 +50,30 @@ odd_laws = st.one_of(
 )
 
 
-# an odd law: the integral over a half period is twice that over a quarter, so N(A) = (4/(pi A)) (pi/2) mean
-@given(law=odd_laws, amplitude=amplitudes)
-def test_the_describing_function_is_its_integral(law, amplitude):
+# an odd nonlinearity: the integral over a half period is twice that over a quarter, so N(A) = (4/(pi A)) (pi/2) mean
+@given(nonlinearity=odd_laws, amplitude=amplitudes)
+def test_the_describing_function_is_its_integral(nonlinearity, amplitude):
     t = (np.arange(50000) + 0.5) * (math.pi / 2 / 50000)
     sine = np.sin(t)
-    integral = float((law(amplitude * sine) * sine).mean()) * 2 / amplitude
+    integral = float((nonlinearity(amplitude * sine) * sine).mean()) * 2 / amplitude
     # the midpoint rule: within 1e-8 at kinks; at a jump it misses up to half a cell of length 3e-5
-    rel, absolute = (1e-5, 3e-4) if isinstance(law, Quantiser) else (1e-7, 1e-8)
-    assert float(describing_function(law, amplitude)) == pytest.approx(integral, rel=rel, abs=absolute)
+    rel, absolute = (1e-5, 3e-4) if isinstance(nonlinearity, Quantiser) else (1e-7, 1e-8)
+    assert float(describing_function(nonlinearity, amplitude)) == pytest.approx(integral, rel=rel, abs=absolute)
 
 
-@given(law=odd_laws, amplitude=amplitudes)
-def test_it_lies_in_the_sector_of_the_law(law, amplitude):
-    value = float(describing_function(law, amplitude))
+@given(nonlinearity=odd_laws, amplitude=amplitudes)
+def test_it_lies_in_the_sector_of_the_law(nonlinearity, amplitude):
+    value = float(describing_function(nonlinearity, amplitude))
     room = 1e-12 * (1 + abs(value))
-    assert float(law.sector.lower) - room <= value <= float(law.sector.upper) + room
+    assert float(nonlinearity.sector.lower) - room <= value <= float(nonlinearity.sector.upper) + room
 
 
-# N is a mean of chord slopes, linear in the law: a shifted law has the shifted N, a saturation and its dead zone sum to
-# the line
-@given(law=odd_laws, amplitude=amplitudes, gain=sizes)
-def test_a_shift_of_the_law_shifts_it(law, amplitude, gain):
-    shifted = shifted_law(law, gain)
-    expected = float(describing_function(law, amplitude)) - float(gain)
+# N is a mean of chord slopes, linear in the nonlinearity: a shifted nonlinearity has the shifted N, a saturation and
+# its dead zone sum to the line
+@given(nonlinearity=odd_laws, amplitude=amplitudes, gain=sizes)
+def test_a_shift_of_the_law_shifts_it(nonlinearity, amplitude, gain):
+    shifted = shifted_nonlinearity(nonlinearity, gain)
+    expected = float(describing_function(nonlinearity, amplitude)) - float(gain)
     assert float(describing_function(shifted, amplitude)) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
@@ -97,7 +97,7 @@ def test_values_by_hand():
     assert describing_function(Saturation(gain=3), 0.1) == 3
     # one level: (4 q/(pi A)) sqrt(1 - (q/2A)^2), at A = q/sqrt(2) its largest value 4/pi; below q/2 nothing
     assert describing_function(Quantiser(step=3), [1.4, 3 / math.sqrt(2)]) == pytest.approx([0, 4 / math.pi], abs=1e-12)
-    # two routes to the same law
+    # two routes to the same nonlinearity
     same = ExpressionNonlinearity("tanh(100*sigma)", sector=Sector(0, 100), odd=True)
     a = np.logspace(-4, 2, 13)
     assert describing_function(same, a) == pytest.approx(
@@ -147,11 +147,11 @@ def test_the_balance_with_a_relay_is_known():
 
 # |H(3 i sqrt 2)| is 0.07 of |H(i sqrt 2)|: the third harmonic is filtered out, and the hint comes true within 5 %
 def test_a_loop_that_filters_its_harmonics_settles_near_the_balance():
-    law = Saturation()
-    (balance,) = describing_hint(THIRD_ORDER, law).balances
+    nonlinearity = Saturation()
+    (balance,) = describing_hint(THIRD_ORDER, nonlinearity).balances
 
     def motion(_, x):
-        return [x[1], x[2], -2 * x[1] - 3 * x[2] - 10 * float(law(x[0]))]
+        return [x[1], x[2], -2 * x[1] - 3 * x[2] - 10 * float(nonlinearity(x[0]))]
 
     t = np.linspace(80, 100, 4001)
     sigma = solve_ivp(motion, (0, 100), [0.1, 0, 0], t_eval=t, rtol=1e-8, atol=1e-10).y[0]
@@ -163,7 +163,7 @@ def test_a_loop_that_filters_its_harmonics_settles_near_the_balance():
 @given(speed=st.fractions(Fraction(1, 50), 50), size=sizes, gain=sizes)
 def test_units_of_time_and_size_only_rescale_the_balance(speed, size, gain):
     (plain,) = describing_hint(THIRD_ORDER, Saturation()).balances
-    # H(s/speed)/gain with the law gain*size*phi(sigma/size)
+    # H(s/speed)/gain with the nonlinearity gain*size*phi(sigma/size)
     fast = RationalPlant([10 * speed**3 / gain], [1, 3 * speed, 2 * speed**2, 0])
     (scaled,) = describing_hint(fast, Saturation(gain=gain, limit=gain * size)).balances
     assert scaled.frequency == pytest.approx(float(speed) * plain.frequency, rel=1e-12)
@@ -173,8 +173,8 @@ def test_units_of_time_and_size_only_rescale_the_balance(speed, size, gain):
 
 def test_two_amplitudes_of_one_frequency_are_both_found():
     # dead zone with saturation: N rises from 0 to a peak above 0.6 and falls again
-    law = PiecewiseLinear([(-2, -2), (-1, 0), (1, 0), (2, 2)], left_slope=0, right_slope=0)
-    first, second = describing_hint(THIRD_ORDER, law).balances
+    nonlinearity = PiecewiseLinear([(-2, -2), (-1, 0), (1, 0), (2, 2)], left_slope=0, right_slope=0)
+    first, second = describing_hint(THIRD_ORDER, nonlinearity).balances
     assert first.amplitude < second.amplitude
     assert (first.stable_guess, second.stable_guess) == (False, True)
 
@@ -221,7 +221,7 @@ def test_it_is_a_hint_and_says_so():
 
 
 def test_what_it_is_not_stated_for_is_refused():
-    with pytest.raises(AssumptionError, match=r"^the describing function needs an odd law, and leaky ReLU"):
+    with pytest.raises(AssumptionError, match=r"^the describing function needs an odd nonlinearity, and leaky ReLU"):
         describing_hint(THIRD_ORDER, LeakyReLU())
     with pytest.raises(AssumptionError, match=r"^H is real on the whole axis"):
         describing_hint(RationalPlant([1], [1, 0, 1]), Saturation())
@@ -233,8 +233,8 @@ def test_what_it_is_not_stated_for_is_refused():
 
 
 def test_a_quadrature_of_another_kind_agrees_on_a_formula():
-    law = ExpressionNonlinearity("sigma*abs(sigma)", sector=Sector(0, math.inf), odd=True)
+    nonlinearity = ExpressionNonlinearity("sigma*abs(sigma)", sector=Sector(0, math.inf), odd=True)
     # (4/(pi A)) int_0^(pi/2) A^2 sin^3 = 8 A/(3 pi)
-    assert describing_function(law, [0.5, 3.0]) == pytest.approx([4 / (3 * math.pi), 8 / math.pi], rel=1e-12)
-    integral = quad(lambda t: float(law(3 * math.sin(t))) * math.sin(t), 0, math.pi)[0]
-    assert float(describing_function(law, 3.0)) == pytest.approx(2 * integral / (3 * math.pi), rel=1e-9)
+    assert describing_function(nonlinearity, [0.5, 3.0]) == pytest.approx([4 / (3 * math.pi), 8 / math.pi], rel=1e-12)
+    integral = quad(lambda t: float(nonlinearity(3 * math.sin(t))) * math.sin(t), 0, math.pi)[0]
+    assert float(describing_function(nonlinearity, 3.0)) == pytest.approx(2 * integral / (3 * math.pi), rel=1e-9)

@@ -75,17 +75,19 @@ def test_both_counterexamples_are_found_and_proved(block, reached):
 
 
 def assert_an_orbit(block, witness):
-    """The witness's law and state, integrated by a general method: back at the first state after one period."""
+    """The witness, integrated by a general method: back at the first state after one period."""
     points = [(F(x), F(y)) for x, y in witness.data["points"]]
-    law = PiecewiseLinear(points, left_slope=F(witness.data["left_slope"]), right_slope=F(witness.data["right_slope"]))
-    assert float(law.slope_bounds.upper) <= witness.k
-    assert law.odd == witness.odd
+    nonlinearity = PiecewiseLinear(
+        points, left_slope=F(witness.data["left_slope"]), right_slope=F(witness.data["right_slope"])
+    )
+    assert float(nonlinearity.slope_bounds.upper) <= witness.k
+    assert nonlinearity.odd == witness.odd
     system = companion(block)
     A = np.array([[float(v) for v in row] for row in system.A])
     b, c = (np.array([float(v) for v in side]) for side in (system.b, system.c))
     x0 = np.array(witness.data["state"])
     run = solve_ivp(
-        lambda _, x: A @ x - b * float(law(c @ x)),
+        lambda _, x: A @ x - b * float(nonlinearity(c @ x)),
         (0, witness.data["period"]),
         x0,
         method="DOP853",
@@ -96,8 +98,9 @@ def assert_an_orbit(block, witness):
     assert np.abs(run.y[:, -1] - x0).max() < 1e-6 * np.abs(x0).max()
 
 
-# 1/(s+1)^3: Popov reaches the Hurwitz limit 8, so no law with slope below 8 oscillates; for (s+1)/(s^2+2s) every law is
-# harmless, and the first plant of the continuous set is absolutely stable for slopes up to its Hurwitz limit.
+# 1/(s+1)^3: Popov reaches the Hurwitz limit 8, so no nonlinearity with slope below 8 oscillates; for (s+1)/(s^2+2s)
+# every nonlinearity is harmless, and the first plant of the continuous set is absolutely stable for slopes up to its
+# Hurwitz limit.
 @pytest.mark.parametrize(
     ("top", "bottom"), [([1], [1, 3, 3, 1]), ([1, 1], [1, 2, 0]), ([1, F("-0.2"), F("-0.1")], [1, 2, 1, 1])]
 )
@@ -159,38 +162,38 @@ def test_what_is_not_the_orbit_is_not_proved(orbit):
 
 
 def test_an_orbit_that_would_leave_its_pieces_is_not_proved():
-    # Closure and levels hold as before, but beyond half the orbit's peak the law turns up again.
+    # Closure and levels hold as before, but beyond half the orbit's peak the nonlinearity turns up again.
     loop = PiecewiseLoop.of(companion(FITTS), saturation(F(5), F(0)))
     passages = Flow(loop).passages(-5 * np.array(FITTS_SEED), 2000)
-    settled = simulate_loop(FITTS, loop.law, passages[-2].state, 20.0)
+    settled = simulate_loop(FITTS, loop.nonlinearity, passages[-2].state, 20.0)
     level = F(float(np.abs(settled.sigma).max()) / 2)
     assert level > 1
-    law = Graph.through([(-level, F(-5)), (F(-1), F(-5)), (F(1), F(5)), (level, F(5))], F(1), F(1))
+    nonlinearity = Graph.through([(-level, F(-5)), (F(-1), F(-5)), (F(1), F(5)), (level, F(5))], F(1), F(1))
     i, j = returns(passages)
     pieces = tuple({0: 1, 1: 2, 2: 3}[p.piece] for p in passages[i:j])
     durations = tuple(F(p.duration) for p in passages[i:j])
     state = tuple(F(v) for v in passages[i].state)
     candidate = Itinerary(pieces=pieces, durations=durations, state=state, half=False)
-    bent = PiecewiseLoop.of(companion(FITTS), law)
+    bent = PiecewiseLoop.of(companion(FITTS), nonlinearity)
     assert refined(bent, candidate) is not None
     assert not proved(bent, refined(bent, candidate))
 
 
 def test_escape_from_a_double_zero_is_observed():
-    def law(sigma):
+    def nonlinearity(sigma):
         return sigma * np.exp(-np.abs(sigma))
 
-    witness = accept_escape(RationalPlant([1, 1], [1, 0, 0]), law, (1, 5), 2000)
+    witness = accept_escape(RationalPlant([1, 1], [1, 0, 0]), nonlinearity, (1, 5), 2000)
     assert (witness.kind, witness.evidence) == ("simulated orbit", Evidence.OBSERVED)
-    assert accept_escape(RationalPlant([1, 1], [1, 2, 0]), law, (1, 5), 2000) is None
+    assert accept_escape(RationalPlant([1, 1], [1, 2, 0]), nonlinearity, (1, 5), 2000) is None
 
 
 def test_piecewise_flow_agrees_with_an_integrator():
-    law = Graph.through([(F(-2), F(-1)), (F(-1), F(-1)), (F(1), F(2)), (F(3), F(2))], F(1, 2), F(1, 3))
+    nonlinearity = Graph.through([(F(-2), F(-1)), (F(-1), F(-1)), (F(1), F(2)), (F(3), F(2))], F(1, 2), F(1, 3))
     for block in (FITTS, RationalPlant([1, 2, 5], [1, 1, 4]), RationalPlant([1], [1, 3, 2, 0])):
         x0 = np.linspace(3, -4, block.order)
-        exact = simulate_loop(block, law, x0, 30.0, samples=301)
-        general = simulate_loop(block, lambda sigma: law(sigma), x0, 30.0, samples=301)
+        exact = simulate_loop(block, nonlinearity, x0, 30.0, samples=301)
+        general = simulate_loop(block, lambda sigma: nonlinearity(sigma), x0, 30.0, samples=301)
         scale = np.abs(general.states).max()
         assert np.abs(exact.states - general.states).max() < 1e-5 * scale
         assert np.abs(exact.sigma - general.sigma).max() < 1e-5 * np.abs(general.sigma).max()
@@ -199,7 +202,7 @@ def test_piecewise_flow_agrees_with_an_integrator():
 # y+ = y/2 + 2 u + (23/25) u_prev with the law of benchmarks: u = (192/415, 192/415, -1) repeats.
 def test_discrete_recursion_repeats_a_known_orbit():
     block = RationalPlant([2, F(23, 25)], [1, F(-1, 2), 0], dt=1)
-    law = PiecewiseLinear(
+    nonlinearity = PiecewiseLinear(
         [(F(-36864, 72625), F(-192, 415)), (F(0), F(0)), (F(192, 175), F(1))], left_slope=0, right_slope=0
     )
     u = np.array([192 / 415, 192 / 415, -1.0] * 40)
@@ -207,9 +210,9 @@ def test_discrete_recursion_repeats_a_known_orbit():
     A, b = np.array([[0, 1], [0, 0.5]]), np.array([0, 1.0])
     for value in u:  # the linear part driven by the orbit forgets where it began
         x = A @ x + b * value
-    motion = simulate_loop(block, law, x, 9.0)
+    motion = simulate_loop(block, nonlinearity, x, 9.0)
     assert motion.sigma[:3] == pytest.approx(motion.sigma[3:6], rel=1e-12)
-    assert -law(motion.sigma[:3]) == pytest.approx(u[:3], rel=1e-12)
+    assert -nonlinearity(motion.sigma[:3]) == pytest.approx(u[:3], rel=1e-12)
 
 
 def test_bad_input_is_refused_in_one_sentence():

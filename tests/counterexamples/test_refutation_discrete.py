@@ -52,7 +52,7 @@ def found():
     }
 
 
-def closed_loop(plant, law, u, sigma, steps):
+def closed_loop(plant, nonlinearity, u, sigma, steps):
     """``sigma`` of the loop for a strictly proper plant, stepped exactly from the past of an orbit."""
     n = plant.order
     top = [F(0)] * (n + 1 - len(plant.numerator)) + list(plant.numerator)
@@ -60,7 +60,7 @@ def closed_loop(plant, law, u, sigma, steps):
     for _ in range(steps):
         pushed = sum(b * v for b, v in zip(top[1:], past_u, strict=True))
         value = pushed - sum(a * s for a, s in zip(plant.denominator[1:], past, strict=True))
-        past_u, past = [-law(value), *past_u[:-1]], [value, *past[:-1]]
+        past_u, past = [-nonlinearity(value), *past_u[:-1]], [value, *past[:-1]]
         yield value
 
 
@@ -102,13 +102,15 @@ def test_nothing_below_the_linear_gain_where_a_multiplier_reaches_it(found, plan
 def test_loop_stepped_with_the_law_stays_on_the_orbit(found, plant, odd):
     witness = found[plant, odd]
     data = witness.data
-    law = PiecewiseLinear.through(((F(s), F(w)) for s, w in data["points"]), F(data["lower"]))
+    nonlinearity = PiecewiseLinear.through(((F(s), F(w)) for s, w in data["points"]), F(data["lower"]))
     u, sigma = [F(v) for v in data["u"]], [F(v) for v in data["sigma"]]
-    for value, expected in zip(closed_loop(DISCRETE[plant], law, u, sigma, 3 * len(u)), itertools.cycle(sigma)):
+    for value, expected in zip(
+        closed_loop(DISCRETE[plant], nonlinearity, u, sigma, 3 * len(u)), itertools.cycle(sigma)
+    ):
         assert value == expected
     assert any(u)
-    assert 0 <= law.slopes[0] <= law.slopes[1] == F(data["k"])
-    assert law.odd or not odd
+    assert 0 <= nonlinearity.slopes[0] <= nonlinearity.slopes[1] == F(data["k"])
+    assert nonlinearity.odd or not odd
 
 
 def test_published_orbit_is_accepted_and_a_wrong_one_is_not():
@@ -123,7 +125,7 @@ def test_published_orbit_is_accepted_and_a_wrong_one_is_not():
         accept_orbit(DISCRETE[6], POINTS, [0, 0])
     with pytest.raises(InputError, match="empty"):
         accept_orbit(DISCRETE[6], POINTS, [])
-    with pytest.raises(InputError, match="no law passes through both"):
+    with pytest.raises(InputError, match="no nonlinearity passes through both"):
         accept_orbit(DISCRETE[6], [*POINTS, ("192/175", 2)], ORBIT)
     with pytest.raises(InputError, match="discrete time"):
         accept_orbit(RationalPlant([1], [1, 1]), POINTS, ORBIT)
@@ -151,7 +153,7 @@ def test_a_record_without_one_entry_is_rejected(entry):
         ("k", "-1"),
         ("k", "1/0"),
         ("k", "nan"),
-        ("lower", "1/1000"),  # the law is flat to the left
+        ("lower", "1/1000"),  # the nonlinearity is flat to the left
         ("period", 6),
         ("odd", True),
         ("u", ["0", "0", "0"]),
@@ -247,7 +249,7 @@ def test_sector_orbits_lie_between_the_circle_criterion_and_the_slope(found, pla
 
 
 # example 6 at z = -1: H(-1) = (-2 + .92)/(1 + .5) = -.72; the circle criterion stops at k = 1/1.536 = 125/192, where a
-# law that is k sigma at every other step has the orbit sigma, 0, ...
+# nonlinearity that is k sigma at every other step has the orbit sigma, 0, ...
 def test_sector_orbit_of_example_6_is_exact():
     assert F(sector_witness_discrete(DISCRETE[6]).data["k"]) == F(125, 192)
 
@@ -301,15 +303,15 @@ def test_bases_are_unimodular_and_span_the_order_of_their_values(p, family, seed
 @given(st.lists(st.fractions(-3, 3, max_denominator=9), min_size=1, max_size=6, unique=True), st.data())
 def test_law_passes_its_points_and_keeps_its_bounds(sigmas, data):
     points = [(s, data.draw(st.fractions(-3, 3, max_denominator=9))) for s in sigmas if s != 0]
-    law = PiecewiseLinear.through(points, F(1, 2))
-    low, high = law.slopes
-    chord_low, chord_high = law.sector
-    assert all(law(s) == w for s, w in points)
+    nonlinearity = PiecewiseLinear.through(points, F(1, 2))
+    low, high = nonlinearity.slopes
+    chord_low, chord_high = nonlinearity.sector
+    assert all(nonlinearity(s) == w for s, w in points)
     x, y = (data.draw(st.fractions(-5, 5, max_denominator=20)) for _ in range(2))
     if x != y:
-        assert low <= (law(x) - law(y)) / (x - y) <= high
+        assert low <= (nonlinearity(x) - nonlinearity(y)) / (x - y) <= high
     if x != 0:
-        assert chord_low <= law(x) / x <= chord_high
+        assert chord_low <= nonlinearity(x) / x <= chord_high
     odd = PiecewiseLinear.through([(abs(s), w) for s, w in dict(points).items() if s > 0], F(1, 2), odd=True)
     assert odd.odd
     assert odd(-x) == -odd(x)

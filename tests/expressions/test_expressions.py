@@ -47,9 +47,12 @@ TIMES = np.array([0.31, 0.5, 0.63, 0.77, 0.9])  # none of them at a kink above (
 def test_derivative_agrees_with_central_differences(text):
     # Fourth-order stencil: truncation about h^4 f^(5)/30, rounding about eps*f/h; with h = 1e-3 both are below 1e-8
     # relative but for t**-32 at 0.31, where f^(5) h^4/(30 f') = 33*34*35*36 h^4/(30 t^4) = 5e-6.
-    law, h = of_t(text), 1e-3
-    quotient = (8 * (law(t=TIMES + h) - law(t=TIMES - h)) - (law(t=TIMES + 2 * h) - law(t=TIMES - 2 * h))) / (12 * h)
-    np.testing.assert_allclose(law.derivative("t")(t=TIMES), quotient, rtol=1e-5, atol=1e-9)
+    nonlinearity, h = of_t(text), 1e-3
+    quotient = (
+        8 * (nonlinearity(t=TIMES + h) - nonlinearity(t=TIMES - h))
+        - (nonlinearity(t=TIMES + 2 * h) - nonlinearity(t=TIMES - 2 * h))
+    ) / (12 * h)
+    np.testing.assert_allclose(nonlinearity.derivative("t")(t=TIMES), quotient, rtol=1e-5, atol=1e-9)
 
 
 @pytest.mark.parametrize("text", SMOOTH)
@@ -88,10 +91,10 @@ def test_kinks_and_jumps_are_passed_over():
     assert slope.contains(-1)
 
 
-def differentiated(law, *, times):
+def differentiated(nonlinearity, *, times):
     for _ in range(times):
-        law = law.derivative("t")
-    return law
+        nonlinearity = nonlinearity.derivative("t")
+    return nonlinearity
 
 
 def test_derivatives_that_explode_are_refused_and_deep_ones_still_evaluate():
@@ -215,9 +218,9 @@ def test_breakpoints_are_the_switches_of_linear_conditions(text, points):
     where=st.floats(0.01, 0.99),
 )
 def test_between_breakpoints_a_sum_of_kinks_is_linear(lines, where):
-    law = of_t(" + ".join(f"abs({a}*t + {b})*{k + 1}" for k, (a, b) in enumerate(lines)))
-    ends = (Fraction(-10), *law.breakpoints("t", -10, 10), Fraction(10))
+    nonlinearity = of_t(" + ".join(f"abs({a}*t + {b})*{k + 1}" for k, (a, b) in enumerate(lines)))
+    ends = (Fraction(-10), *nonlinearity.breakpoints("t", -10, 10), Fraction(10))
     for low, high in pairwise(ends):
         inner = low + (high - low) * Fraction(where)
-        chord = law.exact(t=low) + (law.exact(t=high) - law.exact(t=low)) * Fraction(where)
-        assert law.exact(t=inner) == chord
+        chord = nonlinearity.exact(t=low) + (nonlinearity.exact(t=high) - nonlinearity.exact(t=low)) * Fraction(where)
+        assert nonlinearity.exact(t=inner) == chord

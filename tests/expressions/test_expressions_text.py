@@ -223,10 +223,15 @@ def test_neither_eval_nor_exec_nor_compile_is_called_from_text_to_value(monkeypa
 
     for name in ("eval", "exec", "compile"):  # flint is imported above: its own loading is not at issue
         monkeypatch.setattr(builtins, name, forbidden)
-    law = Expression.parse("where(t < 1 and x > 0, t**2/3, max(x, 1) - abs(t))", variables=TX)
-    slope = law.derivative("t")
+    nonlinearity = Expression.parse("where(t < 1 and x > 0, t**2/3, max(x, 1) - abs(t))", variables=TX)
+    slope = nonlinearity.derivative("t")
     point = {"t": Fraction(1, 2), "x": Fraction(3)}
-    values = [law(t=0.5, x=3), law.exact(**point), law.ball(t=arb(point["t"]), x=arb(point["x"])), slope.exact(**point)]
+    values = [
+        nonlinearity(t=0.5, x=3),
+        nonlinearity.exact(**point),
+        nonlinearity.ball(t=arb(point["t"]), x=arb(point["x"])),
+        slope.exact(**point),
+    ]
     monkeypatch.undo()
     assert values[0] == pytest.approx(1 / 12)
     assert values[1] == Fraction(1, 12)
@@ -311,16 +316,16 @@ def test_a_number_is_the_constant_its_decimal_text_means(number, text):
 
 
 def test_an_expression_is_a_value():
-    law = of_t(" t + 1 ")
-    assert law == of_t("t + 1")
-    assert hash(law) == hash(of_t("t + 1"))
-    assert law != of_t("1 + t")
-    assert law != Expression.parse("t + 1", variables=TX)
-    assert repr(law) == "Expression(source='t + 1', variables=('t',))"
+    nonlinearity = of_t(" t + 1 ")
+    assert nonlinearity == of_t("t + 1")
+    assert hash(nonlinearity) == hash(of_t("t + 1"))
+    assert nonlinearity != of_t("1 + t")
+    assert nonlinearity != Expression.parse("t + 1", variables=TX)
+    assert repr(nonlinearity) == "Expression(source='t + 1', variables=('t',))"
     with pytest.raises(FrozenInstanceError):
-        law.source = "t"
-    again = pickle.loads(pickle.dumps(law.derivative("t")))
-    assert again == law.derivative("t")
+        nonlinearity.source = "t"
+    again = pickle.loads(pickle.dumps(nonlinearity.derivative("t")))
+    assert again == nonlinearity.derivative("t")
     assert again(t=[1, 2]).tolist() == [1, 1]
 
 
@@ -383,12 +388,12 @@ def test_undefined_values_are_nan_or_infinite_without_a_warning(text):
 
 
 def test_missing_and_unknown_variables_are_the_callers_mistake():
-    law = Expression.parse("t", variables=TX)
+    nonlinearity = Expression.parse("t", variables=TX)
     with pytest.raises(TypeError, match=r"missing \['t'\]"):
-        law(x=1.0)
+        nonlinearity(x=1.0)
     with pytest.raises(TypeError, match=r"unknown \['y'\]"):
-        law.exact(t=1, y=2)
+        nonlinearity.exact(t=1, y=2)
     with pytest.raises(TypeError, match="needs Fractions; t is a float"):
-        law.exact(t=0.1)
+        nonlinearity.exact(t=0.1)
     with pytest.raises(ValueError, match="not 'y'"):
-        law.derivative("y")
+        nonlinearity.derivative("y")

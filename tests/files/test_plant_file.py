@@ -36,11 +36,11 @@ def refused(text, *settings):
 
 
 def same(left, right):
-    return (left.name, left.title, left.block, left.law_class, left.nonlinearity) == (
+    return (left.name, left.title, left.block, left.nonlinearity_class, left.nonlinearity) == (
         right.name,
         right.title,
         right.block,
-        right.law_class,
+        right.nonlinearity_class,
         right.nonlinearity,
     )
 
@@ -79,16 +79,16 @@ def test_a_plant_alone_leaves_law_and_class_open():
     system = parsed(PLANT)
     assert (system.name, system.title) == ("loop", "the loop of loop.toml")
     assert system.nonlinearity is None
-    assert system.law_class is None
+    assert system.nonlinearity_class is None
 
 
-# laws and classes
+# nonlinearities and classes
 
 
 def test_a_law_is_made_from_its_table_with_exact_numbers():
-    law = parsed(PLANT + "[nonlinearity]\nkind = 'saturation'\ngain = 0.1\nlimit = '1/3'\n").nonlinearity
-    assert law.sector == Sector(0, F(1, 10))
-    assert law(100.0) == pytest.approx(1 / 3)
+    nonlinearity = parsed(PLANT + "[nonlinearity]\nkind = 'saturation'\ngain = 0.1\nlimit = '1/3'\n").nonlinearity
+    assert nonlinearity.sector == Sector(0, F(1, 10))
+    assert nonlinearity(100.0) == pytest.approx(1 / 3)
     table = "[nonlinearity]\nkind = 'piecewise linear'\npoints = [[0, 0], [0.02, 0]]\nleft_slope = 0\nright_slope = 1\n"
     assert parsed(PLANT + table).nonlinearity.exact(F(3, 100)) == F(1, 100)
 
@@ -96,14 +96,14 @@ def test_a_law_is_made_from_its_table_with_exact_numbers():
 def test_a_formula_declares_its_sector_slope_and_symmetry():
     text = "[nonlinearity]\nkind = 'expression'\nexpression = 'tanh(sigma/0.01)'\n"
     text += "sector = [0, 100]\nslope = [0, 100]\nodd = true\n"
-    law = parsed(PLANT + text).nonlinearity
-    assert (law.sector.upper, law.slope_bounds.upper, law.odd) == (100, 100, True)
+    nonlinearity = parsed(PLANT + text).nonlinearity
+    assert (nonlinearity.sector.upper, nonlinearity.slope_bounds.upper, nonlinearity.odd) == (100, 100, True)
     wide = parsed(PLANT + text.replace("sector = [0, 100]", "sector = [0, inf]")).nonlinearity
     assert wide.sector.upper == math.inf
 
 
 @pytest.mark.parametrize(
-    ("table", "law_class"),
+    ("table", "nonlinearity_class"),
     [
         ("sector = [0, 5.9]", NonlinearityClass(sector=Sector(0, F(59, 10)))),
         ("sector = [0, inf]\ntime_varying = true", NonlinearityClass(sector=Sector(0, math.inf), time_varying=True)),
@@ -113,15 +113,15 @@ def test_a_formula_declares_its_sector_slope_and_symmetry():
         ("slope = [-1, 2]\nsector = [0, 1]", None),
     ],
 )
-def test_a_class_is_read_exactly(table, law_class):
-    found = parsed(f"{PLANT}[class]\n{table}\n").law_class
-    if law_class is None:
+def test_a_class_is_read_exactly(table, nonlinearity_class):
+    found = parsed(f"{PLANT}[class]\n{table}\n").nonlinearity_class
+    if nonlinearity_class is None:
         assert (found.sector, found.slope.lower, found.slope.upper) == (Sector(0, 1), -1, 2)
     else:
-        assert found == law_class
+        assert found == nonlinearity_class
 
 
-# A class that leaves the law out would let a certificate for the class pass for one of the law.
+# A class that leaves the nonlinearity out would let a certificate for the class pass for one of the nonlinearity.
 @pytest.mark.parametrize(
     ("table", "inside"),
     [
@@ -137,14 +137,14 @@ def test_a_class_is_read_exactly(table, law_class):
 def test_a_law_must_belong_to_the_class_given_with_it(table, inside):
     text = f"{PLANT}{SATURATION}[class]\n{table}\n"
     if inside:
-        assert parsed(text).law_class is not None
+        assert parsed(text).nonlinearity_class is not None
     else:
         assert "give a class that contains the nonlinearity" in refused(text)
 
 
 def test_a_law_whose_slope_falls_below_the_class_is_no_member():
     text = "[nonlinearity]\nkind = 'expression'\ntext = 'sigma*exp(-abs(sigma))'\nsector = [0, 1]\nslope = [-0.2, 1]\n"
-    assert parsed(PLANT + text + "[class]\nsector = [0, 1]\nslope = [-0.2, 1]\n").law_class is not None
+    assert parsed(PLANT + text + "[class]\nsector = [0, 1]\nslope = [-0.2, 1]\n").nonlinearity_class is not None
     assert "give a class that contains the nonlinearity" in refused(PLANT + text + "[class]\nslope = [0, 1]\n")
     assert "give a class that contains the nonlinearity" in refused(
         PLANT + text.replace("slope = [-0.2, 1]\n", "") + "[class]\nslope = [-9, 9]\nsector = [0, 1]\n"
@@ -153,7 +153,7 @@ def test_a_law_whose_slope_falls_below_the_class_is_no_member():
 
 def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
     lopsided = SATURATION + "lower_limit = -2\n[class]\nsector = [0, 9]\n"
-    assert parsed(PLANT + lopsided).law_class == NonlinearityClass(sector=Sector(0, 9))
+    assert parsed(PLANT + lopsided).nonlinearity_class == NonlinearityClass(sector=Sector(0, 9))
     assert "give a class that contains the nonlinearity" in refused(PLANT + lopsided + "odd = true\n")
 
 
@@ -247,7 +247,7 @@ def test_no_setting_breaks_the_reader(text, key):
 def test_settings_change_a_plant_before_it_is_checked():
     system = parsed(PLANT, "plant.den=1 3 2 1/3", "class.sector=[0, inf]", "class.odd=true", "title=mine")
     assert system.block == RationalPlant([1], [1, 3, 2, F(1, 3)])
-    assert system.law_class == NonlinearityClass(sector=Sector(0, math.inf), odd=True)
+    assert system.nonlinearity_class == NonlinearityClass(sector=Sector(0, math.inf), odd=True)
     assert system.title == "mine"
     changed = parsed(PLANT + SATURATION, "nonlinearity.gain=0.1")
     assert changed.nonlinearity.sector == Sector(0, F(1, 10))
@@ -284,7 +284,7 @@ def test_a_file_is_a_rod_or_a_loop_by_its_tables(tmp_path):
 def test_the_template_parses_and_each_of_its_comments_does_too():
     system = parsed(plant_template())
     assert system.block == RationalPlant([1], [1, 3, 2, 0])
-    assert system.law_class.sector == Sector(0, F(59, 10))
+    assert system.nonlinearity_class.sector == Sector(0, F(59, 10))
     text = plant_template()
     alternatives = {
         "A": ["# A =", "# B =", "# C =", "# D ="],
@@ -300,10 +300,10 @@ def test_the_template_parses_and_each_of_its_comments_does_too():
     for name in "ABCD":
         matrices = matrices.replace(f"\n# {name} =", f"\n{name} =")
     assert parsed(matrices).block == RationalPlant([1], [1, 3, 2])
-    law = text.replace('kind = "saturation"', "").replace("\ngain = 5\nlimit = 1\n", "\n")
+    nonlinearity = text.replace('kind = "saturation"', "").replace("\ngain = 5\nlimit = 1\n", "\n")
     for start in alternatives["expression"]:
-        law = law.replace("\n" + start, "\n" + start.removeprefix("# "))
-    assert parsed(law).nonlinearity.odd
+        nonlinearity = nonlinearity.replace("\n" + start, "\n" + start.removeprefix("# "))
+    assert parsed(nonlinearity).nonlinearity.odd
 
 
 @pytest.mark.parametrize("name", loop_names())
@@ -316,7 +316,7 @@ def test_a_built_in_loop_survives_the_way_through_a_file(name):
 def test_a_dead_time_survives_the_way_through_a_file():
     block = as_plant("exp(-0.2*s)/(3*s*(s+1)) + 1/3/(s+1)")
     system = loop_system(
-        ("delayed", "a delay", ""), block, law_class=NonlinearityClass.slope_restricted(F(-1, 3), math.inf)
+        ("delayed", "a delay", ""), block, nonlinearity_class=NonlinearityClass.slope_restricted(F(-1, 3), math.inf)
     )
     again = parsed(loop_to_toml(system))
     assert same(again, system)

@@ -24,7 +24,7 @@ def test_each_system_builds_its_scheme_its_start_and_its_loop(name):
     assert system.name == name
     assert scheme.A.shape == (21, 21)
     assert initial_state(scheme, system.scenario).shape == (21,)
-    loop = Loop(scheme, system.rod.law)
+    loop = Loop(scheme, system.rod.nonlinearity)
     assert np.isfinite(loop.block.transfer(1j))
     assert loop.nonlinearity.sector.upper == 1 / system.rod.exact["compliance"]
 

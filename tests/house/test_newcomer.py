@@ -1,4 +1,4 @@
-"""A newcomer's walk: from an empty folder and a wheel to a report, a notebook and a test of one's own law."""
+"""A newcomer's walk: from an empty folder and a wheel to a report, a notebook and a test of one's own nonlinearity."""
 
 import json
 import tarfile

@@ -102,14 +102,14 @@ def near(value, other):
     return value == other or (math.isfinite(value) and abs(value - other) <= 2e-6 * max(abs(value), abs(other)))
 
 
-def is_class(text, laws, *, inside):
+def is_class(text, nonlinearities, *, inside):
     """Whether a text names the class of a certificate, its bounds rounded into it or out of it."""
-    assert ("odd " in text) == laws["odd"]
-    assert ("time-varying" in text) == laws["time_varying"]
-    assert ("slope in" in text) == (laws["slope"] is not None)
-    assert ("continuous or not" in text) == (laws.get("regularity") == "any")
-    assert ("linear" in text) == laws["linear"]
-    (low, high, closing), ends = intervals(text)[0], laws["slope"] or laws["sector"]
+    assert ("odd " in text) == nonlinearities["odd"]
+    assert ("time-varying" in text) == nonlinearities["time_varying"]
+    assert ("slope in" in text) == (nonlinearities["slope"] is not None)
+    assert ("continuous or not" in text) == (nonlinearities.get("regularity") == "any")
+    assert ("linear" in text) == nonlinearities["linear"]
+    (low, high, closing), ends = intervals(text)[0], nonlinearities["slope"] or nonlinearities["sector"]
     assert (closing == ")") == (ends[1] == "finite")
     true_low, true_high = map(exact, ends)
     assert near(low, true_low)
@@ -155,15 +155,15 @@ def test_the_verdict_and_the_class_are_those_of_the_certificate_everywhere(name)
         assert conclusion["attracts"] == (said.startswith("0 attracts") or zero_only)
 
 
-def near_class(data, law_class):
+def near_class(data, nonlinearity_class):
     """Whether the class in the JSON is the one asked about."""
-    pairs = [(data["sector"], law_class.sector), (data["slope"], law_class.slope)]
+    pairs = [(data["sector"], nonlinearity_class.sector), (data["slope"], nonlinearity_class.slope)]
     ends = all(
         (one is None) == (other is None)
         and (one is None or list(map(float, one)) == [float(other.lower), float(other.upper)])
         for one, other in pairs
     )
-    return ends and (data["odd"], data["time_varying"]) == (law_class.odd, law_class.time_varying)
+    return ends and (data["odd"], data["time_varying"]) == (nonlinearity_class.odd, nonlinearity_class.time_varying)
 
 
 @pytest.mark.parametrize("name", LOOPS)
@@ -182,9 +182,9 @@ def test_every_row_says_what_its_certificates_say_everywhere(name):
         assert table["verdict"].values[i] == data["verdict"]
         key, low = f"answers.{i}.largest.0", float(data["largest"][0])
         if proved:
-            laws = row.proof.certificate["laws"]
-            at_least_that_class(laws, data, row.lower)
-            top, said = exact(laws["sector"][1]), exact(data["proved_text"])
+            nonlinearities = row.proof.certificate["laws"]
+            at_least_that_class(nonlinearities, data, row.lower)
+            top, said = exact(nonlinearities["sector"][1]), exact(data["proved_text"])
             assert Fraction(low) <= top if math.isfinite(low) else top == math.inf
             assert said <= top
             assert near(said, low)
@@ -218,19 +218,19 @@ def test_every_row_says_what_its_certificates_say_everywhere(name):
             assert smallest <= exact(data["refuted_text"])
             assert near(exact(data["refuted_text"]), smallest)
         for shown in row.refutations:
-            laws = shown.certificate["laws"]
-            assert not laws["time_varying"] or data["time_varying"]
-            assert laws["odd"] or not data["odd"]
-            assert laws["slope"] is not None or data["question"] == "sector"
-            assert Fraction(laws["sector"][0]) >= row.lower
+            nonlinearities = shown.certificate["laws"]
+            assert not nonlinearities["time_varying"] or data["time_varying"]
+            assert nonlinearities["odd"] or not data["odd"]
+            assert nonlinearities["slope"] is not None or data["question"] == "sector"
+            assert Fraction(nonlinearities["sector"][0]) >= row.lower
 
 
-def at_least_that_class(laws, data, lower):
-    """Whether what is proved about these laws covers the classes of a row."""
-    assert laws["time_varying"] or not data["time_varying"]
-    assert data["odd"] or not laws["odd"]
-    assert data["question"] == "slope" or laws["slope"] is None
-    assert exact(laws["sector"][0]) <= lower
+def at_least_that_class(nonlinearities, data, lower):
+    """Whether what is proved about these nonlinearities covers the classes of a row."""
+    assert nonlinearities["time_varying"] or not data["time_varying"]
+    assert data["odd"] or not nonlinearities["odd"]
+    assert data["question"] == "slope" or nonlinearities["slope"] is None
+    assert exact(nonlinearities["sector"][0]) <= lower
 
 
 @pytest.mark.parametrize("name", LOOPS)
@@ -347,10 +347,10 @@ def table_of(found):
 
 
 def one_question(found):
-    data, laws, table = found.to_dict(), found.proof.certificate["laws"], found.to_xarray()
+    data, nonlinearities, table = found.to_dict(), found.proof.certificate["laws"], found.to_xarray()
     assert data["verdict"] == table.attrs["verdict"] == str(found.verdict) == "PROVED"
-    is_class(str(found), laws, inside=True)
-    top = exact(laws["sector"][1])
+    is_class(str(found), nonlinearities, inside=True)
+    top = exact(nonlinearities["sector"][1])
     assert found.largest.low <= top <= found.largest.high
     assert near(found.largest.low, top)
     assert exact(found.proved_text) <= top

@@ -126,9 +126,9 @@ def test_with_memory_each_row_has_the_mean_of_its_branch():
     found = sector_from_data(data)
     table = found.to_xarray()
     assert table.branch.values[[0, 200]].tolist() == ["loading", "unloading"]
-    for law, direction in zip(found.laws, ("loading", "unloading"), strict=True):
+    for nonlinearity, direction in zip(found.nonlinearities, ("loading", "unloading"), strict=True):
         rows = data.rows(direction)
-        assert table["mean"].values[rows].tolist() == law(u[rows]).tolist()
+        assert table["mean"].values[rows].tolist() == nonlinearity(u[rows]).tolist()
     merged = report_from_data(data, fit=True).to_xarray()
     assert merged.sizes["fit_row"] == 120
     assert merged.sizes["row"] == 240
@@ -181,7 +181,7 @@ def test_errors_are_drawn_against_the_width():
 
 def test_bounds_are_drawn_with_the_law_they_are_of():
     figure, axes = pyplot.subplots()
-    assert RESULTS["law bounds"]().plot("max(x, 0)**1.5", ax=axes) is axes
+    assert RESULTS["nonlinearity bounds"]().plot("max(x, 0)**1.5", ax=axes) is axes
     pyplot.close(figure)
 
 

@@ -1,4 +1,4 @@
-"""What `lure init` writes for newcomers: a notebook about their own loop, and a test that guards their own law."""
+"""What `lure init` writes for newcomers: a notebook about their own loop, and a test that guards their nonlinearity."""
 
 import json
 import os
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from lure.analysis.starters import law_test, notebook_json, notebook_script
+from lure.analysis.starters import nonlinearity_test, notebook_json, notebook_script
 
 ROOT = Path(__file__).parents[2]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("[0-9]*.py"))
@@ -52,15 +52,15 @@ def test_two_lines_are_marked_for_change():
     assert len(marked.splitlines()) == 2
 
 
-def with_own(plant, law):
+def with_own(plant, nonlinearity):
     """The starter notebook with its two lines changed."""
-    own = f"# --- change these two lines\nPLANT = {plant}\nLAW = {law}\n# ---\n"
+    own = f"# --- change these two lines\nPLANT = {plant}\nLAW = {nonlinearity}\n# ---\n"
     return MARKED.sub(lambda _: own, notebook_script())
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("plant", "law", "said"),
+    ("plant", "nonlinearity", "said"),
     [
         # |H| < 1 but at 0, where H = 1: Re H > -1, the circle criterion for slope and sector [0, 1]
         pytest.param(
@@ -77,8 +77,8 @@ def with_own(plant, law):
         ("control.tf([1], [1, -0.5], 1)", "lambda e: max(-1, min(1, e / 2))", ("PROVED: ", "Nyquist plot", "leaves")),
     ],
 )
-def test_the_notebook_serves_other_plants_and_laws(tmp_path, plant, law, said):
-    (tmp_path / "own.py").write_text(with_own(plant, law), encoding="utf-8")
+def test_the_notebook_serves_other_plants_and_laws(tmp_path, plant, nonlinearity, said):
+    (tmp_path / "own.py").write_text(with_own(plant, nonlinearity), encoding="utf-8")
     status, out = python("own.py", folder=tmp_path)
     assert status == 0, out
     assert all(words in out for words in said)
@@ -102,7 +102,7 @@ def test_init_writes_the_notebook_in_both_forms_and_overwrites_nothing(lure, her
     assert (here / "loop.py").read_text(encoding="utf-8") == notebook_script()
 
 
-# the test of a law
+# the test of a nonlinearity
 
 
 def test_the_test_passes_as_written_and_fails_where_the_bound_is_halved(lure, here):
@@ -110,7 +110,7 @@ def test_the_test_passes_as_written_and_fails_where_the_bound_is_halved(lure, he
     assert (status, err) == (0, "")
     assert out == "test_law.py is written; edit the nonlinearity and its bounds, then run: pytest test_law.py\n"
     text = (here / "test_law.py").read_text(encoding="utf-8")
-    assert text == law_test()
+    assert text == nonlinearity_test()
     (here / "test_half.py").write_text(text.replace("LOWER, UPPER = 0, 20", "LOWER, UPPER = 0, 10"), encoding="utf-8")
     status, out = python("-m", "pytest", "-p", "no:cacheprovider", "test_law.py", "test_half.py", folder=here)
     assert status == 1
@@ -131,7 +131,7 @@ def test_the_test_passes_as_written_and_fails_where_the_bound_is_halved(lure, he
             ("--notebook", "loop.toml"),
             "--notebook is 'loop.toml'; give a name that ends in .ipynb or .py, such as my-loop.ipynb",
         ),
-        (("--test", "law"), "--test is 'law'; give a name that ends in .py, such as test_law.py"),
+        (("--test", "law"), "--test is 'nonlinearity'; give a name that ends in .py, such as test_law.py"),
         (("--test", "no/such/test_law.py"), "'no/such/test_law.py' cannot be written (No such file or directory)"),
         (("rod.toml", "--test", "a.py"), "PATH and --test do not go together; each writes a file of its own"),
         (("--loop", "--notebook", "a.py"), "--loop and --notebook do not go together"),

@@ -1,4 +1,4 @@
-"""Every system, law and result pickles, copies and compares."""
+"""Every system, nonlinearity and result pickles, copies and compares."""
 
 import copy
 import pickle

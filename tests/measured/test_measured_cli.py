@@ -86,8 +86,8 @@ def test_the_figure_shows_the_wedge_the_law_and_the_outliers():
     for line, bound in zip(wedge, (REPORT.sector.lower.bound, REPORT.sector.upper.bound), strict=True):
         x, y = line.get_data()
         np.testing.assert_allclose(y, bound * np.asarray(x), rtol=1e-12)
-    x, y = lines["mean law"].get_data()
-    np.testing.assert_allclose(y, REPORT.sector.laws[0](x), rtol=1e-12)
+    x, y = lines["mean nonlinearity"].get_data()
+    np.testing.assert_allclose(y, REPORT.sector.nonlinearities[0](x), rtol=1e-12)
     x, y = lines["fitted compliance"].get_data()
     np.testing.assert_allclose(y, REPORT.fit(x), rtol=1e-12)
     data = REPORT.measurements

@@ -1,4 +1,4 @@
-"""How often the sector of measured data holds smooth laws, which are not of the class that is assumed."""
+"""How often the sector of measured data holds smooth nonlinearities, which are not of the class that is assumed."""
 
 import json
 
@@ -12,7 +12,7 @@ from lure.analysis.plots.measured import plot_measured
 R = 1e-3
 EVEN = {rows: np.linspace(-R, R, rows) for rows in (60, 200)}
 UNEVEN = np.sort(np.random.default_rng(1).uniform(-0.3 * R, R, 120))
-# law and displacements; chords and slopes below are least and largest, by hand
+# nonlinearity and displacements; chords and slopes below are least and largest, by hand
 TANH = (lambda u: 20 * np.tanh(5 * u / R), EVEN[200])
 HERTZ = (lambda u: 3e6 * np.maximum(u, 0) ** 1.5, UNEVEN)
 STRETCHED = (lambda u: 10 * np.expm1(3 * u / R), EVEN[60])
@@ -29,8 +29,8 @@ WORST = {"tanh": 0.004, "Hertz": 0.002, "stretched": 0.004}
 
 
 def bounded(name, seed, noise):
-    law, sigma = TRUTH[name][0]
-    load = law(sigma)
+    nonlinearity, sigma = TRUTH[name][0]
+    load = nonlinearity(sigma)
     errors = np.random.default_rng([7, seed]).standard_normal(sigma.size)
     return sector_from_data(Measurements.from_arrays(sigma, load + noise * np.abs(load).max() * errors))
 

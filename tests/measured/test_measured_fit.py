@@ -119,7 +119,7 @@ def test_a_law_of_another_shape_is_said_to_contradict():
     load = 50 * np.tanh(u / 2e-4) + 0.1 * np.random.default_rng(0).standard_normal(200)
     fit = fit_compliance(Measurements.from_arrays(u, load))
     assert fit.misfit < 1e-6
-    assert "contradict the law" in str(fit)
+    assert "contradict the nonlinearity" in str(fit)
     assert "no confidence is stated" in fit.conclusion
     assert "95 %" not in str(fit)
 
@@ -128,7 +128,7 @@ def test_the_law_of_the_fit_is_the_law_of_a_rod():
     fit = fit_compliance(compliance_data(2)[0])
     gap, eps, m = (fit.parameters[name].value for name in ("gap", "eps", "m"))
     np.testing.assert_allclose(fit([gap - 1e-4, gap + 5e-4]), [0, 5e-4**m / eps], rtol=1e-9)
-    assert fit.law.exponent == m
+    assert fit.nonlinearity.exponent == m
     assert fit.evidence is Evidence.OBSERVED
     assert "observed, not proved" in str(fit)
 

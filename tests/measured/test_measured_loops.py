@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from depth import sampled
-from elements import LAWS, LOOPS, errors, path, viscous
+from elements import LOOPS, NONLINEARITIES, errors, path, viscous
 
 from lure import AssumptionError
 from lure.analysis.measured import (
@@ -20,12 +20,12 @@ from lure.analysis.measured.sector import has_loop, pairs_of
 WIDTH, COMMON = 3.0, 40  # deviations of the noise; readings on both of two branches
 
 
-def driven(random, law):
+def driven(random, nonlinearity):
     """Displacements and loads of a random path of 2 to 16 branches, or of a window of it."""
     u = path(
         int(random.integers(2, 17)), int(random.integers(30, 120)), seed=random.choice([None, random.integers(99)])
     )
-    p = law(u)
+    p = nonlinearity(u)
     if random.random() < 0.5:
         start = int(random.integers(0, u.size // 2))
         stop = start + int(random.integers(60, u.size))
@@ -47,7 +47,7 @@ def seen(name, seed):
 def imagined(name, seed, correlation):
     """Whether a loop is seen where there is none."""
     random = np.random.default_rng([4, seed])
-    u, p = driven(random, LAWS[name])
+    u, p = driven(random, NONLINEARITIES[name])
     noise = 10 ** random.uniform(-3, np.log10(0.05)) * np.abs(p).max()
     return has_loop(Measurements.from_arrays(u, p + noise * errors(u.size, random, correlation)))
 
@@ -62,7 +62,7 @@ def test_loops_are_seen(name):
 
 @pytest.mark.parametrize("correlation", [0.0, 0.6])
 def test_noise_is_no_loop(correlation):
-    assert sum(imagined(name, seed, correlation) for name in LAWS for seed in range(15)) <= 1
+    assert sum(imagined(name, seed, correlation) for name in NONLINEARITIES for seed in range(15)) <= 1
 
 
 @pytest.mark.slow
@@ -86,16 +86,19 @@ def test_99_of_100_loops_are_seen(name):
     ],
 )
 def test_few_elements_without_memory_are_accused(correlation, share):
-    found = [imagined(name, seed, correlation) for name in LAWS for seed in range(100, sampled(140, of=200))]
+    found = [imagined(name, seed, correlation) for name in NONLINEARITIES for seed in range(100, sampled(140, of=200))]
     assert sum(found) <= share * len(found)
 
 
 def test_exact_laws_have_no_loop_and_exact_loops_have_one():
     u = path(6, 50, seed=1)
-    assert not any(has_loop(Measurements.from_arrays(u, law(u))) for law in LAWS.values())
-    assert all(has_loop(Measurements.from_arrays(u, law(u))) for law in LOOPS.values())
+    assert not any(has_loop(Measurements.from_arrays(u, nonlinearity(u))) for nonlinearity in NONLINEARITIES.values())
+    assert all(has_loop(Measurements.from_arrays(u, nonlinearity(u))) for nonlinearity in LOOPS.values())
     rounded = np.round(u, 2)
-    assert not any(has_loop(Measurements.from_arrays(rounded, np.round(law(u), 2))) for law in LAWS.values())
+    assert not any(
+        has_loop(Measurements.from_arrays(rounded, np.round(nonlinearity(u), 2)))
+        for nonlinearity in NONLINEARITIES.values()
+    )
 
 
 def test_a_hundred_cycles_are_branches_too():
@@ -131,7 +134,7 @@ def elements():
     push, pull = np.where(depth > 0, 0.5 * depth, 0), np.where(depth > -15, 0.5 * depth, 0)
     dwell = np.tile(np.concatenate([ramp[::4], np.ones(50), ramp[::-4], np.zeros(50)]), 3)
     return {
-        "a stiff law with jitter of the displacement": (cycles + 0.01 * white, np.tanh(6 * cycles), False),
+        "a stiff nonlinearity with jitter of the displacement": (cycles + 0.01 * white, np.tanh(6 * cycles), False),
         "a jump with jitter of the displacement": (cycles + 0.01 * white, np.sign(cycles), False),
         "few digits": (np.round(cycles, 2), np.round(cycles**3 + 0.001 * white, 2), False),
         "a drift over ten cycles": (cycles, cycles + np.linspace(0, 0.5, 2000) + 0.02 * white, False),
@@ -162,7 +165,9 @@ def test_a_fat_loop_of_16_branches_is_named_and_nothing_follows(tmp_path, capsys
 
     data = damper()
     found = sector_from_data(data)
-    assert found.conclusion.startswith("Loading and unloading follow different laws: on 16 branches there is a loop")
+    assert found.conclusion.startswith(
+        "Loading and unloading follow different nonlinearities: on 16 branches there is a loop"
+    )
     assert "no sector is stated" in found.conclusion
     # steps of 0.2 to 0.33 mm, 0.28 mm on average: 16 tanh(1.4) = 14.2 N, over the 14 to 20 mm that branches have
     assert found.hysteresis.width == pytest.approx(14.2, rel=0.1)

@@ -1,4 +1,4 @@
-"""The sector of measured data: true laws inside, tight, and warnings where an assumption is contradicted."""
+"""The sector of measured data: true nonlinearities inside, tight, and warnings where an assumption is contradicted."""
 
 import json
 import math
@@ -21,7 +21,7 @@ from lure.analysis.measured.mean_nonlinearity import mean_nonlinearity, one_thre
 from lure.analysis.verdict import Evidence
 
 X = np.linspace(-1e-3, 1e-3, 200)
-# law, its chords and its slopes on [-1 mm, 1 mm], by hand; affine between a few knots, as is assumed
+# nonlinearity, its chords and its slopes on [-1 mm, 1 mm], by hand; affine between a few knots, as is assumed
 INSIDE = {
     "linear": (lambda u: 1e5 * u, (1e5, 1e5), (1e5, 1e5)),
     "one-sided": (lambda u: 1e5 * np.maximum(u, 0), (0, 1e5), (0, 1e5)),
@@ -34,8 +34,8 @@ SMOOTH = {
 }
 
 
-def measured(law, seed, noise=0.05, sigma=X):
-    load = law(sigma)
+def measured(nonlinearity, seed, noise=0.05, sigma=X):
+    load = nonlinearity(sigma)
     return Measurements.from_arrays(
         sigma, load + noise * np.abs(load).max() * np.random.default_rng([1, seed]).standard_normal(sigma.size)
     )
@@ -53,8 +53,8 @@ def holds(found, chords, slopes):
 # 15 of 16 are expected; 12 or fewer is a chance of 1 in 100 at exactly 95 %
 @pytest.mark.parametrize("name", [*INSIDE, *SMOOTH])
 def test_the_true_bounds_lie_inside_as_often_as_is_stated(name):
-    law, chords, slopes = {**INSIDE, **SMOOTH}[name]
-    hits = sum(holds(sector_from_data(measured(law, seed)), chords, slopes) for seed in range(16))
+    nonlinearity, chords, slopes = {**INSIDE, **SMOOTH}[name]
+    hits = sum(holds(sector_from_data(measured(nonlinearity, seed)), chords, slopes) for seed in range(16))
     assert hits >= 13
 
 
@@ -81,13 +81,22 @@ def test_nothing_is_divided_by_a_small_displacement():
 
 def test_the_fitted_law_is_the_least_squares_one():
     data = measured(INSIDE["one-sided"][0], 1)
-    law = mean_nonlinearity(data.displacement, data.load, pieces=4)
-    hats = np.array([np.interp(X, law.knots, row) for row in np.eye(law.knots.size)]).T[:, law.knots != 0]
-    weights = 1 / law.noise(law(X))
+    nonlinearity = mean_nonlinearity(data.displacement, data.load, pieces=4)
+    hats = np.array([np.interp(X, nonlinearity.knots, row) for row in np.eye(nonlinearity.knots.size)]).T[
+        :, nonlinearity.knots != 0
+    ]
+    weights = 1 / nonlinearity.noise(nonlinearity(X))
     values = np.linalg.lstsq(hats * weights[:, None], data.load * weights, rcond=None)[0]
-    np.testing.assert_allclose(law.values[law.knots != 0], values, rtol=1e-3, atol=1e-3 * values.max())
+    np.testing.assert_allclose(
+        nonlinearity.values[nonlinearity.knots != 0], values, rtol=1e-3, atol=1e-3 * values.max()
+    )
     covariance = np.linalg.inv((hats * weights[:, None] ** 2).T @ hats)
-    np.testing.assert_allclose(law.covariance[np.ix_(law.knots != 0, law.knots != 0)], covariance, rtol=0.02, atol=1e-4)
+    np.testing.assert_allclose(
+        nonlinearity.covariance[np.ix_(nonlinearity.knots != 0, nonlinearity.knots != 0)],
+        covariance,
+        rtol=0.02,
+        atol=1e-4,
+    )
 
 
 def test_units_scale_the_bounds():
@@ -140,9 +149,9 @@ def test_noise_is_no_hysteresis():
 def test_with_memory_both_branches_are_inside_and_nothing_follows():
     found = sector_from_data(loop(10))
     assert not found.memoryless
-    assert len(found.laws) == 2
+    assert len(found.nonlinearities) == 2
     assert found.lower.bound < 0 < 1e5 < found.upper.bound
-    assert "no criterion for memoryless laws" in str(found)
+    assert "no criterion for memoryless nonlinearities" in str(found)
     answer = margin_from_data(found, ([1], [1, 3, 2]), gain=1e-9, vouched=True)
     assert not answer.inside
     assert answer.conclusion.startswith("Nothing follows")
@@ -178,7 +187,7 @@ def test_linear_algebra_runs_on_one_thread():
 def test_a_load_at_zero_leaves_no_finite_sector_until_it_is_taken_off():
     found = sector_from_data(measured(lambda u: 1e5 * u + 20, 0, 0.01))
     assert (found.lower.bound, found.upper.bound) == (-math.inf, math.inf)
-    assert "not 0: such a law lies in no finite sector" in str(found)
+    assert "not 0: such a nonlinearity lies in no finite sector" in str(found)
     assert found.slope_upper.bound < 1.2e5
     with pytest.raises(AssumptionError, match="no lower bound"):
         margin_from_data(found, ([1], [1, 3, 2]))

@@ -19,62 +19,68 @@ penetrations = st.floats(-1e3, 1e3)
 
 def test_the_law_is_zero_up_to_contact_and_a_power_beyond():
     # 4 r^2 at r = 3 is 36, its slope 8 r = 24, its primitive 4 r^3 / 3 = 36
-    law = NormalCompliance(4, 2)
+    nonlinearity = NormalCompliance(4, 2)
     r = [-7.0, 0.0, 3.0]
-    assert law(r).tolist() == [0.0, 0.0, 36.0]
-    assert law.slope(r).tolist() == [0.0, 0.0, 24.0]
-    assert law.primitive(r).tolist() == [0.0, 0.0, 36.0]
+    assert nonlinearity(r).tolist() == [0.0, 0.0, 36.0]
+    assert nonlinearity.slope(r).tolist() == [0.0, 0.0, 24.0]
+    assert nonlinearity.primitive(r).tolist() == [0.0, 0.0, 36.0]
 
 
 def test_the_law_of_the_paper_is_the_exponent_one():
     # (9): p(r) = r/eps for r >= 0
-    law = NormalCompliance(1 / 0.125)
-    assert law(0.5) == 4.0
-    assert law.exponent == 1.0
+    nonlinearity = NormalCompliance(1 / 0.125)
+    assert nonlinearity(0.5) == 4.0
+    assert nonlinearity.exponent == 1.0
 
 
 @given(stiffness=stiffnesses, exponent=exponents, r=penetrations)
 def test_the_law_lies_in_its_sector(stiffness, exponent, r):
-    law = NormalCompliance(stiffness, exponent)
-    product = r * float(law(r))
-    assert law.sector.lower == 0
-    assert 0 <= product <= (math.inf if law.sector.upper == math.inf else float(law.sector.upper) * r * r)
+    nonlinearity = NormalCompliance(stiffness, exponent)
+    product = r * float(nonlinearity(r))
+    assert nonlinearity.sector.lower == 0
+    assert (
+        0
+        <= product
+        <= (math.inf if nonlinearity.sector.upper == math.inf else float(nonlinearity.sector.upper) * r * r)
+    )
 
 
 # the chord slope c_n r^(m-1) has the supremum c_n for m = 1 and none otherwise: r = X^(1/(m-1)) reaches c_n X
 @given(stiffness=stiffnesses, exponent=exponents.filter(lambda m: abs(m - 1) > 0.1), multiple=st.floats(2, 1e3))
 def test_no_finite_sector_holds_another_exponent_than_one(stiffness, exponent, multiple):
-    law = NormalCompliance(stiffness, exponent)
+    nonlinearity = NormalCompliance(stiffness, exponent)
     r = multiple ** (1 / (exponent - 1))
-    assert float(law(r)) / r == pytest.approx(stiffness * multiple)
-    assert law.sector == Sector(0, math.inf)
-    assert law.slope_bounds == SlopeBounds(0, math.inf)
+    assert float(nonlinearity(r)) / r == pytest.approx(stiffness * multiple)
+    assert nonlinearity.sector == Sector(0, math.inf)
+    assert nonlinearity.slope_bounds == SlopeBounds(0, math.inf)
 
 
 @given(stiffness=stiffnesses)
 def test_the_linear_law_attains_its_sector(stiffness):
-    law = NormalCompliance(stiffness)
-    assert float(law(1.0)) == law.sector.upper == law.slope_bounds.upper == stiffness
+    nonlinearity = NormalCompliance(stiffness)
+    assert float(nonlinearity(1.0)) == nonlinearity.sector.upper == nonlinearity.slope_bounds.upper == stiffness
 
 
 @given(stiffness=stiffnesses, exponent=exponents, r=penetrations, step=st.floats(0, 1e3))
 def test_the_law_never_falls(stiffness, exponent, r, step):
-    law = NormalCompliance(stiffness, exponent)
-    assert float(law(r + step)) >= float(law(r)) >= 0
+    nonlinearity = NormalCompliance(stiffness, exponent)
+    assert float(nonlinearity(r + step)) >= float(nonlinearity(r)) >= 0
 
 
 @given(stiffness=stiffnesses, exponent=exponents, r=st.floats(-5, 5))
 def test_the_primitive_is_the_integral_of_the_law(stiffness, exponent, r):
-    law = NormalCompliance(stiffness, exponent)
-    integral, error = quad(lambda x: float(law(x)), 0, r)
-    assert float(law.primitive(r)) == pytest.approx(integral, rel=1e-7, abs=10 * error)
+    nonlinearity = NormalCompliance(stiffness, exponent)
+    integral, error = quad(lambda x: float(nonlinearity(x)), 0, r)
+    assert float(nonlinearity.primitive(r)) == pytest.approx(integral, rel=1e-7, abs=10 * error)
 
 
 @given(stiffness=stiffnesses, exponent=exponents, r=st.floats(1e-2, 1e2))
 def test_the_slope_is_the_derivative_of_the_law(stiffness, exponent, r):
-    law, h = NormalCompliance(stiffness, exponent), 1e-4 * r
+    nonlinearity, h = NormalCompliance(stiffness, exponent), 1e-4 * r
     # central difference: relative error (h/r)^2 |m-1||m-2|/6 <= 2e-8
-    assert float(law(r + h) - law(r - h)) / (2 * h) == pytest.approx(float(law.slope(r)), rel=1e-6)
+    assert float(nonlinearity(r + h) - nonlinearity(r - h)) / (2 * h) == pytest.approx(
+        float(nonlinearity.slope(r)), rel=1e-6
+    )
 
 
 @pytest.mark.parametrize(("exponent", "lipschitz"), [(1, True), (1.5, True), (Fraction(999, 1000), False)])
@@ -84,23 +90,23 @@ def test_the_law_is_locally_lipschitz_from_the_exponent_one_on(exponent, lipschi
 
 def test_the_sector_keeps_the_exact_stiffness():
     third = Fraction(1, 3)
-    law = NormalCompliance(third)
-    assert law.sector == Sector(0, third)
-    assert law.stiffness == 1 / 3
+    nonlinearity = NormalCompliance(third)
+    assert nonlinearity.sector == Sector(0, third)
+    assert nonlinearity.stiffness == 1 / 3
     # an exponent that only rounds to one is not one
     assert NormalCompliance(1, 1 + Fraction(1, 10**30)).sector.upper == math.inf
 
 
 def test_nan_comes_back_as_nan_and_overflow_as_infinity_without_a_warning():
-    law = NormalCompliance(1e300, 3)
-    for values in (law, law.slope, law.primitive):
+    nonlinearity = NormalCompliance(1e300, 3)
+    for values in (nonlinearity, nonlinearity.slope, nonlinearity.primitive):
         assert math.isnan(values(math.nan))
         assert values(1e200) == math.inf
 
 
 def test_values_take_the_shape_of_the_argument():
-    law = NormalCompliance(2)
-    for values in (law, law.slope, law.primitive):
+    nonlinearity = NormalCompliance(2)
+    for values in (nonlinearity, nonlinearity.slope, nonlinearity.primitive):
         assert values(np.ones((2, 3))).shape == (2, 3)
         assert values(1.0).shape == ()
 

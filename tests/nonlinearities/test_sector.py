@@ -1,4 +1,4 @@
-"""lure.classes: bounds on laws, and which are refused."""
+"""lure.classes: bounds on nonlinearities, and which are refused."""
 
 import math
 from decimal import Decimal

@@ -1,11 +1,11 @@
-"""Sector and slope bounds against laws whose bounds are known by construction, and against the theory of symmetries."""
+"""Sector and slope bounds against functions whose bounds are known by construction, and against symmetries."""
 
 import math
 from fractions import Fraction
 from types import SimpleNamespace
 
 import pytest
-from bound_laws import INF, laws
+from bound_nonlinearities import INF, nonlinearities
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,7 +22,7 @@ from lure.nonlinearities import (
     ReLU,
     Saturation,
     Tanh,
-    shifted_law,
+    shifted_nonlinearity,
 )
 from lure.nonlinearities.base import NormalCompliance
 
@@ -51,18 +51,18 @@ def check_law(made):
 
 
 def test_laws_with_known_bounds():
-    for made in laws(1, piecewise_linear=60, polynomial=40, rational=20, saturating=12):
+    for made in nonlinearities(1, piecewise_linear=60, polynomial=40, rational=20, saturating=12):
         check_law(made)
 
 
 @pytest.mark.thorough
 def test_ten_thousand_laws_with_known_bounds():
-    for made in laws(20, piecewise_linear=4200, polynomial=3500, rational=2000, saturating=300):
+    for made in nonlinearities(20, piecewise_linear=4200, polynomial=3500, rational=2000, saturating=300):
         check_law(made)
 
 
 def test_sums_of_a_line_and_a_sine():
-    for made in laws(3, sine=10):
+    for made in nonlinearities(3, sine=10):
         found = nonlinearity_bounds(made.text, on=made.on)
         for truth, extreme in zip(
             (*made.sector, *made.slope),
@@ -174,20 +174,23 @@ LIBRARY = [
     NormalCompliance(stiffness=4, exponent=1),
     NormalCompliance(stiffness=4, exponent=Fraction(3, 2)),
     NormalCompliance(stiffness=4, exponent=Fraction(1, 2)),
-    shifted_law(Tanh(scale=2), Fraction(1, 4)),
+    shifted_nonlinearity(Tanh(scale=2), Fraction(1, 4)),
 ]
 
 
-@pytest.mark.parametrize("law", LIBRARY, ids=lambda law: type(law).__name__)
-def test_laws_of_the_library_agree_with_what_they_say_of_themselves(law):
-    found = nonlinearity_bounds(law)
-    assert (found.sector_lower.inner, found.sector_upper.inner) == (law.sector.lower, law.sector.upper)
+@pytest.mark.parametrize("nonlinearity", LIBRARY, ids=lambda nonlinearity: type(nonlinearity).__name__)
+def test_laws_of_the_library_agree_with_what_they_say_of_themselves(nonlinearity):
+    found = nonlinearity_bounds(nonlinearity)
+    assert (found.sector_lower.inner, found.sector_upper.inner) == (
+        nonlinearity.sector.lower,
+        nonlinearity.sector.upper,
+    )
     assert found.sector_lower.exact
     assert found.sector_upper.exact
-    if law.slope_bounds is None:
+    if nonlinearity.slope_bounds is None:
         assert found.slope_upper.inner == INF  # the quantiser jumps
     else:
-        assert found.slope == law.slope_bounds
+        assert found.slope == nonlinearity.slope_bounds
 
 
 bounds_of_a_law = st.sampled_from(

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from lure.analysis.cli import main, sectors
 from lure.analysis.cli.texts import SECTOR
 from lure.analysis.nonlinearity import nonlinearity_bounds
-from lure.analysis.plots.sectors import plot_law_sector, plot_law_slope
+from lure.analysis.plots.sectors import plot_nonlinearity_sector, plot_nonlinearity_slope
 from lure.nonlinearities import Quantiser, Saturation
 
 
@@ -115,32 +115,36 @@ def test_the_help_is_registered_and_fits_a_terminal():
 
 
 def test_the_law_and_its_sector_are_drawn():
-    axes = plot_law_sector("x/(1 + x**2)", nonlinearity_bounds("x/(1 + x**2)"), ax=Figure().add_subplot())
-    *lines, law = [line for line in axes.lines if len(line.get_xdata()) > 2]
-    x = np.asarray(law.get_xdata())
-    assert np.allclose(law.get_ydata(), x / (1 + x**2))
+    axes = plot_nonlinearity_sector("x/(1 + x**2)", nonlinearity_bounds("x/(1 + x**2)"), ax=Figure().add_subplot())
+    *lines, nonlinearity = [line for line in axes.lines if len(line.get_xdata()) > 2]
+    x = np.asarray(nonlinearity.get_xdata())
+    assert np.allclose(nonlinearity.get_ydata(), x / (1 + x**2))
     assert sorted(np.asarray(line.get_ydata())[-1] / x[-1] for line in lines) == pytest.approx([0, 1])
     assert axes.get_xlabel() == "σ"
     assert "not attained: lower as |σ| → ∞; upper as σ → 0" in axes.texts[0].get_text()
 
 
 def test_attained_points_lie_on_the_law():
-    axes = plot_law_sector("x*(2 - (x - 3)**2)", nonlinearity_bounds("x*(2 - (x - 3)**2)"), ax=Figure().add_subplot())
+    axes = plot_nonlinearity_sector(
+        "x*(2 - (x - 3)**2)", nonlinearity_bounds("x*(2 - (x - 3)**2)"), ax=Figure().add_subplot()
+    )
     (point,) = (line for line in axes.lines if line.get_marker() == "o")
     assert (point.get_xdata()[0], point.get_ydata()[0]) == (3, 6)
 
 
 def test_jumps_are_gaps_and_a_sample_is_dashed():
-    axes = plot_law_sector(Quantiser(step=1), nonlinearity_bounds(Quantiser(step=1)), ax=Figure().add_subplot())
-    law = max(axes.lines, key=lambda line: line.get_linewidth())
-    assert np.isnan(law.get_ydata()).sum() >= 2
-    dashed = plot_law_slope(np.tanh, nonlinearity_bounds(np.tanh, on=(-2, 2)), ax=Figure().add_subplot())
+    axes = plot_nonlinearity_sector(
+        Quantiser(step=1), nonlinearity_bounds(Quantiser(step=1)), ax=Figure().add_subplot()
+    )
+    nonlinearity = max(axes.lines, key=lambda line: line.get_linewidth())
+    assert np.isnan(nonlinearity.get_ydata()).sum() >= 2
+    dashed = plot_nonlinearity_slope(np.tanh, nonlinearity_bounds(np.tanh, on=(-2, 2)), ax=Figure().add_subplot())
     assert any(line.get_linestyle() == "--" for line in dashed.lines)
 
 
 def test_slopes_are_drawn_between_their_bounds():
-    law = Saturation(gain=2, limit=1)
-    axes = plot_law_slope(law, nonlinearity_bounds(law), ax=Figure().add_subplot())
+    nonlinearity = Saturation(gain=2, limit=1)
+    axes = plot_nonlinearity_slope(nonlinearity, nonlinearity_bounds(nonlinearity), ax=Figure().add_subplot())
     slopes = np.asarray(max(axes.lines, key=lambda line: line.get_linewidth()).get_ydata())
     assert np.nanmin(slopes) == pytest.approx(0)
     assert np.nanmax(slopes) == pytest.approx(2)

@@ -138,7 +138,7 @@ def test_arguments_that_are_no_laws():
 
 
 @pytest.mark.parametrize(
-    ("law", "message"),
+    ("nonlinearity", "message"),
     [
         (lambda x: 1 / x, r"cannot be evaluated|no finite value"),
         (lambda x: x + 1, r"phi\(0\) = 1"),
@@ -147,9 +147,9 @@ def test_arguments_that_are_no_laws():
         (lambda: 0, "cannot be evaluated"),
     ],
 )
-def test_functions_that_are_no_laws(law, message):
+def test_functions_that_are_no_laws(nonlinearity, message):
     with pytest.raises(InputError, match=message):
-        nonlinearity_bounds(law)
+        nonlinearity_bounds(nonlinearity)
 
 
 def test_a_constant_that_the_sample_contradicts():

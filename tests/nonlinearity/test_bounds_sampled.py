@@ -1,4 +1,4 @@
-"""Laws known by their values alone: what a sample shows, and what a Lipschitz constant adds."""
+"""Nonlinearities known by their values alone: what a sample shows, and what a Lipschitz constant adds."""
 
 import math
 from fractions import Fraction
@@ -56,18 +56,18 @@ def test_a_vouched_constant_bounds_everything_and_says_so():
     low=st.fractions(Fraction(1, 2), 2, max_denominator=8),
 )
 def test_cones_hold_every_chord_between_the_samples(slopes, low):
-    # a law with kinks at 1, 2, ... and these slopes between them; its Lipschitz constant is 2 at most
+    # a nonlinearity with kinks at 1, 2, ... and these slopes between them; its Lipschitz constant is 2 at most
     knots = list(range(len(slopes) + 1))
     heights = np.concatenate([[0.0], np.cumsum([float(s) for s in slopes])])
 
-    def law(x):
+    def nonlinearity(x):
         inner = np.interp(np.abs(x), knots, heights)
         return np.sign(x) * inner
 
     on = (low, low + 3)
-    found = nonlinearity_bounds(law, on=on, lipschitz=2, samples=60)
+    found = nonlinearity_bounds(nonlinearity, on=on, lipschitz=2, samples=60)
     x = np.unique([*np.linspace(float(on[0]), float(on[1]), 4001), *(k for k in knots if on[0] <= k <= on[1])])
-    chords = law(x) / x
+    chords = nonlinearity(x) / x
     assert float(found.sector_lower.outer) <= chords.min() + 1e-12
     assert float(found.sector_upper.outer) >= chords.max() - 1e-12
     assert float(found.sector_upper.inner) <= chords.max() + 1e-9

@@ -1,11 +1,11 @@
-"""Points at which a law leaves its bounds: they are checked here with exact or high-precision values of their own."""
+"""Points at which a nonlinearity leaves its bounds: checked here with exact or high-precision values."""
 
 import math
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from bound_laws import INF, laws
+from bound_nonlinearities import INF, nonlinearities
 
 from lure.analysis.nonlinearity import nonlinearity_bounds, violation
 from lure.analysis.verdict import Evidence
@@ -31,9 +31,11 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("law", "bounds", "value"), CASES, ids=[f"{law}, {bounds}" for law, bounds, _ in CASES])
-def test_the_point_violates(law, bounds, value):
-    found = violation(law, bounds)
+@pytest.mark.parametrize(
+    ("nonlinearity", "bounds", "value"), CASES, ids=[f"{nonlinearity}, {bounds}" for nonlinearity, bounds, _ in CASES]
+)
+def test_the_point_violates(nonlinearity, bounds, value):
+    found = violation(nonlinearity, bounds)
     assert found.evidence is Evidence.CERTIFIED
     x = [float(point) for point in found.points]
     phi = [float(value(point)) for point in x]
@@ -53,7 +55,7 @@ def test_points_stay_on_the_interval():
 
 def test_every_bound_just_too_narrow_is_refuted_with_a_point():
     share = Fraction(1, 1000)
-    for made in laws(7, piecewise_linear=15, polynomial=15, rational=10):
+    for made in nonlinearities(7, piecewise_linear=15, polynomial=15, rational=10):
         expression = Expression.parse(made.text, variables=("x",))
         for bounds, kind in ((made.sector, Sector), (made.slope, SlopeBounds)):
             if bounds is None or bounds[0] == bounds[1]:

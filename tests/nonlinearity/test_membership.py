@@ -27,8 +27,8 @@ from lure.nonlinearities import (
     Saturation,
     Tanh,
     check_declared,
-    law_class,
-    shifted_law,
+    nonlinearity_class,
+    shifted_nonlinearity,
 )
 from lure.nonlinearities.base import NormalCompliance
 
@@ -44,8 +44,8 @@ LIBRARY = [
     PiecewiseLinear([(-1, -3), (2, 6), (4, 7)], left_slope=0, right_slope=Fraction(1, 2)),
     NormalCompliance(stiffness=4),
     NormalCompliance(stiffness=4, exponent=1.5),
-    shifted_law(Tanh(), Fraction(1, 2)),
-    shifted_law(Quantiser(step=1), Fraction(1, 2)),
+    shifted_nonlinearity(Tanh(), Fraction(1, 2)),
+    shifted_nonlinearity(Quantiser(step=1), Fraction(1, 2)),
 ]
 WIDE = Sector(-math.inf, math.inf)
 
@@ -58,27 +58,27 @@ def status_of(found, name):
     return next(known for known in found.properties if known.name == name).status
 
 
-@pytest.mark.parametrize("law", LIBRARY, ids=str)
-def test_a_library_nonlinearity_is_a_checked_member_of_its_own_class(law):
-    assert membership(law, law_class(law)).status is Status.CHECKED
+@pytest.mark.parametrize("nonlinearity", LIBRARY, ids=str)
+def test_a_library_nonlinearity_is_a_checked_member_of_its_own_class(nonlinearity):
+    assert membership(nonlinearity, nonlinearity_class(nonlinearity)).status is Status.CHECKED
 
 
-@pytest.mark.parametrize("law", LIBRARY, ids=str)
-def test_a_library_nonlinearity_is_no_member_of_a_narrower_sector(law):
+@pytest.mark.parametrize("nonlinearity", LIBRARY, ids=str)
+def test_a_library_nonlinearity_is_no_member_of_a_narrower_sector(nonlinearity):
     # every sector above is the tightest, so that half of its finite width is too little
-    low, high = law.sector.lower, law.sector.upper
+    low, high = nonlinearity.sector.lower, nonlinearity.sector.upper
     narrow = Sector(low, low + (high - low) / 2) if math.isfinite(high) else Sector(low, low + 100)
-    found = membership(law, NonlinearityClass(sector=narrow))
+    found = membership(nonlinearity, NonlinearityClass(sector=narrow))
     assert found.status is Status.VIOLATED
     (x,) = found.violated.points
-    assert float(law(float(x))) / float(x) == pytest.approx(float(found.violated.value), rel=1e-6)
+    assert float(nonlinearity(float(x))) / float(x) == pytest.approx(float(found.violated.value), rel=1e-6)
     assert found.violated.value > narrow.upper
 
 
 # the peak of the formula is sigma = 0.777 exactly, where phi(sigma)/sigma = 2 + 7
 def test_a_narrow_peak_beyond_the_declared_sector_is_found_with_point_value_and_certified_bound():
-    law = formula("sigma*(2+7*exp(-((sigma-0.777)/0.0001)**2))", Sector(0, 3))
-    known = membership(law, NonlinearityClass(sector=Sector(0, 3))).violated
+    nonlinearity = formula("sigma*(2+7*exp(-((sigma-0.777)/0.0001)**2))", Sector(0, 3))
+    known = membership(nonlinearity, NonlinearityClass(sector=Sector(0, 3))).violated
     assert known.name == "sector"
     assert float(known.points[0]) == pytest.approx(0.777, abs=1e-4)
     assert 3 < known.value <= 9 <= known.certified < 9.0001
@@ -113,7 +113,7 @@ def test_a_function_of_the_users_is_declared():
 
 
 @pytest.mark.parametrize(
-    ("law", "regularity", "status"),
+    ("nonlinearity", "regularity", "status"),
     [
         (Saturation(), "locally Lipschitz", Status.CHECKED),
         (Quantiser(), "none", Status.CHECKED),
@@ -128,13 +128,13 @@ def test_a_function_of_the_users_is_declared():
     ],
     ids=str,
 )
-def test_regularity_is_what_can_be_shown(law, regularity, status):
-    found = membership(law, NonlinearityClass(sector=WIDE))
+def test_regularity_is_what_can_be_shown(nonlinearity, regularity, status):
+    found = membership(nonlinearity, NonlinearityClass(sector=WIDE))
     assert (found.regularity, found.regularity_property.status) == (regularity, status)
 
 
 @pytest.mark.parametrize(
-    ("law", "zeros"),
+    ("nonlinearity", "zeros"),
     [
         (Saturation(), "{0}"),
         (DeadZone(width=Fraction(1, 2)), "[-0.5, 0.5]"),
@@ -153,8 +153,8 @@ def test_regularity_is_what_can_be_shown(law, regularity, status):
     ],
     ids=str,
 )
-def test_zeros_are_exact(law, zeros):
-    found = membership(law, NonlinearityClass(sector=WIDE)).zeros
+def test_zeros_are_exact(nonlinearity, zeros):
+    found = membership(nonlinearity, NonlinearityClass(sector=WIDE)).zeros
     assert (found if found is None else str(found)) == zeros
     assert found is None or found.only_zero is (zeros == "{0}")
 
@@ -183,17 +183,17 @@ def test_a_formula_without_a_value_somewhere_is_refused():
 def test_an_examined_formula_without_a_declared_sector_carries_the_certified_class():
     # x/(1 + x^2): chords 1/(1 + x^2) in (0, 1], slopes (1 - x^2)/(1 + x^2)^2 least -1/8 at the root of 3
     found = examined(ExpressionNonlinearity("sigma/(1+sigma**2)"))
-    assert found.law_class.sector == Sector(0, 1)
-    assert found.law_class.odd
-    assert -0.1250001 < found.law_class.slope.lower <= Fraction(-1, 8)
+    assert found.nonlinearity_class.sector == Sector(0, 1)
+    assert found.nonlinearity_class.odd
+    assert -0.1250001 < found.nonlinearity_class.slope.lower <= Fraction(-1, 8)
     assert found.membership.status is Status.CHECKED
-    assert examined(ExpressionNonlinearity("min(max(2*sigma, -1), 1)")).law_class == NonlinearityClass.slope_restricted(
-        0, 2, odd=True
-    )
+    assert examined(
+        ExpressionNonlinearity("min(max(2*sigma, -1), 1)")
+    ).nonlinearity_class == NonlinearityClass.slope_restricted(0, 2, odd=True)
 
 
 @pytest.mark.parametrize(
-    ("law", "message"),
+    ("nonlinearity", "message"),
     [
         (
             formula("sigma*(2+7*exp(-((sigma-0.777)/0.0001)**2))", Sector(0, 3)),
@@ -216,9 +216,9 @@ def test_an_examined_formula_without_a_declared_sector_carries_the_certified_cla
     ],
     ids=str,
 )
-def test_what_is_declared_and_false_is_an_error_of_the_input(law, message):
+def test_what_is_declared_and_false_is_an_error_of_the_input(nonlinearity, message):
     with pytest.raises(InputError, match=message):
-        examined(law)
+        examined(nonlinearity)
 
 
 # Random formulas sigma*f(sigma), with branches, kinks, divisions, and conditions that may have no value.
@@ -240,12 +240,12 @@ PARTS = st.recursive(
 )
 
 
-def without_values(law):
+def without_values(nonlinearity):
     """Points at which the exact value fails with a division by zero: the cuts, and simple fractions."""
-    points = {Fraction(n, d) for n in range(-6, 7) for d in (1, 2, 3, 10)} | set(law.breakpoints)
+    points = {Fraction(n, d) for n in range(-6, 7) for d in (1, 2, 3, 10)} | set(nonlinearity.breakpoints)
     for point in points:
         try:
-            law.expression.exact(sigma=point)
+            nonlinearity.expression.exact(sigma=point)
         except InputError as error:
             if "divides by zero" in str(error):
                 yield point
@@ -258,26 +258,29 @@ def test_what_is_checked_of_a_random_formula_no_sample_contradicts(part):
         found = examined(ExpressionNonlinearity(f"sigma*({part})"))
     except (InputError, AssumptionError):
         return  # no value somewhere, no value 0 at 0, or nothing certified
-    known, law = found.membership, found.nonlinearity
+    known, nonlinearity = found.membership, found.nonlinearity
     assert known.status is Status.CHECKED
-    assert not list(without_values(law))
-    check_declared(law)  # a sample over 24 decades and around the cuts, confirmed in balls
+    assert not list(without_values(nonlinearity))
+    check_declared(nonlinearity)  # a sample over 24 decades and around the cuts, confirmed in balls
     if known.regularity == "locally Lipschitz":
-        for cut in law.breakpoints:  # no jump: the values on both sides meet
-            near = [law.expression.ball(sigma=flint.arb(float(cut)) + side * flint.arb(2) ** -200) for side in (-1, 1)]
+        for cut in nonlinearity.breakpoints:  # no jump: the values on both sides meet
+            near = [
+                nonlinearity.expression.ball(sigma=flint.arb(float(cut)) + side * flint.arb(2) ** -200)
+                for side in (-1, 1)
+            ]
             assert not abs(near[0] - near[1]) > 1e-12
     if known.zeros is not None and known.zeros.only_zero:
         for place in (-37, -1, -0.25, 0.125, 0.5, 1, 3):
-            assert not law.expression.ball(sigma=flint.arb(place)).is_zero()
+            assert not nonlinearity.expression.ball(sigma=flint.arb(place)).is_zero()
 
 
 def test_a_class_asked_about_must_contain_a_formula_that_declares_nothing():
-    law = ExpressionNonlinearity("3*tanh(sigma)")
-    assert examined(law, NonlinearityClass(sector=Sector(0, 4))).membership.status is Status.CHECKED
+    nonlinearity = ExpressionNonlinearity("3*tanh(sigma)")
+    assert examined(nonlinearity, NonlinearityClass(sector=Sector(0, 4))).membership.status is Status.CHECKED
     with pytest.raises(
         InputError, match=r"asked about in a class with the sector \[0, 2\].* give a class that contains it"
     ):
-        examined(law, NonlinearityClass(sector=Sector(0, 2)))
+        examined(nonlinearity, NonlinearityClass(sector=Sector(0, 2)))
 
 
 class Fivefold(ExpressionNonlinearity):
@@ -304,13 +307,16 @@ def test_a_class_derived_from_a_formula_is_not_judged_by_the_formula():
     found = membership(Fivefold("tanh(sigma)", sector=Sector(0, 6)), NonlinearityClass(sector=Sector(0, 6)))
     assert found.status is Status.DECLARED
     assert found.zeros is None
-    assert membership(type("Own", (Saturation,), {"__call__": lambda _, x: 0 * x})(), found.law_class).zeros is None
+    assert (
+        membership(type("Own", (Saturation,), {"__call__": lambda _, x: 0 * x})(), found.nonlinearity_class).zeros
+        is None
+    )
 
 
 def test_a_law_that_says_it_is_discontinuous_is_not_taken_to_be_locally_lipschitz():
     assert analyse("1/(s+1)", Jumping()).verdict is Verdict.INCONCLUSIVE
     assert certify("1/(s+1)", Jumping()).code is codes.ROUGH_LAW
-    # without a direct term the circle criterion in discrete time holds for laws of any regularity
+    # without a direct term the circle criterion in discrete time holds for nonlinearities of any regularity
     assert analyse(as_plant("0.2/(z-0.5)", dt=1), Jumping()).verdict is Verdict.PROVED
 
 

@@ -208,12 +208,12 @@ def test_a_named_loop_closes_too():
 
 def test_a_law_of_python_control_is_the_law_it_is():
     assert as_nonlinearity(control.saturation_nonlinearity(2)) == Saturation(limit=2)
-    with pytest.warns(UserWarning, match="asymmetric"):  # of its own describing function, not of the law
+    with pytest.warns(UserWarning, match="asymmetric"):  # of its own describing function, not of the nonlinearity
         uneven = control.saturation_nonlinearity(2, -1)
     assert as_nonlinearity(uneven) == Saturation(limit=2, lower_limit=-1)
     assert not as_nonlinearity(uneven).odd
-    law = Tanh()
-    assert as_nonlinearity(law) is law
+    nonlinearity = Tanh()
+    assert as_nonlinearity(nonlinearity) is nonlinearity
 
 
 @pytest.mark.parametrize(
@@ -243,7 +243,7 @@ def test_python_control_takes_our_laws_for_its_describing_function():
 def test_questions_take_a_loop_made_of_objects_of_python_control():
     loop = Loop(control.tf([1], [1, 3, 2, 0]), control.saturation_nonlinearity(1))
     assert loop.block == as_plant("1/(s*(s+1)*(s+2))")
-    assert str(problem_of(loop).law_class) == "odd phi with slope in [0, 1]"
+    assert str(problem_of(loop).nonlinearity_class) == "odd phi with slope in [0, 1]"
     assert certify(loop).verdict is Verdict.PROVED
     assert max_sector(control.tf([1], [1, 3, 2, 0])).largest.low == pytest.approx(6)
 

@@ -195,7 +195,8 @@ FORMULAS = st.recursive(
 )
 
 
-# The other parser of the package, for laws, evaluates the same text as a number; it knows nothing of polynomials.
+# The other parser of the package, for nonlinearities, evaluates the same text as a number; it knows nothing of
+# polynomials.
 @given(FORMULAS, st.fractions(-3, 3, max_denominator=7))
 def test_a_block_has_the_value_of_its_formula(text, point):
     try:

@@ -1,4 +1,4 @@
-"""lure.loop: gains moved between law and block, exactly, and moved back."""
+"""lure.loop: gains moved between nonlinearity and block, exactly, and moved back."""
 
 import math
 from fractions import Fraction
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.loop import pole_shift, sector_shift, shifted_block
-from lure.nonlinearities import DeadZone, PiecewiseLinear, Saturation, Tanh, law_class, shifted_law
+from lure.nonlinearities import DeadZone, PiecewiseLinear, Saturation, Tanh, nonlinearity_class, shifted_nonlinearity
 from lure.plants.rational import RationalPlant
 
 small = st.fractions(-5, 5, max_denominator=20)
@@ -48,7 +48,7 @@ def test_two_shifts_are_one(block, first, second):
     start = NonlinearityClass(sector=Sector(-1, 4), slope=SlopeBounds(-2, math.inf), odd=True)
     assume(all(1 + g * block.feedthrough != 0 for g in (first, first + second)))
     twice, once = pole_shift(block, start, first).then(second), pole_shift(block, start, first + second)
-    assert (twice.block, twice.law_class, twice.gain) == (once.block, once.law_class, once.gain)
+    assert (twice.block, twice.nonlinearity_class, twice.gain) == (once.block, once.nonlinearity_class, once.gain)
     assert twice.undo(1) == 1 + first + second
 
 
@@ -63,7 +63,7 @@ def test_a_sector_shift_starts_the_sector_at_zero_and_keeps_everything_else():
         sector=Sector(Fraction(1, 3), 2), slope=SlopeBounds(-1, math.inf), odd=True, time_varying=True
     )
     shifted = sector_shift(RationalPlant([1], [1, 1]), start)
-    assert shifted.law_class == NonlinearityClass(
+    assert shifted.nonlinearity_class == NonlinearityClass(
         sector=Sector(0, Fraction(5, 3)), slope=SlopeBounds(Fraction(-4, 3), math.inf), odd=True, time_varying=True
     )
     assert shifted.block == RationalPlant([1], [1, Fraction(4, 3)])
@@ -86,7 +86,7 @@ def test_the_steps_say_what_was_replaced_by_what():
 def test_a_sector_that_starts_at_zero_is_left_alone():
     block, start = RationalPlant([1], [1, 1]), NonlinearityClass(sector=Sector(0, 2))
     same = sector_shift(block, start)
-    assert (same.block, same.law_class, same.gain) == (block, start, 0)
+    assert (same.block, same.nonlinearity_class, same.gain) == (block, start, 0)
     assert len(same.steps) == 1
 
 
@@ -119,33 +119,37 @@ def test_what_cannot_be_shifted_is_refused():
             pole_shift(half, NonlinearityClass(sector=Sector(0, 1)), gain)
 
 
-@pytest.mark.parametrize("law", [Saturation(gain=2, limit=1), Tanh(scale=Fraction(1, 100)), DeadZone(width=1, gain=3)])
+@pytest.mark.parametrize(
+    "nonlinearity", [Saturation(gain=2, limit=1), Tanh(scale=Fraction(1, 100)), DeadZone(width=1, gain=3)]
+)
 @given(gain=small, sigma=st.floats(-50, 50))
-def test_the_law_and_its_class_shift_together(law, gain, sigma):
-    psi = shifted_law(law, gain)
+def test_the_law_and_its_class_shift_together(nonlinearity, gain, sigma):
+    psi = shifted_nonlinearity(nonlinearity, gain)
     block = RationalPlant([1], [1, 1])
-    assert law_class(psi) == pole_shift(block, law_class(law), gain).law_class
-    assert float(psi(sigma)) == pytest.approx(float(law(sigma)) - float(gain) * sigma, rel=1e-12, abs=1e-12)
-    assert float(psi.slope(sigma)) == pytest.approx(float(law.slope(sigma)) - float(gain), rel=1e-12, abs=1e-12)
-    primitive = float(law.primitive(sigma)) - 0.5 * float(gain) * sigma**2
+    assert nonlinearity_class(psi) == pole_shift(block, nonlinearity_class(nonlinearity), gain).nonlinearity_class
+    assert float(psi(sigma)) == pytest.approx(float(nonlinearity(sigma)) - float(gain) * sigma, rel=1e-12, abs=1e-12)
+    assert float(psi.slope(sigma)) == pytest.approx(
+        float(nonlinearity.slope(sigma)) - float(gain), rel=1e-12, abs=1e-12
+    )
+    primitive = float(nonlinearity.primitive(sigma)) - 0.5 * float(gain) * sigma**2
     assert float(psi.primitive(sigma)) == pytest.approx(primitive, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize(
-    "law", [Saturation(gain=2, limit=1), Tanh(), PiecewiseLinear([(1, 3)], left_slope=3, right_slope=0)]
+    "nonlinearity", [Saturation(gain=2, limit=1), Tanh(), PiecewiseLinear([(1, 3)], left_slope=3, right_slope=0)]
 )
-def test_a_law_shifted_there_and_back_has_its_values_again(law):
-    back = shifted_law(shifted_law(law, Fraction(7, 3)), Fraction(-7, 3))
-    assert law_class(back) == law_class(law)
+def test_a_law_shifted_there_and_back_has_its_values_again(nonlinearity):
+    back = shifted_nonlinearity(shifted_nonlinearity(nonlinearity, Fraction(7, 3)), Fraction(-7, 3))
+    assert nonlinearity_class(back) == nonlinearity_class(nonlinearity)
     sigma = np.linspace(-3, 3, 61)
-    assert back(sigma) == pytest.approx(law(sigma), abs=1e-14)
+    assert back(sigma) == pytest.approx(nonlinearity(sigma), abs=1e-14)
 
 
 # one time step of sigma' = -sigma + mu, mu = -phi(sigma), from either description
 @given(sigma=st.floats(-10, 10), gain=small)
 def test_both_loops_have_the_same_right_hand_side(sigma, gain):
-    law, block = Saturation(gain=3, limit=2), RationalPlant([1], [1, 1])
-    shifted = pole_shift(block, law_class(law), gain)
+    nonlinearity, block = Saturation(gain=3, limit=2), RationalPlant([1], [1, 1])
+    shifted = pole_shift(block, nonlinearity_class(nonlinearity), gain)
     pole = -float(shifted.block.denominator[1])
-    psi = float(shifted_law(law, gain)(sigma))
-    assert pole * sigma - psi == pytest.approx(-sigma - float(law(sigma)), abs=1e-12)
+    psi = float(shifted_nonlinearity(nonlinearity, gain)(sigma))
+    assert pole * sigma - psi == pytest.approx(-sigma - float(nonlinearity(sigma)), abs=1e-12)

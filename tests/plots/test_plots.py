@@ -23,7 +23,7 @@ from lure.rod.systems import paper_rod, rod_from_exact
 
 ROD = paper_rod()
 SCHEME = upwind(ROD, 10)
-SECTOR = ROD.law.sector
+SECTOR = ROD.nonlinearity.sector
 POPOV = {block: popov_criterion(block, SECTOR) for block in (SCHEME, RodPlant(ROD))}
 # pushed at 1 m/s towards an obstacle 0.1 mm away: it touches within the first transit (0.17 ms)
 PUSHED = simulate(
@@ -264,7 +264,9 @@ def test_a_number_in_a_label_reads_as_written_by_hand(value, text):
 
 def test_a_rod_of_another_size_has_its_own_units():
     stiff = Rod(youngs_modulus=2e11, density=7800, length=10, area=1e-2, damping=1e3, compliance=1e-12)
-    axes = plot_popov(RodPlant(stiff), popov_criterion(RodPlant(stiff), stiff.law.sector), ax=Figure().add_subplot())
+    axes = plot_popov(
+        RodPlant(stiff), popov_criterion(RodPlant(stiff), stiff.nonlinearity.sector), ax=Figure().add_subplot()
+    )
     assert axes.get_xlabel() == "Re H(iω) [m/Pa]"
     assert axes.get_ylabel() == "ω Im H(iω) [m/(Pa s)]"
 

@@ -1,4 +1,4 @@
-"""Orbits of counterexamples, the laws behind them and harmonic balances, as drawings."""
+"""Orbits of counterexamples, the nonlinearities behind them and harmonic balances, as drawings."""
 
 from fractions import Fraction
 
@@ -12,7 +12,7 @@ from lure.analysis.counterexamples.orbit import accept_orbit
 from lure.analysis.counterexamples.search import accept_orbit_continuous
 from lure.analysis.counterexamples.simulated import orbit_of
 from lure.analysis.describing import DescribingHint, describing_hint
-from lure.analysis.plots import plot_hint, plot_law, plot_orbit, plot_orbit_signals
+from lure.analysis.plots import plot_hint, plot_nonlinearity, plot_orbit, plot_orbit_signals
 
 # Fitts' plant with damping 3/100, which swings with a steep saturation, from the state of the literature
 DAMPING = Fraction(3, 100)
@@ -46,7 +46,7 @@ def test_the_orbit_of_a_flow_closes_and_swings_equally_far_to_both_sides():
     t, sigma = orbit_of(FITTS, SWING)
     assert t[-1] == SWING.data["period"]
     assert abs(sigma[-1] - sigma[0]) < 1e-8 * sigma.max()
-    # the law is odd and the orbit found is symmetric: sigma(t + T/2) = -sigma(t)
+    # the nonlinearity is odd and the orbit found is symmetric: sigma(t + T/2) = -sigma(t)
     assert sigma[600:] == pytest.approx(-sigma[:601], abs=1e-8 * sigma.max())
     assert SWING.data["visited"] == pytest.approx([sigma.min(), sigma.max()], rel=1e-3)
 
@@ -83,7 +83,7 @@ def test_the_two_signals_of_an_orbit_are_those_of_the_loop(ax):
 
 def test_the_law_is_drawn_as_far_as_the_orbit_goes(ax):
     low, high = SWING.data["visited"]
-    drawn = lines(plot_law(SWING, ax=ax))
+    drawn = lines(plot_nonlinearity(SWING, ax=ax))
     for name in ("φ", "visited by the orbit"):
         x, y = drawn[name].get_data()
         assert x[0] <= low < -0.5  # far beyond the corners at -1/100 and 1/100

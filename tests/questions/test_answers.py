@@ -265,7 +265,7 @@ def test_a_class_without_an_upper_bound_is_more_than_every_finite_one():
 
 
 def test_only_a_member_of_the_very_class_refutes_it():
-    # phi = 0 is no member of the sector [.1, .8], nor a law without symmetry of the odd ones
+    # phi = 0 is no member of the sector [.1, .8], nor a nonlinearity without symmetry of the odd ones
     tighter = RationalPlant([1], [1, Fraction("-1.2"), Fraction("0.15")], dt=1)
     found = decide(tighter, sector=Sector(Fraction("0.1"), Fraction("0.8")), slope=SlopeBounds(0, Fraction("0.8")))
     assert found.verdict is not Verdict.REFUTED

@@ -28,7 +28,7 @@ from lure.analysis import check
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import settled
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.certificates.systems import law_class_of, laws_of
+from lure.analysis.certificates.systems import class_entry, nonlinearity_class_of
 from lure.analysis.questions import advice, analyse, answers, max_sector, max_slope, table
 from lure.analysis.questions.certify import certify
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of
@@ -57,18 +57,18 @@ def sector(low, high, **more):
     return NonlinearityClass(sector=Sector(low, high), **more)
 
 
-def about(block, law_class, law=None):
-    return analyse(Problem.about(block, law_class, nonlinearity=law))
+def about(block, nonlinearity_class, nonlinearity=None):
+    return analyse(Problem.about(block, nonlinearity_class, nonlinearity=nonlinearity))
 
 
 # the class ------------------------------------------------------------------------------------------------------------
 
 
 def test_a_filter_that_lets_everything_through_proves_nothing(monkeypatch):
-    # Carrasco's example 6: proved for odd laws up to 1.0869, refuted for a monotone one at 175/192 = .9115
+    # Carrasco's example 6: proved for odd nonlinearities up to 1.0869, refuted for a monotone one at 175/192 = .9115
     monotone = NonlinearityClass.slope_restricted(0, 1)
     for place in (advice, answers):
-        monkeypatch.setattr(place, "serves", lambda row, law_class: True)
+        monkeypatch.setattr(place, "serves", lambda row, nonlinearity_class: True)
     found = about(DT6, monotone)
     assert found.verdict is Verdict.REFUTED
     assert "odd" not in found.statement
@@ -109,8 +109,10 @@ def test_a_proof_is_one_of_the_classes_inside_its_own(proofs, which, asked, verd
     assert (found.shown is proof) == (found.verdict is Verdict.PROVED)
     if found.verdict is Verdict.PROVED:  # in words: the class and the numbers of the certificate
         top = "1.086956" if which == "odd" else "5.999999999"
-        assert found.law_class.endswith(f"[0, {top}]")
-        assert found.law_class.startswith("odd phi with slope in" if which == "odd" else "phi, time-invariant,")
+        assert found.nonlinearity_class.endswith(f"[0, {top}]")
+        assert found.nonlinearity_class.startswith(
+            "odd phi with slope in" if which == "odd" else "phi, time-invariant,"
+        )
         assert found.evidence is Evidence.CERTIFIED
     else:
         assert found.reason
@@ -164,7 +166,7 @@ def test_other_equilibria_refute_nothing_where_an_end_of_the_class_is_critical()
             "convention": "sigma = H mu, mu = -phi(sigma)",
             "numbers": "rationals",
             "system": {"kind": "transfer", "time": "continuous", "numerator": ["-1"], "denominator": ["1", "1"]},
-            "laws": laws_of(sector(0, 2), unbounded=False),
+            "laws": class_entry(sector(0, 2), unbounded=False),
             "law": None,
             "theorem": "counterexample",
             "multiplier": {},
@@ -183,8 +185,8 @@ def test_other_equilibria_refute_nothing_where_an_end_of_the_class_is_critical()
 
 def test_the_class_of_a_certificate_is_a_class_again():
     for given in (ODD, sector(Fraction(-1, 3), 2, time_varying=True), sector(0, float("inf"))):
-        assert law_class_of(laws_of(given, unbounded=True)) == given
-        assert law_class_of(laws_of(given, unbounded=False)) == given
+        assert nonlinearity_class_of(class_entry(given, unbounded=True)) == given
+        assert nonlinearity_class_of(class_entry(given, unbounded=False)) == given
 
 
 def test_what_does_not_fit_does_not_end_the_search(proofs, monkeypatch):
@@ -232,7 +234,7 @@ def decided(problem, rows):
 
 
 @pytest.mark.parametrize(
-    ("law", "dt"),
+    ("nonlinearity", "dt"),
     [
         (
             ExpressionNonlinearity("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2)),
@@ -242,8 +244,8 @@ def decided(problem, rows):
         (PiecewiseLinear([(0, 0), (1, 2), (2, 0)], left_slope=0, right_slope="0.1"), 1),
     ],
 )
-def test_a_law_with_which_the_loop_has_several_solutions_is_not_proved_by_assuming_one(law, dt):
-    loop = Loop(as_plant("(s + 2)/(s + 1)" if dt is None else "(z + 1)/(z - 0.5)", dt=dt), law)
+def test_a_law_with_which_the_loop_has_several_solutions_is_not_proved_by_assuming_one(nonlinearity, dt):
+    loop = Loop(as_plant("(s + 2)/(s + 1)" if dt is None else "(z + 1)/(z - 0.5)", dt=dt), nonlinearity)
     found = analyse(loop).conclusion
     assert found.verdict is Verdict.INCONCLUSIVE
     assert found.code is codes.SEVERAL_SOLUTIONS
@@ -265,9 +267,9 @@ def test_a_saturation_vanishes_at_zero_only_so_that_it_attracts_all():
     assert "with another phi than saturation" in found.not_shown[0]
 
 
-@pytest.mark.parametrize("law", [DeadZone(), None])
-def test_other_equilibria_are_not_talked_away(law):
-    found = about(PD, ODD, law)
+@pytest.mark.parametrize("nonlinearity", [DeadZone(), None])
+def test_other_equilibria_are_not_talked_away(nonlinearity):
+    found = about(PD, ODD, nonlinearity)
     assert found.verdict is Verdict.PROVED
     assert not found.conclusion.attracts
     assert found.conclusion.meaning == "Every motion converges to the set of equilibria"
@@ -283,8 +285,8 @@ def test_the_zeros_that_count_are_those_of_the_shifted_loop():
 
 
 def test_what_is_only_declared_is_said_to_be_so():
-    law = ExpressionNonlinearity("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2))
-    found = analyse(Loop(RationalPlant([1], [1, 1]), law)).conclusion
+    nonlinearity = ExpressionNonlinearity("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2))
+    found = analyse(Loop(RationalPlant([1], [1, 1]), nonlinearity)).conclusion
     assert found.membership in ("declared", "checked")
     assert ("if phi lies in the sector you declare" in found.headline) == (found.membership == "declared")
     assert analyse(Loop(RationalPlant([1], [1, 1]), Tanh())).conclusion.membership == "checked"
@@ -365,10 +367,11 @@ def test_an_answer_that_was_changed_is_compared_with_its_certificates_when_it_ar
 
 
 def test_without_a_class_the_row_that_reaches_farthest_is_said():
-    # 1/(s + 1)^3: the circle criterion reaches 4 for laws that vary, Popov's 8, Routh's limit, for those that do not
+    # 1/(s + 1)^3: the circle criterion reaches 4 for nonlinearities that vary, Popov's 8, Routh's limit, for those that
+    # do not
     found = analyse(RationalPlant([1], [1, 3, 3, 1]))
-    assert found.conclusion.law_class.endswith("[0, 7.999999999]")
-    assert "time-varying" not in found.conclusion.law_class
+    assert found.conclusion.nonlinearity_class.endswith("[0, 7.999999999]")
+    assert "time-varying" not in found.conclusion.nonlinearity_class
     assert found.statement.startswith("The point 0 attracts every motion for every ")
 
 
@@ -399,7 +402,7 @@ def test_a_class_without_an_upper_bound_is_proved_where_one_certificate_covers_i
 
 
 def test_advice_names_the_farthest_bound_that_would_be_proved():
-    # 1/(s + 1)^3: 4 for laws that vary, 8 for those that do not
+    # 1/(s + 1)^3: 4 for nonlinearities that vary, 8 for those that do not
     found = about(RationalPlant([1], [1, 3, 3, 1]), sector(0, 9))
     assert found.hints == ("an upper bound of 7.999999999 instead of 9 would be proved",)
     assert about(RationalPlant([1], [1, 3, 3, 1]), sector(0, 7)).hints == ()
@@ -417,8 +420,8 @@ def test_what_is_said_of_a_class_that_is_never_stable():
 )
 def test_a_class_without_a_lower_end_is_decided_as_by_certify(plant, upper, verdict):
     # s + 1 + g has its root right of 0 for g < -1; s + 1 - g left of it for all g < 1
-    law_class = sector(float("-inf"), upper)
-    found, certified = analyse(plant, law_class), certify(plant, law_class)
+    nonlinearity_class = sector(float("-inf"), upper)
+    found, certified = analyse(plant, nonlinearity_class), certify(plant, nonlinearity_class)
     assert found.verdict is certified.verdict is verdict
     assert found.shown.certificate == certified.certificate
     assert [row.lower for row in found.rows] == [0] * 4
@@ -479,7 +482,8 @@ def test_bounds_alone_are_a_class():
         certify(block, (0, 3))
 
 
-# the class of laws that jump, in both checkers ------------------------------------------------------------------------
+# the class of nonlinearities that jump, in both checkers
+# ------------------------------------------------------------------------
 
 ROUGH = {"sector": ["0", "2"], "slope": None, "odd": True, "time_varying": False, "linear": False, "regularity": "any"}
 
@@ -508,14 +512,14 @@ SLOPES = {**ROUGH, "slope": ["0", "2"]}
     ("draft", "accepted"),
     [
         (rough(LAG), True),
-        (rough(LAG, laws={**ROUGH, "time_varying": True, "odd": False}), True),
+        (rough(LAG, nonlinearities={**ROUGH, "time_varying": True, "odd": False}), True),
         (rough({"numerator": ["1/5", "0"], "denominator": ["1", "-1/2"]}), False),  # H(inf) = 1/5
         (rough({"numerator": ["1/5"], "denominator": ["1", "-1"]}), False),  # a pole at z = 1
         (rough({**LAG, "denominator": ["1", "1"], "time": "continuous"}), False),
-        (rough(LAG, theorem="tsypkin", multiplier={"q": "1"}, laws=SLOPES), False),
-        (rough(LAG, theorem="zames-falb", multiplier={"taps": [[1, "1/2"]]}, laws=SLOPES), False),
-        (rough(LAG, theorem="hurwitz", laws={**ROUGH, "linear": True}), False),
-        (rough(LAG, laws={**ROUGH, "regularity": "none"}), False),
+        (rough(LAG, theorem="tsypkin", multiplier={"q": "1"}, nonlinearities=SLOPES), False),
+        (rough(LAG, theorem="zames-falb", multiplier={"taps": [[1, "1/2"]]}, nonlinearities=SLOPES), False),
+        (rough(LAG, theorem="hurwitz", nonlinearities={**ROUGH, "linear": True}), False),
+        (rough(LAG, nonlinearities={**ROUGH, "regularity": "none"}), False),
     ],
 )
 def test_both_checkers_let_laws_jump_only_where_the_proof_never_uses_continuity(draft, accepted):
@@ -549,7 +553,7 @@ def test_a_row_says_what_is_proved_refuted_and_left_open():
 
 
 def test_of_two_rows_of_one_reach_the_one_without_time_is_said():
-    # 1/(s + 1): every finite sector, by the circle criterion and whatever the laws
+    # 1/(s + 1): every finite sector, by the circle criterion and whatever the nonlinearities
     found = analyse(RationalPlant([1], [1, 1]))
-    assert found.conclusion.law_class.endswith("[0, inf)")
+    assert found.conclusion.nonlinearity_class.endswith("[0, inf)")
     assert found.verdict is Verdict.PROVED

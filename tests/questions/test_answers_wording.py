@@ -1,4 +1,4 @@
-"""What a certificate says in words: its class, its numbers rounded to the safe side, its law, what it assumes."""
+"""What a certificate says in words: its class, its numbers rounded to the safe side, its member, what it assumes."""
 
 from fractions import Fraction
 from types import SimpleNamespace
@@ -91,7 +91,7 @@ SKEW = {"method": "orbit", "points": [["-1", "0"], ["0", "0"], ["2", "0"]], "lef
 
 
 @pytest.mark.parametrize(
-    ("conclusion", "proof", "does", "law"),
+    ("conclusion", "proof", "does", "nonlinearity"),
     [
         (MOVES, {"method": "linear-gain", "gain": "6"}, "destabilises the loop", "phi = 6 sigma"),
         (MOVES, {"method": "matrix-gain", "gain": "0"}, "destabilises the loop", "phi = 0"),
@@ -134,15 +134,15 @@ SKEW = {"method": "orbit", "points": [["-1", "0"], ["0", "0"], ["2", "0"]], "lef
         (MOVES, {"method": "structure"}, "destabilises the loop", "a law of the class"),
     ],
 )
-def test_a_counterexample_is_named(conclusion, proof, does, law):
+def test_a_counterexample_is_named(conclusion, proof, does, nonlinearity):
     found = shown(conclusion, "counterexample", proof=proof)
-    assert (destroys(found), counterexample(found)) == (does, law)
+    assert (destroys(found), counterexample(found)) == (does, nonlinearity)
 
 
-def direct(d, **laws):
+def direct(d, **nonlinearities):
     system = {"kind": "state-space", "d": d} if "/" in d else None
     system = system or {"kind": "transfer", "numerator": [d, "1"], "denominator": ["1", "1"]}
-    return {"system": system, "laws": {**PLAIN, **laws}}
+    return {"system": system, "laws": {**PLAIN, **nonlinearities}}
 
 
 SOLUTION = "sigma + D phi(sigma) = y, D = {}, has exactly one solution sigma for every y"

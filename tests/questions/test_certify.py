@@ -28,7 +28,7 @@ from lure.analysis.certificates import codes, sealing
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.certificates.sealing import contains
-from lure.analysis.certificates.systems import law_of, laws_of
+from lure.analysis.certificates.systems import class_entry, nonlinearity_entry
 from lure.analysis.inequality.gains import hurwitz_limit
 from lure.analysis.questions.certify import METHODS, ProofOptions, certify, text_of
 from lure.analysis.questions.problem import posed
@@ -83,11 +83,11 @@ def test_what_is_proved_lies_below_the_linear_limit_and_what_is_refuted_is_accep
 def test_the_certificate_is_about_exactly_the_class_asked():
     # sector [0, 1] within slopes [0, 5]: Popov proves it from the sector alone
     tight = NonlinearityClass(sector=Sector(0, 1), slope=SlopeBounds(0, 5), odd=True)
-    assert asked(THIRD, tight).certificate["laws"] == laws_of(tight, unbounded=True)
+    assert asked(THIRD, tight).certificate["laws"] == class_entry(tight, unbounded=True)
     # Park needs slopes: the sector [0, 3] of slopes [0, 3.5] is certified with both
     block = RationalPlant([1, Fraction("-0.2"), Fraction("-0.1")], [1, 2, 1, 1])
     wide = NonlinearityClass(sector=Sector(0, 3), slope=SlopeBounds(0, Fraction(7, 2)))
-    assert asked(block, wide, "park").certificate["laws"] == laws_of(wide, unbounded=True)
+    assert asked(block, wide, "park").certificate["laws"] == class_entry(wide, unbounded=True)
 
 
 def test_a_law_goes_into_its_certificate():
@@ -98,7 +98,7 @@ def test_a_law_goes_into_its_certificate():
 
 
 def test_a_question_without_a_class_is_refused():
-    with pytest.raises(InputError, match="no class of laws is given"):
+    with pytest.raises(InputError, match="no class of nonlinearities is given"):
         certify(THIRD)
     with pytest.raises(InputError, match="did you mean 'popov'"):
         asked(THIRD, sector(0, 1), "popof")
@@ -118,14 +118,14 @@ RESONANT = [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [-
 
 
 @pytest.mark.parametrize(
-    ("block", "law_class", "code"),
+    ("block", "nonlinearity_class", "code"),
     [
         (FrequencyData([1.0, 2.0], [1.0, 0.5], None), sector(0, 1), codes.SAMPLED),
         (StateSpace(RESONANT, [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]), sector(0, 1), codes.COMPUTED),
     ],
 )
-def test_what_cannot_be_decided_has_a_code(block, law_class, code):
-    found = certify(block, law_class)
+def test_what_cannot_be_decided_has_a_code(block, nonlinearity_class, code):
+    found = certify(block, nonlinearity_class)
     assert (found.verdict, found.code, found.certificate) == (Verdict.INCONCLUSIVE, code, None)
     assert str(code) in str(found)
 
@@ -154,7 +154,7 @@ def test_a_block_of_doubles_is_proved_by_matrices():
 
 
 @pytest.mark.parametrize(
-    ("law", "kind"),
+    ("nonlinearity", "kind"),
     [
         (Saturation(gain=2, limit=1), "piecewise-linear"),
         (DeadZone(width=1, gain=3), "piecewise-linear"),
@@ -164,8 +164,8 @@ def test_a_block_of_doubles_is_proved_by_matrices():
         (Tanh(scale=2, gain=3), "tanh"),
     ],
 )
-def test_a_law_in_a_certificate_is_the_law(law, kind):
-    written = law_of(law)
+def test_a_law_in_a_certificate_is_the_law(nonlinearity, kind):
+    written = nonlinearity_entry(nonlinearity)
     assert written["kind"] == kind
     x = np.linspace(-5, 5, 41)
     if kind == "tanh":
@@ -176,16 +176,18 @@ def test_a_law_in_a_certificate_is_the_law(law, kind):
         inner = np.interp(x, [p[0] for p in points], [p[1] for p in points])
         left, right = float(Fraction(written["left"])), float(Fraction(written["right"]))
         values = np.where(x < x0, y0 + left * (x - x0), np.where(x > x1, y1 + right * (x - x1), inner))
-    assert values == pytest.approx(law(x), abs=1e-12)
+    assert values == pytest.approx(nonlinearity(x), abs=1e-12)
 
 
-@pytest.mark.parametrize("law", [Cubic(cubic=1), ExpressionNonlinearity(text="sin(sigma)", sector=Sector(-1, 1)), None])
-def test_a_law_that_can_only_be_declared_stays_out(law):
-    assert law_of(law) is None
+@pytest.mark.parametrize(
+    "nonlinearity", [Cubic(cubic=1), ExpressionNonlinearity(text="sin(sigma)", sector=Sector(-1, 1)), None]
+)
+def test_a_law_that_can_only_be_declared_stays_out(nonlinearity):
+    assert nonlinearity_entry(nonlinearity) is None
 
 
 BOUNDS = st.tuples(st.sampled_from(["-inf", "-1", "0"]), st.sampled_from(["1/2", "1", "finite", "inf"]))
-LAWS = st.fixed_dictionaries(
+NONLINEARITIES = st.fixed_dictionaries(
     {
         "sector": BOUNDS.map(list),
         "slope": st.one_of(st.none(), BOUNDS.map(list)),
@@ -196,7 +198,7 @@ LAWS = st.fixed_dictionaries(
 )
 
 
-@given(a=LAWS, b=LAWS, c=LAWS)
+@given(a=NONLINEARITIES, b=NONLINEARITIES, c=NONLINEARITIES)
 def test_containment_is_an_order(a, b, c):
     assert contains(a, a)
     assert not (contains(a, b) and contains(b, c)) or contains(a, c)

@@ -78,8 +78,8 @@ def test_a_criterion_that_always_says_proved_proves_nothing_false(monkeypatch, t
 
     def always(_block, bounds, **_options):
         parameters = {**honest.parameters, "theta": theta}
-        law_class = NonlinearityClass(sector=bounds)
-        return replace(honest, verdict=Verdict.PROVED, parameters=parameters, law_class=law_class)
+        nonlinearity_class = NonlinearityClass(sector=bounds)
+        return replace(honest, verdict=Verdict.PROVED, parameters=parameters, nonlinearity_class=nonlinearity_class)
 
     monkeypatch.setattr(popov, "popov_criterion", always)
     found = asked(SEVENTH, sector(0, 9), "popov")  # beyond Popov's reach, 8.89898, with whatever multiplier
@@ -90,7 +90,9 @@ def test_a_criterion_that_always_says_proved_proves_nothing_false(monkeypatch, t
 def test_a_circle_criterion_that_always_says_proved_proves_nothing_false(monkeypatch):
     honest = circle.circle_criterion(THIRD, Sector(0, 1))
     lie = replace(honest, largest=Bracket(math.inf, math.inf))
-    monkeypatch.setattr(circle, "circle_criterion", lambda _b, s: replace(lie, law_class=sector(s.lower, s.upper)))
+    monkeypatch.setattr(
+        circle, "circle_criterion", lambda _b, s: replace(lie, nonlinearity_class=sector(s.lower, s.upper))
+    )
     # the circle criterion reaches 4/3 and not 4/3 itself: there a class smaller by 1e-15 is accepted, at 2 none
     for k, code in ((Fraction(4, 3), codes.PRECISION), (Fraction(2), codes.REJECTED)):
         found = asked(THIRD, sector(0, k), "circle")
@@ -107,8 +109,8 @@ def test_multipliers_out_of_thin_air_prove_nothing(monkeypatch, taps):
     honest = zames_falb_discrete.zames_falb_discrete_criterion(MASS, SlopeBounds(0, Fraction(1, 2)), odd=False)
 
     def always(_block, bounds, **_options):
-        law_class = NonlinearityClass.slope_restricted(bounds.lower, bounds.upper)
-        return replace(honest, verdict=Verdict.PROVED, parameters={"taps": taps}, law_class=law_class)
+        nonlinearity_class = NonlinearityClass.slope_restricted(bounds.lower, bounds.upper)
+        return replace(honest, verdict=Verdict.PROVED, parameters={"taps": taps}, nonlinearity_class=nonlinearity_class)
 
     monkeypatch.setattr(zames_falb_discrete, "zames_falb_discrete_criterion", always)
     found = asked(MASS, NonlinearityClass.slope_restricted(0, Fraction("0.95")), "zames-falb")
@@ -205,7 +207,7 @@ def test_an_orbit_that_is_not_proved_refutes_nothing(monkeypatch, evidence):
     found = asked(THIRD, sector(0, 4, time_varying=True))
     assert (found.verdict, found.code) == (Verdict.INCONCLUSIVE, codes.UNPROVED_ORBIT)
     assert "seems to oscillate" in found.detail
-    smaller = asked(THIRD, sector(0, 2, time_varying=True))  # the law is outside this class
+    smaller = asked(THIRD, sector(0, 2, time_varying=True))  # the nonlinearity is outside this class
     assert smaller.code is codes.NO_MULTIPLIER
 
 

@@ -61,12 +61,13 @@ def test_a_criterion_asked_for_by_name_is_asked(steps):
 
 def test_the_rows_of_an_analysis_share_their_work(steps):
     found = analyse(PARK)
-    assert sorted(steps) == ["circle", "park", "popov", "search"]  # for time-varying laws
+    assert sorted(steps) == ["circle", "park", "popov", "search"]  # for time-varying nonlinearities
     assert {row.criterion for row in found.rows} == {"circle", "popov", "park"}
 
 
 def test_no_orbit_is_looked_for_where_it_would_contradict_a_proof(monkeypatch):
-    # the sector is open above 1.49, but the orbits looked for belong to odd laws of restricted slope: Park's class
+    # the sector is open above 1.49, but the orbits looked for belong to odd nonlinearities of restricted slope: Park's
+    # class
     def refuse(*_arguments, **_options):
         raise AssertionError("an orbit of a class that is proved")
 

@@ -118,4 +118,4 @@ def test_a_question_about_constant_gains_leaves_the_nonlinearity_out():
     about = posed(Loop(RationalPlant([1], [1, 3, 2]), Saturation(gain=5)), None, criterion="hurwitz", finite=False)
     assert about.linear
     assert answer(about).verdict is Verdict.PROVED
-    assert (about.nonlinearity, about.law) == (None, None)
+    assert (about.nonlinearity, about.nonlinearity_entry) == (None, None)

@@ -18,7 +18,7 @@ from lure.analysis import nyquist_response, popov_response
 from lure.analysis.graphical.axis import OnAxis
 from lure.analysis.plots.loops import plot_reach, plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, write_loop_report
-from lure.analysis.report.loop.document import balance_hints, inputs_sha256, law_text, loop_document
+from lure.analysis.report.loop.document import balance_hints, inputs_sha256, loop_document, nonlinearity_text
 from lure.analysis.report.loop.figures import loop_figures
 from lure.analysis.report.loop.words import (
     asked_about,
@@ -42,9 +42,11 @@ FILES = {
     "shifted": '[plant]\nnum=[12]\nden=[1,2,-3]\n[class]\nsector=["1/2",3]\n',
     "discrete": '[plant]\ntransfer="1/(z*(z-0.5))"\ndt=0.1\n[class]\nsector=[0,0.5]\nslope=[0,0.5]\n',
     "dead time": '[plant]\ntransfer="exp(-s)/(s+1)"\n',
-    "dead time and law": ('[plant]\ntransfer="exp(-s)/(s+1)"\n[nonlinearity]\nkind="saturation"\ngain=1\nlimit=1\n'),
+    "dead time and nonlinearity": (
+        '[plant]\ntransfer="exp(-s)/(s+1)"\n[nonlinearity]\nkind="saturation"\ngain=1\nlimit=1\n'
+    ),
     "law": '[plant]\nnum=[1]\nden=[1,2,1]\n[nonlinearity]\nkind="tanh"\nscale=1\ngain=2\n',
-    "discrete law": '[plant]\ntransfer="1/(z-0.5)"\ndt=1\n[nonlinearity]\nkind="relu"\ngain=1\n',
+    "discrete nonlinearity": '[plant]\ntransfer="1/(z-0.5)"\ndt=1\n[nonlinearity]\nkind="relu"\ngain=1\n',
     "not Lipschitz": '[plant]\nnum=[1]\nden=[1,2,1]\n[nonlinearity]\nkind="quantiser"\nstep=1\n',
     "time-varying": "[plant]\nnum=[1]\nden=[1,1,1]\n[class]\nsector=[0,10]\ntime_varying=true\n",
     "hostile": f"name='''{HOSTILE}'''\n[plant]\nnum=[1]\nden=[1,1]\n[nonlinearity]\nkind=\"relu\"\ngain=1\n",
@@ -122,8 +124,8 @@ def test_the_cases_differ(documents):
 
 
 def test_a_nonlinear_counterexample_is_named_before_the_gain_that_refutes_every_class():
-    # Leonov, Bragin, Kuznetsov: under phi = 0 the poles +-i remain, and that law lies in the time-varying sector too;
-    # their hidden oscillation begins at a saturation of slope 0.39598
+    # Leonov, Bragin, Kuznetsov: under phi = 0 the poles +-i remain, and that nonlinearity lies in the time-varying
+    # sector too; their hidden oscillation begins at a saturation of slope 0.39598
     report = build_loop_report(builtin_loop("leonov-bragin-kuznetsov"))
     found = report.analysis
     assert {row.refuted_at for row in found.rows} == {found.asked.refuted_at} == {0}
@@ -223,8 +225,8 @@ class Silent:
 
 
 def test_a_law_that_does_not_print_is_named_after_its_class():
-    assert law_text(Silent()) == "Silent"
-    assert law_text(builtin_loop("dead-zone").nonlinearity).startswith("dead zone")
+    assert nonlinearity_text(Silent()) == "Silent"
+    assert nonlinearity_text(builtin_loop("dead-zone").nonlinearity).startswith("dead zone")
 
 
 def test_counterexamples_are_listed_once_with_all_their_classes(documents):
@@ -282,14 +284,14 @@ def letters(text):
 
 
 def test_a_law_is_simulated_and_of_a_class_only_members(reports):
-    for name in ("law", "discrete law", "contact"):
+    for name in ("law", "discrete nonlinearity", "contact"):
         (sentence,) = reports[name].observed
         assert re.match(r"\d+ simulated solutions over up to ", sentence)
     assert "came to rest at equilibria other than 0" in reports["contact"].observed[0]
     assert "all converged to 0" in reports["law"].observed[0]
-    assert reports["proved"].observed == reports["dead time and law"].observed == ()
+    assert reports["proved"].observed == reports["dead time and nonlinearity"].observed == ()
     assert "not locally Lipschitz" in reports["not Lipschitz"].observed[0]
-    assert {run.law.split()[1] for run in reports["proved"].trajectories} >= {"saturation", "dead"}
+    assert {run.nonlinearity.split()[1] for run in reports["proved"].trajectories} >= {"saturation", "dead"}
     for run in reports["law"].trajectories:
         assert run.t.shape == run.sigma.shape == run.mu.shape
         assert np.allclose(run.mu, -2 * np.tanh(run.sigma))
@@ -297,15 +299,15 @@ def test_a_law_is_simulated_and_of_a_class_only_members(reports):
 
 def test_the_describing_function_is_a_hint_for_odd_laws_in_continuous_time(reports):
     assert "describing function" in balance_hints(reports["law"].analysis.problem)[0]
-    assert "odd laws" in balance_hints(reports["contact"].analysis.problem)[0]
-    assert balance_hints(reports["discrete law"].analysis.problem) == ()
+    assert "odd nonlinearities" in balance_hints(reports["contact"].analysis.problem)[0]
+    assert balance_hints(reports["discrete nonlinearity"].analysis.problem) == ()
     assert balance_hints(reports["proved"].analysis.problem) == ()
 
 
 @pytest.mark.parametrize(("number", "said"), [(1, "b0; it"), (4, "b0; b1; b2; b3; it"), (6, "b3; and 2 more; it")])
 def test_of_many_balances_four_are_listed_and_the_others_counted(reports, monkeypatch, number, said):
     found = SimpleNamespace(balances=tuple(f"b{i}" for i in range(number)))
-    monkeypatch.setattr("lure.analysis.report.loop.document.describing_hint", lambda block, law: found)
+    monkeypatch.setattr("lure.analysis.report.loop.document.describing_hint", lambda block, nonlinearity: found)
     assert said in balance_hints(reports["law"].analysis.problem)[0]
 
 
@@ -377,7 +379,7 @@ def test_both_plots_are_drawn_whether_or_not_anything_is_proved(reports, name):
 def test_the_response_of_the_given_law_is_drawn_to_the_same_height(reports):
     from matplotlib import pyplot
 
-    for name in ("law", "discrete law"):
+    for name in ("law", "discrete nonlinearity"):
         spec = next(figure.spec for figure in loop_figures(reports[name]) if figure.spec.name == "response")
         assert "observed, no proof" in spec.caption
         runs = spec.draw.args[0]

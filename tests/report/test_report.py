@@ -50,7 +50,7 @@ SYSTEMS = {
     "no dashpot": with_damping(0),
     "negative dashpot": with_damping(Fraction(-1, 2)),
     "very negative dashpot": with_damping(-3),
-    "curved law": with_rod(exponent=Fraction(3, 2)),
+    "curved nonlinearity": with_rod(exponent=Fraction(3, 2)),
     "one cell": replace(PAPER, cells=1),
     "many cells": replace(PAPER, cells=100_000),
     "simulated more coarsely": replace(PAPER, cells=100_000, simulation_cells=5),
@@ -427,7 +427,7 @@ def test_what_stands_before_the_details_is_short(pages):
         assert after.count("<figure>") >= 10
 
 
-@pytest.mark.parametrize("name", ["paper-rod", "no dashpot", "negative dashpot", "curved law"])
+@pytest.mark.parametrize("name", ["paper-rod", "no dashpot", "negative dashpot", "curved nonlinearity"])
 def test_rod_and_scheme_stand_in_one_popov_and_one_nyquist_plot(reports, name):
     for spec in figure_specs(reports[name]):
         if spec.name in ("popov", "nyquist"):

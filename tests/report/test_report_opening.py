@@ -9,7 +9,7 @@ import pytest
 
 from lure import DeadZone, Saturation, Sector, Tanh
 from lure.analysis.plots.loops import plot_reach
-from lure.analysis.report.diagram import block_diagram, class_graph, fits, law_graph, raised
+from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonlinearity_graph, raised
 from lure.analysis.report.loop import build_loop_report, write_loop_report
 from lure.analysis.report.loop.bars import bar
 from lure.analysis.report.loop.document import loop_document
@@ -100,12 +100,13 @@ SERVO = PI_SERVO.replace("0.8*(1+1/(0.5*s))", "(1+0.1*s)")
 @pytest.mark.parametrize(
     ("text", "first"),
     [
-        # the law is checked to belong to the class proved: it stands first, and what is proved of it
+        # the nonlinearity is checked to belong to the class proved: it stands first, and what is proved of it
         (SERVO, ["Your nonlinearity: saturation", "PROVED", "Every motion converges to 0"]),
-        # the class is refuted, which says nothing of the law: the class first, then what was observed of the law
+        # the class is refuted, which says nothing of the nonlinearity: the class first, then what was observed of the
+        # nonlinearity
         (PI_SERVO, ["REFUTED", "Some odd φ with slope in [0, 1] ", "Certified. What the loop does with",
                     "Your nonlinearity, saturation", "observed, no proof"]),
-        # without a law: the class
+        # without a nonlinearity: the class
         (SERVO.partition("[nonlinearity]")[0] + "[class]\nsector=[0,1]\n", ["PROVED", "Every motion converges"]),
     ],
 )  # fmt: skip
@@ -121,7 +122,7 @@ def test_the_page_begins_with_what_was_decided_about_the_nonlinearity_given(text
 def test_a_law_that_no_run_could_follow_is_not_said_to_be_simulated(lag):
     (run, *_) = lag.trajectories
     assert "simulated solutions over up to" in _sentence((run,))
-    assert _sentence((replace(run, until=0.0),)).startswith("the law was not simulated: ")
+    assert _sentence((replace(run, until=0.0),)).startswith("the nonlinearity was not simulated: ")
 
 
 def row(proved=None, refuted=None, *, lower=0.0, verdict=None, closed=False):
@@ -171,9 +172,10 @@ def test_the_diagram_shows_the_formula_where_it_can_be_read():
     assert "0.123456" not in re.sub(r'aria-label="[^"]*"', "", block_diagram(long, "phi", class_graph(None)))
 
 
-# a stretch on which the law is seen to bend: twice the farthest kink, or of the size at which tanh(sigma/0.01) bends
+# a stretch on which the nonlinearity is seen to bend: twice the farthest kink, or of the size at which tanh(sigma/0.01)
+# bends
 @pytest.mark.parametrize(
-    ("law", "low", "high"),
+    ("nonlinearity", "low", "high"),
     [
         (Saturation(gain=1, limit=1), 2.0, 2.0),
         (DeadZone(width=3), 6.0, 6.0),
@@ -182,8 +184,8 @@ def test_the_diagram_shows_the_formula_where_it_can_be_read():
         (NormalCompliance(stiffness=4, exponent=2), 1.0, 1.0),
     ],
 )
-def test_the_graph_of_a_law_covers_its_bends(law, low, high):
-    made = law_graph(law)
+def test_the_graph_of_a_law_covers_its_bends(nonlinearity, low, high):
+    made = nonlinearity_graph(nonlinearity)
     (reach,) = re.findall(r'x="274"[^>]*>([^<]+)<', made)
     assert low <= float(reach) <= high
     points = np.array([float(number) for number in re.findall(r"[-\d.]+", re.findall(r'graph" d="([^"]+)', made)[0])])

@@ -103,7 +103,7 @@ def test_the_network_49_is_the_matrix_form_for_every_n(seed, N, k, form):
     rod = Rod(youngs_modulus=3.0, density=2.0, length=1.5, area=0.7, damping=k, compliance=0.2, exponent=1.5)
     scheme, g = upwind(rod, N, form=form, ordering="eq48"), float(rng.normal())
     y = rng.normal(size=2 * N + 1)  # z of either sign
-    mu = -float(rod.law(y[N]))
+    mu = -float(rod.nonlinearity(y[N]))
     expected = scheme.A @ y + scheme.b1 * mu + scheme.b2 * g
     found = rod_network(scheme, lambda t: g * t).rhs(1.0, y)
     assert np.allclose(found, expected, rtol=1e-13, atol=1e-13 * scheme.rate * np.abs(y).max())
@@ -116,7 +116,7 @@ def test_the_ring_42_and_the_simple_network_43_are_the_matrix_form(seed, N, form
     rng = np.random.default_rng(seed)
     scheme, rod = upwind(paper_rod("0.3"), N, form=form), paper_rod("0.3")
     y, g = rng.normal(size=2 * N + 1), float(rng.normal())
-    p = float(rod.law(y[-1]))
+    p = float(rod.nonlinearity(y[-1]))
     ring, u = rod_ring(scheme), np.zeros(2 * N)
     u[0], u[N] = g, p
     expected = scheme.A @ y - scheme.b1 * p + scheme.b2 * g

@@ -49,7 +49,7 @@ def test_it_says_what_the_certificates_say_of_their_class():
     assert rod["conclusion"] == discrete["conclusion"]
     assert result.headline == f"Without load, {rod['conclusion']}."
     assert rod["laws"]["sector"] == ["0", "inf"]
-    assert result.found.law_class == "phi, time-invariant, in the sector [0, inf]"
+    assert result.found.nonlinearity_class == "phi, time-invariant, in the sector [0, inf]"
     assert [(proof.model, proof.sector, proof.evidence) for proof in result.proofs] == [
         (model, "[0, inf]", Evidence.CERTIFIED) for model in ("rod", "scheme")
     ]
@@ -93,8 +93,8 @@ def test_locally_lipschitz_laws_have_the_half_line_of_equilibria(exponent):
     assert any("locally Lipschitz" in row for row in result.assumptions)
 
 
-# p = sqrt(max(z, 0)) has an infinite slope at 0: it is none of the locally Lipschitz laws of the certificate, as
-# `lure certify` says too
+# p = sqrt(max(z, 0)) has an infinite slope at 0: it is none of the locally Lipschitz nonlinearities of the certificate,
+# as `lure certify` says too
 def test_a_law_outside_the_class_of_the_certificate_is_not_proved():
     result = concluded(exponent="1/2")
     assert result.verdict is Verdict.INCONCLUSIVE

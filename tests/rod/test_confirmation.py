@@ -135,7 +135,7 @@ def test_the_lyapunov_functional_falls_by_more_than_its_derivation_says(ratio, s
     half = np.diff(edges)[:, None] / 2
     at = edges[:-1, None] + half * (NODES + 1)
     z, speed = motion.z(at), motion.end_velocity(at)
-    rate = 2 * z * rod.law(z) + eta * speed**2
+    rate = 2 * z * rod.nonlinearity(z) + eta * speed**2
     owed = np.concatenate(([0.0], np.cumsum((rate * half * WEIGHTS).sum(axis=1))))
     paid = functional[0] - functional
     assert np.all(paid >= owed[np.searchsorted(edges, t)] - 1e-9 * functional.max())

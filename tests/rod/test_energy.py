@@ -34,7 +34,7 @@ def rate(scheme, y, force=0.0, body=None):
     """The right-hand side, from the matrices of the block."""
     waves = np.zeros(2 * scheme.cells) if body is None else body / (scheme.rod.density * scheme.rod.area)
     load = np.append(waves, 0.0)[scheme.permutation]
-    stress = scheme.rod.law(split_state(scheme, y)[1])
+    stress = scheme.rod.nonlinearity(split_state(scheme, y)[1])
     return scheme.A @ y - scheme.b1 * stress + scheme.b2 * force + load
 
 
@@ -103,7 +103,7 @@ def test_the_popov_lyapunov_function_falls_along_every_motion(rod, cells, seed):
     direction = rate(scheme, y)
     gradient = derivative(lambda state: lyapunov_function(scheme, state, theta), y, direction)
     size = np.abs(lyapunov_function(scheme, np.abs(y), theta)) * scheme.rate
-    stress = float(rod.law(y[-1]))
+    stress = float(rod.nonlinearity(y[-1]))
     assert gradient <= -2 * float(y[-1]) * stress + 1e-7 * size
 
 

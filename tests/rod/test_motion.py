@@ -178,7 +178,7 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(arguments, message):
     ("make", "message"),
     [
         (lambda: Boundary(end_damping=-1.0), "end_damping is -1.0"),
-        (lambda: Boundary(law=3), "law is a int"),
+        (lambda: Boundary(nonlinearity=3), "nonlinearity is a int"),
         (lambda: Numerics(degree=3), "degree is 3"),
         (lambda: Numerics(keep=1), "keep is 1"),
         (lambda: Numerics(compiled=1), "compiled is 1"),

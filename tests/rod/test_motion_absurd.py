@@ -39,7 +39,7 @@ def test_an_obstacle_of_everything_is_rigid_and_said_to_be(eps):
     assert np.array_equal(finite(stiff), finite(exact_motion(other_rod(), LOADED, 20.0, boundary=RIGID)))
 
 
-# Linear law, gap 0: the motion is of the first degree in the data, whatever their size.
+# Linear gain, gap 0: the motion is of the first degree in the data, whatever their size.
 @pytest.mark.parametrize("size", ["1e-300", "1e-150", "1e80", "1e99"])
 @pytest.mark.parametrize("boundary", [Boundary(), RIGID])
 def test_the_size_of_the_data_is_a_unit_and_no_more(size, boundary):

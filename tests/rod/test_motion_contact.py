@@ -87,8 +87,10 @@ def test_energy_is_balanced_over_ten_seconds_however_stiff_the_obstacle(eps, com
         Boundary(clamped=True),
         Boundary(end_damping=0.7),
         Boundary(rigid=True, clamped=True, end_damping=0.2),
-        Boundary(law=PiecewiseLinear([(-1, 0), (0, 0), (Fraction(1, 10), 2), (1, 3)], left_slope=0.5, right_slope=4)),
-        Boundary(law=PiecewiseLinear([(0, 0), (Fraction(1, 8), 0)], left_slope=1, right_slope=1000)),
+        Boundary(
+            nonlinearity=PiecewiseLinear([(-1, 0), (0, 0), (Fraction(1, 10), 2), (1, 3)], left_slope=0.5, right_slope=4)
+        ),
+        Boundary(nonlinearity=PiecewiseLinear([(0, 0), (Fraction(1, 8), 0)], left_slope=1, right_slope=1000)),
     ],
 )
 def test_energy_is_balanced_with_every_boundary_condition(boundary, compiled):
@@ -155,9 +157,11 @@ def test_a_whole_power_of_one_is_the_linear_law():
 
 
 def test_the_law_of_the_rod_given_as_a_graph_is_the_same():
-    law = PiecewiseLinear([(0, 0)], left_slope=0, right_slope=5)
+    nonlinearity = PiecewiseLinear([(0, 0)], left_slope=0, right_slope=5)
     t = np.linspace(0, 10, 301)
-    ours, theirs = (exact_motion(other_rod(), LOADED, 10.0, boundary=b) for b in (Boundary(law=law), Boundary()))
+    ours, theirs = (
+        exact_motion(other_rod(), LOADED, 10.0, boundary=b) for b in (Boundary(nonlinearity=nonlinearity), Boundary())
+    )
     assert ours.z(t) == pytest.approx(theirs.z(t), abs=1e-14)
     assert len(ours.impacts) == len(theirs.impacts) > 0
 

@@ -1,5 +1,4 @@
-"""lure.rod.motion where rounding decides: contact at one instant, grazing from rest, laws far from zero, energies,
-ends."""
+"""lure.rod.motion where rounding decides: contact at one instant, grazing, kinks far from zero, energies, ends."""
 
 import numpy as np
 import pytest
@@ -71,9 +70,11 @@ def test_contact_from_rest_begins_at_once(compiled, degree):
 # A rod at rest at z = 0, the end of a segment whose other knot is far away, stays there exactly.
 @pytest.mark.parametrize("compiled", EITHER_WAY)
 def test_rest_at_a_knot_is_exact_however_far_the_next_knot_is(compiled):
-    law = PiecewiseLinear([(-1000, -7000), (0, 0), (1000, 7)], left_slope=0, right_slope=0)
+    nonlinearity = PiecewiseLinear([(-1000, -7000), (0, 0), (1000, 7)], left_slope=0, right_slope=0)
     numerics = Numerics(compiled=compiled)
-    motion = exact_motion(unit_rod(gap=0), Scenario.parse(), 6.0, boundary=Boundary(law=law), numerics=numerics)
+    motion = exact_motion(
+        unit_rod(gap=0), Scenario.parse(), 6.0, boundary=Boundary(nonlinearity=nonlinearity), numerics=numerics
+    )
     assert not motion.z(np.linspace(0, 6, 50)).any()
     assert motion.energy_residual == 0
 
@@ -103,7 +104,7 @@ def test_energies_at_many_instants_are_those_of_the_fields(body, damping):
         x, weights = motion.fields._quadrature(motion.fields.breaks(instant))
         v, w = motion.velocity(instant, x), motion.strain(instant, x)
         density = rod.density * v**2 + rod.youngs_modulus * w**2
-        stored = rod.law.primitive(motion.z(instant))
+        stored = rod.nonlinearity.primitive(motion.z(instant))
         assert energy == pytest.approx(rod.area * (0.5 * (weights * density).sum() + stored), rel=1e-13)
         assert motion.energy(instant) == pytest.approx(energy, rel=1e-14)
     with pytest.raises(InputError, match="t leaves the waves"):

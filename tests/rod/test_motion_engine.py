@@ -57,7 +57,7 @@ def problems(draw):
         clamped=draw(st.booleans()),
         end_damping=draw(st.sampled_from([0.0, 0.2, 3.0])),
         rigid=kind == "rigid",
-        law=graph if kind == "graph" else None,
+        nonlinearity=graph if kind == "graph" else None,
     )
     return rod, scenario, boundary, draw(st.floats(0.5, 14))
 
@@ -242,7 +242,7 @@ def test_panels_hold_the_load(force):
 
 
 def test_compilation_is_chosen_where_it_pays(monkeypatch):
-    problem = SimpleNamespace(transits=100.0, law=SimpleNamespace(segments=[SimpleNamespace(power=1.0)]))
+    problem = SimpleNamespace(transits=100.0, nonlinearity=SimpleNamespace(segments=[SimpleNamespace(power=1.0)]))
     monkeypatch.setattr(engine, "find_spec", lambda _: object())
     monkeypatch.setattr(engine, "_KERNELS", {})
     monkeypatch.setattr(engine, "compiled_kernel", lambda powers: "with" if powers else "without")
@@ -252,12 +252,12 @@ def test_compilation_is_chosen_where_it_pays(monkeypatch):
         assert engine.compilation_pays(problem, None) is pays
         assert engine.compilation_pays(problem, False) is False
         assert engine.compilation_pays(problem, True) is True
-    problem.law.segments[0].power, problem.transits = 2.0, 6000
+    problem.nonlinearity.segments[0].power, problem.transits = 2.0, 6000
     monkeypatch.setattr(engine, "_on_disk", lambda made: made == "without")
     assert engine.compilation_pays(problem, None) is False  # what is on disk knows no power laws
     monkeypatch.setattr(engine, "_KERNELS", {False: SimpleNamespace(signatures=[()])})
     assert engine.compilation_pays(problem, None) is False
-    problem.law.segments[0].power = 1.0
+    problem.nonlinearity.segments[0].power = 1.0
     assert engine.compilation_pays(problem, None) is True
     monkeypatch.setattr(engine, "find_spec", lambda _: None)
     assert engine.compilation_pays(problem, None) is False

@@ -100,9 +100,9 @@ def brute_force(rod, scenario, until, cells):
     z = np.full(steps + 1, scenario.contact_coordinate(rod))
     for n in range(steps):
         if n + 1 > back:
-            echo = W[n + 1 - back] - 2 * d * float(rod.law(z[n + 1 - back]))
+            echo = W[n + 1 - back] - 2 * d * float(rod.nonlinearity(z[n + 1 - back]))
             W[n + 1] = -rod.reflection * echo + 2 * rod.input_gain * float(scenario.force(t=t[n + 1] - T))
-        known = z[n] + 0.5 * h * (W[n] - d * float(rod.law(z[n])) + W[n + 1])
+        known = z[n] + 0.5 * h * (W[n] - d * float(rod.nonlinearity(z[n])) + W[n + 1])
         z[n + 1] = known if known <= 0 else known / (1 + 0.5 * h * d / rod.compliance)
     return t, z
 
@@ -165,23 +165,23 @@ def motions(draw, *, power=False):
         velocity=f"{V!r}*(({e}) + ({f})*abs({x} - {place!r}))",
         force=f"{F!r}*(({g})*sin({speed!r}*t) + where(t < {instant!r}, {h}, 0))",
     )
-    law = None
+    nonlinearity = None
     if not power and draw(st.booleans()):
         unit, slopes = Fraction(V * T), [Fraction(draw(decades(-3, 4)) / (d * T)) for _ in range(3)]
         knots = [-unit * Fraction(draw(st.floats(0.01, 1))), Fraction(0), unit * Fraction(draw(st.floats(0.01, 1)))]
         points = [(knots[0], slopes[0] * knots[0]), (0, 0), (knots[2], slopes[1] * knots[2])]
-        law = PiecewiseLinear(points, left_slope=0, right_slope=slopes[2])
+        nonlinearity = PiecewiseLinear(points, left_slope=0, right_slope=slopes[2])
     boundary = Boundary(
         clamped=draw(st.booleans()),
         end_damping=Z * draw(st.one_of(st.just(0.0), decades(-2, 2))),
-        rigid=not power and law is None and draw(st.booleans()),
-        law=law,
+        rigid=not power and nonlinearity is None and draw(st.booleans()),
+        nonlinearity=nonlinearity,
     )
     return rod, scenario, boundary, T * draw(st.floats(0.3, 12))
 
 
 def checked(case):
-    """Balance, signs, contacts and the law itself, on a net of 30 points a piece."""
+    """Balance, signs, contacts and the nonlinearity itself, on a net of 30 points a piece."""
     rod, scenario, boundary, until = case
     motion = exact_motion(rod, scenario, until, boundary=boundary)
     T, d = rod.travel_time, rod.mobility
@@ -199,7 +199,7 @@ def checked(case):
     assert np.isfinite(p).all()
     assert motion.energy_residual < 1e-10
     events = np.array([instant for i in motion.impacts for instant in (i.start, i.end)] + [-math.inf])
-    if boundary.law is None:
+    if boundary.nonlinearity is None:
         touching = np.zeros(len(t), dtype=bool)
         for impact in motion.impacts:
             touching |= (t >= impact.start - 1e-12 * T) & (t <= impact.end + 1e-12 * T)
@@ -207,15 +207,17 @@ def checked(case):
         assert d * p.min(initial=0) >= -1e-9 * wave
         assert np.all(p[~touching] == 0)
     if not (boundary.rigid or motion.note):
-        law, blur = boundary.law or rod.law, 1e-14 * wave * T
-        off = np.abs(p - law(z)) - np.abs(law(z + blur) - law(z - blur))
+        nonlinearity, blur = boundary.nonlinearity or rod.nonlinearity, 1e-14 * wave * T
+        off = np.abs(p - nonlinearity(z)) - np.abs(nonlinearity(z + blur) - nonlinearity(z - blur))
         if rod.exponent < 1:  # a cusp at contact: the place is right to rounding, the stress within 1e-9 T of it is not
             off = off[np.abs(t[:, None] - events).min(axis=1) > 1e-9 * T]
         assert d * off.max(initial=0) <= 1e-10 * wave
     other = exact_motion(rod, scenario, until, boundary=boundary, numerics=Numerics(degree=25))
     assert np.abs(other.z(t) - z).max() <= 1e-9 * wave * T + 100 * (motion.error + other.error)
     largest = max(motion.energy(0.0), motion.energy(until))
-    layer = d / rod.compliance * T if rod.exponent == 1 and boundary.law is None else 0  # narrower than t can show
+    layer = (
+        d / rod.compliance * T if rod.exponent == 1 and boundary.nonlinearity is None else 0
+    )  # narrower than t can show
     if largest > 1e-6 * rod.area * rod.density * rod.length * wave**2:
         assert imbalance(motion) < 1e-10 + 1e-15 * layer
     return motion

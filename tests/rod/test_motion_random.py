@@ -1,4 +1,4 @@
-"""lure.rod.motion on random rods, laws, loads and data: energy is never created and no event is missed."""
+"""lure.rod.motion on random rods, nonlinearities, loads and data: energy is never created and no event is missed."""
 
 import numpy as np
 import pytest

@@ -19,7 +19,7 @@ from lure.rod.motion.motion import _problem
 pytestmark = WITH_NUMBA
 ON, OFF = Numerics(compiled=True), Numerics(compiled=True, stretches=False)
 AMOUNT = st.floats(-1, 1).map(lambda x: round(x, 3))
-SOFT = Boundary(law=PiecewiseLinear([(0, 0), (Fraction(1, 10), Fraction(1, 50))], left_slope=0, right_slope=2))
+SOFT = Boundary(nonlinearity=PiecewiseLinear([(0, 0), (Fraction(1, 10), Fraction(1, 50))], left_slope=0, right_slope=2))
 
 
 def stretches(motion):
@@ -84,7 +84,7 @@ def problems(draw):
         clamped=draw(st.integers(0, 3)) == 0,
         end_damping=draw(st.sampled_from([0.0, 0.2, 3.0])),
         rigid=kind == "rigid",
-        law=SOFT.law if kind == "graph" else None,
+        nonlinearity=SOFT.nonlinearity if kind == "graph" else None,
     )
     return rod, scenario, boundary, draw(st.floats(100, 600))
 

@@ -334,10 +334,10 @@ def test_a_multiplier_beyond_doubles_is_refused_in_one_sentence():
         popov_criterion(RodPlant(rod), Sector(0, 1))
 
 
-# m < 1: the chord at zero is vertical, the law is not locally Lipschitz, and Popov's theorem is not about it
+# m < 1: the chord at zero is vertical, the nonlinearity is not locally Lipschitz, and Popov's theorem is not about it
 @pytest.mark.parametrize(("exponent", "said"), [(0.5, True), (1, False), (2, False)])
 @pytest.mark.parametrize("criterion", [popov_criterion, circle_criterion])
 def test_the_hypotheses_say_when_the_rods_own_law_is_not_in_the_class(criterion, exponent, said):
     rod = Rod(**UNIT, damping=1, exponent=exponent)
     hypotheses = criterion(RodPlant(rod), Sector(0, math.inf)).hypotheses
-    assert any("fails for this rod's own law" in text for text in hypotheses) is said
+    assert any("fails for this rod's own nonlinearity" in text for text in hypotheses) is said

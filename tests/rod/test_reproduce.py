@@ -152,7 +152,7 @@ def test_contact_and_release_give_back_no_more_energy_than_they_took():
     ],
 )
 def test_the_shift_refuses_other_laws_and_body_forces(rod, scenario):
-    with pytest.raises(AssumptionError, match="needs the linear law and no body force"):
+    with pytest.raises(AssumptionError, match="needs the linear contact law and no body force"):
         rod_run(rod, scenario, 1.0)
 
 
@@ -189,7 +189,7 @@ def test_the_eigenvectors_of_free_flight_in_closed_form_are_eigenvectors():
 
 def test_eigenvectors_are_refused_where_there_is_no_basis_of_them_or_another_load():
     force = HarmonicForce(amplitude=1.0, omega=4.0)
-    with pytest.raises(AssumptionError, match="need the linear law and k other than Z"):
+    with pytest.raises(AssumptionError, match="need the linear contact law and k other than Z"):
         ModalBasis(paper_rod("1.2"), 4)
     with pytest.raises(AssumptionError, match="release has loads, g = 1"):
         modal_run(ModalBasis(PAPER.rod, 4), Scenario.parse(force=1), force, form="corrected", until=1.0)

@@ -154,8 +154,8 @@ def test_decimals_are_kept_beside_the_nearest_doubles():
 
 
 def test_the_contact_law_keeps_the_exact_compliance():
-    law = paper(compliance=Fraction(3), exponent=Fraction(3, 2)).law
-    assert (law.exact_stiffness, law.exact_exponent) == (Fraction(1, 3), Fraction(3, 2))
+    nonlinearity = paper(compliance=Fraction(3), exponent=Fraction(3, 2)).nonlinearity
+    assert (nonlinearity.exact_stiffness, nonlinearity.exact_exponent) == (Fraction(1, 3), Fraction(3, 2))
 
 
 def test_rods_are_equal_when_their_exact_parameters_are():

@@ -25,7 +25,7 @@ def test_a_grazing_contact_is_found_or_ruled_out_on_both_sides(cells, exponent):
     its = rod(compliance=10, exponent=exponent, gap=100)
     far = simulate(upwind(its, cells), FLYING, until=6.0, samples=2)
     top = far.max_gap_coordinate + 100
-    share = 1e-12 if exponent == 1.0 else 1e-8  # a law that is not linear is followed to a tolerance of 1e-9
+    share = 1e-12 if exponent == 1.0 else 1e-8  # a nonlinearity that is not linear is followed to a tolerance of 1e-9
     near, clear = (
         simulate(upwind(replace(its, gap=top * (1 + side)), cells), FLYING, until=6.0, samples=2)
         for side in (-share, share)
@@ -100,7 +100,8 @@ def test_a_run_that_begins_or_ends_in_contact_says_so():
 
 
 def test_a_release_within_the_accuracy_of_events_does_not_count_as_two_contacts():
-    # The rod leaves a law that is infinitely stiff at zero, so that the collocated stress grazes zero on the way out.
+    # The rod leaves a nonlinearity that is infinitely stiff at zero, so that the collocated stress grazes zero on the
+    # way out.
     its = rod(damping=1.0, gap=-0.4901, exponent=0.7, compliance=2.0901e-5**0.7 / 2)
     scenario = Scenario.parse(displacement="0.102*sin(2.10467*x + 3.341)", velocity="-1.51*sin(1.48733*x + 0.073)")
     run = simulate(upwind(its, 3), scenario, until=20.66)

@@ -106,7 +106,7 @@ def test_forced_flight_and_forced_contact_are_the_augmented_exponential(k, N, om
     run = structured_motion(scheme, scenario, min(until, rod.travel_time / 2) if pressed else until, samples=2)
     n = scheme.order
     M = np.zeros((n + 2, n + 2))
-    M[:n, :n] = scheme.A.toarray() - (rod.law.stiffness * np.outer(scheme.b1, scheme.c) if pressed else 0.0)
+    M[:n, :n] = scheme.A.toarray() - (rod.nonlinearity.stiffness * np.outer(scheme.b1, scheme.c) if pressed else 0.0)
     M[:n, n], M[n, n + 1], M[n + 1, n] = scheme.b2, -omega, omega
     start = np.concatenate((initial_state(scheme, scenario), amplitude * np.array([math.cos(0.3), math.sin(0.3)])))
     expected = (expm(run.t[-1] * M) @ start)[:n]
@@ -140,7 +140,8 @@ def test_the_forced_motion_is_that_of_the_event_exact_simulation(force, gap, N, 
 # Multiply row i of the scheme by y_i and telescope.  With e = -a y_2N + 2 b g what enters the forward wave and
 # q = y_N - 2 d p what enters the backward one, each in front of its wave:
 #   d/dt [(h/2c) sum y^2 + 2 d P(z)] = (e^2 - y_2N^2)/2 - sum of (differences)^2/2 over both waves,
-# since what the law takes at the end, (q^2 - y_N^2)/2 = -2 d p z', is what it stores.  Times A/(2d) it is a power.
+# since what the nonlinearity takes at the end, (q^2 - y_N^2)/2 = -2 d p z', is what it stores.  Times A/(2d) it is a
+# power.
 def test_the_energy_grows_by_the_work_of_the_force_less_what_is_lost():
     rod, N = rod_with(0.3, 1e-5), 12
     scheme = upwind(rod, N)
@@ -154,7 +155,7 @@ def test_the_energy_grows_by_the_work_of_the_force_less_what_is_lost():
         y = structured_motion(scheme, scenario, t, samples=2).state
         entering = -rod.reflection * y[2 * N - 1] + 2.0 * rod.input_gain * float(force(t=t))
         forward = np.append(entering, y[:N])
-        backward = np.append(y[N - 1] - 2.0 * rod.mobility * float(rod.law(y[-1])), y[N : 2 * N])
+        backward = np.append(y[N - 1] - 2.0 * rod.mobility * float(rod.nonlinearity(y[-1])), y[N : 2 * N])
         lost = (np.diff(forward) ** 2).sum() + (np.diff(backward) ** 2).sum()
         return 0.5 * (entering**2 - y[2 * N - 1] ** 2 - lost)
 

@@ -33,11 +33,11 @@ def test_a_stretch_of_contact_is_the_matrix_exponential(k, N, share, seed):
     rod = rod_with(k, 0.0, compliance=2e-8 / N)  # kappa = 0.17
     scheme = upwind(rod, N)
     y = np.random.default_rng(seed).normal(size=2 * N + 1)
-    kappa = rod.mobility * rod.law.stiffness / scheme.rate
+    kappa = rod.mobility * rod.nonlinearity.stiffness / scheme.rate
     start = RegisterState(register=ShiftRegister(scheme=scheme), waves=y[:-1], gap=float(y[-1]))
     press = EventFreeInterval(start=start, length=2 * N, kappa=kappa)
     tau = share * press.length
-    closed = (scheme.A.toarray() - rod.law.stiffness * np.outer(scheme.b1, scheme.c)) / scheme.rate
+    closed = (scheme.A.toarray() - rod.nonlinearity.stiffness * np.outer(scheme.b1, scheme.c)) / scheme.rate
     scale = np.append(np.ones(2 * N), scheme.rate)
     expected = expm(tau * scale[:, None] * closed / scale) @ y
     after = press.after(parted(tau))
@@ -150,7 +150,7 @@ def test_a_contact_that_fades_is_followed_down_to_rounding():
     until = 20 * scheme.rod.travel_time
     start = np.append(np.ones(22), 1e-9)
     found = structured_motion(scheme, start, until, samples=801)
-    closed = scheme.A.toarray() - scheme.rod.law.stiffness * np.outer(scheme.b1, scheme.c)
+    closed = scheme.A.toarray() - scheme.rod.nonlinearity.stiffness * np.outer(scheme.b1, scheme.c)
     step = expm(until / 800 * closed)
     states = [start]
     for _ in range(800):

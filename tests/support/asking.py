@@ -10,5 +10,5 @@ def sector(lower, upper, **words):
     return NonlinearityClass(sector=Sector(lower, upper), **words)
 
 
-def asked(block, law_class, criterion="best", **ways):
-    return certify(block, law_class, ways=ProofOptions(criterion=criterion, **ways))
+def asked(block, nonlinearity_class, criterion="best", **ways):
+    return certify(block, nonlinearity_class, ways=ProofOptions(criterion=criterion, **ways))

@@ -39,7 +39,7 @@ def delayed(terms, denominator):
     }
 
 
-def laws(lower, upper, *, slope=None, odd=False, time_varying=False, linear=False):
+def nonlinearities(lower, upper, *, slope=None, odd=False, time_varying=False, linear=False):
     """`slope=True`: the slopes have the bounds of the sector."""
     ends = [str(lower), str(upper)]
     return {
@@ -115,99 +115,112 @@ def flow_orbit(direct=Fraction(0), *, half):
         "state": [float(v) for v in turn[0].state],
         "half": half,
     }
-    system, given = transfer(" ".join(map(str, top)), "1 -1/5 1"), laws(0, 1, slope=True)
+    system, given = transfer(" ".join(map(str, top)), "1 -1/5 1"), nonlinearities(0, 1, slope=True)
     return refutation(system, given, flow_orbit_proof(system, given, record))
 
 
 DRAFTS = {
-    "popov": lambda: draft(THIRD, laws(0, "59/10"), "popov", {"theta": "3/2"}),
+    "popov": lambda: draft(THIRD, nonlinearities(0, "59/10"), "popov", {"theta": "3/2"}),
     "popov, shifted, piecewise linear": lambda: draft(
-        THIRD, laws("1/4", "2"), "popov", {"theta": "1"}, law={**LIMITER, "left": "1/2"}
+        THIRD, nonlinearities("1/4", "2"), "popov", {"theta": "1"}, law={**LIMITER, "left": "1/2"}
     ),
-    "popov, every finite bound": lambda: draft(OSCILLATOR, laws(0, "finite"), "popov", {"theta": "1"}),
-    "popov, tanh": lambda: draft(THIRD, laws(0, "5"), "popov", {"theta": "3/2"}, law=TANH),
-    "popov, negative theta": lambda: draft(transfer("1 0 0", "1 2 2 1"), laws(0, "17/2"), "popov", {"theta": "-1/10"}),
-    "circle": lambda: draft(OSCILLATOR, laws(0, "29/10", time_varying=True), "circle", {}),
-    "circle, critical": lambda: draft(THIRD, laws(0, "5/4", time_varying=True), "circle", {}),
-    "circle, mirrored": lambda: draft(transfer("-1", "1 1"), laws("-inf", "1/2"), "circle", {"mirrored": True}),
-    "circle, no bound": lambda: draft(transfer("1 1", "1 3 3"), laws(0, "inf"), "circle", {}),
-    "circle, discrete": lambda: draft(DISCRETE, laws("-1/4", "3/5", time_varying=True), "circle", {}),
-    "circle, discrete critical": lambda: draft(transfer("1", "1 -1", "discrete"), laws(0, 1), "circle", {}),
-    "circle, dead time": lambda: draft(DEAD, laws(0, "3/4"), "circle", {}, THREE_BOXES),
-    "popov, dead time": lambda: draft(DEAD, laws(0, "1"), "popov", {"theta": "1/8"}, THREE_BOXES),
-    "off-axis": lambda: draft(OSCILLATOR, laws(0, "4", slope=True), "off-axis-circle", {"alpha": "1/2"}),
-    "park": lambda: draft(OSCILLATOR, laws(0, "4", slope=True), "park", {"theta": "1/2", "tau": "1/4"}),
+    "popov, every finite bound": lambda: draft(OSCILLATOR, nonlinearities(0, "finite"), "popov", {"theta": "1"}),
+    "popov, tanh": lambda: draft(THIRD, nonlinearities(0, "5"), "popov", {"theta": "3/2"}, law=TANH),
+    "popov, negative theta": lambda: draft(
+        transfer("1 0 0", "1 2 2 1"), nonlinearities(0, "17/2"), "popov", {"theta": "-1/10"}
+    ),
+    "circle": lambda: draft(OSCILLATOR, nonlinearities(0, "29/10", time_varying=True), "circle", {}),
+    "circle, critical": lambda: draft(THIRD, nonlinearities(0, "5/4", time_varying=True), "circle", {}),
+    "circle, mirrored": lambda: draft(
+        transfer("-1", "1 1"), nonlinearities("-inf", "1/2"), "circle", {"mirrored": True}
+    ),
+    "circle, no bound": lambda: draft(transfer("1 1", "1 3 3"), nonlinearities(0, "inf"), "circle", {}),
+    "circle, discrete": lambda: draft(DISCRETE, nonlinearities("-1/4", "3/5", time_varying=True), "circle", {}),
+    "circle, discrete critical": lambda: draft(transfer("1", "1 -1", "discrete"), nonlinearities(0, 1), "circle", {}),
+    "circle, dead time": lambda: draft(DEAD, nonlinearities(0, "3/4"), "circle", {}, THREE_BOXES),
+    "popov, dead time": lambda: draft(DEAD, nonlinearities(0, "1"), "popov", {"theta": "1/8"}, THREE_BOXES),
+    "off-axis": lambda: draft(OSCILLATOR, nonlinearities(0, "4", slope=True), "off-axis-circle", {"alpha": "1/2"}),
+    "park": lambda: draft(OSCILLATOR, nonlinearities(0, "4", slope=True), "park", {"theta": "1/2", "tau": "1/4"}),
     "zames-falb": lambda: draft(
-        OSCILLATOR, laws(0, "4", slope=True), "zames-falb", {"theta": "1/2", "kernels": [HALF_KERNEL]}
+        OSCILLATOR, nonlinearities(0, "4", slope=True), "zames-falb", {"theta": "1/2", "kernels": [HALF_KERNEL]}
     ),
     "zames-falb, odd": lambda: draft(
         OSCILLATOR,
-        laws(0, "7/2", slope=True, odd=True),
+        nonlinearities(0, "7/2", slope=True, odd=True),
         "zames-falb",
         {"theta": "1/2", "kernels": [HALF_KERNEL, FAR_KERNEL]},
     ),
     "zames-falb, dead time": lambda: draft(
         OSCILLATOR,
-        laws(0, "7/2", slope=True),
+        nonlinearities(0, "7/2", slope=True),
         "zames-falb",
         {"theta": "1/2", "kernels": [{"coefficient": "1/8", "delay": "1/2"}]},
         THREE_BOXES,
     ),
     "zames-falb, discrete": lambda: draft(
-        DISCRETE, laws(0, "4/5", slope=True), "zames-falb", {"taps": [[1, "1/2"], [-2, "1/8"]]}
+        DISCRETE, nonlinearities(0, "4/5", slope=True), "zames-falb", {"taps": [[1, "1/2"], [-2, "1/8"]]}
     ),
-    "tsypkin": lambda: draft(DISCRETE, laws(0, "4/5", slope=["0", "inf"]), "tsypkin", {"q": "1/4"}),
+    "tsypkin": lambda: draft(DISCRETE, nonlinearities(0, "4/5", slope=["0", "inf"]), "tsypkin", {"q": "1/4"}),
     "tsypkin-odd": lambda: draft(
-        transfer("1", "1 1/2 0", "discrete"), laws(0, "4/5", slope=["0", "inf"], odd=True), "tsypkin-odd", {"q": "1/4"}
+        transfer("1", "1 1/2 0", "discrete"),
+        nonlinearities(0, "4/5", slope=["0", "inf"], odd=True),
+        "tsypkin-odd",
+        {"q": "1/4"},
     ),
-    "jury-lee": lambda: draft(DISCRETE, laws(0, "4/5", slope=["-inf", "4/5"]), "jury-lee", {"q": "1/4"}),
-    "hurwitz": lambda: draft(LAG, laws(0, "79/10", linear=True), "hurwitz", {}),
+    "jury-lee": lambda: draft(DISCRETE, nonlinearities(0, "4/5", slope=["-inf", "4/5"]), "jury-lee", {"q": "1/4"}),
+    "hurwitz": lambda: draft(LAG, nonlinearities(0, "79/10", linear=True), "hurwitz", {}),
     "circle, matrix": lambda: {
         **matrix(RationalPlant([1], [1, 1, 1]), "5/2"),
-        "laws": laws(0, "5/2", time_varying=True),
+        "laws": nonlinearities(0, "5/2", time_varying=True),
     },
     "circle, state space": lambda: matrix(StateSpace([[-1.0, 2.0], [-2.0, -1.0]], [0.0, 1.0], [1.0, 0.5]), 1),
     "popov, matrix": lambda: matrix(RationalPlant([1], [1, 3, 2, 0]), 5, theta=Fraction(3, 2)),
     "popov, matrix, no bound": lambda: matrix_draft(RationalPlant([1, 2], [1, 1]), "inf", theta=Fraction(0)),
     "circle, discrete matrix": lambda: matrix(RationalPlant([1], [1, Fraction(-1, 2), 0], 1), "1/2"),
-    "rod-popov": lambda: draft(SCHEME, laws(0, "inf"), "rod-popov", {"theta": "7"}, STRUCTURE),
-    "rod-circle": lambda: draft(SCHEME, laws(0, "1/8", time_varying=True), "rod-circle", {}, STRUCTURE),
-    "rod-energy": lambda: draft(SCHEME, laws(0, "inf"), "rod-energy", {}, STRUCTURE),
-    "rod itself": lambda: draft(ROD, laws(0, "inf"), "rod-energy", {}, STRUCTURE),
-    "linear gain": lambda: refutation(LAG, laws(0, 9, linear=True), {"method": "linear-gain", "gain": "17/2"}),
-    "linear gain, discrete": lambda: refutation(DISCRETE, laws(0, 2), {"method": "linear-gain", "gain": "5/4"}),
-    "linear gain, dead time": lambda: refutation(DEAD, laws(-2, 0), {"method": "linear-gain", "gain": "-3/2"}),
+    "rod-popov": lambda: draft(SCHEME, nonlinearities(0, "inf"), "rod-popov", {"theta": "7"}, STRUCTURE),
+    "rod-circle": lambda: draft(SCHEME, nonlinearities(0, "1/8", time_varying=True), "rod-circle", {}, STRUCTURE),
+    "rod-energy": lambda: draft(SCHEME, nonlinearities(0, "inf"), "rod-energy", {}, STRUCTURE),
+    "rod itself": lambda: draft(ROD, nonlinearities(0, "inf"), "rod-energy", {}, STRUCTURE),
+    "linear gain": lambda: refutation(
+        LAG, nonlinearities(0, 9, linear=True), {"method": "linear-gain", "gain": "17/2"}
+    ),
+    "linear gain, discrete": lambda: refutation(
+        DISCRETE, nonlinearities(0, 2), {"method": "linear-gain", "gain": "5/4"}
+    ),
+    "linear gain, dead time": lambda: refutation(
+        DEAD, nonlinearities(-2, 0), {"method": "linear-gain", "gain": "-3/2"}
+    ),
     "crossing, rational": lambda: refutation(
-        THIRD, laws(0, 9), {"method": "crossing", "gains": ["5", "7"], "frequencies": ["7/5", "3/2"]}
+        THIRD, nonlinearities(0, 9), {"method": "crossing", "gains": ["5", "7"], "frequencies": ["7/5", "3/2"]}
     ),
     "crossing": lambda: refutation(
-        DEAD, laws(0, 3), {"method": "crossing", "gains": ["2", "5/2"], "frequencies": ["2", "41/20"]}
+        DEAD, nonlinearities(0, 3), {"method": "crossing", "gains": ["2", "5/2"], "frequencies": ["2", "41/20"]}
     ),
     # V = -2 x1 x2 falls for 4 g > 9: -(A'P + PA) = [[2, -3], [-3, 2 g]]
     "matrix gain": lambda: refutation(
         COUPLED,
-        laws(0, 9),
+        nonlinearities(0, 9),
         {"method": "matrix-gain", "gain": "5/2", "P": [["0"], ["-1", "0"]], "start": ["1", "1"]},
     ),
     # V = -x^2, x(t+1) = (1/2 - g) x(t)
     "matrix gain, discrete": lambda: refutation(
         transfer("1", "1 -1/2", "discrete"),
-        laws(0, 2),
+        nonlinearities(0, 2),
         {"method": "matrix-gain", "gain": "7/4", "P": [["-1"]], "start": ["1"]},
     ),
     "switched gain": lambda: refutation(
         transfer("1", "1 1/10 1"),
-        laws(0, 3, time_varying=True),
+        nonlinearities(0, 3, time_varying=True),
         {"method": "switched-gain", "gains": ["3", "0"], "times": ["4/5", "3/2"], "squarings": 3, "bits": 96},
     ),
     "switched gain, discrete": lambda: refutation(
         DISCRETE,
-        laws(0, "3/2", time_varying=True),
+        nonlinearities(0, "3/2", time_varying=True),
         {"method": "switched-gain", "gains": ["3/2", "0", "3/2"], "squarings": 4, "bits": 96},
     ),
     "orbit": lambda: refutation(
         transfer("1", "1 0", "discrete"),
-        laws(0, 1, slope=True),
+        nonlinearities(0, 1, slope=True),
         {
             "method": "orbit",
             "points": [["0", "0"]],
@@ -220,7 +233,7 @@ DRAFTS = {
     # H = (1 - z)/(2 z): sigma_0 = -u_0/2 + u_1/2 with u_1 = -u_0
     "orbit, chords": lambda: refutation(
         transfer("-1/2 1/2", "1 0", "discrete"),
-        laws(0, 1),
+        nonlinearities(0, 1),
         {
             "method": "orbit",
             "points": [["-1", "-1"], ["-2/3", "0"], ["0", "0"], ["2/3", "0"], ["1", "1"]],
@@ -233,7 +246,7 @@ DRAFTS = {
     # sigma_t + sigma_(t-1)/2 = u_t + u_(t-1) + 5/2 u_(t-2)
     "orbit, three samples": lambda: refutation(
         transfer("1 1 5/2", "1 1/2 0", "discrete"),
-        laws(0, 1, slope=True),
+        nonlinearities(0, 1, slope=True),
         {
             "method": "orbit",
             "points": [["-5", "-1"], ["-1", "-1"], ["0", "0"], ["3", "3"]],
@@ -245,13 +258,13 @@ DRAFTS = {
     ),
     "equilibrium": lambda: refutation(
         DISCRETE,
-        laws(-1, 0),
+        nonlinearities(-1, 0),
         {"method": "orbit", "points": [["0", "0"]], "left": "-1/2", "right": "-1/2", "u": ["1/2"], "sigma": ["1"]},
     ),
     "flow-orbit": lambda: flow_orbit(half=False),
     "flow-orbit, half": lambda: flow_orbit(half=True),
     "flow-orbit, direct": lambda: flow_orbit(Fraction(1, 4), half=True),
-    "rod, refuted": lambda: refutation({**ROD, "k": "-1"}, laws(0, "inf"), STRUCTURE),
+    "rod, refuted": lambda: refutation({**ROD, "k": "-1"}, nonlinearities(0, "inf"), STRUCTURE),
 }
 
 

@@ -50,7 +50,7 @@ def viscous(u, share=0.3):
 
 
 LOOPS = {"play": play, "Bouc-Wen": bouc_wen, "Preisach": preisach, "viscous": viscous}
-LAWS = {
+NONLINEARITIES = {
     "spring": lambda u: u,
     "saturation": lambda u: np.clip(2 * u, -1, 1),
     "Hertz": lambda u: np.maximum(u, 0) ** 1.5,

@@ -26,7 +26,7 @@ def transfer(numerator, denominator, time="continuous"):
     }
 
 
-def laws(lower, upper, **more):
+def nonlinearities(lower, upper, **more):
     """`slope=True` takes the bounds of the sector."""
     ends = [str(lower), str(upper)]
     slope = ends if more.get("slope") is True else more.get("slope")
@@ -80,7 +80,7 @@ def circle_of_oscillator(k, ratio=F(1, 2), **more):
     # k ((1 - x) + D/k) with D = (1 - x)^2 + 4 ratio^2 x
     system = transfer([1], [1, 2 * ratio, 1])
     coefficients = [1 + k, 4 * ratio**2 - 2 - k, 1]
-    return proved(system, laws(0, k, **more), "circle", {}, polynomial(coefficients))
+    return proved(system, nonlinearities(0, k, **more), "circle", {}, polynomial(coefficients))
 
 
 THIRD = transfer([1], [1, 3, 3, 1])

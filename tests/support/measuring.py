@@ -1,4 +1,4 @@
-"""Simulated measurements with known laws."""
+"""Simulated measurements with known nonlinearities."""
 
 import numpy as np
 

@@ -150,10 +150,10 @@ def _mp(fraction):
     return mpf(fraction.numerator) / fraction.denominator
 
 
-def _piece(result, span, state, law):
+def _piece(result, span, state, nonlinearity):
     t, stop, wave = span
     z, touching = state
-    share, stiffness, rigid, T = law
+    share, stiffness, rigid, T = nonlinearity
     lam, w = (0 if not touching else stiffness * share), total(wave, weights=[share])
     if touching and rigid:
         place, push = term(0), w

@@ -43,7 +43,7 @@ from lure.expressions import Expression
 from lure.files import find_system
 from lure.files.builtin import builtin_loops
 from lure.files.system import LoopSystem
-from lure.nonlinearities import shifted_law
+from lure.nonlinearities import shifted_nonlinearity
 from lure.rod import Scenario, builtin_system, exact_motion, upwind
 from lure.rod.cellular import CellularNetwork, Template, chua_yang, edge_network
 from lure.rod.derivation import Step, misprints
@@ -206,7 +206,7 @@ RESULTS = {
     "bifurcation": swept,
     "sweep": Sweep,
     "basin": resting,
-    "law bounds": bounds,
+    "nonlinearity bounds": bounds,
     "extreme": lambda: bounds().sector_upper,
     "violation": lambda: violation("2*x", Sector(0, 1)),
     "measurements": example_measurements,
@@ -286,7 +286,7 @@ SYSTEMS = {
     "quantiser": lure.Quantiser(step=1),
     "formula": lure.ExpressionNonlinearity("sigma/(1 + abs(sigma))", sector=lure.Sector(0, 1)),
     "contradicted": lure.ExpressionNonlinearity("2*max(sigma, 0)", sector=lure.Sector(0, 1)),
-    "shifted": shifted_law(lure.Tanh(), 1),
+    "shifted": shifted_nonlinearity(lure.Tanh(), 1),
     "normal compliance": lure.rod.NormalCompliance(Fraction(4), 2),
     "loop": lure.Loop(THIRD, lure.Saturation()),
     "loop of a stranger": lure.Loop(THIRD, Odd()),

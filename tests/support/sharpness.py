@@ -23,12 +23,12 @@ def raised(certificate, factor):
     }
     if larger["proof"]["method"] == "polynomial":
         larger["proof"] = {"method": "polynomial"}
-    laws = larger["laws"]
-    low = Fraction(laws["sector"][0])
-    high = str(low + (Fraction(laws["sector"][1]) - low) * factor)
-    laws["sector"][1] = high
-    if laws["slope"] is not None and laws["slope"][1] != "inf":
-        laws["slope"][1] = high
+    nonlinearities = larger["laws"]
+    low = Fraction(nonlinearities["sector"][0])
+    high = str(low + (Fraction(nonlinearities["sector"][1]) - low) * factor)
+    nonlinearities["sector"][1] = high
+    if nonlinearities["slope"] is not None and nonlinearities["slope"][1] != "inf":
+        nonlinearities["slope"][1] = high
     return larger
 
 
@@ -36,7 +36,7 @@ def assert_sharp(block, answer, within=CLOSE):
     """A certificate close to the reach of the criterion, accepted as text, and rejected a millionth beyond it."""
     assert answer.verdict is Verdict.PROVED
     found = certified(block, answer)
-    lower = Fraction(answer.law_class.sector.lower)
+    lower = Fraction(answer.nonlinearity_class.sector.lower)
     reach = Fraction(answer.largest.low) - lower
     assert reach * (1 - within) <= found.upper - lower <= reach
     assert isinstance(check(json.dumps(found.proved.certificate)), Proved)

@@ -30,7 +30,7 @@ def reference(scheme, scenario, times, stiff=False):
 
     def right_hand_side(t, y):
         load = scenario.body_force(t=t, x=x) / (its.density * its.area)
-        return A @ y - block.b1 * its.law(y[-1]) + block.b2 * scenario.force(t=t) + np.append(load, 0.0)
+        return A @ y - block.b1 * its.nonlinearity(y[-1]) + block.b2 * scenario.force(t=t) + np.append(load, 0.0)
 
     start = initial_state(scheme, scenario)
     method, span = ("Radau", (0, times[-1])) if stiff else ("DOP853", (0, times[-1]))

@@ -1,4 +1,4 @@
-"""Closed loops with drawn laws: what was proved of a class is not contradicted by any member of it.
+"""Closed loops with drawn nonlinearities: what was proved of a class is not contradicted by any member of it.
 
 A motion that does not grow proves nothing; one that grows would show that a proof is wrong.
 """
@@ -45,18 +45,18 @@ def companion(block):
     return a, [*reversed(block.numerator), *[F(0)] * (n - len(block.numerator))]
 
 
-def exact_steps(block, law, state, count):
+def exact_steps(block, nonlinearity, state, count):
     """``sigma`` of the discrete loop ``mu = -phi(sigma)``, in exact arithmetic."""
     a, c = companion(block)
     inputs = []
     for _ in range(count):
         inputs.append(sum(p * q for p, q in zip(c, state, strict=True)))
         state = [sum(p * q for p, q in zip(row, state, strict=True)) for row in a]
-        state[-1] -= law.exact(inputs[-1])
+        state[-1] -= nonlinearity.exact(inputs[-1])
     return inputs
 
 
-def float_steps(block, law, state, count):
+def float_steps(block, nonlinearity, state, count):
     """The states of the same loop in doubles."""
     rows, c = companion(block)
     a, c = np.array(rows, dtype=float), np.array(c, dtype=float)
@@ -65,7 +65,11 @@ def float_steps(block, law, state, count):
     for _ in range(count):
         states.append(x)
         sigma = c @ x
-        phi = law if not hasattr(law, "respond") else (law.rising if sigma > before else law.falling)
+        phi = (
+            nonlinearity
+            if not hasattr(nonlinearity, "respond")
+            else (nonlinearity.rising if sigma > before else nonlinearity.falling)
+        )
         x, before = a @ x, sigma
         x[-1] -= phi(sigma)
     return np.array(states)
@@ -86,12 +90,12 @@ def starts(data, order):
 def test_discrete_loops_with_members_of_a_proved_sector_do_not_grow(data, block):
     k = proved(max_sector(block))
     assume(k is not None)
-    law, start = data.draw(sector_graphs(0, k)), starts(data, block.order)
-    states = float_steps(block, law, start, 900)
+    nonlinearity, start = data.draw(sector_graphs(0, k)), starts(data, block.order)
+    states = float_steps(block, nonlinearity, start, 900)
     assert not grows(states)
     # the first steps again, without rounding
     c = np.array(companion(block)[1], dtype=float)
-    exact = np.array(exact_steps(block, law, start, 25), dtype=float)
+    exact = np.array(exact_steps(block, nonlinearity, start, 25), dtype=float)
     assert np.allclose(states[:25] @ c, exact, rtol=1e-6, atol=1e-9 * np.abs(exact).max())
 
 
@@ -99,9 +103,9 @@ def test_discrete_loops_with_members_of_a_proved_sector_do_not_grow(data, block)
 def test_laws_with_memory_do_not_break_what_was_proved_of_time_varying_ones(data, block):
     k = proved(max_sector(block, time_varying=True))
     assume(k is not None)
-    law, start = data.draw(sector_members(0, k, memory=True)), starts(data, block.order)
+    nonlinearity, start = data.draw(sector_members(0, k, memory=True)), starts(data, block.order)
     # not compared with exact steps: where sigma repeats itself, rounding decides which graph is taken
-    assert not grows(float_steps(block, law, start, 900))
+    assert not grows(float_steps(block, nonlinearity, start, 900))
 
 
 @given(st.data(), lurie_blocks(discrete=True, order=(1, 3)))
@@ -119,13 +123,13 @@ def test_a_gain_beyond_the_refuted_one_grows(data, block):
     assert max_sector(block).largest.low <= answer.refuted_at
 
 
-def motion(block, law, start, until):
+def motion(block, nonlinearity, start, until):
     """States of the continuous loop at evenly spaced instants."""
     rows, c = companion(block)
     a, c = np.array(rows, dtype=float), np.array(c, dtype=float)
     b = np.eye(len(c))[-1]
     found = solve_ivp(
-        lambda t, x: a @ x - b * float(law(c @ x)),
+        lambda t, x: a @ x - b * float(nonlinearity(c @ x)),
         (0, until),
         np.array(start, dtype=float),
         method="LSODA",
@@ -141,8 +145,8 @@ def motion(block, law, start, until):
 def test_continuous_loops_with_members_of_a_proved_sector_do_not_grow(data, block):
     k = proved(max_sector(block))
     assume(k is not None)
-    law = data.draw(sector_members(0, k))
-    assert not grows(motion(block, law, starts(data, block.order), 80.0))
+    nonlinearity = data.draw(sector_members(0, k))
+    assert not grows(motion(block, nonlinearity, starts(data, block.order), 80.0))
 
 
 @pytest.mark.slow  # a multiplier is searched for each block
@@ -151,8 +155,8 @@ def test_continuous_loops_with_members_of_a_proved_sector_do_not_grow(data, bloc
 def test_continuous_loops_with_laws_of_a_proved_slope_do_not_grow(data, block, odd):
     k = proved(max_slope(block, odd=odd))
     assume(k is not None)
-    law = data.draw(monotone_members(k, odd=odd))
-    assert not grows(motion(block, law, starts(data, block.order), 80.0))
+    nonlinearity = data.draw(monotone_members(k, odd=odd))
+    assert not grows(motion(block, nonlinearity, starts(data, block.order), 80.0))
 
 
 @settings(max_examples=sampled(10, of=20))
@@ -160,8 +164,8 @@ def test_continuous_loops_with_laws_of_a_proved_slope_do_not_grow(data, block, o
 def test_critical_loops_stay_bounded_and_come_to_rest(data, block):
     k = proved(max_sector(block))
     assume(k is not None)
-    law = data.draw(sector_members(0, k))
-    states = motion(block, law, starts(data, block.order), 150.0)
+    nonlinearity = data.draw(sector_members(0, k))
+    states = motion(block, nonlinearity, starts(data, block.order), 150.0)
     sizes = np.abs(states).max(axis=1)
     # a line of equilibria where phi = 0: the state may settle at its largest, but not beyond what came before
     assert sizes[1000:].max() <= 1.01 * sizes[:1000].max()
@@ -182,10 +186,10 @@ def test_the_measure_sees_growth():
     st.sampled_from([0, F(1, 3), 1, 4]),
     st.sampled_from([0, 0.5]),
 )
-def test_the_rod_never_gains_energy_from_a_monotone_law(law, displacement, damping, end_damping):
+def test_the_rod_never_gains_energy_from_a_monotone_law(nonlinearity, displacement, damping, end_damping):
     rod = unit_rod(damping=damping, gap=F(1, 20))
     scenario = Scenario.parse(displacement=displacement)
-    run = exact_motion(rod, scenario, 12.0, boundary=Boundary(law=law, end_damping=end_damping))
+    run = exact_motion(rod, scenario, 12.0, boundary=Boundary(nonlinearity=nonlinearity, end_damping=end_damping))
     energy = np.array([run.energy(t) for t in np.linspace(0, 12, 97)])
     assert math.isfinite(energy[0])
     assert np.diff(energy).max() <= 1e-8 * energy[0]

@@ -1,4 +1,4 @@
-"""The assertions about a law: right on both sides of its bounds, and a failure that can be read."""
+"""The assertions about a nonlinearity: right on both sides of its bounds, and a failure that can be read."""
 
 import math
 import re
@@ -30,70 +30,74 @@ def violation_of(assertion, *arguments, **settings):
     return caught.value.violation
 
 
-def hidden(law):
-    """The law as a function of arrays, of which nothing but its values is known."""
-    return lambda sigma: law(sigma)
+def hidden(nonlinearity):
+    """The nonlinearity as a function of arrays, of which nothing but its values is known."""
+    return lambda sigma: nonlinearity(sigma)
 
 
-def one_at_a_time(law):
-    """The law as a function of one float."""
-    return lambda sigma: float(law(float(sigma))) if isinstance(sigma, float) else 1 / 0
+def one_at_a_time(nonlinearity):
+    """The nonlinearity as a function of one float."""
+    return lambda sigma: float(nonlinearity(float(sigma))) if isinstance(sigma, float) else 1 / 0
 
 
 # -- both sides of a bound that is known by construction
 
 
 @given(sector_graphs(F(-1), F(3)))
-def test_a_black_box_passes_its_own_sector_and_fails_any_smaller(law):
+def test_a_black_box_passes_its_own_sector_and_fails_any_smaller(nonlinearity):
     # the extremes of phi(sigma)/sigma are at knots, between the points of any grid
-    tight = law.graph.sector
-    assert assert_in_sector(hidden(law), tight).evidence is Evidence.OBSERVED
+    tight = nonlinearity.graph.sector
+    assert assert_in_sector(hidden(nonlinearity), tight).evidence is Evidence.OBSERVED
     step = F(1, 10**6) * (tight.upper - tight.lower)
     # a bound that is only approached at infinity is within 1e-6 of its value long before 1e12
-    above = violation_of(assert_in_sector, hidden(law), Sector(tight.lower, tight.upper - step))
-    below = violation_of(assert_in_sector, hidden(law), Sector(tight.lower + step, tight.upper))
-    assert law.exact(F(above.sigma[0])) / F(above.sigma[0]) > tight.upper - step
-    assert law.exact(F(below.sigma[0])) / F(below.sigma[0]) < tight.lower + step
+    above = violation_of(assert_in_sector, hidden(nonlinearity), Sector(tight.lower, tight.upper - step))
+    below = violation_of(assert_in_sector, hidden(nonlinearity), Sector(tight.lower + step, tight.upper))
+    assert nonlinearity.exact(F(above.sigma[0])) / F(above.sigma[0]) > tight.upper - step
+    assert nonlinearity.exact(F(below.sigma[0])) / F(below.sigma[0]) < tight.lower + step
 
 
 @given(monotone_graphs(F(5, 2)))
-def test_a_black_box_passes_its_own_slope_bounds_and_fails_any_smaller(law):
-    tight = law.graph.slope_bounds
-    assert_slope_restricted(hidden(law), tight)
+def test_a_black_box_passes_its_own_slope_bounds_and_fails_any_smaller(nonlinearity):
+    tight = nonlinearity.graph.slope_bounds
+    assert_slope_restricted(hidden(nonlinearity), tight)
     step = F(1, 10**6)
-    pair = violation_of(assert_slope_restricted, hidden(law), SlopeBounds(tight.lower, tight.upper - step)).sigma
+    pair = violation_of(
+        assert_slope_restricted, hidden(nonlinearity), SlopeBounds(tight.lower, tight.upper - step)
+    ).sigma
     x, y = map(F, pair)
-    assert (law.exact(y) - law.exact(x)) / (y - x) > tight.upper - step
-    assert violation_of(assert_slope_restricted, hidden(law), SlopeBounds(tight.lower + step, tight.upper))
+    assert (nonlinearity.exact(y) - nonlinearity.exact(x)) / (y - x) > tight.upper - step
+    assert violation_of(assert_slope_restricted, hidden(nonlinearity), SlopeBounds(tight.lower + step, tight.upper))
 
 
 @given(sector_graphs(0, 2))
-def test_known_laws_are_decided_for_every_sigma(law):
-    tight = law.graph.sector
-    assert assert_in_sector(law, tight).evidence is Evidence.CERTIFIED
+def test_known_laws_are_decided_for_every_sigma(nonlinearity):
+    tight = nonlinearity.graph.sector
+    assert assert_in_sector(nonlinearity, tight).evidence is Evidence.CERTIFIED
     # a billionth of a billionth is no matter of doubles
     with pytest.raises(
         NonlinearityViolation,
         match=r"leaves the sector .*passes the bound by .*e-[12]\d.*\(certified\), though doubles",
     ):
-        assert_in_sector(law, Sector(tight.lower, tight.upper - F(1, 10**18)))
-    assert assert_in_sector(law, Sector(tight.lower, tight.upper - F(1, 10**18)), tolerance=1e-17)
+        assert_in_sector(nonlinearity, Sector(tight.lower, tight.upper - F(1, 10**18)))
+    assert assert_in_sector(nonlinearity, Sector(tight.lower, tight.upper - F(1, 10**18)), tolerance=1e-17)
 
 
-@pytest.mark.parametrize("law", [np.tanh, math.tanh, one_at_a_time(np.tanh)], ids=["arrays", "floats", "strict floats"])
-def test_tanh_lies_in_0_1_and_in_nothing_smaller(law):
-    assert assert_in_sector(law, Sector(0, 1)).points > 4000
-    assert assert_slope_restricted(law, SlopeBounds(0, 1))
+@pytest.mark.parametrize(
+    "nonlinearity", [np.tanh, math.tanh, one_at_a_time(np.tanh)], ids=["arrays", "floats", "strict floats"]
+)
+def test_tanh_lies_in_0_1_and_in_nothing_smaller(nonlinearity):
+    assert assert_in_sector(nonlinearity, Sector(0, 1)).points > 4000
+    assert assert_slope_restricted(nonlinearity, SlopeBounds(0, 1))
     # tanh(s)/s = 1 - s^2/3: above 1 - 1e-9 for |s| < 5e-5; with 4e-15/|s| granted to rounding, there are such points
-    found = violation_of(assert_in_sector, law, Sector(0, 1 - 1e-9))
+    found = violation_of(assert_in_sector, nonlinearity, Sector(0, 1 - 1e-9))
     assert 1 - 1e-9 < found.found <= 1
-    assert violation_of(assert_slope_restricted, law, SlopeBounds(0, 0.999999))
-    assert violation_of(assert_slope_restricted, law, SlopeBounds(1e-6, 1))
+    assert violation_of(assert_slope_restricted, nonlinearity, SlopeBounds(0, 0.999999))
+    assert violation_of(assert_slope_restricted, nonlinearity, SlopeBounds(1e-6, 1))
 
 
 def test_the_two_sides_of_a_jump_are_found_to_the_last_digit():
     # rounding to the nearest integer: phi/sigma = 1/sigma just above 1/2, at most 2 and as near to 2 as doubles allow
-    nearest = lambda sigma: np.sign(sigma) * np.floor(np.abs(sigma) + 0.5)  # noqa: E731  (a law is one line)
+    nearest = lambda sigma: np.sign(sigma) * np.floor(np.abs(sigma) + 0.5)  # noqa: E731  (a nonlinearity is one line)
     assert_in_sector(nearest, Sector(0, 2))
     found = violation_of(assert_in_sector, nearest, Sector(0, 2 - 1e-9))
     assert abs(found.sigma[0]) == pytest.approx(0.5, abs=1e-9)
@@ -104,31 +108,31 @@ def test_the_two_sides_of_a_jump_are_found_to_the_last_digit():
 def test_a_bump_between_the_points_is_climbed():
     # width 1e-4 around 0.3333: the nearest of 50 points is 20 widths away on a linear grid of 1/12, but the bump's
     # algebraic tails lean towards it; the top is 1/2 + 1/2
-    law = lambda s: s * (0.5 + 0.5 / (1 + ((np.abs(s) - 0.3333) / 1e-4) ** 2))  # noqa: E731  (a law is one line)
-    found = violation_of(assert_in_sector, law, Sector(0, 0.999), on=(-1, 1))
+    nonlinearity = lambda s: s * (0.5 + 0.5 / (1 + ((np.abs(s) - 0.3333) / 1e-4) ** 2))  # noqa: E731  (a nonlinearity is one line)
+    found = violation_of(assert_in_sector, nonlinearity, Sector(0, 0.999), on=(-1, 1))
     assert abs(found.sigma[0]) == pytest.approx(0.3333, abs=1e-5)
-    assert_in_sector(law, Sector(0, 1), on=(-1, 1))
-    # also where the other bound is much nearer to most of the law
-    assert violation_of(assert_in_sector, law, Sector(0.49, 0.999), on=(-1, 1))
+    assert_in_sector(nonlinearity, Sector(0, 1), on=(-1, 1))
+    # also where the other bound is much nearer to most of the nonlinearity
+    assert violation_of(assert_in_sector, nonlinearity, Sector(0.49, 0.999), on=(-1, 1))
 
 
 def test_a_steep_stretch_between_the_points_is_found():
     # slope 1 + 2/(1 + ((s - 0.3333)/1e-4)^2): 3 at one point; over a step of 2e-3 around it the mean is about 1.3
-    law = lambda s: s + 2e-4 * (np.arctan((s - 0.3333) / 1e-4) + np.arctan(0.3333 / 1e-4))  # noqa: E731  (a law is one line)
-    assert_slope_restricted(law, SlopeBounds(0, 3), on=(-1, 1))
-    low, high = violation_of(assert_slope_restricted, law, SlopeBounds(0, 2.99), on=(-1, 1)).sigma
+    nonlinearity = lambda s: s + 2e-4 * (np.arctan((s - 0.3333) / 1e-4) + np.arctan(0.3333 / 1e-4))  # noqa: E731  (a nonlinearity is one line)
+    assert_slope_restricted(nonlinearity, SlopeBounds(0, 3), on=(-1, 1))
+    low, high = violation_of(assert_slope_restricted, nonlinearity, SlopeBounds(0, 2.99), on=(-1, 1)).sigma
     assert 0.3332 < low < high < 0.3334
 
 
 def test_a_spike_is_found_where_the_user_says_to_look():
-    spike = lambda s: np.where(np.abs(s - 0.0213) < 1e-9, 2 * s, s)  # noqa: E731  (a law is one line)
+    spike = lambda s: np.where(np.abs(s - 0.0213) < 1e-9, 2 * s, s)  # noqa: E731  (a nonlinearity is one line)
     assert_in_sector(spike, Sector(0, 1))  # observed: it slips through
     assert violation_of(assert_in_sector, spike, Sector(0, 1), breakpoints=[0.0213]).found == 2
 
 
 def test_breakpoints_of_a_contact_law_at_the_scale_of_its_user():
     # gap 0.02, compliance 1e-3: the slope is 1000 from the gap on, the chord below 1000 for every sigma
-    contact = lambda x: max(x - 0.02, 0) / 1e-3  # noqa: E731  (a law is one line)
+    contact = lambda x: max(x - 0.02, 0) / 1e-3  # noqa: E731  (a nonlinearity is one line)
     assert_in_sector(contact, Sector(0, 1000))
     assert_slope_restricted(contact, SlopeBounds(0, 1000))
     assert violation_of(assert_slope_restricted, contact, SlopeBounds(0, 999.999))
@@ -137,7 +141,7 @@ def test_breakpoints_of_a_contact_law_at_the_scale_of_its_user():
 
 
 def test_the_interval_is_kept():
-    cubic = lambda s: s**3  # noqa: E731  (a law is one line)
+    cubic = lambda s: s**3  # noqa: E731  (a nonlinearity is one line)
     assert_in_sector(cubic, Sector(0, 9), on=(-3, 3))
     assert all(abs(x) <= 3 for x in violation_of(assert_in_sector, cubic, Sector(0, 8.9), on=(-3, 3)).sigma)
     assert all(
@@ -148,9 +152,9 @@ def test_the_interval_is_kept():
 
 
 def test_a_tolerance_is_a_tolerance():
-    law = lambda s: 1.01 * s  # noqa: E731  (a law is one line)
-    assert_in_sector(law, Sector(0, 1), tolerance=0.0101)
-    assert violation_of(assert_in_sector, law, Sector(0, 1), tolerance=0.0099)
+    nonlinearity = lambda s: 1.01 * s  # noqa: E731  (a nonlinearity is one line)
+    assert_in_sector(nonlinearity, Sector(0, 1), tolerance=0.0101)
+    assert violation_of(assert_in_sector, nonlinearity, Sector(0, 1), tolerance=0.0099)
     assert_in_sector("1.01*sigma", Sector(0, 1), tolerance=0.0101)
     assert violation_of(assert_in_sector, "1.01*sigma", Sector(0, 1), tolerance=0.0099)
 
@@ -163,15 +167,15 @@ def test_rounding_is_not_held_against_a_function():
 
 def test_single_precision_is_judged_as_such():
     # the tanh of a neural network: phi/sigma exceeds 1 by up to 1e-7 near 0, and neighbouring slopes by far more
-    single = lambda s: np.tanh(np.asarray(s, dtype=np.float32))  # noqa: E731  (a law is one line)
+    single = lambda s: np.tanh(np.asarray(s, dtype=np.float32))  # noqa: E731  (a nonlinearity is one line)
     sigma = np.logspace(-8, -4, 5000)
     assert (single(sigma).astype(float) / sigma).max() > 1 + 1e-9
-    for law in (single, lambda s: np.float32(single(float(s)))):
-        assert_in_sector(law, Sector(0, 1))
-        assert_slope_restricted(law, SlopeBounds(0, 1), on=(-20, 20))
-        assert_odd(law)
-        assert violation_of(assert_in_sector, law, Sector(0, 0.99))
-        assert violation_of(assert_slope_restricted, law, SlopeBounds(0, 0.99), on=(-20, 20))
+    for nonlinearity in (single, lambda s: np.float32(single(float(s)))):
+        assert_in_sector(nonlinearity, Sector(0, 1))
+        assert_slope_restricted(nonlinearity, SlopeBounds(0, 1), on=(-20, 20))
+        assert_odd(nonlinearity)
+        assert violation_of(assert_in_sector, nonlinearity, Sector(0, 0.99))
+        assert violation_of(assert_slope_restricted, nonlinearity, SlopeBounds(0, 0.99), on=(-20, 20))
 
 
 # -- oddness and monotony
@@ -221,11 +225,11 @@ def test_monotony():
     assert violation_of(assert_monotone, Cubic(linear=-1, cubic=1))
 
 
-# -- laws that have no value, and arguments that make no sense
+# -- nonlinearities that have no value, and arguments that make no sense
 
 
 @pytest.mark.parametrize(
-    ("law", "says"),
+    ("nonlinearity", "says"),
     [
         (math.log, r"phi\(-1\) raises ValueError"),
         (lambda s: s / 0, r"phi\(1\) raises ZeroDivisionError"),
@@ -239,12 +243,12 @@ def test_monotony():
     ],
 )
 @pytest.mark.parametrize("assertion", ["sector", "slope", "odd", "monotone"])
-def test_a_law_without_a_value_is_said_in_one_sentence(law, says, assertion):
+def test_a_law_without_a_value_is_said_in_one_sentence(nonlinearity, says, assertion):
     run = {
-        "sector": lambda: assert_in_sector(law, Sector(0, math.inf)),
-        "slope": lambda: assert_slope_restricted(law, SlopeBounds(0, math.inf)),
-        "odd": lambda: assert_odd(law),
-        "monotone": lambda: assert_monotone(law),
+        "sector": lambda: assert_in_sector(nonlinearity, Sector(0, math.inf)),
+        "slope": lambda: assert_slope_restricted(nonlinearity, SlopeBounds(0, math.inf)),
+        "odd": lambda: assert_odd(nonlinearity),
+        "monotone": lambda: assert_monotone(nonlinearity),
     }[assertion]
     with pytest.raises(NonlinearityViolation, match=says) as caught:
         run()
@@ -259,8 +263,8 @@ def test_a_formula_may_overflow_in_doubles():
 
 
 def test_a_law_that_does_not_vanish_at_0_is_in_no_sector():
-    for law in (lambda s: s + 0.25, "sigma + 0.25"):
-        found = violation_of(assert_in_sector, law, Sector(0, 2))
+    for nonlinearity in (lambda s: s + 0.25, "sigma + 0.25"):
+        found = violation_of(assert_in_sector, nonlinearity, Sector(0, 2))
         assert (found.sigma, found.phi) == ((0.0,), (0.25,))
     assert_in_sector(lambda s: s + 0.25, Sector(0, 2), on=(1, 2))
 
@@ -319,7 +323,7 @@ def test_a_pass_says_what_was_checked():
 
 
 @pytest.mark.parametrize(
-    ("law", "sector", "simple"),
+    ("nonlinearity", "sector", "simple"),
     [
         (np.tanh, Sector(0, 0.9), 0.5),  # 0.92; 0.76 at 1
         (lambda s: max(s - 0.02, 0) / 1e-3, Sector(0, 600), 1.0),  # 980
@@ -327,12 +331,12 @@ def test_a_pass_says_what_was_checked():
         (lambda s: s**3, Sector(0, 4), 3.0),  # 9; 4 at 2
     ],
 )
-def test_the_violating_point_is_a_simple_number(law, sector, simple):
-    assert violation_of(assert_in_sector, law, sector).sigma == (simple,)
+def test_the_violating_point_is_a_simple_number(nonlinearity, sector, simple):
+    assert violation_of(assert_in_sector, nonlinearity, sector).sigma == (simple,)
 
 
 def test_simple_numbers_are_those_of_the_interval():
-    contact = lambda x: max(x - 2e-7, 0) / 1e-3  # noqa: E731  (a law is one line)
+    contact = lambda x: max(x - 2e-7, 0) / 1e-3  # noqa: E731  (a nonlinearity is one line)
     assert violation_of(assert_in_sector, contact, Sector(0, 100), on=(-1e-6, 1e-6)).sigma == (1e-6,)
     assert violation_of(assert_slope_restricted, contact, SlopeBounds(0, 100), on=(-1e-6, 1e-6)).sigma == (0.0, 1e-6)
 
@@ -341,8 +345,8 @@ def test_simple_numbers_are_those_of_the_interval():
     st.sampled_from([np.tanh, np.arctan, lambda s: s**3, lambda s: 1e7 * s, lambda s: s + 0.1 * s**2]),
     st.sampled_from([1e-9, 1e-3, 1.0, 1e6]),
 )
-def test_every_message_fits_a_terminal(law, scale):
-    scaled = lambda s: scale * law(s / scale)  # noqa: E731  (a law is one line)
+def test_every_message_fits_a_terminal(nonlinearity, scale):
+    scaled = lambda s: scale * nonlinearity(s / scale)  # noqa: E731  (a nonlinearity is one line)
     for assertion, arguments in (
         (assert_in_sector, (Sector(0.1, 0.5),)),
         (assert_slope_restricted, (SlopeBounds(0.1, 0.5),)),

@@ -48,7 +48,7 @@ def run(pytester, monkeypatch):
 
 def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytester, run):
     pytester.makepyfile(test_guards=GUARDS)
-    result = run("--lure-plots", "plots/of laws")
+    result = run("--lure-plots", "plots/of nonlinearities")
     result.assert_outcomes(passed=3, failed=2)
     text = result.stdout.str()
     assert "rest on" not in text
@@ -61,11 +61,11 @@ def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytest
             "E *  allowed * [[]0, 1[]]",
             "E * |*X*",
             "test_guards.py:14: NonlinearityViolation",
-            "*plot of the law*",
-            "plots?of laws?test_guards-test_gain[[]2[]].svg",
+            "*plot of the nonlinearity*",
+            "plots?of nonlinearities?test_guards-test_gain[[]2[]].svg",
         ]
     )
-    saved = {path.name for path in (pytester.path / "plots/of laws").iterdir()}
+    saved = {path.name for path in (pytester.path / "plots/of nonlinearities").iterdir()}
     assert saved == {"test_guards-test_gain[2].svg", "test_guards-TestGroup-test_falls.svg"}
     assert all("<svg" in path.read_text(encoding="utf-8") for path in pytester.path.rglob("*.svg"))
     assert all(
@@ -92,7 +92,7 @@ def test_what_a_pass_rests_on_is_listed_on_request(pytester, run):
     pytester.makepyfile(test_guards=GUARDS)
     run("--lure-evidence", "--junit-xml=out.xml").stdout.fnmatch_lines(
         [
-            "*what the passed assertions about laws rest on*",
+            "*what the passed assertions about nonlinearities rest on*",
             "test_guards.py::test_black_box: tanh lies in the sector [[]0, 1[]]: no violation among * (observed)",
             "test_guards.py::test_known: Saturation lies in the sector [[]0, 2[]]: for every sigma * (certified)",
         ]
@@ -140,8 +140,8 @@ def test_hypothesis_shows_the_simplest_failing_law(pytester, run):
 
         @given(monotone_members(2))
         @settings(derandomize=True, database=None, deadline=None)
-        def test_wrong(law):
-            assert_in_sector(lambda sigma: law(sigma), Sector(0, 1))
+        def test_wrong(nonlinearity):
+            assert_in_sector(lambda sigma: nonlinearity(sigma), Sector(0, 1))
         """
     )
     result = run("--lure-plots", "plots")

@@ -243,13 +243,13 @@ def test_the_unstable_block_beyond_its_stabilising_gain(lower):
 def test_the_critical_case_claims_no_more_than_it_may():
     answer = circle_largest(RationalPlant([1], [1, 3, 2, 0]))
     assert answer.needs == ("time-invariant",)
-    assert not answer.law_class.time_varying
+    assert not answer.nonlinearity_class.time_varying
     assert "converges to the stationary set" in answer.reason
     assert "boundedness only" in answer.reason
     assert "exponentially" not in answer.reason
     principal = circle_largest(OSCILLATOR)
     assert principal.needs == ()
-    assert principal.law_class.time_varying
+    assert principal.nonlinearity_class.time_varying
 
 
 @pytest.mark.parametrize(
@@ -388,7 +388,7 @@ def test_an_answer_has_no_truth_value():
 def test_the_advice_after_a_failure_suits_the_time():
     """Circle reaches 4/3 and, for the motor sampled, 0.9505; Popov's criterion has no such form in discrete time."""
     ours = circle_criterion(RationalPlant([1], [1, 3, 2, 0]), Sector(0, 2)).reason
-    assert ours.endswith("for laws that do not change with time, Popov's may reach further")
+    assert ours.endswith("for nonlinearities that do not change with time, Popov's may reach further")
     sampled = RationalPlant(exact("0.0048", "0.0047"), exact("1", "-1.905", "0.905"), exact("0.1")[0])
     theirs = circle_criterion(sampled, Sector(0, 5)).reason
     assert "opov" not in theirs

@@ -127,7 +127,7 @@ def test_a_block_outside_the_theorem_is_refused(plant, match):
 def test_the_critical_case_is_admitted_after_a_shift():
     answer = park_largest(block([1], [1, 3, 2, 0]), lower=Fraction(1))
     assert answer.largest.low == pytest.approx(6, rel=1e-9)
-    assert answer.law_class.slope.lower == 1
+    assert answer.nonlinearity_class.slope.lower == 1
 
 
 # weights (1, 1) on x = 1, u = -1 and x = 2, u = 1: S_0 = -2 m, S_1 = 1 - 3 m; only m >= 1/3 excludes every tau

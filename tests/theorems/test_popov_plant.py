@@ -116,8 +116,8 @@ def test_where_every_finite_k_is_in_reach_each_is_proved(numerator, denominator,
     assert popov_criterion(plant, Sector(0, k)).verdict is Verdict.PROVED
 
 
-# no gain bounds these laws: sigma^3, say.  1/(s(s+1)) needs theta > 1, 1/(s^2+s+1) theta > 1; (s+3)/(s+1)^3 has
-# Re[..] ~ -1/x for every theta; a hidden mode is not covered by the argument; -1/2 is not well posed
+# no gain bounds these nonlinearities: sigma^3, say.  1/(s(s+1)) needs theta > 1, 1/(s^2+s+1) theta > 1; (s+3)/(s+1)^3
+# has Re[..] ~ -1/x for every theta; a hidden mode is not covered by the argument; -1/2 is not well posed
 def test_laws_that_no_gain_bounds_need_more_than_every_finite_k():
     every = Sector(0, math.inf)
     assert popov_criterion(block([1], [1, 1, 0]), every).verdict is Verdict.PROVED
@@ -278,7 +278,7 @@ def test_doubles_are_rounded_to_the_side_they_say(value):
     assert math.nextafter(below, math.inf) == above
 
 
-# 1/(s^2+s+1) with theta = 1: Re[..] = 1/D falls like omega^-4, which is too fast for laws that no gain bounds
+# 1/(s^2+s+1) with theta = 1: Re[..] = 1/D falls like omega^-4, which is too fast for nonlinearities that no gain bounds
 def test_an_inequality_that_fades_too_fast_is_not_enough_for_laws_that_no_gain_bounds():
     assert popov_criterion(block([1], [1, 1, 1]), Sector(0, math.inf), theta=1).verdict is Verdict.INCONCLUSIVE
     assert popov_criterion(block([1], [1, 1, 1]), Sector(0, math.inf), theta=2).verdict is Verdict.PROVED

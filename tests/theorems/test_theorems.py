@@ -93,7 +93,7 @@ def test_a_gain_moves_between_the_block_and_the_class(row, time, gain):
 def test_a_shift_of_the_class_is_a_shift_of_the_loop(row, time, lower):
     found = reach(row, FOUND[time], lower)
     same(found, reach(row, supporting_proof(FOUND[time], lower)), shift=lower)
-    assert found.law_class.sector.lower == lower
+    assert found.nonlinearity_class.sector.lower == lower
 
 
 @st.composite
@@ -147,7 +147,7 @@ def test_the_decision_about_a_class_is_sharp_from_both_sides(row, time):
     inside = row.decide(block, Sector(0, found.largest.low * (1 - (1e-3 if row.stage == 2 else 1e-9))))
     beyond = row.decide(block, Sector(0, found.largest.high * (1 + 1e-9)))
     assert beyond.verdict is not Verdict.PROVED
-    if row.linear:  # it proves nothing of nonlinear laws, and refutes with a gain
+    if row.linear:  # it proves nothing of nonlinearities, and refutes with a gain
         assert (inside.verdict, beyond.verdict) == (Verdict.INCONCLUSIVE, Verdict.REFUTED)
     else:
         assert inside.verdict is Verdict.PROVED
@@ -195,14 +195,17 @@ def test_random_brackets_are_narrow_and_decided_on_both_sides(row, time, data):
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_the_class_of_the_certificate_is_that_of_the_row(row, time):
     found = usual(row, time)
-    laws = certified(FOUND[time], found).proved.certificate["laws"]
-    assert laws["linear"] is row.linear
-    assert laws["odd"] is row.only_odd
-    assert laws["time_varying"] is row.time_varying
-    assert (laws["slope"] is not None) is row.slope
+    nonlinearities = certified(FOUND[time], found).proved.certificate["laws"]
+    assert nonlinearities["linear"] is row.linear
+    assert nonlinearities["odd"] is row.only_odd
+    assert nonlinearities["time_varying"] is row.time_varying
+    assert (nonlinearities["slope"] is not None) is row.slope
     if row.slope:
-        ends = found.law_class.slope
-        assert [end in ("inf", "-inf") for end in laws["slope"]] == [ends.lower == -math.inf, ends.upper == math.inf]
+        ends = found.nonlinearity_class.slope
+        assert [end in ("inf", "-inf") for end in nonlinearities["slope"]] == [
+            ends.lower == -math.inf,
+            ends.upper == math.inf,
+        ]
         assert row.free == ("below" if ends.lower == -math.inf else "above" if ends.upper == math.inf else "")
 
 
@@ -216,7 +219,9 @@ def test_a_criterion_is_found_by_each_of_its_names_and_refused_where_it_does_not
         with pytest.raises(AssumptionError, match=f"the criterion {row.name} needs slope bounds"):
             theorems_for(block, "sector", row.name)
     if not row.time_varying:
-        with pytest.raises(AssumptionError, match=f"{row.name} (is for time-invariant laws|needs slope bounds)"):
+        with pytest.raises(
+            AssumptionError, match=f"{row.name} (is for time-invariant nonlinearities|needs slope bounds)"
+        ):
             theorems_for(block, "sector", row.name, time_varying=True)
     other = FOUND["discrete" if time == "continuous" else "continuous"]
     if not any(each.name == row.name for each in TABLE if time not in each.times or len(each.times) > 1):
@@ -230,11 +235,11 @@ def test_a_certificate_for_odd_laws_is_one_for_no_others():
     assert recheck(certificate).accepted
     every = {**certificate, "laws": {**certificate["laws"], "odd": False}}
     assert not recheck(every).accepted
-    with pytest.raises(Rejected, match="odd laws"):
+    with pytest.raises(Rejected, match="odd nonlinearities"):
         completed({key: every[key] for key in every if key not in ("hypotheses", "conclusion")})
 
 
-# sigma_t -> (-1)^t sigma_t maps odd laws to themselves and H(z) to H(-z), 1 - z^-1 to 1 + z^-1
+# sigma_t -> (-1)^t sigma_t maps odd nonlinearities to themselves and H(z) to H(-z), 1 - z^-1 to 1 + z^-1
 @pytest.mark.parametrize("example", [1, 2, 5])
 def test_tsypkins_criterion_for_odd_laws_is_that_of_the_block_turned_round(example):
     block = DISCRETE[example]
@@ -243,12 +248,12 @@ def test_tsypkins_criterion_for_odd_laws_is_that_of_the_block_turned_round(examp
     ]
     one, other = tsypkin_largest(block), tsypkin_odd_largest(RationalPlant(*turned, dt=1))
     assert other.largest.low == pytest.approx(one.largest.low, rel=1e-9)
-    assert other.law_class.odd
+    assert other.nonlinearity_class.odd
 
 
 def test_a_criterion_for_odd_laws_is_not_asked_about_others():
     plant = RationalPlant([F("-0.1"), 0], [1, F("1.8"), F("0.81")], dt=1)
-    with pytest.raises(AssumptionError, match="the criterion tsypkin-odd is for odd laws"):
+    with pytest.raises(AssumptionError, match="the criterion tsypkin-odd is for odd nonlinearities"):
         max_slope(plant, criterion="tsypkin-odd")
     found = max_slope(plant, criterion="tsypkin-odd", odd=True, search="linear")
     assert found.largest.low == pytest.approx(3.8, rel=1e-6)

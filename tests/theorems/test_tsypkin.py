@@ -38,7 +38,7 @@ def test_the_published_values_of_tsypkins_criterion(example, published):
     assert answer.largest.high - answer.largest.low < 1e-9 * answer.largest.high
     assert answer.verdict is Verdict.PROVED
     assert answer.evidence is Evidence.CERTIFIED
-    assert answer.law_class.slope.upper == math.inf
+    assert answer.nonlinearity_class.slope.upper == math.inf
 
 
 @pytest.mark.parametrize("example", DISCRETE)
@@ -58,7 +58,7 @@ def test_the_inequality_holds_on_a_dense_sample_and_no_weight_does_better(exampl
 def test_jury_lee_beats_the_circle_criterion_where_published_examples_let_it():
     assert jury_lee_largest(DISCRETE[1]).largest.low > 3.79
     assert jury_lee_largest(DISCRETE[6]).largest.low > 0.684
-    assert jury_lee_largest(DISCRETE[6]).law_class.slope.lower == -math.inf
+    assert jury_lee_largest(DISCRETE[6]).nonlinearity_class.slope.lower == -math.inf
 
 
 @pytest.mark.parametrize("criterion", [TSYPKIN, JURY_LEE], ids=["tsypkin", "jury-lee"])
@@ -95,11 +95,11 @@ def test_refusals(largest):
 def test_the_algebraic_loop_decides_which_slopes_are_covered():
     # sigma + D phi(sigma) = r: steep slopes are harmless for D > 0, negative ones for D < 0
     positive, negative = discrete([1, "-.2"], [1, "-.9"]), discrete([-1, "-.2"], [1, "-.9"])
-    assert tsypkin_largest(positive).law_class.slope.upper == math.inf
-    assert jury_lee_largest(positive).law_class.slope.lower == 0
+    assert tsypkin_largest(positive).nonlinearity_class.slope.upper == math.inf
+    assert jury_lee_largest(positive).nonlinearity_class.slope.lower == 0
     bounded = tsypkin_largest(negative)
-    assert bounded.law_class.slope.upper == bounded.largest.low < 1
-    assert jury_lee_largest(negative).law_class.slope.lower == -math.inf
+    assert bounded.nonlinearity_class.slope.upper == bounded.largest.low < 1
+    assert jury_lee_largest(negative).nonlinearity_class.slope.lower == -math.inf
 
 
 @pytest.mark.parametrize("largest", [tsypkin_largest, jury_lee_largest])

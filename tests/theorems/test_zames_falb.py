@@ -76,7 +76,7 @@ def test_more_effort_and_odd_laws_never_reach_less(odd):
 @pytest.mark.slow
 @pytest.mark.parametrize("odd", [pytest.param(False, marks=pytest.mark.thorough), True])
 def test_the_kalman_counterexample_of_fitts_is_not_certified(odd):
-    # the law tanh(sigma/0.01) is odd, has slope in [0, 100] and leaves a limit cycle
+    # the nonlinearity tanh(sigma/0.01) is odd, has slope in [0, 100] and leaves a limit cycle
     answer = zames_falb_largest(FITTS, odd=odd)
     assert 0.3 < answer.largest.low < 100
     assert answer.largest.high == math.inf

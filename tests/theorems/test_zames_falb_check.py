@@ -53,8 +53,8 @@ def test_the_inequality_behind_the_theorem():
     k, failed = 2.0, False
     for _ in range(200):
         sigma = rng.normal(size=16)
-        for law, odd in ((lambda s: np.clip(k * s, -0.1, 3.0), False), (lambda s: k * np.tanh(s), True)):
-            v = law(sigma)
+        for nonlinearity, odd in ((lambda s: np.clip(k * s, -0.1, 3.0), False), (lambda s: k * np.tanh(s), True)):
+            v = nonlinearity(sigma)
             e = sigma - v / k
             products = np.array([np.dot(v, np.roll(e, shift)) for shift in range(16)])
             assert (products <= products[0] + 1e-12).all()
@@ -134,7 +134,7 @@ def test_symmetries_of_the_inequality(system, multiplier, tenths, text):
     n = [c / factor**i for c, i in zip(system.numerator, range(len(system.numerator) - 1, -1, -1), strict=True)]
     d = [c / factor**i for c, i in zip(system.denominator, range(order, -1, -1), strict=True)]
     assert check(TransferPolynomials.of(RationalPlant(n, d)), k, multiplier.scaled(factor)).holds is found
-    # gain moved from the block to the law
+    # gain moved from the block to the nonlinearity
     louder = RationalPlant([factor * c for c in system.numerator], system.denominator)
     assert check(TransferPolynomials.of(louder), k / factor, multiplier).holds is found
     # time reversed: H(-s), where causal and anticausal change places

@@ -32,7 +32,7 @@ def sampled_left_hand_side(plant, answer):
     """``Re[M (H + 1/k)]`` on a dense grid, from nothing but the plant and the parameters of the answer."""
     omega = np.linspace(0, math.pi, 50_001)
     z = np.exp(1j * omega)
-    lower = float(answer.law_class.slope.lower)
+    lower = float(answer.nonlinearity_class.slope.lower)
     H = plant.transfer(z)
     H = H / (1 + lower * H)
     M = 1 - sum(float(Fraction(h)) * z ** (-int(i)) for i, h in answer.parameters["taps"].items())
@@ -63,12 +63,12 @@ def test_the_published_values_are_reached_and_bounded(example, odd, published, l
     assert published <= answer.largest.low < answer.largest.high <= limit
     assert answer.largest.low < hurwitz_limit(plant).low
     assert sampled_left_hand_side(plant, answer).min() > -1e-12
-    assert ("odd" in answer.needs) is odd is answer.law_class.odd
+    assert ("odd" in answer.needs) is odd is answer.nonlinearity_class.odd
     assert 0 < answer.margin.low <= answer.margin.high
 
 
 def test_the_orbit_of_example_6_is_never_certified_against():
-    # a monotone law of slope 175/192 has an orbit of period 3; odd laws are stable far beyond
+    # a monotone law of slope 175/192 has an orbit of period 3; odd nonlinearities are stable far beyond
     monotone = reach(6, False)
     assert Fraction(monotone.largest.low) < Fraction(175, 192)
     refused = zames_falb_discrete_criterion(DISCRETE[6], SlopeBounds(0, Fraction(175, 192)), odd=False)
@@ -122,7 +122,7 @@ def test_the_multiplier_as_a_laurent_polynomial():
     assert (laurent.p, laurent.shift) == (fmpq_poly([0, -3, 12, 0, -4]) / 12, 2)  # 1 - z^-1/4 - z^2/3
 
 
-# sigma_t -> (-1)^t sigma_t maps odd laws to themselves and H(z) to H(-z)
+# sigma_t -> (-1)^t sigma_t maps odd nonlinearities to themselves and H(z) to H(-z)
 @pytest.mark.parametrize("example", [1, 2])
 def test_odd_laws_do_not_distinguish_z_from_minus_z(example):
     plant = DISCRETE[example]
@@ -145,7 +145,7 @@ def test_a_lower_slope_is_the_shifted_block():
     here = zames_falb_discrete_largest(plant, odd=False, lower=lower)
     there = zames_falb_discrete_largest(shifted, odd=False)
     assert here.largest.low == pytest.approx(float(lower) + there.largest.low, rel=1e-9)
-    assert here.law_class.slope.lower == lower
+    assert here.nonlinearity_class.slope.lower == lower
     assert sampled_left_hand_side(plant, here).min() > -1e-12
 
 

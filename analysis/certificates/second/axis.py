@@ -183,7 +183,7 @@ def curve(block: Shifted, multiplier: Multiplier, inverse_gain: Fraction) -> Cur
     multiplier : Multiplier
         ``M`` and ``theta``.
     inverse_gain : Fraction
-        ``1/w``, 0 for every finite ``w`` at once and for laws without bound.
+        ``1/w``, 0 for every finite ``w`` at once and for nonlinearities without bound.
     """
     d = Axis.of(block.d)
     square = d * d.conjugate()

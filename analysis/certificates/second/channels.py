@@ -23,7 +23,7 @@ from fractions import Fraction
 from flint import arb, arb_mat, fmpq_mat, fmpz
 
 from lure.analysis.certificates.second import classes as claims
-from lure.analysis.certificates.second.classes import Laws, read_laws
+from lure.analysis.certificates.second.classes import Nonlinearities, read_nonlinearities
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
 from lure.analysis.certificates.second.numerics import (
     ball,
@@ -58,7 +58,7 @@ class Asked:
     C: fmpq_mat
     D: fmpq_mat
     discrete: bool
-    laws: tuple[Laws, ...]
+    nonlinearities: tuple[Nonlinearities, ...]
     repeated: bool
 
     @property
@@ -70,7 +70,7 @@ class Asked:
         NotShown
             A channel has none.
         """
-        ends = [laws.ends for laws in self.laws]
+        ends = [nonlinearities.ends for nonlinearities in self.nonlinearities]
         if any(low is None or high is None or low >= high for low, high in ends):
             raise NotShown("a channel has no finite bounds")
         return [(low, high) for low, high in ends if low is not None and high is not None]
@@ -90,7 +90,7 @@ def shown(document: Document) -> str:
         It shows nothing.
     """
     asked = _read(document)
-    require(document.law is None, "no nonlinearity is given beside several classes")
+    require(document.nonlinearity is None, "no nonlinearity is given beside several classes")
     if document.verdict == "PROVED":
         _proved(document, asked)
         return claims.ATTRACTS
@@ -109,13 +109,18 @@ def _read(document: Document) -> Asked:
     for name, height, width in (("A", n, n), ("B", n, m), ("C", m, n), ("D", m, m)):
         fits = len(rows[name]) == height and all(len(row) == width for row in rows[name])
         require(fits, f"{name} does not fit the other matrices")
-    stated = record(document.laws, "channels", "repeated")
+    stated = record(document.nonlinearities, "channels", "repeated")
     given = [mapping(one) for one in listed(stated["channels"])]
     repeated = flag(stated["repeated"])
     require(len(given) == m, "there is not one class for each channel")
     require(not repeated or all(dict(one) == dict(given[0]) for one in given), "one nonlinearity has one class")
     sides = {name: fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for name, side in rows.items()}
-    return Asked(**sides, discrete=found["time"] == "discrete", laws=tuple(map(read_laws, given)), repeated=repeated)
+    return Asked(
+        **sides,
+        discrete=found["time"] == "discrete",
+        nonlinearities=tuple(map(read_nonlinearities, given)),
+        repeated=repeated,
+    )
 
 
 def _proved(document: Document, asked: Asked) -> None:
@@ -126,11 +131,16 @@ def _proved(document: Document, asked: Asked) -> None:
     theta = numbers(given["theta"]) if popov else [Fraction(0)] * m
     require(len(weights) == m == len(theta), "the multipliers are not one for each channel")
     require(all(v >= 0 for v in weights), "a weight is negative")
-    require(not any(laws.rough for laws in asked.laws), "the theorem is for locally Lipschitz laws")
+    require(
+        not any(nonlinearities.rough for nonlinearities in asked.nonlinearities),
+        "the theorem is for locally Lipschitz nonlinearities",
+    )
     require(not (popov and asked.discrete), "Popov's criterion is for continuous time")
-    for i, laws in enumerate(asked.laws):
+    for i, nonlinearities in enumerate(asked.nonlinearities):
         state_only = all(asked.D[i, j] == 0 for j in range(m))
-        require(theta[i] == 0 or (state_only and not laws.time_varying), "Popov's term does not fit its channel")
+        require(
+            theta[i] == 0 or (state_only and not nonlinearities.time_varying), "Popov's term does not fit its channel"
+        )
     proof = record(document.proof, "method", "P", "exponent")
     require(proof["method"] == "matrix", "the method does not fit the theorem")
     exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
@@ -199,7 +209,10 @@ def _refuted(document: Document, asked: Asked) -> str:
     require(proof["method"] == "linear-gains", "the method is unknown for several nonlinearities")
     gains, m = numbers(proof["gains"]), asked.D.nrows()
     require(len(gains) == m, "there is not one gain for each channel")
-    require(all(laws.has_gain(g) for laws, g in zip(asked.laws, gains, strict=True)), "a gain is not in its class")
+    require(
+        all(nonlinearities.has_gain(g) for nonlinearities, g in zip(asked.nonlinearities, gains, strict=True)),
+        "a gain is not in its class",
+    )
     require(not asked.repeated or len(set(gains)) == 1, "one nonlinearity has one gain")
     G = _diagonal(gains)
     whole = _diagonal([Fraction(1)] * m) + asked.D * G

@@ -1,4 +1,4 @@
-"""Classes of laws: what a claim speaks about, what it contains, and whether a theorem covers all of it."""
+"""Classes of nonlinearities: what a claim speaks about, what it contains, and whether a theorem covers all of it."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ NO_SOLUTION = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Claim:
-    """A class of laws after the mirror, with a finite lower bound.
+    """A class of nonlinearities after the mirror, with a finite lower bound.
 
     Attributes
     ----------
-    laws : Laws
+    nonlinearities : Nonlinearities
         The class.
     lower : Fraction
         Its lower bound, by which the loop is shifted.
     """
 
-    laws: Laws
+    nonlinearities: Nonlinearities
     lower: Fraction
 
     @classmethod
-    def of(cls, laws: Laws) -> Claim:
+    def of(cls, nonlinearities: Nonlinearities) -> Claim:
         """The claim of a class.
 
         Raises
@@ -50,14 +50,14 @@ class Claim:
         NotShown
             The lower bound is infinite.
         """
-        if not isinstance(laws.lower, Fraction):
+        if not isinstance(nonlinearities.lower, Fraction):
             raise NotShown("the lower bound is infinite")
-        return cls(laws=laws, lower=laws.lower)
+        return cls(nonlinearities=nonlinearities, lower=nonlinearities.lower)
 
     @property
     def width(self) -> Fraction | None:
         """``w = k - l``; None for ``finite`` and ``inf``."""
-        return self.laws.upper - self.lower if isinstance(self.laws.upper, Fraction) else None
+        return self.nonlinearities.upper - self.lower if isinstance(self.nonlinearities.upper, Fraction) else None
 
     @property
     def inverse_gain(self) -> Fraction:
@@ -66,13 +66,13 @@ class Claim:
 
     @property
     def unbounded(self) -> bool:
-        """Whether laws without any upper bound are meant."""
-        return self.laws.upper == "inf"
+        """Whether nonlinearities without any upper bound are meant."""
+        return self.nonlinearities.upper == "inf"
 
     @property
     def need(self) -> Need:
         """What the left-hand side without the excess must satisfy, for a bounded class."""
-        return "nonnegative" if self.laws.upper == "finite" else "positive"
+        return "nonnegative" if self.nonlinearities.upper == "finite" else "positive"
 
 
 Upper = Fraction | Literal["finite", "inf"]
@@ -81,7 +81,7 @@ Lower = Fraction | Literal["-inf"]
 
 @dataclass(frozen=True, slots=True)
 class Graph:
-    """A continuous piecewise-linear law.
+    """A continuous piecewise-linear nonlinearity.
 
     Attributes
     ----------
@@ -121,8 +121,8 @@ class Graph:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Laws:
-    """Laws with ``phi(0) = 0`` and the bounds of ``phi(sigma)/sigma`` and of the difference quotients.
+class Nonlinearities:
+    """Nonlinearities with ``phi(0) = 0`` and the bounds of ``phi(sigma)/sigma`` and of the difference quotients.
 
     ``finite`` as an upper bound: the union of the classes with a finite bound; ``inf``: no bound at all.
     """
@@ -135,7 +135,7 @@ class Laws:
     linear: bool
     rough: bool = False  # continuous or not; else locally Lipschitz
 
-    def mirrored(self) -> Laws:
+    def mirrored(self) -> Nonlinearities:
         """The class of ``-phi``, which the loop of ``-H`` has; ``[-k, -l]`` in place of ``[l, k]``."""
         slope = None if self.slope is None else _mirrored(*self.slope)
         lower, upper = _mirrored(self.lower, self.upper)
@@ -154,16 +154,20 @@ class Laws:
         return self.slope is not None and at_least(self.slope[0], lower) and at_most(self.slope[1], upper)
 
     def has_gain(self, gain: Fraction) -> bool:
-        """Whether ``phi = gain sigma``, an odd law that does not depend on time, is in the class."""
+        """Whether ``phi = gain sigma``, an odd nonlinearity that does not depend on time, is in the class."""
         inside = at_least(gain, self.lower) and at_most(gain, self.upper)
         return inside and (self.slope is None or (at_least(gain, self.slope[0]) and at_most(gain, self.slope[1])))
 
-    def has(self, law: Graph) -> bool:
-        """Whether a piecewise-linear law is in the class."""
-        inside = at_least(min(law.chords), self.lower) and at_most(max(law.chords), self.upper)
+    def has(self, nonlinearity: Graph) -> bool:
+        """Whether a piecewise-linear nonlinearity is in the class."""
+        inside = at_least(min(nonlinearity.chords), self.lower) and at_most(max(nonlinearity.chords), self.upper)
         if self.slope is not None:
-            inside = inside and at_least(min(law.slopes), self.slope[0]) and at_most(max(law.slopes), self.slope[1])
-        return inside and (law.odd or not self.odd) and (not law.kinks or not self.linear)
+            inside = (
+                inside
+                and at_least(min(nonlinearity.slopes), self.slope[0])
+                and at_most(max(nonlinearity.slopes), self.slope[1])
+            )
+        return inside and (nonlinearity.odd or not self.odd) and (not nonlinearity.kinks or not self.linear)
 
 
 def at_most(bound: Upper, limit: Upper) -> bool:
@@ -180,13 +184,13 @@ def at_least(bound: Lower, limit: Lower) -> bool:
     return limit == "-inf" or (isinstance(bound, Fraction) and bound >= limit)
 
 
-def read_laws(value: Mapping[str, object]) -> Laws:
+def read_nonlinearities(value: Mapping[str, object]) -> Nonlinearities:
     """The class of a certificate."""
     rough = "regularity" in value
     found = record(value, "sector", "slope", "odd", "time_varying", "linear", *(["regularity"] if rough else []))
     require(found.get("regularity", "any") == "any", "the regularity is unknown")
     lower, upper = _bounds(found["sector"])
-    laws = Laws(
+    nonlinearities = Nonlinearities(
         lower=lower,
         upper=upper,
         slope=None if found["slope"] is None else _bounds(found["slope"]),
@@ -195,38 +199,49 @@ def read_laws(value: Mapping[str, object]) -> Laws:
         linear=flag(found["linear"]),
         rough=rough,
     )
-    least, greatest = laws.ends
-    require(least is None or greatest is None or least <= greatest, "no law has both the sector and the slopes")
-    return laws
+    least, greatest = nonlinearities.ends
+    require(
+        least is None or greatest is None or least <= greatest, "no nonlinearity has both the sector and the slopes"
+    )
+    return nonlinearities
 
 
-def require_member(value: Mapping[str, object], laws: Laws) -> None:
-    """Check that one law, as written in a certificate, is in the class."""
+def require_member(value: Mapping[str, object], nonlinearities: Nonlinearities) -> None:
+    """Check that one nonlinearity, as written in a certificate, is in the class."""
     if value.get("kind") == "tanh":
         found = record(value, "kind", "height", "rate")
         height, rate = number(found["height"]), number(found["rate"])
         require(height > 0 and rate > 0, "tanh needs a positive height and rate")
         # phi/sigma and the slope take every value in (0, height rate), and the slope its maximum at 0
         steepest, flattest = height * rate, Fraction(0)
-        inside = at_least(flattest, laws.lower) and at_most(steepest, laws.upper) and not laws.linear
-        if laws.slope is not None:
-            inside = inside and at_least(flattest, laws.slope[0]) and at_most(steepest, laws.slope[1])
-        require(inside, "the law is not in the class")
+        inside = (
+            at_least(flattest, nonlinearities.lower)
+            and at_most(steepest, nonlinearities.upper)
+            and not nonlinearities.linear
+        )
+        if nonlinearities.slope is not None:
+            inside = (
+                inside and at_least(flattest, nonlinearities.slope[0]) and at_most(steepest, nonlinearities.slope[1])
+            )
+        require(inside, "the nonlinearity is not in the class")
         return
     found = record(value, "kind", "points", "left", "right")
-    require(found["kind"] == "piecewise-linear", "the kind of law is unknown")
-    require(laws.has(graph(found["points"], found["left"], found["right"])), "the law is not in the class")
+    require(found["kind"] == "piecewise-linear", "the kind of nonlinearity is unknown")
+    require(
+        nonlinearities.has(graph(found["points"], found["left"], found["right"])),
+        "the nonlinearity is not in the class",
+    )
 
 
 def graph(points: object, left: object, right: object) -> Graph:
-    """The piecewise-linear law through these points; it must pass through the origin."""
+    """The piecewise-linear nonlinearity through these points; it must pass through the origin."""
     pairs = [tuple(number(value) for value in listed(point)) for point in listed(points)]
-    require(all(len(pair) == 2 for pair in pairs), "a point of the law is not a pair")
+    require(all(len(pair) == 2 for pair in pairs), "a point of the nonlinearity is not a pair")
     through = [(pair[0], pair[1]) for pair in pairs]
-    require(all(p[0] < q[0] for p, q in pairwise(through)), "the points of the law do not ascend")
+    require(all(p[0] < q[0] for p, q in pairwise(through)), "the points of the nonlinearity do not ascend")
     through = through or [(Fraction(0), Fraction(0))]
     given = _through(through, number(left), number(right))
-    require(given.at(Fraction(0)) == 0, "the law does not vanish at 0")
+    require(given.at(Fraction(0)) == 0, "the nonlinearity does not vanish at 0")
     if Fraction(0) in given.knots:
         return given
     return _through(sorted([*through, (Fraction(0), Fraction(0))]), given.slopes[0], given.slopes[-1])

@@ -9,7 +9,7 @@ from flint import arb_mat
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second import structure
-from lure.analysis.certificates.second.classes import Graph, Laws, graph
+from lure.analysis.certificates.second.classes import Graph, Nonlinearities, graph
 from lure.analysis.certificates.second.gains import Kind, critical_end, positive_root, require_crossing, unstable_kind
 from lure.analysis.certificates.second.matrix import require_growth
 from lure.analysis.certificates.second.numerics import ball, balls, to_fraction, working_precision
@@ -27,12 +27,13 @@ from lure.analysis.certificates.second.reading import (
 )
 from lure.analysis.certificates.second.systems import Rational, RodData, System
 
-# Periodic motions with a piecewise-linear law: exact in discrete time, proved by Krawczyk's test in continuous.
+# Periodic motions with a piecewise-linear nonlinearity: exact in discrete time, proved by Krawczyk's test in
+# continuous.
 
 LONGEST = 100_000
 
 
-def orbit_kind(proof: Mapping[str, object], system: Rational, laws: Laws) -> Kind:
+def orbit_kind(proof: Mapping[str, object], system: Rational, nonlinearities: Nonlinearities) -> Kind:
     """An orbit in discrete time, exactly: ``sum d_i sigma[t+i] = sum n_i u[t+i]`` and ``u = -phi(sigma)``.
 
     The equation is that of the coprime ``n`` and ``d``, whose states follow from ``u`` and ``sigma``; hidden modes do
@@ -41,15 +42,15 @@ def orbit_kind(proof: Mapping[str, object], system: Rational, laws: Laws) -> Kin
     Raises
     ------
     NotShown
-        It is no orbit of the loop, it rests at 0, or the law is not in the class.
+        It is no orbit of the loop, it rests at 0, or the nonlinearity is not in the class.
     """
     found = record(proof, "method", "points", "left", "right", "u", "sigma")
     require(system.discrete, "exact orbits are for discrete time")
-    law = _law(found, laws)
+    nonlinearity = _nonlinearity(found, nonlinearities)
     u, sigma = numbers(found["u"]), numbers(found["sigma"])
     period = len(u)
     require(0 < period == len(sigma) <= LONGEST, "u and sigma have no common period")
-    require(all(-law.at(s) == value for s, value in zip(sigma, u, strict=True)), "u is not -phi(sigma)")
+    require(all(-nonlinearity.at(s) == value for s, value in zip(sigma, u, strict=True)), "u is not -phi(sigma)")
     n, d = system.polynomials
     shared = n.gcd(d) if n.degree() >= 0 else d
     top, bottom = ([to_fraction(c) for c in (side // shared).coeffs()] for side in (n, d))
@@ -63,13 +64,13 @@ def orbit_kind(proof: Mapping[str, object], system: Rational, laws: Laws) -> Kin
     return "equilibria"
 
 
-def require_flow_orbit(proof: Mapping[str, object], system: Rational, laws: Laws) -> None:
+def require_flow_orbit(proof: Mapping[str, object], system: Rational, nonlinearities: Nonlinearities) -> None:
     """Check that a periodic orbit in continuous time is proved to exist near the approximate one.
 
     Raises
     ------
     NotShown
-        It is not proved, or the law is not in the class.
+        It is not proved, or the nonlinearity is not in the class.
     """
     found = record(
         proof,
@@ -84,14 +85,14 @@ def require_flow_orbit(proof: Mapping[str, object], system: Rational, laws: Laws
     durations, state = numbers(found["durations"]), numbers(found["state"])
     require(len(state) == system.states.order > 0 and len(durations) == len(pieces) > 1, "the orbit has gaps")
     require(all(duration > 0 for duration in durations), "a duration is not positive")
-    stays = stays_of(system.states, _law(found, laws), pieces, half=half)
+    stays = stays_of(system.states, _nonlinearity(found, nonlinearities), pieces, half=half)
     require_periodic(system.states, stays, state, durations, half=half)
 
 
-def _law(found: Mapping[str, object], laws: Laws) -> Graph:
-    law = graph(found["points"], found["left"], found["right"])
-    require(laws.has(law), "the law of the motion is not in the class")
-    return law
+def _nonlinearity(found: Mapping[str, object], nonlinearities: Nonlinearities) -> Graph:
+    nonlinearity = graph(found["points"], found["left"], found["right"])
+    require(nonlinearities.has(nonlinearity), "the law of the motion is not in the class")
+    return nonlinearity
 
 
 BITS = (512, 2048)
@@ -100,58 +101,60 @@ COUNTEREXAMPLES_LONGEST = 10_000
 LARGEST_COUNT = 100_000
 
 
-def refuted(document: Document, system: System, laws: Laws) -> str:
+def refuted(document: Document, system: System, nonlinearities: Nonlinearities) -> str:
     """The sentence that a counterexample shows.
 
     Raises
     ------
     NotShown
-        The law is not in the class, or the motion is not shown.
+        The nonlinearity is not in the class, or the motion is not shown.
     """
     require(document.theorem == "counterexample", "a refutation is a counterexample")
-    require(document.law is None, "a refutation names no law")
+    require(document.nonlinearity is None, "a refutation names no nonlinearity")
     record(document.multiplier)
     proof, method = document.proof, document.proof.get("method")
     if isinstance(system, RodData):
-        return structure.refuted(document, system, laws)
+        return structure.refuted(document, system, nonlinearities)
     if method == "crossing":
         found = record(proof, "method", "gains", "frequencies")
         low, high = _pair(found["gains"])
-        require(laws.has_gain(low) and laws.has_gain(high), "the gains are not in the class")
+        require(nonlinearities.has_gain(low) and nonlinearities.has_gain(high), "the gains are not in the class")
         require_crossing(system, (low, high), _pair(found["frequencies"]))
         return claims.NO_REST
     if method == "linear-gain":
         gain = number(record(proof, "method", "gain")["gain"])
-        require(laws.has_gain(gain), "the gain is not in the class")
+        require(nonlinearities.has_gain(gain), "the gain is not in the class")
         if not isinstance(system, Rational):
             return claims.NO_REST if positive_root(system, gain) == "no rest" else claims.OTHER_EQUILIBRIA
         if 1 + gain * system.feedthrough == 0:
             return claims.NO_SOLUTION
-        return _sentence(unstable_kind(system, gain), system, laws)
+        return _sentence(unstable_kind(system, gain), system, nonlinearities)
     if not isinstance(system, Rational):
         raise NotShown("with dead time only gains are shown")
     if method == "matrix-gain":
-        require_growth(system, laws, proof)
+        require_growth(system, nonlinearities, proof)
         return claims.NO_REST
     if method == "switched-gain":
-        _require_switched(proof, system, laws)
+        _require_switched(proof, system, nonlinearities)
         return claims.NO_REST
     if method == "orbit":
-        return _sentence(orbit_kind(proof, system, laws), system, laws)
+        return _sentence(orbit_kind(proof, system, nonlinearities), system, nonlinearities)
     require(method == "flow-orbit", "the method is unknown")
-    require_flow_orbit(proof, system, laws)
+    require_flow_orbit(proof, system, nonlinearities)
     return claims.NO_REST
 
 
-def _sentence(kind: Kind, system: Rational, laws: Laws) -> str:
+def _sentence(kind: Kind, system: Rational, nonlinearities: Nonlinearities) -> str:
     """Other equilibria refute only a class in which 0 would have to attract every motion."""
     if kind == "no rest":
         return claims.NO_REST
-    require(not critical_end(system, laws), "the loop has a pole at 0 anyway: other equilibria refute nothing")
+    require(
+        not critical_end(system, nonlinearities), "the loop has a pole at 0 anyway: other equilibria refute nothing"
+    )
     return claims.OTHER_EQUILIBRIA
 
 
-def _require_switched(proof: Mapping[str, object], system: Rational, laws: Laws) -> None:
+def _require_switched(proof: Mapping[str, object], system: Rational, nonlinearities: Nonlinearities) -> None:
     """Check ``|tr M^N| > n`` for the matrix ``M`` of one period: it has an eigenvalue outside the unit disc."""
     names = ["method", "gains", "squarings", "bits"] + ([] if system.discrete else ["times"])
     found = record(proof, *names)
@@ -161,8 +164,11 @@ def _require_switched(proof: Mapping[str, object], system: Rational, laws: Laws)
     times = [Fraction(1)] * len(gains) if system.discrete else numbers(found["times"])
     require(0 < len(gains) == len(times) <= COUNTEREXAMPLES_LONGEST and n > 0, "gains and times do not fit")
     require(all(time > 0 for time in times), "a time is not positive")
-    require(all(laws.has_gain(gain) for gain in gains), "a gain is not in the class")
-    require(len(set(gains)) == 1 or (laws.time_varying and not laws.linear), "the class has no gains that vary in time")
+    require(all(nonlinearities.has_gain(gain) for gain in gains), "a gain is not in the class")
+    require(
+        len(set(gains)) == 1 or (nonlinearities.time_varying and not nonlinearities.linear),
+        "the class has no gains that vary in time",
+    )
     require(all(1 + gain * system.feedthrough != 0 for gain in gains), "with one of the gains the loop has no solution")
     for bits in BITS:
         with working_precision(bits):

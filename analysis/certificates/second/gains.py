@@ -8,7 +8,7 @@ from typing import Literal
 
 from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
-from lure.analysis.certificates.second.classes import Laws
+from lure.analysis.certificates.second.classes import Nonlinearities
 from lure.analysis.certificates.second.numerics import (
     ball,
     positive_from_zero,
@@ -25,7 +25,7 @@ HALVINGS = 400
 Kind = Literal["no rest", "equilibria"]
 
 
-def require_every_gain_stable(system: Rational, laws: Laws) -> None:
+def require_every_gain_stable(system: Rational, nonlinearities: Nonlinearities) -> None:
     """Check that ``d + g n`` has all roots strictly inside for every ``g`` of the class.
 
     It has at the lower bound; roots move continuously and could leave only through the axis, where ``Im H = 0`` and
@@ -36,16 +36,20 @@ def require_every_gain_stable(system: Rational, laws: Laws) -> None:
     NotShown
         The class is not one of constant gains, or some gain is not shown to be stable.
     """
-    require(laws.linear, "stable gains say nothing about laws that are not linear")
-    if not isinstance(laws.lower, Fraction):
+    require(nonlinearities.linear, "stable gains say nothing about nonlinearities that are not linear")
+    if not isinstance(nonlinearities.lower, Fraction):
         raise NotShown("the lower bound is infinite")
-    require_well_posed(system.feedthrough, laws.lower, laws.upper)
-    block = shifted(system, laws.lower)
+    require_well_posed(system.feedthrough, nonlinearities.lower, nonlinearities.upper)
+    block = shifted(system, nonlinearities.lower)
     require(block.case == "stable" and block.plant is not None, "the loop is not stable at the lower bound")
     assert block.plant is not None
     square, real, imaginary = block.plant.response()
-    strict = isinstance(laws.upper, Fraction)
-    test = square + to_fmpq(laws.upper - laws.lower) * real if isinstance(laws.upper, Fraction) else real
+    strict = isinstance(nonlinearities.upper, Fraction)
+    test = (
+        square + to_fmpq(nonlinearities.upper - nonlinearities.lower) * real
+        if isinstance(nonlinearities.upper, Fraction)
+        else real
+    )
     far = test[square.degree()]
     at_infinity = bool(far > 0 if strict else far >= 0)
     require(at_infinity, "a gain of the class has a root at infinity")
@@ -96,12 +100,12 @@ def unstable_kind(system: Rational, gain: Fraction) -> Kind:
     return "equilibria" if at_zero == 1 or _semisimple(system, gain, at_zero) else "no rest"
 
 
-def critical_end(system: Rational, laws: Laws) -> bool:
+def critical_end(system: Rational, nonlinearities: Nonlinearities) -> bool:
     """Whether an end of the class is its critical case: other equilibria than 0 then refute nothing.
 
     At the upper end that is the critical case of ``-H`` and ``-phi``.
     """
-    for end, sign in zip(laws.ends, (1, -1), strict=True):
+    for end, sign in zip(nonlinearities.ends, (1, -1), strict=True):
         if end is None or 1 + end * system.feedthrough == 0:
             continue
         plant = system.plant.shifted(end)

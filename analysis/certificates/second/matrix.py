@@ -18,7 +18,7 @@ from fractions import Fraction
 
 from flint import arb, arb_mat, fmpz
 
-from lure.analysis.certificates.second.classes import Claim, Laws
+from lure.analysis.certificates.second.classes import Claim, Nonlinearities
 from lure.analysis.certificates.second.numerics import ball, balls, working_precision
 from lure.analysis.certificates.second.reading import (
     NotShown,
@@ -93,14 +93,14 @@ def require_matrix(system: Rational, claim: Claim, theta: Fraction, proof: objec
     raise NotShown("P or the matrix of the inequality is not shown to be positive definite")
 
 
-def require_growth(system: Rational, laws: Laws, proof: object) -> None:
+def require_growth(system: Rational, nonlinearities: Nonlinearities, proof: object) -> None:
     """Check that a gain of the class makes a motion grow: ``V = x'P x`` falls everywhere and is negative somewhere.
 
     Parameters
     ----------
     system : Rational
         The block.
-    laws : Laws
+    nonlinearities : Nonlinearities
         The class, of which the gain is a member.
     proof : object
         The gain, ``P`` in integers, the lower triangle row by row, and a state with ``V < 0``.
@@ -112,7 +112,7 @@ def require_growth(system: Rational, laws: Laws, proof: object) -> None:
     """
     found = record(proof, "method", "gain", "P", "start")
     gain, start, r = number(found["gain"]), numbers(found["start"]), system.states
-    require(laws.has_gain(gain), "the gain is not in the class")
+    require(nonlinearities.has_gain(gain), "the gain is not in the class")
     require(1 + gain * r.d != 0, "with this gain the loop has no solution")
     rows = triangle(found["P"], r.order)
     require(len(start) == r.order, "the start is no state of this order")

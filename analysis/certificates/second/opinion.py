@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 from lure.analysis.certificates.second import channels, counterexamples, structure, theorems
-from lure.analysis.certificates.second.classes import read_laws, require_member
+from lure.analysis.certificates.second.classes import read_nonlinearities, require_member
 from lure.analysis.certificates.second.reading import LONGEST, OUT_OF_TIME, NotShown, limited, read, require
 from lure.analysis.certificates.second.systems import RodData, read_system
 
@@ -62,23 +62,23 @@ def recheck(certificate: Mapping[str, object] | str | bytes, *, seconds: float =
 
 def _shown(certificate: Mapping[str, object] | str | bytes) -> str:
     document = read(certificate)
-    if "channels" in document.laws:
+    if "channels" in document.nonlinearities:
         shown = channels.shown(document)
         require(document.conclusion == shown, f"what follows is: {shown}")
         return shown
-    laws, system = read_laws(document.laws), read_system(document.system)
-    if document.law is not None:
-        require_member(document.law, laws)
+    nonlinearities, system = read_nonlinearities(document.nonlinearities), read_system(document.system)
+    if document.nonlinearity is not None:
+        require_member(document.nonlinearity, nonlinearities)
     if document.verdict == "PROVED":
         if isinstance(system, RodData) and document.proof.get("method") == "matrix":
             system = system.states()
         if isinstance(system, RodData):
-            shown = structure.proved(document, system, laws)
+            shown = structure.proved(document, system, nonlinearities)
         else:
-            shown = theorems.proved(document, system, laws)
+            shown = theorems.proved(document, system, nonlinearities)
     else:
         require(document.verdict == "REFUTED", "the verdict is neither PROVED nor REFUTED")
-        shown = counterexamples.refuted(document, system, laws)
+        shown = counterexamples.refuted(document, system, nonlinearities)
     require(document.conclusion == shown, f"what follows is: {shown}")
     return shown
 

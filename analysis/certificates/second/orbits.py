@@ -1,4 +1,4 @@
-"""Periodic motions of loops with a piecewise-linear law, proved to exist by Krawczyk's test on all their switches."""
+"""Periodic solutions of loops with a piecewise-linear nonlinearity, proved by Krawczyk's test on all their switches."""
 
 from __future__ import annotations
 
@@ -45,15 +45,15 @@ class Stay:
     leaves_up: bool
 
 
-def stays_of(system: States, law: Graph, pieces: Sequence[int], *, half: bool) -> list[Stay]:
-    """The stays of an orbit that visits these pieces, counted from the left, the kinks of the law between them.
+def stays_of(system: States, nonlinearity: Graph, pieces: Sequence[int], *, half: bool) -> list[Stay]:
+    """The stays of an orbit that visits these pieces, counted from the left, kinks of the graph between them.
 
     Parameters
     ----------
     system : States
         The linear part.
-    law : Graph
-        The law.
+    nonlinearity : Graph
+        The nonlinearity.
     pieces : sequence of int
         Each beside the one before.
     half : bool
@@ -62,18 +62,19 @@ def stays_of(system: States, law: Graph, pieces: Sequence[int], *, half: bool) -
     Raises
     ------
     NotShown
-        ``1 + D slope > 0`` fails on a piece, the pieces do not follow one another, or half a period needs an odd law.
+        ``1 + D slope > 0`` fails on a piece, the pieces do not follow one another, or half a period needs an odd
+        nonlinearity.
     """
-    require(all(1 + system.d * k > 0 for k in law.slopes), "1 + D slope is not positive on every piece")
-    require(law.odd or not half, "half a period needs an odd law")
-    kinks = law.kinks
+    require(all(1 + system.d * k > 0 for k in nonlinearity.slopes), "1 + D slope is not positive on every piece")
+    require(nonlinearity.odd or not half, "half a period needs an odd nonlinearity")
+    kinks = nonlinearity.kinks
     levels = [x + system.d * w for x, w, _ in kinks]
     path = [*pieces, len(kinks) - pieces[0] if half else pieces[0]]
     require(all(0 <= p <= len(kinks) for p in path), "there is no such piece")
     require(all(abs(p - q) == 1 for p, q in pairwise(path)), "the pieces do not follow one another")
     ups = [q > p for p, q in pairwise(path)]
     ends = [levels[min(p, q)] for p, q in pairwise(path)]
-    lines = [(law.knots[0], law.values[0], law.slopes[0]), *kinks]
+    lines = [(nonlinearity.knots[0], nonlinearity.values[0], nonlinearity.slopes[0]), *kinks]
     found = []
     for i, piece in enumerate(pieces):
         x, w, k = lines[piece]

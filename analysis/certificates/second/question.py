@@ -26,7 +26,7 @@ from lure.analysis.certificates.second.reading import (
 )
 from lure.analysis.certificates.second.systems import Delayed, Rational, Shifted
 
-# Zames-Falb multipliers as written in a certificate, and whether they are legal for a class of laws.
+# Zames-Falb multipliers as written in a certificate, and whether they are legal for a class of nonlinearities.
 
 Kernel = Fraction | tuple[Fraction, int, int]
 SIDES = {"causal": 1, "anticausal": -1}
@@ -66,7 +66,7 @@ def read_taps(multiplier: Mapping[str, object]) -> dict[int, Fraction]:
 
 
 def require_legal(coefficients: Sequence[Fraction], claim: Claim, *, strict: bool) -> None:
-    """Check the bound on the L1 norm and, unless the laws are odd, the signs.
+    """Check the bound on the L1 norm and, unless the nonlinearities are odd, the signs.
 
     Parameters
     ----------
@@ -79,7 +79,9 @@ def require_legal(coefficients: Sequence[Fraction], claim: Claim, *, strict: boo
     """
     mass = sum((abs(c) for c in coefficients), Fraction(0))
     require(mass < 1 or (mass == 1 and not strict and claim.width is not None), "the multiplier is too large in L1")
-    require(claim.laws.odd or all(c >= 0 for c in coefficients), "negative coefficients need odd laws")
+    require(
+        claim.nonlinearities.odd or all(c >= 0 for c in coefficients), "negative coefficients need odd nonlinearities"
+    )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -69,8 +69,8 @@ class Document:
 
     verdict: str
     system: Mapping[str, object]
-    laws: Mapping[str, object]
-    law: Mapping[str, object] | None
+    nonlinearities: Mapping[str, object]
+    nonlinearity: Mapping[str, object] | None
     theorem: str
     multiplier: Mapping[str, object]
     conclusion: str
@@ -98,8 +98,8 @@ def read(certificate: Mapping[str, object] | str | bytes) -> Document:
     return Document(
         verdict=text(found["verdict"]),
         system=mapping(found["system"]),
-        laws=mapping(found["laws"]),
-        law=None if found["law"] is None else mapping(found["law"]),
+        nonlinearities=mapping(found["laws"]),
+        nonlinearity=None if found["law"] is None else mapping(found["law"]),
         theorem=text(found["theorem"]),
         multiplier=mapping(found["multiplier"]),
         conclusion=text(found["conclusion"]),

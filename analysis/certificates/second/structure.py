@@ -11,14 +11,14 @@ from collections import defaultdict
 from fractions import Fraction
 
 from lure.analysis.certificates.second import classes as claims
-from lure.analysis.certificates.second.classes import Laws, at_least, at_most
+from lure.analysis.certificates.second.classes import Nonlinearities, at_least, at_most
 from lure.analysis.certificates.second.reading import Document, number, record, require, tick
 from lure.analysis.certificates.second.systems import RodData
 
 LARGEST_SCHEME = 2_000_000
 
 
-def proved(document: Document, rod: RodData, laws: Laws) -> str:
+def proved(document: Document, rod: RodData, nonlinearities: Nonlinearities) -> str:
     """The sentence that is proved about the rod or its scheme.
 
     Raises
@@ -28,36 +28,39 @@ def proved(document: Document, rod: RodData, laws: Laws) -> str:
     """
     require(record(document.proof, "method")["method"] == "structure", "the rod is proved by its structure")
     require(rod.k > 0, "the dashpot must be positive")
-    require(at_least(laws.lower, Fraction(0)), "the sector must start at 0")
+    require(at_least(nonlinearities.lower, Fraction(0)), "the sector must start at 0")
     theorem = document.theorem
-    require(not laws.rough, "the rod is proved for locally Lipschitz laws")
+    require(not nonlinearities.rough, "the rod is proved for locally Lipschitz nonlinearities")
     if theorem == "rod-energy":
         record(document.multiplier)
-        require(not laws.time_varying, "the energy theorem needs laws fixed in time")
+        require(not nonlinearities.time_varying, "the energy theorem needs nonlinearities fixed in time")
         if rod.cells is not None:
             _require_dissipation(rod.cells)
         return claims.AT_REST
     defect = abs(rod.k**2 - rod.squared_impedance)
     if theorem == "rod-popov":
-        require(not laws.time_varying, "Popov's criterion needs laws fixed in time")
+        require(not nonlinearities.time_varying, "Popov's criterion needs nonlinearities fixed in time")
         theta = number(record(document.multiplier, "theta")["theta"])
         least = rod.length * defect / (rod.k * rod.area * rod.E)
-        if laws.upper == "inf":  # strictly; the hidden modes for k = Z do no harm, by the energy theorem
-            require(theta > least, "theta is too small for laws without upper bound")
+        if nonlinearities.upper == "inf":  # strictly; the hidden modes for k = Z do no harm, by the energy theorem
+            require(theta > least, "theta is too small for nonlinearities without upper bound")
         require(theta >= least, "theta is too small")
         return claims.EQUILIBRIA if rod.cells is not None else claims.INEQUALITY
     require(theorem == "rod-circle", "the theorem is unknown for the rod")
     record(document.multiplier)
     if defect > 0:
         limit = rod.E / rod.length * min(rod.k**2, rod.squared_impedance) / defect
-        require(isinstance(laws.upper, Fraction) and laws.upper < limit, "the sector exceeds what the circle reaches")
-    require(laws.upper != "inf", "the circle criterion needs an upper bound")
+        require(
+            isinstance(nonlinearities.upper, Fraction) and nonlinearities.upper < limit,
+            "the sector exceeds what the circle reaches",
+        )
+    require(nonlinearities.upper != "inf", "the circle criterion needs an upper bound")
     if rod.cells is None:  # the inequality is a theorem about the scheme
         return claims.INEQUALITY
-    return claims.BOUNDED if laws.time_varying else claims.EQUILIBRIA
+    return claims.BOUNDED if nonlinearities.time_varying else claims.EQUILIBRIA
 
 
-def refuted(document: Document, rod: RodData, laws: Laws) -> str:
+def refuted(document: Document, rod: RodData, nonlinearities: Nonlinearities) -> str:
     """The sentence that is refuted: a dashpot that drives, ``k < 0``.
 
     For ``-Z < k < 0`` the mode ``s ((-a)^(1/2N) - 1) > 0`` (rod: ``ln(-a)/2T``) grows with ``phi = 0``.  For ``k < -Z``
@@ -72,18 +75,18 @@ def refuted(document: Document, rod: RodData, laws: Laws) -> str:
     require(record(document.proof, "method")["method"] == "structure", "the rod is refuted by its structure")
     require(rod.k < 0 and rod.k**2 != rod.squared_impedance, "the dashpot is not negative, or minus the impedance")
     if rod.k**2 < rod.squared_impedance:
-        require(laws.has_gain(Fraction(0)), "phi = 0 is not in the class")
+        require(nonlinearities.has_gain(Fraction(0)), "phi = 0 is not in the class")
         return claims.NO_REST
     gain = Fraction(1)
-    uppers = [laws.upper] if laws.slope is None else [laws.upper, laws.slope[1]]
+    uppers = [nonlinearities.upper] if nonlinearities.slope is None else [nonlinearities.upper, nonlinearities.slope[1]]
     for upper in uppers:
         if isinstance(upper, Fraction):
             gain = min(gain, upper)
-    lowers = [laws.lower] if laws.slope is None else [laws.lower, laws.slope[0]]
+    lowers = [nonlinearities.lower] if nonlinearities.slope is None else [nonlinearities.lower, nonlinearities.slope[0]]
     for lower in lowers:
         if isinstance(lower, Fraction):
             gain = max(gain, lower)
-    require(gain > 0 and laws.has_gain(gain), "no positive gain is in the class")
+    require(gain > 0 and nonlinearities.has_gain(gain), "no positive gain is in the class")
     require(all(at_most(gain, upper) for upper in uppers), "no positive gain is in the class")
     return claims.NO_REST
 

@@ -175,7 +175,7 @@ class Rational:
         return Plant.of(*self.polynomials, discrete=self.discrete)
 
     def closed(self, gain: Fraction) -> fmpq_poly:
-        """The characteristic polynomial ``d + gain n`` of the loop with a linear law."""
+        """The characteristic polynomial ``d + gain n`` of the loop with a linear gain."""
         n, d = self.polynomials
         return d + to_fmpq(gain) * n
 

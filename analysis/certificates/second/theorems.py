@@ -10,7 +10,7 @@ from flint import fmpq_poly
 from lure.analysis.certificates.second import axis, gains
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.axis import Need, half_line, holds_on_circle
-from lure.analysis.certificates.second.classes import Laws
+from lure.analysis.certificates.second.classes import Nonlinearities
 from lure.analysis.certificates.second.cover import require_cover
 from lure.analysis.certificates.second.matrix import require_matrix
 from lure.analysis.certificates.second.numerics import Laurent, X, to_fmpq
@@ -53,11 +53,13 @@ def require_on_circle(asked: Question, block: Shifted) -> None:
     NotShown
         The inequality fails somewhere on the unit circle, or the class is larger than the theorem covers.
     """
-    claim, given, laws = asked.claim, asked.document.multiplier, asked.claim.laws
+    claim, given, nonlinearities = asked.claim, asked.document.multiplier, asked.claim.nonlinearities
     need: Need = "positive" if claim.unbounded else claim.need
     one, z = Laurent(fmpq_poly([1])), Laurent(fmpq_poly([0, 1]))
     if asked.theorem == "circle":
-        require(not (claim.unbounded and block.hidden), "laws without bound need a block without hidden modes")
+        require(
+            not (claim.unbounded and block.hidden), "nonlinearities without bound need a block without hidden modes"
+        )
         p = on_response(block, one, claim.inverse_gain)
     elif asked.theorem == "zames-falb":
         taps = read_taps(given)
@@ -68,15 +70,15 @@ def require_on_circle(asked: Question, block: Shifted) -> None:
         require(q >= 0, "q is negative")
         if asked.theorem != "jury-lee":
             odd = asked.theorem == "tsypkin-odd"
-            require(laws.odd or not odd, "the theorem is for odd laws")
+            require(nonlinearities.odd or not odd, "the theorem is for odd nonlinearities")
             require(
-                laws.slopes_within(claim.lower, laws.upper if block.feedthrough < 0 else "inf"),
+                nonlinearities.slopes_within(claim.lower, nonlinearities.upper if block.feedthrough < 0 else "inf"),
                 "Tsypkin's criterion needs the slope from the lower bound on, and up to k if H(inf) < 0",
             )
             difference, loss = one + z.conjugate().scaled(Fraction(1 if odd else -1)), Fraction(0)
         else:
             require(
-                laws.slopes_within(claim.lower if block.feedthrough > 0 else "-inf", laws.upper),
+                nonlinearities.slopes_within(claim.lower if block.feedthrough > 0 else "-inf", nonlinearities.upper),
                 "the Jury-Lee criterion needs the slope up to the upper bound, and from l on if H(inf) > 0",
             )
             require(width is not None or q == 0, "for every finite bound at once q must be 0")
@@ -132,10 +134,10 @@ SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lips
 CONTINUOUS = ("circle", "popov", "off-axis-circle", "park", "zames-falb")
 DISCRETE = ("circle", "zames-falb", "tsypkin", "tsypkin-odd", "jury-lee")
 SLOPES = ("off-axis-circle", "park", "zames-falb")  # those whose class is one of slopes, not a sector
-ROBUST = ("circle", "popov")  # those that cover the critical case, dead time and laws without upper bound
+ROBUST = ("circle", "popov")  # those that cover the critical case, dead time and nonlinearities without upper bound
 
 
-def proved(document: Document, system: Rational | Delayed, laws: Laws) -> str:
+def proved(document: Document, system: Rational | Delayed, nonlinearities: Nonlinearities) -> str:
     """The sentence that is proved about a rational block or one with dead time.
 
     Raises
@@ -144,25 +146,28 @@ def proved(document: Document, system: Rational | Delayed, laws: Laws) -> str:
         A hypothesis fails or is not decided.
     """
     theorem = document.theorem
-    require(theorem == "circle" or not laws.rough, "the theorem is for locally Lipschitz laws")
+    require(theorem == "circle" or not nonlinearities.rough, "the theorem is for locally Lipschitz nonlinearities")
     if theorem == "hurwitz":
         record(document.multiplier)
         require(record(document.proof, "method")["method"] == "polynomial", "the method does not fit the theorem")
         if not isinstance(system, Rational):
             raise NotShown("constant gains are decided for rational blocks only")
-        gains.require_every_gain_stable(system, laws)
+        gains.require_every_gain_stable(system, nonlinearities)
         return claims.GAINS
     if theorem == "circle" and document.multiplier:
         require(record(document.multiplier, "mirrored")["mirrored"] is True, "mirrored is not true")
-        system, laws = _mirrored(system), replace(laws, slope=None).mirrored()  # the sector is all that is used
+        system, nonlinearities = (
+            _mirrored(system),
+            replace(nonlinearities, slope=None).mirrored(),
+        )  # the sector is all that is used
     if theorem in SLOPES:  # the slope bounds the sector too
-        if laws.slope is None:
+        if nonlinearities.slope is None:
             raise NotShown("the theorem needs slope bounds")
-        laws = replace(laws, lower=laws.slope[0], upper=laws.slope[1])
-    asked = Question(theorem=theorem, system=system, claim=claims.Claim.of(laws), document=document)
+        nonlinearities = replace(nonlinearities, lower=nonlinearities.slope[0], upper=nonlinearities.slope[1])
+    asked = Question(theorem=theorem, system=system, claim=claims.Claim.of(nonlinearities), document=document)
     _require_scope(asked)
     if isinstance(system, Rational):
-        require_well_posed(system.feedthrough, asked.claim.lower, laws.upper)
+        require_well_posed(system.feedthrough, asked.claim.lower, nonlinearities.upper)
     if document.proof.get("method") == "matrix":
         return _sentence(asked, _by_matrix(asked))
     block = shifted(system, asked.claim.lower)
@@ -175,29 +180,42 @@ def proved(document: Document, system: Rational | Delayed, laws: Laws) -> str:
 
 
 def _require_scope(asked: Question) -> None:
-    """What does not depend on the poles: time, laws that vary, laws without bound."""
+    """What does not depend on the poles: time, nonlinearities that vary, nonlinearities without bound."""
     discrete = isinstance(asked.system, Rational) and asked.system.discrete
     require(asked.theorem in (DISCRETE if discrete else CONTINUOUS), "the theorem is unknown for this time")
-    require(asked.theorem == "circle" or not asked.claim.laws.time_varying, "the theorem needs laws fixed in time")
+    require(
+        asked.theorem == "circle" or not asked.claim.nonlinearities.time_varying,
+        "the theorem needs nonlinearities fixed in time",
+    )
     if isinstance(asked.system, Delayed):
         require(asked.theorem in ROBUST, "the theorem is not used with dead time")
-        require(not asked.claim.unbounded, "laws without bound are not covered with dead time")
+        require(not asked.claim.unbounded, "nonlinearities without bound are not covered with dead time")
     require(asked.theorem in ROBUST or not asked.claim.unbounded, "the theorem needs an upper bound")
-    if asked.claim.laws.rough:  # then every sequence of states is defined, and V falls along it, whatever phi is
-        require(discrete and asked.plain_direct == 0, "laws that jump: in discrete time and without direct term only")
+    if (
+        asked.claim.nonlinearities.rough
+    ):  # then every sequence of states is defined, and V falls along it, whatever phi is
+        require(
+            discrete and asked.plain_direct == 0,
+            "nonlinearities that jump: in discrete time and without direct term only",
+        )
 
 
 def _require_case(asked: Question, case: Case) -> None:
     if case == "critical":
-        require(not asked.claim.laws.rough, "with a pole at z = 1 convergence needs continuous laws")
+        require(
+            not asked.claim.nonlinearities.rough, "with a pole at z = 1 convergence needs continuous nonlinearities"
+        )
         require(asked.theorem in ROBUST, "the theorem needs a stable block, and this one has a pole at 0")
         if isinstance(asked.system, Delayed):
-            require(not asked.claim.laws.time_varying, "a pole at 0 and dead time need laws fixed in time")
+            require(
+                not asked.claim.nonlinearities.time_varying,
+                "a pole at 0 and dead time need nonlinearities fixed in time",
+            )
 
 
 def _sentence(asked: Question, case: Case) -> str:
     if case == "critical":
-        return claims.BOUNDED if asked.claim.laws.time_varying else claims.EQUILIBRIA
+        return claims.BOUNDED if asked.claim.nonlinearities.time_varying else claims.EQUILIBRIA
     return claims.DELAYED if isinstance(asked.system, Delayed) else claims.ATTRACTS
 
 
@@ -208,7 +226,9 @@ def _by_matrix(asked: Question) -> Case:
     if asked.theorem == "popov":
         theta = number(record(asked.document.multiplier, "theta")["theta"])
         _require_composed(asked, theta)
-        require(not asked.claim.unbounded or asked.direct > 0 or theta >= 0, "laws without bound need theta >= 0")
+        require(
+            not asked.claim.unbounded or asked.direct > 0 or theta >= 0, "nonlinearities without bound need theta >= 0"
+        )
     case = require_matrix(system, asked.claim, theta, asked.document.proof)
     _require_case(asked, case)
     return case
@@ -223,7 +243,7 @@ def _continuous(asked: Question, block: Shifted) -> None:
         return
     multiplier = axis.Multiplier()
     if asked.theorem == "circle" and claim.unbounded:
-        require(not block.hidden, "laws without bound need a block without hidden modes")
+        require(not block.hidden, "nonlinearities without bound need a block without hidden modes")
         need = "decaying"
     elif asked.theorem == "popov":
         multiplier = axis.Multiplier(theta=number(record(given, "theta")["theta"]))
@@ -254,8 +274,8 @@ def _popov(asked: Question, block: Shifted, theta: Fraction) -> Need:
         return asked.claim.need
     if asked.direct > 0:
         return "positive"
-    require(theta >= 0, "laws without bound need theta >= 0")
-    require(not block.hidden, "laws without bound need a block without hidden modes")
+    require(theta >= 0, "nonlinearities without bound need theta >= 0")
+    require(not block.hidden, "nonlinearities without bound need a block without hidden modes")
     return "decaying"
 
 
@@ -263,13 +283,13 @@ def _require_composed(asked: Question, theta: Fraction) -> None:
     """With a direct term ``D`` the primitive of ``phi (1 + D phi)^-1`` must exist and have its sign.
 
     For ``D, theta >= 0`` it is ``Phi + D phi^2/2 >= 0`` along every motion.  Otherwise ``sigma + D phi(sigma)`` must
-    ascend: ``1 + D kappa > 0`` for every slope of the shifted law, which the sector alone does not say; then the file
-    must list it as assumed of the class.
+    ascend: ``1 + D kappa > 0`` for every slope of the shifted nonlinearity, which the sector alone does not say; then
+    the file must list it as assumed of the class.
     """
-    direct, laws, lower = asked.direct, asked.claim.laws, asked.claim.lower
+    direct, nonlinearities, lower = asked.direct, asked.claim.nonlinearities, asked.claim.lower
     if direct == 0 or theta == 0 or (direct > 0 and theta > 0):
         return
-    bound = None if laws.slope is None else laws.slope[0 if direct > 0 else 1]
+    bound = None if nonlinearities.slope is None else nonlinearities.slope[0 if direct > 0 else 1]
     good = isinstance(bound, Fraction) and 1 + direct * (bound - lower) > 0
     stated = asked.document.hypotheses.get("solvable") == SOLVABLE and 1 + lower * asked.plain_direct > 0
     require(good or stated, "with this direct term and theta 1 + D slope > 0 must follow from the class, or be assumed")

@@ -25,20 +25,23 @@ from lure.plants.rational import RationalPlant
 
 
 def balance_hints(about: Problem) -> tuple[str, ...]:
-    """One sentence on harmonic balance; empty for blocks with dead time, in discrete time, or without a law.
+    """One sentence on harmonic balance; empty for blocks with dead time, in discrete time, or without a nonlinearity.
 
     Parameters
     ----------
     about : Problem
         The loop.
     """
-    block, law = about.plant, about.nonlinearity
-    if law is None or not isinstance(block, RationalPlant) or block.dt is not None:
+    block, nonlinearity = about.plant, about.nonlinearity
+    if nonlinearity is None or not isinstance(block, RationalPlant) or block.dt is not None:
         return ()
-    if not getattr(law, "odd", False):
-        return ("there is no describing function to look at: it is for odd laws, and this one is not known to be odd",)
+    if not getattr(nonlinearity, "odd", False):
+        return (
+            "there is no describing function to look at: it is for odd nonlinearities, and this one is not known to be "
+            "odd",
+        )
     try:
-        hint = describing_hint(block, law)
+        hint = describing_hint(block, nonlinearity)
     except (AssumptionError, InputError) as refused:
         return (f"no describing function: {refused}",)
     if not hint.balances:
@@ -62,7 +65,7 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
     about = report.analysis.problem
     found = analysis_dict(report.analysis)
     keys = ("name", "title", "source", "block", "case", "class")
-    system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _law(about.nonlinearity)}
+    system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _nonlinearity(about.nonlinearity)}
     return {
         "schema": SCHEMA,
         "system": system,
@@ -93,7 +96,7 @@ def transformation(about: Problem) -> tuple[str, ...]:
 
 
 def inputs_sha256(about: Problem, found: dict[str, Any]) -> str:
-    """Fingerprint of everything that was put in: the block to the last digit, the law, the class.
+    """Fingerprint of everything that was put in: the block to the last digit, the nonlinearity, the class.
 
     Parameters
     ----------
@@ -102,31 +105,37 @@ def inputs_sha256(about: Problem, found: dict[str, Any]) -> str:
     found : dict
         Its analysis as plain data.
     """
-    law = about.nonlinearity
-    exact = repr(law) if dataclasses.is_dataclass(law) else None if law is None else law_text(law)
+    nonlinearity = about.nonlinearity
+    exact = (
+        repr(nonlinearity)
+        if dataclasses.is_dataclass(nonlinearity)
+        else None
+        if nonlinearity is None
+        else nonlinearity_text(nonlinearity)
+    )
     inputs = {"kind": "loop", "block": found["block"], "class": found["class"], "law": exact}
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
 
-def law_text(law: Nonlinearity) -> str:
-    """A law in words: what it prints, or the name of its class if it prints nothing of use.
+def nonlinearity_text(nonlinearity: Nonlinearity) -> str:
+    """A nonlinearity in words: what it prints, or the name of its class if it prints nothing of use.
 
     Parameters
     ----------
-    law : Nonlinearity
-        Any law.
+    nonlinearity : Nonlinearity
+        Any nonlinearity.
     """
-    own = type(law).__str__ is not object.__str__ or type(law).__repr__ is not object.__repr__
-    return str(law) if own else type(law).__name__
+    own = type(nonlinearity).__str__ is not object.__str__ or type(nonlinearity).__repr__ is not object.__repr__
+    return str(nonlinearity) if own else type(nonlinearity).__name__
 
 
-def _law(law: Nonlinearity | None) -> dict[str, Any] | None:
-    if law is None:
+def _nonlinearity(nonlinearity: Nonlinearity | None) -> dict[str, Any] | None:
+    if nonlinearity is None:
         return None
-    known = certified_properties(law)
+    known = certified_properties(nonlinearity)
     slope = known.slope_bounds
     return {
-        "text": law_text(law),
+        "text": nonlinearity_text(nonlinearity),
         "sector": _property(known.sector, str(known.sector.value)),
         "slope": _property(slope, "not known to be bounded" if slope.value is None else str(slope.value)),
         "odd": _property(known.odd, "yes" if known.odd.value else "not known to be"),

@@ -15,7 +15,7 @@ from lure.analysis.graphical.popov import PopovResponse
 from lure.analysis.graphical.supporting_proof import searched_theta
 from lure.analysis.inequality.state_space import shifted_states
 from lure.analysis.plots import render
-from lure.analysis.plots.loops import plot_law, plot_orbit_signals, plot_reach, plot_solutions
+from lure.analysis.plots.loops import plot_nonlinearity, plot_orbit_signals, plot_reach, plot_solutions
 from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
 from lure.analysis.questions import StabilityBound
 from lure.analysis.questions.problem import Plant
@@ -127,10 +127,12 @@ def _line(report: LoopReport, criterion: str) -> Line:
 
 def _response(report: LoopReport) -> Iterator[FigureSpec]:
     """Simulated solutions with the given nonlinearity, or with one extreme member of the class that is proved."""
-    seen = [one for one in report.trajectories if one.law == report.trajectories[0].law and one.t[-1] > 0]
+    seen = [
+        one for one in report.trajectories if one.nonlinearity == report.trajectories[0].nonlinearity and one.t[-1] > 0
+    ]
     if seen:
-        law = report.analysis.problem.nonlinearity
-        words = "the given φ" if law is not None else seen[0].law
+        nonlinearity = report.analysis.problem.nonlinearity
+        words = "the given φ" if nonlinearity is not None else seen[0].nonlinearity
         draw = partial(plot_solutions, seen)
         title = "Response σ(t) from a few starts"
         yield FigureSpec(name="response", section="frequency", title=title, caption=_SEEN.format(words), draw=draw)
@@ -165,5 +167,5 @@ def _orbit(block: Plant, witness: Witness, number: int, name: str) -> Iterator[F
         section="frequency",
         title="Its nonlinearity",
         caption=_LAW.format(f" {visits}"),
-        draw=partial(plot_law, witness),
+        draw=partial(plot_nonlinearity, witness),
     )

@@ -19,7 +19,8 @@ class LoopReport(Record):
 
     analysis: LoopAnalysis = quantity("Every criterion, every counterexample, and the verdict", label="")
     observed: tuple[str, ...] = quantity(
-        "What simulations of the given law showed, one sentence each; empty without a law", form="rows"
+        "What simulations of the given nonlinearity showed, one sentence each; empty without a nonlinearity",
+        form="rows",
     )
     hints: tuple[str, ...] = quantity(
         "What the describing function suggests: hints, not verdicts", label="hint, not a verdict", form="rows"
@@ -27,7 +28,8 @@ class LoopReport(Record):
     command: str = quantity("The command that makes this report again", label="")
     versions: Mapping[str, str] = quantity("Versions of lure, Python and the packages the numbers come from", label="")
     trajectories: tuple[Trajectory, ...] = quantity(
-        "A few simulated solutions, ``sigma`` and ``mu`` over time: of the given law, or of members of the class "
+        "A few simulated solutions, ``sigma`` and ``mu`` over time: of the given nonlinearity, or of members of the "
+        "class "
         "proved",
         label="",
         default=(),

@@ -1,4 +1,4 @@
-"""The loop simulated: what was observed of the given law, and the stop if a solution contradicts what is proved."""
+"""The loop simulated: what was observed of the given member, and the stop if a solution contradicts what is proved."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lure.analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES
 from lure.analysis.counterexamples.confirming import BUDGET, Conclusion, scales, tried
-from lure.analysis.counterexamples.simulated import Law, law_of, orbit_start
+from lure.analysis.counterexamples.simulated import Characteristic, nonlinearity_entry, orbit_start
 from lure.analysis.counterexamples.trajectories import Finding, Trajectory, natural_frequency
 from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.questions import LoopAnalysis
@@ -52,9 +52,10 @@ class Observation:
     Attributes
     ----------
     sentences : tuple of str
-        On the given law; empty without a law or with dead time.
+        On the given nonlinearity; empty without a nonlinearity or with dead time.
     trajectories : tuple of Trajectory
-        Some of the solutions: of the given law, or of members of the class proved where no law is given.
+        Some of the solutions: of the given nonlinearity, or of members of the class proved where no nonlinearity is
+        given.
     """
 
     sentences: tuple[str, ...] = ()
@@ -62,7 +63,7 @@ class Observation:
 
 
 def observed(found: LoopAnalysis) -> Observation:
-    """The given law simulated; without a law, members of the class that is proved.
+    """The given nonlinearity simulated; without a nonlinearity, members of the class that is proved.
 
     Parameters
     ----------
@@ -76,23 +77,27 @@ def observed(found: LoopAnalysis) -> Observation:
         proved holds an unstable linear gain or a certified counterexample.
     """
     about = found.problem
-    block, law = about.plant, about.nonlinearity
+    block, nonlinearity = about.plant, about.nonlinearity
     if not isinstance(block, RationalPlant) or block.order == 0:
         return Observation()
     claimed, conclusion = _claim(found)
     if claimed is not None:
         _members(found, block, claimed, conclusion)
-    if law is None:
+    if nonlinearity is None:
         return Observation(trajectories=_examples(found, block, claimed, conclusion))
-    if block.dt is None and not getattr(law, "locally_lipschitz", True):
+    if block.dt is None and not getattr(nonlinearity, "locally_lipschitz", True):
         return Observation(
-            sentences=("the law was not simulated: it is not locally Lipschitz, and its solutions need not be unique",)
+            sentences=(
+                "the nonlinearity was not simulated: it is not locally Lipschitz, and its solutions need not be unique",
+            )
         )
-    of_law: Conclusion = "0 attracts" if found.verdict is Verdict.PROVED and found.conclusion.attracts else conclusion
+    of_nonlinearity: Conclusion = (
+        "0 attracts" if found.verdict is Verdict.PROVED and found.conclusion.attracts else conclusion
+    )
     try:
-        seen = tried(block, law, conclusion=of_law, orbits=_orbits(found, block, law))
+        seen = tried(block, nonlinearity, conclusion=of_nonlinearity, orbits=_orbits(found, block, nonlinearity))
     except (AssumptionError, InputError) as refused:
-        return Observation(sentences=(f"the law was not simulated: {refused}",))
+        return Observation(sentences=(f"the nonlinearity was not simulated: {refused}",))
     if seen.contradiction is not None:
         raise ContradictionError(_against(found, seen.contradiction))
     return Observation(sentences=(_sentence(seen.trajectories),), trajectories=_chosen(seen.trajectories))
@@ -102,7 +107,7 @@ def _sentence(runs: Runs) -> str:
     found = Counter(run.finding for run in runs)
     longest = max(run.until for run in runs)
     if longest == 0:
-        return "the law was not simulated: a solution takes more evaluations of it than are granted"
+        return "the nonlinearity was not simulated: a solution takes more evaluations of it than are granted"
     words = f"{len(runs)} simulated solutions over up to {longest:.4g} s, from small and large first states"
     if found[Finding.CONVERGES] == len(runs):
         return f"{words}: all converged to 0, |sigma| ended below a ten-thousandth of its largest value"
@@ -114,8 +119,9 @@ def _sentence(runs: Runs) -> str:
 def _against(found: LoopAnalysis, run: Trajectory) -> str:
     return (
         f"what is said to be proved of {found.problem.name}, {found.statement!r:.200}, is contradicted by a simulated "
-        f"solution with {run.law}, which {run.finding} within {run.until:.4g} s ({run.start}); one of the two is "
-        "wrong, or what is declared of the law is false: please report the loop"
+        f"solution with {run.nonlinearity}, which {run.finding} within {run.until:.4g} s ({run.start}); one of the two "
+        f"is "
+        "wrong, or what is declared of the nonlinearity is false: please report the loop"
     )
 
 
@@ -198,14 +204,16 @@ def _belongs(lower: Fraction, witness: Witness, claimed: NonlinearityClass) -> b
     )
 
 
-def _orbits(found: LoopAnalysis, block: RationalPlant, law: Law) -> list[tuple[NDArray[np.float64], float]]:
-    """States on the orbits of counterexamples, scaled from the kinks of their laws to the scales of this one."""
+def _orbits(
+    found: LoopAnalysis, block: RationalPlant, nonlinearity: Characteristic
+) -> list[tuple[NDArray[np.float64], float]]:
+    """States on the orbits of counterexamples, scaled from the kinks of their graphs to the scales of this one."""
     orbits = [
-        (*orbit_start(block, witness), scales(law_of(witness))[0])
+        (*orbit_start(block, witness), scales(nonlinearity_entry(witness))[0])
         for _, witness in _witnesses(found)
         if witness.kind == "periodic orbit"
     ]
-    return [(state * (knee / own), period) for state, period, own in orbits[:_ORBITS] for knee in scales(law)]
+    return [(state * (knee / own), period) for state, period, own in orbits[:_ORBITS] for knee in scales(nonlinearity)]
 
 
 def _examples(
@@ -219,14 +227,16 @@ def _examples(
         One contradicts what is proved.
     """
     shown: list[Trajectory] = []
-    for name, law in _extremes(block, claimed) if claimed is not None else ():
+    for name, nonlinearity in _extremes(block, claimed) if claimed is not None else ():
         try:
-            seen = tried(block, law, conclusion=conclusion, orbits=_orbits(found, block, law), budget=_SHARE)
+            seen = tried(
+                block, nonlinearity, conclusion=conclusion, orbits=_orbits(found, block, nonlinearity), budget=_SHARE
+            )
         except (AssumptionError, InputError):
             continue
         if seen.contradiction is not None:
-            raise ContradictionError(_against(found, replace(seen.contradiction, law=name)))
-        shown += [replace(run, law=name) for run in _chosen(seen.trajectories)[:2]]
+            raise ContradictionError(_against(found, replace(seen.contradiction, nonlinearity=name)))
+        shown += [replace(run, nonlinearity=name) for run in _chosen(seen.trajectories)[:2]]
     return tuple(shown[:SHOWN])
 
 

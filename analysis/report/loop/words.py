@@ -94,21 +94,21 @@ def class_words(row: Data) -> str:
     return f"slope in [{lower}, k]{', odd' if row['odd'] else ''}"
 
 
-def asked_about(row: Data, law_class: Data | None) -> bool:
+def asked_about(row: Data, nonlinearity_class: Data | None) -> bool:
     """Whether the row is of the kind of the class asked about.
 
     Parameters
     ----------
     row : dict
         One of the document's ``answers``.
-    law_class : dict or None
+    nonlinearity_class : dict or None
         The document's class.
     """
-    if law_class is None:
+    if nonlinearity_class is None:
         return False
-    if law_class["time_varying"] or law_class["slope"] is None:
-        return bool(row["question"] == "sector" and row["time_varying"] == law_class["time_varying"])
-    return bool(row["question"] == "slope" and row["odd"] == law_class["odd"])
+    if nonlinearity_class["time_varying"] or nonlinearity_class["slope"] is None:
+        return bool(row["question"] == "sector" and row["time_varying"] == nonlinearity_class["time_varying"])
+    return bool(row["question"] == "slope" and row["odd"] == nonlinearity_class["odd"])
 
 
 def reason(data: Data) -> str:
@@ -158,7 +158,7 @@ def criteria(data: Data) -> list[Data]:
 
 
 def counterexamples(data: Data) -> list[Data]:
-    """Each destabilising law once, with the classes it belongs to and what there is to see of it.
+    """Each destabilising nonlinearity once, with the classes it belongs to and what there is to see of it.
 
     Parameters
     ----------

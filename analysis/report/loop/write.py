@@ -11,10 +11,10 @@ from markupsafe import Markup
 
 from lure.analysis.questions.largest import UNFINISHED
 from lure.analysis.report.certificates import certificate_files
-from lure.analysis.report.diagram import block_diagram, class_graph, fits, law_graph
+from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonlinearity_graph
 from lure.analysis.report.html import glyphs, inline, prose, shown, template
 from lure.analysis.report.loop.bars import Bar, bar
-from lure.analysis.report.loop.document import law_text, loop_document
+from lure.analysis.report.loop.document import loop_document, nonlinearity_text
 from lure.analysis.report.loop.figures import loop_figures
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.loop.words import (
@@ -74,17 +74,17 @@ def loop_diagram(report: LoopReport) -> Markup:
         The report.
     """
     about = report.analysis.problem
-    graph = class_graph(about.given) if about.nonlinearity is None else law_graph(about.nonlinearity)
-    text = law_text(about.nonlinearity) if about.nonlinearity is not None else str(about.given or "phi")
+    graph = class_graph(about.given) if about.nonlinearity is None else nonlinearity_graph(about.nonlinearity)
+    text = nonlinearity_text(about.nonlinearity) if about.nonlinearity is not None else str(about.given or "phi")
     return block_diagram(str(about.plant), prose(text), graph)
 
 
 def _bars(data: Data) -> list[Bar]:
     """The bar of the class asked about; without one a bar for each class, one for those of the same numbers."""
-    law_class, found = data["system"]["class"], dict[tuple[object, ...], Bar]()
+    nonlinearity_class, found = data["system"]["class"], dict[tuple[object, ...], Bar]()
     for i, row in enumerate(data["answers"]):
-        if law_class is None or asked_about(row, law_class):
-            end = None if law_class is None else float(law_class[row["question"]][1])
+        if nonlinearity_class is None or asked_about(row, nonlinearity_class):
+            end = None if nonlinearity_class is None else float(nonlinearity_class[row["question"]][1])
             same = found.get((row["proved_text"], row["refuted_text"]))
             name = class_words(row) if same is None else f"{same.name}; {class_words(row)}"
             found[row["proved_text"], row["refuted_text"]] = bar(name, f"answers.{i}", row, end)
@@ -127,6 +127,6 @@ def loop_page(data: Data, figures: tuple[Figure, ...], diagram: Markup, *, paper
         glyphs="" if paper else glyphs(figures),
         criteria=criteria(data),
         counterexamples=counterexamples(data),
-        law_rows=_LAW_ROWS,
+        nonlinearity_rows=_LAW_ROWS,
         ladder=LADDER,
     )

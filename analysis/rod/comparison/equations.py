@@ -72,7 +72,7 @@ class SchemeEquations:
     def observed(self, states: Array) -> Array:
         """(k, 3) contact coordinate ``z`` [m], velocity ``v(t, L)`` [m/s] and energy [J] of folded states (k, 2N+1)."""
         z = states[:, -1]
-        velocity = states[:, -3] - self.scheme.rod.mobility * self.scheme.rod.law(z)
+        velocity = states[:, -3] - self.scheme.rod.mobility * self.scheme.rod.nonlinearity(z)
         return np.column_stack((z, velocity, discrete_energy(self.plain, self.unfolded(states))))
 
     @cached_property
@@ -112,9 +112,13 @@ class SchemeEquations:
         from scipy.sparse import coo_array
 
         rod, N, s = self.scheme.rod, self.scheme.cells, self.scheme.rate
-        law = rod.law
-        steep = rod.mobility * law.stiffness * law.exponent if touching else 0.0
-        slope = steep * abs(float(y[-1])) ** (law.exponent - 1.0) if steep and law.exponent != 1.0 else steep
+        nonlinearity = rod.nonlinearity
+        steep = rod.mobility * nonlinearity.stiffness * nonlinearity.exponent if touching else 0.0
+        slope = (
+            steep * abs(float(y[-1])) ** (nonlinearity.exponent - 1.0)
+            if steep and nonlinearity.exponent != 1.0
+            else steep
+        )
         row = np.arange(2 * N)
         from_ = np.concatenate(([1], np.arange(0, 2 * N - 2, 2), np.arange(3, 2 * N, 2), [2 * N - 2]))
         to = np.concatenate((np.arange(0, 2 * N, 2), np.arange(1, 2 * N, 2)))
@@ -146,8 +150,8 @@ class SchemeEquations:
         return sorted(point for point in found if 0.0 < point < until)
 
     def _stress(self, z: float) -> float:
-        law = self.scheme.rod.law
-        return float(np.copysign(law.stiffness * abs(z) ** law.exponent, z))
+        nonlinearity = self.scheme.rod.nonlinearity
+        return float(np.copysign(nonlinearity.stiffness * abs(z) ** nonlinearity.exponent, z))
 
     def _loads(self, t: float, span: tuple[float, float]) -> tuple[float, Array | None]:
         """``g`` [N] and ``f/(rho A)`` (N+1,) [m/s^2], read strictly inside ``span``, where formulas do not change."""

@@ -238,10 +238,10 @@ def cvode_leg(leg: Leg, method: CvodeMethod, *, depth: int = 0) -> Walked:
     """Integrate a leg; ``"CVODE"`` by its BDF of order up to 5, ``"CVODE-Adams"`` of order up to 12.
 
     Newton's method with the banded Jacobian by difference quotients, which for these equations are exact to rounding
-    where the law is linear.  CVODE compares signs at the ends of its steps; here they are also compared at every sample
-    and at least every ``leg.longest``, near the obstacle twice for every cell a wave passes.  Where the cubic through
-    ``z`` and ``z'`` at two such instants changes sign between them, or all but does, the stretch is run again with
-    sixteen times as many; what neither shows is missed.
+    where the nonlinearity is linear.  CVODE compares signs at the ends of its steps; here they are also compared at
+    every sample and at least every ``leg.longest``, near the obstacle twice for every cell a wave passes.  Where the
+    cubic through ``z`` and ``z'`` at two such instants changes sign between them, or all but does, the stretch is run
+    again with sixteen times as many; what neither shows is missed.
 
     Parameters
     ----------
@@ -331,9 +331,9 @@ def _cvode(leg: Leg, method: CvodeMethod, rate: Counted) -> Any:  # noqa: ANN401
 def _doubtful(leg: Leg, before: tuple[float, Array], after: tuple[float, Array]) -> bool:
     """Whether the cubic through ``z`` and ``z'`` at both instants takes the wrong sign between them, or nearly."""
     (t0, y0), (t1, y1) = before, after
-    span, law, mobility = t1 - t0, leg.equations.scheme.rod.law, leg.equations.scheme.rod.mobility
+    span, nonlinearity, mobility = t1 - t0, leg.equations.scheme.rod.nonlinearity, leg.equations.scheme.rod.mobility
     ends = np.array([y0[-1], y1[-1]])
-    slopes = np.array([y0[-3], y1[-3]]) - (mobility * law(ends) if leg.touching else 0.0)
+    slopes = np.array([y0[-3], y1[-3]]) - (mobility * nonlinearity(ends) if leg.touching else 0.0)
     s = _SHARES
     cubic = leg.depth(
         (1.0 + 2.0 * s) * (1.0 - s) ** 2 * ends[0]

@@ -41,7 +41,7 @@ def rod_energy(track: Track, t: ArrayLike) -> Array:
     .. math:: E(t) &= \tfrac12 A \int_0^L (\rho v^2 + E w^2)\,dx + A P(z) \\
         &= \tfrac{Z}{4c} \int_0^L (r_1^2 + r_2^2)\,dx + A P(z), \qquad E' = -k\,v(t, 0)^2
 
-    without loads: it never increases for ``k >= 0``, whatever the law, and never decreases for ``k <= 0``.
+    without loads: it never increases for ``k >= 0``, whatever the nonlinearity, and never decreases for ``k <= 0``.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def rod_energy(track: Track, t: ArrayLike) -> Array:
     rod = track.rod
     share = 0.25 * rod.impedance
     waves = _weighted(track, t, Weights(leaving=share, leaving_slope=0.0, arriving=share, arriving_slope=0.0))
-    return np.asarray(waves + rod.area * rod.law.primitive(track_z(track, t)))
+    return np.asarray(waves + rod.area * rod.nonlinearity.primitive(track_z(track, t)))
 
 
 def track_z(track: Track, t: ArrayLike) -> Array:
@@ -178,8 +178,8 @@ def rod_lyapunov(track: Track, t: ArrayLike) -> Array:
 
     ``beta = -a`` for ``s < T`` and 1 after that.  (The terms at the ends of the loop are ``-(Q(2T) - Q(0)) W^2 +
     2 d eta p W - 2 d^2 eta p^2`` with ``Q(2T) - Q(0) = eta``; the squares under the integral cost ``d^2 eta p^2``;
-    together ``-eta (W - d p)^2``.)  So it falls for *every* law with ``z p(z) >= 0``, as that of the scheme does, but
-    with a multiplier that no number of cells enters.
+    together ``-eta (W - d p)^2``.)  So it falls for *every* nonlinearity with ``z p(z) >= 0``, as that of the scheme
+    does, but with a multiplier that no number of cells enters.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def rod_lyapunov(track: Track, t: ArrayLike) -> Array:
     """
     rod = track.rod
     waves = _weighted(track, t, lyapunov_weights(rod))
-    stored = 2.0 * lyapunov_theta(rod) * rod.law.primitive(track_z(track, t))
+    stored = 2.0 * lyapunov_theta(rod) * rod.nonlinearity.primitive(track_z(track, t))
     return np.asarray(waves + stored + rod_zeta(track, t) ** 2 / rod.residue_at_zero)
 
 

@@ -142,7 +142,7 @@ def balance(track: Track) -> float:
     brought, taken = (pieces.at(table, number, end) for table in pieces.squares[:2])
     share = 0.25 * rod.impedance * rod.travel_time
     z = np.array([track.scenario.contact_coordinate(rod), *(float(right_ends(w.z)[-1]) for w in track.windows)])
-    stored = rod.area * rod.law.primitive(z)
+    stored = rod.area * rod.nonlinearity.primitive(z)
     miss = np.cumsum(share * (brought - taken)) - (stored[1:] - stored[0])
     scale = max(share * float(brought.max()), float(stored.max()))
     return float(np.abs(miss).max()) / scale if scale > 0.0 else 0.0

@@ -55,9 +55,9 @@ def rod_run(rod: Rod, scenario: Scenario, until: float, *, cells: int = CELLS_PE
     .. math:: W(t) = -a\,V(t - 2T) + 2 b\,g(t - T), \quad z' = W - d\,p(z), \quad V = W - 2 d\,p(z) = 2 z' - W.
 
     Waves are constant on cells of length ``T/cells`` and move by whole cells, which is exact: no numerical damping.  In
-    each cell ``z`` is solved exactly for that ``W`` (linear law), and ``V`` takes the mean of ``2 z' - W``.  The only
-    errors are those of replacing ``g``, ``u1 -+ c u0'`` and ``V`` by their cell values: second order, none for the
-    paper's initial data.
+    each cell ``z`` is solved exactly for that ``W`` (linear contact law), and ``V`` takes the mean of ``2 z' - W``.
+    The only errors are those of replacing ``g``, ``u1 -+ c u0'`` and ``V`` by their cell values: second order, none for
+    the paper's initial data.
 
     Parameters
     ----------
@@ -81,7 +81,8 @@ def rod_run(rod: Rod, scenario: Scenario, until: float, *, cells: int = CELLS_PE
     """
     if rod.exponent != 1 or not scenario.body_force.is_zero:
         raise AssumptionError(
-            f"rod_run needs the linear law and no body force; got m = {rod.exponent:g}, f = {scenario.body_force}"
+            f"rod_run needs the linear contact law and no body force; got m = {rod.exponent:g}, f = "
+            f"{scenario.body_force}"
         )
     coarse, _ = _shifted(rod, scenario, until, cells)
     z, contacts = _shifted(rod, scenario, until, 2 * cells)
@@ -176,7 +177,7 @@ class ModalBasis:
     Attributes
     ----------
     rod : Rod
-        The rod, with the linear law and ``k != Z`` (at ``k = Z`` there is no basis of eigenvectors).
+        The rod, with the linear contact law and ``k != Z`` (at ``k = Z`` there is no basis of eigenvectors).
     cells : int
         ``N``.
 
@@ -193,7 +194,7 @@ class ModalBasis:
         """Refuse what has no basis."""
         if self.rod.exponent != 1 or self.rod.reflection == 0:
             raise AssumptionError(
-                f"eigenvectors need the linear law and k other than Z; got m = {self.rod.exponent:g}, "
+                f"eigenvectors need the linear contact law and k other than Z; got m = {self.rod.exponent:g}, "
                 f"k = {self.rod.damping:g}, Z = {self.rod.impedance:g}"
             )
 
@@ -260,8 +261,8 @@ class HarmonicForce:
 def modal_run(basis: ModalBasis, release: Scenario, force: HarmonicForce, *, form: Form, until: float) -> ModalRun:
     """Motion of the scheme under a harmonic force, exact between contact events.
 
-    Free flight and contact with the linear law are two linear systems; each is solved with its eigenvectors and its
-    response to ``e^{i omega t}``, and contact and release are located between samples 1 ms apart.
+    Free flight and contact with the linear contact law are two linear systems; each is solved with its eigenvectors and
+    its response to ``e^{i omega t}``, and contact and release are located between samples 1 ms apart.
 
     Parameters
     ----------

@@ -68,7 +68,8 @@ def _proofs(report: StabilityReport) -> list[Claim]:
         return [Claim(text=text, model="rod", answer=str(found.verdict), evidence=None)]
     return [
         Claim(
-            text=f"without load, {proof.meaning[0].lower()}{proof.meaning[1:]}, for laws in the sector {proof.sector} "
+            text=f"without load, {proof.meaning[0].lower()}{proof.meaning[1:]}, "
+            f"for nonlinearities in the sector {proof.sector} "
             f"({proof.title})",
             model=proof.model,
             answer=str(found.verdict),
@@ -94,7 +95,7 @@ def _criteria(report: StabilityReport) -> list[Claim]:
 
 def _title(result: CriterionResult) -> str:
     if result.verdict is Verdict.REFUTED:  # by a member of the class, whatever the criterion
-        return "absolute stability for laws in"
+        return "absolute stability for nonlinearities in"
     return "Popov inequality for" if result.name == "popov" else "circle criterion for"
 
 

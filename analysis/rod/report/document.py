@@ -373,7 +373,7 @@ def _conclusion(report: StabilityReport) -> Json:
         "verdict": str(found.verdict),
         "headline": found.headline,
         "statement": found.statement,
-        "law_class": found.found.law_class,
+        "law_class": found.found.nonlinearity_class,
         "membership": found.found.membership,
         "reason": found.found.reason,
         "code": None if found.found.code is None else found.found.code.identifier,

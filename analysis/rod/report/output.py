@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from lure.analysis.plots.style import number
 from lure.analysis.report.certificates import certificate_files
-from lure.analysis.report.diagram import block_diagram, law_graph
+from lure.analysis.report.diagram import block_diagram, nonlinearity_graph
 from lure.analysis.report.html import glyphs, inline, shown, template
 from lure.analysis.report.parts import LADDER, Figure, Json, Section, to_json, write_files
 from lure.analysis.report.pdf import embedded, pdf_of, printed_diagram
@@ -108,10 +108,12 @@ def rod_diagram(data: Json) -> Markup:
     given, derived = data["system"]["parameters"], data["system"]["derived"]
     size, signs = number(abs(derived["a"])), ("−", "+") if derived["a"] >= 0 else ("+", "−")
     formula = f"{number(derived['d'])} (1 {signs[0]} {size} e) / (s (1 {signs[1]} {size} e))"
-    law = NormalCompliance(stiffness=1 / given["compliance"], exponent=given["exponent"])
+    nonlinearity = NormalCompliance(stiffness=1 / given["compliance"], exponent=given["exponent"])
     power = "" if given["exponent"] == 1 else f" to the power {given['exponent']:g}"
     text = f"p(z) = max(z, 0){power} / {number(given['compliance'])}"
-    return block_diagram(formula, text, law_graph(law), signals=("μ", "z"), load="g(t), f(t, x), u₀, u₁")
+    return block_diagram(
+        formula, text, nonlinearity_graph(nonlinearity), signals=("μ", "z"), load="g(t), f(t, x), u₀, u₁"
+    )
 
 
 def _present(data: Json, part: str) -> bool:

@@ -90,7 +90,7 @@ class Settling(Record):
     )
     contact_time: float | None = quantity(
         "``1/lambda_c`` of the rod as one mass on its obstacle, an estimate [s]; None for an obstacle without a "
-        "stiffness of its own (rigid, power law, another law) and for a clamped rod",
+        "stiffness of its own (rigid, power law, another nonlinearity) and for a clamped rod",
         key="contact_time_constant_s",
     )
     note: str = quantity("What was cut short, or nothing", default="", key="settle_note")
@@ -166,7 +166,13 @@ def wave_rate(rod: Rod, boundary: Boundary) -> float:
 def contact_time(rod: Rod, boundary: Boundary) -> float | None:
     """``1/lambda_c`` of the mass of the rod on a linear obstacle [s]; None if the obstacle has no stiffness."""
     damping = rod.damping + boundary.end_damping
-    if boundary.clamped or boundary.rigid or boundary.law is not None or rod.exponent != 1.0 or not damping > 0.0:
+    if (
+        boundary.clamped
+        or boundary.rigid
+        or boundary.nonlinearity is not None
+        or rod.exponent != 1.0
+        or not damping > 0.0
+    ):
         return None
     mass, stiffness = rod.area * rod.density * rod.length, rod.area / rod.compliance
     half, product = 0.5 * damping / mass, stiffness / mass

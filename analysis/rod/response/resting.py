@@ -317,4 +317,4 @@ def _energy(rod: Rod, window: Window, *, rigid: bool) -> float:
     space = basis(window.returned.shape[1] - 1)
     half = 0.5 * rod.travel_time * np.diff(window.edges)[:, None] * space.weights
     waves = 0.25 * rod.impedance * float((half * (window.returned @ space.at_gauss.T) ** 2).sum())
-    return waves + (0.0 if rigid else rod.area * float(rod.law.primitive(np.array(window.z[-1].sum()))))
+    return waves + (0.0 if rigid else rod.area * float(rod.nonlinearity.primitive(np.array(window.z[-1].sum()))))

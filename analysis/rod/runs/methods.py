@@ -216,7 +216,7 @@ def _of_end(
         t=t,
         z=z,
         u_end=z + scheme.rod.gap,
-        stress=scheme.rod.law(z),
+        stress=scheme.rod.nonlinearity(z),
         impacts=tuple(Contact(start=start, end=end, closed=end < float(t[-1])) for start, end in contacts),
         details={"cells": scheme.cells, "form": scheme.form},
     )

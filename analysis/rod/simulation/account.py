@@ -151,7 +151,7 @@ class Account:
     def _close(self, stop: float, *, still: bool) -> None:
         assert self._contact is not None
         depth = self._contact.value() / self.register.rate
-        stress = float(self.scheme.rod.law(depth))
+        stress = float(self.scheme.rod.nonlinearity(depth))
         self.contacts.append(
             Contact(start=self._start, end=stop, peak_penetration=depth, peak_stress=stress, closed=not still)
         )
@@ -179,7 +179,7 @@ class Account:
         body = None if self.loads.body_force is None else self.loads.body_at(t)
         lost, given = energy_balance(self.scheme, states, self.loads.force_at(t), body)
         rod = self.scheme.rod
-        push = np.add.reduceat(weights * rod.area * rod.law(states[:, -1]), first)
+        push = np.add.reduceat(weights * rod.area * rod.nonlinearity(states[:, -1]), first)
         for held, amount in zip(self._held, push, strict=True):
             if held[4] >= 0:
                 self._impulses[held[4]] += float(amount)
@@ -219,7 +219,7 @@ def summary(account: Account, plan: Plan, again: Array, ended: str | None) -> Tr
     """
     sampled, framed = np.isin(account.times, account.t), np.isin(account.times, account.t_frames)
     scheme, rod, loads = account.scheme, account.scheme.rod, account.loads
-    k, exact = rod.damping, rod.law.exponent == 1.0 and plan.longest_contact > 0.0
+    k, exact = rod.damping, rod.nonlinearity.exponent == 1.0 and plan.longest_contact > 0.0
     share = _ROUNDING if exact or not account.contacts else max(_ROUNDING, 1e2 * plan.tolerance)
     t, states = account.times[sampled], account.states[sampled]
     z = states[:, -1].copy()
@@ -253,7 +253,7 @@ def summary(account: Account, plan: Plan, again: Array, ended: str | None) -> Tr
         t=_fixed(t),
         z=_fixed(z),
         u_end=_fixed(z + rod.gap),
-        p=_fixed(rod.law(z)),
+        p=_fixed(rod.nonlinearity(z)),
         force=_fixed(np.broadcast_to(loads.force_at(t), t.shape)),
         energy=_fixed(energy),
         zeta=None if zeta is None else _fixed(zeta),
@@ -291,7 +291,7 @@ def _waves(account: Account, framed: NDArray[np.bool_]) -> tuple[Array, Array]:
     if not t.size:
         return np.empty((0, 0)), np.empty((0, 0))
     sent = account.register.echo * states[:, -2] + account.register.force_gain * account.loads.force_at(t)
-    back = states[:, N - 1] - 2.0 * rod.mobility * rod.law(states[:, -1])
+    back = states[:, N - 1] - 2.0 * rod.mobility * rod.nonlinearity(states[:, -1])
     forward = np.column_stack((sent, states[:, :N]))
     return forward, np.column_stack((states[:, -2 : N - 1 : -1], back))
 
@@ -330,14 +330,19 @@ def _fixed(values: Array) -> Array:
 
 def _method(account: Account, plan: Plan) -> str:
     exact = plan.longest_contact > 0.0
-    law = "in contact with the linear law, too" if exact else "in contact by Radau collocation of the stress, order 15"
+    nonlinearity = (
+        "in contact with the linear contact law, too"
+        if exact
+        else "in contact by Radau collocation of the stress, order 15"
+    )
     shallow = f"; only a touch shallower than {account.floor:.1g} m counts as none" if account.floor > 0.0 else ""
     loads = (
         " Loads are polynomials on each step, checked at points one cell-crossing time apart; what they do between two "
         "checks is not seen."
     )
     return (
-        f"Exact in time in free flight (Poisson average of a shift register, {account.segments} steps), {law}. No "
+        f"Exact in time in free flight (Poisson average of a shift register, {account.segments} steps), "
+        f"{nonlinearity}. No "
         "contact or release is missed: on each piece of each step z is bounded through its chord and a bound on z'' "
         f"over the whole piece, and pieces whose sign that leaves open are cut until it does not{shallow}."
         f"{'' if account.loads.free else loads}"

@@ -43,11 +43,10 @@ def simulate(  # noqa: PLR0913  (what, from where, and four keyword-only setting
 ) -> Trajectory:
     r"""Motion of the closed loop ``y' = A y + b1 mu + b2 g + f``-terms, ``mu = -p(z)``, from the initial data.
 
-    In free flight, and in contact with a linear law, there is no error of time stepping: the motion is the Poisson
-    average of a shift register (:mod:`lure.rod.scheme.poisson`).  Contact with another law, or one
-    stiffer than
-    about two cells of rod, is collocated to ``tolerance``.  Beginning and end of contact are located as events that
-    cannot be missed above rounding (:mod:`lure.rod.scheme.crossing`).
+    In free flight, and in contact with a linear contact law, there is no error of time stepping: the motion is the
+    Poisson average of a shift register (:mod:`lure.rod.scheme.poisson`).  Contact with another nonlinearity, or one
+    stiffer than about two cells of rod, is collocated to ``tolerance``.  Beginning and end of contact are located as
+    events that cannot be missed above rounding (:mod:`lure.rod.scheme.crossing`).
 
     Parameters
     ----------
@@ -207,7 +206,7 @@ def _check_motion(register: ShiftRegister, loads: Loads, state: NDArray[np.float
     speed = max(float(np.abs(state[:-1]).max()), register.force_gain * float(force), pressed)
     depth = float(register.penetration(np.array(speed)))
     if speed > _STIFFEST * depth:
-        compliance = 1.0 / register.scheme.rod.law.stiffness
+        compliance = 1.0 / register.scheme.rod.nonlinearity.stiffness
         raise InputError(
             f"rod.compliance is {compliance:g}: the obstacle stops an end that moves at {speed:.3g} m/s in "
             f"{depth / speed:.1g} of the time a wave takes for one cell, which double precision cannot follow (limit "

@@ -69,7 +69,7 @@ class Trajectory(SchemeMotion):
     energy_residual: float = quantity(
         "Largest error of the integrated energy identity, ``|E(t) - E(0) + int (dissipation - supply)|``, over the "
         "ends of all steps, relative to the largest of the energies and of the two integrals.  The integrals are Gauss "
-        "quadratures of the motion with the law and the loads themselves"
+        "quadratures of the motion with the nonlinearity and the loads themselves"
     )
     energy_increase: float | None = quantity(
         "Largest rise of the energy between two samples [J], zero if there is none; None where none is forbidden "

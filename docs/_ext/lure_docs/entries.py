@@ -52,7 +52,7 @@ def _entries(title: str, names: list[str]) -> list[str]:
 
 
 def _options(found: type) -> list[str]:
-    """Members with a docstring; values of a law or a block; the base that holds what several classes share."""
+    """Members with a docstring; values of a nonlinearity or a block; the base that holds what several classes share."""
     options = ["   :members:"]
     call = vars(found).get("__call__")
     if call is not None and call.__doc__:

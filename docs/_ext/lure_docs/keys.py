@@ -1,4 +1,4 @@
-"""The directives ``toml-keys`` and ``law-kinds``: what a system file may hold, read off the models that check it."""
+"""The directives ``toml-keys`` and ``nonlinearity-kinds``: what a system file may hold, read off its models."""
 
 from __future__ import annotations
 
@@ -98,10 +98,10 @@ def _default(field: FieldInfo) -> str:
 
 
 class Kinds(SphinxDirective):
-    """Each kind of law that ``[nonlinearity]`` takes, with its parameters."""
+    """Each kind of nonlinearity that ``[nonlinearity]`` takes, with its parameters."""
 
     def run(self) -> list[nodes.Node]:
-        """Read off the table by which the laws are made."""
+        """Read off the table by which the nonlinearities are made."""
         from lure.nonlinearities.reading import _KINDS, _SPELLINGS
 
         lines = [".. list-table::", "   :class: keys", "   :header-rows: 1", "   :widths: 22 26 26 26", ""]
@@ -130,4 +130,4 @@ class Kinds(SphinxDirective):
 def setup(app: Sphinx) -> None:
     """Register the directives."""
     app.add_directive("toml-keys", Keys)
-    app.add_directive("law-kinds", Kinds)
+    app.add_directive("nonlinearity-kinds", Kinds)

@@ -163,7 +163,7 @@ def rod_network(scheme: UpwindScheme, force: Callable[[float], float] | None = N
     def output(x: Array) -> Array:
         """``p(z)`` at the contact cell, the state elsewhere."""
         values = x.copy()
-        values[z] = rod.law(x[z])
+        values[z] = rod.nonlinearity(x[z])
         return values
 
     return CellularNetwork(

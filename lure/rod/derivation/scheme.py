@@ -63,9 +63,9 @@ class Scheme:
         """Number of cells, ``N``."""
         return (len(self.state) - 1) // 2
 
-    def rates(self, law: sp.Expr = -p) -> sp.ImmutableMatrix:
-        """``y'`` with ``mu = law``, a (2N+1, 1) column."""
-        return sp.ImmutableMatrix(self.A * sp.Matrix(self.state) + self.b1 * law + self.b2 * g)
+    def rates(self, nonlinearity: sp.Expr = -p) -> sp.ImmutableMatrix:
+        """``y'`` with ``mu = nonlinearity``, a (2N+1, 1) column."""
+        return sp.ImmutableMatrix(self.A * sp.Matrix(self.state) + self.b1 * nonlinearity + self.b2 * g)
 
 
 def upwind_matrices(cells: int, *, form: Form = "corrected") -> Scheme:
@@ -372,12 +372,12 @@ def least_multiplier() -> sp.Expr:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Balance:
-    """``d/dt function = rate`` claimed along every solution, for any locally Lipschitz law ``p`` with ``P' = p``.
+    """``d/dt function = rate`` claimed along every solution, for any locally Lipschitz ``p`` with ``P' = p``.
 
     Attributes
     ----------
     function : sympy.Expr
-        The function of the state; ``P(z)`` is the primitive of the law.
+        The function of the state; ``P(z)`` is the primitive of the nonlinearity.
     derivative : sympy.Expr
         Its derivative, by the chain rule along the matrices.
     rate : sympy.Expr
@@ -405,8 +405,8 @@ def energy_identity(system: int | Scheme) -> Balance:
         + \tfrac12 \bigl[(2 b g - a y_{2N})^2 - y_{2N}^2\bigr],
 
     with ``prev_1 = -a y_{2N} + 2 b g``, ``prev_{N+1} = y_N - 2 d p``, ``prev_i = y_{i-1}`` otherwise.  For ``g = 0``
-    and ``|a| <= 1`` it never grows, whatever the law; that it bounds the waves needs ``P`` bounded below besides.
-    The energy in joules is ``Z/2`` times it.
+    and ``|a| <= 1`` it never grows, whatever the nonlinearity; that it bounds the waves needs ``P`` bounded below
+    besides. The energy in joules is ``Z/2`` times it.
 
     Parameters
     ----------
@@ -427,7 +427,7 @@ def energy_identity(system: int | Scheme) -> Balance:
 
 
 def conserved_mean(system: int | Scheme) -> Balance:
-    r"""The deflated coordinate ``zeta``, which only the law and the force move.
+    r"""The deflated coordinate ``zeta``, which only the nonlinearity and the force move.
 
     ``zeta = z + (sum_{i<=N} y_i - a sum_{i>N} y_i)/(s (1 + a))`` and ``zeta' = -rho_0 p + g/k``, where
     ``rho_0 = d (1 - a)/(1 + a)`` and ``1/k = 2 b/(1 + a)``.  Its gradient is the left null vector of ``A``.

@@ -133,7 +133,7 @@ class GalerkinModel(Record):
     def energy(self, a: ArrayLike, b: ArrayLike) -> Array:
         r"""``E_m = (b^T M b + a^T K a)/2 + A(L) P(z)``, ``P' = p``, the energy of the rod at ``u_m`` [J].
 
-        For the paper's law and ``A = E = rho = 1`` this is its ``E_m``, since ``P = eps p^2/2``.
+        For the paper's nonlinearity and ``A = E = rho = 1`` this is its ``E_m``, since ``P = eps p^2/2``.
 
         Parameters
         ----------
@@ -144,7 +144,7 @@ class GalerkinModel(Record):
         kinetic = 0.5 * np.einsum("ij,ij->i", velocity, (self.mass @ velocity.T).T)
         strain = self.space.slopes(self.quadrature.x) @ displacement.T  # no cancellation, however far the rod has moved
         elastic = 0.5 * ((self.quadrature.w * self.rod.stretch(self.quadrature.x)) @ strain**2)
-        contact = self.end_area * self.rod.law.primitive(displacement @ self.space.right - self.rod.gap)
+        contact = self.end_area * self.rod.nonlinearity.primitive(displacement @ self.space.right - self.rod.gap)
         return np.asarray(kinetic + elastic + contact).reshape(np.shape(a)[:-1])
 
     def simulate(
@@ -332,8 +332,8 @@ class Equations:
 
     def stress(self, z: float, touching: bool) -> float:  # noqa: FBT001  (which of two smooth pieces)
         """Contact stress on the piece of the law that holds: 0 in flight, ``c_n |z|^m sign z`` in contact [Pa]."""
-        law = self.model.rod.law
-        return float(np.copysign(law.stiffness * abs(z) ** law.exponent, z)) if touching else 0.0
+        nonlinearity = self.model.rod.nonlinearity
+        return float(np.copysign(nonlinearity.stiffness * abs(z) ** nonlinearity.exponent, z)) if touching else 0.0
 
     def rate(self, t: float, y: Array, *, touching: bool, span: tuple[float, float]) -> Array:
         """``y'`` on one smooth piece."""
@@ -354,8 +354,14 @@ class Equations:
         model, m = self.model, self.model.space.order
         left, right, from_left, from_right = self._ends
         force, body, _ = self.loads(t, span)
-        law, z = model.rod.law, float(right @ y[:m]) - model.rod.gap
-        slope = model.end_area * law.stiffness * law.exponent * abs(z) ** (law.exponent - 1) * touching
+        nonlinearity, z = model.rod.nonlinearity, float(right @ y[:m]) - model.rod.gap
+        slope = (
+            model.end_area
+            * nonlinearity.stiffness
+            * nonlinearity.exponent
+            * abs(z) ** (nonlinearity.exponent - 1)
+            * touching
+        )
         J = np.zeros((y.size, y.size))
         J[:m, m : 2 * m] = np.eye(m)
         J[m : 2 * m, :m] = -self._inverse_stiffness - slope * np.outer(from_right, right)

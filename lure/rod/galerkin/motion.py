@@ -39,8 +39,8 @@ def _rod(rod: NonuniformRod) -> dict[str, object]:
         "youngs_modulus": str(rod.youngs_modulus),
         "density": str(rod.density),
         "damping": rod.damping,
-        "compliance": 1.0 / rod.law.stiffness,
-        "exponent": rod.law.exponent,
+        "compliance": 1.0 / rod.nonlinearity.stiffness,
+        "exponent": rod.nonlinearity.exponent,
         "gap": rod.gap,
     }
 
@@ -107,7 +107,7 @@ class GalerkinRun(SampledMotion):
     @property
     def contact_stress(self) -> Array:
         """(samples,) ``p(z)`` [Pa]."""
-        return self.model.rod.law(self.z)
+        return self.model.rod.nonlinearity(self.z)
 
     @property
     def energy(self) -> Array:
@@ -234,7 +234,7 @@ class GalerkinRun(SampledMotion):
         return found
 
     def _attributes(self) -> dict[str, object]:
-        space, exponent = self.model.space, self.model.rod.law.exponent
+        space, exponent = self.model.space, self.model.rod.nonlinearity.exponent
         return {
             **super()._attributes(),
             **{f"rod_{name}": value for name, value in _rod(self.model.rod).items()},

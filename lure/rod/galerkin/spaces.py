@@ -179,7 +179,7 @@ class NonuniformRod:
         ``A`` [m^2], ``E`` [Pa], ``rho`` [kg/m^3].
     damping : float
         ``k`` [N s/m], of any sign.
-    law : NormalCompliance
+    nonlinearity : NormalCompliance
         ``p``, with ``c_n = 1/eps`` [Pa/m^m].
     gap : float
         Free distance to the obstacle [m]; negative means pre-loaded.
@@ -190,7 +190,7 @@ class NonuniformRod:
         A number is not finite or ``length`` not positive; a coefficient is not positive at one of 1001 points spread
         evenly over the rod (what it does between them is not seen).
     AssumptionError
-        The law is not locally Lipschitz (``m < 1``), which Lemma 3.1 of the paper assumes.
+        The nonlinearity is not locally Lipschitz (``m < 1``), which Lemma 3.1 of the paper assumes.
     """
 
     length: float
@@ -198,7 +198,7 @@ class NonuniformRod:
     youngs_modulus: Expression
     density: Expression
     damping: float
-    law: NormalCompliance
+    nonlinearity: NormalCompliance
     gap: float = 0.0
 
     def __post_init__(self) -> None:
@@ -207,10 +207,11 @@ class NonuniformRod:
                 raise InputError(f"rod.{name} is {getattr(self, name):g}; give a finite number")
         if not self.length > 0:
             raise InputError(f"rod.length is {self.length:g}; give a positive number")
-        if not self.law.locally_lipschitz:
+        if not self.nonlinearity.locally_lipschitz:
             raise AssumptionError(
-                f"the Galerkin motion is unique for a Lipschitz law (Lemma 3.1), and p = c_n max(r, 0)^m is not one "
-                f"for m = {self.law.exponent:g}; take m >= 1"
+                f"the Galerkin motion is unique for a Lipschitz nonlinearity (Lemma 3.1), and p = c_n max(r, 0)^m is "
+                f"not one "
+                f"for m = {self.nonlinearity.exponent:g}; take m >= 1"
             )
         for name in _FIELDS:
             self.coefficient(name, np.linspace(0.0, self.length, _LOOKS))
@@ -237,7 +238,7 @@ class NonuniformRod:
         area, youngs_modulus, density : str or number
             Formulas in ``x`` [m] of :class:`lure.expressions.Expression`, or constants.
         compliance, exponent : float
-            ``eps > 0`` [m^m/Pa] and ``m >= 1`` of the law.
+            ``eps > 0`` [m^m/Pa] and ``m >= 1`` of the nonlinearity.
 
         Raises
         ------
@@ -258,8 +259,8 @@ class NonuniformRod:
             name: Expression.parse(text, variables=("x",), field=f"rod.{name}")
             for name, text in zip(_FIELDS, (area, youngs_modulus, density), strict=True)
         }
-        law = NormalCompliance(1.0 / compliance, exponent)
-        return cls(length=float(length), damping=float(damping), gap=float(gap), law=law, **formulas)
+        nonlinearity = NormalCompliance(1.0 / compliance, exponent)
+        return cls(length=float(length), damping=float(damping), gap=float(gap), nonlinearity=nonlinearity, **formulas)
 
     @classmethod
     def from_rod(cls, rod: Rod) -> NonuniformRod:
@@ -273,7 +274,7 @@ class NonuniformRod:
         formulas = {
             name: Expression.parse(getattr(rod, name), variables=("x",), field=f"rod.{name}") for name in _FIELDS
         }
-        return cls(length=rod.length, damping=rod.damping, gap=rod.gap, law=rod.law, **formulas)
+        return cls(length=rod.length, damping=rod.damping, gap=rod.gap, nonlinearity=rod.nonlinearity, **formulas)
 
     def coefficient(self, name: str, x: NDArray[np.float64] | list[float]) -> Array:
         """Values of ``"area"``, ``"youngs_modulus"`` or ``"density"`` at ``x`` [m].

@@ -25,23 +25,27 @@ class Boundary:
         ``k_L >= 0``, a dashpot at ``x = L``: ``A E u_x(t, L) = -A p(z) - k_L u_t(t, L)`` [N s/m].
     rigid : bool
         Whether the obstacle is rigid, ``eps = 0``: ``z <= 0``, ``p >= 0``, ``z p = 0`` (Signorini).
-    law : GraphNonlinearity or None
-        A nondecreasing piecewise linear law ``p(z)`` [Pa] in place of the rod's own; None for that of the rod.
+    nonlinearity : GraphNonlinearity or None
+        A nondecreasing piecewise linear nonlinearity ``p(z)`` [Pa] in place of the rod's own; None for that of the rod.
     """
 
     clamped: bool = False
     end_damping: float = 0.0
     rigid: bool = False
-    law: GraphNonlinearity | None = None
+    nonlinearity: GraphNonlinearity | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.end_damping, bool) or not 0.0 <= self.end_damping < math.inf:
             raise InputError(f"Boundary.end_damping is {self.end_damping!r}; give a number from 0 N s/m on")
-        if self.rigid and self.law is not None:
-            raise InputError("Boundary has both rigid and law; a rigid obstacle has no law, give one of the two")
-        if self.law is not None and not isinstance(self.law, GraphNonlinearity):
+        if self.rigid and self.nonlinearity is not None:
             raise InputError(
-                f"Boundary.law is a {type(self.law).__name__}; give a piecewise linear law of lure.nonlinearities"
+                "Boundary has both rigid and nonlinearity; a rigid obstacle has no nonlinearity, give one of the two"
+            )
+        if self.nonlinearity is not None and not isinstance(self.nonlinearity, GraphNonlinearity):
+            raise InputError(
+                f"Boundary.nonlinearity is a {type(self.nonlinearity).__name__}; "
+                f"give a piecewise linear nonlinearity of "
+                f"lure.nonlinearities"
             )
 
 
@@ -76,7 +80,7 @@ class Segment:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class EndLaw:
-    """The segments in ascending order, and what was put in place of a law too stiff for doubles.
+    """The segments in ascending order, and what was put in place of a nonlinearity too stiff for doubles.
 
     Attributes
     ----------
@@ -99,15 +103,15 @@ def end_law(rod: Rod, boundary: Boundary) -> EndLaw:
     Raises
     ------
     InputError
-        A slope of the law is negative, or too steep for double precision.
+        A slope of the nonlinearity is negative, or too steep for double precision.
     """
     mobility = rod.mobility / (1.0 + boundary.end_damping / rod.impedance)
-    if boundary.law is not None:
-        return EndLaw(segments=_graph(boundary.law, mobility, rod.travel_time))
+    if boundary.nonlinearity is not None:
+        return EndLaw(segments=_graph(boundary.nonlinearity, mobility, rod.travel_time))
     free = Segment(low=-math.inf, high=0.0, origin=0.0, push=0.0, rate=0.0, touching=False)
     if boundary.rigid:
         return EndLaw(segments=(free, _rigid()))
-    rate = mobility * rod.law.stiffness
+    rate = mobility * rod.nonlinearity.stiffness
     if rod.exponent != 1.0:
         contact = Segment(low=0.0, high=math.inf, origin=0.0, push=0.0, rate=rate, power=rod.exponent)
         return EndLaw(segments=(free, contact))
@@ -121,11 +125,12 @@ def _rigid() -> Segment:
     return Segment(low=0.0, high=math.inf, origin=0.0, push=0.0, rate=math.inf)
 
 
-def _graph(law: GraphNonlinearity, mobility: float, transit: float) -> tuple[Segment, ...]:
-    slopes, knots = law.graph.slopes, law.graph.knots
+def _graph(nonlinearity: GraphNonlinearity, mobility: float, transit: float) -> tuple[Segment, ...]:
+    slopes, knots = nonlinearity.graph.slopes, nonlinearity.graph.knots
     if min(slopes) < 0 or mobility * float(max(slopes)) * transit > _STIFFEST:
         raise InputError(
-            f"Boundary.law has slopes from {float(min(slopes)):g} to {float(max(slopes)):g} Pa/m; give slopes from 0 "
+            f"Boundary.nonlinearity has slopes from {float(min(slopes)):g} to {float(max(slopes)):g} Pa/m; "
+            f"give slopes from 0 "
             f"to {_STIFFEST / mobility / transit:.3g} Pa/m"
         )
     found = []
@@ -134,7 +139,7 @@ def _graph(law: GraphNonlinearity, mobility: float, transit: float) -> tuple[Seg
         high = float(knots[i]) if i < len(knots) else math.inf
         ends = range(max(i - 1, 0), min(i + 1, len(knots)))
         anchor = min(ends, key=lambda j: abs(knots[j]))  # the end near 0, where doubles are dense
-        value = law.graph.values[anchor]
+        value = nonlinearity.graph.values[anchor]
         found.append(
             Segment(
                 low=low,

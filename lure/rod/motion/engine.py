@@ -135,7 +135,7 @@ class Engine:
         wave, error = problem.sources.initial_wave()
         room = Room(
             degree=problem.sources.degree,
-            segments=len(problem.law.segments),
+            segments=len(problem.nonlinearity.segments),
             pieces=max(64, 2 * len(wave.series)),
             windows=_WINDOWS if compiled else _FEW_WINDOWS,
             recorded=_PIECES if compiled else _FEW_PIECES,
@@ -175,11 +175,13 @@ class Engine:
             rod.mobility * problem.share,
             problem.transits,
         )
-        law = [(s.low, s.high, s.origin, s.push, s.rate, s.power, float(s.touching)) for s in problem.law.segments]
-        f[q[LAW] : q[LAW] + SEGMENT_SIZE * len(law)] = np.ravel(law)
+        nonlinearity = [
+            (s.low, s.high, s.origin, s.push, s.rate, s.power, float(s.touching)) for s in problem.nonlinearity.segments
+        ]
+        f[q[LAW] : q[LAW] + SEGMENT_SIZE * len(nonlinearity)] = np.ravel(nonlinearity)
         q[SEGMENT], q[COUNT], q[MERGED] = first.segment, len(wave.series), 8
         f[VALUE], f[REST], f[LATER] = first.zeta.value, first.zeta.rest, error
-        f[STORED] = stored(f, q, law[first.segment][ORIGIN] + first.zeta.value)
+        f[STORED] = stored(f, q, nonlinearity[first.segment][ORIGIN] + first.zeta.value)
         seen = np.abs(wave.series) > _NOISE * largest(wave.series)
         degree = np.where(seen.any(axis=1), self._room.degree - seen[:, ::-1].argmax(axis=1), 0)
         sizes = np.abs(wave.series).sum(axis=1)
@@ -286,7 +288,7 @@ class Engine:
 
     def _refusal(self, status: int) -> Exception:
         trip, wave = int(self.q[TRIP]), self._problem.share * float(self.f[LARGEST])
-        power = self._problem.law.segments[int(self.q[SEGMENT])].power
+        power = self._problem.nonlinearity.segments[int(self.q[SEGMENT])].power
         if status == HUGE:
             return InputError(
                 f"the wave in round trip {trip} is {self.f[SCALE]:.3g} m/s, more than 1e+100; give smaller "
@@ -317,7 +319,7 @@ class Engine:
 
     @property
     def crossings(self) -> int:
-        """Passages between segments of the law."""
+        """Passages between segments of the nonlinearity."""
         return int(self.q[CROSSINGS])
 
     @property
@@ -338,13 +340,13 @@ class Engine:
 
 def clear(f: Array, q: Counts) -> bool:
     """Whether the end is so far from the ends of a straight segment that an interval without events is looked for."""
-    law, table = q[LAW] + SEGMENT_SIZE * q[SEGMENT], _table(f, q)
-    rate, origin = f[law + RATE], f[law + ORIGIN]
-    if math.isinf(rate) or f[law + POWER] != 1.0 or len(table) > _MOST_OLD or table[-1, STOP] != 2.0:
+    nonlinearity, table = q[LAW] + SEGMENT_SIZE * q[SEGMENT], _table(f, q)
+    rate, origin = f[nonlinearity + RATE], f[nonlinearity + ORIGIN]
+    if math.isinf(rate) or f[nonlinearity + POWER] != 1.0 or len(table) > _MOST_OLD or table[-1, STOP] != 2.0:
         return False
     widths = 0.5 * f[TRANSIT] * (table[:, STOP] - table[:, START])
-    swing = float(widths @ (f[SHARE] * table[:, SIZE] + abs(f[law + STRESS])))
-    room = min(f[law + HIGH] - origin - f[VALUE], f[VALUE] - (f[law + LOW] - origin))
+    swing = float(widths @ (f[SHARE] * table[:, SIZE] + abs(f[nonlinearity + STRESS])))
+    room = min(f[nonlinearity + HIGH] - origin - f[VALUE], f[VALUE] - (f[nonlinearity + LOW] - origin))
     return bool(room > (_CLEAR_IN_CONTACT if rate > 0.0 else _CLEAR) * swing)
 
 
@@ -380,7 +382,7 @@ def skipped(f: Array, q: Counts, problem: Problem, found: EventFree) -> None:
 def _balanced(f: Array, q: Counts, problem: Problem, found: EventFree) -> None:
     """The energy balance."""
     interval, zeta = found.interval, found.state.zeta
-    segment = problem.law.segments[found.state.segment]
+    segment = problem.nonlinearity.segments[found.state.segment]
     begun, rest = float(interval.states[0, interval.powers.map.waves]), float(interval.rests[0])
     first, last = begun + rest, zeta.value + zeta.rest
     before, after = stored(f, q, segment.origin + first), stored(f, q, segment.origin + last)
@@ -422,7 +424,7 @@ def compilation_pays(problem: Problem, wish: bool | None) -> bool:  # noqa: FBT0
 
 
 def _powers(problem: Problem) -> bool:
-    return any(segment.power != 1.0 for segment in problem.law.segments)
+    return any(segment.power != 1.0 for segment in problem.nonlinearity.segments)
 
 
 def compiled_kernel(powers: bool) -> Kernel:  # noqa: FBT001  (one of two kernels)
@@ -469,7 +471,7 @@ def first_state(problem: Problem) -> State:
     InputError
         It begins inside a rigid obstacle.
     """
-    rod, segments = problem.sources.rod, problem.law.segments
+    rod, segments = problem.sources.rod, problem.nonlinearity.segments
     z = problem.sources.scenario.contact_coordinate(rod)
     if not z < LARGEST_WAVE:
         raise InputError(

@@ -169,12 +169,12 @@ class Search:
     def worth(self, state: State, pieces: int, degree: int) -> int:
         """Round trips of the kernel that cost as much as a search."""
         size = pieces * (degree + 2) + 1
-        contact = self._problem.law.segments[state.segment].rate > 0.0
+        contact = self._problem.nonlinearity.segments[state.segment].rate > 0.0
         return int((6e-4 + (6e-10 * size**3 + 6e-4 if contact else 0.0)) / (self._piece * (pieces + 1)))
 
     def after(self, number: int, wave: Pieces, state: State) -> EventFree | None:
         """The interval that begins with a round trip, given what comes back in it; None if there is none of 16."""
-        segment = self._problem.law.segments[state.segment]
+        segment = self._problem.nonlinearity.segments[state.segment]
         sizes = np.abs(wave.series).sum(axis=1)
         states, end = self.loads.over(number)
         most = min(self._total, math.floor(0.5 * end) if end < math.inf else self._total) - number

@@ -34,7 +34,7 @@ class EventFreeInterval:
     width : int
         ``N + 1`` of the records made of it.
     index : int
-        Place of the segment in the law.
+        Place of the segment in the nonlinearity.
     states : ndarray
         (B, S) the state in round trips ``number + 64 b``.
     rests : ndarray

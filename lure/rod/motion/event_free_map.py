@@ -1,9 +1,9 @@
 r"""The map from one round trip to the next while nothing happens: linear, and raised to powers by squaring.
 
-On one straight segment of the law and on fixed pieces the state ``X = (W, zeta, impulse)`` of a round trip and the
-states ``u`` of the load give those of the next: ``X' = (B + D) X + F u`` with the diagonal ``B = (echo of W, 1, 1)``.
-Powers keep ``B`` and ``D`` apart, so that rounding of what does not change does not add up:
-``D_2m = B_m D_m + D_m B_m + D_m^2``.
+On one straight segment of the nonlinearity and on fixed pieces the state ``X = (W, zeta, impulse)`` of a round trip and
+the states ``u`` of the load give those of the next: ``X' = (B + D) X + F u`` with the diagonal ``B = (echo of W, 1,
+1)``. Powers keep ``B`` and ``D`` apart, so that rounding of what does not change does not add up: ``D_2m = B_m D_m +
+D_m B_m + D_m^2``.
 
 A force that is a sum of ``w t^K e^{lambda t}`` is, in round trip ``n``, a sum of ``v_k(n) = n^k e^{2 lambda T n}``
 times fixed functions of the time inside the round trip, and ``v(n + m) = U_m v(n)`` by the binomial theorem.
@@ -220,7 +220,7 @@ class EventFreeMap:
     degree : int
         Of ``W`` on a piece.
     segment : Segment
-        Of the law.
+        Of the nonlinearity.
     own, start, level : ndarray
         ``z`` on a piece less ``z`` where the piece begins: (P, K, degree+1) per coefficient of ``W`` on it, (P, K) per
         ``zeta`` there, (P, K) constant.

@@ -1,4 +1,4 @@
-r"""One piece of the motion: ``zeta' + s zeta = h`` solved on a segment of the law, and tested for its end.
+r"""One piece of the motion: ``zeta' + s zeta = h`` solved on a segment of the nonlinearity, and tested for its end.
 
 On ``[-1, 1]``, with ``zeta = sum z_k T_k``, the integrated equation of a straight segment reads
 ``2 k z_k + s (z_{k-1} - z_{k+1}) = h_{k-1} - h_{k+1}`` (``z_0``, ``h_0`` twice for ``k = 1``): tridiagonal, with the
@@ -158,9 +158,9 @@ def cut_out(f: Array, q: Counts, piece: tuple[int, int], span: tuple[float, floa
 @kernel
 def begun(f: Array, q: Counts, pieces: int, i: int, low: float) -> None:
     """Begin an arc: the sizes on which its tolerances depend, over the pieces ahead."""
-    law, width = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[DEGREE] + 1 + COEF
-    rate, stress, largest, reach = f[law + RATE], abs(f[law + STRESS]), 0.0, 0.0
-    power = f[law + POWER]
+    nonlinearity, width = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[DEGREE] + 1 + COEF
+    rate, stress, largest, reach = f[nonlinearity + RATE], abs(f[nonlinearity + STRESS]), 0.0, 0.0
+    power = f[nonlinearity + POWER]
     for j in range(i, pieces):
         at = q[NOW] + width * j
         largest = max(largest, f[at + SIZE])
@@ -184,8 +184,8 @@ def begun(f: Array, q: Counts, pieces: int, i: int, low: float) -> None:
 @kernel
 def solved(f: Array, q: Counts, n: int, width: float) -> tuple[int, int]:
     """Fill ``ZETA`` and ``PUSH`` for the wave of degree ``n`` in ``WAVE``; their degrees."""
-    law = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
-    rate, stress = f[law + RATE], f[law + STRESS]
+    nonlinearity = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
+    rate, stress = f[nonlinearity + RATE], f[nonlinearity + STRESS]
     if rate == math.inf:
         f[ZETA] = 0.0
         for k in range(n + 1):
@@ -213,15 +213,15 @@ def solved(f: Array, q: Counts, n: int, width: float) -> tuple[int, int]:
 @inlined
 def roughness(f: Array, q: Counts, n: int, m: int) -> float:
     """The last coefficients of ``zeta`` (degree ``m``), if neither rounding nor those of ``W`` explain them; else 0."""
-    law = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
-    rate = f[law + RATE]
+    nonlinearity = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
+    rate = f[nonlinearity + RATE]
     if m < q[DEGREE] or rate == 0.0 or rate == math.inf:
         return 0.0
     tail, given = max(abs(f[ZETA + m]), abs(f[ZETA + m - 1])), 0.0
     for k in range(m - 1, n + 1):
         given = max(given, f[SHARE] * abs(f[WAVE + k]))
     time = min(f[TRANSIT], 1.0 / rate)
-    reach = (f[LARGEST] + abs(f[law + STRESS])) * time
+    reach = (f[LARGEST] + abs(f[nonlinearity + STRESS])) * time
     allowed = max(RESOLVED * max(reach, abs(f[VALUE] + f[REST])), min(2.0 * time * given, 3.0 * RESOLVED * reach))
     return float(tail) if tail > allowed else 0.0
 
@@ -229,15 +229,15 @@ def roughness(f: Array, q: Counts, n: int, m: int) -> float:
 @kernel
 def departure(f: Array, q: Counts, nz: int, np_: int) -> tuple[int, float]:
     """Step to the next segment and place of the first departure, ``NEVER`` or ``UNDECIDED``."""
-    law, tolerance = q[LAW] + SEGMENT_SIZE * q[SEGMENT], f[TOLERANCE]
-    if f[law + RATE] == math.inf or f[law + POWER] < 1.0:
+    nonlinearity, tolerance = q[LAW] + SEGMENT_SIZE * q[SEGMENT], f[TOLERANCE]
+    if f[nonlinearity + RATE] == math.inf or f[nonlinearity + POWER] < 1.0:
         for k in range(np_ + 1):
             f[EXTRA + k] = -f[PUSH + k]
         return -1, first_rise(f, q, EXTRA, np_, tolerance)
     swing, step, place = variation(f, ZETA, nz), 0, NEVER
     for way in (1, -1):
-        bound = f[law + HIGH] if way > 0 else f[law + LOW]
-        distance = bound - f[law + ORIGIN]
+        bound = f[nonlinearity + HIGH] if way > 0 else f[nonlinearity + LOW]
+        distance = bound - f[nonlinearity + ORIGIN]
         over = way * (f[ZETA] - distance) - _ULPS * abs(distance)
         if math.isinf(bound) or over + swing <= tolerance:
             continue
@@ -309,8 +309,8 @@ def against_power(f: Array, q: Counts, piece: tuple[int, int], span: tuple[float
 @kernel
 def _collocated(f: Array, q: Counts, n: int, half: float) -> bool:
     """Fill ``ZETA`` and ``PUSH`` for the wave in ``WAVE`` over twice ``half`` [s]; whether Newton's method settles."""
-    law, size = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[DEGREE] + 1
-    rate, m, start = f[law + RATE], f[law + POWER], f[VALUE] + f[REST]
+    nonlinearity, size = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[DEGREE] + 1
+    rate, m, start = f[nonlinearity + RATE], f[nonlinearity + POWER], f[VALUE] + f[REST]
     wave = np.zeros(size)
     for k in range(n + 1):
         wave[k] = f[SHARE] * f[WAVE + k]
@@ -353,9 +353,10 @@ def _collocated(f: Array, q: Counts, n: int, half: float) -> bool:
 def _newton(
     K: Array, free: Array, x: Array, numbers: tuple[float, float, float]
 ) -> tuple[bool, Array, Array, Array, Array]:
-    """Whether the method settles; place, push, slope of the law and miss.
+    """Whether the method settles; place, push, slope of the nonlinearity and miss.
 
-    In ``z`` for ``m > 1``; in the push for ``m < 1``, whose slope is infinite at contact, the law made odd below zero.
+    In ``z`` for ``m > 1``; in the push for ``m < 1``, whose slope is infinite at contact, the nonlinearity made odd
+    below zero.
     """
     (rate, m, scale), last, one = numbers, np.inf, np.eye(len(x))
     z, push, slope, miss = x, x, x, x

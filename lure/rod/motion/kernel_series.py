@@ -71,7 +71,7 @@ ARCS, LEFT, POWERED = range(12, 15)
 STATE = 15  # f[:WAVE] and q[:STATE] change from round trip to round trip
 # q: degree N, number of segments, room for pieces, for round trips, for pieces and coefficients of the record
 DEGREE, SEGMENTS, ROOM, MOST_WINDOWS, MOST_PIECES, MOST_NUMBERS = range(15, 21)
-# q: places in f of tables, law, waves (coming back, with loads, leaving) and record
+# q: places in f of tables, nonlinearity, waves (coming back, with loads, leaving) and record
 INNER, FIT, PRODUCTS, AT_EXTREMA, COLLOCATION, FROM_EXTREMA = range(21, 27)
 LAW, OLD, NOW, NEW, OUT_ENDS, OUT_NUMBERS, OUT_ENDINGS, OUT_IMPACTS = range(27, 35)
 # q: places in q of degrees of the waves and of the record

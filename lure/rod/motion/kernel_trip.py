@@ -223,10 +223,10 @@ def _followed(f: Array, q: Counts, pieces: int, powers: int | None) -> int:
     while i < pieces:
         stop, degree = f[at + STOP], q[q[NOW_DEGREES] + i]
         high = until if low + SAME < until < stop - SAME else stop
-        law = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
-        rate, rough, n, nz, np_, curved = f[law + RATE], 0.0, 0, 0, 0, False
+        nonlinearity = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
+        rate, rough, n, nz, np_, curved = f[nonlinearity + RATE], 0.0, 0, 0, 0, False
         if powers is not None:
-            curved = f[law + POWER] != 1.0
+            curved = f[nonlinearity + POWER] != 1.0
             if curved:
                 found, high, n = against_power(f, q, (at, degree), (low, high))
                 if found != SOLVED:
@@ -290,9 +290,9 @@ def _shortened(f: Array, q: Counts, span: tuple[float, float], degrees: tuple[in
 
 @kernel
 def _passed(f: Array, q: Counts, step: int) -> None:
-    """To the next segment of the law, at the bound between."""
-    law = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
-    bound = f[law + HIGH] if step > 0 else f[law + LOW]
+    """To the next segment of the nonlinearity, at the bound between."""
+    nonlinearity = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
+    bound = f[nonlinearity + HIGH] if step > 0 else f[nonlinearity + LOW]
     q[SEGMENT] += step
     f[VALUE], f[REST] = bound - f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + ORIGIN], 0.0
 
@@ -538,9 +538,14 @@ def stored(f: Array, q: Counts, z: float) -> float:
     """``A P(z)`` [J]."""
     total = 0.0
     for j in range(q[SEGMENTS]):
-        law = q[LAW] + SEGMENT_SIZE * j
-        rate, stress, origin, n = f[law + RATE], f[law + STRESS], f[law + ORIGIN], f[law + POWER] + 1.0
-        low, high = max(f[law + LOW], min(0.0, z)), min(f[law + HIGH], max(0.0, z))
+        nonlinearity = q[LAW] + SEGMENT_SIZE * j
+        rate, stress, origin, n = (
+            f[nonlinearity + RATE],
+            f[nonlinearity + STRESS],
+            f[nonlinearity + ORIGIN],
+            f[nonlinearity + POWER] + 1.0,
+        )
+        low, high = max(f[nonlinearity + LOW], min(0.0, z)), min(f[nonlinearity + HIGH], max(0.0, z))
         if low >= high or rate == math.inf or (rate == 0.0 and stress == 0.0):
             continue
         a, b = low - origin, high - origin
@@ -565,9 +570,9 @@ def _turned(steps: tuple[int, int], lasted: float, turns: int, length: float) ->
     """Turns so far and the next moment's length after a departure, and how long the segment entered is kept [transits].
 
     Where rounding sends the end to and fro between contact and flight at one instant: in a piece that is hardly wider
-    than the rounding of time, each of two neighbouring segments of the law may find that the end has just left it.
-    After two departures back at once the segment entered is kept for a moment, twice as long each time that does not
-    help: what this leaves out of ``z`` is at most the moment times the wave.
+    than the rounding of time, each of two neighbouring segments of the nonlinearity may find that the end has just left
+    it. After two departures back at once the segment entered is kept for a moment, twice as long each time that does
+    not help: what this leaves out of ``z`` is at most the moment times the wave.
 
     Parameters
     ----------

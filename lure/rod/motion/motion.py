@@ -39,7 +39,7 @@ class Motion(Record):
     until: float = quantity("End of the motion", "s")
     since: float = quantity("Start of what was kept", "s")
     impacts: tuple[Contact, ...] = quantity("In order; the last is not closed if the end still touches the obstacle")
-    crossings: int = quantity("Passages between segments of the law")
+    crossings: int = quantity("Passages between segments of the nonlinearity")
     energy_residual: float = quantity(
         "Largest ``|work of the waves on the end - loss there - change of A P(z)|`` since the start, relative to the "
         "largest energy that passed the end in one round trip or was stored in the obstacle.  In the rod and at ``x = "
@@ -119,8 +119,8 @@ class Motion(Record):
         waves = self.fields.wave_energies(times.ravel()).reshape(times.shape)
         if self._rigid:
             return waves
-        law = self.boundary.law or self.rod.law
-        return np.asarray(waves + self.rod.area * law.primitive(self.z(times)))
+        nonlinearity = self.boundary.nonlinearity or self.rod.nonlinearity
+        return np.asarray(waves + self.rod.area * nonlinearity.primitive(self.z(times)))
 
     def energy(self, t: float) -> float:
         """The same at one instant."""
@@ -270,9 +270,9 @@ def exact_motion(
         z' &= W - d\,p(z), \qquad V = W - 2 d\,p(z).
 
     Between events the equation of ``z`` is a quadrature (free flight), linear (normal compliance with ``m = 1`` and
-    piecewise linear laws) or trivial (rigid obstacle, ``z = 0`` while the stress ``W/d`` is positive); a power law is
-    solved by collocation with adaptive pieces.  Contact and release are found by bounds on the series over whole
-    intervals; an excursion below rounding (grazing) counts as none.
+    piecewise linear nonlinearities) or trivial (rigid obstacle, ``z = 0`` while the stress ``W/d`` is positive); a
+    power law is solved by collocation with adaptive pieces.  Contact and release are found by bounds on the series over
+    whole intervals; an excursion below rounding (grazing) counts as none.
 
     Parameters
     ----------
@@ -284,7 +284,7 @@ def exact_motion(
     until : float
         End of the motion [s], at most 10 000 000 round trips.
     boundary : Boundary, optional
-        Clamped end, dashpot at ``x = L``, rigid obstacle, another law.
+        Clamped end, dashpot at ``x = L``, rigid obstacle, another nonlinearity.
     numerics : Numerics, optional
         Degree of the series, and what is kept.
 
@@ -324,8 +324,8 @@ def exact_motion(
         impacts=impacts,
         crossings=engine.crossings,
         energy_residual=engine.energy_residual,
-        error=engine.error + problem.law.error * engine.largest_wave,
-        note=problem.law.note,
+        error=engine.error + problem.nonlinearity.error * engine.largest_wave,
+        note=problem.nonlinearity.note,
         compiled=engine.compiled,
         fields=Fields(sources=problem.sources, share=problem.share, record=record),
     )
@@ -373,7 +373,7 @@ def _problem(rod: Rod, scenario: Scenario, until: float, boundary: Boundary, deg
         raise InputError(f"until = {until:g} s is {transits:.3g} of one transit; give at least 1e-9 of it")
     return Problem(
         sources=sources(rod, scenario, boundary, float(until), degree),
-        law=end_law(rod, boundary),
+        nonlinearity=end_law(rod, boundary),
         share=1.0 / (1.0 + boundary.end_damping / rod.impedance),
         transits=transits,
     )

@@ -35,7 +35,7 @@ class Window:
     impacts : tuple of Contact
         Those that ended here.
     crossings : int
-        Passages from one segment of the law to another.
+        Passages from one segment of the nonlinearity to another.
     error : float
         Estimate of the local errors made here, as a change of ``V`` times its duration [m].
     end : State
@@ -61,7 +61,7 @@ class State:
     Attributes
     ----------
     segment : int
-        Segment of the law.
+        Segment of the nonlinearity.
     zeta : Level
         ``z`` from the origin of the segment [m].
     impact : Contact or None

@@ -65,11 +65,11 @@ def whole_rod_since(motion: Motion) -> float:
 
 def boundary_attributes(boundary: Boundary) -> dict[str, str | float]:
     """Boundary conditions, for ``attrs``."""
-    law = "the rod's own" if boundary.law is None else str(boundary.law)
+    nonlinearity = "the rod's own" if boundary.nonlinearity is None else str(boundary.nonlinearity)
     return {
         "boundary_at_0": "clamped" if boundary.clamped else "dashpot",
         "boundary_end_damping": boundary.end_damping,
-        "boundary_obstacle": "rigid" if boundary.rigid else law,
+        "boundary_obstacle": "rigid" if boundary.rigid else nonlinearity,
     }
 
 

@@ -200,7 +200,7 @@ class Problem:
     ----------
     sources : Sources
         Loads and initial data.
-    law : EndLaw
+    nonlinearity : EndLaw
         The obstacle.
     share : float
         ``1/(1 + k_L/Z)``.
@@ -209,7 +209,7 @@ class Problem:
     """
 
     sources: Sources
-    law: EndLaw
+    nonlinearity: EndLaw
     share: float
     transits: float
 

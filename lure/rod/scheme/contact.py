@@ -1,6 +1,6 @@
 """Contact and force as stretches of the shift register, and the first contact of a free flight.
 
-The motion in contact with a linear law is the Poisson average of the register as in free flight.  Its fastest
+The motion in contact with a linear contact law is the Poisson average of the register as in free flight.  Its fastest
 alternations grow by up to ``(2 + kappa)/(2 - kappa)`` a round trip, which the average takes away again and rounding
 remembers: hence stretches of limited length, and cells enough for a small ``kappa``.
 """
@@ -59,7 +59,7 @@ def _log_gain(cells: int, kappa: float, trips: int) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EventFreeInterval:
-    """A stretch of motion in contact with a linear law, or under a force: still a shift register.
+    """A stretch of motion in contact with a linear contact law, or under a force: still a shift register.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class EventFreeInterval:
     length : int
         Cell crossings covered.
     kappa : float
-        ``d c_n/s`` in contact, how much of ``z`` the law takes back per cell crossing; 0 in flight [-].
+        ``d c_n/s`` in contact, how much of ``z`` the nonlinearity takes back per cell crossing; 0 in flight [-].
     entering : ndarray or None
         What a force adds to the first forward cell at each step [m/s], at least :func:`.poisson_columns` of the length.
     """

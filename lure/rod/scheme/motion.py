@@ -200,7 +200,7 @@ class StructuredMotion(SchemeMotion):
     @derived(*datasets.SERIES["stress"][1:], dims="t", name=datasets.STRESS)
     def stress(self) -> Array:
         """The contact stress ``p(z)`` of the obstacle, positive in compression: ``E u_x(t, L) = -p``."""
-        return self.scheme.rod.law(self.z)
+        return self.scheme.rod.nonlinearity(self.z)
 
     @property
     def how(self) -> str:
@@ -253,8 +253,8 @@ def structured_motion(
     """Motion of the scheme against its obstacle, with a force or without: jumps from event to event.
 
     Without a force, a jump of any length by :class:`FreeFlight` between contacts; in contact, and with a force in
-    flight, the Poisson average of a shift register with the law and the force in it, up to 64 round trips at a time.
-    Beginning and end of contact are located as by :func:`first_contact`.  There is no time step and no error but
+    flight, the Poisson average of a shift register with the nonlinearity and the force in it, up to 64 round trips at a
+    time. Beginning and end of contact are located as by :func:`first_contact`.  There is no time step and no error but
     rounding, which the events amplify as the motion itself does.
 
     It is a motion of the scheme, whose waves lose more energy than the rod's: for the rod see
@@ -263,7 +263,7 @@ def structured_motion(
     Parameters
     ----------
     scheme : UpwindScheme
-        The scheme: linear law (``m = 1``), ``k >= 0``, and a few more cells than ``d c_n L/c``.
+        The scheme: linear contact law (``m = 1``), ``k >= 0``, and a few more cells than ``d c_n L/c``.
     start : Scenario or array_like
         Initial data with a force: piece by piece, between rational instants, sums and products of numbers, ``t`` (up to
         ``t**8``), and ``exp``, ``sin`` and ``cos`` of straight lines in ``t``.  Or a state in the ordering of the
@@ -335,9 +335,9 @@ def _check(scheme: UpwindScheme, until: float, samples: int) -> None:
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 2:
         raise InputError(f"samples is {samples!r}; give a whole number of at least 2")
     if rod.exponent != 1.0:
-        raise InputError(f"rod.exponent is {rod.exponent:g}; structured_motion takes the linear law, give 1")
+        raise InputError(f"rod.exponent is {rod.exponent:g}; structured_motion takes the linear contact law, give 1")
     if rod.damping < 0.0:
         raise InputError(f"rod.damping is {rod.damping:g}; structured_motion takes no negative one")
-    least = fewest_cells(rod.mobility * rod.law.stiffness * rod.travel_time)
+    least = fewest_cells(rod.mobility * rod.nonlinearity.stiffness * rod.travel_time)
     if scheme.cells < least:
         raise InputError(f"the contact is too stiff for {scheme.cells} cells; give at least {least}")

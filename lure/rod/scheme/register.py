@@ -81,11 +81,11 @@ class ShiftRegister:
     @cached_property
     def spring(self) -> float:
         """``d c_n``: the stress ``q`` at ``z = 1 m`` [m/s]."""
-        return self.scheme.rod.mobility * self.scheme.rod.law.stiffness
+        return self.scheme.rod.mobility * self.scheme.rod.nonlinearity.stiffness
 
     @property
     def kappa(self) -> float:
-        """``d c_n / s``: rate of the contact spring against one cell of rod, in units of ``s`` (linear law)."""
+        """``d c_n / s``: rate of the contact spring against one cell of rod, in units of ``s`` (linear contact law)."""
         return self.spring / self.rate
 
     def push(self, gap: Array) -> Array:
@@ -195,7 +195,7 @@ class Inputs:
     Attributes
     ----------
     kappa : float
-        Stiffness of a linear law in contact, else 0.
+        Stiffness of a linear contact law in contact, else 0.
     inflow : ndarray or None
         (columns, k) what the force adds to the first cell.
     push : ndarray or None
@@ -240,8 +240,8 @@ class Streams:
 def shifted(register: ShiftRegister, state: Array, columns: int, inputs: Inputs) -> Streams:
     r"""Shift states ``columns - 1`` times.
 
-    In contact a linear law adds ``-kappa z`` to ``z'`` and ``-2 kappa z`` to the first backward cell, and a force
-    ``2 b g`` to the first forward cell: one step of the register becomes
+    In contact a linear contact law adds ``-kappa z`` to ``z'`` and ``-2 kappa z`` to the first backward cell, and a
+    force ``2 b g`` to the first forward cell: one step of the register becomes
 
     .. math:: z_{n+1} = (1 - \kappa) z_n + F_n, \qquad \text{entering the backward wave: } F_n - 2 \kappa z_n, \qquad
         \text{entering the forward wave: } f B_n + 2 b g_n,
@@ -315,7 +315,7 @@ def body_history(register: ShiftRegister, body: Array, kappa: float) -> Array:
     body : ndarray
         (columns, 2N) what it adds to each cell at each shift.
     kappa : float
-        Stiffness of a linear law in contact, else 0.
+        Stiffness of a linear contact law in contact, else 0.
 
     Returns
     -------

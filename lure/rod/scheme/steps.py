@@ -1,10 +1,10 @@
 r"""Steps of exact motion, free or against a spring: one step, the tables that make it cheap, and how long it may be.
 
-Contact with a nonlinear or very stiff law is collocated: the stress ``q = d p(z)`` of a step is a polynomial through
-the Radau points; given ``q`` the waves and ``z`` are exact, so that the unknowns are the values of ``z`` at those
-points, ``z_i + sum_j K_ij q(z_j) = z^0_i``, where ``z^0`` is the motion without stress and ``K`` the response of ``z``
-to each polynomial.  For ``z`` alone this is Radau IIA collocation, stiffly accurate and L-stable; the waves add no
-error.
+Contact with a nonlinear or very stiff nonlinearity is collocated: the stress ``q = d p(z)`` of a step is a polynomial
+through the Radau points; given ``q`` the waves and ``z`` are exact, so that the unknowns are the values of ``z`` at
+those points, ``z_i + sum_j K_ij q(z_j) = z^0_i``, where ``z^0`` is the motion without stress and ``K`` the response of
+``z`` to each polynomial.  For ``z`` alone this is Radau IIA collocation, stiffly accurate and L-stable; the waves add
+no error.
 """
 
 from __future__ import annotations
@@ -153,8 +153,8 @@ def states_at(register: ShiftRegister, step: Step, rows: Array) -> Array:
 
 def coordinate(register: ShiftRegister, gap: Array, push: Array) -> Array:
     """The scaled coordinate in contact: where the law is stiff from the stress, since rounding spoils the other way."""
-    by_law = register.penetration(np.maximum(push, 0.0))
-    return np.where((push > 0.0) & (register.push_slope(by_law) > _STIFF), by_law, gap)
+    by_nonlinearity = register.penetration(np.maximum(push, 0.0))
+    return np.where((push > 0.0) & (register.push_slope(by_nonlinearity) > _STIFF), by_nonlinearity, gap)
 
 
 def _state_at(step: Step, row: Array) -> Array:
@@ -209,7 +209,7 @@ class ContactStep:
     error : float
         Estimate of the error of the scaled coordinate at the end: last coefficients of ``q`` times the length [m/s].
     gap : float
-        Scaled coordinate at the end [m/s], from the law where that is the more accurate way.
+        Scaled coordinate at the end [m/s], from the nonlinearity where that is the more accurate way.
     left : bool
         Whether the end of the rod has left the obstacle at one of the points.
     converged : bool
@@ -247,9 +247,9 @@ def contact_step(register: ShiftRegister, free: Step, scheme: Collocation) -> Co
         gap=free.streams.gap + added.gap,
     )
     step = Step(tables=free.tables, streams=streams, extra=free.extra, gap=free.gap + added.gap, push=sequence[:, 0])
-    by_law = register.penetration(push)
-    stiff = register.push_slope(by_law) > 1.0
-    gaps = np.where(stiff, by_law, unpressed - scheme.response @ push)
+    by_nonlinearity = register.penetration(push)
+    stiff = register.push_slope(by_nonlinearity) > 1.0
+    gaps = np.where(stiff, by_nonlinearity, unpressed - scheme.response @ push)
     length = free.tables.length
     error = length * float(np.abs(scheme.coefficients[-2:] @ push).sum())
     noise = 4e-15 * float((scheme.rows @ np.abs(free.gap) + np.abs(scheme.response) @ np.abs(push)).max())
@@ -272,8 +272,8 @@ def radau_points(stages: int) -> Array:
 def _solved(register: ShiftRegister, unpressed: Array, response: Array) -> tuple[Array, bool]:
     """Stresses ``q_i`` with ``z_i + K q = z^0_i``, by Newton's method.
 
-    For ``m > 1`` the iteration runs in ``z``, where the law is smooth, and ends with one correction in ``q``, since
-    rounding in ``z`` times a large stiffness would spoil ``q``; for ``m <= 1`` it runs in ``q`` throughout.
+    For ``m > 1`` the iteration runs in ``z``, where the nonlinearity is smooth, and ends with one correction in ``q``,
+    since rounding in ``z`` times a large stiffness would spoil ``q``; for ``m <= 1`` it runs in ``q`` throughout.
     """
     scale = float(np.abs(unpressed).max())
     if scale == 0.0:

@@ -1,4 +1,4 @@
-"""Laws made so that their sector and slope bounds are known before anything is computed."""
+"""Nonlinearities made so that their sector and slope bounds are known before anything is computed."""
 
 import random
 from dataclasses import dataclass
@@ -131,7 +131,7 @@ def scaled(made, source):
     )
 
 
-def laws(seed, **counts):
+def nonlinearities(seed, **counts):
     """Laws of each kind, as many as asked for, a third of them scaled and shifted."""
     source = random.Random(seed)
     for kind, count in counts.items():

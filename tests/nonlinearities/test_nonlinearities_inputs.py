@@ -24,7 +24,7 @@ from lure.nonlinearities import (
     ReLU,
     Saturation,
     Tanh,
-    law_from_table,
+    nonlinearity_from_table,
 )
 from lure.nonlinearities.base import NormalCompliance
 from lure.plants.rational import RationalPlant
@@ -33,7 +33,7 @@ F = Fraction
 PLANT = "[plant]\nnum = [1]\nden = [1, 3, 2, 0]\n"
 
 
-def law_of(text):
+def nonlinearity_entry(text):
     return parse_system(PLANT + "[nonlinearity]\n" + text, name="loop", source="loop.toml").nonlinearity
 
 
@@ -59,7 +59,7 @@ def test_a_table_is_read_from_a_csv_file_beside_the_system(tmp_path, content, mo
     wanted = PiecewiseLinear([(-1, -2), (0, 0), (1, 2), (3, F(5, 2))], left_slope=2, right_slope=F(1, 4))
     assert system.nonlinearity == wanted
     assert PiecewiseLinear.from_csv(tmp_path / "valve.csv") == wanted
-    assert law_from_table("table", {"file": str(tmp_path / "valve.csv"), "right_slope": 0}).right_slope == 0
+    assert nonlinearity_from_table("table", {"file": str(tmp_path / "valve.csv"), "right_slope": 0}).right_slope == 0
     again = parse_system(loop_to_toml(system), name="loop", source="elsewhere")  # the points stand in it
     assert again.nonlinearity == wanted
 
@@ -93,12 +93,14 @@ def test_a_table_that_cannot_be_a_law_is_refused(tmp_path, content, message):
 @pytest.mark.parametrize("words", [("expression", "slope"), ("text", "slope_bounds"), ("formula", "slope")])
 def test_an_expression_takes_both_spellings_of_its_keys(words):
     text, slope = words
-    law = law_of(f"kind = 'expression'\n{text} = 'tanh(sigma)'\nsector = [0, 1]\n{slope} = [0, 1]\nodd = true\n")
-    assert (law.text, law.slope_bounds, law.odd) == ("tanh(sigma)", SlopeBounds(0, 1), True)
+    nonlinearity = nonlinearity_entry(
+        f"kind = 'expression'\n{text} = 'tanh(sigma)'\nsector = [0, 1]\n{slope} = [0, 1]\nodd = true\n"
+    )
+    assert (nonlinearity.text, nonlinearity.slope_bounds, nonlinearity.odd) == ("tanh(sigma)", SlopeBounds(0, 1), True)
 
 
 @pytest.mark.parametrize(
-    ("law", "message"),
+    ("nonlinearity", "message"),
     [
         ("kind = 'expression'\nexpression = 'sigma'\nslop = [0, 1]", "did you mean slope"),
         (
@@ -110,20 +112,22 @@ def test_an_expression_takes_both_spellings_of_its_keys(words):
         ("kind = 'piecewise linear'\npoints = [[0, 0]]", "needs left_slope and right_slope, or a file"),
     ],
 )
-def test_keys_have_one_set_of_names(law, message):
-    assert message in refusal(law_of, law)
+def test_keys_have_one_set_of_names(nonlinearity, message):
+    assert message in refusal(nonlinearity_entry, nonlinearity)
 
 
-@pytest.mark.parametrize("law", ["kind = 'saturation'\ngain = 1\nlimit = 1\nwidth = 1", "kind = 'spring'\nrate = 1"])
-def test_what_is_not_close_is_not_proposed(law):
-    assert "did you mean" not in refusal(law_of, law)
+@pytest.mark.parametrize(
+    "nonlinearity", ["kind = 'saturation'\ngain = 1\nlimit = 1\nwidth = 1", "kind = 'spring'\nrate = 1"]
+)
+def test_what_is_not_close_is_not_proposed(nonlinearity):
+    assert "did you mean" not in refusal(nonlinearity_entry, nonlinearity)
 
 
 @pytest.mark.parametrize(
     "kind", ["backlash", "Hysteresis", "relay-hysteresis", "relay with hysteresis", "play", "stop", "preisach"]
 )
 def test_kinds_with_memory_are_told_from_typing_errors(kind):
-    said = refusal(law_of, f"kind = '{kind}'\nwidth = 1")
+    said = refusal(nonlinearity_entry, f"kind = '{kind}'\nwidth = 1")
     assert "has a memory" in said
     assert "memoryless nonlinearities" in said
     assert "did you mean" not in said

@@ -1,4 +1,4 @@
-"""lure.nonlinearities: laws given as formulas, and which of them are piecewise linear."""
+"""lure.nonlinearities: nonlinearities given as formulas, and which of them are piecewise linear."""
 
 import math
 from fractions import Fraction
@@ -11,7 +11,7 @@ from lure.nonlinearities import DeadZone, ExpressionNonlinearity, LeakyReLU, ReL
 
 
 @pytest.mark.parametrize(
-    ("text", "law"),
+    ("text", "nonlinearity"),
     [
         ("min(max(2*sigma, -1), 1)", Saturation(gain=2, limit=1)),
         ("sigma - max(min(sigma, 1), -1)", DeadZone(width=1, gain=1)),
@@ -23,15 +23,15 @@ from lure.nonlinearities import DeadZone, ExpressionNonlinearity, LeakyReLU, ReL
         ("0 if abs(sigma) <= 2 else sigma - 2*sign(sigma)", DeadZone(width=2, gain=1)),
     ],
 )
-def test_a_piecewise_linear_formula_is_recognised_exactly(text, law):
+def test_a_piecewise_linear_formula_is_recognised_exactly(text, nonlinearity):
     formula = ExpressionNonlinearity(text, sector=Sector(0, 5))
     assert formula.graph is not None
-    assert formula.graph.sector == law.sector
-    assert formula.graph.slope_bounds == law.slope_bounds
-    assert formula.breakpoints == law.breakpoints
+    assert formula.graph.sector == nonlinearity.sector
+    assert formula.graph.slope_bounds == nonlinearity.slope_bounds
+    assert formula.breakpoints == nonlinearity.breakpoints
     x = np.linspace(-4, 4, 81)
-    assert formula(x) == pytest.approx(law(x), abs=1e-12)
-    assert formula.primitive(x) == pytest.approx(law.primitive(x), abs=1e-12)
+    assert formula(x) == pytest.approx(nonlinearity(x), abs=1e-12)
+    assert formula.primitive(x) == pytest.approx(nonlinearity.primitive(x), abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -70,8 +70,8 @@ def test_many_nested_folds_are_given_up_rather_than_counted():
     "text", ["sin(sigma)", "tanh(100*sigma)", "exp(sigma) - 1", "cos(sigma) - 1", "sqrt(abs(sigma))"]
 )
 def test_formulas_that_vanish_at_zero_are_accepted(text):
-    law = ExpressionNonlinearity(text, sector=Sector(-math.inf, math.inf))
-    assert law(0.0) == 0
+    nonlinearity = ExpressionNonlinearity(text, sector=Sector(-math.inf, math.inf))
+    assert nonlinearity(0.0) == 0
 
 
 @pytest.mark.parametrize(
@@ -100,13 +100,13 @@ def test_what_is_declared_has_its_type():
 
 # int_0^x s/(1+s) = x - log(1+x)
 def test_the_primitive_of_a_formula_is_integrated():
-    law = ExpressionNonlinearity("sigma/(1 + abs(sigma))", sector=Sector(0, 1))
+    nonlinearity = ExpressionNonlinearity("sigma/(1 + abs(sigma))", sector=Sector(0, 1))
     x = np.array([[0.0, 1.0], [-2.5, 40.0]])
-    assert law.primitive(x) == pytest.approx(np.abs(x) - np.log1p(np.abs(x)), rel=1e-9)
-    assert law.slope(x) == pytest.approx(1 / (1 + np.abs(x)) ** 2, rel=1e-12)
+    assert nonlinearity.primitive(x) == pytest.approx(np.abs(x) - np.log1p(np.abs(x)), rel=1e-9)
+    assert nonlinearity.slope(x) == pytest.approx(1 / (1 + np.abs(x)) ** 2, rel=1e-12)
 
 
 def test_a_formula_without_its_variable_is_the_zero_law():
-    law = ExpressionNonlinearity("0", sector=Sector(0, 1))
-    assert law(np.ones(3)).tolist() == [0, 0, 0]
-    assert law.slope([1.0]).tolist() == [0]
+    nonlinearity = ExpressionNonlinearity("0", sector=Sector(0, 1))
+    assert nonlinearity(np.ones(3)).tolist() == [0, 0, 0]
+    assert nonlinearity.slope([1.0]).tolist() == [0]

@@ -1,4 +1,4 @@
-"""lure.nonlinearities: what is known of a law, what is only declared, and laws from tables."""
+"""lure.nonlinearities: what is known of a nonlinearity, what is only declared, and nonlinearities from tables."""
 
 import math
 from dataclasses import dataclass
@@ -25,10 +25,10 @@ from lure.nonlinearities import (
     Saturation,
     Tanh,
     check_declared,
-    law_class,
-    law_from_table,
+    nonlinearity_class,
+    nonlinearity_from_table,
     properties,
-    shifted_law,
+    shifted_nonlinearity,
 )
 from lure.rod import NormalCompliance
 
@@ -51,7 +51,7 @@ UNIT = Sector(0, 1)
 
 @dataclass(frozen=True)
 class Arctangent:
-    """A user's law, with what its user says of it."""
+    """A user's nonlinearity, with what its user says of it."""
 
     sector: Sector = UNIT
     slope_bounds: SlopeBounds | None = None
@@ -74,13 +74,13 @@ class Minimal:
 # Provenance.
 
 
-@pytest.mark.parametrize("law", LIBRARY, ids=str)
-def test_everything_about_a_law_of_the_library_is_checked(law):
-    known = properties(law)
+@pytest.mark.parametrize("nonlinearity", LIBRARY, ids=str)
+def test_everything_about_a_law_of_the_library_is_checked(nonlinearity):
+    known = properties(nonlinearity)
     for name in ("sector", "slope_bounds", "odd", "regularity"):
         found = getattr(known, name)
         assert found.provenance is Provenance.CHECKED
-        assert found.value == getattr(law, name)
+        assert found.value == getattr(nonlinearity, name)
         assert found.how
 
 
@@ -102,17 +102,19 @@ def test_a_class_that_inherits_from_a_law_is_on_its_own_word():
 
 
 def test_passing_the_sample_does_not_make_a_declaration_checked():
-    law = ExpressionNonlinearity("tanh(3*sigma)", sector=Sector(0, 3), slope_bounds=SlopeBounds(0, 3), odd=True)
-    check_declared(law)
-    assert properties(law).sector.provenance is Provenance.DECLARED
-    assert properties(law).regularity.value == "locally Lipschitz"
+    nonlinearity = ExpressionNonlinearity(
+        "tanh(3*sigma)", sector=Sector(0, 3), slope_bounds=SlopeBounds(0, 3), odd=True
+    )
+    check_declared(nonlinearity)
+    assert properties(nonlinearity).sector.provenance is Provenance.DECLARED
+    assert properties(nonlinearity).regularity.value == "locally Lipschitz"
 
 
 def test_a_piecewise_linear_formula_is_checked_exactly():
-    law = ExpressionNonlinearity(
+    nonlinearity = ExpressionNonlinearity(
         "min(max(2*sigma, -1), 1)", sector=Sector(0, 2), slope_bounds=SlopeBounds(0, 2), odd=True
     )
-    known = properties(law)
+    known = properties(nonlinearity)
     assert {p.provenance for p in (known.sector, known.slope_bounds, known.odd)} == {Provenance.CHECKED}
     assert known.sector.how.startswith("the formula is piecewise linear: exact")
     assert str(known.odd).startswith("True (checked: the formula")
@@ -138,53 +140,55 @@ def test_a_piecewise_linear_formula_is_checked_exactly():
     ],
 )
 def test_a_false_word_about_a_piecewise_linear_formula_is_never_used(declared, message):
-    law = ExpressionNonlinearity("min(max(2*sigma, -5), 3)", **declared)
-    for use in (properties, law_class):
+    nonlinearity = ExpressionNonlinearity("min(max(2*sigma, -5), 3)", **declared)
+    for use in (properties, nonlinearity_class):
         with pytest.raises(AssumptionError, match=message):
-            use(law)
+            use(nonlinearity)
 
 
 def test_a_shifted_law_keeps_the_standing_of_what_is_shifted():
-    user = properties(shifted_law(Arctangent(slope_bounds=SlopeBounds(0, 1), odd=True), Fraction(1, 2)))
+    user = properties(shifted_nonlinearity(Arctangent(slope_bounds=SlopeBounds(0, 1), odd=True), Fraction(1, 2)))
     assert user.sector.value == Sector(Fraction(-1, 2), Fraction(1, 2))
     assert user.sector.provenance is Provenance.DECLARED
     assert user.sector.how.endswith("; shifted by 0.5")
     assert user.odd.value is True
-    library = properties(shifted_law(Tanh(), 1))
+    library = properties(shifted_nonlinearity(Tanh(), 1))
     assert library.slope_bounds.value == SlopeBounds(-1, 0)
     assert library.slope_bounds.provenance is Provenance.CHECKED
 
 
-# The class of a law.
+# The class of a nonlinearity.
 
 
-@pytest.mark.parametrize("law", LIBRARY, ids=str)
-def test_the_class_of_a_law_is_its_tightest(law):
-    assert law_class(law) == NonlinearityClass(sector=law.sector, slope=law.slope_bounds, odd=law.odd)
+@pytest.mark.parametrize("nonlinearity", LIBRARY, ids=str)
+def test_the_class_of_a_law_is_its_tightest(nonlinearity):
+    assert nonlinearity_class(nonlinearity) == NonlinearityClass(
+        sector=nonlinearity.sector, slope=nonlinearity.slope_bounds, odd=nonlinearity.odd
+    )
 
 
 def test_a_declared_sector_is_narrowed_to_the_declared_slopes():
-    found = law_class(Arctangent(sector=Sector(-1, 3), slope_bounds=SlopeBounds(0, 1)))
+    found = nonlinearity_class(Arctangent(sector=Sector(-1, 3), slope_bounds=SlopeBounds(0, 1)))
     assert found == NonlinearityClass(sector=Sector(0, 1), slope=SlopeBounds(0, 1))
 
 
 def test_declarations_that_exclude_each_other_are_refused():
     with pytest.raises(InputError, match=r"^Sector needs lower < upper; got \[2, 1\]$"):
-        law_class(Arctangent(sector=Sector(2, 3), slope_bounds=SlopeBounds(0, 1)))
+        nonlinearity_class(Arctangent(sector=Sector(2, 3), slope_bounds=SlopeBounds(0, 1)))
 
 
 # Sampling.
 
 
-@pytest.mark.parametrize("law", LIBRARY, ids=str)
-def test_no_law_of_the_library_is_accused(law):
-    check_declared(law)
-    check_declared(law, samples=10, scale=1e-6)
-    check_declared(law, scale=1000)
+@pytest.mark.parametrize("nonlinearity", LIBRARY, ids=str)
+def test_no_law_of_the_library_is_accused(nonlinearity):
+    check_declared(nonlinearity)
+    check_declared(nonlinearity, samples=10, scale=1e-6)
+    check_declared(nonlinearity, scale=1000)
 
 
 @pytest.mark.parametrize(
-    ("law", "message"),
+    ("nonlinearity", "message"),
     [
         # arctan(s)/s = 0.95 at s = 0.394; the sample sees the supremum 1, near 0
         (
@@ -212,9 +216,9 @@ def test_no_law_of_the_library_is_accused(law):
         ),
     ],
 )
-def test_a_false_declaration_is_falsified_by_a_point(law, message):
+def test_a_false_declaration_is_falsified_by_a_point(nonlinearity, message):
     with pytest.raises(AssumptionError, match=message):
-        check_declared(law)
+        check_declared(nonlinearity)
 
 
 # sin(s)/s >= -0.2172336282..., at s = 4.4934: a bound 1e-4 higher is false; 30 samples a decade come within 3e-4 of it
@@ -227,10 +231,10 @@ def test_a_sector_between_zero_and_infinity_is_looked_at_too():
 
 @pytest.mark.parametrize("text", ["where(sigma > 0, 1 - exp(-sigma), 0)", "(1000 + tanh(sigma)) - 1000"])
 def test_rounding_is_not_taken_for_a_violation_of_a_formula(text):
-    law = ExpressionNonlinearity(text, sector=Sector(0, 1))
+    nonlinearity = ExpressionNonlinearity(text, sector=Sector(0, 1))
     x = np.logspace(-12, -9, 100)
-    assert (law(x) / x).max() > 1.00001  # in doubles; the law itself is below 1
-    check_declared(law)
+    assert (nonlinearity(x) / x).max() > 1.00001  # in doubles; the nonlinearity itself is below 1
+    check_declared(nonlinearity)
 
 
 def test_rounding_is_not_taken_for_a_violation_of_a_users_law():
@@ -242,7 +246,7 @@ def test_rounding_is_not_taken_for_a_violation_of_a_users_law():
             return 1 - np.exp(-np.maximum(np.asarray(sigma, dtype=float), 0))
 
     x = np.logspace(-12, -9, 100)
-    assert (Charging()(x) / x).max() > 1.00001  # in doubles; the law itself is below 1
+    assert (Charging()(x) / x).max() > 1.00001  # in doubles; the nonlinearity itself is below 1
     check_declared(Charging())
 
 
@@ -295,7 +299,7 @@ def test_settings_of_the_sample_are_checked(options, message):
 
 
 @pytest.mark.parametrize(
-    ("kind", "values", "law"),
+    ("kind", "values", "nonlinearity"),
     [
         ("saturation", {"gain": 2, "limit": Decimal("0.1")}, Saturation(gain=2, limit=Fraction(1, 10))),
         ("Saturation", {"slope": 2, "limit": 3, "lower_limit": 0}, Saturation(gain=2, limit=3, lower_limit=0)),
@@ -322,18 +326,18 @@ def test_settings_of_the_sample_are_checked(options, message):
     ],
     ids=str,
 )
-def test_a_table_makes_the_law(kind, values, law):
-    assert law_from_table(kind, values) == law
+def test_a_table_makes_the_law(kind, values, nonlinearity):
+    assert nonlinearity_from_table(kind, values) == nonlinearity
 
 
 def test_every_kind_is_made_from_what_it_says_it_needs():
-    law = law_from_table("normal compliance", {"stiffness": Decimal("0.1"), "exponent": 2})
-    assert law.exact_stiffness == Fraction(1, 10)
+    nonlinearity = nonlinearity_from_table("normal compliance", {"stiffness": Decimal("0.1"), "exponent": 2})
+    assert nonlinearity.exact_stiffness == Fraction(1, 10)
     assert len(LAW_KINDS) == 12
     for kind in LAW_KINDS:
         if kind not in ("tanh", "relu"):
             with pytest.raises(InputError, match=rf"^the nonlinearity '{kind}' needs |^the ideal relay jumps"):
-                law_from_table(kind, {})
+                nonlinearity_from_table(kind, {})
 
 
 @pytest.mark.parametrize(
@@ -389,4 +393,4 @@ def test_every_kind_is_made_from_what_it_says_it_needs():
 )
 def test_a_wrong_table_is_refused_in_a_sentence(kind, values, message):
     with pytest.raises(InputError, match=message):
-        law_from_table(kind, values)
+        nonlinearity_from_table(kind, values)
