@@ -32,12 +32,12 @@ class Plant(NamedTuple):
 class Channels(NamedTuple):
     """The class of each channel; ``repeated``: all channels have the same nonlinearity."""
 
-    nonlinearities: list[states.Nonlinearities]
+    families: list[states.Family]
     repeated: bool
 
     def bounds(self, i: int) -> tuple[Any, Any]:
         """Bounds of ``phi_i(sigma)/sigma``: those of the sector and, as ``phi_i(0) = 0``, those of the slope."""
-        sector, slope = self.nonlinearities[i].sector, self.nonlinearities[i].slope
+        sector, slope = self.families[i].sector, self.families[i].slope
         return max(sector[0], slope[0]), min(sector[1], slope[1])
 
 
@@ -57,20 +57,20 @@ def channels(data: Any, m: int) -> Channels:
     """The classes of a certificate, one for each channel."""
     given, repeated = fields(data, "channels", "repeated")
     form(isinstance(given, list) and len(given) == m and type(repeated) is bool, f"{m} classes are needed, in order")
-    nonlinearities = [states.classes(one) for one in given]
+    families = [states.classes(one) for one in given]
     form(not repeated or all(one == given[0] for one in given), "a repeated nonlinearity has one class")
-    return Channels(nonlinearities, repeated)
+    return Channels(families, repeated)
 
 
 def examined(
-    verdict: str, name: str, data: Any, system: Any, given: Any, nonlinearity: Any, proof: Any
+    verdict: str, name: str, data: Any, system: Any, given: Any, phi: Any, proof: Any
 ) -> tuple[bool, int, dict[str, str], str]:
     """Whether it is a proof, and what follows; 0: 0 attracts, 1: some motion moves on, 2: other equilibria, 3: no loop.
 
     And how every hypothesis was found to hold, and what is assumed.
     """
     asked = channels(given, len(plant(system).D))
-    need(nonlinearity is None, "no nonlinearity is given beside several classes")
+    need(phi is None, "no nonlinearity is given beside several classes")
     facts = {"class": described(asked)}
     if verdict == "PROVED":
         found, assumed = proved(name, data, system, asked, proof)
@@ -82,9 +82,7 @@ def examined(
 
 def described(asked: Channels) -> str:
     """The classes in words."""
-    words = "; ".join(
-        f"channel {i}: {states.described(nonlinearities)}" for i, nonlinearities in enumerate(asked.nonlinearities, 1)
-    )
+    words = "; ".join(f"channel {i}: {states.described(family)}" for i, family in enumerate(asked.families, 1))
     return f"{words}; one nonlinearity in all channels" if asked.repeated else words
 
 
@@ -107,8 +105,7 @@ def well_posed(D: Rows, asked: Channels) -> tuple[str, str]:
     if ordered(D):
         return "sigma is given channel after channel: D has no cycle", ""
     inside = (
-        asked.bounds(i)[0] <= nonlinearities.slope[0] and nonlinearities.slope[1] <= asked.bounds(i)[1]
-        for i, nonlinearities in _each(asked)
+        asked.bounds(i)[0] <= family.slope[0] and family.slope[1] <= asked.bounds(i)[1] for i, family in _each(asked)
     )
     if all(inside):
         return "the inequality at x = 0 bounds differences of solutions, the slopes being in the same bounds", ""
@@ -116,7 +113,7 @@ def well_posed(D: Rows, asked: Channels) -> tuple[str, str]:
 
 
 def _each(asked: Channels) -> Any:
-    return enumerate(asked.nonlinearities)
+    return enumerate(asked.families)
 
 
 def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
@@ -132,13 +129,10 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     weights, theta = numbers(given[0], m), numbers(given[1], m) if popov else [ZERO] * m
     need(min(weights) >= 0, "a weight lambda is negative")
     need(not (popov and H.discrete), "diagonal-popov is for continuous time")
-    for i, nonlinearities in _each(asked):
+    for i, family in _each(asked):
         need(INF not in map(abs, asked.bounds(i)), f"channel {i + 1} has no finite bounds")
-        need(not nonlinearities.rough, "locally Lipschitz nonlinearities are needed")
-        need(
-            not theta[i] or not nonlinearities.varying,
-            f"theta_{i + 1} needs a nonlinearity that does not depend on time",
-        )
+        need(not family.rough, "locally Lipschitz nonlinearities are needed")
+        need(not theta[i] or not family.varying, f"theta_{i + 1} needs a nonlinearity that does not depend on time")
         need(not theta[i] or not any(H.D[i]), f"theta_{i + 1} needs sigma_{i + 1} to be a function of the state alone")
     method, rows, exponent = fields(proof, "method", "P", "exponent")
     form(method == "matrix", "several nonlinearities are proved by a matrix")

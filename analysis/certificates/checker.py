@@ -131,12 +131,10 @@ def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, F
     return number(theta) if not discrete else ZERO, terms
 
 
-def inequality(
-    name: str, data: Any, B: Block, nonlinearities: states.Nonlinearities
-) -> tuple[Form, int, bool, dict[str, str]]:
+def inequality(name: str, data: Any, B: Block, family: states.Family) -> tuple[Form, int, bool, dict[str, str]]:
     """``F``, its full degree, whether the case is critical, and the hypotheses, of the frequency criterion ``name``."""
     slopes, mirror = name in SLOPED, name == "circle" and data == {"mirrored": True}
-    (l, k), (low, high) = nonlinearities.slope if slopes else nonlinearities.sector, nonlinearities.slope
+    (l, k), (low, high) = family.slope if slopes else family.sector, family.slope
     form(not mirror or data["mirrored"] is True, "mirrored is true or absent")
     if mirror:  # phi in [l, k] for H is -phi in [-k, -l] for -H
         B, l, k, data = mirrored(B), -k, -l, {}
@@ -148,16 +146,16 @@ def inequality(
     need(timed, f"{name} is not for {'discrete' if B.discrete else 'continuous'} time")
     need(not critical or name == "popov" or (name == "circle" and not B.delayed), f"{name} does not cover a pole at 0")
     need(not B.delayed or name in ("circle", "popov"), f"{name} does not cover dead time")
-    need(name == "circle" or not nonlinearities.varying, f"{name} is about nonlinearities that do not depend on time")
+    need(name == "circle" or not family.varying, f"{name} is about nonlinearities that do not depend on time")
     need(name[:7] != "tsypkin" or (low >= l and (D >= 0 or high <= k)), "slopes >= l are needed, <= k if H(inf) < 0")
     need(name != "jury-lee" or (high <= k and (D <= 0 or low >= l)), "slopes <= k are needed, and >= l if H(inf) > 0")
     m, p, e, r, odd = multiplier(name, data, B, k == INF)
-    need(not odd or nonlinearities.odd, "this multiplier needs odd nonlinearities")
+    need(not odd or family.odd, "this multiplier needs odd nonlinearities")
     cross, square = B.n * d.conjugate(), d * d.conjugate()
     F, full = (m + e) * cross, 2 * B.order + max(n for _, n in p)
     if w:
         F = real(w) * F + m * square + real(-w * w) * r * B.n * B.n.conjugate()
-    elif mirror or nonlinearities.endless[slopes]:  # nonlinearities without an upper bound
+    elif mirror or family.endless[slopes]:  # nonlinearities without an upper bound
         theta = m.get((ZERO, 1), (ZERO, ZERO))[1]
         common = exact.chain(exact.primitive(exact.ascending(B.n)), exact.primitive(exact.ascending(d)))[-1]
         direct = D > 0 and name == "popov"
@@ -175,14 +173,10 @@ def inequality(
     return F, full, critical, facts
 
 
-def unbounded(name: str, data: Any, nonlinearities: states.Nonlinearities) -> bool:
+def unbounded(name: str, data: Any, family: states.Family) -> bool:
     """Whether the upper bound stands for every finite one."""
     which = name in SLOPED
-    return (
-        (nonlinearities.sector, nonlinearities.slope)[which][1] == INF
-        and not nonlinearities.endless[which]
-        and data != {"mirrored": True}
-    )
+    return (family.sector, family.slope)[which][1] == INF and not family.endless[which] and data != {"mirrored": True}
 
 
 def polynomial_proof(F: Form, *, critical: bool, bounded: bool) -> dict[str, Any]:
@@ -217,36 +211,29 @@ def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any) -> di
     return {"inequality": f"F, of degree {degree} in omega, has no root in [0, inf) and a positive leading coefficient"}
 
 
-def by_matrix(
-    name: str, data: Any, system: Any, nonlinearities: states.Nonlinearities, proof: Any
-) -> tuple[bool, dict[str, str]]:
+def by_matrix(name: str, data: Any, system: Any, family: states.Family, proof: Any) -> tuple[bool, dict[str, str]]:
     """Circle or Popov by a matrix inequality: whether critical, and the hypotheses."""
-    need(name == "circle" or (name == "popov" and not nonlinearities.varying), "this theorem has no matrix proof here")
-    theta, (l, k) = (
-        number(*fields(data, "theta")) if name == "popov" else ZERO * len(fields(data)),
-        nonlinearities.sector,
-    )
+    need(name == "circle" or (name == "popov" and not family.varying), "this theorem has no matrix proof here")
+    theta, (l, k) = (number(*fields(data, "theta")) if name == "popov" else ZERO * len(fields(data)), family.sector)
     need(abs(l) != INF, "the lower bound is infinite")
     A, b, c, d, discrete = realised(system, l)
     w = None if k == INF else k - l
     posed((1 + w * d > 0 if w else d >= 0) and not (discrete and name == "popov"), "1 + g H(inf) vanishes in the class")
-    need(w is not None or theta >= 0 or not nonlinearities.endless[0], "without an upper bound theta >= 0 is needed")
+    need(w is not None or theta >= 0 or not family.endless[0], "without an upper bound theta >= 0 is needed")
     facts = states.matrix_facts(A, b, c, d, w, theta, discrete, proof)
     facts["well-posed"] = f"1 + g H(inf) does not vanish in the class, H(inf) = {d} after the shift"
     return proof["zero"] is not None, facts
 
 
-def structure(name: str, data: Any, system: Any, nonlinearities: states.Nonlinearities) -> tuple[str, dict[str, str]]:
+def structure(name: str, data: Any, system: Any, family: states.Family) -> tuple[str, dict[str, str]]:
     """The rod and its scheme, from inequalities proved for every number of cells: conclusion and hypotheses."""
-    (E, rho, L, area, k, N), (l, K) = rod(system), nonlinearities.sector
+    (E, rho, L, area, k, N), (l, K) = rod(system), family.sector
     Z2 = area * area * rho * E
     need(k > 0 and l >= 0, "k > 0 and a sector from 0 on are needed")
     facts = {
         "dissipation": f"k = {k} > 0, so that |a| < 1: zero is a simple eigenvalue, its residue A/k = {area / k} > 0"
     }
-    need(
-        name == "rod-circle" or not nonlinearities.varying, f"{name} is about nonlinearities that do not depend on time"
-    )
+    need(name == "rod-circle" or not family.varying, f"{name} is about nonlinearities that do not depend on time")
     if name == "rod-energy":
         fields(data)
         if N:
@@ -257,22 +244,22 @@ def structure(name: str, data: Any, system: Any, nonlinearities: states.Nonlinea
     if name == "rod-popov":  # |sin psi|/omega <= 2 T and 1 - a^2 R^2 >= 1 - a^2
         theta, least = number(*fields(data, "theta")), L * abs(k * k - Z2) / (k * area * E)
         need(
-            theta >= least and (theta > least or K != INF or not nonlinearities.endless[0]),
+            theta >= least and (theta > least or K != INF or not family.endless[0]),
             f"theta is below {least}, or equal to it without an upper bound",
         )
         facts["inequality"] = f"theta = {theta} against 4 |a| T/(1 - a^2) = L |k^2 - Z^2|/(k A E) = {least}"
     else:
         need(name == "rod-circle" and fields(data) == [], f"there is no theorem {name!r:.40} for the rod")
         reach = E / L * min(k * k, Z2) / abs(k * k - Z2) if k * k != Z2 else INF
-        need(reach > K or (K == INF == reach and not nonlinearities.endless[0]), f"the sector must end below {reach}")
+        need(reach > K or (K == INF == reach and not family.endless[0]), f"the sector must end below {reach}")
         facts["inequality"] = f"K = {K} against (1 - |a|)^2/(4 |a| d T) = (E/L) min(k, Z)^2/|k^2 - Z^2| = {reach}"
-    return (CONVERGES if not nonlinearities.varying else BOUNDED) if N else INEQUALITY, facts
+    return (CONVERGES if not family.varying else BOUNDED) if N else INEQUALITY, facts
 
 
-def linear(B: Block, nonlinearities: states.Nonlinearities) -> dict[str, str]:
+def linear(B: Block, family: states.Family) -> dict[str, str]:
     """Every constant gain: at the roots of ``Im n d*``, where ``d + g n`` could vanish, ``|d|^2 + g Re n d* > 0``."""
-    (l, k), one = nonlinearities.sector, [1]
-    ok = nonlinearities.linear and abs(l) != INF and not B.delayed and not nonlinearities.rough
+    (l, k), one = family.sector, [1]
+    ok = family.linear and abs(l) != INF and not B.delayed and not family.rough
     need(ok, "it is about constant gains from a finite lower bound on")
     d, critical, stable = shifted(B, l)
     need(not critical, "d + l n has a root at 0", exact.Critical)
@@ -289,13 +276,10 @@ def linear(B: Block, nonlinearities: states.Nonlinearities) -> dict[str, str]:
     return {"stable": stable, "gains": found}
 
 
-def counterexample(system: Any, nonlinearities: states.Nonlinearities, proof: Any) -> tuple[str, dict[str, str]]:
+def counterexample(system: Any, family: states.Family, proof: Any) -> tuple[str, dict[str, str]]:
     """A law of the class and a motion that does not come to rest at 0: conclusion and findings."""
-    method, low, high = (
-        proof["method"],
-        max(nonlinearities.sector[0], nonlinearities.slope[0]),
-        min(nonlinearities.sector[1], nonlinearities.slope[1]),
-    )
+    method = proof["method"]
+    low, high = max(family.sector[0], family.slope[0]), min(family.sector[1], family.slope[1])
     if method == "structure":
         fields(proof, "method")
         E, rho, _, area, k, _ = rod(system)
@@ -307,17 +291,17 @@ def counterexample(system: Any, nonlinearities: states.Nonlinearities, proof: An
         }
     if method == "flow-orbit":
         need(realised(system, ZERO)[4] is False, "flow-orbit is about continuous time")
-        return MOVES, states.flow_orbit(realised(system, ZERO)[:4], nonlinearities, proof)
+        return MOVES, states.flow_orbit(realised(system, ZERO)[:4], family, proof)
     if method == "switched-gain":
         *parts, discrete = realised(system, ZERO)
-        return MOVES, states.switched_gain(parts, discrete, nonlinearities, proof)
+        return MOVES, states.switched_gain(parts, discrete, family, proof)
     if method == "matrix-gain":
-        return MOVES, states.matrix_gain(lambda g: realised(system, g), nonlinearities, proof)
+        return MOVES, states.matrix_gain(lambda g: realised(system, g), family, proof)
     B = block(system)
     critical = critical_end(B, low, high)
     if method == "orbit":
         need(B.discrete, "orbit is about discrete time")
-        facts = states.orbit(system, nonlinearities, proof, critical)
+        facts = states.orbit(system, family, proof, critical)
         return (OTHERS if "equilibrium" in facts["orbit"] else MOVES), facts
     if method == "crossing":
         _, gains, frequencies = fields(proof, "method", "gains", "frequencies")
@@ -357,54 +341,52 @@ def counterexample(system: Any, nonlinearities: states.Nonlinearities, proof: An
 def examine(certificate: Any) -> tuple[type[Proved] | type[Refuted], str, dict[str, str], str]:
     """What a certificate shows: kind, conclusion, how every hypothesis was found to hold, and what is assumed."""
     head = fields(certificate, *HEAD.split())
-    version, verdict, convention, origin, system, given, nonlinearity, name, data, _, _, proof = head
+    version, verdict, convention, origin, system, given, phi, name, data, _, _, proof = head
     form((version, convention) == (FORMAT, CONVENTION), f"format or convention is not that of {FORMAT}")
     form(origin in ORIGINS and verdict in ("PROVED", "REFUTED"), "numbers or verdict is not of those there are")
     form(isinstance(name, str) and name.isascii() and name.isprintable(), "the theorem is no name")
     form(isinstance(system, dict) and isinstance(proof, dict) and "method" in proof, "system or proof is missing")
-    form(nonlinearity is None or isinstance(nonlinearity, dict), "the nonlinearity is neither null nor an object")
+    form(phi is None or isinstance(phi, dict), "the nonlinearity is neither null nor an object")
     if isinstance(given, dict) and "channels" in given:
-        kind, end, found, assumed = channels.examined(verdict, name, data, system, given, nonlinearity, proof)
+        kind, end, found, assumed = channels.examined(verdict, name, data, system, given, phi, proof)
         return (Proved if kind else Refuted), (ATTRACTS, MOVES, OTHERS, UNSOLVABLE)[end], found, assumed
-    nonlinearities = states.classes(given)
-    facts, slopes = {"class": states.described(nonlinearities)}, list[Fraction]()
-    if nonlinearity is not None:
-        facts["law"], slopes = states.known(nonlinearity, nonlinearities)
+    family = states.classes(given)
+    facts, slopes = {"class": states.described(family)}, list[Fraction]()
+    if phi is not None:
+        facts["law"], slopes = states.known(phi, family)
     if verdict == "REFUTED":
         need(
-            (name, data, nonlinearity) == ("counterexample", {}, None),
+            (name, data, phi) == ("counterexample", {}, None),
             "a refutation is a counterexample, of no given nonlinearity",
         )
-        conclusion, found = counterexample(system, nonlinearities, proof)
+        conclusion, found = counterexample(system, family, proof)
         return Refuted, conclusion, facts | found, ""
     if name.startswith("rod-"):
         fields(proof, "method")
         need(
-            proof["method"] == "structure" and not nonlinearities.rough,
+            proof["method"] == "structure" and not family.rough,
             "the rod is proved by structure, for continuous nonlinearities",
         )
-        conclusion, found = structure(name, data, system, nonlinearities)
+        conclusion, found = structure(name, data, system, family)
         return Proved, conclusion, facts | found, ""
     need(proof["method"] in ("polynomial", "cover", "matrix"), f"there is no proof by {proof['method']!r:.40}")
     if name == "hurwitz":
         need(fields(data) == [] and proof == {"method": "polynomial"}, "constant gains are proved by polynomials")
-        return Proved, LINEAR, facts | linear(block(system), nonlinearities), ""
+        return Proved, LINEAR, facts | linear(block(system), family), ""
     if proof["method"] == "matrix":
-        critical, found = by_matrix(name, data, system, nonlinearities, proof)
+        critical, found = by_matrix(name, data, system, family, proof)
         direct, discrete, delayed = *realised(system, ZERO)[3:], False
     else:
         B = block(system)
-        F, full, critical, found = inequality(name, data, B, nonlinearities)
-        found |= on_axis(F, full, critical, not unbounded(name, data, nonlinearities), proof)
+        F, full, critical, found = inequality(name, data, B, family)
+        found |= on_axis(F, full, critical, not unbounded(name, data, family), proof)
         direct, discrete, delayed = B.direct, B.discrete, B.delayed
-    states.regular(nonlinearities, discrete and not direct and not critical and name == "circle")
-    found |= states.solvable(direct, nonlinearities, slopes) if name == "popov" else {}
+    states.regular(family, discrete and not direct and not critical and name == "circle")
+    found |= states.solvable(direct, family, slopes) if name == "popov" else {}
     if found.get("solvable") == states.SOLVABLE:
         facts["class"] += ", with sigma + H(inf) phi(sigma) increasing and its inverse locally Lipschitz"
-    conclusion = (
-        (BOUNDED if nonlinearities.varying else CONVERGES) if critical else FINITE_ENERGY if delayed else ATTRACTS
-    )
-    return Proved, conclusion, facts | found, states.assumed(name, direct, nonlinearities)
+    conclusion = (BOUNDED if family.varying else CONVERGES) if critical else FINITE_ENERGY if delayed else ATTRACTS
+    return Proved, conclusion, facts | found, states.assumed(name, direct, family)
 
 
 def check(data: str | bytes | Mapping[str, Any], *, seconds: float = 600, draft: bool = False) -> Proved | Refuted:

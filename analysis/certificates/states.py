@@ -20,7 +20,7 @@ REGULAR = "locally Lipschitz"
 TERMS, DEEPEST = 12, 48  # of Taylor's formula; halvings of a stay
 
 
-class Nonlinearities(NamedTuple):
+class Family(NamedTuple):
     """A class of nonlinearities."""
 
     sector: tuple[Any, Any]
@@ -32,7 +32,7 @@ class Nonlinearities(NamedTuple):
     rough: bool = False  # of any regularity, else locally Lipschitz
 
 
-def classes(data: Any) -> Nonlinearities:
+def classes(data: Any) -> Family:
     """The class of nonlinearities of a certificate."""
     keys = [
         *["sector", "slope", "odd", "time_varying", "linear"],
@@ -51,7 +51,7 @@ def classes(data: Any) -> Nonlinearities:
         max(bounds[0][0], bounds[1][0]) <= min(bounds[0][1], bounds[1][1]),
         "no nonlinearity has both the sector and the slopes",
     )
-    return Nonlinearities(
+    return Family(
         bounds[0],
         bounds[1],
         (sector[1] == "inf", slope is None or slope[1] == "inf"),
@@ -62,29 +62,20 @@ def classes(data: Any) -> Nonlinearities:
     )
 
 
-def regular(nonlinearities: Nonlinearities, without: bool) -> None:
+def regular(family: Family, without: bool) -> None:
     """Whether the proof holds for phi that jump: then the next state is defined, and V falls, whatever phi is."""
     need(
-        not nonlinearities.rough or without,
+        not family.rough or without,
         "locally Lipschitz nonlinearities are needed: this is no circle criterion in discrete time "
         "with H(inf) = 0 and no root at z = 1",
     )
 
 
-def described(nonlinearities: Nonlinearities) -> str:
+def described(family: Family) -> str:
     """The class of nonlinearities in words."""
-    kind = (
-        "constant gains"
-        if nonlinearities.linear
-        else "time-varying laws"
-        if nonlinearities.varying
-        else "time-invariant laws"
-    )
-    words = [
-        f"all {'odd ' * nonlinearities.odd}{kind} with phi(0) = 0, "
-        f"{'continuous or not' if nonlinearities.rough else REGULAR}"
-    ]
-    for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), nonlinearities[:2], nonlinearities.endless):
+    kind = "constant gains" if family.linear else "time-varying laws" if family.varying else "time-invariant laws"
+    words = [f"all {'odd ' * family.odd}{kind} with phi(0) = 0, {'continuous or not' if family.rough else REGULAR}"]
+    for name, (l, k), endless in zip(("phi(sigma)/sigma", "slope"), family[:2], family.endless):
         near = "" if abs(k) == INF or k.denominator < 10**6 else f" (about {float(k):.9g})"
         top = "without upper bound" if endless else "up to any finite bound" if k == INF else f"up to {k}{near}"
         words += [f"{name} from {l} {top}"] * (l != -INF or k != INF or not endless)
@@ -103,20 +94,15 @@ class Graph(NamedTuple):
         s, w = self.knots[max(i - 1, 0)]
         return w + self.slopes[i] * (x - s)
 
-    def member(self, nonlinearities: Nonlinearities) -> bool:
+    def member(self, family: Family) -> bool:
         """Whether it lies in the class: chords between knots are monotone, next to 0 and far out slopes."""
         odd = self.slopes[0] == self.slopes[-1] and all(self.at(-x) == -w for x, w in self.knots)
         i = [x for x, _ in self.knots].index(ZERO)
         chords = [self.slopes[j] for j in (0, i, i + 1, -1)] + [w / x for x, w in self.knots if x]
         inside = all(
-            a <= min(x) and max(x) <= b
-            for x, (a, b) in ((chords, nonlinearities.sector), (self.slopes, nonlinearities.slope))
+            a <= min(x) and max(x) <= b for x, (a, b) in ((chords, family.sector), (self.slopes, family.slope))
         )
-        return (
-            inside
-            and (odd or not nonlinearities.odd)
-            and (not nonlinearities.linear or min(self.slopes) == max(self.slopes))
-        )
+        return inside and (odd or not family.odd) and (not family.linear or min(self.slopes) == max(self.slopes))
 
 
 def piecewise(points: Any, left: Any, right: Any) -> Graph:
@@ -128,46 +114,43 @@ def piecewise(points: Any, left: Any, right: Any) -> Graph:
     return Graph(knots, [number(left), *((q[1] - p[1]) / (q[0] - p[0]) for p, q in pairwise(knots)), number(right)])
 
 
-def known(nonlinearity: Any, nonlinearities: Nonlinearities) -> tuple[str, list[Fraction]]:
+def known(phi: Any, family: Family) -> tuple[str, list[Fraction]]:
     """One nonlinearity, in the class: how that was found, and slopes of which all of its slopes are means."""
-    if nonlinearity.get("kind") == "tanh":
-        height, rate = (number(x) for x in fields(nonlinearity, "kind", "height", "rate")[1:])
+    if phi.get("kind") == "tanh":
+        height, rate = (number(x) for x in fields(phi, "kind", "height", "rate")[1:])
         top = height * rate  # slopes and chords fill (0, top]
-        inside = (
-            all(a <= 0 and top <= b for a, b in (nonlinearities.sector, nonlinearities.slope))
-            and not nonlinearities.linear
-        )
+        inside = all(a <= 0 and top <= b for a, b in (family.sector, family.slope)) and not family.linear
         need(height > 0 and rate > 0 and inside, "the nonlinearity is not in the class")
         return f"{height} tanh({rate} sigma) has slopes and chords in (0, {top}] and is odd", [ZERO, top]
-    kind, *given = fields(nonlinearity, "kind", "points", "left", "right")
+    kind, *given = fields(phi, "kind", "points", "left", "right")
     form(kind == "piecewise-linear", "a nonlinearity is piecewise-linear or tanh")
     found = piecewise(*given)
-    need(found.member(nonlinearities), "the nonlinearity is not in the class")
+    need(found.member(family), "the nonlinearity is not in the class")
     return "piecewise linear through the given points: its slopes and chords lie within the bounds", found.slopes
 
 
-def solvable(direct: Fraction, nonlinearities: Nonlinearities, slopes: list[Fraction]) -> dict[str, str]:
+def solvable(direct: Fraction, family: Family, slopes: list[Fraction]) -> dict[str, str]:
     """Whether ``y = sigma + H(inf) phi(sigma)`` determines ``sigma``, ``slopes`` being those of a given nonlinearity.
 
     ``1 + s H(inf)`` must have the sign it has at the lower bound of the sector for every slope ``s``.
     """
     if not direct:
         return {}
-    need(keeps(direct, nonlinearities, slopes), "1 + slope H(inf) changes its sign over the slopes of the nonlinearity")
-    shown = keeps(direct, nonlinearities, nonlinearities.slope)
+    need(keeps(direct, family, slopes), "1 + slope H(inf) changes its sign over the slopes of the nonlinearity")
+    shown = keeps(direct, family, family.slope)
     return {"solvable": "1 + slope H(inf) keeps its sign over the class" if shown else SOLVABLE}
 
 
-def keeps(direct: Fraction, nonlinearities: Nonlinearities, slopes: Any) -> bool:
+def keeps(direct: Fraction, family: Family, slopes: Any) -> bool:
     """Whether ``1 + s H(inf)`` keeps the sign it has at the lower bound of the sector for slopes between bounds."""
-    ends = (nonlinearities.sector[0], *slopes)
+    ends = (family.sector[0], *slopes)
     signs = [1 + s * direct for s in ends] if INF not in map(abs, ends) else [-1, 1]
     return bool(min(signs) > 0 or max(signs) < 0)
 
 
-def assumed(name: str, direct: Fraction, nonlinearities: Nonlinearities) -> str:
+def assumed(name: str, direct: Fraction, family: Family) -> str:
     """What the theorem ``name`` assumes of phi beyond its class, so that the loop has solutions; empty if nothing."""
-    if not direct or nonlinearities.linear or keeps(direct, nonlinearities, nonlinearities.slope):
+    if not direct or family.linear or keeps(direct, family, family.slope):
         return ""
     if name == "popov":
         return f"sigma + D phi(sigma), D = {direct}, is increasing with a locally Lipschitz inverse"
@@ -239,7 +222,7 @@ def matrix_facts(A: Any, b: Any, c: Any, d: Any, width: Any, theta: Any, discret
     return facts if zero is None else facts | {"residue": f"rho = {rho} > 0, and the zero eigenvalue is simple"}
 
 
-def matrix_gain(closed: Any, nonlinearities: Nonlinearities, proof: Any) -> dict[str, str]:
+def matrix_gain(closed: Any, family: Family, proof: Any) -> dict[str, str]:
     """A gain ``g`` with a motion that grows: ``V = x'Px`` falls along every motion, and is negative at the start.
 
     ``V <= V(0) < 0`` keeps the motion away from 0, so that ``V``, a quadratic form, falls without end.
@@ -247,10 +230,7 @@ def matrix_gain(closed: Any, nonlinearities: Nonlinearities, proof: Any) -> dict
     """
     _, gain, rows, start = fields(proof, "method", "gain", "P", "start")
     g, v = number(gain), numbers(start)
-    need(
-        all(low <= g <= high for low, high in (nonlinearities.sector, nonlinearities.slope)),
-        "the gain is outside the class",
-    )
+    need(all(low <= g <= high for low, high in (family.sector, family.slope)), "the gain is outside the class")
     A, *_, discrete = closed(g)
     P, a, At = symmetric(rows, [*zip(*A)], len(A))
     form(len(v) == len(A), f"the start is no list of {len(A)} numbers")
@@ -260,10 +240,10 @@ def matrix_gain(closed: Any, nonlinearities: Nonlinearities, proof: Any) -> dict
     return {"growth": f"V = x^T P x, {falls} for x != 0 (order {len(A)}, g = {g}), and V < 0 at the start: it grows"}
 
 
-def chords(nonlinearity: Graph) -> list[Fraction]:
+def chords(phi: Graph) -> list[Fraction]:
     """Phi(sigma)/sigma is monotone between knots, and a slope next to 0 and far out."""
-    i = [x for x, _ in nonlinearity.knots].index(ZERO)
-    return [nonlinearity.slopes[j] for j in (0, i, i + 1, -1)] + [w / x for x, w in nonlinearity.knots if x]
+    i = [x for x, _ in phi.knots].index(ZERO)
+    return [phi.slopes[j] for j in (0, i, i + 1, -1)] + [w / x for x, w in phi.knots if x]
 
 
 def gained(A: Any, b: Any, f: Any) -> list[list[Fraction]]:
@@ -271,16 +251,16 @@ def gained(A: Any, b: Any, f: Any) -> list[list[Fraction]]:
     return [[x - v * y for x, y in zip(row, f)] for row, v in zip(A, b)]
 
 
-def switched_gain(realised: Any, discrete: bool, nonlinearities: Nonlinearities, proof: Any) -> dict[str, str]:
+def switched_gain(realised: Any, discrete: bool, family: Family, proof: Any) -> dict[str, str]:
     """Gains that repeat: with no eigenvalue of the period's ``M`` outside the unit disc, ``|trace M^N| <= n``."""
     fields(proof, "method", "gains", "squarings", "bits", *([] if discrete else ["times"]))
     (A, b, c, d), gains = realised, numbers(proof["gains"])
     bits, m, times = integer(proof["bits"], 64, 4096), integer(proof["squarings"], 0, 64), [Fraction(1)] * len(gains)
     times = times if discrete else numbers(proof["times"], len(gains))
     need(0 < len(b) <= 64 and all(t > 0 for t in times), "orders 1 to 64 and times > 0 are needed")
-    need(nonlinearities.varying and not nonlinearities.linear, "the nonlinearities of the class do not vary")
+    need(family.varying and not family.linear, "the nonlinearities of the class do not vary")
     need(
-        all(low <= g <= high for g in gains for low, high in (nonlinearities.sector, nonlinearities.slope)),
+        all(low <= g <= high for g in gains for low, high in (family.sector, family.slope)),
         "a gain is outside the class",
     )
     need(all(1 + g * d != 0 for g in gains), "1 + g H(inf) = 0", IllPosed)
@@ -295,21 +275,18 @@ def switched_gain(realised: Any, discrete: bool, nonlinearities: Nonlinearities,
     return {"growth": f"|trace M^(2^{m})| > {len(b)} for the period of {len(gains)} gains, so some motion grows"}
 
 
-def orbit(system: Any, nonlinearities: Nonlinearities, proof: Any, critical: bool) -> dict[str, str]:
+def orbit(system: Any, family: Family, proof: Any, critical: bool) -> dict[str, str]:
     """An orbit in discrete time, exactly: ``sum d_j sigma[t-j] = sum n_j u[t-j]`` and ``u = -phi(sigma)``."""
     points, left, right, u, sigma = fields(proof, "method", "points", "left", "right", "u", "sigma")[1:]
-    nonlinearity, u = piecewise(points, left, right), numbers(u)
+    phi, u = piecewise(points, left, right), numbers(u)
     n, d, sigma = numbers(system["numerator"]), numbers(system["denominator"]), numbers(sigma, len(u))
     n, p = [ZERO] * (len(d) - len(n)) + n, len(u)
-    need(nonlinearity.member(nonlinearities), "the nonlinearity is not in the class")
-    direct = [
-        1 + g * n[0] / d[0]
-        for g in (chords(nonlinearity) if nonlinearities.slope == (-INF, INF) else nonlinearity.slopes)
-    ]
+    need(phi.member(family), "the nonlinearity is not in the class")
+    direct = [1 + g * n[0] / d[0] for g in (chords(phi) if family.slope == (-INF, INF) else phi.slopes)]
     need(min(direct) > 0 or max(direct) < 0, "1 + g H(inf) does not keep its sign over the nonlinearity", IllPosed)
     for t in range(p):
         tick()
-        need(nonlinearity.at(sigma[t]) == -u[t], f"sample {t} is not on the nonlinearity")
+        need(phi.at(sigma[t]) == -u[t], f"sample {t} is not on the nonlinearity")
         rest = sum(d[j] * sigma[(t - j) % p] - n[j] * u[(t - j) % p] for j in range(len(d)))
         need(rest == 0, f"sample {t} does not satisfy the difference equation")
     moves = len(set(sigma)) > 1
@@ -317,7 +294,7 @@ def orbit(system: Any, nonlinearities: Nonlinearities, proof: Any, critical: boo
     return {"orbit": f"a motion that repeats after {p} samples" if moves else "an equilibrium other than 0"}
 
 
-def flow_orbit(realised: Any, nonlinearities: Nonlinearities, proof: Any) -> dict[str, str]:
+def flow_orbit(realised: Any, family: Family, proof: Any) -> dict[str, str]:
     """An orbit ``X' = G_i X``, ``X = (x, e)``, over the pieces of phi, near the given one, by a contraction.
 
     First state and durations ``z`` solve ``F(z) = (x_m -+ x_0, c x_(i-1) - level_i) = 0``.  Let ``|Y F| <= Y0`` at the
@@ -326,29 +303,22 @@ def flow_orbit(realised: Any, nonlinearities: Nonlinearities, proof: Any) -> dic
     go through the pieces; ``|exp(G (t + q)) - exp(G t)| <= 2 |G q| |exp(G t)|`` if ``|G q| <= 1``.
     """
     points, left, right, pieces, durations, state, half, inverse, radius, bits = fields(proof, *FLOW_ORBIT.split())[1:]
-    (A, b, c, d), nonlinearity, bits, n = (
-        realised,
-        piecewise(points, left, right),
-        integer(bits, 64, 4096),
-        len(realised[1]),
-    )
+    (A, b, c, d), phi, bits, n = (realised, piecewise(points, left, right), integer(bits, 64, 4096), len(realised[1]))
     form(isinstance(pieces, list) and type(half) is bool and isinstance(inverse, list), "pieces or half is missing")
     x0, times, r, sign = numbers(state, n), numbers(durations, len(pieces)), number(radius), -1 if half else 1
     form(len(inverse) == n + len(times) <= 400, "the inverse is square, of order up to 400")
     Y, bounds = ball([numbers(row, n + len(times)) for row in inverse], bits), list[list[int]]()
     need(
-        nonlinearity.member(nonlinearities._replace(odd=nonlinearities.odd or half)),
+        phi.member(family._replace(odd=family.odd or half)),
         "the nonlinearity is not in the class, or half needs an odd one",
     )
-    need(all(1 + d * k > 0 for k in nonlinearity.slopes), "1 + slope H(inf) > 0 is needed on every piece")
-    kinks = [
-        (x, w, k) for (x, w), h, k in zip(nonlinearity.knots, nonlinearity.slopes, nonlinearity.slopes[1:]) if h != k
-    ]
+    need(all(1 + d * k > 0 for k in phi.slopes), "1 + slope H(inf) > 0 is needed on every piece")
+    kinks = [(x, w, k) for (x, w), h, k in zip(phi.knots, phi.slopes, phi.slopes[1:]) if h != k]
     levels = [-INF, *(x + d * w for x, w, _ in kinks), INF]  # of y = c x = sigma + d phi, which tells the pieces
     path = [integer(p, 0, len(kinks)) for p in pieces] + [len(kinks) - pieces[0] if half else pieces[0]]
     need(all(abs(p - q) == 1 for p, q in pairwise(path)), "the pieces do not follow one another")
     entries = [sign * levels[max(path[-2:])], *(levels[max(p, q)] for p, q in pairwise(pieces))]
-    lines = [(*nonlinearity.knots[0], nonlinearity.slopes[0]), *kinks]  # sigma, phi, slope
+    lines = [(*phi.knots[0], phi.slopes[0]), *kinks]  # sigma, phi, slope
     e = Fraction(2 ** int(max(map(abs, x0))).bit_length())  # any number > 0; of about the size of the state
     forces = [[k * v / (1 + d * k) for v in c] + [(w - k * x) / (1 + d * k) / e] for x, w, k in lines]  # phi = f X
     closed = [[*gained([[*row, ZERO] for row in A], b, f), [ZERO] * (n + 1)] for f in forces]

@@ -15,7 +15,7 @@ from lure.analysis.certificates.blocks import block, realised, rod
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.refutations import flow_orbit_proof
 from lure.analysis.certificates.sealing import settled
-from lure.analysis.certificates.states import Nonlinearities, inside, known, piecewise, solvable
+from lure.analysis.certificates.states import Family, inside, known, piecewise, solvable
 from lure.analysis.counterexamples.linear import companion
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
 from lure.nonlinearities.piecewise_linear import Graph
@@ -27,7 +27,7 @@ C, ONE = [F(1), F(0)], 2**128
 
 
 def family(low, high, *, slope=(-INF, INF), endless=(False, False), linear=False):
-    return Nonlinearities((low, high), slope, endless, False, False, linear)
+    return Family((low, high), slope, endless, False, False, linear)
 
 
 # -- matrices ----------------------------------------------------------------------------------------------------------
