@@ -5,8 +5,8 @@ Standard library only.  Every function raises ``Rejected`` unless what it is ask
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
+from itertools import accumulate, product
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
@@ -16,6 +16,13 @@ from .balls import dot, positive_definite
 
 MOST_STATES, MOST_CHANNELS = 200, 50
 ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
+MOST_VERTICES, MOST_STEPS = 10, 1000
+THEOREMS = {  # whether with full-block multipliers, and whether with Popov's terms
+    "diagonal-circle": (False, False),
+    "diagonal-popov": (False, True),
+    "full-block-circle": (True, False),
+    "full-block-popov": (True, True),
+}
 Rows = list[list[Fraction]]
 
 
@@ -30,10 +37,10 @@ class Plant(NamedTuple):
 
 
 class Channels(NamedTuple):
-    """The class of each channel; ``repeated``: all channels have the same nonlinearity."""
+    """The class of each channel, and the channels of each nonlinearity."""
 
     families: list[states.Family]
-    repeated: bool
+    blocks: list[range]
 
     def bounds(self, i: int) -> tuple[Any, Any]:
         """Bounds of ``phi_i(sigma)/sigma``: those of the sector and, as ``phi_i(0) = 0``, those of the slope."""
@@ -56,10 +63,16 @@ def plant(system: Any) -> Plant:
 def channels(data: Any, m: int) -> Channels:
     """The classes of a certificate, one for each channel."""
     given, repeated = fields(data, "channels", "repeated")
-    form(isinstance(given, list) and len(given) == m and type(repeated) is bool, f"{m} classes are needed, in order")
+    form(isinstance(given, list) and len(given) == m, f"{m} classes are needed, in order")
+    sizes = ([m] if repeated else [1] * m) if type(repeated) is bool else repeated
+    form(isinstance(sizes, list), "repeated is true, false, or how many channels in turn have the same nonlinearity")
+    ends = list(accumulate(integer(size, 1, m) for size in sizes))
+    form(ends[-1:] == [m], f"the channels with the same nonlinearity do not add up to {m}")
+    blocks = [range(end - size, end) for end, size in zip(ends, sizes)]
     families = [states.classes(one) for one in given]
-    form(not repeated or all(one == given[0] for one in given), "a repeated nonlinearity has one class")
-    return Channels(families, repeated)
+    same = all(given[i] == given[block[0]] for block in blocks for i in block)
+    form(same, "a repeated nonlinearity has one class")
+    return Channels(families, blocks)
 
 
 def examined(
@@ -83,7 +96,10 @@ def examined(
 def described(asked: Channels) -> str:
     """The classes in words."""
     words = "; ".join(f"channel {i}: {states.described(family)}" for i, family in enumerate(asked.families, 1))
-    return f"{words}; one nonlinearity in all channels" if asked.repeated else words
+    same = [f"{block[0] + 1} to {block[-1] + 1}" for block in asked.blocks if len(block) > 1]
+    if len(asked.blocks) == 1 and same:
+        return f"{words}; one nonlinearity in all channels"
+    return "".join([words, *(f"; one nonlinearity in the channels {channels}" for channels in same)])
 
 
 def ordered(D: Rows) -> bool:
@@ -117,18 +133,18 @@ def _each(asked: Channels) -> Any:
 
 
 def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tuple[dict[str, str], str]:
-    """The circle criterion, or Popov's, with diagonal multipliers: what was found, and what is assumed.
+    """The circle criterion, or Popov's, with diagonal or full-block multipliers: what was found, and what is assumed.
 
-    ``V = x'Px + 2 sum theta_i int_0^sigma_i phi_i`` is positive definite, and ``V' + 2 sum lambda_i (phi_i - l_i
-    sigma_i)(u_i sigma_i - phi_i)`` (discrete: the difference of ``V``) negative definite in ``(x, phi)``.
+    ``V = x'Px + 2 sum theta_i int_0^sigma_i phi_i`` is positive definite, and ``V' + (sigma, phi)' Pi (sigma, phi)``
+    (discrete: the difference of ``V``) negative definite in ``(x, phi)``, where the form of ``Pi`` is nonnegative.
     """
     H = plant(system)
-    need(name in ("diagonal-circle", "diagonal-popov"), f"there is no theorem {name!r:.40} for several nonlinearities")
-    popov, n, m = name == "diagonal-popov", len(H.A), len(H.D)
-    given = fields(data, "lambda", "theta") if popov else fields(data, "lambda")
-    weights, theta = numbers(given[0], m), numbers(given[1], m) if popov else [ZERO] * m
-    need(min(weights) >= 0, "a weight lambda is negative")
-    need(not (popov and H.discrete), "diagonal-popov is for continuous time")
+    need(name in THEOREMS, f"there is no theorem {name!r:.40} for several nonlinearities")
+    (full, popov), n, m = THEOREMS[name], len(H.A), len(H.D)
+    parts = ["N"] * (full and isinstance(data, dict) and "N" in data)
+    given, *turned = fields(data, "Pi" if full else "lambda", *["theta"] * popov, *parts)
+    theta = numbers(turned[0], m) if popov else [ZERO] * m
+    need(not (popov and H.discrete), f"{name} is for continuous time")
     for i, family in _each(asked):
         need(INF not in map(abs, asked.bounds(i)), f"channel {i + 1} has no finite bounds")
         need(not family.rough, "locally Lipschitz nonlinearities are needed")
@@ -139,7 +155,8 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     P, q, whole = states.symmetric(rows, [*moved(H), *seen(H)], n)
     R, Z, e = whole[:n], whole[n:], integer(exponent, 0, 10**5)  # q (A, -B) and q (C, -D)
     bounds = [asked.bounds(i) for i in range(m)]
-    falls, above = inequality(P, (R, Z, q, e), weights, theta, bounds, H.discrete)
+    Pi = full_block(given, turned[popov:], bounds) if full else diagonal(numbers(given, m), bounds)
+    falls, above = inequality(P, (R, Z, q, e), Pi, theta, bounds, H.discrete)
     need(positive_definite(above), "V > 0 fails, or is undecided")
     need(positive_definite(falls), "the inequality of P fails, or is undecided")
     posed, assumed = well_posed(H.D, asked)
@@ -162,18 +179,74 @@ def seen(H: Plant) -> Rows:
     return [[*c, *(-v for v in d)] for c, d in zip(H.C, H.D)]
 
 
-def inequality(P: Any, scaled: Any, weights: Any, theta: Any, bounds: Any, discrete: bool) -> tuple[Any, Any]:
-    """Lower triangles of integers: of ``-V'`` less the constraints, times ``2^e q^2 w``, and of a bound below ``V``.
+def diagonal(weights: list[Fraction], bounds: Any) -> Rows:
+    """``Pi`` of ``2 sum lambda_i (phi_i - l_i sigma_i)(u_i sigma_i - phi_i)``, ``lambda_i >= 0``."""
+    need(min(weights) >= 0, "a weight lambda is negative")
+    m = len(weights)
+    Pi = [[ZERO] * 2 * m for _ in range(2 * m)]
+    for i, (v, (l, u)) in enumerate(zip(weights, bounds)):
+        Pi[i][i], Pi[i][m + i], Pi[m + i][i], Pi[m + i][m + i] = -2 * v * l * u, v * (l + u), v * (l + u), -2 * v
+    return Pi
+
+
+def full_block(given: Any, parts: Any, bounds: Any) -> Rows:
+    """``Pi`` whose form is nonnegative for ``phi = Delta sigma``, ``Delta`` diagonal and within the bounds.
+
+    At every vertex ``(1; Delta)' Pi (1; Delta) > 0``, and ``Pi`` has no entry > 0 on the diagonal of ``phi``: the form
+    is concave in each ``Delta_ii``.  Or, with ``N``: ``phi_i - l_i sigma_i`` and ``u_i sigma_i - phi_i`` have one sign
+    ``s_i``; times it both are ``y >= 0``, and the form in ``y`` less that of ``N``, entries ``>= 0``, is positive
+    definite for all signs, up to a common one.
+    """
+    m = len(bounds)
+    need(m <= MOST_VERTICES, f"full-block multipliers are for up to {MOST_VERTICES} channels")
+    Pi = triangle(given, 2 * m)
+    if not parts:
+        need(max(Pi[m + i][m + i] for i in range(m)) <= 0, "Pi is not concave in each gain")
+        for ends in product(*bounds):
+            view = [[Fraction(i == j) for j in range(m)] for i in range(m)]
+            definite(Pi, [*view, *([d * v for v in row] for d, row in zip(ends, view))], "at a vertex of the gains")
+        return Pi
+    form(
+        isinstance(parts[0], list) and len(parts[0]) == 2 ** (m - 1), f"N has one part for each of {2 ** (m - 1)} signs"
+    )
+    for rest, part in zip(product((1, -1), repeat=m - 1), parts[0]):
+        N, view = triangle(part, 2 * m), [[ZERO] * 2 * m for _ in range(2 * m)]
+        need(min(map(min, N)) >= 0, "an entry of N is negative")
+        for i, (sign, (l, u)) in enumerate(zip((1, *rest), bounds)):
+            view[i][i] = view[i][m + i] = sign / (u - l)
+            view[m + i][i], view[m + i][m + i] = sign * u / (u - l), sign * l / (u - l)
+        definite(Pi, view, "for one of the signs", N)
+    return Pi
+
+
+def triangle(given: Any, order: int) -> Rows:
+    """The symmetric matrix of a lower triangle."""
+    form(isinstance(given, list) and len(given) == order, f"a lower triangle of order {order} is missing")
+    half = [numbers(row, i + 1) for i, row in enumerate(given)]
+    return [[half[max(i, j)][min(i, j)] for j in range(order)] for i in range(order)]
+
+
+def definite(Pi: Rows, view: Rows, where: str, less: Any = None) -> None:
+    """``view' Pi view``, less a matrix if there is one, is positive definite."""
+    columns = [*zip(*view)]
+    turned = [[dot(row, column) for row in Pi] for column in columns]
+    inner = [[dot(row, column) for column in columns[: i + 1]] for i, row in enumerate(turned)]
+    if less is not None:
+        inner = [[v - w for v, w in zip(row, other)] for row, other in zip(inner, less)]
+    q = states.unit(inner)
+    need(positive_definite([[int(q * v) for v in row] for row in inner]), f"Pi is not positive definite {where}")
+
+
+def inequality(P: Any, scaled: Any, Pi: Rows, theta: Any, bounds: Any, discrete: bool) -> tuple[Any, Any]:
+    """Lower triangles of integers: of ``-V'`` less the form of ``Pi``, times ``2^e q^2 w``, and of a bound below ``V``.
 
     ``int phi_i >= min(theta_i l_i, theta_i u_i) sigma_i^2/(2 theta_i)``, whatever the sign of ``theta_i``.
     """
     R, Z, q, e = scaled
     n, m = len(P), len(Z)
-    unit = [l.denominator * u.denominator for l, u in bounds]
     least = [min(t * l, t * u) for t, (l, u) in zip(theta, bounds)]
-    w = math.lcm(*((v / d).denominator for v, d in zip(weights, unit)), *(v.denominator for v in (*theta, *least)))
-    k = [int(w * v / d) for v, d in zip(weights, unit)]  # of (l_d phi - l_n sigma)(u_n sigma - u_d phi)
-    t, low, N = [int(w * v) for v in theta], [int(w * v) for v in least], n + m
+    w, N = states.unit([*Pi, theta, least]), n + m
+    t, low = [int(w * v) for v in theta], [int(w * v) for v in least]
     PR = [[dot(row, column) for column in zip(*R)] for row in P]  # q P (A, -B)
     M = [[0] * (i + 1) for i in range(N)]
     for i in range(N):
@@ -184,14 +257,17 @@ def inequality(P: Any, scaled: Any, weights: Any, theta: Any, bounds: Any, discr
             else:
                 M[i][j] = -q * ((PR[i][j] if i < n else 0) + (PR[j][i] if j < n else 0))
             M[i][j] *= w
-    for h, (l, u) in enumerate(bounds):
+    Y = [*Z, *([q * (i == n + h) for i in range(N)] for h in range(m))]  # q (sigma, phi)
+    for y, row in zip(Y, Pi):
         tick()
-        first = [-l.numerator * v + (l.denominator * q if i == n + h else 0) for i, v in enumerate(Z[h])]
-        second = [u.numerator * v - (u.denominator * q if i == n + h else 0) for i, v in enumerate(Z[h])]
-        rate = [sum(Z[h][g] * R[g][i] for g in range(n)) for i in range(N)] if t[h] else [0] * N  # q^2 sigma_h'
+        whole = [(int(w * v), other) for v, other in zip(row, Y) if v]
+        side = [sum(v * other[j] for v, other in whole) << e for j in range(N)]  # of q w Pi (sigma, phi)
+        for i in (i for i in range(N) if y[i]):
+            M[i] = [v - y[i] * z for v, z in zip(M[i], side)]
+    for h in (h for h in range(m) if t[h]):
+        rate = [sum(Z[h][g] * R[g][i] for g in range(n)) for i in range(N)]  # q^2 sigma_h'
         for i in range(N):
             for j in range(i + 1):
-                M[i][j] -= k[h] * (first[i] * second[j] + second[i] * first[j]) << e
                 M[i][j] -= t[h] * ((i == n + h) * rate[j] + (j == n + h) * rate[i]) << e
     above = [
         [w * q * q * P[i][j] + (sum(low[h] * Z[h][i] * Z[h][j] for h in range(m)) << e) for j in range(i + 1)]
@@ -201,22 +277,18 @@ def inequality(P: Any, scaled: Any, weights: Any, theta: Any, bounds: Any, discr
 
 
 def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, str]]:
-    """Constant gains ``mu_i = -g_i sigma_i`` of the class with which the loop is not asymptotically stable.
+    """Gains ``mu_i = -g_i sigma_i`` of the class with which the loop is not asymptotically stable.
 
     What follows, as in :func:`examined`, and what was found.
     """
-    H, (method, data) = plant(system), fields(proof, "method", "gains")
-    gains, m = numbers(data, len(H.D)), len(H.D)
+    H, method = plant(system), proof["method"]
+    if method == "switched-gains":
+        return 1, switched(H, asked, proof)
     need(method == "linear-gains", f"there is no refutation {method!r:.40} for several nonlinearities")
-    inside = all(low <= g <= high for g, (low, high) in zip(gains, map(asked.bounds, range(m))))
-    need(inside and (not asked.repeated or len(set(gains)) == 1), "the gains are outside the class")
-    words = ", ".join(map(str, gains))
-    # mu = -G sigma and sigma = C x + D mu: (1 + G D) mu = -G C x
-    left = [[(i == j) + g * v for j, v in enumerate(row)] for i, (g, row) in enumerate(zip(gains, H.D))]
-    solved = eliminated(left, [[-g * v for v in row] for g, row in zip(gains, H.C)])
-    if solved is None:
+    gains = member(fields(proof, "method", "gains")[1], asked)
+    words, closed = ", ".join(map(str, gains)), closed_by(H, gains)
+    if closed is None:
         return 3, {"root": f"det(1 + H(inf) G) = 0 for the gains {words}"}
-    closed = [[a + dot(b, column) for a, column in zip(row, zip(*solved))] for row, b in zip(H.A, H.B)]
     order, p = len(closed), characteristic(closed)
     up, down = (real(1) + S, real(1) + exact.MINUS * S) if H.discrete else (S, real(1))
     inner = exact.primitive(exact.ascending(exact.homogeneous(p, up, down, order)))
@@ -228,6 +300,47 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
         at = "z = 1" if H.discrete else "s = 0"
         return 2, {"root": f"with the gains {words} the loop has an eigenvalue {at}, the others strictly inside"}
     return 1, {"root": f"with the gains {words} the loop has an eigenvalue not strictly inside, by Routh's array"}
+
+
+def member(data: Any, asked: Channels) -> list[Fraction]:
+    """One gain for each channel, all of the class."""
+    gains = numbers(data, len(asked.families))
+    inside = all(low <= g <= high for g, (low, high) in zip(gains, map(asked.bounds, range(len(gains)))))
+    need(
+        inside and all(len({gains[i] for i in block}) == 1 for block in asked.blocks), "the gains are outside the class"
+    )
+    return gains
+
+
+def closed_by(H: Plant, gains: list[Fraction]) -> Rows | None:
+    """The matrix of the loop with constant gains; None if it has no solution."""
+    # mu = -G sigma and sigma = C x + D mu: (1 + G D) mu = -G C x
+    left = [[(i == j) + g * v for j, v in enumerate(row)] for i, (g, row) in enumerate(zip(gains, H.D))]
+    solved = eliminated(left, [[-g * v for v in row] for g, row in zip(gains, H.C)])
+    if solved is None:
+        return None
+    return [[a + dot(b, column) for a, column in zip(row, zip(*solved))] for row, b in zip(H.A, H.B)]
+
+
+def switched(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
+    """Gains that jump from one list to the next and repeat: some motion grows."""
+    keys = ("method", "gains", "squarings", "bits", *([] if H.discrete else ["times"]))
+    _, data, squarings, bits, *lengths = fields(proof, *keys)
+    form(isinstance(data, list) and 0 < len(data) <= MOST_STEPS, f"gains are 1 to {MOST_STEPS} lists")
+    need(len(H.A) <= 64, "orders up to 64 are needed")
+    rows = [member(one, asked) for one in data]
+    times = [None] * len(rows) if H.discrete else numbers(lengths[0], len(rows))
+    need(all(t is None or t > 0 for t in times), "a time is not positive")
+    for i, family in _each(asked):
+        still = len({row[i] for row in rows}) == 1
+        need(
+            still or (family.varying and not family.linear),
+            f"the gain of channel {i + 1} does not vary",
+        )
+    closed = {tuple(row): closed_by(H, row) for row in rows}
+    need(None not in closed.values(), "1 + H(inf) G is singular for some of the gains", exact.IllPosed)
+    steps = [(closed[tuple(row)], t) for row, t in zip(rows, times)]
+    return states.grows(steps, integer(squarings, 0, 64), integer(bits, 64, 4096))
 
 
 def eliminated(left: Rows, right: Rows) -> Rows | None:

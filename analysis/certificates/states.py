@@ -264,15 +264,23 @@ def switched_gain(realised: Any, discrete: bool, family: Family, proof: Any) -> 
         "a gain is outside the class",
     )
     need(all(1 + g * d != 0 for g in gains), "1 + g H(inf) = 0", IllPosed)
-    M = ball(identity(len(b)), bits)
-    for g, t in zip(gains, times):
-        G = gained(A, b, [g * v / (1 + g * d) for v in c])
-        M = product(ball(G, bits) if discrete else exponential(G, t, bits), M)
-    for _ in range(m):
+    closed = {g: gained(A, b, [g * v / (1 + g * d) for v in c]) for g in gains}
+    return grows([(closed[g], None if discrete else t) for g, t in zip(gains, times)], m, bits)
+
+
+def grows(steps: Any, squarings: int, bits: int) -> dict[str, str]:
+    """Matrices ``G`` in turn, each for a time ``t`` (None: one step): the period's ``M`` has ``|trace M^N| > n``."""
+    n, known = len(steps[0][0]), dict[Any, Ball]()
+    M = ball(identity(n), bits)
+    for G, t in steps:
+        if (id(G), t) not in known:
+            known[id(G), t] = ball(G, bits) if t is None else exponential(G, t, bits)
+        M = product(known[id(G), t], M)
+    for _ in range(squarings):
         M = product(M, M)
-    trace = abs(sum(row[i] for i, row in enumerate(M.rows))) - len(b) * M.error
-    need(trace > len(b) << bits, "the trace does not show growth")
-    return {"growth": f"|trace M^(2^{m})| > {len(b)} for the period of {len(gains)} gains, so some motion grows"}
+    trace = abs(sum(row[i] for i, row in enumerate(M.rows))) - n * M.error
+    need(trace > n << bits, "the trace does not show growth")
+    return {"growth": f"|trace M^(2^{squarings})| > {n} for the period of {len(steps)} gains, so some motion grows"}
 
 
 def orbit(system: Any, family: Family, proof: Any, critical: bool) -> dict[str, str]:

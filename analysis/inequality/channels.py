@@ -11,19 +11,17 @@ frequencies are added.  Nothing here is believed: a checker decides with rationa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
 
 from lure.analysis.deadline import checkpoint
-from lure.arrays import NDArray, linalg, np, optimize
-from lure.errors import AssumptionError
+from lure.analysis.inequality.shifted_loop import Proposal, ShiftedLoop
+from lure.arrays import NDArray, np, optimize
 
-_ROUNDS, _GRID, _DECADES, _ZOOMS = 60, 100, 4, 6
-_SLACKS = (0.5, 0.2, 1e-1, 1e-2, 1e-3, 1e-4)
+_ROUNDS, _ZOOMS = 60, 6
 _SURE = 1e-10  # of the largest: below it a margin is rounding
-_BITS = 56  # of the smallest entry on the diagonal of P
 _LARGEST_THETA = 1e5
 
 
@@ -35,15 +33,6 @@ class Multipliers(NamedTuple):
     margin: float
 
 
-class Proposal(NamedTuple):
-    """What a certificate holds: ``P`` in units of ``2^-exponent``, the lower triangle, and the multipliers."""
-
-    rows: list[list[int]]
-    exponent: int
-    weights: list[Fraction]
-    theta: list[Fraction]
-
-
 def _between(core: Multipliers, far: Multipliers) -> Multipliers:
     """Half way from multipliers that nearly serve to those of the linear programme: fewer rounds than its corners."""
     weights, theta = ((a + b) / 2 for a, b in zip(core[:2], far[:2], strict=True))
@@ -51,78 +40,10 @@ def _between(core: Multipliers, far: Multipliers) -> Multipliers:
 
 
 @dataclass
-class ChannelInequality:
-    """The inequality of one plant and lower bounds, for any widths ``w``; cuts are kept from one to the next.
+class ChannelInequality(ShiftedLoop):
+    """The inequality with diagonal multipliers; the cuts are kept from one question to the next."""
 
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower : ndarray
-        (m,) lower bounds.
-    free : sequence of bool
-        Which ``theta`` may differ from 0.
-    discrete : bool
-        Whether in discrete time.
-
-    Raises
-    ------
-    AssumptionError
-        The loop with the gains ``lower`` is not well posed, or not asymptotically stable.
-    """
-
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    D: NDArray[np.float64]
-    lower: NDArray[np.float64]
-    free: Sequence[bool]
-    discrete: bool
     cuts: list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        m, gain = len(self.D), np.diag(self.lower)
-        self.own = self.C
-        whole = np.eye(m) + self.D @ gain
-        if abs(np.linalg.det(whole)) < 1e-12:
-            raise AssumptionError("the loop is not well posed with the gains at the lower bounds")
-        inverse = np.linalg.inv(whole)
-        self.C, self.D = inverse @ self.C, inverse @ self.D
-        self.A, self.B = self.A - self.B @ gain @ self.C, self.B @ (np.eye(m) - gain @ self.D)
-        balanced, (self.units, _) = linalg.matrix_balance(self.A, permute=False, separate=True)
-        self.A, self.B = np.asarray(balanced), self.B / self.units[:, None]
-        self.C, self.own = self.C * self.units, self.own * self.units
-        poles = np.linalg.eigvals(self.A).astype(complex)
-        inside = np.abs(poles).max() < 1 if self.discrete else poles.real.max() < 0
-        if not inside:
-            raise AssumptionError("the loop with the gains at the lower bounds is not asymptotically stable")
-        self.omega = self._frequencies(poles)
-        self.states, self.H = self._response(self.omega)
-        self.unit = float(np.abs(poles).min() or 1.0) ** -1 if not self.discrete else 1.0
-
-    def _frequencies(self, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
-        if self.discrete:
-            near = np.abs(np.angle(poles))
-            return np.unique(np.concatenate([np.linspace(0, np.pi, 2 * _GRID), near]))
-        size = np.abs(poles)
-        low, high = size.min() / 10**_DECADES, size.max() * 10**_DECADES
-        around = [np.abs(p.imag) + abs(p.real) * np.linspace(-3, 3, 13) for p in poles]
-        points = np.concatenate([[0.0], np.geomspace(low, high, 3 * _GRID), *around])
-        return np.append(np.unique(points[points >= 0]), np.inf)
-
-    def _response(self, omega: NDArray[np.float64]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """``(i omega - A)^-1 B`` and ``H``; at infinity 0 and ``D``."""
-        points = np.exp(1j * omega) if self.discrete else 1j * np.where(np.isinf(omega), 0, omega)
-        states = np.linalg.solve(points[:, None, None] * np.eye(len(self.A)) - self.A, self.B.astype(complex))
-        states[np.isinf(omega)] = 0
-        return np.asarray(states, dtype=complex), np.asarray(self.C @ states + self.D, dtype=complex)
-
-    def _turned(
-        self, omega: NDArray[np.float64], states: NDArray[np.complex128], H: NDArray[np.complex128]
-    ) -> NDArray[np.complex128]:
-        """``i omega H`` in the rows where it is used; at infinity ``C B``."""
-        rate = self.own @ (self.A @ states + self.B)  # sigma' of a function of the state: C (A x + B mu)
-        return np.asarray(np.where(np.asarray(self.free)[None, :, None], rate, 0))
 
     def values(
         self, found: Multipliers, widths: NDArray[np.float64], omega: NDArray[np.float64] | None = None
@@ -207,52 +128,18 @@ class ChannelInequality:
             self._cut(float(omega), v)
         return worst
 
-    def proposals(self, found: Multipliers, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> list[Proposal]:
-        """``P`` of Riccati equations with more and less slack, in integers, for the loop as it was given.
+    def serves(self, widths: NDArray[np.float64]) -> bool:
+        """Whether there are multipliers; see :meth:`multipliers`."""
+        return self.multipliers(widths) is not None
 
-        Parameters
-        ----------
-        found : Multipliers
-            Multipliers that serve.
-        widths, lower : sequence of Fraction
-            The shifted sectors, and the shift.
-        """
-        w = np.array([float(v) for v in widths])
+    def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
+        """Multipliers that serve, rounded, with ``P`` of Riccati equations; see :class:`ShiftedLoop`."""
+        found = self.multipliers(np.array([float(w) for w in widths]))
+        if found is None:
+            return
         weights, theta = ([Fraction(f"{v:.12g}") for v in side] for side in (found.weights, found.theta))
-        near = [np.array([float(v) for v in side]) for side in (weights, theta)]
-        rounded = Multipliers(near[0], near[1], found.margin)
-        F = np.linalg.eigvalsh(self.values(rounded, w))[:, 0]
-        size = np.linalg.norm(self.states, 2, axis=(1, 2)) ** 2
-        with np.errstate(divide="ignore"):
-            room = float(np.min(np.where(size > 0, 2 * F / size, np.inf)))
-        turn = np.diag(rounded.theta) @ self.own
-        N = self.C.T @ np.diag(rounded.weights) + (0 if self.discrete else self.A.T @ turn.T)
-        R = np.diag(2 * rounded.weights / w) + rounded.weights[:, None] * self.D
-        R = R + self.D.T * rounded.weights[None]
-        R = R if self.discrete else R + turn @ self.B + (turn @ self.B).T
-        made = []
-        for share in _SLACKS if room > 0 else ():
-            checkpoint()
-            P = self._riccati(share * room, N, R)
-            if P is not None:
-                low = np.diag([float(v) for v in lower]) * rounded.theta[:, None]
-                made.append(self._rounded(P - self.own.T @ low @ self.own, weights, theta, widths))
-        return made
-
-    def _riccati(self, slack: float, N: NDArray[np.float64], R: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        solve = linalg.solve_discrete_are if self.discrete else linalg.solve_continuous_are
-        try:
-            with np.errstate(all="ignore"):
-                P = solve(self.A, self.B, slack * np.eye(len(self.A)), -(R + R.T) / 2, s=-N)
-        except (np.linalg.LinAlgError, ValueError):
-            return None
-        return (P + P.T) / 2 if np.isfinite(P).all() else None
-
-    def _rounded(
-        self, P: NDArray[np.float64], weights: list[Fraction], theta: list[Fraction], widths: Sequence[Fraction]
-    ) -> Proposal:
-        P = P / self.units[:, None] / self.units[None, :]
-        exponent = max(0, _BITS - int(np.floor(np.log2(max(np.abs(np.diag(P)).min(), 1e-300)))))
-        rows = [[round(Fraction(float(P[i, j])) * 2**exponent) for j in range(i + 1)] for i in range(len(P))]
         scaled = [v / w for v, w in zip(weights, widths, strict=True)]  # for psi (w sigma - psi)
-        return Proposal(rows, exponent, scaled, theta)
+        plain, ends = (np.diag([float(v) for v in side]) for side in (weights, scaled))
+        multiplier = {"lambda": [*map(str, scaled)]} | self.popovs(theta)
+        for P in self.solutions(np.block([[0 * plain, plain], [plain, -2 * ends]]), theta, lower):
+            yield Proposal(*P, multiplier)

@@ -108,7 +108,7 @@ def _inequality(asked: ChannelProblem, row: Theorem) -> ChannelInequality:
         for alone, one in zip(static, asked.classes.classes, strict=True)
     ]
     lower = np.array([float(v) for v in asked.lower])
-    return ChannelInequality(A, B, C, D, lower, free, asked.plant.dt is not None)
+    return ChannelInequality(A, B, C, D, lower, free, not row.time_varying, asked.plant.dt is not None)
 
 
 def proved_at(asked: ChannelProblem, row: Theorem, inequality: ChannelInequality, alpha: Fraction) -> Proved | None:
@@ -128,16 +128,13 @@ def proved_at(asked: ChannelProblem, row: Theorem, inequality: ChannelInequality
     widths = [high - low for high, low in zip(asked.upper(alpha), asked.lower, strict=True)]
     if min(widths) <= 0:
         return None
-    found = inequality.multipliers(np.array([float(w) for w in widths]))
-    for one in inequality.proposals(found, widths, asked.lower) if found is not None else ():
-        multiplier = {"lambda": texts(one.weights)}
-        multiplier |= {} if row.time_varying else {"theta": texts(one.theta)}
+    for one in inequality.proposals(widths, asked.lower):
         draft = {
             "verdict": "PROVED",
             "system": asked.system,
             "laws": asked.class_entries(alpha),
             "theorem": row.channels,
-            "multiplier": multiplier,
+            "multiplier": one.multiplier,
             "proof": {"method": "matrix", "P": [texts(line) for line in one.rows], "exponent": one.exponent},
         }
         try:
@@ -157,7 +154,7 @@ def _farthest(asked: ChannelProblem, row: Theorem, most: float) -> tuple[Fractio
         if alpha <= asked.least:
             return False
         widths = [float(high - low) for high, low in zip(asked.upper(Fraction(alpha)), asked.lower, strict=True)]
-        return min(widths) > 0 and inequality.multipliers(np.array(widths)) is not None
+        return min(widths) > 0 and inequality.serves(np.array(widths))
 
     low, high = _between(asked, serves, most)
     while high - low > _PRECISION * high:

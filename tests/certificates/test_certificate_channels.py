@@ -45,6 +45,36 @@ PROOF = {
     "proof": {"method": "matrix", "P": [["1"], ["0", "4"]], "exponent": 0},
 }
 POPOV = {**PROOF, "theorem": "diagonal-popov", "multiplier": {"lambda": ["1", "1"], "theta": ["1/10", "-1/100"]}}
+# the same form with Q + 1/4: at each vertex of the gains it is 1/4, and what is left of the inequality is, channel by
+# channel, 3/4 x^2 + x phi + phi^2, of determinant 1/2, and 63/4 x^2 - 2 x phi + 2 phi^2, of determinant 61/2
+FULL = {
+    **PROOF,
+    "theorem": "full-block-circle",
+    "multiplier": {"Pi": [["5/4"], ["0", "1/4"], ["1/2", "0", "-2"], ["0", "5", "0", "-2"]]},
+}
+# with 1/4 phi^2 as well: 3/4 x^2 + x phi + 3/4 phi^2, of determinant 5/16, and 63/4 x^2 - 2 x phi + 7/4 phi^2; Pi is
+# 2 y z + (sigma^2 + phi^2)/4 with y = phi - l sigma and z = u sigma - phi, and N the form 2 y z
+PART = [["0"], ["0", "0"], ["1", "0", "0"], ["0", "1", "0", "0"]]
+ORTHANTS = {
+    **FULL,
+    "multiplier": {"Pi": [["5/4"], ["0", "1/4"], ["1/2", "0", "-7/4"], ["0", "5", "0", "-7/4"]], "N": [PART, PART]},
+}
+FULL_POPOV = {**FULL, "theorem": "full-block-popov", "multiplier": FULL["multiplier"] | {"theta": ["1/10", "-1/100"]}}
+# x+ = -G (..) with the matrix [[0, 2 g], [2 h, 0]] of the loop: (g, h) = (1, 0), then (0, 1) multiply x_2 by 4
+JUMPING = {
+    "verdict": "REFUTED",
+    "system": {
+        "kind": "multivariable",
+        "time": "discrete",
+        "A": [["0", "0"], ["0", "0"]],
+        "B": [["-2", "0"], ["0", "-2"]],
+        "C": [["0", "1"], ["1", "0"]],
+        "D": [["0", "0"], ["0", "0"]],
+    },
+    "laws": {"channels": [nonlinearity(0, 1, time_varying=True)] * 2, "repeated": False},
+    "theorem": "counterexample",
+    "proof": {"method": "switched-gains", "gains": [["1", "0"], ["0", "1"]], "squarings": 3, "bits": 64},
+}
 # gains -3 and -2: A - B G C = diag(-1 + 3, -2 + 2) has the eigenvalue 2
 COUNTER = {
     "verdict": "REFUTED",
@@ -65,7 +95,13 @@ def changed(draft, *path_and_value):
     return found
 
 
-@pytest.mark.parametrize("draft", [PROOF, POPOV, changed(PROOF, "laws", "channels", 0, "time_varying", True)])
+@pytest.mark.parametrize(
+    "draft",
+    [
+        *(PROOF, POPOV, FULL, FULL_POPOV, ORTHANTS),
+        *(changed(one, "laws", "channels", 0, "time_varying", True) for one in (PROOF, FULL, ORTHANTS)),
+    ],
+)
 def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(draft):
     shown = settled(draft)
     assert isinstance(shown, Proved)
@@ -111,6 +147,77 @@ def test_in_discrete_time_the_unit_circle_counts():
     proof |= {"laws": {"channels": [nonlinearity(0, 1)] * 2, "repeated": True}}
     shown = settled(changed(proof, "proof", "P", [["1"], ["0", "1"]]))
     assert recheck(dict(shown.certificate)).accepted
+
+
+def test_gains_that_jump_refute_for_both_checkers():
+    shown = settled(JUMPING)
+    assert isinstance(shown, Refuted)
+    assert (
+        shown.certificate["conclusion"] == "a loop of the class has a motion that does not converge to an equilibrium"
+    )
+    assert recheck(dict(shown.certificate)).accepted
+    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+
+
+# what is wrong: a gain outside, one that jumps where the class does not depend on time or is one constant gain,
+# different gains of one nonlinearity, no growth (a product of 1/4), times in discrete time
+@pytest.mark.parametrize(
+    "path",
+    [
+        ("proof", "gains", [["1", "0"], ["0", "2"]]),
+        ("laws", "channels", 1, "time_varying", False),
+        ("laws", "channels", 0, "linear", True),
+        ("laws", "repeated", True),
+        ("system", "B", [["-1/2", "0"], ["0", "-1/2"]]),
+        ("proof", "times", ["1", "1"]),
+        ("proof", "gains", [["1", "0"], ["0"]]),
+        ("proof", "squarings", -1),
+    ],
+)
+def test_gains_that_do_not_jump_within_the_class_or_do_not_grow_are_accepted_by_neither(path):
+    accepted = json.loads(json.dumps(dict(settled(JUMPING).certificate)))
+    with pytest.raises((Rejected, Malformed)):
+        check(changed(accepted, *path))
+    assert not recheck(changed(accepted, *path)).accepted
+
+
+# at both ends the form (sigma - phi/2)^2 - ... is 1/4 sigma^2, and between them -2 sigma^2: not concave in the gain
+CONVEX = [["1/4"], ["0", "1/4"], ["-9/2", "0", "9"], ["0", "5", "0", "-2"]]
+
+
+@pytest.mark.parametrize(
+    ("draft", "path"),
+    [
+        (FULL, ("multiplier", "Pi", 0, ["1"])),  # 0 at the vertices of the first channel: not strictly above
+        (FULL, ("multiplier", "Pi", 1, ["1", "1/4"])),  # a coupling that is negative at a vertex
+        (FULL, ("multiplier", "Pi", 0, ["9"])),  # a multiplier, but the inequality of P fails
+        (FULL, ("multiplier", "Pi", CONVEX[:3])),
+        (FULL, ("laws", "channels", 1, "sector", ["0", "6"])),
+        (FULL, ("proof", "P", [["1"], ["3", "4"]])),
+        (FULL, ("multiplier", "N", [])),
+        (FULL, ("theorem", "diagonal-circle")),
+        (ORTHANTS, ("multiplier", "N", [PART])),  # a pattern of signs is missing
+        (ORTHANTS, ("multiplier", "N", [PART, [["0"], ["0", "0"], ["1", "0", "0"], ["-1", "1", "0", "0"]]])),
+        (ORTHANTS, ("multiplier", "N", [PART, [["0"], ["0", "0"], ["2", "0", "0"], ["0", "1", "0", "0"]]])),
+        (ORTHANTS, ("laws", "channels", 1, "sector", ["0", "6"])),
+        (FULL_POPOV, ("laws", "channels", 0, "time_varying", True)),
+        (FULL_POPOV, ("system", "time", "discrete")),
+    ],
+)
+def test_a_full_block_multiplier_that_was_tampered_with_is_accepted_by_neither(draft, path):
+    accepted = json.loads(json.dumps(dict(settled(draft).certificate)))
+    with pytest.raises((Rejected, Malformed)):
+        check(changed(accepted, *path))
+    assert not recheck(changed(accepted, *path)).accepted
+
+
+def test_a_form_that_is_positive_at_the_vertices_alone_is_no_multiplier():
+    # phi in [0, 1]: 1/4 - 9 d + 9 d^2 is 1/4 at d = 0 and 1, and -2 at 1/2; with it every loop would be stable
+    convex = changed(changed(FULL, "multiplier", "Pi", CONVEX), "laws", "channels", 0, "sector", ["0", "1"])
+    with pytest.raises(Rejected, match="not concave"):
+        settled(convex)
+    complete = dict(settled(changed(FULL, "laws", "channels", 0, "sector", ["0", "1"])).certificate)
+    assert not recheck(complete | {"multiplier": convex["multiplier"]}).accepted
 
 
 TAMPERED = {

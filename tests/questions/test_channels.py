@@ -163,7 +163,7 @@ def test_a_proof_and_a_refutation_that_overlap_are_a_bug():
     low = channels.Fraction(found.largest.low)
 
     class Believing(ChannelProblem):
-        def nonlinearities(self, alpha):
+        def class_entries(self, alpha):
             return (found.proof if alpha == low else found.refutation).certificate["laws"]
 
     believing = Believing(plant=FETZER, classes=Diagonal((NonlinearityClass.slope_restricted(0, 1),) * 4))

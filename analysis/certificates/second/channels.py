@@ -1,24 +1,27 @@
 r"""Several nonlinearities, checked again: the loop shifted by the lower bounds, and a Schur complement in balls.
 
-With ``phi = L sigma + psi``, ``psi_i`` in ``[0, w_i]``, and ``sigma = C x + D mu`` the loop is ``x' = A~ x - B~ psi``,
-``sigma = C~ x - D~ psi`` where ``E = (1 + D L)^{-1}``, ``C~ = E C``, ``D~ = E D``, ``A~ = A - B L C~``, ``B~ = B (1
-- L D~)``.  The form ``V = x'P x + 2 sum theta_i int_0^{sigma_i} phi_i`` is ``x'(P + C' L Theta C) x + 2 sum theta_i int
-psi_i``, and with ``Q`` for that matrix, ``N = C~' Lambda W + A~' C' Theta``, what has to be positive definite is
+With ``phi = L sigma + psi``, ``psi_i`` in ``[0, w_i]``, and ``sigma = C x + D mu`` the loop is ``x' = A~ x - B~ psi``
+with ``sigma = C~ x - D~ psi``, ``E = (1 + D L)^{-1}``, ``C~ = E C``, ``D~ = E D``, ``A~ = A - B L C~``, ``B~ = B (1 - L
+D~)``.  The form ``V = x'P x + 2 sum theta_i int_0^{sigma_i} phi_i`` is ``x'Q x + 2 sum theta_i int psi_i``, where ``Q =
+P + C' L Theta C``.  With ``Pi`` for the form of the multiplier in ``(sigma, psi)`` and ``N = C~' (Pi_12 - Pi_11 D~) +
+A~' C' Theta``, what has to be positive definite is
 
 .. math::
 
-    \begin{pmatrix} -(\tilde A'Q + Q\tilde A) & Q\tilde B - N \\ \cdot &
-    2\Lambda + \Lambda W\tilde D + \tilde D'W\Lambda + \Theta C\tilde B + \tilde B'C'\Theta \end{pmatrix},
+    \begin{pmatrix} -(\tilde A'Q + Q\tilde A) - \tilde C'\Pi_{11}\tilde C & Q\tilde B - N \\ \cdot &
+    \Pi_{21}\tilde D + \tilde D'\Pi_{12} - \Pi_{22} - \tilde D'\Pi_{11}\tilde D + \Theta C\tilde B + \tilde B'C'\Theta
+    \end{pmatrix},
 
-in discrete time, ``Theta = 0``, with ``Q - A~'Q A~``, ``A~'Q B~ - C~' W Lambda`` and ``- B~'Q B~`` added.  ``V > 0`` if
-``Q + C' Theta^- W C > 0``, ``Theta^-`` the negative part.
+in discrete time, ``Theta = 0``, with ``Q - A~'Q A~``, ``A~'Q B~`` and ``- B~'Q B~`` for the terms of ``Q``.  ``V > 0``
+if ``Q + C' Theta^- W C > 0``, ``Theta^-`` the negative part.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import product
 
 from flint import arb, arb_mat, fmpq_mat, fmpz
 
@@ -36,7 +39,6 @@ from lure.analysis.certificates.second.reading import (
     Document,
     NotShown,
     count,
-    flag,
     listed,
     mapping,
     numbers,
@@ -46,12 +48,15 @@ from lure.analysis.certificates.second.reading import (
 )
 from lure.analysis.certificates.second.systems import mapped
 
-LARGEST = 400
+LARGEST, MOST_VERTICES, LONGEST, SQUARINGS = 400, 10, 10_000, 80
 
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """The plant and the classes of a certificate; bounds are those of ``phi_i(sigma)/sigma``."""
+    """The plant and the classes of a certificate; bounds are those of ``phi_i(sigma)/sigma``.
+
+    ``repeated`` says of each channel which is the first with the same nonlinearity.
+    """
 
     A: fmpq_mat
     B: fmpq_mat
@@ -59,7 +64,7 @@ class Asked:
     D: fmpq_mat
     discrete: bool
     nonlinearities: tuple[Nonlinearities, ...]
-    repeated: bool
+    repeated: tuple[int, ...]
 
     @property
     def bounds(self) -> list[tuple[Fraction, Fraction]]:
@@ -111,9 +116,10 @@ def _read(document: Document) -> Asked:
         require(fits, f"{name} does not fit the other matrices")
     stated = record(document.nonlinearities, "channels", "repeated")
     given = [mapping(one) for one in listed(stated["channels"])]
-    repeated = flag(stated["repeated"])
+    repeated = _repeated(stated["repeated"], len(given))
     require(len(given) == m, "there is not one class for each channel")
-    require(not repeated or all(dict(one) == dict(given[0]) for one in given), "one nonlinearity has one class")
+    same = all(dict(given[first]) == dict(one) for first, one in zip(repeated, given, strict=True))
+    require(same, "one nonlinearity has one class")
     sides = {name: fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for name, side in rows.items()}
     return Asked(
         **sides,
@@ -123,14 +129,27 @@ def _read(document: Document) -> Asked:
     )
 
 
+def _repeated(stated: object, m: int) -> tuple[int, ...]:
+    """For each channel the first one with the same nonlinearity: its own, or stated for all or block after block."""
+    if isinstance(stated, bool):
+        return (0,) * m if stated else tuple(range(m))
+    firsts: list[int] = []
+    for entry in listed(stated):
+        size = count(entry, least=1)
+        require(len(firsts) + size <= m, "more channels have the same nonlinearity than there are")
+        firsts += [len(firsts)] * size
+    require(len(firsts) == m, "the channels with the same nonlinearity do not add up")
+    return tuple(firsts)
+
+
 def _proved(document: Document, asked: Asked) -> None:
-    m, popov = asked.D.nrows(), document.theorem == "diagonal-popov"
-    require(popov or document.theorem == "diagonal-circle", "the theorem is not one for several nonlinearities")
-    given = record(document.multiplier, *(("lambda", "theta") if popov else ("lambda",)))
-    weights = numbers(given["lambda"])
+    m, (kind, _, theorem) = asked.D.nrows(), document.theorem.rpartition("-")
+    popov, full = theorem == "popov", kind == "full-block"
+    require(theorem in ("circle", "popov") and (full or kind == "diagonal"), "the theorem is not one for channels")
+    names = {"Pi" if full else "lambda"} | ({"theta"} if popov else set())
+    given = record(document.multiplier, *names, *(("N",) if full and "N" in document.multiplier else ()))
     theta = numbers(given["theta"]) if popov else [Fraction(0)] * m
-    require(len(weights) == m == len(theta), "the multipliers are not one for each channel")
-    require(all(v >= 0 for v in weights), "a weight is negative")
+    require(len(theta) == m, "the multipliers are not one for each channel")
     require(
         not any(nonlinearities.rough for nonlinearities in asked.nonlinearities),
         "the theorem is for locally Lipschitz nonlinearities",
@@ -146,12 +165,63 @@ def _proved(document: Document, asked: Asked) -> None:
     exponent = count(proof["exponent"], least=-LARGEST_EXPONENT)
     require(exponent <= LARGEST_EXPONENT, "the exponent of P is too large")
     shifted = _shifted(asked)
+    Pi, needed = _full_block(given, asked) if full else (_diagonal_multiplier(numbers(given["lambda"]), asked), [])
     rows = triangle(proof["P"], asked.A.nrows())
     for bits in BITS:
         with working_precision(bits):
-            if all(map(positive_definite, _forms(asked, shifted, (rows, exponent), weights, theta))):
+            forms = (*_forms(asked, shifted, (rows, exponent), Pi, theta), *map(arb_mat, needed))
+            if all(map(positive_definite, forms)):
                 return
-    raise NotShown("V or the matrix of the inequality is not shown to be positive definite")
+    raise NotShown("V, the multiplier or the matrix of the inequality is not shown to be positive definite")
+
+
+def _diagonal_multiplier(weights: Sequence[Fraction], asked: Asked) -> fmpq_mat:
+    """``2 sum lambda_i psi_i (w_i sigma_i - psi_i)``."""
+    require(len(weights) == asked.D.nrows(), "the multipliers are not one for each channel")
+    require(all(v >= 0 for v in weights), "a weight is negative")
+    side = _diagonal([v * (high - low) for v, (low, high) in zip(weights, asked.bounds, strict=True)])
+    return _joined(side * 0, side, _diagonal([-2 * v for v in weights]))
+
+
+def _full_block(given: Mapping[str, object], asked: Asked) -> tuple[fmpq_mat, list[fmpq_mat]]:
+    """``Pi`` for ``(sigma, psi)``, and what has to be positive definite for its form to be nonnegative in the class."""
+    m, one = asked.D.nrows(), _diagonal([Fraction(1)] * asked.D.nrows())
+    require(m <= MOST_VERTICES, "there are too many channels for full-block multipliers")
+    shift, width = _diagonal([low for low, _ in asked.bounds]), [high - low for low, high in asked.bounds]
+    move = _joined(one, 0 * one, one, lower_left=shift)  # phi = psi + l sigma
+    Pi = move.transpose() * _symmetric(given["Pi"], 2 * m) * move
+    if "N" not in given:
+        require(all(Pi[i, i] <= 0 for i in range(m, 2 * m)), "the form is not concave in each gain")
+        views = [_stacked(one, _diagonal(list(ends))) for ends in product(*((Fraction(0), w) for w in width))]
+        return Pi, [view.transpose() * Pi * view for view in views]
+    shares = _diagonal([1 / w for w in width])
+    view = _joined(shares, shares, 0 * one, lower_left=one)  # (sigma, psi) of (psi, w sigma - psi)
+    inner, parts = view.transpose() * Pi * view, listed(given["N"])
+    patterns = [[Fraction(s) for s in (1, *rest)] for rest in product((1, -1), repeat=m - 1)]
+    require(len(parts) == len(patterns), "N has not one part for each pattern of signs")
+    needed = []
+    for signs, part in zip(patterns, parts, strict=True):
+        N, turn = _symmetric(part, 2 * m), _diagonal([*signs, *signs])
+        require(all(v >= 0 for v in N.entries()), "an entry of N is negative")
+        needed.append(turn * inner * turn - N)
+    return Pi, needed
+
+
+def _symmetric(value: object, order: int) -> fmpq_mat:
+    rows = [numbers(row) for row in listed(value)]
+    require([len(row) for row in rows] == [*range(1, order + 1)], "a lower triangle is missing")
+    return fmpq_mat([[to_fmpq(rows[max(i, j)][min(i, j)]) for j in range(order)] for i in range(order)])
+
+
+def _stacked(above: fmpq_mat, below: fmpq_mat) -> fmpq_mat:
+    return fmpq_mat([*above.tolist(), *below.tolist()])
+
+
+def _joined(first: fmpq_mat, side: fmpq_mat, last: fmpq_mat, *, lower_left: fmpq_mat | None = None) -> fmpq_mat:
+    """Four blocks; the lower left is that above it, turned, unless it is given."""
+    under = side.transpose() if lower_left is None else lower_left
+    left, right = _stacked(first, under).tolist(), _stacked(side, last).tolist()
+    return fmpq_mat([[*a, *b] for a, b in zip(left, right, strict=True)])
 
 
 def _shifted(asked: Asked) -> tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq_mat]:
@@ -169,7 +239,7 @@ def _forms(
     asked: Asked,
     shifted: tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq_mat],
     scaled: tuple[list[list[fmpz]], int],
-    weights: Sequence[Fraction],
+    multiplier: fmpq_mat,
     theta: Sequence[Fraction],
 ) -> tuple[arb_mat, arb_mat]:
     """At the working precision what has to be positive definite: for ``V``, and for its fall."""
@@ -178,21 +248,27 @@ def _forms(
     own, unit = arb_mat(asked.C), arb(2) ** -exponent
     P = arb_mat([[arb(rows[max(i, j)][min(i, j)]) * unit for j in range(n)] for i in range(n)])
     low, width = [low for low, _ in asked.bounds], [high - low for low, high in asked.bounds]
-    turn, weight = _balls(theta), _balls([w * v for w, v in zip(weights, width, strict=True)])
+    turn, Pi = _balls(theta), arb_mat(multiplier)
+    square, cross, last = (_part(Pi, *at, m) for at in ((0, 0), (0, m), (m, m)))
     Q = P + own.transpose() * _balls([t * v for t, v in zip(theta, low, strict=True)]) * own
     least = Q + own.transpose() * _balls([min(t, Fraction(0)) * v for t, v in zip(theta, width, strict=True)]) * own
     moved = A.transpose() * Q
-    side = C.transpose() * weight
-    corner = _balls([2 * v for v in weights]) + weight * D + (weight * D).transpose()
+    side, seen = C.transpose() * (cross - square * D), C.transpose() * square * C
+    both = cross.transpose() * D
+    corner = both + both.transpose() - last - D.transpose() * square * D
     if asked.discrete:
-        main, edge, corner = Q - moved * A, moved * B - side, corner - B.transpose() * Q * B
+        main, edge, corner = Q - moved * A - seen, moved * B - side, corner - B.transpose() * Q * B
     else:
         rate = turn * own * B
-        main, edge = -(moved + moved.transpose()), Q * B - side - A.transpose() * own.transpose() * turn
+        main, edge = -(moved + moved.transpose() + seen), Q * B - side - A.transpose() * own.transpose() * turn
         corner = corner + rate + rate.transpose()
     top = [[*(main[i, j] for j in range(n)), *(edge[i, j] for j in range(m))] for i in range(n)]
     bottom = [[*(edge[j, i] for j in range(n)), *(corner[i, j] for j in range(m))] for i in range(m)]
     return least, arb_mat([*top, *bottom])
+
+
+def _part(M: arb_mat, top: int, left: int, m: int) -> arb_mat:
+    return arb_mat([[M[top + i, left + j] for j in range(m)] for i in range(m)])
 
 
 def _diagonal(values: Sequence[Fraction]) -> fmpq_mat:
@@ -204,24 +280,72 @@ def _balls(values: Sequence[Fraction]) -> arb_mat:
 
 
 def _refuted(document: Document, asked: Asked) -> str:
-    """What constant gains do: the characteristic polynomial, its roots counted by their side."""
+    """What gains do that are constant, or that jump and repeat."""
+    if document.proof.get("method") == "switched-gains":
+        _require_growth(document, asked)
+        return claims.NO_REST
     proof = record(document.proof, "method", "gains")
     require(proof["method"] == "linear-gains", "the method is unknown for several nonlinearities")
-    gains, m = numbers(proof["gains"]), asked.D.nrows()
-    require(len(gains) == m, "there is not one gain for each channel")
+    closed = _closed(asked, _member(proof["gains"], asked))
+    return claims.NO_SOLUTION if closed is None else _unstable(closed, discrete=asked.discrete)
+
+
+def _member(value: object, asked: Asked) -> list[Fraction]:
+    gains = numbers(value)
+    require(len(gains) == len(asked.nonlinearities), "there is not one gain for each channel")
     require(
         all(nonlinearities.has_gain(g) for nonlinearities, g in zip(asked.nonlinearities, gains, strict=True)),
         "a gain is not in its class",
     )
-    require(not asked.repeated or len(set(gains)) == 1, "one nonlinearity has one gain")
+    require(
+        all(gains[first] == g for first, g in zip(asked.repeated, gains, strict=True)), "one nonlinearity, one gain"
+    )
+    return gains
+
+
+def _closed(asked: Asked, gains: Sequence[Fraction]) -> fmpq_mat | None:
     G = _diagonal(gains)
-    whole = _diagonal([Fraction(1)] * m) + asked.D * G
-    if whole.det() == 0:
-        return claims.NO_SOLUTION
+    whole = _diagonal([Fraction(1)] * len(gains)) + asked.D * G
+    return None if whole.det() == 0 else asked.A - asked.B * G * whole.inv() * asked.C
+
+
+def _require_growth(document: Document, asked: Asked) -> None:
+    """Check ``|tr M^N| > n`` for the matrix ``M`` of one period: it has an eigenvalue outside the unit disc."""
+    found = record(document.proof, "method", "gains", "squarings", "bits", *([] if asked.discrete else ["times"]))
+    count(found["squarings"])
+    count(found["bits"], least=2)
+    rows = [_member(one, asked) for one in listed(found["gains"])]
+    times = [Fraction(1)] * len(rows) if asked.discrete else numbers(found["times"])
+    require(0 < len(rows) == len(times) <= LONGEST and all(t > 0 for t in times), "gains and times do not fit")
+    for gains, nonlinearities in zip(zip(*rows, strict=True), asked.nonlinearities, strict=True):
+        varying = nonlinearities.time_varying and not nonlinearities.linear
+        require(varying or len(set(gains)) == 1, "the class has no gains that vary in time")
+    n, closed = asked.A.nrows(), {tuple(row): _closed(asked, row) for row in rows}
+    for bits in BITS:
+        with working_precision(bits):
+            whole, steps = _balls([Fraction(1)] * n), dict[tuple[tuple[Fraction, ...], Fraction], arb_mat]()
+            for row, time in zip(rows, times, strict=True):
+                matrix = closed[tuple(row)]
+                if matrix is None:
+                    raise NotShown("with some of the gains the loop has no solution")
+                if (tuple(row), time) not in steps:
+                    G = arb_mat(matrix)
+                    steps[tuple(row), time] = G if asked.discrete else (G * ball(time)).exp()
+                whole = steps[tuple(row), time] * whole
+            for _ in range(SQUARINGS):
+                tick()
+                if abs(whole.trace()) > n:
+                    return
+                whole = whole * whole
+    raise NotShown("no eigenvalue outside the unit disc is shown")
+
+
+def _unstable(closed: fmpq_mat, *, discrete: bool) -> str:
+    """The characteristic polynomial, its roots counted by their side."""
     tick()
-    p = (asked.A - asked.B * G * whole.inv() * asked.C).charpoly()
-    require(p.degree() == asked.A.nrows(), "the characteristic polynomial has another degree")
-    inner = mapped(p, p.degree()) if asked.discrete else p
+    p = closed.charpoly()
+    require(p.degree() == closed.nrows(), "the characteristic polynomial has another degree")
+    inner = mapped(p, p.degree()) if discrete else p
     counts = half_plane_counts(inner)
     at_infinity = p.degree() - inner.degree()  # z = -1
     at_zero = next(i for i in range(inner.degree() + 1) if to_fraction(inner[i]) != 0)

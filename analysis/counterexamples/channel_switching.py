@@ -1,0 +1,449 @@
+"""Gains of several channels that jump periodically between the ends of their intervals, in floating point.
+
+Over one period the state is multiplied by ``M = ... exp(A_2 t_2) exp(A_1 t_1)``, ``A_j = A - B G_j (1 + D G_j)^-1 C``,
+in discrete time by the product of these: with an eigenvalue of ``M`` outside the unit disc some solution grows.  The
+derivative of the spectral radius chooses the gains instant by instant, then the switches are shifted, then the factor
+of the classes is lowered, again and again.  That finds a good pattern, not the best; a checker decides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import groupby, product
+from typing import NamedTuple
+
+from lure.analysis.deadline import checkpoint
+from lure.arrays import NDArray, Reals, np, optimize
+
+MOST_STATES = 30
+_MOST_ENDS, _MOST_SETS = 32, 8  # of gains that a pattern may use, and of gains that stay
+_BINS, _ROUNDS, _KEPT, _LONGEST, _DESCENTS, _SEED = 48, 25, 4, 24, 10, 20261122
+_DRAWN, _STARTS = 200, 2  # patterns of a period
+_PERIODS = (*range(2, 9), 10, 12, 16)  # in samples
+_RUNGS = (1.5, 3.0, 10.0, 100.0)  # above what is proved, where nothing is known to be refuted
+_SURE = 1e-11  # per period: below it growth is rounding
+_BEYOND = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+_BITS = (192, 512, 2048)
+
+
+class Pattern(NamedTuple):
+    """Which of the gains of a set holds for how long [s, samples], over and over."""
+
+    which: tuple[int, ...]
+    times: tuple[float, ...]
+
+
+class Switching(NamedTuple):
+    """For the classes of a factor: the end, 0 or 1, of every channel, step after step, and what a certificate needs."""
+
+    factor: float
+    ends: list[tuple[int, ...]]
+    times: list[Fraction]
+    squarings: int
+    bits: int
+
+
+@dataclass(frozen=True)
+class SwitchedGains:
+    """The search for one plant and the classes ``[l_i, alpha u_i]``.
+
+    Parameters
+    ----------
+    A, B, C, D : ndarray
+        (n, n), (n, m), (m, n) and (m, m) [floating point].
+    lower, upper : ndarray
+        (m,) bounds at ``alpha = 1``.
+    varying : tuple of bool
+        Which gains may depend on time; the others stay at one end.
+    blocks : tuple of range
+        The channels with one nonlinearity each, hence one gain.
+    discrete : bool
+        Whether in discrete time.
+    """
+
+    A: Reals
+    B: Reals
+    C: Reals
+    D: Reals
+    lower: Reals
+    upper: Reals
+    varying: tuple[bool, ...]
+    blocks: tuple[range, ...]
+    discrete: bool
+    random: np.random.Generator = field(default_factory=lambda: np.random.default_rng(_SEED), repr=False)
+
+    def sets(self) -> list[NDArray[np.int_]]:
+        """For each choice of the ends that stay, the ends (k, m) between which a pattern may jump."""
+        moving = [block for block in self.blocks if self.varying[block[0]]]
+        still = [block for block in self.blocks if not self.varying[block[0]]]
+        return [
+            self._ends([*zip(still, stay, strict=True)], moving)
+            for stay in self._choices(len(still), _MOST_SETS)
+            if moving
+        ]
+
+    def _ends(self, fixed: list[tuple[range, int]], moving: list[range]) -> NDArray[np.int_]:
+        found = []
+        for choice in self._choices(len(moving), _MOST_ENDS):
+            ends = np.zeros(len(self.lower), dtype=int)
+            for block, end in (*fixed, *zip(moving, choice, strict=True)):
+                ends[list(block)] = end
+            found.append(ends)
+        return np.array(found)
+
+    def _choices(self, count: int, most: int) -> list[tuple[int, ...]]:
+        if 2**count <= most:
+            return list(product((0, 1), repeat=count))
+        drawn = self.random.integers(0, 2, (most - 2, count))
+        return sorted({(0,) * count, (1,) * count, *(tuple(int(v) for v in row) for row in drawn)})
+
+    def closed(self, ends: NDArray[np.int_], alpha: float) -> Reals:
+        """The matrices of the loop: (k, n, n).
+
+        Parameters
+        ----------
+        ends : ndarray
+            (k, m) of 0 and 1.
+        alpha : float
+            The factor.
+        """
+        gains = np.where(ends == 1, alpha * self.upper, self.lower)[:, :, None] * np.eye(ends.shape[1])
+        seen = np.linalg.solve(
+            np.eye(ends.shape[1]) + self.D @ gains, np.broadcast_to(self.C, (len(ends), *self.C.shape))
+        )
+        return np.asarray(self.A - self.B @ gains @ seen)
+
+    def _steps(self, closed: Reals, times: Reals) -> Reals:
+        if self.discrete:
+            return np.array([np.linalg.matrix_power(G, int(t)) for G, t in zip(closed, times, strict=True)])
+        return _exponentials(closed * np.asarray(times)[:, None, None])
+
+    def growth(self, ends: NDArray[np.int_], pattern: Pattern, alpha: float) -> float:
+        """Logarithm of the spectral radius over one period.
+
+        Parameters
+        ----------
+        ends : ndarray
+            (k, m), the set.
+        pattern : Pattern
+            Of it.
+        alpha : float
+            The factor.
+        """
+        return self._slopes(self.closed(ends, alpha), pattern)[0]
+
+    def _slopes(self, closed: Reals, pattern: Pattern) -> tuple[float, Reals]:
+        """Logarithm of the spectral radius, and its derivatives by the times."""
+        which = list(pattern.which)
+        steps = self._steps(closed[which], np.array(pattern.times))
+        value, left, right = _perron(steps)
+        if value == -math.inf:
+            return value, np.zeros(len(which))
+        return value, np.einsum("ki,kij,kj->k", left, closed[which], right).real
+
+    def chosen(self, steps: Reals, choice: NDArray[np.int_]) -> tuple[NDArray[np.int_], float]:
+        """The gains of each bin after the derivatives of the spectral radius have chosen, while that helps.
+
+        Parameters
+        ----------
+        steps : ndarray
+            (k, n, n) over one bin with each of the gains.
+        choice : ndarray
+            Which of the gains at first.
+        """
+
+        def judged(choice: NDArray[np.int_]) -> tuple[float, Reals]:
+            value, left, right = _perron(steps[choice])
+            rows, columns = left, np.roll(right, 1, axis=0)  # before and after each bin
+            return value, np.einsum("bi,kij,bj->bk", rows, steps, columns).real if value > -math.inf else rows.real
+
+        best, slopes = judged(choice)
+        for _ in range(_ROUNDS if best > -math.inf else 0):
+            checkpoint()
+            most = slopes.max(axis=1) - slopes[np.arange(len(choice)), choice]
+            ranks = np.sort(most)[::-1]
+            for share in (1.0, 0.3, 0.1, 0.0):
+                least = max(float(ranks[int(share * (len(ranks) - 1))]), 1e-13)
+                trial = np.where(most >= least, slopes.argmax(axis=1), choice)
+                value, changed = judged(trial)
+                if value > best + 1e-13:
+                    choice, best, slopes = trial, value, changed
+                    break
+            else:
+                break
+        return choice, best
+
+    def _periods(self, closed: Reals) -> list[float]:
+        if self.discrete:
+            return [float(p) for p in _PERIODS]
+        values = np.linalg.eigvals(closed).ravel()
+        turns = np.abs(values.imag)[np.abs(values.imag) > 1e-6 * np.abs(values).max()]
+        size = np.abs(values).max()
+        spread = [math.pi / size, 2 * math.pi / size, 4 * math.pi / size, 12 * math.pi / size]
+        found = np.unique([*(math.pi / turns), *(2 * math.pi / turns), *spread]) if turns.size else np.array(spread)
+        return [float(v) for v in found[np.unique(np.linspace(0, len(found) - 1, 8).astype(int))]]
+
+    def at(self, ends: NDArray[np.int_], alpha: float) -> list[tuple[float, Pattern]]:
+        """Patterns with growth at a factor, the best first.
+
+        Parameters
+        ----------
+        ends : ndarray
+            (k, m), the set.
+        alpha : float
+            The factor.
+        """
+        found: dict[Pattern, float] = {}
+        closed = self.closed(ends, alpha)
+        for period in self._periods(closed):
+            bins = int(period) if self.discrete else _BINS
+            steps = self._steps(closed, np.full(len(ends), period / bins))
+            for start in self._drawn(steps, bins):
+                checkpoint()
+                choice, value = self.chosen(steps, start)
+                pattern = _runs(choice, period / bins)
+                if value > _SURE and pattern is not None:
+                    found[pattern] = value / period
+        ranked = sorted(found.items(), key=lambda item: -item[1])
+        return [(value, pattern) for pattern, value in ranked[:_KEPT]]
+
+    def _drawn(self, steps: Reals, bins: int) -> NDArray[np.int_]:
+        """The fastest of many patterns of up to four runs: (_STARTS, bins)."""
+        powers = [np.broadcast_to(np.eye(steps.shape[-1]), steps.shape)]
+        for _ in range(bins):
+            powers.append(steps @ powers[-1])
+        table = np.array(powers)
+        which = self.random.integers(0, len(steps), (_DRAWN, 4))
+        which[::2, 2:] = which[::2, :2]  # half of them with two runs
+        cuts = np.sort(self.random.integers(0, bins + 1, (_DRAWN, 3)), axis=1)
+        counts = np.diff(np.concatenate([np.zeros((_DRAWN, 1), int), cuts, np.full((_DRAWN, 1), bins)], axis=1), axis=1)
+        whole = table[counts[:, 0], which[:, 0]]
+        for i in range(1, 4):
+            whole = table[counts[:, i], which[:, i]] @ whole
+        size = np.abs(np.linalg.eigvals(np.where(np.isfinite(whole), whole, 0.0))).max(axis=1)
+        best = np.argsort(-size, kind="stable")[:_STARTS]
+        return np.array([np.repeat(which[i], counts[i]) for i in best])
+
+    def faster(self, ends: NDArray[np.int_], pattern: Pattern, alpha: float) -> Pattern:
+        """Times near the given ones with the largest growth per unit of time.
+
+        Parameters
+        ----------
+        ends : ndarray
+            (k, m), the set.
+        pattern : Pattern
+            Of it.
+        alpha : float
+            The factor.
+        """
+        if self.discrete:
+            return pattern
+        closed = self.closed(ends, alpha)
+
+        def slow(logarithms: Reals) -> tuple[float, Reals]:
+            """Negative growth per unit of time, and its gradient."""
+            times = np.exp(logarithms)
+            value, slopes = self._slopes(closed, Pattern(pattern.which, tuple(times)))
+            if value == -math.inf:
+                return 1e9, np.zeros(len(times))
+            total = float(times.sum())
+            return -value / total, -(slopes - value / total) / total * times
+
+        start = np.log(pattern.times)
+        found = optimize.minimize(
+            slow, start, jac=True, method="L-BFGS-B", bounds=[(v - 6, v + 2) for v in start], options={"maxiter": 40}
+        )
+        times = np.exp(found.x)
+        kept = times > 1e-4 * times.sum()
+        better = Pattern(
+            tuple(w for w, k in zip(pattern.which, kept, strict=True) if k), tuple(float(t) for t in times[kept])
+        )
+        return better if self.growth(ends, better, alpha) / times.sum() > -slow(start)[0] else pattern
+
+    def threshold(self, ends: NDArray[np.int_], pattern: Pattern, low: float, high: float) -> float:
+        """The factor where the growth of a pattern vanishes, if it grows at ``high`` and not at ``low``.
+
+        Parameters
+        ----------
+        ends : ndarray
+            (k, m), the set.
+        pattern : Pattern
+            Of it.
+        low, high : float
+            Factors.
+        """
+
+        def value(alpha: float) -> float:
+            """Growth, without rounding."""
+            return max(self.growth(ends, pattern, alpha), -1.0) - _SURE
+
+        if value(low) >= 0 or value(high) <= 0:
+            return high
+        return float(optimize.brentq(value, low, high, xtol=1e-12 * high, rtol=1e-12))
+
+    def lowered(self, ends: NDArray[np.int_], pattern: Pattern, low: float, alpha: float) -> tuple[float, Pattern]:
+        """A smaller factor with a pattern like a given one.
+
+        Parameters
+        ----------
+        ends : ndarray
+            (k, m), the set.
+        pattern : Pattern
+            Of it.
+        low : float
+            Nothing grows there.
+        alpha : float
+            There the pattern grows.
+        """
+        for _ in range(_DESCENTS):
+            checkpoint()
+            before = alpha
+            pattern = self.faster(ends, pattern, alpha)
+            alpha = self.threshold(ends, pattern, low, alpha)
+            richer = self._richer(ends, pattern, alpha)
+            if richer is not None:
+                reached = self.threshold(ends, richer, low, alpha)
+                pattern, alpha = (richer, reached) if reached < alpha else (pattern, alpha)
+            if alpha > before * (1 - 1e-7):
+                break
+        short = _once(pattern)
+        return (alpha, short) if self.growth(ends, short, alpha * (1 + 1e-9)) > _SURE else (alpha, pattern)
+
+    def _richer(self, ends: NDArray[np.int_], pattern: Pattern, alpha: float) -> Pattern | None:
+        """A pattern with other switches and growth."""
+        total = sum(pattern.times)
+        bins = round(total) if self.discrete else 2 * _BINS
+        at = (np.arange(bins) + 0.5) * total / bins
+        choice = np.array(pattern.which)[np.searchsorted(np.cumsum(pattern.times), at).clip(0, len(pattern.which) - 1)]
+        steps = self._steps(self.closed(ends, alpha * (1 - 1e-6)), np.full(len(ends), total / bins))
+        choice, _ = self.chosen(steps, choice)
+        found = _runs(choice, total / bins)
+        if found is None or len(found.which) > _LONGEST:
+            return None
+        found = self.faster(ends, found, alpha)
+        return found if self.growth(ends, found, alpha) > _SURE else None
+
+    def found(self, low: float, most: float) -> tuple[float, NDArray[np.int_], Pattern] | None:
+        """The smallest factor that was found, the ends and the pattern; None if nothing grows.
+
+        Parameters
+        ----------
+        low : float
+            Up to it the loop is stable.
+        most : float
+            The largest factor of interest; infinity: none.
+        """
+        rungs = [most] if most < math.inf else [(low or 1.0) * step for step in _RUNGS]
+        for alpha in rungs:
+            hits = [(ends, pattern) for ends in self.sets() for _, pattern in self.at(ends, alpha)]
+            if hits:
+                reached = [(*self.lowered(ends, pattern, low, alpha), ends) for ends, pattern in hits[:_KEPT]]
+                best, pattern, ends = min(reached, key=lambda one: one[0])
+                return best, ends, pattern
+        return None
+
+    def proposals(self, low: float, most: float) -> Iterator[Switching]:
+        """What to certify, the smallest factor first; nothing if no class depends on time or the plant is too large.
+
+        Parameters
+        ----------
+        low : float
+            Up to it the loop is stable.
+        most : float
+            The largest factor of interest; infinity: none.
+        """
+        if not any(self.varying) or not 0 < len(self.A) <= MOST_STATES or low >= most:
+            return
+        with np.errstate(all="ignore"):  # products overflow where the loop grows fast; such values are never chosen
+            found = self.found(low, most)
+            if found is None:
+                return
+            alpha, ends, pattern = found
+            times = [_short(t) for t in pattern.times]
+            if self.discrete:  # sample after sample
+                which = [w for w, t in zip(pattern.which, times, strict=True) for _ in range(int(t))]
+                times = [Fraction(1)] * len(which)
+            else:
+                which = list(pattern.which)
+            for step in _BEYOND:
+                factor = min(alpha * (1 + step), most)
+                near = Pattern(tuple(which), tuple(float(t) for t in times))
+                rate = self.growth(ends, near, factor)
+                if rate > _SURE:
+                    enough = math.log(4 * len(self.A)) + 2
+                    squarings = min(max(math.ceil(math.log2(enough / rate)) + 2, 0), 64)
+                    rows = [tuple(int(v) for v in ends[w]) for w in which]
+                    yield from (Switching(factor, rows, times, squarings, bits) for bits in _BITS)
+
+
+def _perron(steps: Reals) -> tuple[float, Reals, Reals]:
+    """Log of the spectral radius of ``steps[-1] ... steps[0]``; rows after and columns after each step, ``y x = 1``.
+
+    Row ``i`` is ``y S_last ... S_(i+1)``, column ``i`` is ``S_i ... S_0 x / lambda``, so that their product is 1.
+    """
+    n = steps.shape[1]
+    whole = np.eye(n)
+    for step in steps:
+        whole = step @ whole
+    nothing = -math.inf, np.zeros((len(steps), n)), np.zeros((len(steps), n))
+    if not np.isfinite(whole).all():
+        return nothing
+    values, vectors = np.linalg.eig(whole)
+    k = int(np.abs(values).argmax())
+    value, x = values[k], vectors[:, k]
+    if not 0 < abs(value) < math.inf:
+        return nothing
+    try:
+        row = np.linalg.inv(vectors)[k]
+    except np.linalg.LinAlgError:
+        return nothing
+    left, right = np.empty((len(steps), n), dtype=complex), np.empty((len(steps), n), dtype=complex)
+    for i, step in enumerate(steps):
+        x = step @ x
+        right[i] = x / value
+    for i in range(len(steps) - 1, -1, -1):
+        left[i] = row
+        row = row @ steps[i]
+    return math.log(abs(value)), left, right
+
+
+def _exponentials(X: Reals) -> Reals:
+    """``exp`` of each of many small matrices: Taylor's formula to order 14, and squarings."""
+    size = float(np.abs(X).sum(axis=-1).max())
+    halvings = max(0, math.ceil(math.log2(max(size, 1e-300))) + 1) if size < 2.0**40 else 41
+    X, one = X / 2.0**halvings, np.eye(X.shape[-1])
+    found = one + X / 14
+    for k in range(13, 0, -1):
+        found = one + (X / k) @ found
+    for _ in range(halvings):
+        found = found @ found
+    return np.asarray(found)
+
+
+def _runs(choice: NDArray[np.int_], width: float) -> Pattern | None:
+    """The pattern of bins, equal neighbours together and repetitions left out; None if nothing changes."""
+    bins = len(choice)
+    edges = [i for i in range(bins) if choice[i] != choice[i - 1]]
+    if not edges:
+        return None
+    turned = [int(v) for v in np.roll(choice, -edges[0])]
+    period = next(p for p in range(1, bins + 1) if bins % p == 0 and turned == turned[:p] * (bins // p))
+    runs = [(which, len(list(same))) for which, same in groupby(turned[:period])]
+    return Pattern(tuple(which for which, _ in runs), tuple(count * width for _, count in runs))
+
+
+def _once(pattern: Pattern) -> Pattern:
+    """The first of the repetitions of a pattern."""
+    count = len(pattern.which)
+    fits = (p for p in range(1, count + 1) if count % p == 0 and pattern.which == pattern.which[:p] * (count // p))
+    period = next(fits)
+    return Pattern(pattern.which[:period], pattern.times[:period])
+
+
+def _short(value: float) -> Fraction:
+    """A double cut to 40 bits."""
+    mantissa, exponent = math.frexp(value)
+    return Fraction(round(math.ldexp(mantissa, 40))) * Fraction(2) ** (exponent - 40)

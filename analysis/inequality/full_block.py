@@ -1,0 +1,204 @@
+r"""Full-block multipliers of several channels, in floating point: ``Pi`` by one semidefinite programme.
+
+After the shift ``psi = Delta sigma`` at each time, ``Delta`` diagonal, ``0 <= Delta_ii <= w_i``.  A symmetric matrix
+``Pi = [[Q, S], [S', R]]`` is a multiplier if its form in ``(sigma, psi)`` is nonnegative for all of these.  Two ways
+show it:
+
+Vertices: ``[1; Delta]' Pi [1; Delta] >= 0`` for ``Delta_ii`` in ``{0, w_i}``, and ``R_ii <= 0``, so that the form is
+concave in each ``Delta_ii``.
+
+Orthants: ``psi_i`` and ``w_i sigma_i - psi_i`` have one sign ``s_i``.  With ``J`` for the form in these, ``S J S - N >=
+0`` and ``N >= 0`` entry by entry, for each of the ``2^(m - 1)`` pairs of signs ``s``, ``-s``, ``S = diag(s, s)``.
+
+The diagonal multipliers are those with ``Q = 0``, ``S`` and ``R`` diagonal.  Nothing here is believed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import Any, NamedTuple
+
+from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.shifted_loop import Proposal, ShiftedLoop
+from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
+from lure.arrays import NDArray, np
+
+MOST_STATES, MOST_CHANNELS, MOST_ORTHANTS = 20, 6, 4  # beyond them a programme takes seconds, and a search a minute
+_SURE, _LARGEST, _LARGEST_THETA = 1e-7, 100.0, 1e4
+_ROOMS = (1e-9, 1e-7, 1e-5)  # of the largest entry: what is added to the form so that rounding leaves it positive
+_BITS = 44
+Rows = list[list[Fraction]]
+
+
+class FullBlock(NamedTuple):
+    """``Pi`` for ``(sigma, psi/w)``, ``theta``, and ``N`` for each pattern of signs (none: vertices)."""
+
+    Pi: NDArray[np.float64]
+    theta: NDArray[np.float64]
+    parts: list[NDArray[np.float64]]
+
+
+def signs(m: int) -> list[tuple[int, ...]]:
+    """The patterns of signs of ``m`` channels, the first positive, in the order of a certificate.
+
+    Parameters
+    ----------
+    m : int
+        Number of channels.
+    """
+    return [(1, *rest) for rest in product((1, -1), repeat=m - 1)]
+
+
+@dataclass
+class FullBlockInequality(ShiftedLoop):
+    """The inequality of one plant and lower bounds with full-block multipliers; parameters as for the diagonal ones.
+
+    Parameters
+    ----------
+    orthants : bool
+        Whether ``Pi`` is shown to be a multiplier by its orthants; else by its vertices.
+    """
+
+    orthants: bool = False
+
+    def multipliers(self, widths: NDArray[np.float64]) -> FullBlock | None:
+        """Multipliers and a margin that is more than rounding, None if there are none or the programme is too large.
+
+        Parameters
+        ----------
+        widths : ndarray
+            (m,) of the shifted sectors.
+        """
+        n, m = self.B.shape
+        if n > MOST_STATES or m > (MOST_ORTHANTS if self.orthants else MOST_CHANNELS):
+            return None
+        checkpoint()
+        free = [i for i in range(m) if self.free[i]]
+        state, form = symmetric_basis(n), symmetric_basis(2 * m)
+        patterns = signs(m) if self.orthants else []
+        sizes = [len(state), len(form), len(free), 1, *(len(form) for _ in patterns)]
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        total = int(starts[-1])
+
+        def block(order: int, parts: dict[int, NDArray[np.float64]]) -> Block:
+            slopes = np.zeros((total, order, order))
+            for which, part in parts.items():
+                slopes[starts[which] : starts[which + 1]] = part
+            return Block(np.zeros((order, order)), slopes)
+
+        B, D = self.B * widths, self.D * widths
+        moves, stays = np.hstack([self.A, -B]), np.hstack([np.eye(n), np.zeros((n, m))])
+        Y = np.vstack([np.hstack([self.C, -D]), np.hstack([np.zeros((m, n)), np.eye(m)])])
+        if self.discrete:
+            falls = stays.T @ state @ stays - moves.T @ state @ moves
+        else:
+            falls = -(stays.T @ state @ moves + moves.T @ state @ stays)
+        turns = [-np.outer(Y[m + i], widths[i] * self.own[i] @ moves) * self.unit for i in free]
+        turning = np.array([t + t.T for t in turns]).reshape(len(free), n + m, n + m)
+        margin = np.diag([0.0] * n + [1.0] * m)
+        blocks = [block(n + m, {0: falls, 1: -(Y.T @ form @ Y), 2: turning, 3: -margin[None]})]
+        bounds: list[tuple[int, float, float]] = []  # of entry k: factor, and what it times the entry is at most
+        diagonal = starts[1] + np.array([i * (i + 1) // 2 + i for i in range(2 * m)])
+        if self.orthants:
+            view = _view(m)
+            inner = view.T @ form @ view
+            for at, pattern in enumerate(patterns, 4):
+                both = np.array([*pattern, *pattern])
+                blocks.append(block(2 * m, {1: inner * both[:, None] * both, at: -form}))
+                bounds += [(k, -1.0, 0.0) for k in range(starts[at], starts[at + 1])]
+        else:
+            for ends in product((0.0, 1.0), repeat=m):
+                view = np.vstack([np.eye(m), np.diag(ends)])
+                blocks.append(block(m, {1: view.T @ form @ view}))
+            bounds += [(k, 1.0, 0.0) for k in diagonal[m:]]
+        bounds += [(k, sign, _LARGEST) for k in diagonal for sign in (1.0, -1.0)]
+        bounds += [(k, sign, _LARGEST_THETA) for k in range(starts[2], starts[3]) for sign in (1.0, -1.0)]
+        bounds += [(starts[3], 1.0, _LARGEST)]
+        rows = np.zeros((len(bounds), total))
+        rows[np.arange(len(bounds)), [k for k, *_ in bounds]] = [factor for _, factor, _ in bounds]
+        cost = np.zeros(total)
+        cost[starts[3]] = 1.0
+        found = proposed(cost, blocks, rows, np.array([most for *_, most in bounds]))
+        if found is None or found[starts[3]] <= _SURE:
+            return None
+        theta = np.zeros(m)
+        theta[free] = found[starts[2] : starts[3]] * self.unit
+        parts = [np.tensordot(found[starts[at] : starts[at + 1]], form, 1) for at in range(4, 4 + len(patterns))]
+        return FullBlock(np.tensordot(found[starts[1] : starts[2]], form, 1), theta, parts)
+
+    def serves(self, widths: NDArray[np.float64]) -> bool:
+        """Whether the programme finds multipliers; see :meth:`multipliers`."""
+        return self.multipliers(widths) is not None
+
+    def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
+        """``Pi`` rounded with more and less room, with ``P`` of Riccati equations; see :class:`ShiftedLoop`."""
+        found = self.multipliers(np.array([float(w) for w in widths]))
+        if found is None:
+            return
+        m = len(widths)
+        theta = [Fraction(f"{v:.12g}") for v in found.theta]
+        size = float(np.abs(found.Pi).max())
+        parts = [np.maximum(part, 0) for part in found.parts]
+        lacking = self._lacking(found.Pi, parts)
+        corner = np.arange(m, 2 * m)
+        for room in _ROOMS:
+            raised = found.Pi.copy()
+            if parts:
+                raised += 3 * (lacking + room * size) * np.eye(2 * m)  # J'J > 1/3
+            else:
+                raised[np.diag_indices(m)] += lacking + room * size
+                raised[corner, corner] = np.minimum(raised[corner, corner], 0)
+            grid = Fraction(2) ** (int(np.floor(np.log2(size))) - _BITS)
+            units = [Fraction(1)] * m + [1 / w for w in widths]  # of psi/w
+            Pi = _congruent(_exact(raised, grid), units)
+            ends = [*units[m:], *units[m:]]  # of (psi, w sigma - psi)/w
+            multiplier: dict[str, Any] = {"Pi": _texts(_moved(Pi, lower))}
+            if parts:
+                multiplier["N"] = [_texts(_congruent(_exact(part, grid), ends)) for part in parts]
+            near = np.array([[float(v) for v in row] for row in Pi])
+            for P in self.solutions(near, theta, lower):
+                yield Proposal(*P, multiplier | self.popovs(theta))
+
+    def _lacking(self, Pi: NDArray[np.float64], parts: list[NDArray[np.float64]]) -> float:
+        """By how much the forms that are to be nonnegative fall below 0."""
+        m = len(Pi) // 2
+        if parts:
+            inner, patterns = _view(m).T @ Pi @ _view(m), np.array([[*s, *s] for s in signs(m)])
+            forms = np.array([inner * s[:, None] * s - part for s, part in zip(patterns, parts, strict=True)])
+        else:
+            views = [np.vstack([np.eye(m), np.diag(ends)]) for ends in product((0.0, 1.0), repeat=m)]
+            forms = np.array([view.T @ Pi @ view for view in views])
+        return max(0.0, -float(np.linalg.eigvalsh(forms).min()))
+
+
+def _view(m: int) -> NDArray[np.float64]:
+    """``(sigma, psi)`` from ``(psi, sigma - psi)``."""
+    one = np.eye(m)
+    return np.block([[one, one], [one, 0 * one]])
+
+
+def _exact(matrix: NDArray[np.float64], grid: Fraction) -> Rows:
+    return [[round(Fraction(float(v)) / grid) * grid for v in row] for row in (matrix + matrix.T) / 2]
+
+
+def _congruent(matrix: Rows, factors: Sequence[Fraction]) -> Rows:
+    return [[v * f * g for v, g in zip(row, factors, strict=True)] for row, f in zip(matrix, factors, strict=True)]
+
+
+def _moved(Pi: Rows, lower: Sequence[Fraction]) -> Rows:
+    """The form in ``(sigma, phi)``, ``psi = phi - l sigma``."""
+    m, found = len(lower), [list(row) for row in Pi]
+    for _ in range(2):  # columns, then rows
+        for i, shift in enumerate(lower):
+            for row in found:
+                row[i] -= shift * row[m + i]
+        found = [list(column) for column in zip(*found, strict=True)]
+    return found
+
+
+def _texts(matrix: Rows) -> list[list[str]]:
+    """The lower triangle."""
+    return [[str(v) for v in row[: i + 1]] for i, row in enumerate(matrix)]

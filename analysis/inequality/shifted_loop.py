@@ -1,0 +1,191 @@
+r"""The loop of several channels shifted by the lower bounds, in floating point, and ``P`` by Riccati equations.
+
+With ``phi = l sigma + psi``, ``psi_i`` lies in ``[0, w_i]``.  A quadratic constraint ``(sigma, psi)' Pi (sigma, psi)
+>= 0`` and Popov's terms serve if
+
+.. math:: -\begin{pmatrix} -H \\ 1 \end{pmatrix}^* \Pi \begin{pmatrix} -H \\ 1 \end{pmatrix}
+    + i \omega \Theta H - i \omega H^* \Theta > 0
+
+at every frequency, infinity included; in discrete time at ``z = e^{i omega}``, ``Theta = 0``.  Which ``Pi`` there are
+is the matter of the classes that build on this one.  Nothing here is believed: a checker decides.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from lure.analysis.deadline import checkpoint
+from lure.arrays import NDArray, linalg, np
+from lure.errors import AssumptionError
+
+_GRID, _DECADES = 100, 4
+_SLACKS = (0.5, 0.2, 1e-1, 1e-2, 1e-3, 1e-4)
+_BITS = 56  # of the smallest entry on the diagonal of P
+
+
+class Proposal(NamedTuple):
+    """What a certificate holds: ``P`` in units of ``2^-exponent``, the lower triangle, and its ``multiplier``."""
+
+    rows: list[list[int]]
+    exponent: int
+    multiplier: dict[str, Any]
+
+
+@dataclass
+class ShiftedLoop(ABC):
+    """The inequality of one plant and lower bounds, for any widths ``w``.
+
+    Parameters
+    ----------
+    A, B, C, D : ndarray
+        (n, n), (n, m), (m, n) and (m, m) [floating point].
+    lower : ndarray
+        (m,) lower bounds.
+    free : sequence of bool
+        Which ``theta`` may differ from 0.
+    popov : bool
+        Whether a certificate states ``theta``.
+    discrete : bool
+        Whether in discrete time.
+
+    Raises
+    ------
+    AssumptionError
+        The loop with the gains ``lower`` is not well posed, or not asymptotically stable.
+    """
+
+    A: NDArray[np.float64]
+    B: NDArray[np.float64]
+    C: NDArray[np.float64]
+    D: NDArray[np.float64]
+    lower: NDArray[np.float64]
+    free: Sequence[bool]
+    popov: bool
+    discrete: bool
+
+    @abstractmethod
+    def serves(self, widths: NDArray[np.float64]) -> bool:
+        """Whether multipliers were found for these widths.
+
+        Parameters
+        ----------
+        widths : ndarray
+            (m,) of the shifted sectors.
+        """
+
+    @abstractmethod
+    def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
+        """What to put into a certificate, the likeliest first, for the loop as it was given; nothing if none serve.
+
+        Parameters
+        ----------
+        widths, lower : sequence of Fraction
+            The shifted sectors, and the shift.
+        """
+
+    def __post_init__(self) -> None:
+        m, gain = len(self.D), np.diag(self.lower)
+        self.own = self.C
+        whole = np.eye(m) + self.D @ gain
+        if abs(np.linalg.det(whole)) < 1e-12:
+            raise AssumptionError("the loop is not well posed with the gains at the lower bounds")
+        inverse = np.linalg.inv(whole)
+        self.C, self.D = inverse @ self.C, inverse @ self.D
+        self.A, self.B = self.A - self.B @ gain @ self.C, self.B @ (np.eye(m) - gain @ self.D)
+        balanced, (self.units, _) = linalg.matrix_balance(self.A, permute=False, separate=True)
+        self.A, self.B = np.asarray(balanced), self.B / self.units[:, None]
+        self.C, self.own = self.C * self.units, self.own * self.units
+        poles = np.linalg.eigvals(self.A).astype(complex)
+        inside = np.abs(poles).max() < 1 if self.discrete else poles.real.max() < 0
+        if not inside:
+            raise AssumptionError("the loop with the gains at the lower bounds is not asymptotically stable")
+        self.omega = self._frequencies(poles)
+        self.states, self.H = self._response(self.omega)
+        self.unit = float(np.abs(poles).min() or 1.0) ** -1 if not self.discrete else 1.0
+
+    def _frequencies(self, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
+        if self.discrete:
+            near = np.abs(np.angle(poles))
+            return np.unique(np.concatenate([np.linspace(0, np.pi, 2 * _GRID), near]))
+        size = np.abs(poles)
+        low, high = size.min() / 10**_DECADES, size.max() * 10**_DECADES
+        around = [np.abs(p.imag) + abs(p.real) * np.linspace(-3, 3, 13) for p in poles]
+        points = np.concatenate([[0.0], np.geomspace(low, high, 3 * _GRID), *around])
+        return np.append(np.unique(points[points >= 0]), np.inf)
+
+    def _response(self, omega: NDArray[np.float64]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """``(i omega - A)^-1 B`` and ``H``; at infinity 0 and ``D``."""
+        points = np.exp(1j * omega) if self.discrete else 1j * np.where(np.isinf(omega), 0, omega)
+        states = np.linalg.solve(points[:, None, None] * np.eye(len(self.A)) - self.A, self.B.astype(complex))
+        states[np.isinf(omega)] = 0
+        return np.asarray(states, dtype=complex), np.asarray(self.C @ states + self.D, dtype=complex)
+
+    def _turned(
+        self, omega: NDArray[np.float64], states: NDArray[np.complex128], H: NDArray[np.complex128]
+    ) -> NDArray[np.complex128]:
+        """``i omega H`` in the rows where it is used; at infinity ``C B``."""
+        rate = self.own @ (self.A @ states + self.B)  # sigma' of a function of the state: C (A x + B mu)
+        return np.asarray(np.where(np.asarray(self.free)[None, :, None], rate, 0))
+
+    def popovs(self, theta: Sequence[Fraction]) -> dict[str, Any]:
+        """Popov's part of the multiplier of a certificate, empty for the circle criterion.
+
+        Parameters
+        ----------
+        theta : sequence of Fraction
+            Popov's terms.
+        """
+        return {"theta": [*map(str, theta)]} if self.popov else {}
+
+    def solutions(
+        self, Pi: NDArray[np.float64], theta: Sequence[Fraction], lower: Sequence[Fraction]
+    ) -> Iterator[tuple[list[list[int]], int]]:
+        """``P`` for the loop as it was given, in units of ``2^-exponent``, with that exponent.
+
+        Parameters
+        ----------
+        Pi : ndarray
+            (2m, 2m) of the quadratic constraint in ``(sigma, psi)``.
+        theta, lower : sequence of Fraction
+            Popov's terms, and the shift.
+        """
+        turn = np.array([float(v) for v in theta])[:, None]
+        m, own, H = len(turn), turn * self.own, self.H
+        Q, S, R = Pi[:m, :m], Pi[:m, m:], Pi[m:, m:]
+        adjoint = H.conj().swapaxes(1, 2)
+        inner = S.T @ H + turn * self._turned(self.omega, self.states, H) - adjoint @ Q @ H / 2
+        F = np.linalg.eigvalsh(inner + inner.conj().swapaxes(1, 2) - R)[:, 0]
+        size = np.linalg.norm(self.states, 2, axis=(1, 2)) ** 2
+        with np.errstate(divide="ignore"):
+            room = float(np.min(np.where(size > 0, F / size, np.inf)))
+        side = S - Q @ self.D
+        N = self.C.T @ side + (0 if self.discrete else self.A.T @ own.T)
+        corner = side.T @ self.D + self.D.T @ S - R
+        corner = corner if self.discrete else corner + own @ self.B + (own @ self.B).T
+        low = np.diag([float(v) for v in lower]) * turn
+        for share in _SLACKS if room > 0 else ():
+            checkpoint()
+            P = self._riccati(self.C.T @ Q @ self.C + share * room * np.eye(len(self.A)), N, corner)
+            if P is not None:
+                yield self._rounded(P - self.own.T @ low @ self.own)
+
+    def _riccati(
+        self, cost: NDArray[np.float64], N: NDArray[np.float64], R: NDArray[np.float64]
+    ) -> NDArray[np.float64] | None:
+        solve = linalg.solve_discrete_are if self.discrete else linalg.solve_continuous_are
+        try:
+            with np.errstate(all="ignore"):
+                P = solve(self.A, self.B, cost, -(R + R.T) / 2, s=-N)
+        except (np.linalg.LinAlgError, ValueError):
+            return None
+        return (P + P.T) / 2 if np.isfinite(P).all() else None
+
+    def _rounded(self, P: NDArray[np.float64]) -> tuple[list[list[int]], int]:
+        P = P / self.units[:, None] / self.units[None, :]
+        exponent = max(0, _BITS - int(np.floor(np.log2(max(np.abs(np.diag(P)).min(), 1e-300)))))
+        rows = [[round(Fraction(float(P[i, j])) * 2**exponent) for j in range(i + 1)] for i in range(len(P))]
+        return rows, exponent
