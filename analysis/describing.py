@@ -69,7 +69,7 @@ def describing_function(nonlinearity: object, amplitude: ArrayLike) -> NDArray[n
         raise InputError("describing_function: an amplitude is not a positive finite number")
     nonlinearity = control_saturation(nonlinearity) or nonlinearity
     if is_control_nonlinearity(nonlinearity):
-        values = [complex(nonlinearity.describing_function(float(size))) for size in sizes.ravel()]  # type: ignore[attr-defined]
+        values = [complex(nonlinearity.describing_function(float(size))) for size in sizes.ravel()]  # type: ignore[attr-defined]  # of python-control
         return np.array(values, dtype=complex).reshape(sizes.shape)
     if not callable(nonlinearity):
         raise InputError(

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, cast
 from lure.classes import NonlinearityClass
 from lure.errors import InputError, Reason
 from lure.exact import Exact, exact_number
-from lure.nonlinearities.base import Nonlinearity, number_text
+from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.shifted import shifted_class
 from lure.plants.block import Plant, StructuredPlant
 from lure.plants.conversion import exact_block
 from lure.plants.rational import RationalPlant
 from lure.record import Record, quantity
+from lure.record.values import exact_text
 
 if TYPE_CHECKING:
     import control
@@ -284,7 +285,7 @@ def pole_shift(block: object, nonlinearity_class: NonlinearityClass, gain: Exact
             block=exact, nonlinearity_class=nonlinearity_class, gain=g, steps=("nothing is shifted: the gain is 0",)
         )
     moved, shifted = shifted_block(exact, g), shifted_class(nonlinearity_class, g)
-    size = number_text(abs(g))
+    size = exact_text(abs(g))
     sign, back = ("-", "+") if g > 0 else ("+", "-")
     steps = (
         f"{nonlinearity_class} is replaced by psi(sigma) = phi(sigma) {sign} {size} sigma: "
@@ -312,8 +313,8 @@ def shifted_block(block: RationalPlant, gain: Fraction) -> RationalPlant:
     """
     if 1 + gain * block.feedthrough == 0:
         raise InputError(
-            f"the loop is not well posed: 1 + gain D = 0 with gain = {number_text(gain)} and D = H(inf) = "
-            f"{number_text(block.feedthrough)}; choose another gain",
+            f"the loop is not well posed: 1 + gain D = 0 with gain = {exact_text(gain)} and D = H(inf) = "
+            f"{exact_text(block.feedthrough)}; choose another gain",
             code=Reason.ILL_POSED,
         )
     pairs = zip_longest(reversed(block.denominator), reversed(block.numerator), fillvalue=Fraction(0))

@@ -26,7 +26,7 @@ from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop, re
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.gains import is_stable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.numerics.doubles import double_above, short
+from lure.analysis.numerics.doubles import double_above
 from lure.analysis.numerics.polynomial import exact_midpoint, real_roots
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.theorems.dead_time import Delayed
@@ -37,6 +37,7 @@ from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
+from lure.record.values import exact_text
 
 # Proofs for certificates that a linear gain between two others puts a root on the imaginary axis.
 
@@ -501,7 +502,7 @@ def _as_accepted(witness: Witness, found: Refuted) -> Witness:
     return replace(
         witness,
         k=double_above(Fraction(gain)),
-        description=f"phi = {short(Fraction(gain))} sigma: the loop is not asymptotically stable",
+        description=f"phi = {exact_text(Fraction(gain), 10)} sigma: the loop is not asymptotically stable",
         data={**witness.data, "gain": gain},
         refutation=found,
     )
@@ -518,7 +519,8 @@ def _just_above(plant: RationalPlant | DelayPlant, witness: Witness) -> Iterator
             yield replace(
                 witness,
                 k=double_above(above),
-                description=f"phi = k sigma, k just above {short(gain)}: the loop is not asymptotically stable",
+                description=f"phi = k sigma, k just above {exact_text(gain, 10)}: the loop is not asymptotically "
+                "stable",
                 data={**witness.data, "gain": str(above)},
             )
 

@@ -13,7 +13,7 @@ from lure.analysis.inequality.gains import GainEnd, gain_ends, is_stable_gain, s
 from lure.analysis.inequality.hamiltonian import HamiltonianFamily
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.inequality.state_space import state_space_family
-from lure.analysis.numerics.doubles import double_above, short
+from lure.analysis.numerics.doubles import double_above
 from lure.analysis.numerics.exact_matrix import exact_entry
 from lure.analysis.numerics.precision import ball
 from lure.analysis.verdict import Evidence, Witness
@@ -24,6 +24,7 @@ from lure.plants.realisation import Realisation as Realisation
 from lure.plants.realisation import Row as Row
 from lure.plants.realisation import companion as companion
 from lure.plants.state_space import StateSpace
+from lure.record.values import exact_text
 
 # Exact state equations from a block or from matrices, and their entries as doubles and as balls.
 
@@ -169,7 +170,7 @@ def _at(block: RationalPlant, lower: Fraction, end: GainEnd) -> Witness:
 def _gain(block: RationalPlant, lower: Fraction, gain: Fraction) -> Witness:
     solvable = 1 + gain * block.feedthrough != 0
     text = "the loop is not asymptotically stable" if solvable else "the loop has no solution, 1 + k H(inf) = 0"
-    nonlinearity = f"phi = {short(gain)} sigma" if gain else "phi = 0"
+    nonlinearity = f"phi = {exact_text(gain, 10)} sigma" if gain else "phi = 0"
     return _witness(double_above(gain), f"{nonlinearity}: {text}", {"lower": str(lower), "gain": str(gain)})
 
 

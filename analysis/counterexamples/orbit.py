@@ -11,11 +11,12 @@ from typing import cast
 
 from flint import fmpq_mat
 
-from lure.analysis.numerics.doubles import double_above, short
+from lure.analysis.numerics.doubles import double_above
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
+from lure.record.values import exact_text
 
 # Nonlinearities through finitely many points, exact: which slopes and which sector they have.
 
@@ -200,9 +201,8 @@ def orbit_witness(
         )
     kind = "slope" if slope_restricted else "sector"
     description = (
-        f"{'odd ' if nonlinearity.odd else ''}piecewise linear phi of {kind} [{short(nonlinearity.tail)}, {short(k)}] "
-        f"through "
-        f"{len(nonlinearity.points)} points: an orbit of period {len(u)} samples, exact"
+        f"{'odd ' if nonlinearity.odd else ''}piecewise linear phi of {kind} [{exact_text(nonlinearity.tail, 10)}, "
+        f"{exact_text(k, 10)}] through {len(nonlinearity.points)} points: an orbit of period {len(u)} samples, exact"
     )
     return Witness(
         kind="periodic orbit",

@@ -26,13 +26,14 @@ from lure.analysis.counterexamples.periodic_discrete import SECTOR_PERIODS, prop
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.gains import hurwitz_limit, simplest_between
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.numerics.doubles import double_above, short
+from lure.analysis.numerics.doubles import double_above
 from lure.analysis.numerics.polynomial import positive_root_count, real_roots, to_fmpq
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import NDArray, Reals, np, optimize
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
+from lure.record.values import exact_text
 
 # The search for a switched gain that makes a loop grow, in floating point: a proposal, never a proof.
 
@@ -531,7 +532,7 @@ def _switched_discrete_certified(
         gains = [upper if g else lower for g in pattern]
         if not _grows(system, gains, bits):
             continue
-        text = _runs(["k" if g else short(lower) for g in pattern])
+        text = _runs(["k" if g else exact_text(lower, 10) for g in pattern])
         return Witness(
             kind="switched gain",
             k=double_above(upper),
@@ -539,7 +540,8 @@ def _switched_discrete_certified(
             slope_restricted=True,
             odd=True,
             time_varying=True,
-            description=f"phi(t, sigma) = k(t) sigma, k(t) repeating {text}, k = {short(upper)}: motions grow for ever",
+            description=f"phi(t, sigma) = k(t) sigma, k(t) repeating {text}, k = {exact_text(upper, 10)}: "
+            "motions grow for ever",
             data={"k": str(upper), "lower": str(lower), "period": len(gains), "gains": [str(g) for g in gains]},
         )
     return None

@@ -34,7 +34,7 @@ from lure.analysis.nonlinearity.rational import (
     roots_between,
     tightened,
 )
-from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, short
+from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds
 from lure.analysis.nonlinearity.search import Effort, NotEnclosed, Target, end_limit, extremes
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Evidence
@@ -43,6 +43,7 @@ from lure.exact import exact_number
 from lure.expressions.regularity import hull, nature
 from lure.expressions.tree import ZERO, derivative
 from lure.nonlinearities import Quantiser
+from lure.record.values import exact_text
 
 # Chords and slopes gathered over the pieces of a nonlinearity.
 
@@ -110,7 +111,7 @@ def quantiser_bounds(nonlinearity: Quantiser, on: tuple[Fraction, Fraction] | No
         ]
     slopes = [Candidate(value=Fraction(0), place="between the jumps", inside=True)]
     if jump is not None:
-        slopes.append(Candidate(value=math.inf, place=f"a jump at {short(jump)}", inside=False))
+        slopes.append(Candidate(value=math.inf, place=f"a jump at {exact_text(jump)}", inside=False))
     return NonlinearityBounds(
         nonlinearity=str(nonlinearity),
         sector_lower=least(chords),
@@ -157,7 +158,7 @@ def slope_extremes(
     try:
         found, covers = piecewise_extrema(known, chords=False, effort=effort)
     except NotEnclosed as error:  # the nonlinearity has its values there, or its chords would not have been enclosed
-        where = short(error.place, digits=10)
+        where = exact_text(error.place, 10)
         return (None, None), [f"no slope bounds: the slope could not be enclosed near sigma = {where}"]
     if not known.continuous:
         jumps = jumps_of(known)
@@ -184,7 +185,7 @@ def jumps_of(known: Known) -> list[Candidate] | None:
             if step is None:
                 return None
             if step:
-                place = f"a jump at {short(x, digits=10)}"
+                place = f"a jump at {exact_text(x, 10)}"
                 found.append(Candidate(value=side * step * math.inf, place=place, inside=False))
     return found
 
@@ -400,7 +401,7 @@ def _demand_zero(known: Known) -> None:
         )
     shown = value[0] if isinstance(value, tuple) else value
     raise InputError(
-        f"the nonlinearity {known.name[:60]!r} has phi(0) = {short(shown)}; a sector needs a nonlinearity that "
+        f"the nonlinearity {known.name[:60]!r} has phi(0) = {exact_text(shown)}; a sector needs a nonlinearity that "
         "vanishes at 0: measure sigma and phi from the equilibrium"
     )
 

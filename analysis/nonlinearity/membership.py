@@ -13,7 +13,7 @@ from typing import Literal, TypeVar
 from lure.analysis.nonlinearity.bounds import bounds_of_known, cuts_of, has_values, jumps_of, nonlinearity_bounds
 from lure.analysis.nonlinearity.pieces import Known, Piece, Value, known_nonlinearity
 from lure.analysis.nonlinearity.rational import BITS, Candidate, TooLarge
-from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, above, below, short, stated
+from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, above, below, stated
 from lure.analysis.nonlinearity.search import Effort, NotEnclosed
 from lure.analysis.nonlinearity.shape import ZeroSet, known_odd, zero_set
 from lure.analysis.nonlinearity.violations import Violation, violation
@@ -34,11 +34,12 @@ from lure.nonlinearities import (
     shifted_class,
 )
 from lure.nonlinearities import nonlinearity_class as smallest_class
-from lure.nonlinearities.base import Nonlinearity, number_text
+from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.formula import VARIABLE
 from lure.nonlinearities.properties import nonlinearity_text
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.nonlinearities.shifted import shifted_bound
+from lure.record.values import exact_text
 
 T = TypeVar("T")
 Name = Literal["sector", "slope", "odd", "time-invariance", "regularity"]
@@ -351,7 +352,7 @@ def _shifted(inner: Membership, phi: ShiftedNonlinearity, nonlinearity_class: No
         if known.name not in _QUANTITIES:
             return known
         ends = [None if x is None else shifted_bound(x, phi.gain) for x in (known.value, known.bound, known.certified)]
-        how = f"before the shift by {number_text(phi.gain)}: {known.how}"
+        how = f"before the shift by {exact_text(phi.gain)}: {known.how}"
         return replace(known, how=how, value=ends[0], bound=ends[1], certified=ends[2])
 
     found = tuple(moved(known) for known in inner.properties)
@@ -457,7 +458,7 @@ def _bounded(phi: Nonlinearity, bounds: Sector | SlopeBounds, known_of: Properti
     if found.within(bounds) is Verdict.REFUTED:
         return _violated(found, bounds, violation(phi, bounds, found=found))
     low, high = _shown(found, name)
-    span = f"{_QUANTITIES[name]} in [{short(low, digits=10)}, {short(high, digits=10)}] for every sigma"
+    span = f"{_QUANTITIES[name]} in [{exact_text(low, 10)}, {exact_text(high, 10)}] for every sigma"
     if bounds.lower <= low and high <= bounds.upper:
         return MemberProperty(name=name, status=Status.CHECKED, how=f"certified: {span}")
     return MemberProperty(name=name, status=Status.DECLARED, how=f"{_WORD}; certified is only {span}")
@@ -484,7 +485,7 @@ def _violated(found: NonlinearityBounds, bounds: Sector | SlopeBounds, at: Viola
     assert high is not None, "what was refuted was found"
     above = high.inner > bounds.upper
     beyond, bound = (high, bounds.upper) if above else (low, bounds.lower)
-    where = str(at) if at is not None else f"{_QUANTITIES[name]} passes {short(bound)} {beyond.where}"
+    where = str(at) if at is not None else f"{_QUANTITIES[name]} passes {exact_text(bound)} {beyond.where}"
     certified, side = stated(beyond, 1 if above else -1, certified=True), "at most" if above else "at least"
     return MemberProperty(
         name=name,
@@ -509,7 +510,7 @@ def _odd(phi: Nonlinearity, known_of: Properties | None) -> MemberProperty:
             return MemberProperty(
                 name="odd",
                 status=Status.VIOLATED,
-                how=f"phi(sigma) + phi(-sigma) = {short(total, digits=10)} at sigma = {number_text(x)}, and not 0",
+                how=f"phi(sigma) + phi(-sigma) = {exact_text(total, 10)} at sigma = {exact_text(x)}, and not 0",
                 points=(x,),
                 value=total,
                 bound=Fraction(0),

@@ -24,9 +24,10 @@ from lure.expressions.regularity import has_value
 from lure.expressions.rigorous import ball, enclosure
 from lure.expressions.tree import COMPARISONS, CONDITIONS, ZERO, Apply, Node, Number, Variable, apply, is_total, names
 from lure.nonlinearities import Cubic, ExpressionNonlinearity, GraphNonlinearity, ShiftedNonlinearity, Tanh
-from lure.nonlinearities.base import NormalCompliance, number_text
+from lure.nonlinearities.base import NormalCompliance
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.nonlinearities.reading import control_saturation
+from lure.record.values import exact_text
 
 # A nonlinearity given as a tree, cut where its branches change: on each open interval one tree, with the branches
 # chosen.
@@ -494,8 +495,8 @@ def _in_sigma(node: Node) -> Node:
 
 def _name(nonlinearity: object) -> str:
     if isinstance(nonlinearity, NormalCompliance):
-        factor = "" if nonlinearity.exact_stiffness == 1 else f"{number_text(nonlinearity.exact_stiffness)} "
-        power = "" if nonlinearity.exact_exponent == 1 else f"^{number_text(nonlinearity.exact_exponent)}"
+        factor = "" if nonlinearity.exact_stiffness == 1 else f"{exact_text(nonlinearity.exact_stiffness)} "
+        power = "" if nonlinearity.exact_exponent == 1 else f"^{exact_text(nonlinearity.exact_exponent)}"
         return f"normal compliance {factor}max(sigma, 0){power}"
     return nonlinearity.source if isinstance(nonlinearity, Expression) else str(nonlinearity)
 

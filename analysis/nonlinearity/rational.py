@@ -10,11 +10,12 @@ from typing import TypeAlias
 
 from flint import arb, arb_poly, fmpq_poly
 
-from lure.analysis.nonlinearity.result import Bound, Extreme, Place, short
+from lure.analysis.nonlinearity.result import Bound, Extreme, Place
 from lure.analysis.numerics.polynomial import X, exact_midpoint, real_roots, to_fmpq, to_fraction
 from lure.analysis.numerics.precision import working_precision
 from lure.errors import InputError
 from lure.expressions.tree import Apply, Node, Number
+from lure.record.values import exact_text
 
 # Values collected on the pieces of a nonlinearity, and the extremes chosen among them.
 
@@ -62,7 +63,7 @@ class Candidate:
             return "sigma -> inf" if self.place > 0 else "sigma -> -inf"
         if isinstance(self.place, Fraction) and not self.inside:
             sign = {1: "+", -1: "-"}.get(self.side, "")
-            return f"sigma -> {short(self.place, digits=10)}{sign}"
+            return f"sigma -> {exact_text(self.place, 10)}{sign}"
         return self.place
 
 
@@ -103,7 +104,7 @@ def _approached(best: Sequence[Candidate]) -> Place:
     if {place for place, _ in places} >= {math.inf, -math.inf}:
         return "|sigma| -> inf"
     if (first.place, -first.side) in places and isinstance(first.place, Fraction):
-        return f"sigma -> {short(first.place, digits=10)}"
+        return f"sigma -> {exact_text(first.place, 10)}"
     return first.at
 
 

@@ -12,6 +12,7 @@ from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector, SlopeBounds
 from lure.errors import AssumptionError
 from lure.record import Column, Page, Record, quantity
+from lure.record.values import exact_text
 
 if TYPE_CHECKING:
     from lure.analysis.drawing import Axes
@@ -83,7 +84,7 @@ class Extreme(Record):
         if isinstance(self.at, str):
             return f"as {self.at}" if "->" in self.at else self.at
         point = self.at if isinstance(self.at, Fraction) else (self.at[0] + self.at[1]) / 2
-        return f"at sigma = {short(point, digits=10)}" if self.attained else f"near sigma = {short(point, digits=10)}"
+        return f"at sigma = {exact_text(point, 10)}" if self.attained else f"near sigma = {exact_text(point, 10)}"
 
     @property
     def known(self) -> str:
@@ -95,7 +96,7 @@ class Extreme(Record):
     @property
     def cells(self) -> tuple[str, str, str]:
         """Value, place and how well it is known, for tables."""
-        return short(self.inner, digits=10), self.where, self.known
+        return exact_text(self.inner, 10), self.where, self.known
 
     def _page(self) -> Page:
         names = ("value", "where", "known", "attained")
@@ -103,7 +104,7 @@ class Extreme(Record):
         return Page("least or largest value", rows)
 
     def __str__(self) -> str:
-        return f"{short(self.inner, digits=10)} {self.where}"
+        return f"{exact_text(self.inner, 10)} {self.where}"
 
 
 class NonlinearityBounds(Record):
@@ -212,7 +213,7 @@ class NonlinearityBounds(Record):
 
     @property
     def _domain(self) -> str:
-        return "all real sigma" if self.on is None else f"sigma in [{short(self.on[0])}, {short(self.on[1])}]"
+        return "all real sigma" if self.on is None else f"sigma in [{exact_text(self.on[0])}, {exact_text(self.on[1])}]"
 
     def plot(self, nonlinearity: object, *, ax: Axes | None = None) -> Axes:
         """The nonlinearity with the wedge of its sector; see :func:`lure.analysis.plots.plot_nonlinearity_sector`.
@@ -232,7 +233,7 @@ class NonlinearityBounds(Record):
 
     def lines(self, *quantities: Quantity) -> list[str]:
         """What was found of the sector, the slopes or both, in lines."""
-        domain = "" if self.on is None else f" for sigma in [{short(self.on[0])}, {short(self.on[1])}]"
+        domain = "" if self.on is None else f" for sigma in [{exact_text(self.on[0])}, {exact_text(self.on[1])}]"
         given = f", given that {'; '.join(self.assumptions)}" if self.assumptions else ""
         lines = [f"{self.nonlinearity}{domain} ({self.evidence}{given})"]
         for name in quantities:
@@ -292,20 +293,6 @@ def as_double(value: Bound) -> float:
         return math.inf if value > 0 else -math.inf
 
 
-def short(value: Bound, *, digits: int = 6) -> str:
-    """A number for people: exact if that is short, else a few digits."""
-    if isinstance(value, float) and math.isinf(value):
-        return "inf" if value > 0 else "-inf"
-    exact = Fraction(value)
-    if exact.denominator != 1 and max(abs(exact.numerator), exact.denominator) < 1000:
-        text = f"{float(exact):.{digits}g}"
-        return text if Fraction(text) == exact else str(exact)
-    try:
-        return f"{float(exact):.{digits}g}"
-    except OverflowError:
-        return f"{'-' if exact < 0 else ''}1e{len(str(abs(exact.numerator // exact.denominator))) - 1}"
-
-
 def stated(found: Extreme, side: int, *, certified: bool) -> str:
     """A bound for people, ten digits: one that holds, rounded outwards; of a sample, what was seen.
 
@@ -319,7 +306,7 @@ def stated(found: Extreme, side: int, *, certified: bool) -> str:
         Whether ``outer`` was shown.
     """
     value = found.outer if certified else found.inner
-    text = short(value, digits=10)
+    text = exact_text(value, 10)
     if not certified or isinstance(value, float) or "/" in text or Fraction(text) == value:
         return text
     return text_below(value) if side < 0 else text_above(value)
@@ -330,6 +317,6 @@ def _told(found: Extreme, *, certified: bool) -> str:
         word = "attained" if found.attained else "approached"
         return f"{word} {found.where}" if "->" in str(found.at) or not isinstance(found.at, str) else found.where
     if isinstance(found.outer, float):
-        value = f"{short(found.inner, digits=10)} " if certified else ""  # else it is in the line above
+        value = f"{exact_text(found.inner, 10)} " if certified else ""  # else it is in the line above
         return f"{value}seen {found.where}; no bound is shown"
     return f"{found.where}, known to within {found.gap:.1e}"

@@ -7,10 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from lure.analysis.nonlinearity.result import Extreme, NonlinearityBounds, short
+from lure.analysis.nonlinearity.result import Extreme, NonlinearityBounds
 from lure.analysis.verdict import Evidence
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import AssumptionError, InputError
+from lure.record.values import exact_text
 
 DECADES = 9
 _ROUNDS, _FINE = 12, 41
@@ -122,7 +123,7 @@ def vouched(
     worst = int(np.argmax(np.abs(steps) - noise))
     if abs(steps[worst]) - noise[worst] > float(lipschitz) * (1 + _ROUNDING):
         raise AssumptionError(
-            f"the nonlinearity {name:.60} is said to have the Lipschitz constant {short(lipschitz)}, but its "
+            f"the nonlinearity {name:.60} is said to have the Lipschitz constant {exact_text(lipschitz)}, but its "
             "slope between "
             f"sigma = {x[worst]:.10g} and {x[worst + 1]:.10g} is {steps[worst]:.6g}; give a constant that holds"
         )
@@ -144,7 +145,7 @@ def vouched(
         evidence=Evidence.CERTIFIED,
         on=on,
         assumptions=(
-            f"|phi(x) - phi(y)| <= {short(lipschitz)} |x - y|, which the user vouches for",
+            f"|phi(x) - phi(y)| <= {exact_text(lipschitz)} |x - y|, which the user vouches for",
             "the function returns phi exactly" if not zero else "phi(0) = 0 exactly",
         ),
         notes=("the inner bounds are those of a sample",),

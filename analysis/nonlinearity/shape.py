@@ -12,7 +12,6 @@ from fractions import Fraction
 from lure.analysis.nonlinearity.bounds import cuts_of
 from lure.analysis.nonlinearity.pieces import Known, Piece, known_nonlinearity
 from lure.analysis.nonlinearity.rational import End, Ratio, ratio, roots_between
-from lure.analysis.nonlinearity.result import short
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.expressions.regularity import nature
@@ -20,6 +19,7 @@ from lure.expressions.tree import Apply, Node, Number, Variable
 from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Quantiser
 from lure.nonlinearities.formula import piecewise_linear_graph
 from lure.nonlinearities.piecewise_linear import Graph
+from lure.record.values import exact_text
 
 # Oddness read off a formula: a proof for every ``sigma``, where the formula shows it.
 
@@ -111,10 +111,10 @@ class ZeroInterval:
 
     def __str__(self) -> str:
         if self.low == self.high:
-            return f"{{{short(self.low)}}}"
+            return f"{{{exact_text(self.low)}}}"
         left = "[" if self.closed and self.low != -math.inf else "("
         right = "]" if self.closed and self.high != math.inf else ")"
-        return f"{left}{short(self.low)}, {short(self.high)}{right}"
+        return f"{left}{exact_text(self.low)}, {exact_text(self.high)}{right}"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

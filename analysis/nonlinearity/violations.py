@@ -9,7 +9,7 @@ from fractions import Fraction
 from lure.analysis.nonlinearity.bounds import nonlinearity_bounds
 from lure.analysis.nonlinearity.pieces import Value, domain, known_nonlinearity
 from lure.analysis.nonlinearity.rational import BITS, End
-from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, Quantity, as_double, short
+from lure.analysis.nonlinearity.result import Bound, Extreme, NonlinearityBounds, Quantity, as_double
 from lure.analysis.numerics.precision import working_precision
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
@@ -18,6 +18,7 @@ from lure.errors import InputError
 from lure.nonlinearities import Quantiser
 from lure.record import Page, Record
 from lure.record import quantity as declared
+from lure.record.values import exact_text
 
 _HALVINGS = 200
 
@@ -44,9 +45,9 @@ class Violation(Record):
     def _page(self) -> Page:
         ratio = "phi(sigma)/sigma" if self.quantity == "sector" else "(phi(x) - phi(y))/(x - y)"
         rows = [
-            (ratio, short(self.value, digits=10)),
-            ("bound", short(self.bound, digits=10)),
-            ("at", ", ".join(short(point, digits=17) for point in self.points)),
+            (ratio, exact_text(self.value, 10)),
+            ("bound", exact_text(self.bound, 10)),
+            ("at", ", ".join(exact_text(point, 17) for point in self.points)),
             ("evidence", self.evidence),
         ]
         verdict = "REFUTED" if self.evidence is Evidence.CERTIFIED else "OBSERVED"
@@ -54,10 +55,10 @@ class Violation(Record):
 
     def __str__(self) -> str:
         sign = ">" if self.value > self.bound else "<"
-        said = f"{short(self.value, digits=10)} {sign} {short(self.bound, digits=10)} ({self.evidence})"
+        said = f"{exact_text(self.value, 10)} {sign} {exact_text(self.bound, 10)} ({self.evidence})"
         if self.quantity == "sector":
-            return f"phi(sigma)/sigma = {said} at sigma = {short(self.points[0], digits=10)}"
-        x, y = (short(point, digits=17) for point in self.points)
+            return f"phi(sigma)/sigma = {said} at sigma = {exact_text(self.points[0], 10)}"
+        x, y = (exact_text(point, 17) for point in self.points)
         return f"the difference quotient is {said} between sigma = {x} and {y}"
 
 

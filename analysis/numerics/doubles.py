@@ -77,9 +77,3 @@ def _bound(value: float | Fraction, towards: Towards) -> str:
         return text
     digits = text.rstrip("0")
     return f"{digits[0]}{'.' if digits[1:] else ''}{digits[1:]}e{len(text) - 1}"
-
-
-def short(value: Fraction) -> str:
-    """``p/q`` if that is short, else ten digits."""
-    text = str(value)
-    return text if len(text) <= 15 else f"{float(value):.10g}"

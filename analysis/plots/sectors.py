@@ -13,8 +13,9 @@ from lure.analysis.nonlinearity.pieces import kinks, parsed
 from lure.analysis.nonlinearity.result import as_double
 from lure.analysis.plots.style import BLUE, GREY, INK, LEGEND, VERMILLION, axes_or_new, finish_axes, note, padded
 from lure.analysis.plots.style import number as number_sectors
-from lure.analysis.testing.result import heights, number, values_where_defined
+from lure.analysis.testing.result import heights, values_where_defined
 from lure.analysis.verdict import Evidence
+from lure.record.values import exact_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,7 +51,7 @@ def plot_violation(violation: Violation, *, ax: Axes | None = None) -> Axes:
     lines = [y0 + slope * (x - x0) for x0, y0, slope in violation.lines()]
     axes.axhline(0.0, color=GREY, lw=0.6)
     axes.axvline(0.0, color=GREY, lw=0.6)
-    allowed = f"[{number(violation.lower)}, {number(violation.upper)}]".replace("inf", "∞")
+    allowed = f"[{exact_text(violation.lower, 12)}, {exact_text(violation.upper, 12)}]".replace("inf", "∞")
     what = f"sector {allowed}" if violation.kind == "sector" else f"slopes {allowed}, from the first point"
     if len(lines) == 2:
         axes.fill_between(x, np.minimum(*lines), np.maximum(*lines), color=GREY, alpha=0.2, lw=0, label=what)
@@ -59,7 +60,7 @@ def plot_violation(violation: Violation, *, ax: Axes | None = None) -> Axes:
     if violation.kind == "odd":
         axes.plot(x, -values_where_defined(violation, -x), color=GREY, ls="--", lw=1.2, label="−φ(−σ)")
     axes.plot(x, phi, color=BLUE, lw=1.5, label="φ(σ)")
-    places = " and ".join(map(number, violation.sigma))
+    places = " and ".join(exact_text(sigma, 12) for sigma in violation.sigma)
     axes.plot(violation.sigma, violation.phi, "X", color=VERMILLION, ms=8, ls="none", label=f"fails at σ = {places}")
     axes.set_xlim(low, high)
     axes.set_ylim(*heights(violation, phi))

@@ -156,7 +156,7 @@ class Problem:
         if nonlinearity_class is None:
             return replace(cls.largest(plant, "sector", lower=Fraction(0)), name=name)
         given = {"nonlinearity": nonlinearity, "membership": membership, "name": name}
-        return cls(plant=plant, classes=Diagonal((nonlinearity_class,)), kind="class", **given)  # type: ignore[arg-type]
+        return cls(plant=plant, classes=Diagonal((nonlinearity_class,)), kind="class", **given)  # type: ignore[arg-type]  # fields by name
 
     @property
     def given(self) -> NonlinearityClass | None:

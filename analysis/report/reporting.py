@@ -135,5 +135,5 @@ def _system(loop: object) -> LoopSystem:
     if isinstance(loop, LoopSystem):
         return loop
     if isinstance(loop, Loop):
-        return LoopSystem(name="loop", title="", block=one_channel(loop.block), nonlinearity=loop.nonlinearity)  # type: ignore[arg-type]
-    return LoopSystem(name="loop", title="", block=one_channel(loop))  # type: ignore[arg-type]
+        return LoopSystem(name="loop", title="", block=one_channel(loop.block), nonlinearity=loop.nonlinearity)  # type: ignore[arg-type]  # refused later, in words
+    return LoopSystem(name="loop", title="", block=one_channel(loop))  # type: ignore[arg-type]  # likewise

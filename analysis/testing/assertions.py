@@ -12,7 +12,7 @@ from pathlib import Path
 from lure.analysis.nonlinearity.result import Extreme
 from lure.analysis.nonlinearity.shape import known_odd
 from lure.analysis.numerics.doubles import text_above, text_below
-from lure.analysis.testing.result import HISTORY, Checked, NonlinearityViolation, Violation, message, number
+from lure.analysis.testing.result import HISTORY, Checked, NonlinearityViolation, Violation, message
 from lure.analysis.testing.search import (
     Domain,
     Kind,
@@ -36,6 +36,7 @@ from lure.expressions import Expression
 from lure.expressions.tree import is_total, names
 from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.properties import Provenance, properties
+from lure.record.values import exact_text
 
 # One question about one nonlinearity: decided exactly where that is possible, searched for a violation elsewhere.
 
@@ -319,7 +320,7 @@ def _violation(  # noqa: PLR0913  (what was found where, and what else is known)
     where, known = context
     how = f"Found in floating point, by a search of {phi.evaluations} values on {where}."
     if worst is not None and worst[1] != sigma:
-        places = " and ".join(map(number, worst[1]))
+        places = " and ".join(exact_text(sigma, 12) for sigma in worst[1])
         how += f" The search began to shrink it from sigma = {places}."
     if known.verdict is Verdict.REFUTED:
         how += f" {known.how[0].upper()}{known.how[1:]} ({Evidence.CERTIFIED})."
@@ -369,7 +370,7 @@ def _no_value(phi: Subject, inquiry: Inquiry, error: NotANumber) -> str:
     except NotANumber as simpler:
         error = simpler
     return (
-        f"it was not tested whether {_claim(phi, inquiry)}: phi({number(error.sigma)}) {error}, and a "
+        f"it was not tested whether {_claim(phi, inquiry)}: phi({exact_text(error.sigma, 12)}) {error}, and a "
         "nonlinearity has a finite real value everywhere; name the interval on which this one has, on=(low, high)"
     )
 

@@ -17,6 +17,7 @@ from lure.analysis.verdict import Evidence
 from lure.arrays import Reals, np
 from lure.record import Page, Record
 from lure.record import quantity as declared
+from lure.record.values import exact_text
 
 if TYPE_CHECKING:
     from lure.analysis.drawing import Axes
@@ -322,26 +323,26 @@ def message(violation: Violation) -> str:
 
 
 def _sentence(violation: Violation) -> str:
-    places = list(map(number, violation.sigma))
+    places = [exact_text(sigma, 12) for sigma in violation.sigma]
     if violation.kind == "odd":
-        found = f"phi({places[0]}) + phi({number(-violation.sigma[0])}) = {violation.found:.6g}"
+        found = f"phi({places[0]}) + phi({exact_text(-violation.sigma[0], 12)}) = {violation.found:.6g}"
     elif violation.kind == "slope":
         found = f"slope {measured(violation)} from sigma = {places[0]} to {places[1]}"
     elif violation.sigma == (0.0,):
-        found = f"phi(0) = {number(violation.phi[0])}"
+        found = f"phi(0) = {exact_text(violation.phi[0], 12)}"
     else:
         found = f"phi(sigma)/sigma = {measured(violation)} at sigma = {places[0]}"
     return f"{violation.denial}: {found}"
 
 
 def _table(violation: Violation) -> list[str]:
-    rows = [("sigma", ", ".join(map(number, violation.sigma)))]
+    rows = [("sigma", ", ".join(exact_text(sigma, 12) for sigma in violation.sigma))]
     rows.append(("phi(sigma)", ", ".join(f"{value:.8g}" for value in violation.phi)))
     if math.isfinite(violation.found) and violation.sigma != (0.0,):
         rows.append((violation.quantity, measured(violation)))
     slack = f", tolerance {violation.tolerance:g}" if violation.tolerance else ""
     if violation.kind != "odd":
-        rows.append(("allowed", f"[{number(violation.lower)}, {number(violation.upper)}]{slack}"))
+        rows.append(("allowed", f"[{exact_text(violation.lower, 12)}, {exact_text(violation.upper, 12)}]{slack}"))
     if math.isfinite(violation.excess):
         rows.append(("excess", f"{violation.excess:.6g}"))
     if math.isfinite(violation.slope):
@@ -367,12 +368,3 @@ def measured(violation: Violation) -> str:
         if violation.excess > 10.0 ** (1 - digits) * abs(violation.found):
             return text
     return repr(violation.found)
-
-
-def number(value: float | Fraction) -> str:
-    """A number for people: short where it is exact, else of up to 12 digits."""
-    if isinstance(value, Fraction) and value.denominator != 1:
-        text = str(value)
-        return text if len(text) <= 15 else f"{float(value):.12g}"
-    short = f"{float(value):.6g}"
-    return short if float(short) == float(value) else f"{float(value):.12g}"

@@ -11,6 +11,7 @@ from lure.classes import Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 from lure.record import Page, Record, quantity
+from lure.record.values import exact_text
 
 # What every law of the library offers, and the checks its parameters share.
 
@@ -86,20 +87,9 @@ def assign(nonlinearity: object, **fields: object) -> None:
         object.__setattr__(nonlinearity, name, value)
 
 
-def number_text(value: Fraction) -> str:
-    """An exact number for people: a short decimal where that is exact, else ``p/q``, else six digits.
-
-    >>> number_text(Fraction(1, 8)), number_text(Fraction(-2, 3)), number_text(Fraction(0.1))
-    ('0.125', '-2/3', '0.1')
-    """
-    text = f"{float(value):.6g}"
-    short = value.denominator != 1 and max(abs(value.numerator), value.denominator) < 10**6
-    return str(value) if short and Fraction(text) != value else text
-
-
 def factor_text(value: Fraction) -> str:
     """A number before a product: ``2 ``, nothing for 1."""
-    return "" if value == 1 else f"{number_text(value)} "
+    return "" if value == 1 else f"{exact_text(value)} "
 
 
 class Nonlinearity(Protocol):
@@ -125,7 +115,7 @@ class NamedNonlinearity(Record):
     def _page(self) -> Page:
         from lure.nonlinearities.properties import nonlinearity_page
 
-        return nonlinearity_page(self)  # type: ignore[arg-type]
+        return nonlinearity_page(self)  # type: ignore[arg-type]  # every class of the library is a Nonlinearity
 
 
 class NormalCompliance(NamedNonlinearity, kw_only=False):
@@ -241,6 +231,6 @@ class NormalCompliance(NamedNonlinearity, kw_only=False):
 
     def __str__(self) -> str:
 
-        m = number_text(self.exact_exponent)
+        m = exact_text(self.exact_exponent)
         power = "" if m == "1" else f"^({m})" if "/" in m else f"^{m}"
         return f"the contact law {factor_text(self.exact_stiffness)}max(sigma, 0){power}"

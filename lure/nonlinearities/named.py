@@ -16,9 +16,9 @@ from lure.nonlinearities.base import (
     assign,
     exact_parameter,
     factor_text,
-    number_text,
     positive,
 )
+from lure.record.values import exact_text
 
 # The uniform quantiser: a nonlinearity with jumps, known by its sector alone.
 
@@ -116,7 +116,7 @@ class Quantiser(NamedNonlinearity):
             return np.asarray(level + 0.0)  # no negative zeros
 
     def __str__(self) -> str:
-        return f"mid-tread quantiser of step {number_text(self.step)}"
+        return f"mid-tread quantiser of step {exact_text(self.step)}"
 
 
 class Cubic(NamedNonlinearity):
@@ -285,4 +285,4 @@ class Tanh(NamedNonlinearity):
             return np.asarray(np.asarray(sigma, dtype=float) / float(self.scale))
 
     def __str__(self) -> str:
-        return f"{factor_text(self.gain)}tanh(sigma / {number_text(self.scale)})"
+        return f"{factor_text(self.gain)}tanh(sigma / {exact_text(self.scale)})"

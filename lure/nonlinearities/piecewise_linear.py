@@ -21,11 +21,11 @@ from lure.nonlinearities.base import (
     assign,
     exact_parameter,
     factor_text,
-    number_text,
     positive,
 )
 from lure.nonlinearities.points_file import Points, points_from_csv
 from lure.record import quantity
+from lure.record.values import exact_text
 
 # Piecewise linear graphs through the origin: everything about them is exact and read off the points.
 
@@ -96,7 +96,7 @@ class Graph:
         ends = [(self.slopes[0], "as sigma -> -inf"), (self.slopes[-1], "as sigma -> inf")]
         ends += [(self.slopes[at_zero], "as sigma -> 0-"), (self.slopes[at_zero + 1], "as sigma -> 0+")]
         return ends + [
-            (y / x, f"at sigma = {number_text(x)}") for x, y in zip(self.knots, self.values, strict=True) if x != 0
+            (y / x, f"at sigma = {exact_text(x)}") for x, y in zip(self.knots, self.values, strict=True) if x != 0
         ]
 
     @property
@@ -256,7 +256,7 @@ class Saturation(GraphNonlinearity):
         assign(self, gain=g, limit=top, lower_limit=bottom, graph=Graph.through(points, Fraction(0), Fraction(0)))
 
     def __str__(self) -> str:
-        low, high = (number_text(x) for x in (self.lower_limit, self.limit))
+        low, high = (exact_text(x) for x in (self.lower_limit, self.limit))
         return f"saturation min(max({factor_text(self.gain)}sigma, {low}), {high})"
 
 
@@ -321,7 +321,7 @@ class DeadZone(GraphNonlinearity):
         assign(self, width=w, gain=g, graph=Graph.through([(-w, Fraction(0)), (w, Fraction(0))], g, g))
 
     def __str__(self) -> str:
-        return f"dead zone of |sigma| <= {number_text(self.width)}, then slope {number_text(self.gain)}"
+        return f"dead zone of |sigma| <= {exact_text(self.width)}, then slope {exact_text(self.gain)}"
 
 
 class ReLU(GraphNonlinearity):
@@ -371,7 +371,7 @@ class LeakyReLU(GraphNonlinearity):
         assign(self, negative_slope=left, positive_slope=right, graph=bent(Graph.through([], left, right), "LeakyReLU"))
 
     def __str__(self) -> str:
-        left, right = number_text(self.negative_slope), number_text(self.positive_slope)
+        left, right = exact_text(self.negative_slope), exact_text(self.positive_slope)
         return f"leaky ReLU with slope {left} for sigma < 0 and {right} for sigma > 0"
 
 
@@ -384,7 +384,7 @@ def bent(graph: Graph, name: str) -> Graph:
         It is one.
     """
     if graph.is_line:
-        gain = number_text(graph.slopes[0])
+        gain = exact_text(graph.slopes[0])
         raise InputError(f"{name} is the straight line phi = {gain} sigma; a linear gain belongs into the block")
     return graph
 
@@ -454,9 +454,9 @@ class PiecewiseLinear(GraphNonlinearity):
         )
 
     def __str__(self) -> str:
-        listed = ", ".join(f"({number_text(x)}, {number_text(y)})" for x, y in self.points[:4])
+        listed = ", ".join(f"({exact_text(x)}, {exact_text(y)})" for x, y in self.points[:4])
         more = ", ..." if len(self.points) > 4 else ""
-        left, right = number_text(self.left_slope), number_text(self.right_slope)
+        left, right = exact_text(self.left_slope), exact_text(self.right_slope)
         return (
             f"piecewise linear nonlinearity through {listed}{more}, slope {left} to the left and {right} to the right"
         )
@@ -488,7 +488,7 @@ def _ascending(points: Sequence[Sequence[Parameter]]) -> list[tuple[Fraction, Fr
     for i, ((x0, _), (x1, _)) in enumerate(pairwise(table)):
         if not x0 < x1:
             raise InputError(
-                f"{name} has sigma = {number_text(x0)} at {i} and {number_text(x1)} at {i + 1}; "
+                f"{name} has sigma = {exact_text(x0)} at {i} and {exact_text(x1)} at {i + 1}; "
                 "give the points with sigma strictly ascending (a jump is not a nonlinearity of this kind)"
             )
     return table
@@ -507,7 +507,7 @@ def _demand_origin(table: list[tuple[Fraction, Fraction]], left: Fraction, right
         )
     if value != 0:
         raise InputError(
-            f"PiecewiseLinear has phi(0) = {number_text(value)}; a nonlinearity must vanish at 0: "
+            f"PiecewiseLinear has phi(0) = {exact_text(value)}; a nonlinearity must vanish at 0: "
             "measure sigma and phi from the equilibrium",
             code=Reason.FOREIGN_LAW,
         )

@@ -14,12 +14,13 @@ from lure.arrays import NDArray, np
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError, Reason
 from lure.exact import Exact, exact_number
-from lure.nonlinearities.base import Nonlinearity, NormalCompliance, number_text
+from lure.nonlinearities.base import Nonlinearity, NormalCompliance
 from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.named import Cubic, Quantiser, Tanh
 from lure.nonlinearities.piecewise_linear import DeadZone, Graph, LeakyReLU, PiecewiseLinear, ReLU, Saturation
 from lure.nonlinearities.shifted import ShiftedNonlinearity
 from lure.record import Page, plain
+from lure.record.values import exact_text
 
 if TYPE_CHECKING:
     from flint import arb
@@ -286,7 +287,7 @@ def properties(nonlinearity: Nonlinearity) -> Properties:
     [0, 1] (declared: the word of the nonlinearity's author)
     """
     if type(nonlinearity) is ShiftedNonlinearity:
-        inner, note = properties(nonlinearity.nonlinearity), f"; shifted by {number_text(nonlinearity.gain)}"
+        inner, note = properties(nonlinearity.nonlinearity), f"; shifted by {exact_text(nonlinearity.gain)}"
         return Properties(
             sector=Property(value=nonlinearity.sector, provenance=inner.sector.provenance, how=inner.sector.how + note),
             slope_bounds=Property(
@@ -378,9 +379,9 @@ def _compare(nonlinearity: ExpressionNonlinearity, graph: Graph) -> None:
     if nonlinearity.odd and not graph.odd:
         x = next((x for x in graph.knots if graph.exact(-x) != -graph.exact(x)), 2 * max(map(abs, graph.knots)) + 1)
         raise AssumptionError(
-            f"the nonlinearity {nonlinearity.text!r:.60} is declared odd, but phi({number_text(x)}) = "
-            f"{number_text(graph.exact(x))} and "
-            f"phi({number_text(-x)}) = {number_text(graph.exact(-x))}; declare odd = False",
+            f"the nonlinearity {nonlinearity.text!r:.60} is declared odd, but phi({exact_text(x)}) = "
+            f"{exact_text(graph.exact(x))} and "
+            f"phi({exact_text(-x)}) = {exact_text(graph.exact(-x))}; declare odd = False",
             code=Reason.FOREIGN_LAW,
         )
 
@@ -395,7 +396,7 @@ def _inside(
         declared, quantity, where = words
         raise AssumptionError(
             f"the nonlinearity {nonlinearity.text!r:.60} is declared to have {declared} {bounds}, but {quantity} is "
-            f"{number_text(value)} {where}; declare bounds that hold",
+            f"{exact_text(value)} {where}; declare bounds that hold",
             code=Reason.FOREIGN_LAW,
         )
 

@@ -9,9 +9,10 @@ from fractions import Fraction
 from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.exact import Exact, exact_number
-from lure.nonlinearities.base import LibraryNonlinearity, NamedNonlinearity, Nonlinearity, number_text
+from lure.nonlinearities.base import LibraryNonlinearity, NamedNonlinearity, Nonlinearity
 from lure.nonlinearities.named import Cubic
 from lure.nonlinearities.piecewise_linear import GraphNonlinearity, PiecewiseLinear
+from lure.record.values import exact_text
 
 
 class ShiftedNonlinearity(NamedNonlinearity, kw_only=False):
@@ -78,7 +79,7 @@ class ShiftedNonlinearity(NamedNonlinearity, kw_only=False):
 
     def __str__(self) -> str:
         sign = "+" if self.gain < 0 else "-"
-        return f"({self.nonlinearity}) {sign} {number_text(abs(self.gain))} sigma"
+        return f"({self.nonlinearity}) {sign} {exact_text(abs(self.gain))} sigma"
 
 
 def shifted_nonlinearity(nonlinearity: Nonlinearity, gain: Exact) -> Nonlinearity:

@@ -283,7 +283,7 @@ def _column(plants: Sequence[RationalPlant], j: int) -> tuple[list[Row], list[Ro
 
 def _lifted(top: object, bottom: object) -> RationalPlant:
     """The quotient of two polynomials, common factors kept."""
-    sides = [[Fraction(int(c.p), int(c.q)) for c in reversed(side.coeffs())] for side in (top, bottom)]  # type: ignore[attr-defined]
+    sides = [[Fraction(int(c.p), int(c.q)) for c in reversed(side.coeffs())] for side in (top, bottom)]  # type: ignore[attr-defined]  # flint has no types
     return RationalPlant(cast("Sequence[Exact]", sides[0] or [0]), cast("Sequence[Exact]", sides[1]))
 
 

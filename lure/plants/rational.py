@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,6 +12,7 @@ from lure.errors import InputError, Reason
 from lure.exact import Exact, exact_number
 from lure.plants.realisation import Realisation, companion
 from lure.record import Record, derived, quantity
+from lure.record.values import decimal_text
 
 if TYPE_CHECKING:
     import control
@@ -99,7 +99,7 @@ class RationalPlant(Record):
         return len(self.denominator) - 1
 
     @property
-    @derived(key="", label="H(infinity)", form=lambda value: _six_digits(value))
+    @derived(key="", label="H(infinity)", form=lambda value: decimal_text(value))
     def feedthrough(self) -> Fraction:
         """``H(infinity)``, the direct term ``D``."""
         return self.numerator[0] if len(self.numerator) == len(self.denominator) else Fraction(0)
@@ -227,7 +227,7 @@ def polynomial_text(coefficients: Sequence[Fraction], variable: str) -> str:
     for power, value in zip(range(degree, -1, -1), coefficients, strict=True):
         if value == 0:
             continue
-        size = _six_digits(abs(value))
+        size = decimal_text(abs(value))
         letter = "" if power == 0 else variable if power == 1 else f"{variable}^{power}"
         term = letter if size == "1" and letter else f"{size} {letter}".strip()
         sign = "-" if value < 0 else "+"
@@ -252,16 +252,6 @@ def _float(value: Fraction) -> float:
         return float(value)
     except OverflowError:
         return float("inf")
-
-
-def _six_digits(value: Fraction) -> str:
-    """Six digits of a number of any size."""
-    short = f"{Decimal(value.numerator) / Decimal(value.denominator):.6g}"
-    if "E" not in short.upper():
-        return f"{float(short):.6g}"
-    mantissa, exponent = short.lower().split("e")
-    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-    return f"{mantissa}e{int(exponent):+03d}"
 
 
 def _coefficients(values: Sequence[Exact], name: str) -> list[Fraction]:

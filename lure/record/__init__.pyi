@@ -4,6 +4,8 @@ from lure.record.base import derived as derived
 from lure.record.base import quantity as quantity
 from lure.record.values import Column as Column
 from lure.record.values import dataset as dataset
+from lure.record.values import decimal_text as decimal_text
+from lure.record.values import exact_text as exact_text
 from lure.record.values import finite as finite
 from lure.record.values import html_table as html_table
 from lure.record.values import numbered as numbered

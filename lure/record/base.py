@@ -67,7 +67,7 @@ def quantity(  # noqa: PLR0913  (a field has many faces, all with defaults)
     hidden: bool = False,
     init: bool = True,
     default: Any = dataclasses.MISSING,  # noqa: ANN401  (of any type)
-    default_factory: Any = dataclasses.MISSING,  # noqa: ANN401
+    default_factory: Any = dataclasses.MISSING,  # noqa: ANN401  (as in dataclasses.field)
 ) -> Any:  # noqa: ANN401  (as dataclasses.field)
     """A field of a :class:`Record` with what it is, said once.
 
@@ -133,7 +133,7 @@ def derived(unit: str = "", **more: Any) -> Callable[[T], T]:  # noqa: ANN401  (
     def mark(function: T) -> T:
         meaning = re.sub(r" *\[[^]]*\](?=[.;]|$)|\.$", "", (function.__doc__ or "").partition("\n")[0])
         meaning = re.sub(r"^\([\w+, ]*\) *", "", meaning)
-        function.__declared__ = quantity(meaning, unit, **more).metadata["declared"]  # type: ignore[attr-defined]
+        function.__declared__ = quantity(meaning, unit, **more).metadata["declared"]  # type: ignore[attr-defined]  # functions take attributes
         return function
 
     return mark

@@ -59,6 +59,50 @@ def rounded(value: float | Fraction, towards: Towards = "nearest", digits: int =
     return f"{mantissa}e{int(exponent):+03d}" if exponent else mantissa
 
 
+def decimal_text(value: float | Fraction, digits: int = 6) -> str:
+    """The nearest decimal of some digits, for people: it bounds nothing; long numbers have an exponent.
+
+    Parameters
+    ----------
+    value : float or Fraction
+        The number, of any size.
+    digits : int
+        How many.
+
+    Examples
+    --------
+    >>> decimal_text(Fraction(-2, 3)), decimal_text(123456789), decimal_text(Fraction(10**400))
+    ('-0.666667', '1.23457e+08', '1e+400')
+    """
+    text = rounded(value, "nearest", digits)
+    if len(text.lstrip("-")) <= digits or not text.lstrip("-").isdigit():
+        return text
+    mantissa, exponent = f"{decimal.Decimal(text).normalize():e}".split("e")
+    return f"{mantissa}e{int(exponent):+03d}"
+
+
+def exact_text(value: float | Fraction, digits: int = 6) -> str:
+    """A number for people: the decimal where that is exact, else ``p/q`` where that is short, else the decimal.
+
+    Parameters
+    ----------
+    value : float or Fraction
+        The number, of any size.
+    digits : int
+        How many the decimal has.
+
+    Examples
+    --------
+    >>> exact_text(Fraction(1, 8)), exact_text(Fraction(-2, 3)), exact_text(Fraction(0.1))
+    ('0.125', '-2/3', '0.1')
+    """
+    text = decimal_text(value, digits)
+    short = (
+        isinstance(value, Fraction) and value.denominator != 1 and max(abs(value.numerator), value.denominator) < 10**4
+    )
+    return str(value) if short and Fraction(text) != value else text
+
+
 def plain(value: object) -> object:
     """A value as plain JSON data, for ``to_dict``: exact numbers as text ``p/q``, infinite ones ``inf``, nan as None.
 
@@ -157,7 +201,7 @@ class Column(NamedTuple):
     @property
     def shape(self) -> tuple[int, ...]:
         """How many there are along each dimension."""
-        return import_module("numpy").shape(self.values)  # type: ignore[no-any-return]
+        return import_module("numpy").shape(self.values)  # type: ignore[no-any-return]  # numpy by name
 
     def variable(self) -> tuple[tuple[str, ...], NDArray[Any], dict[str, object]]:
         """The same as xarray takes it, with values of its own."""

@@ -33,7 +33,7 @@ def test_every_figure_is_handed_out(package, home, name):
 
 def test_what_is_not_there_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'plot_nothing'"):
-        lure.analysis.plots.plot_nothing  # noqa: B018
+        lure.analysis.plots.plot_nothing  # noqa: B018  (the access is tested)
 
 
 def test_every_figure_can_be_imported_first_and_without_matplotlib():

@@ -200,7 +200,7 @@ class _Equations:
             image = [v - correction[j, 0] + spread[j, 0] for j, v in enumerate(z)]
             if all(whole.contains_interior(part) for whole, part in zip(box, image, strict=True)):
                 return image
-        require(False, "no periodic orbit is proved to exist")  # noqa: FBT003
+        require(False, "no periodic orbit is proved to exist")  # noqa: FBT003  (it is the condition)
         return []
 
     def on_its_piece(self, i: int, stay: Stay, start: arb_mat, duration: arb) -> bool:
