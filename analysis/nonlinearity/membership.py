@@ -110,8 +110,7 @@ class Membership:
     properties : tuple of MemberProperty
         The sector; slope, oddness and time-invariance where the class demands them.
     regularity : {"locally Lipschitz", "continuous", "none", "unknown"}
-        The most that is known or declared: ``none`` is a nonlinearity that jumps, ``unknown`` one of which nothing is
-        known.
+        The most that is known or declared: ``none`` is one that jumps, ``unknown`` one of which nothing is known.
     regularity_property : MemberProperty
         Whether the regularity was checked, or is declared; VIOLATED for a declaration that is false.
     zeros : ZeroSet or None

@@ -38,8 +38,6 @@ from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.properties import Provenance, properties
 from lure.record.values import exact_text
 
-# One question about one nonlinearity: decided exactly where that is possible, searched for a violation elsewhere.
-
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Decision:
