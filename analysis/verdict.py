@@ -12,7 +12,7 @@ from lure.analysis.numerics.evidence import Bracket as Bracket
 from lure.analysis.numerics.evidence import Evidence as Evidence
 from lure.analysis.numerics.evidence import ends
 from lure.analysis.wording import BEYOND, class_words
-from lure.classes import NonlinearityClass
+from lure.classes import Diagonal, NonlinearityClass
 from lure.errors import Reason
 from lure.record import Record, derived, quantity
 
@@ -46,7 +46,7 @@ class Verdict(Enum):
 
 # Destabilising members of a class of nonlinearities: the other side of every answer.
 
-Kind = Literal["linear gain", "switched gain", "periodic orbit", "simulated orbit"]
+Kind = Literal["linear gain", "linear gains", "switched gain", "periodic orbit", "simulated orbit"]
 
 
 class Witness(Record):
@@ -93,7 +93,8 @@ class Answer(Record):
 
     criterion: str = quantity("One of the names in :data:`lure.analysis.theorems.table.CRITERIA`", label="")
     nonlinearity_class: NonlinearityClass = quantity(
-        "The class of nonlinearities the answer is about, at ``k = largest.low`` or at the ``k`` asked about",
+        "The class of nonlinearities the answer is about, at ``k = largest.low`` or at the ``k`` asked about; with "
+        "several channels that of the first, see ``classes``",
         key="",
         label="class",
     )
@@ -156,13 +157,18 @@ class Answer(Record):
         label="",
         default=False,
     )
+    classes: Diagonal | None = quantity(
+        "With several channels their classes at the factor ``largest.low``", key="", label="", default=None
+    )
     _notes = (BEYOND,)
 
     @property
     @derived(key="class", label="")
     def class_words(self) -> str:
         """The class of the certificate in words; without one ``nonlinearity_class``."""
-        return str(self.nonlinearity_class) if self.proof is None else class_words(self.proof.certificate["laws"])
+        if self.proof is None:
+            return str(self.classes or self.nonlinearity_class)
+        return class_words(self.proof.certificate["laws"])
 
     @property
     def _title(self) -> str:

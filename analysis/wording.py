@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any
 
 from lure.analysis.numerics.doubles import bound_above, bound_below
+from lure.classes import in_channels
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -33,7 +34,7 @@ def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled
     Parameters
     ----------
     nonlinearities : Mapping
-        ``laws`` of a certificate, see ``notebooks/notes/0008-certificates.md``.
+        ``laws`` of a certificate, see ``notebooks/notes/0008-certificates.md``; of several channels one after another.
     inwards : bool
         Whether bounds are rounded into the class, as for a proof; else out of it, as for a refutation.
     spelled : Mapping of Fraction to str, optional
@@ -45,11 +46,28 @@ def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled
     >>> class_words(entry), class_words({**entry, "slope": None, "odd": False, "sector": ["1/3", "finite"]})
     ('odd phi with slope in [0, 2]', 'phi, time-invariant, in the sector [0.3333334, inf)')
     """
+    if "channels" in nonlinearities:
+        each = [class_words(one, inwards=inwards, spelled=spelled) for one in nonlinearities["channels"]]
+        return in_channels(each, same_in(nonlinearities))
     sector, slope = interval(nonlinearities["sector"], inwards=inwards, spelled=spelled), nonlinearities["slope"]
     bounds = sector if slope is None else interval(slope, inwards=inwards, spelled=spelled)
     words = f"{kind_words(nonlinearities)} {bounds}"
     words += "" if slope is None or list(slope) == list(nonlinearities["sector"]) else f", in the sector {sector}"
     return words
+
+
+def same_in(several: Mapping[str, Any]) -> list[range]:
+    """The channels, counted from 0, of each nonlinearity of a certificate about several.
+
+    Parameters
+    ----------
+    several : Mapping
+        ``laws`` of such a certificate.
+    """
+    m, repeated = len(several["channels"]), several["repeated"]
+    sizes = ([m] if repeated else [1] * m) if isinstance(repeated, bool) else repeated
+    ends = list(accumulate(sizes))
+    return [range(end - size, end) for end, size in zip(ends, sizes, strict=True)]
 
 
 def kind_words(nonlinearities: Nonlinearities) -> str:
@@ -119,7 +137,9 @@ def destroys(shown: Refuted) -> str:
     """
     conclusion = str(shown.certificate["conclusion"])
     moves = conclusion.endswith("converge to an equilibrium")
-    return "makes the loop oscillate" if moves and _method(shown) in _ORBITS else _DOES[conclusion]
+    does = "makes the loop oscillate" if moves and _method(shown) in _ORBITS else _DOES[conclusion]
+    verb, _, rest = does.partition(" ")
+    return f"{verb[:-1]} {rest}" if _method(shown) == "linear-gains" else does
 
 
 def counterexample(shown: Refuted) -> str:
@@ -134,6 +154,8 @@ def counterexample(shown: Refuted) -> str:
     if method in ("linear-gain", "matrix-gain"):
         gain = Fraction(proof["gain"])
         return "phi = 0" if gain == 0 else f"phi = {_near(gain)} sigma"
+    if method == "linear-gains":
+        return f"the gains {', '.join(_near(Fraction(gain)) for gain in proof['gains'])}"
     if method == "crossing":
         return f"phi = k sigma with k about {_near(Fraction(proof['gains'][0]))}"
     if method == "switched-gain":

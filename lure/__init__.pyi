@@ -33,6 +33,7 @@ from lure.plants.block import LinearBlock as LinearBlock
 from lure.plants.block import Plant as Plant
 from lure.plants.delay import DelayPlant as DelayPlant
 from lure.plants.frequency_data import FrequencyData as FrequencyData
+from lure.plants.interconnection import lft as lft
 from lure.plants.rational import RationalPlant as RationalPlant
 from lure.plants.state_space import StateSpace as StateSpace
 

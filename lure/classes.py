@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from fractions import Fraction
+from itertools import accumulate
 from typing import Self
 
 from lure.errors import InputError, Reason
@@ -141,11 +144,14 @@ class NonlinearityClass(Record):
         Whether ``phi(-sigma) = -phi(sigma)`` is assumed.
     time_varying : bool
         Whether ``phi`` may depend on time; then ``slope`` and ``odd`` hold at each time.
+    linear : bool
+        Whether ``phi(sigma) = g sigma`` is assumed, the gain ``g`` constant and unknown; see :meth:`constant_gain`.
 
     Raises
     ------
     InputError
-        The slope bounds lie outside the sector's: members would leave the sector; or the bounds coincide.
+        The slope bounds lie outside the sector's: members would leave the sector; or the bounds coincide; or constant
+        gains are said to depend on time.
 
     Examples
     --------
@@ -159,6 +165,7 @@ class NonlinearityClass(Record):
     time_varying: bool = quantity(
         "", label="time", form=lambda varying: f"phi {'may' if varying else 'does not'} depend on it", default=False
     )
+    linear: bool = quantity("", label="", default=False)
     _kind, _said = "class of nonlinearities", "text"
 
     def __post_init__(self) -> None:
@@ -174,6 +181,11 @@ class NonlinearityClass(Record):
                 "nonlinearity with these "
                 "slopes lies in the sector of the same bounds; give a sector inside the slope bounds"
             )
+        if self.linear and (self.time_varying or self.slope is None or not self.odd):
+            raise InputError(
+                "NonlinearityClass has constant gains that are not odd, have no slope bounds, or depend on time; give "
+                "NonlinearityClass.constant_gain(lower, upper), or the sector for gains that depend on time"
+            )
 
     @classmethod
     def slope_restricted(
@@ -182,7 +194,41 @@ class NonlinearityClass(Record):
         """Time-invariant nonlinearities with slope in ``[lower, upper]``, hence in the same sector."""
         return cls(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper), odd=odd)
 
+    @classmethod
+    def constant_gain(cls, lower: float | Fraction, upper: float | Fraction) -> NonlinearityClass:
+        """The gains ``phi(sigma) = g sigma`` with a constant ``g`` in ``[lower, upper]`` that is not known.
+
+        Examples
+        --------
+        >>> print(NonlinearityClass.constant_gain(0, 2))
+        phi = g sigma, g in [0, 2]
+        """
+        return cls(sector=Sector(lower, upper), slope=SlopeBounds(lower, upper), odd=True, linear=True)
+
+    @property
+    def gains(self) -> tuple[float | Fraction, float | Fraction]:
+        """Bounds of ``phi(sigma)/sigma``: those of the sector and, as ``phi(0) = 0``, those of the slopes."""
+        slope = self.slope or self.sector
+        return max(self.sector.lower, slope.lower), min(self.sector.upper, slope.upper)
+
+    def scaled(self, alpha: Fraction) -> NonlinearityClass:
+        """The class with its upper bounds times ``alpha``; lower bounds stay.
+
+        Parameters
+        ----------
+        alpha : Fraction
+            The factor.
+        """
+
+        def top(value: float | Fraction) -> float | Fraction:
+            return value if value in (math.inf, -math.inf) else alpha * Fraction(value)
+
+        slope = self.slope and SlopeBounds(self.slope.lower, top(self.slope.upper))
+        return replace(self, sector=Sector(self.sector.lower, top(self.sector.upper)), slope=slope)
+
     def __str__(self) -> str:
+        if self.linear:
+            return f"phi = g sigma, g in {self.sector}"
         words = "odd phi" if self.odd else "phi"
         bounds = f"slope in {self.slope}" if self.slope is not None else f"sector {self.sector}"
         if self.slope is not None and (self.slope.lower, self.slope.upper) != (self.sector.lower, self.sector.upper):
@@ -202,29 +248,93 @@ class Diagonal(Record, kw_only=False):
     ----------
     classes : tuple of NonlinearityClass
         One for each channel.
-    repeated : bool
-        Whether all channels have the same nonlinearity; then their classes are equal.
+    repeated : bool or tuple of int
+        Whether all channels have the same nonlinearity; or how many channels in turn have the same one: ``(1, 2)`` is
+        one in channel 1 and another in channels 2 and 3.  The classes of the same nonlinearity are equal.
 
     Raises
     ------
     InputError
-        There is no class, or ``repeated`` ones differ.
+        There is no class, those of the same nonlinearity differ, or the numbers of channels do not add up.
 
     Examples
     --------
     >>> print(Diagonal((NonlinearityClass(sector=Sector(0, 2)),)))
     phi in the sector [0, 2]
+    >>> one, two = NonlinearityClass(sector=Sector(0, 1)), NonlinearityClass.slope_restricted(0, 3)
+    >>> print(Diagonal((one, two, two), repeated=(1, 2)))
+    phi_1 in the sector [0, 1]; phi_2 = phi_3 with slope in [0, 3]
     """
 
     classes: tuple[NonlinearityClass, ...] = quantity("", label="class", form="rows")
-    repeated: bool = False
+    repeated: bool | tuple[int, ...] = False
     _kind, _said = "classes of nonlinearities", "text"
 
     def __post_init__(self) -> None:
         if not self.classes:
             raise InputError("Diagonal has no class; give one for each channel")
-        if self.repeated and len(set(self.classes)) > 1:
-            raise InputError(f"Diagonal repeats one nonlinearity, and its classes differ: {self}")
+        if not isinstance(self.repeated, bool):
+            sizes, m = tuple(self.repeated), len(self.classes)
+            if not all(type(size) is int and size > 0 for size in sizes) or sum(sizes) != m:
+                raise InputError(
+                    f"Diagonal.repeated is {list(sizes)!r:.60} for {m} classes; give how many channels in turn have the "
+                    "same nonlinearity, numbers that add up to that of the classes"
+                )
+            object.__setattr__(self, "repeated", sizes if 1 < len(sizes) < m else len(sizes) == 1 < m)
+        for block in self.blocks:
+            if len({self.classes[i] for i in block}) > 1:
+                told = "; ".join(f"channel {i + 1}: {self.classes[i]}" for i in block)
+                raise InputError(f"Diagonal repeats one nonlinearity, and its classes differ: {told}")
+
+    @property
+    def blocks(self) -> tuple[range, ...]:
+        """The channels, counted from 0, of each nonlinearity."""
+        m = len(self.classes)
+        sizes = ((m,) if self.repeated else (1,) * m) if isinstance(self.repeated, bool) else self.repeated
+        ends = list(accumulate(sizes))
+        return tuple(range(end - size, end) for end, size in zip(ends, sizes, strict=True))
+
+    @property
+    def lower(self) -> tuple[Fraction, ...]:
+        """Lower bounds of ``phi_i(sigma)/sigma``, which are finite."""
+        return tuple(Fraction(one.gains[0]) for one in self.classes)
+
+    @property
+    def upper(self) -> tuple[Fraction, ...]:
+        """Upper bounds of ``phi_i(sigma)/sigma``, which are finite."""
+        return tuple(Fraction(one.gains[1]) for one in self.classes)
+
+    @property
+    def least(self) -> Fraction:
+        """Of the factors beyond it each leaves every upper bound above the lower one."""
+        return max(Fraction(0), *(low / high for low, high in zip(self.lower, self.upper, strict=True) if high > 0))
+
+    def scaled(self, alpha: Fraction) -> Diagonal:
+        """The classes with every upper bound times ``alpha``; lower bounds stay.
+
+        Parameters
+        ----------
+        alpha : Fraction
+            The factor.
+        """
+        return Diagonal(tuple(one.scaled(alpha) for one in self.classes), repeated=self.repeated)
 
     def __str__(self) -> str:
-        return "; ".join(map(str, self.classes))
+        if len(self.classes) == 1:
+            return str(self.classes[0])
+        return in_channels([str(one) for one in self.classes], self.blocks)
+
+
+def in_channels(words: Sequence[str], blocks: Iterable[Sequence[int]]) -> str:
+    """What is said of ``phi`` in each channel, once for each nonlinearity: ``phi_1 ...; phi_2 = phi_3 ...``.
+
+    Parameters
+    ----------
+    words : sequence of str
+        A text about ``phi`` for each channel.
+    blocks : iterable of sequences of int
+        The channels, counted from 0, of each nonlinearity.
+    """
+    same = {block[0]: [f"phi_{i + 1}" for i in block] for block in blocks}
+    names = {i: " = ".join(each if len(each) < 4 else [each[0], "...", each[-1]]) for i, each in same.items()}
+    return "; ".join(words[i].replace("phi", name, 1) for i, name in names.items())

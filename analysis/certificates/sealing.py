@@ -23,6 +23,7 @@ from lure.analysis.certificates.checker import (
 from lure.analysis.certificates.codes import Code, code_for
 from lure.analysis.certificates.states import classes
 from lure.analysis.deadline import time_left
+from lure.analysis.wording import same_in
 from lure.errors import AssumptionError, InputError
 
 # Searches that may fail in any way, kept from taking the answer with them: an exception becomes a code.
@@ -194,6 +195,8 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
     larger, smaller : Mapping
         ``laws`` of a certificate.
     """
+    if "channels" in larger or "channels" in smaller:
+        return _each_contains(larger, smaller)
     line = smaller["linear"]  # phi = g sigma is odd, does not jump, and has the slope that its sector bounds
     slope = smaller["sector"] if line and smaller["slope"] is None else smaller["slope"]
     return (
@@ -204,6 +207,16 @@ def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
         and (line or not larger["linear"])
         and (line or larger.get("regularity") == "any" or smaller.get("regularity") is None)
     )
+
+
+def _each_contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
+    """The same of several channels; what one says of the same nonlinearity in several channels, the other says too."""
+    if not ("channels" in larger and "channels" in smaller and len(larger["channels"]) == len(smaller["channels"])):
+        return False
+    whole, same = ({(b[0], i) for b in same_in(one) for i in b} for one in (larger, smaller))
+    firsts = {i: first for first, i in same}
+    alike = all(firsts[first] == firsts[i] for first, i in whole)
+    return alike and all(map(contains, larger["channels"], smaller["channels"]))
 
 
 def _inside(inner: list[str], outer: list[str]) -> bool:

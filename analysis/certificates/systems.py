@@ -7,12 +7,13 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from lure.classes import NonlinearityClass, Sector, SlopeBounds
+from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Tanh
 from lure.nonlinearities.base import NormalCompliance
 from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
+from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
@@ -59,7 +60,7 @@ def system_of(block: object) -> dict[str, Any]:
 
     Parameters
     ----------
-    block : RationalPlant, DelayPlant, StateSpace or StructuredPlant
+    block : RationalPlant, DelayPlant, StateSpace, MultivariablePlant or StructuredPlant
         The block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices mean the
         doubles they are.
 
@@ -94,6 +95,10 @@ def system_of(block: object) -> dict[str, Any]:
             "c": texts(block.C.tolist()),
             "d": text(block.D),
         }
+    if isinstance(block, MultivariablePlant):
+        time = "continuous" if block.dt is None else "discrete"
+        sides = {name: [texts(row) for row in getattr(block, name)] for name in "ABCD"}
+        return {"kind": "multivariable", "time": time, **sides}
     if isinstance(block, StructuredPlant):
         return dict(block.certificate_system())
     raise InputError(
@@ -116,7 +121,7 @@ def class_entry(
         has some finite bound (``"finite"``).  An infinite slope above a finite sector is no bound at all in either
         case.
     linear : bool
-        Whether only constant gains are meant.
+        Whether only constant gains are meant, whatever the class says.
     rough : bool
         Whether nonlinearities are meant that need not be locally Lipschitz, nor continuous.
 
@@ -142,9 +147,21 @@ def class_entry(
         "slope": bounds,
         "odd": nonlinearity_class.odd,
         "time_varying": nonlinearity_class.time_varying,
-        "linear": linear,
+        "linear": linear or nonlinearity_class.linear,
         **({"regularity": "any"} if rough else {}),
     }
+
+
+def class_entries(classes: Diagonal) -> dict[str, Any]:
+    """The classes of several nonlinearities of a certificate, all bounds finite.
+
+    Parameters
+    ----------
+    classes : Diagonal
+        The class of each channel.
+    """
+    repeated = classes.repeated if isinstance(classes.repeated, bool) else list(classes.repeated)
+    return {"channels": [class_entry(one, unbounded=False) for one in classes.classes], "repeated": repeated}
 
 
 def nonlinearity_class_of(nonlinearities: Mapping[str, Any]) -> NonlinearityClass:

@@ -279,10 +279,17 @@ def certify(
     from lure.analysis.questions.certify import ProofOptions, text_of
     from lure.analysis.questions.certify import certify as run
 
+    given: object = asked
+    if (channels := _channels(loop)) > 1:
+        given = None if asked is None else [asked] * channels
+        if method not in ("best", "matrix"):
+            raise refused(f"--method is {method!r}; several nonlinearities are proved by a matrix, so leave it out")
+        if given is not None:
+            loop = loop.block  # type: ignore[attr-defined]  # a LoopSystem: it has channels
     kind = cast("Method", method)  # one of them: _check_options
     ways = ProofOptions(criterion=criterion, method=kind, finite=finite, seconds=seconds, numbers=_numbers(loop))
     with progress(quiet=quiet, verbose=verbose) as tell:
-        found = run(loop, asked, ways=ways, progress=tell)
+        found = run(loop, given, ways=ways, progress=tell)
     if found.certificate is not None:
         text = text_of(found.certificate)
         if str(output) == "-":
@@ -346,8 +353,16 @@ def _has_class(loop: object) -> bool:
     from lure.rod.systems import RodSystem
 
     if isinstance(loop, LoopSystem):
-        return loop.nonlinearity_class is not None or loop.nonlinearity is not None
+        return not loop.open
     return isinstance(loop, RodSystem)
+
+
+def _channels(loop: object) -> int:
+    """How many nonlinearities close the loop."""
+    from lure.plants.multivariable import MultivariablePlant
+
+    block = getattr(loop, "block", None)
+    return block.inputs if isinstance(block, MultivariablePlant) else 1
 
 
 def _check_target(path: Path, *, force: bool) -> None:

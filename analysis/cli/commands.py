@@ -273,8 +273,8 @@ def systems(
         return
     print(f"{chosen.name}: {chosen.title}\nSource: {chosen.source}")
     if not isinstance(chosen, RodSystem):
-        print(f"H = {chosen.block}")
-        about = chosen.nonlinearity or chosen.nonlinearity_class
+        print(f"H = {chosen.block}" if chosen.classes is None else f"Plant: {chosen.block}")
+        about = chosen.nonlinearity or chosen.nonlinearity_class or chosen.classes
         print(f"{'Nonlinearity' if chosen.nonlinearity else 'Class'}: {about or 'none, every class is looked at'}")
     print(f"Report: lure report {chosen.name}")
     print(f"As a file to edit: lure systems {chosen.name} --toml > {'rod' if rod else 'plant'}.toml")

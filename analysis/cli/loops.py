@@ -5,26 +5,31 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from lure.analysis.cli import texts
 from lure.analysis.cli.options import (
+    Figure,
     Json,
     Quiet,
+    Replace,
     Seconds,
     Settings,
     Verbose,
     app,
+    check_figure,
     check_seconds,
     exit_status,
     loop_named,
     option,
     print_json,
+    print_note,
     refused,
+    write_figure,
 )
 from lure.analysis.cli.progress import progress
 
@@ -32,6 +37,7 @@ if TYPE_CHECKING:
     from lure.analysis.inequality.gains import GainInterval
     from lure.analysis.questions import StabilityBound
     from lure.analysis.verdict import Bracket, Witness
+    from lure.files.system import LoopSystem
 
 # The answers of ``lure max-sector`` and ``lure max-slope`` in a few lines to quote.
 
@@ -50,6 +56,8 @@ def lines(found: StabilityBound, *, stable: Sequence[GainInterval] | None) -> li
     """
     from lure.analysis.verdict import Verdict
 
+    if found.classes is not None:
+        return _factors(found)
     proved, refuted = found.verdict is Verdict.PROVED, found.verdict is Verdict.REFUTED
     said = [_claim(found)]
     if found.witness is not None and found.refuted_at is not None:
@@ -75,10 +83,39 @@ def lines(found: StabilityBound, *, stable: Sequence[GainInterval] | None) -> li
     if refuted and stable:
         where = " and ".join(map(str, stable))
         said.append(f"Linear gains in {where} are stable; begin the class there, as with --lower={stable[0].sample}.")
+    return _wrapped(said)
+
+
+def _wrapped(said: Sequence[str]) -> list[str]:
     joined = [text.replace("phi = ", "phi\xa0=\xa0").replace("k = ", "k\xa0=\xa0") for text in said]
     joined = [re.sub(r"(\[[^,\]\s]+), ", "\\1,\xa0", text) for text in joined]
     wrapped = [line for text in joined for line in textwrap.wrap(text, WIDTH, break_on_hyphens=False)]
     return [line.replace("\xa0", " ") for line in wrapped]
+
+
+def _factors(found: StabilityBound) -> list[str]:
+    """The same of several channels, whose upper bounds are multiplied by one factor."""
+    from lure.analysis.verdict import Verdict
+
+    proved, refuted = found.verdict is Verdict.PROVED, found.verdict is Verdict.REFUTED
+    tried = ", the largest tried" if found.search_limited else ""
+    said = [f"Classes: {found.classes}; every upper bound times k."]
+    if proved:
+        said.append(f"Proved up to k = {found.proved_text}{tried}, by {found.criterion} ({found.evidence}).")
+        said.append(found.conclusion.headline)
+    else:
+        said.append("Not stable whatever k." if refuted else f"Nothing is proved: {found.reason}.")
+    if found.witness is not None:
+        where = "" if refuted else f"Refuted from k = {found.refuted_text} on: "
+        text = f"{where}{found.witness.description} ({found.witness.evidence})."
+        said.append(f"{text[0].upper()}{text[1:]}")
+    elif proved:
+        said.append("No destabilising member was found, which proves nothing.")
+    if proved and found.witness is not None and not found.closed:
+        said.append("Nothing was shown in between.")
+    if found.unfinished:
+        said.append(found.unfinished)
+    return _wrapped(said)
 
 
 def _claim(found: StabilityBound) -> str:
@@ -161,12 +198,15 @@ def analyse(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A TOML file or a built-in system.")],
     set_: Settings = None,
     seconds: Seconds = None,
+    plot: Figure = None,
+    replace: Replace = False,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> int:
     """Run every criterion and every search for a counterexample on a loop."""
     check_seconds(seconds)
+    check_figure(plot, replace=replace)
     chosen = loop_named(system, set_)
     from lure.analysis.questions import analyse as run
 
@@ -176,6 +216,10 @@ def analyse(
         print_json(found.to_dict())
     else:
         print(found)
+    if plot is not None:
+        size = (6.4, 4.0) if found.map is None else (4.8, 4.2)
+        write_figure(plot, (found if found.map is None else found.map).plot, size, replace=replace)
+        print_note(f"Written: {plot}", as_json=as_json, quiet=quiet)
     return exit_status(found.verdict)
 
 
@@ -197,6 +241,10 @@ def max_sector(
 ) -> int:
     """Print the largest sector."""
     check_seconds(seconds)
+    given = {"--lower": lower != "0", "--time-varying": time_varying, "--full": full}
+    several = _several(system, (num, den, transfer, dt), given)
+    if several is not None:
+        return _largest_factor(several, "sector", criterion, seconds, as_json=as_json, quiet=quiet, verbose=verbose)
     block = block_of(num, den, transfer, dt, system)
     from lure.analysis.questions import max_sector as run
 
@@ -230,12 +278,61 @@ def max_slope(
 ) -> int:
     """Print the largest slope."""
     check_seconds(seconds)
+    several = _several(system, (num, den, transfer, dt), {"--lower": lower != "0", "--odd": odd})
+    if several is not None:
+        return _largest_factor(several, "slope", criterion, seconds, as_json=as_json, quiet=quiet, verbose=verbose)
     block = block_of(num, den, transfer, dt, system)
     from lure.analysis.questions import max_slope as run
 
     with progress(quiet=quiet, verbose=verbose) as tell:
         found = run(block, odd=odd, criterion=criterion, lower=number_of(lower), seconds=seconds, progress=tell)
     return _print(found, block, as_json=as_json)
+
+
+def _several(system: str | None, parts: Sequence[str | None], given: Mapping[str, bool]) -> LoopSystem | None:
+    """The system if it has several channels; else None.
+
+    Raises
+    ------
+    refused
+        An ``InputError``: what the classes of its channels say is given by an option as well.
+    """
+    if system is None or any(part is not None for part in parts):
+        return None
+    from lure.plants.multivariable import MultivariablePlant
+
+    found = loop_named(system, None)
+    if not isinstance(found.block, MultivariablePlant):
+        return None
+    for name, said in given.items():
+        if said:
+            raise refused(
+                f"{name} is for one nonlinearity, and {system} has {found.block.inputs} channels; say it in the "
+                "[[class]] of each"
+            )
+    return found
+
+
+def _largest_factor(
+    system: LoopSystem,
+    kind: Literal["sector", "slope"],
+    criterion: str,
+    seconds: float | None,
+    *,
+    as_json: bool,
+    quiet: bool,
+    verbose: bool,
+) -> int:
+    """Print the largest factor of the classes of a system with several channels."""
+    from lure.analysis.questions.answers import answer
+    from lure.analysis.questions.channel_problem import channel_problem
+    from lure.analysis.questions.largest import StabilityBound
+
+    problem = channel_problem(system, None, kind=kind, criterion=criterion)
+    with progress(quiet=quiet, verbose=verbose) as tell:
+        found = answer(problem, seconds=seconds, progress=tell)
+    assert isinstance(found, StabilityBound), "a largest factor was asked for"
+    return _print(found, None, as_json=as_json)
 
 
 def block_of(

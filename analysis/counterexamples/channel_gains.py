@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -25,8 +25,8 @@ class GainSearch:
         (n, n), (n, m), (m, n) and (m, m) [floating point].
     lower, upper : ndarray
         (m,) bounds at ``alpha = 1``.
-    repeated : bool
-        Whether all gains are equal.
+    blocks : sequence of sequences of int
+        The channels, counted from 0, that have equal gains.
     discrete : bool
         Whether in discrete time.
     """
@@ -37,7 +37,7 @@ class GainSearch:
     D: NDArray[np.float64]
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
-    repeated: bool
+    blocks: Sequence[Sequence[int]]
     discrete: bool
 
     def growth(self, gains: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -63,15 +63,19 @@ class GainSearch:
 
     def shapes(self) -> NDArray[np.float64]:
         """``tau``: the vertices of the box and points inside; equal entries for a repeated nonlinearity."""
-        m = len(self.upper)
-        if self.repeated:
-            return np.ones((1, m))
+        m = len(self.blocks)
+        if m == 1:
+            return np.ones((1, len(self.upper)))
         rng = np.random.default_rng(_SEED)
         corners = list(product((0.0, 1.0), repeat=m)) if m <= _ALL_VERTICES else []
         drawn = rng.random((_DRAWN, m))
         edges = np.where(rng.random((_DRAWN, m)) < 0.5, np.round(drawn), drawn)
         extra = [np.ones(m), *(1.0 - np.eye(m)), *np.eye(m), *drawn, *edges]
-        return np.unique(np.array([*corners, *extra], dtype=float), axis=0)
+        return self._spread(np.unique(np.array([*corners, *extra], dtype=float), axis=0))
+
+    def _spread(self, shape: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Entries for each block (.., number of blocks) as entries for each channel."""
+        return np.asarray(np.repeat(shape, [len(block) for block in self.blocks], axis=-1))
 
     def scales(self) -> NDArray[np.float64]:
         """Factors from where small gains cannot destabilise to far beyond."""
@@ -128,22 +132,23 @@ class GainSearch:
         nearest = np.argsort(rough, kind="stable")[:_REFINED]
         reached = sorted((self.first(shapes[i], scales), tuple(shapes[i])) for i in nearest)
         best = reached[0]
-        for start in [] if self.repeated else [one for one in reached[:_POLISHED] if np.isfinite(one[0])]:
+        firsts = [block[0] for block in self.blocks]
+        for start in [] if len(firsts) == 1 else [one for one in reached[:_POLISHED] if np.isfinite(one[0])]:
             near = start[0] * np.linspace(0.02, 1.02, 40)
             near = near[near > least]
 
             def factor(shape: NDArray[np.float64], near: NDArray[np.float64] = near) -> float:
                 """The factor of a shape inside the box."""
                 checkpoint()
-                return min(self.first(np.clip(shape, 0, 1), near), float(near[-1]) * 2)
+                return min(self.first(self._spread(np.clip(shape, 0, 1)), near), float(near[-1]) * 2)
 
             polished = optimize.minimize(
                 factor,
-                np.array(start[1]),
+                np.array(start[1])[firsts],
                 method="Nelder-Mead",
                 options={"maxfev": _EVALUATIONS},
             )
-            best = min(best, (float(polished.fun), tuple(np.clip(polished.x, 0, 1))))
+            best = min(best, (float(polished.fun), tuple(self._spread(np.clip(polished.x, 0, 1)))))
         return (best[0], np.array(best[1])) if np.isfinite(best[0]) and best[0] <= most else None
 
     def proposals(self, alpha: float, shape: NDArray[np.float64], *, most: float) -> Iterator[list[Fraction]]:

@@ -276,7 +276,9 @@ def plot_reach(rows: Sequence[StabilityBound], names: Sequence[str], *, ax: Axes
     axes.set_xlim(start, end)
     room = 0.5 * max(3 - len(rows), 0)  # a lone bar stays a bar
     axes.set_ylim(-0.45 - room, len(rows) + 0.35 + room)
-    axes.set_xlabel("upper end k of the class [unit of μ / unit of σ]" + (", logarithmic" if wide else ""))
+    several = bool(rows) and rows[0].classes is not None
+    name = "factor k of every upper bound" if several else "upper end k of the class [unit of μ / unit of σ]"
+    axes.set_xlabel(name + (", logarithmic" if wide else ""))
     finish_axes(axes)
     axes.legend(loc="upper center", ncols=4, columnspacing=1.0, borderaxespad=0.0, **LEGEND)
     return axes

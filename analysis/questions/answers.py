@@ -34,7 +34,6 @@ from lure.plants.rational import RationalPlant
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
     from lure.analysis.certificates.proposals import Numbers
-    from lure.analysis.questions.channels import ChannelBound
 
 GRACE = 1.0  # [s] to say what was found, when the time for the search is over
 
@@ -65,7 +64,7 @@ def max_sector(
     criterion: str = BEST,
     seconds: float | None = None,
     progress: Tell | None = None,
-) -> ChannelBound: ...
+) -> StabilityBound: ...
 
 
 def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaults)
@@ -78,7 +77,7 @@ def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaul
     search: Search = "linear",
     seconds: float | None = None,
     progress: Tell | None = None,
-) -> StabilityBound | ChannelBound:
+) -> StabilityBound:
     r"""The largest ``k`` such that the loop is stable for every ``phi`` in the sector ``[lower, k]``.
 
     .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad
@@ -110,8 +109,8 @@ def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaul
 
     Returns
     -------
-    StabilityBound or ChannelBound
-        The second for several classes.  With ``largest``, ``hurwitz``,
+    StabilityBound
+        With ``largest``, ``hurwitz``,
         ``verdict``, ``evidence``, ``theta``, ``refuted_at`` and more; ``bool()`` raises.
 
     Raises
@@ -168,7 +167,7 @@ def max_slope(
     criterion: str = BEST,
     seconds: float | None = None,
     progress: Tell | None = None,
-) -> ChannelBound: ...
+) -> StabilityBound: ...
 
 
 def max_slope(  # noqa: PLR0913  (a block, classes and six settings with defaults)
@@ -181,7 +180,7 @@ def max_slope(  # noqa: PLR0913  (a block, classes and six settings with default
     search: Search = "full",
     seconds: float | None = None,
     progress: Tell | None = None,
-) -> StabilityBound | ChannelBound:
+) -> StabilityBound:
     r"""The largest ``k`` such that the loop is stable for every time-invariant ``phi`` with slope in ``[lower, k]``.
 
     .. math:: \sigma = H \mu, \qquad \mu = -\varphi(\sigma), \qquad \varphi(0) = 0, \\
@@ -212,8 +211,8 @@ def max_slope(  # noqa: PLR0913  (a block, classes and six settings with default
 
     Returns
     -------
-    StabilityBound or ChannelBound
-        The second for several classes.  With ``largest``, ``refuted_at``, ``witness``,
+    StabilityBound
+        With ``largest``, ``refuted_at``, ``witness``,
         ``hurwitz``, ``verdict``, ``evidence``, ``multiplier`` and more.
 
     Raises
@@ -262,12 +261,12 @@ def _of_channels(  # noqa: PLR0913  (what the two questions share)
     criterion: str,
     seconds: float | None,
     progress: Tell | None,
-) -> ChannelBound:
+) -> StabilityBound:
     from lure.analysis.questions.channel_problem import channel_problem
     from lure.analysis.questions.channels import largest_factor
 
-    problem = channel_problem(block, classes, criterion=criterion)
-    return largest_factor(problem, question, seconds=seconds, progress=progress)
+    problem = channel_problem(block, classes, kind=question, criterion=criterion)
+    return largest_factor(problem, seconds=seconds, progress=progress)
 
 
 def _plant(block: object) -> Plant:
@@ -334,13 +333,18 @@ def answers(
         As :func:`max_sector`.
     """
     largest = [problem for problem in problems if problem.kind != "class"]
-    rows = _spread([largest_of(each) for each in find(largest, seconds, progress)]) if largest else []
+    if any(problem.several for problem in largest):
+        from lure.analysis.questions.channels import largest_factors
+
+        rows = largest_factors(largest, seconds=seconds, progress=progress)
+    else:
+        rows = _spread([largest_of(each) for each in find(largest, seconds, progress)]) if largest else []
     bounds = iter(rows)
     say = progress or (lambda _step, _done: None)
 
     def certified(problem: Problem) -> Certification:
         """The answer about one class, within the time allowed; whatever happens, at least a code."""
-        from_rows = bool(rows) and not problem.endless_below
+        from_rows = bool(rows) and not problem.several and not problem.endless_below
         late = any(row.stopped == "time" for row in rows)
 
         def limited() -> Certification:
@@ -383,7 +387,7 @@ def _certification(
             failures.append(found)
             if found.code is codes.OUT_OF_TIME:
                 break
-    if rows and not problem.endless_below:
+    if rows and not problem.several and not problem.endless_below:
         code, reason = why(row_asked(rows, problem.nonlinearity_class), rows, problem.nonlinearity_class, failures)
         told = undecided(problem, reason, code=code)
         return Certification(conclusion=told, detail=reason, failures=tuple(failures))
@@ -392,6 +396,11 @@ def _certification(
 
 def _plan(problem: Problem, rows: list[StabilityBound], numbers: Numbers) -> Iterator[Proposed]:
     """What to try for one class, in order: what was accepted for largest ones, or else searches of its own."""
+    if problem.several:
+        from lure.analysis.questions.channels import proposals as of_channels
+
+        yield from ((name, search, {}) for name, search in of_channels(problem, rows))
+        return
     yield from _known(problem, rows)
     if isinstance(problem.plant, FrequencyData) or (rows and not problem.endless_below):
         return

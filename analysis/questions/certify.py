@@ -11,9 +11,10 @@ from typing import Any, Literal, cast, get_args
 from lure.analysis.certificates.checker import ORIGINS
 from lure.analysis.certificates.proposals import Numbers
 from lure.analysis.questions.answers import answer
+from lure.analysis.questions.channel_kinds import has_channels
+from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.conclusion import Certification as Certification
 from lure.analysis.questions.problem import class_given, loop_given, posed
-from lure.classes import Diagonal
 from lure.errors import InputError
 
 Method = Literal["best", "polynomial", "matrix", "cover", "structure"]
@@ -110,12 +111,11 @@ def certify(
     """
     chosen = ways or ProofOptions()
     told = None if progress is None else lambda step, _done: progress(step)
-    if isinstance(nonlinearity, Diagonal | list | tuple):
-        from lure.analysis.questions.channel_problem import channel_problem
-        from lure.analysis.questions.channels import certified_channels
-
-        several = channel_problem(loop, nonlinearity, criterion=chosen.criterion)
-        return certified_channels(several, seconds=chosen.seconds, numbers=chosen.numbers, progress=told)
+    if has_channels(loop, nonlinearity):
+        problem = channel_problem(loop, nonlinearity, criterion=chosen.criterion)
+        if problem.kind != "class":
+            raise InputError("no class of nonlinearities is given; give one for each channel, in order")
+        return cast("Certification", answer(problem, seconds=chosen.seconds, numbers=chosen.numbers, progress=told))
     nonlinearity_class = class_given(nonlinearity)
     if nonlinearity_class is None:
         loop = loop_given(loop, nonlinearity)

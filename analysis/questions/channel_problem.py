@@ -1,131 +1,41 @@
-"""The question about several nonlinearities: a plant, and the class of each channel."""
+"""The question about several nonlinearities, in whatever form the plant and the classes are given."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from fractions import Fraction
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
 from typing import Any
 
-from lure.analysis.certificates.systems import class_entry, texts
-from lure.analysis.questions.problem import class_given
-from lure.analysis.theorems.table import BEST, time_of
+from lure.analysis.nonlinearity.membership import examined
+from lure.analysis.questions.problem import Kind, Problem, class_given, is_rough
+from lure.analysis.theorems.table import BEST
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
+from lure.files.system import LoopSystem
+from lure.nonlinearities import ExpressionNonlinearity
+from lure.nonlinearities.base import Nonlinearity
+from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.realisation import companion
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class ChannelProblem:
-    """A question about ``sigma = H mu``, ``mu_i = -phi_i(sigma_i)``; plain data.
-
-    Attributes
-    ----------
-    plant : MultivariablePlant
-        The linear part, with as many outputs as inputs.
-    classes : Diagonal
-        The class of each nonlinearity, all bounds finite.
-    criterion : str
-        The criterion asked for, or ``best``.
-
-    Raises
-    ------
-    InputError
-        Inputs, outputs and classes differ in number, or a bound is infinite.
-    """
-
-    plant: MultivariablePlant
-    classes: Diagonal
-    criterion: str = BEST
-
-    def __post_init__(self) -> None:
-        H, given = self.plant, self.classes.classes
-        if H.inputs != H.outputs:
-            raise InputError(f"the plant has {H.size}; nonlinearities mu_i = -phi_i(sigma_i) need as many of both")
-        if len(given) != H.inputs:
-            raise InputError(
-                f"{len(given)} classes are given for the {H.inputs} channels of the plant; give one for each, in order"
-            )
-        for i, (low, high) in enumerate(map(_bounds, given), 1):
-            if not (-math.inf < low <= high < math.inf):
-                raise InputError(f"channel {i} has the bounds [{low}, {high}]; with several channels they are finite")
-
-    @property
-    def system(self) -> dict[str, Any]:
-        """The system of a certificate."""
-        sides = {name: [texts(row) for row in getattr(self.plant, name)] for name in "ABCD"}
-        return {"kind": "multivariable", "time": time_of(self.plant), **sides}
-
-    @property
-    def lower(self) -> list[Fraction]:
-        """Lower bounds of ``phi_i(sigma)/sigma``."""
-        return [Fraction(_bounds(one)[0]) for one in self.classes.classes]
-
-    @property
-    def least(self) -> Fraction:
-        """Factors beyond it leave every upper bound above the lower one."""
-        ends = [(Fraction(low), Fraction(high)) for low, high in map(_bounds, self.classes.classes)]
-        return max(Fraction(0), *(low / high for low, high in ends if high > 0))
-
-    def class_entries(self, alpha: Fraction) -> dict[str, Any]:
-        """The classes of a certificate, every upper bound times ``alpha``."""
-        scaled = [scaled_class(one, alpha) for one in self.classes.classes]
-        return {"channels": [class_entry(one, unbounded=False) for one in scaled], "repeated": self.classes.repeated}
-
-    def upper(self, alpha: Fraction) -> list[Fraction]:
-        """Upper bounds of ``phi_i(sigma)/sigma``, times ``alpha``."""
-        return [Fraction(_bounds(scaled_class(one, alpha))[1]) for one in self.classes.classes]
-
-
-def _bounds(given: NonlinearityClass) -> tuple[float | Fraction, float | Fraction]:
-    slope = given.slope or SlopeBounds(-math.inf, math.inf)
-    return max(given.sector.lower, slope.lower), min(given.sector.upper, slope.upper)
-
-
-def scaled_class(given: NonlinearityClass, alpha: Fraction) -> NonlinearityClass:
-    """The class with its upper bounds times ``alpha``; lower bounds stay.
-
-    Parameters
-    ----------
-    given : NonlinearityClass
-        A class with finite bounds of the sector.
-    alpha : Fraction
-        The factor.
-    """
-
-    def top(value: float | Fraction) -> float | Fraction:
-        return value if value in (math.inf, -math.inf) else alpha * Fraction(value)
-
-    slope = given.slope and SlopeBounds(given.slope.lower, top(given.slope.upper))
-    return NonlinearityClass(
-        sector=Sector(given.sector.lower, top(given.sector.upper)),
-        slope=slope,
-        odd=given.odd,
-        time_varying=given.time_varying,
-    )
-
-
-def channel_problem(source: object, classes: object, *, criterion: str = BEST) -> ChannelProblem:
-    """The question about a plant and the classes of its channels, in whatever form they are given.
+def channel_plant(source: object) -> MultivariablePlant:
+    """The plant of several channels that a source means.
 
     Parameters
     ----------
     source : object
-        Whatever :func:`lure.as_plant` takes; one channel may be given as a transfer function.
-    classes : object
-        A ``Diagonal``, or a list of ``Sector``, ``SlopeBounds`` or ``NonlinearityClass`` in channel order.
-    criterion : str
-        The criterion asked for, or ``best``.
+        Whatever :func:`lure.as_plant` takes; one channel may be given as a transfer function.  Or a system of a file.
 
     Raises
     ------
     InputError
-        The plant is not rational, or the classes are no classes or not one for each channel.
+        It is not rational.
     """
-    found = as_plant(source)
+    found = source.block if isinstance(source, LoopSystem) else as_plant(source)
     if isinstance(found, RationalPlant):
         r = found.matrices or companion(found)
         found = MultivariablePlant(r.A, tuple((v,) for v in r.b), (r.c,), ((r.d,),), found.dt)
@@ -133,12 +43,110 @@ def channel_problem(source: object, classes: object, *, criterion: str = BEST) -
         raise InputError(
             f"several nonlinearities need a rational plant with exact entries; this is a {type(found).__name__}"
         )
-    if isinstance(classes, Diagonal):
-        return ChannelProblem(plant=found, classes=classes, criterion=criterion)
-    listed = [class_given(one) for one in classes] if isinstance(classes, list | tuple) else []
-    known = tuple(one for one in listed if one is not None)
-    if not known or len(known) < len(listed):
+    return found
+
+
+def channel_problem(source: object, given: object, *, kind: Kind = "class", criterion: str = BEST) -> Problem:
+    """The question about a plant and what closes its channels.
+
+    Parameters
+    ----------
+    source : object
+        As for :func:`channel_plant`.
+    given : object
+        A ``Diagonal``; a list of ``Sector``, ``SlopeBounds`` or ``NonlinearityClass`` in channel order, or of
+        nonlinearities (objects or formulas); a mapping of the names of the channels to these; None for what the system
+        of a file says, and without that for slopes (sectors) ``[0, 1]``: their largest factor is the largest slope.
+    kind : {"sector", "slope", "class"}
+        What is asked.
+    criterion : str
+        The criterion asked for, or ``best``.
+
+    Raises
+    ------
+    InputError
+        The plant is not rational, what is given is neither, or not for each channel, or a declaration is false.
+    """
+    plant = channel_plant(source)
+    named: dict[str, Any] = {}
+    if isinstance(source, LoopSystem):
+        named = {"name": source.name, "title": source.title, "source": source.source}
+        if given is None:
+            given = _said(source)
+    if given is None:
+        kind = "slope" if kind == "class" else kind
+        given = [Sector(0, 1) if kind == "sector" else SlopeBounds(0, 1)] * plant.inputs
+    if isinstance(given, Mapping):
+        given = _in_order(plant, given)
+    settings: dict[str, Any] = {"plant": plant, "kind": kind, "criterion": criterion, **named}
+    if isinstance(given, Diagonal):
+        return _sloped(Problem(classes=given, **settings))
+    if isinstance(given, _Known):
+        return _about(given, settings)
+    listed = list(given) if isinstance(given, list | tuple) else []
+    found = [class_given(one) for one in listed]
+    classes = tuple(one for one in found if one is not None)
+    if classes and len(classes) == len(listed):
+        return _sloped(Problem(classes=Diagonal(classes), **settings))
+    if not listed or classes:
         raise InputError(
-            f"the classes are {classes!r:.80}; give a Sector, SlopeBounds or NonlinearityClass a channel, in order"
+            f"the classes are {given!r:.80}; give a Sector, SlopeBounds or NonlinearityClass a channel, in order, or a "
+            "nonlinearity a channel"
         )
-    return ChannelProblem(plant=found, classes=Diagonal(known), criterion=criterion)
+    nonlinearities = [ExpressionNonlinearity(one) if isinstance(one, str) else as_nonlinearity(one) for one in listed]
+    return _about(_Known(nonlinearities, None), settings)
+
+
+def _sloped(problem: Problem) -> Problem:
+    """The problem, if it does not ask for slopes of classes that bound none."""
+    lacking = [i for i, one in enumerate(problem.classes.classes, 1) if one.slope is None]
+    if problem.kind == "slope" and lacking:
+        raise InputError(
+            f"the class of channel {lacking[0]} has no slope bounds; give SlopeBounds, or ask for the largest factor of "
+            "sectors (max_sector, lure max-sector)"
+        )
+    return problem
+
+
+class _Known:
+    """Nonlinearities of all channels, and the classes asked about if there are such."""
+
+    def __init__(self, nonlinearities: Sequence[Nonlinearity], classes: Diagonal | None) -> None:
+        self.nonlinearities, self.classes = nonlinearities, classes
+
+
+def _said(system: LoopSystem) -> object:
+    return _Known(system.nonlinearities, system.classes) if system.nonlinearities else system.classes
+
+
+def _in_order(plant: MultivariablePlant, given: Mapping[str, object]) -> list[object]:
+    """What is given by the names of the channels, in their order."""
+    if set(given) != set(plant.names):
+        listed = ", ".join(plant.names) or "no names"
+        raise InputError(
+            f"the channels are given as {', '.join(map(str, given))}, and the plant has {listed}; give one for each"
+        )
+    return [given[name] for name in plant.names]
+
+
+def _about(known: _Known, settings: Mapping[str, Any]) -> Problem:
+    """The question whether the loop with these nonlinearities is stable: for every member of their classes."""
+    classes, tested = list[NonlinearityClass](), list[Nonlinearity]()
+    asked: Iterable[NonlinearityClass | None] = (
+        [None] * len(known.nonlinearities) if known.classes is None else known.classes.classes
+    )
+    for i, (one, own) in enumerate(zip(known.nonlinearities, asked, strict=True), 1):
+        try:
+            found = examined(one, own)
+        except InputError as error:
+            raise InputError(f"channel {i}: {error}") from None
+        if is_rough(found.nonlinearity, found.nonlinearity_class):
+            raise InputError(
+                f"channel {i}: {found.nonlinearity} is not known to be locally Lipschitz, which the theorems on several "
+                "nonlinearities assume; give one that is, or declare it"
+            )
+        classes.append(found.nonlinearity_class)
+        tested.append(found.nonlinearity)
+    sizes = tuple(len(list(block)) for _, block in groupby(tested))  # equal ones in turn are one nonlinearity
+    diagonal = known.classes or Diagonal(tuple(classes), repeated=sizes)
+    return replace(Problem(classes=diagonal, **settings), known=tuple(tested))

@@ -7,89 +7,48 @@ about, which are compared here before anything is worded.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from time import monotonic
+from typing import NamedTuple
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.channels import eliminated
 from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
-from lure.analysis.certificates.sealing import Failure, checked, guarded
-from lure.analysis.certificates.systems import texts
+from lure.analysis.certificates.sealing import Failure, checked, contains, guarded
+from lure.analysis.certificates.systems import class_entries, texts
 from lure.analysis.counterexamples.channel_gains import GainSearch
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.inequality.channels import ChannelInequality
-from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
-from lure.analysis.numerics.evidence import ends
-from lure.analysis.questions.channel_problem import ChannelProblem
-from lure.analysis.questions.conclusion import Certification, Conclusion, MismatchError
+from lure.analysis.numerics.doubles import bound_below, double_above, double_below
+from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.conclusion import MismatchError, conclusion_of, undecided
+from lure.analysis.questions.largest import StabilityBound, Stopped
+from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, TABLE, Theorem, time_of
-from lure.analysis.verdict import Bracket, Evidence, Verdict
-from lure.analysis.wording import class_words, destroys, meaning
+from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
+from lure.analysis.wording import counterexample, destroys, proviso
 from lure.arrays import np
-from lure.errors import InputError
-from lure.record import Record, quantity
-from lure.record.base import Page
-
-if TYPE_CHECKING:
-    from lure.analysis.certificates.proposals import Numbers
+from lure.errors import AssumptionError, InputError, Reason
 
 Tell = Callable[[str, float], None]
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
 _PRECISION, _LARGEST = 1e-7, 1e6
 
 
-class ChannelBound(Record):
-    """How far the classes of several nonlinearities can be enlarged, from both sides."""
-
-    question: Literal["sector", "slope"] = quantity("what the classes bound")
-    verdict: Verdict = quantity("PROVED: stable up to the factor `largest.low`; REFUTED: for no factor")
-    evidence: Evidence = quantity("what the verdict rests on")
-    criterion: str = quantity("the theorem that reaches farthest")
-    largest: Bracket = quantity(
-        "`low`: the classes with every upper bound times it are proved; `high`: from there on nothing is",
-        "1",
-        plainly=ends,
-    )
-    refuted_at: float | None = quantity("the smallest factor found with a destabilising member", "1", form="above")
-    proof: Proved | None = quantity("what the checker accepted, with its certificate", key="", label="")
-    refutation: Refuted | None = quantity("what the checker accepted of the counterexample", key="", label="")
-    search_limited: bool = quantity("whether `largest.low` is only the largest factor that was tried")
-    reason: str = quantity("why nothing more was shown")
-    sentence: str = quantity("the answer in a sentence, from the certificates")
-
-    def __bool__(self) -> bool:
-        raise TypeError("an answer has three values; compare result.verdict")
-
-    def __str__(self) -> str:
-        return self.sentence
-
-    @property
-    def closed(self) -> bool:
-        """Whether what is proved and what is refuted meet, within one part in a million."""
-        if self.refuted_at is None or self.verdict is Verdict.INCONCLUSIVE:
-            return False
-        return self.verdict is Verdict.REFUTED or self.largest.low >= self.refuted_at * (1 - 1e-6)
-
-    @property
-    def meaning(self) -> str:
-        """What is proved of the motions; empty unless PROVED."""
-        return meaning(self.proof) if self.proof is not None else ""
-
-    def _page(self) -> Page:
-        return super()._page()._replace(title=self.sentence, verdict=str(self.verdict))
-
-
 # Proofs and counterexamples, each through the checker.
 
 
-def _rows(asked: ChannelProblem) -> list[Theorem]:
+def _rows(asked: Problem) -> list[Theorem]:
     """The criteria for several nonlinearities in this time, the farthest first."""
     wanted = asked.criterion.replace("_", "-").lower()
     found = [row for row in reversed(TABLE) if row.channels and time_of(asked.plant) in row.times]
     if wanted == BEST:
-        return found
+        constant = not any(_free(asked))
+        return [row for row in found if row.time_varying or not constant]
     named = [row for row in found if wanted in (row.name, row.channels)]
     if not named:
         names = ", ".join(row.name for row in found)
@@ -100,23 +59,26 @@ def _rows(asked: ChannelProblem) -> list[Theorem]:
     return named
 
 
-def _inequality(asked: ChannelProblem, row: Theorem) -> ChannelInequality:
-    A, B, C, D = asked.plant.doubles()
-    static = [not any(line) for line in asked.plant.D]
-    free = [
-        not row.time_varying and alone and not one.time_varying
-        for alone, one in zip(static, asked.classes.classes, strict=True)
-    ]
-    lower = np.array([float(v) for v in asked.lower])
-    return ChannelInequality(A, B, C, D, lower, free, not row.time_varying, asked.plant.dt is not None)
+def _free(asked: Problem) -> list[bool]:
+    """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time."""
+    static = [not any(line) for line in channel_plant(asked.plant).D]
+    return [alone and not one.time_varying for alone, one in zip(static, asked.classes.classes, strict=True)]
 
 
-def proved_at(asked: ChannelProblem, row: Theorem, inequality: ChannelInequality, alpha: Fraction) -> Proved | None:
+def _inequality(asked: Problem, row: Theorem) -> ChannelInequality:
+    H = channel_plant(asked.plant)
+    A, B, C, D = H.doubles()
+    free = [one and not row.time_varying for one in _free(asked)]
+    lower = np.array([float(v) for v in asked.classes.lower])
+    return ChannelInequality(A, B, C, D, lower, free, not row.time_varying, H.dt is not None)
+
+
+def proved_at(asked: Problem, row: Theorem, inequality: ChannelInequality, alpha: Fraction) -> Proved | None:
     """What the checker accepts for the classes of a factor; None if nothing.
 
     Parameters
     ----------
-    asked : ChannelProblem
+    asked : Problem
         The question.
     row : Theorem
         The criterion.
@@ -125,14 +87,14 @@ def proved_at(asked: ChannelProblem, row: Theorem, inequality: ChannelInequality
     alpha : Fraction
         The factor.
     """
-    widths = [high - low for high, low in zip(asked.upper(alpha), asked.lower, strict=True)]
+    widths = [high - low for high, low in zip(asked.classes.scaled(alpha).upper, asked.classes.lower, strict=True)]
     if min(widths) <= 0:
         return None
-    for one in inequality.proposals(widths, asked.lower):
+    for one in inequality.proposals(widths, asked.classes.lower):
         draft = {
             "verdict": "PROVED",
             "system": asked.system,
-            "laws": asked.class_entries(alpha),
+            "laws": asked.scaled(alpha).class_entry,
             "theorem": row.channels,
             "multiplier": one.multiplier,
             "proof": {"method": "matrix", "P": [texts(line) for line in one.rows], "exponent": one.exponent},
@@ -146,14 +108,17 @@ def proved_at(asked: ChannelProblem, row: Theorem, inequality: ChannelInequality
     return None
 
 
-def _farthest(asked: ChannelProblem, row: Theorem, most: float) -> tuple[Fraction, Proved] | None:
+def _farthest(asked: Problem, row: Theorem, most: float) -> tuple[Fraction, Proved] | None:
     """The largest factor that is proved, below ``most``."""
     inequality = _inequality(asked, row)
 
     def serves(alpha: float) -> bool:
-        if alpha <= asked.least:
+        if alpha <= asked.classes.least:
             return False
-        widths = [float(high - low) for high, low in zip(asked.upper(Fraction(alpha)), asked.lower, strict=True)]
+        widths = [
+            float(high - low)
+            for high, low in zip(asked.classes.scaled(Fraction(alpha)).upper, asked.classes.lower, strict=True)
+        ]
         return min(widths) > 0 and inequality.serves(np.array(widths))
 
     low, high = _between(asked, serves, most)
@@ -166,33 +131,32 @@ def _farthest(asked: ChannelProblem, row: Theorem, most: float) -> tuple[Fractio
     for step in _STEPS_DOWN:
         checkpoint()
         alpha = Fraction(double_below(Fraction(low) * (1 - Fraction(step))))
-        shown = proved_at(asked, row, inequality, alpha) if alpha > asked.least else None
+        shown = proved_at(asked, row, inequality, alpha) if alpha > asked.classes.least else None
         if shown is not None:
             return alpha, shown
     return None
 
 
-def _between(asked: ChannelProblem, serves: Callable[[float], bool], most: float) -> tuple[float, float]:
+def _between(asked: Problem, serves: Callable[[float], bool], most: float) -> tuple[float, float]:
     """A factor that serves, or 0, and one that does not; just below ``most``, where what is refuted begins, first."""
     if most < math.inf:
         near = [most * (1 - step) for step in (1e-7, 1e-4)]
         served = next((alpha for alpha in near if serves(alpha)), None)
         return (served, served * (1 + 1e-16)) if served == near[0] else (served or 0.0, most)
-    low, high = 0.0, max(1.0, 2 * double_above(asked.least))
+    low, high = 0.0, max(1.0, 2 * double_above(asked.classes.least))
     while high < _LARGEST and serves(high):
         low, high = high, 4 * high
     return (low, low) if high >= _LARGEST else (low, high)
 
 
-def _refuted(asked: ChannelProblem, *, most: float) -> tuple[Fraction, Refuted] | None:
+def _refuted(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
     """The smallest factor with destabilising gains that the checker accepts; 0 if they lie in the classes of each."""
-    A, B, C, D = asked.plant.doubles()
-    one = asked.upper(Fraction(1))
-    lower, upper = (np.array([float(v) for v in side]) for side in (asked.lower, one))
-    if asked.classes.repeated and len(set(asked.lower)) > 1:
-        return None
-    search = GainSearch(A, B, C, D, lower, upper, asked.classes.repeated, asked.plant.dt is not None)
-    found = search.found(double_above(asked.least), most)
+    H = channel_plant(asked.plant)
+    A, B, C, D = H.doubles()
+    one = asked.classes.upper
+    lower, upper = (np.array([float(v) for v in side]) for side in (asked.classes.lower, one))
+    search = GainSearch(A, B, C, D, lower, upper, asked.classes.blocks, H.dt is not None)
+    found = search.found(double_above(asked.classes.least), most)
     for gains in search.proposals(*found, most=most) if found is not None else ():
         least = max((g / u for g, u in zip(gains, one, strict=True) if u > 0), default=Fraction(0))
         if math.isinf(most) and least <= 0:  # no gain is positive: they lie in the classes of every factor
@@ -205,11 +169,11 @@ def _refuted(asked: ChannelProblem, *, most: float) -> tuple[Fraction, Refuted] 
     return None
 
 
-def _refutation(asked: ChannelProblem, gains: Sequence[Fraction], alpha: Fraction) -> Refuted | None:
+def _refutation(asked: Problem, gains: Sequence[Fraction], alpha: Fraction) -> Refuted | None:
     draft = {
         "verdict": "REFUTED",
         "system": asked.system,
-        "laws": asked.class_entries(alpha),
+        "laws": asked.scaled(alpha).class_entry,
         "theorem": "counterexample",
         "proof": {"method": "linear-gains", "gains": texts(gains)},
     }
@@ -224,108 +188,29 @@ def _refutation(asked: ChannelProblem, gains: Sequence[Fraction], alpha: Fractio
 # Answers.
 
 
-def largest_factor(
-    asked: ChannelProblem,
-    question: Literal["sector", "slope"],
-    *,
-    seconds: float | None = None,
-    progress: Tell | None = None,
-) -> ChannelBound:
-    """The largest factor of the classes that is proved, and the smallest found that is refuted.
-
-    Parameters
-    ----------
-    asked : ChannelProblem
-        The question.
-    question : {"sector", "slope"}
-        What the classes bound.
-    seconds : float or None
-        Time allowed; what was found until then is said.
-    progress : callable, optional
-        Told each step and the share done.
-
-    Raises
-    ------
-    InputError
-        There is no such criterion, or an upper bound is not positive, so that no factor enlarges its class.
-    """
-    if min(asked.upper(Fraction(1))) <= 0:
-        raise InputError("an upper bound is not positive; the largest factor is asked of classes with upper bounds > 0")
-    rows, tell = _rows(asked), progress or (lambda _step, _done: None)
-    against: tuple[Fraction, Refuted] | None = None
-    proofs: list[tuple[Fraction, Proved]] = []
-    reason, told = "", list[Failure]()
-
-    def searched() -> None:
-        nonlocal against
-        tell("constant gains", 0.0)
-        never = _refutation(asked, asked.lower, Fraction(1)) if _alike(asked) else None
-        against = (Fraction(0), never) if never is not None else _refuted(asked, most=math.inf)
-        for i, row in enumerate(rows if against is None or against[0] > 0 else ()):
-            tell(row.channels, (i + 1) / (len(rows) + 1))
-            most = math.inf if against is None else float(against[0])
-            found = guarded(row.channels, partial(_farthest, asked, row, most))
-            if isinstance(found, Failure):
-                told.append(found)
-            elif found is not None:
-                proofs.append(found)
-                break
-
-    def limited() -> None:
-        with time_limit(seconds):
-            searched()
-
-    ended = guarded("the search", limited)
-    if isinstance(ended, Failure):
-        told.append(ended)
-    reason = str(told[-1]) if told else ("" if proofs else "no diagonal multiplier was found")
-    return channel_bound(asked, question, max(proofs, key=lambda one: one[0], default=None), against, reason)
-
-
-def _alike(asked: ChannelProblem) -> bool:
-    return not asked.classes.repeated or len(set(asked.lower)) == 1
-
-
-def require_same(asked: ChannelProblem, shown: Proved | Refuted, alpha: Fraction) -> None:
-    """Compare what the checker accepted with the plant and the classes asked about.
-
-    Parameters
-    ----------
-    asked : ChannelProblem
-        The question.
-    shown : Proved or Refuted
-        What was accepted.
-    alpha : Fraction
-        The factor of the classes.
-
-    Raises
-    ------
-    MismatchError
-        They differ: a bug, and nothing is said.
-    """
-    if shown.certificate["system"] != asked.system or shown.certificate["laws"] != asked.class_entries(alpha):
-        raise MismatchError("the certificate is about another plant or other classes than those asked about")
-
-
-def channel_bound(
-    asked: ChannelProblem,
-    question: Literal["sector", "slope"],
+def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
+    asked: Problem,
     proof: tuple[Fraction, Proved] | None,
     against: tuple[Fraction, Refuted] | None,
-    reason: str,
-) -> ChannelBound:
+    answers: Sequence[Answer] = (),
+    *,
+    reason: str = "",
+    stopped: Stopped | None = None,
+) -> StabilityBound:
     """The answer, from what the checker accepted, after it was compared with what was asked.
 
     Parameters
     ----------
-    asked : ChannelProblem
+    asked : Problem
         The question.
-    question : {"sector", "slope"}
-        What the classes bound.
     proof, against : (Fraction, Proved) and (Fraction, Refuted), or None
         Factors, and what was accepted for the classes of those factors; 0 for gains in the classes of every factor.
+    answers : sequence of Answer
+        Every criterion that was tried, that of the proof first.
     reason : str
         Why nothing more was shown.
+    stopped : {"time", "interrupt"} or None
+        What ended the search.
 
     Raises
     ------
@@ -336,156 +221,329 @@ def channel_bound(
     """
     from lure.analysis.questions.answers import ContradictionError
 
-    for pair, kind in ((proof, Proved), (against, Refuted)):
-        if pair is not None:
-            require_same(asked, pair[1], pair[0] or Fraction(1))
-            if not isinstance(pair[1], kind):
-                raise MismatchError(f"a {type(pair[1]).__name__} is offered as a {kind.__name__}")
     if proof is not None and against is not None and proof[0] >= against[0]:
         raise ContradictionError(f"the factor {proof[0]} is proved and {against[0]} refuted; please report the plant")
     never = against is not None and against[0] == 0
-    verdict = Verdict.PROVED if proof is not None else Verdict.REFUTED if never else Verdict.INCONCLUSIVE
     low = 0.0 if proof is None else double_below(proof[0])
-    refuted_at = None if against is None else double_above(against[0])
-    limited = proof is not None and refuted_at is None and low > _LARGEST / 8
-    return ChannelBound(
-        question=question,
-        verdict=verdict,
-        evidence=Evidence.CERTIFIED,
+    high = None if against is None else double_above(against[0])
+    witness = None if against is None else _witness(against[1], double_above(against[0]))
+    about = asked.scaled(Fraction(1) if proof is None else proof[0])
+    told: tuple[Problem, Proved | Refuted | None] = (about, None if proof is None else proof[1])
+    if never and against is not None:
+        told = (asked, against[1])
+    concluded = undecided(asked, reason) if told[1] is None else conclusion_of(*told)
+    if (concluded.shown is None) != (told[1] is None):
+        raise MismatchError(f"{concluded} Please report the plant")
+    if against is not None and not never:
+        beyond = conclusion_of(asked.scaled(against[0]), against[1])
+        if beyond.verdict is not Verdict.REFUTED:
+            raise MismatchError(f"{beyond} Please report the plant")
+    limited = proof is not None and high is None and low > _LARGEST / 8
+    tried = [replace(one, search_limited=limited) for one in answers[:1]] + list(answers[1:])
+    return StabilityBound(
+        question="slope" if asked.kind == "slope" else "sector" if asked.kind == "sector" else asked.question,
+        odd=asked.odd,
+        time_varying=asked.time_varying,
+        lower=Fraction(0),
+        critical=False,
+        proviso="" if proof is None else proviso(proof[1]),
         criterion="" if proof is None else proof[1].theorem,
-        largest=Bracket(low, math.inf if refuted_at is None else refuted_at),
-        refuted_at=refuted_at,
-        proof=None if proof is None else proof[1],
-        refutation=None if against is None else against[1],
-        search_limited=limited,
+        largest=Bracket(low, math.inf if high is None else max(low, high)),
+        hurwitz=Bracket(low, math.inf if high is None else max(low, high)),
+        verdict=concluded.verdict,
+        evidence=Evidence.CERTIFIED,
+        theta=None,
+        multiplier=None if not tried else tried[0].multiplier,
+        parameters={} if not tried else tried[0].parameters,
+        refuted_at=high,
+        witness=witness,
+        answers=tuple(tried),
         reason=reason,
-        sentence=_sentence(proof, against, reason, limited=limited),
+        conclusion=concluded,
+        stopped=stopped,
+        classes=asked.classes,
     )
 
 
-def _sentence(
-    proof: tuple[Fraction, Proved] | None, against: tuple[Fraction, Refuted] | None, reason: str, *, limited: bool
-) -> str:
-    """The answer in words, all of them from the certificates."""
-    parts = []
-    if proof is not None:
-        shown, tried = proof[1], ", the largest factor tried" if limited else ""
-        proviso = f", for which {shown.assumed}" if shown.assumed else ""
-        about = classes_words(shown.certificate["laws"])
-        parts.append(
-            f"{meaning(shown)} for every {about}{proviso}: the upper bounds times {bound_below(proof[0])}{tried} "
-            f"({shown.theorem}, certified)"
+def _witness(shown: Refuted, factor: float) -> Witness:
+    gains = shown.certificate["proof"]["gains"]
+    return Witness(
+        kind="linear gains",
+        k=factor,
+        evidence=Evidence.CERTIFIED,
+        slope_restricted=True,
+        odd=True,
+        description=f"{counterexample(shown)} {destroys(shown)}",
+        data={"gains": list(gains)},
+        refutation=shown,
+    )
+
+
+def _answer(asked: Problem, row: Theorem, found: tuple[Fraction, Proved] | Failure | None) -> Answer:
+    """What one criterion shows of the classes."""
+    if found is None or isinstance(found, Failure):
+        return Answer(
+            criterion=row.channels,
+            theorem=row.title,
+            largest=Bracket(0.0, math.inf),
+            nonlinearity_class=asked.classes.classes[0],
+            classes=asked.classes,
+            verdict=Verdict.INCONCLUSIVE,
+            evidence=Evidence.CERTIFIED,
+            reason="no diagonal multiplier was found" if found is None else str(found.detail),
         )
-    elif against is None or against[0] > 0:
-        parts.append(f"Nothing is proved for any factor ({reason})")
-    if against is not None:
-        gains = ", ".join(f"{float(Fraction(g)):.6g}" for g in against[1].certificate["proof"]["gains"])
-        whole = "members whatever the factor" if against[0] == 0 else f"within {bound_above(against[0])} times"
-        parts.append(f"the gains {gains}, {whole}, {_does(against[1])} (certified)")
-    text = "; ".join(parts)
-    return f"{text[0].upper()}{text[1:]}."
+    alpha, shown = found
+    scaled = asked.classes.scaled(alpha)
+    multiplier = shown.certificate["multiplier"]
+    return Answer(
+        criterion=row.channels,
+        theorem=f"{row.title}, with a multiplier for each channel",
+        largest=Bracket(double_below(alpha), math.inf),
+        nonlinearity_class=scaled.classes[0],
+        classes=scaled,
+        verdict=Verdict.PROVED,
+        evidence=Evidence.CERTIFIED,
+        multiplier="Lambda + s Theta" if any(Fraction(v) for v in multiplier.get("theta", ())) else "Lambda",
+        parameters=multiplier,
+        reason=f"proved for the upper bounds times {bound_below(alpha)}",
+        hypotheses=tuple(f"{name}: {how}" for name, how in shown.facts.items() if name != "class"),
+        proof=shown,
+    )
 
 
-def _does(shown: Refuted) -> str:
-    """What several gains do."""
-    return destroys(shown).replace("destabilises", "destabilise").replace("gives", "give").replace("leaves", "leave")
-
-
-def classes_words(nonlinearities: Mapping[str, Any], *, inwards: bool = True) -> str:
-    """The classes of a certificate in words, channel by channel.
-
-    Parameters
-    ----------
-    nonlinearities : Mapping
-        ``laws`` of a certificate about several nonlinearities.
-    inwards : bool
-        Whether bounds are rounded into the classes.
-    """
-    words = [
-        class_words(one, inwards=inwards).replace("phi", f"phi_{i}")
-        for i, one in enumerate(nonlinearities["channels"], 1)
-    ]
-    return f"{'; '.join(words)}{', all the same' if nonlinearities['repeated'] else ''}"
-
-
-def _proved_whole(asked: ChannelProblem, row: Theorem) -> Proved | None:
-    return proved_at(asked, row, _inequality(asked, row), Fraction(1))
-
-
-def certified_channels(
-    asked: ChannelProblem, *, seconds: float | None = None, numbers: Numbers = "rationals", progress: Tell | None = None
-) -> Certification:
-    """A proof or a refutation of exactly these classes, or a code.
+def largest_factor(
+    asked: Problem,
+    *,
+    before: StabilityBound | None = None,
+    seconds: float | None = None,
+    progress: Tell | None = None,
+) -> StabilityBound:
+    """The largest factor of the classes that is proved, and the smallest found that is refuted.
 
     Parameters
     ----------
-    asked : ChannelProblem
+    asked : Problem
         The question.
+    before : StabilityBound, optional
+        The answer about larger classes with the same bounds: its proof holds here too, and is searched for again only
+        by criteria that see the difference.
     seconds : float or None
-        Time allowed.
-    numbers : {"rationals", "decimals as written", "doubles, exactly"}
-        Where the numbers came from; not used in the search.
+        Time allowed; what was found until then is said.
     progress : callable, optional
-        Told each search as it begins.
+        Told each step and the share done.
+
+    Raises
+    ------
+    InputError
+        There is no such criterion, the loop is not well posed with the gains at the lower bounds, or an upper bound is
+        not positive, so that no factor enlarges its class.
     """
-    failures, one, tell = list[Failure](), Fraction(1), progress or (lambda _step, _done: None)
+    if min(asked.classes.upper) <= 0:
+        raise InputError("an upper bound is not positive; the largest factor is asked of classes with upper bounds > 0")
+    require_well_posed(asked)
+    rows, tell = _rows(asked), progress or (lambda _step, _done: None)
+    against: tuple[Fraction, Refuted] | None = None
+    proofs: list[tuple[Fraction, Proved]] = []
+    answers: list[Answer] = []
 
-    def attempts() -> Iterator[tuple[str, Callable[[], Proved | Refuted | None]]]:
-        def gains() -> Refuted | None:
-            found = _refuted(asked, most=1.0)
-            return None if found is None else found[1]
+    def searched() -> None:
+        nonlocal against
+        tell("constant gains", 0.0)
+        against = _against(asked, before)
+        if before is not None and (carried := _carried(asked, before)) is not None:
+            proofs.append((carried.factor, carried.shown))
+            answers.append(carried.answer)
+        for i, row in enumerate(rows if against is None or against[0] > 0 else ()):
+            if before is not None and not _sees(row, asked, before):
+                continue
+            tell(row.channels, (i + 1) / (len(rows) + 1))
+            most = math.inf if against is None else float(against[0])
+            found = guarded(row.channels, partial(_farthest, asked, row, most), passing=(TimeoutError,))
+            answers.append(_answer(asked, row, found))
+            if isinstance(found, tuple):
+                proofs.append(found)
+                break  # the others prove less
 
-        yield "constant gains", gains
-        for row in _rows(asked):
-            yield row.channels, partial(_proved_whole, asked, row)
-
-    def limited() -> Proved | Refuted | None:
+    stopped: Stopped | None = None
+    try:
         with time_limit(seconds):
-            for name, work in attempts():
-                tell(name, 0.0)
-                found = guarded(name, work)
-                if isinstance(found, Proved | Refuted):
-                    return found
-                detail = "no diagonal multiplier was found" if name != "constant gains" else "none was found"
-                missed = Failure(search=name, code=codes.NO_MULTIPLIER, detail=detail)
-                failures.append(found if isinstance(found, Failure) else missed)
+            searched()
+    except TimeoutError:
+        stopped = "time"
+    except KeyboardInterrupt:
+        if not (proofs or against):
+            raise
+        stopped = "interrupt"
+    told = [one.reason for one in answers if one.verdict is not Verdict.PROVED]
+    reason = "" if proofs else told[-1] if told else "no criterion was asked"
+    if stopped == "time" and not proofs:
+        reason = f"the time allowed is over ({codes.OUT_OF_TIME.identifier})"
+    answers.sort(key=lambda one: (one.verdict is not Verdict.PROVED, -one.largest.low))
+    best = max(proofs, key=lambda one: one[0], default=None)
+    return channel_bound(asked, best, against, answers, reason=reason, stopped=stopped)
+
+
+class _Carried(NamedTuple):
+    """What was proved of larger classes, stated for these."""
+
+    factor: Fraction
+    shown: Proved
+    answer: Answer
+
+
+def _carried(asked: Problem, before: StabilityBound) -> _Carried | None:
+    if before.proof is None or before.classes is None:
         return None
-
-    found = guarded("the search", limited)
-    if isinstance(found, Failure):
-        failures.append(found)
-    elif found is not None:
-        require_same(asked, found, one)
-        return Certification(conclusion=_concluded(found), detail=found.claim, failures=tuple(failures))
-    worst = min(reversed(failures), key=lambda failure: codes.WORST.index(failure.code))
-    detail = f"{worst.search}: {worst.detail}"
-    head = f"Nothing is decided for {classes_words(asked.class_entries(one))}"
-    nothing = Conclusion(
-        verdict=Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        headline=f"{head}.",
-        sentence=f"{head}: {detail} ({worst.code.identifier}).",
-        reason=detail,
-        code=worst.code,
-    )
-    return Certification(conclusion=nothing, detail=detail, failures=tuple(failures))
+    factor = Fraction(before.largest.low)
+    draft = {**before.proof.certificate, "laws": asked.scaled(factor).class_entry}
+    try:
+        shown = checked(draft)
+    except Rejected:
+        return None
+    if not isinstance(shown, Proved):
+        return None
+    scaled = asked.classes.scaled(factor)
+    found = replace(before.answers[0], nonlinearity_class=scaled.classes[0], classes=scaled, proof=shown)
+    return _Carried(factor, shown, found)
 
 
-def _concluded(shown: Proved | Refuted) -> Conclusion:
-    """The verdict on the classes of a certificate, which are those asked about."""
-    proved = isinstance(shown, Proved)
-    about = classes_words(shown.certificate["laws"], inwards=proved)
-    says = meaning(shown) if isinstance(shown, Proved) else _does(shown)
-    proviso = f", for which {shown.assumed}" if shown.assumed else ""
-    head = f"{says} for every {about}{proviso}" if proved else f"Some gains of {about} {says}"
-    return Conclusion(
-        verdict=Verdict.PROVED if proved else Verdict.REFUTED,
-        evidence=Evidence.CERTIFIED,
-        meaning=says,
-        nonlinearity_class=about,
-        headline=f"{head}.",
-        sentence=f"{head} ({shown.theorem}, certified).",
-        shown=shown,
-        attracts=proved,
-        assumed=(shown.assumed,) if shown.assumed else (),
-    )
+def _sees(row: Theorem, asked: Problem, before: StabilityBound) -> bool:
+    """Whether a criterion may prove more of these classes than it did of larger ones with the same bounds."""
+    assert before.classes is not None, "of several channels"
+    varying = [[one.time_varying for one in each.classes] for each in (asked.classes, before.classes)]
+    tried = any(one.criterion == row.channels for one in before.answers)
+    return row.slope or row.odd or not tried or (varying[0] != varying[1] and not row.time_varying)
+
+
+def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, Refuted] | None:
+    """Destabilising gains: those of the answer before, which lie in these classes too, else searched for."""
+    gains = None if before is None or before.refutation is None else before.refutation.certificate["proof"]["gains"]
+    if before is not None and before.classes is not None and before.classes.blocks == asked.classes.blocks:
+        if gains is None:
+            return None
+        alpha = Fraction(before.refuted_at or 0)
+        shown = _refutation(asked, [Fraction(g) for g in gains], alpha or Fraction(1))
+        if shown is not None:
+            return alpha, shown
+    never = _refutation(asked, asked.classes.lower, Fraction(1))
+    return (Fraction(0), never) if never is not None else _refuted(asked, most=math.inf)
+
+
+def largest_factors(
+    problems: Sequence[Problem], *, seconds: float | None = None, progress: Tell | None = None
+) -> list[StabilityBound]:
+    """The answers to several questions about one plant, each as :func:`largest_factor`.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        The questions, larger classes before smaller ones: what is proved for one serves the next.
+    seconds : float or None
+        Time allowed to all of them.
+    progress : callable, optional
+        Told each step and the share done.
+    """
+    tell, found = progress or (lambda _step, _done: None), list[StabilityBound]()
+    ends = None if seconds is None else monotonic() + seconds
+    for i, problem in enumerate(problems):
+        left = None if ends is None else max(ends - monotonic(), 1e-3)
+
+        def share(step: str, done: float, i: int = i) -> None:
+            """Of all questions."""
+            tell(step, (i + done) / len(problems))
+
+        before = next((row for row in reversed(found) if _larger(row, problem)), None)
+        found.append(largest_factor(problem, before=before, seconds=left, progress=share))
+    return found
+
+
+def _larger(row: StabilityBound, asked: Problem) -> bool:
+    """Whether the answer is complete and about classes that contain these, with the same bounds of the gains."""
+    classes = row.classes
+    same = classes is not None and (classes.lower, classes.upper) == (asked.classes.lower, asked.classes.upper)
+    return same and row.stopped is None and classes is not None and contains(class_entries(classes), asked.class_entry)
+
+
+def require_well_posed(asked: Problem) -> None:
+    """Refuse a loop that has no one solution with the gains at the lower bounds: ``det(1 + D L) = 0``.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+
+    Raises
+    ------
+    InputError
+        It has none.
+    """
+    H = channel_plant(asked.plant)
+    lower = asked.classes.lower
+    whole = [[(i == j) + v * g for j, (v, g) in enumerate(zip(row, lower, strict=True))] for i, row in enumerate(H.D)]
+    if not any(lower) or not any(map(any, H.D)):
+        return
+    if eliminated([[Fraction(v) for v in row] for row in whole], [[] for _ in whole]) is None:
+        gains = ", ".join(map(str, lower))
+        raise InputError(
+            f"the loop is not well posed: det(1 + D L) = 0 for the gains {gains} at the lower bounds; give a D or lower "
+            "bounds for which sigma is determined"
+        )
+
+
+def proposals(
+    asked: Problem, rows: Sequence[StabilityBound] = ()
+) -> Iterator[tuple[str, Callable[[], Proved | Refuted | None]]]:
+    """What to try for exactly these classes, in order: constant gains, each criterion, what is proved of larger classes.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    rows : sequence of StabilityBound
+        What was accepted for largest factors.
+
+    Raises
+    ------
+    InputError
+        There is no such criterion, or the loop is not well posed with the gains at the lower bounds.
+    """
+    require_well_posed(asked)
+    own = asked.class_entry
+
+    def gains() -> Refuted | None:
+        if rows:
+            seen = (shown for row in rows for shown in row.refutations)
+            return next((shown for shown in seen if contains(own, shown.certificate["laws"])), None)
+        found = _refuted(asked, most=1.0)
+        return None if found is None else found[1]
+
+    def whole(row: Theorem) -> Proved:
+        shown = proved_at(asked, row, _inequality(asked, row), Fraction(1))
+        if shown is None:
+            raise AssumptionError("no diagonal multiplier was found", code=Reason.NO_MULTIPLIER)
+        return shown
+
+    yield "constant gains", gains
+    larger = [row.proof for row in rows if row.proof is not None and contains(row.proof.certificate["laws"], own)]
+    for row in _rows(asked) if larger or not rows else ():
+        yield row.channels, partial(whole, row)
+    if rows and not larger:
+        yield (
+            "the largest factor",
+            partial(_ends_before, next((r for r in rows if r.classes == asked.classes), rows[-1])),
+        )
+    for shown in larger:
+        yield shown.theorem, partial(_as_it_is, shown)
+
+
+def _ends_before(row: StabilityBound) -> None:
+    """Say why the largest factor is below 1."""
+    if row.stopped is not None:
+        raise TimeoutError("the time allowed is over")
+    reached = f"what is proved ends at {row.proved_text} times the upper bounds" if row.proved_text else row.reason
+    against = "" if row.refuted_at is None else f", and the smallest factor refuted is {row.refuted_text}"
+    raise AssumptionError(reached + against, code=Reason.NO_MULTIPLIER)
+
+
+def _as_it_is(shown: Proved) -> Proved:
+    return shown

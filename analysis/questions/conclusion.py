@@ -226,6 +226,16 @@ def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
         elif assumed and composed is not None:
             reason = f"what is proved is about {about} {assumed}, which is not shown of {name}"
             return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
+    elif asked.known:
+        each = [_member(one, laws) for one, laws in zip(asked.known, nonlinearities["channels"], strict=True)]
+        for i, (found_to_be, why) in enumerate(each, 1):
+            if not found_to_be:
+                return undecided(
+                    asked, f"what is proved is about {about}, and channel {i}: {why}", code=codes.FOREIGN_LAW
+                )
+        standing = CHECKED if all(found_to_be == CHECKED for found_to_be, _ in each) else DECLARED
+        told = [why.replace("phi", f"phi_{i}", 1).removeprefix("if ") for i, (_, why) in enumerate(each, 1) if why]
+        words = f"if {' and '.join(told)}" if told else ""
     elif assumed and composed is not None and not asked.assuming:
         reason = f"{composed} proves it for {about} {assumed}, which the class does not promise; slope bounds would"
         return undecided(asked, reason, code=codes.SEVERAL_SOLUTIONS)
@@ -233,16 +243,20 @@ def _proved(asked: Problem, shown: Proved, reach: Proved | None) -> Conclusion:
     whole = f"{about} {assumed}" if assumed else about
     head = f"{says} for every {whole}"
     found = head
-    if nonlinearity is not None:
+    if name:
         member = "of which it is one as declared" if words else "of which it is checked to be one"
+        if asked.several:
+            member = member.replace("it is one", "these are some").replace(
+                "it is checked to be one", "these are checked to be some"
+            )
         found = f", as for every {about}, {member}"
-        if not attracts and _rests_at_zero_only(nonlinearity, shown):
+        if not attracts and nonlinearity is not None and _rests_at_zero_only(nonlinearity, shown):
             found = f": {head[0].lower()}{head[1:]}, {member}, and it vanishes at 0 only"
             says, attracts = says.partition(" converges")[0] + " converges to 0", True
         provisos = [words, f"if {assumed.removeprefix('for which ')}" if assumed else ""]
         head = f"{says} with {name}" + "".join(f", {said}" for said in provisos if said)
         found = head + found
-    reaches = "" if reach is None else f", which reaches {_end(reach)}"
+    reaches = "" if reach is None or asked.several else f", which reaches {_end(reach)}"
     return Conclusion(
         verdict=Verdict.PROVED,
         evidence=Evidence.CERTIFIED,

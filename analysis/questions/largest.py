@@ -9,6 +9,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from lure.analysis.certificates.arithmetic import extended
+from lure.analysis.certificates.sealing import contains
+from lure.analysis.certificates.systems import class_entries
 from lure.analysis.drawing import drawing
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.numerics.evidence import ends
@@ -16,6 +18,7 @@ from lure.analysis.questions.conclusion import Conclusion, MismatchError
 from lure.analysis.theorems.table import Question
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
 from lure.analysis.wording import BEYOND, kind_words
+from lure.classes import Diagonal
 from lure.record import Column, Page, Record, derived, plain, quantity
 
 if TYPE_CHECKING:
@@ -137,6 +140,11 @@ class StabilityBound(Record):
         "What moves, where it is an approximation of something else: ``the scheme with 20 cells``; else empty",
         default="",
     )
+    classes: Diagonal | None = quantity(
+        "With several channels, the classes at the factor 1; then ``k`` is a factor of every upper bound, and "
+        "``lower`` is 0",
+        default=None,
+    )
     _said = "sentence"
 
     @property
@@ -161,7 +169,9 @@ class StabilityBound(Record):
 
     @property
     def about(self) -> str:
-        """The kind of classes asked about in words, without their bounds."""
+        """The kind of classes asked about in words, without their bounds; with several channels the classes."""
+        if self.classes is not None:
+            return f"every upper bound times k: {self.classes}; k in"
         kind = {"odd": self.odd, "time_varying": self.time_varying, "linear": False}
         return kind_words({**kind, "slope": None if self.question == "sector" else ()})
 
@@ -171,6 +181,8 @@ class StabilityBound(Record):
         """The largest ``k`` proved, rounded down, as it is printed everywhere; empty unless PROVED."""
         if self.verdict is not Verdict.PROVED or self.proof is None:
             return ""
+        if self.classes is not None:
+            return bound_below(self.largest.low)
         end = self.proof.certificate["laws"]["sector"][1]
         return _exactly(end, self.largest.low, double_below, bound_below)
 
@@ -180,6 +192,8 @@ class StabilityBound(Record):
         """``refuted_at`` rounded up, as it is printed everywhere; empty if nothing is refuted."""
         if self.refuted_at is None:
             return ""
+        if self.classes is not None:
+            return bound_above(self.refuted_at)
         return _end_text(self.trivial or self.witness, self.refuted_at)
 
     @property
@@ -208,6 +222,9 @@ class StabilityBound(Record):
     def __post_init__(self) -> None:
         if self.verdict is not self.conclusion.verdict:
             raise TypeError(f"{self.verdict} is not what follows: {self.conclusion}")
+        if self.classes is not None:
+            self._compare_factors(self.classes)
+            return
         shown = self.proof if self.verdict is Verdict.PROVED else None
         if shown is not None and not all(low <= self.lower <= self.largest.low <= high for low, high in _ends(shown)):
             raise MismatchError(f"[{self.lower}, {self.largest.low!r}] is more than its certificate proves")
@@ -218,6 +235,18 @@ class StabilityBound(Record):
             never = one is not None and one.k <= self.lower and self.verdict is Verdict.REFUTED
             if one is not None and one.refutation is not None and not never and one.k < _needed(one.refutation):
                 raise MismatchError(f"[{self.lower}, {one.k!r}] is less than its certificate refutes")
+
+    def _compare_factors(self, classes: Diagonal) -> None:
+        """With several channels: the classes of the certificates are those of the factors."""
+        proved, refuted = self.proof if self.verdict is Verdict.PROVED else None, self.refutation
+        low, high = Fraction(self.largest.low), self.refuted_at
+        if proved is not None and not contains(proved.certificate["laws"], class_entries(classes.scaled(low))):
+            raise MismatchError(f"the factor {self.largest.low!r} is more than its certificate proves")
+        if (high is None) != (refuted is None):
+            raise MismatchError(f"{high!r} is not the factor of the classes that are refuted")
+        whole = classes if not high else classes.scaled(Fraction(high))
+        if refuted is not None and not contains(class_entries(whole), refuted.certificate["laws"]):
+            raise MismatchError(f"the factor {high!r} is less than its certificate refutes")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles are made as the answer was: what arrives has been compared with its certificates."""
@@ -248,6 +277,8 @@ class StabilityBound(Record):
         return self.conclusion.meaning if self.verdict is Verdict.PROVED else ""
 
     def __str__(self) -> str:
+        if self.classes is not None:
+            return " ".join(filter(None, (self._factors, self.unfinished)))
         start = bound_above(self.lower)
         span = f"[{start}, {bound_below(self.largest.low)}{')' if self.largest.low == math.inf else ']'}"
         if self.verdict is Verdict.PROVED:
@@ -267,6 +298,26 @@ class StabilityBound(Record):
         cure = f" ({self.reason})" if self.verdict is Verdict.REFUTED and self.reason else ""
         return " ".join(filter(None, (f"{head}{tail}{between}{cure}.", self.unfinished)))
 
+    @property
+    def _factors(self) -> str:
+        """With several channels: both sides in a sentence."""
+        parts = []
+        if self.verdict is Verdict.PROVED:
+            tried = ", the largest factor tried" if self.search_limited else ""
+            parts.append(
+                f"{self.conclusion.headline[:-1]}: the upper bounds times {self.proved_text}{tried} ({self.criterion}, "
+                f"{self.evidence})"
+            )
+        elif self.verdict is Verdict.INCONCLUSIVE:
+            parts.append(f"Nothing is proved for any factor ({self.reason})")
+        if self.witness is not None and self.refuted_at is not None:
+            whole = "members whatever the factor" if self.refuted_at == 0 else f"within {self.refuted_text} times"
+            said, _, does = self.witness.description.partition(" destabil")
+            words = f"{said}, {whole}, destabil{does}" if does else f"{said} ({whole})"
+            parts.append(f"{words} ({self.witness.evidence})")
+        text = "; ".join(parts)
+        return f"{text[0].upper()}{text[1:]}."
+
     def plot(self, ax: Axes | None = None) -> Axes:
         """One bar: proved up to its end, refuted from its cross on, unknown in between.
 
@@ -283,7 +334,8 @@ class StabilityBound(Record):
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; infinite numbers are the text ``inf``, and ``subject`` stands there if it is not empty."""
         found = super().to_dict()
-        return found if self.subject else {key: value for key, value in found.items() if key != "subject"}
+        left_out = [*["subject"] * (not self.subject), *["classes"] * (self.classes is None)]
+        return {key: value for key, value in found.items() if key not in left_out}
 
     def _columns(self) -> dict[str, Column]:
         """Every criterion that was tried, over the dimension ``criterion``."""
@@ -329,7 +381,7 @@ class StabilityBound(Record):
             else (one.criterion, one.verdict, "-", "-", one.reason)
             for one in self.answers
         ]
-        title = f"{self.about} [{self.lower}, k]" + (f", {self.subject}" if self.subject else "")
+        title = str(self.classes or f"{self.about} [{self.lower}, k]") + (f", {self.subject}" if self.subject else "")
         every = Page("Every criterion that was tried", tried, ("criterion", "verdict", "evidence", "largest k", "why"))
         return Page(title, rows, verdict=str(self.verdict), notes=notes, below=[every])
 

@@ -14,10 +14,10 @@ from typing import Any, Literal
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.sealing import Failure, guarded
-from lure.analysis.certificates.systems import class_entry, nonlinearity_entry, system_of
+from lure.analysis.certificates.systems import class_entries, class_entry, nonlinearity_entry, system_of
 from lure.analysis.nonlinearity.membership import Membership, Status, examined, membership
 from lure.analysis.theorems.table import BEST, TABLE, Question, theorems_for
-from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
+from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds, in_channels
 from lure.errors import AssumptionError, InputError, Reason
 from lure.files.system import LoopSystem
 from lure.loop import Loop, LoopModel
@@ -28,12 +28,14 @@ from lure.plants.block import StructuredPlant
 from lure.plants.conversion import one_channel
 from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
+from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
 Kind = Literal["sector", "slope", "class"]
 Search = Literal["linear", "full"]
-Plant = RationalPlant | DelayPlant | StateSpace | FrequencyData | StructuredPlant
+OneChannel = RationalPlant | DelayPlant | StateSpace | FrequencyData | StructuredPlant
+Plant = OneChannel | MultivariablePlant
 LONG = 30_000  # binary digits of the characteristic polynomial from which on matrices are faster
 _EVERY = NonlinearityClass(sector=Sector(0, math.inf))
 
@@ -44,12 +46,14 @@ class Problem:
 
     Attributes
     ----------
-    plant : RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant
-        The linear part ``H``.
+    plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, StructuredPlant or MultivariablePlant
+        The linear part ``H``; the last for several nonlinearities, ``mu_i = -phi_i(sigma_i)``.
     classes : Diagonal
-        The class of each nonlinearity; where the largest upper end is asked for, with the upper end ``inf``.
+        The class of each nonlinearity; where the largest upper end is asked for, with the upper end ``inf``, with
+        several nonlinearities those of the factor 1.
     kind : {"sector", "slope", "class"}
-        The largest ``k`` with a stable class ``[lower, k]``, a sector or slope bounds; or whether this class is stable.
+        The largest ``k`` with a stable class ``[lower, k]``, a sector or slope bounds, with several nonlinearities the
+        largest factor of all upper bounds; or whether this class is stable.
     nonlinearity : Nonlinearity or None
         The one in the loop, if one was given; it belongs to the class.
     membership : Membership or None
@@ -66,8 +70,16 @@ class Problem:
         Where to look for destabilising members.
     finite : bool
         Whether an infinite upper end means every nonlinearity with some finite bound.
+    known : tuple of Nonlinearity
+        With several channels, the nonlinearity of each if they are known; they belong to the classes.
     name, title, source : str
         What the loop is called, what it is, and where it comes from; no part of the question.
+
+    Raises
+    ------
+    InputError
+        With several nonlinearities: inputs, outputs and classes differ in number, the plant has no state, or a bound
+        is infinite.
     """
 
     plant: Plant
@@ -81,9 +93,47 @@ class Problem:
     method: str = BEST
     search: Search = "full"
     finite: bool = False
+    known: tuple[Nonlinearity, ...] = ()
     name: str = "loop"
     title: str = ""
     source: str = ""
+
+    def __post_init__(self) -> None:
+        H, given = self.plant, self.classes.classes
+        if not isinstance(H, MultivariablePlant):
+            return
+        if H.inputs != H.outputs:
+            raise InputError(f"the plant has {H.size}; nonlinearities mu_i = -phi_i(sigma_i) need as many of both")
+        if not H.order:
+            raise InputError("the plant has no state, so that nothing moves; give one with dynamics")
+        if len(given) != H.inputs:
+            raise InputError(
+                f"{len(given)} classes are given for the {H.inputs} channels of the plant; give one for each, in order"
+            )
+        for i, (low, high) in enumerate((one.gains for one in given), 1):
+            if not (-math.inf < low <= high < math.inf):
+                raise InputError(f"channel {i} has the bounds [{low}, {high}]; with several channels they are finite")
+
+    @property
+    def several(self) -> bool:
+        """Whether it is about several nonlinearities."""
+        return isinstance(self.plant, MultivariablePlant)
+
+    @property
+    def block(self) -> OneChannel:
+        """The plant of the only channel."""
+        assert not isinstance(self.plant, MultivariablePlant), "asked of one channel"
+        return self.plant
+
+    def scaled(self, alpha: Fraction) -> Problem:
+        """The question about several classes, every upper bound times ``alpha``.
+
+        Parameters
+        ----------
+        alpha : Fraction
+            The factor.
+        """
+        return self if alpha == 1 else replace(self, classes=self.classes.scaled(alpha))
 
     @classmethod
     def largest(  # noqa: PLR0913  (a plant and six settings of a question)
@@ -160,17 +210,19 @@ class Problem:
 
     @property
     def given(self) -> NonlinearityClass | None:
-        """The class to decide; None where the largest one is asked for."""
-        return self.nonlinearity_class if self.kind == "class" else None
+        """The class to decide; None where the largest one is asked for, or with several channels."""
+        return self.nonlinearity_class if self.kind == "class" and not self.several else None
 
     @property
     def question(self) -> Question:
-        """What bounds the class: a sector alone, or the slope too."""
-        return "sector" if self.nonlinearity_class.slope is None else "slope"
+        """What bounds the class: a sector alone, or the slope too; with several channels of all."""
+        return "sector" if any(one.slope is None for one in self.classes.classes) else "slope"
 
     @property
     def lower(self) -> Fraction:
-        """The lower end of the class, where it is finite."""
+        """The lower end of the class, where it is finite; with several channels the factor 0."""
+        if self.several:
+            return Fraction(0)
         return Fraction((self.nonlinearity_class.slope or self.nonlinearity_class.sector).lower)
 
     @property
@@ -181,13 +233,13 @@ class Problem:
 
     @property
     def odd(self) -> bool:
-        """Whether the class assumes ``phi(-sigma) = -phi(sigma)``."""
-        return self.nonlinearity_class.odd
+        """Whether the class assumes ``phi(-sigma) = -phi(sigma)``, with several channels of all."""
+        return all(one.odd for one in self.classes.classes)
 
     @property
     def time_varying(self) -> bool:
-        """Whether the class allows ``phi`` to depend on time."""
-        return self.nonlinearity_class.time_varying
+        """Whether the class allows ``phi`` to depend on time, with several channels in one."""
+        return any(one.time_varying for one in self.classes.classes)
 
     @property
     def linear(self) -> bool:
@@ -202,7 +254,7 @@ class Problem:
     @cached_property
     def rough(self) -> bool:
         """Whether the nonlinearity is not known to be locally Lipschitz."""
-        return not self.untested and is_rough(self.nonlinearity, self.nonlinearity_class)
+        return not self.untested and not self.several and is_rough(self.nonlinearity, self.nonlinearity_class)
 
     @property
     def provable(self) -> bool:
@@ -216,7 +268,9 @@ class Problem:
 
     @cached_property
     def class_entry(self) -> Mapping[str, Any]:
-        """The class as it stands in a certificate."""
+        """The class as it stands in a certificate; of several channels, each."""
+        if self.several:
+            return class_entries(self.classes)
         return class_entry(self.nonlinearity_class, unbounded=not self.finite, linear=self.linear, rough=self.rough)
 
     @cached_property
@@ -229,6 +283,8 @@ class Problem:
         """The nonlinearity in words; empty if there is none."""
         from lure.nonlinearities.properties import nonlinearity_text
 
+        if self.known:
+            return in_channels([f"phi = {nonlinearity_text(one)}" for one in self.known], self.classes.blocks)
         return "" if self.nonlinearity is None else nonlinearity_text(self.nonlinearity)
 
     @property
@@ -240,7 +296,7 @@ class Problem:
     @property
     def spelled(self) -> Mapping[Fraction, str]:
         """Bounds of the class with the text that the reader gave them."""
-        bounds = [each for each in (self.nonlinearity_class.sector, self.nonlinearity_class.slope) if each is not None]
+        bounds = [each for one in self.classes.classes for each in (one.sector, one.slope) if each is not None]
         ends = [end for each in bounds for end in (each.lower, each.upper)]
         doubles = {Fraction(end): f"{end:.7g}" for end in ends if isinstance(end, float) and math.isfinite(end)}
         return {end: text for end, text in doubles.items() if "e" not in text and float(text) == end}
@@ -253,7 +309,8 @@ class Problem:
         if isinstance(self.plant, FrequencyData):
             response = [[value.real.hex(), value.imag.hex()] for value in self.plant.response.tolist()]
             plant = {"omega": [w.hex() for w in self.plant.omega.tolist()], "response": response, "dt": dt}
-        given = None if self.nonlinearity is None else self.nonlinearity_entry or repr(self.nonlinearity)
+        given: object = None if self.nonlinearity is None else self.nonlinearity_entry or repr(self.nonlinearity)
+        given = [repr(one) for one in self.known] or given
         options = {name: getattr(self, name) for name in ("kind", "criterion", "method", "search", "finite")}
         classes = [class_entry(each, unbounded=not self.finite) for each in self.classes.classes]
         whole = {**options, "plant": plant, "classes": classes, "repeated": self.classes.repeated, "given": given}
@@ -295,7 +352,7 @@ def _next_state_is_defined(block: Plant) -> bool:
 # A plant and a nonlinearity, each in whatever form a user has it, as one loop.
 
 
-def plant_given(source: object) -> Plant:
+def plant_given(source: object) -> OneChannel:
     """The plant that a source describes: what :func:`lure.as_plant` makes of it, or the ``StructuredPlant`` it is.
 
     Parameters
@@ -358,9 +415,7 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
     if nonlinearity is None:
         return plant
     closed = isinstance(plant, Loop | LoopModel)
-    if closed or (
-        isinstance(plant, LoopSystem) and not (plant.nonlinearity is None and plant.nonlinearity_class is None)
-    ):
+    if closed or (isinstance(plant, LoopSystem) and not plant.open):
         raise InputError(
             f"a {type(plant).__name__} closes the loop itself and a nonlinearity is given beside it; leave one of the "
             "two out, or give the block alone, loop.block"

@@ -56,7 +56,7 @@ def reached(row: Theorem, asked: Problem) -> Answer | Failure:
 
 def _largest(row: Theorem, asked: Problem, lower: Fraction) -> Answer:
     """The largest class from ``lower`` on, by the means that there are for such a plant."""
-    plant = asked.plant
+    plant = asked.block
     if isinstance(plant, RationalPlant | DelayPlant):
         return row.reach(plant, lower=lower, odd=asked.odd)
     if isinstance(plant, StructuredPlant):
@@ -121,7 +121,7 @@ def proved_answer(asked: Problem, answer: Answer) -> Answer:
     Answer
         With ``proof``, and ``largest.low`` lowered to the class that was accepted.
     """
-    plant = asked.plant
+    plant = asked.block
     if isinstance(plant, StateSpace):
         from lure.analysis.certificates.by_matrices import certified_by_matrix
 
@@ -149,12 +149,12 @@ def _certified(asked: Problem, answer: Answer, upper: Upper | None = None) -> Ce
     """What the checker accepts of an answer, for nonlinearities that vary with time where those are asked about."""
     from lure.analysis.certificates.proposals import certified
 
-    assert not isinstance(asked.plant, StateSpace | FrequencyData)
+    assert not isinstance(asked.block, StateSpace | FrequencyData)
     wider = asked.time_varying and not answer.nonlinearity_class.time_varying
     wide = (
         replace(answer, nonlinearity_class=replace(answer.nonlinearity_class, time_varying=True)) if wider else answer
     )
-    return certified(asked.plant, wide, upper)
+    return certified(asked.block, wide, upper)
 
 
 def endless_proof(asked: Problem, lower: Fraction) -> Proved | None:
@@ -169,7 +169,7 @@ def endless_proof(asked: Problem, lower: Fraction) -> Proved | None:
     lower : Fraction
         The lower end of the sector.
     """
-    plant = asked.plant
+    plant = asked.block
     if not isinstance(plant, RationalPlant):
         return None
     for row in reversed(theorems_for(plant, "sector", BEST, time_varying=asked.time_varying)):
@@ -256,7 +256,7 @@ def candidates(asked: Problem, *, finite: bool) -> Iterator[Candidate]:
 
 def _decided(asked: Problem, row: Theorem, bounds: Sector | SlopeBounds, *, finite: bool) -> Answer:
     """The answer about the class, or about the largest class if the class asked about is inside it."""
-    plant = asked.plant
+    plant = asked.block
     if isinstance(plant, RationalPlant):
         if not (finite and bounds.upper == math.inf):
             return row.decide(plant, bounds, odd=asked.odd)
@@ -325,7 +325,7 @@ def _proof(asked: Problem, candidate: Candidate, numbers: Numbers) -> Proved | R
     from lure.analysis.certificates.proposals import certified
 
     name, upper, answer = candidate.name, candidate.upper, candidate.ask()
-    row, plant = row_of(answer.criterion, asked.plant), asked.plant
+    row, plant = row_of(answer.criterion, asked.plant), asked.block
     if not _proves(answer) and not (row.linear and _all_gains(answer, upper)):
         return Failure(search=name, code=codes.NO_MULTIPLIER, detail=answer.reason or "it does not reach the class")
     if row.composed and not _solvable(asked):

@@ -13,8 +13,12 @@ from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.drawing import drawing
 from lure.analysis.inequality.gains import GainInterval, gain_intervals
 from lure.analysis.inequality.plant import Case, TransferPolynomials
+from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.advice import hints, row_asked
 from lure.analysis.questions.answers import GRACE, answers
+from lure.analysis.questions.channel_kinds import channel_hints, channel_kinds, has_channels, kind_name
+from lure.analysis.questions.channel_map import StabilityMap, stability_map
+from lure.analysis.questions.channel_problem import channel_plant, channel_problem
 from lure.analysis.questions.conclusion import Conclusion
 from lure.analysis.questions.largest import UNFINISHED, StabilityBound, Stopped, proved_up_to
 from lure.analysis.questions.problem import Plant, Problem, loop_given, problem_of
@@ -22,8 +26,10 @@ from lure.analysis.theorems.table import Question
 from lure.analysis.verdict import Evidence, Verdict
 from lure.arrays import np
 from lure.classes import Sector, SlopeBounds
+from lure.errors import InputError
 from lure.exact import exact_number
 from lure.plants.delay import DelayPlant
+from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 from lure.record import Column, Page, Record, plain, quantity
@@ -63,6 +69,7 @@ def analysis_dict(found: LoopAnalysis) -> dict[str, Any]:
         "hints": list(found.hints),
         "not_shown": list(found.not_shown),
         "stopped": found.stopped,
+        **({} if found.map is None else {"map": found.map.to_dict()}),
     }
 
 
@@ -71,7 +78,7 @@ def _loop(problem: Problem) -> dict[str, Any]:
     step = plant.dt
     data: dict[str, Any] = {"text": str(plant), "denominator": None, "numerator": None, "terms": None}
     data["dt"] = None if step is None else str(step)
-    if isinstance(plant, StateSpace):
+    if isinstance(plant, StateSpace | MultivariablePlant):
         data["matrices"] = plant.to_dict()
     elif isinstance(plant, RationalPlant | DelayPlant):
         data["denominator"] = [str(c) for c in plant.denominator]
@@ -86,6 +93,24 @@ def _loop(problem: Problem) -> dict[str, Any]:
         "law": None if problem.nonlinearity is None else str(problem.nonlinearity),
         "class": None if given is None else class_dict(given),
         "block": data,
+        **(_channels(problem) if problem.several else {}),
+    }
+
+
+def _channels(problem: Problem) -> dict[str, Any]:
+    """What is asked and known of each of several channels."""
+    names = channel_plant(problem.plant).names
+    return {
+        "channels": [
+            {
+                "name": names[i] if names else f"channel {i + 1}",
+                "class": class_dict(one),
+                "law": str(problem.known[i]) if problem.known else None,
+            }
+            for i, one in enumerate(problem.classes.classes)
+        ],
+        "repeated": [len(block) for block in problem.classes.blocks],
+        **({"classes": problem.classes.to_dict()} if problem.kind == "class" else {}),
     }
 
 
@@ -103,6 +128,7 @@ def class_dict(nonlinearity_class: NonlinearityClass) -> dict[str, Any]:
         "slope": None if slope is None else [plain(float(slope.lower)), plain(float(slope.upper))],
         "odd": nonlinearity_class.odd,
         "time_varying": nonlinearity_class.time_varying,
+        "linear": nonlinearity_class.linear,
         "text": str(nonlinearity_class),
     }
 
@@ -125,12 +151,12 @@ def table(found: LoopAnalysis) -> str:
         The analysis.
     """
     blocks = [
-        f"{found.verdict}  {found.problem.name}: H = {found.problem.plant}",
+        f"{found.verdict}  {found.problem.name}: {'' if found.problem.several else 'H = '}{found.problem.plant}",
         textwrap.fill(found.statement, WIDTH),
         *([textwrap.fill(f"Nothing is proved: {why}.", WIDTH)] if (why := unproved(found)) else []),
         *([] if found.stopped is None else [UNFINISHED[found.stopped]]),
         columns([HEAD, *(table_row(row) for row in found.rows)]),
-        textwrap.fill(f"Linear gains for which the loop is stable: {gains_words(found)}.", WIDTH),
+        textwrap.fill(below_table(found), WIDTH),
         *(textwrap.fill(f"To decide more: {hint}.", WIDTH) for hint in found.hints),
         *(textwrap.fill(f"Not shown: {note}.", WIDTH) for note in found.not_shown),
     ]
@@ -152,6 +178,23 @@ def unproved(found: LoopAnalysis) -> str:
     return "" if why in found.statement else why
 
 
+def below_table(found: LoopAnalysis) -> str:
+    """What the numbers of the table are, with several channels; else the stable linear gains.
+
+    Parameters
+    ----------
+    found : LoopAnalysis
+        The analysis.
+    """
+    if not found.problem.several:
+        return f"Linear gains for which the loop is stable: {gains_words(found)}."
+    factors = f"The numbers are factors of every upper bound of: {found.problem.classes}; lower bounds stay."
+    if found.map is None or not found.map.proved:
+        return factors
+    corners = ", ".join(f"({bound_below(a)}, {bound_below(b)})" for a, b in found.map.proved)
+    return f"{factors} Pairs (k1, k2) of upper bounds that are proved, with all smaller ones: {corners}."
+
+
 def gains_words(found: LoopAnalysis) -> str:
     """The intervals of stable linear gains in words.
 
@@ -171,6 +214,8 @@ def class_name(row: StabilityBound) -> str:
     row : StabilityBound
         The row.
     """
+    if row.classes is not None:
+        return kind_name(row.classes)
     if row.question == "sector":
         return "sector, time-varying" if row.time_varying else "sector"
     return "slope, odd" if row.odd else "slope"
@@ -230,6 +275,10 @@ class LoopAnalysis(Record):
     )
     hints: tuple[str, ...] = quantity("What would decide more: a smaller sector, a property of ``phi``")
     not_shown: tuple[str, ...] = quantity("What must not be read into it")
+    map: StabilityMap | None = quantity(
+        "With two channels, for which upper bounds of the two the loop is proved stable, refuted, or neither",
+        default=None,
+    )
 
     @property
     def verdict(self) -> Verdict:
@@ -281,7 +330,7 @@ class LoopAnalysis(Record):
         return table(self)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """One bar a class: proved up to its end, refuted from its cross on, unknown in between.
+        """One bar a class: proved up to its end, refuted from its cross on, unknown in between; ``map.plot`` for two.
 
         Parameters
         ----------
@@ -362,6 +411,8 @@ def analyse(
     PROVED
     """
     check_seconds(seconds)
+    if has_channels(loop, nonlinearity):
+        return _of_channels(channel_problem(loop, nonlinearity), seconds, progress)
     problem = problem_of(loop_given(loop, nonlinearity))
     plant, given = problem.plant, problem.given
     lower = dict.fromkeys(("sector", "slope"), Fraction(0))
@@ -385,6 +436,51 @@ def analyse(
         conclusion=conclusion,
         hints=hints(problem, rows, gains or (), conclusion),
         not_shown=_not_shown(rows, conclusion),
+    )
+
+
+def _of_channels(problem: Problem, seconds: float | None, progress: Progress | None) -> LoopAnalysis:
+    """The same of several channels: the classes asked about, every factor of them, and with less or more assumed."""
+    tell, two = (
+        progress or (lambda _step, _done: None),
+        len(problem.classes.blocks) == len(problem.classes.classes) == 2,
+    )
+    share = 0.6 if two else 1.0
+    kinds = channel_kinds(problem)
+    asked = problem.kind == "class"
+    found = answers(
+        [*kinds, *([problem] if asked else [])],
+        seconds=None if seconds is None else share * seconds,
+        progress=lambda step, done: tell(step, share * done),
+    )
+    rows = [row for row in found if isinstance(row, StabilityBound)]
+    map_of_two = None
+    if two:
+        drawn = guarded(
+            "the map",
+            lambda: stability_map(
+                problem,
+                seconds=None if seconds is None else (1 - share) * seconds,
+                progress=lambda step, done: tell(step, share + (1 - share) * done),
+            ),
+            passing=(InputError,),
+        )
+        map_of_two = None if isinstance(drawn, Failure) else drawn
+    conclusion = found[-1].conclusion if asked else _farthest(rows).conclusion
+    row = next((each for each in rows if each.classes == problem.classes), None)
+    proved = any(each.verdict is Verdict.PROVED and not any(problem.classes.lower) for each in rows)
+    poles = np.linalg.eigvals(channel_plant(problem.plant).doubles()[0])
+    inside = (poles.real < 0).all() if problem.plant.dt is None else (np.abs(poles) < 1).all()
+    return LoopAnalysis(
+        problem=problem,
+        case="stable" if proved or inside else "unstable",
+        gains=None,
+        rows=tuple(sorted(rows, key=lambda each: (each.verdict is not Verdict.PROVED, -each.largest.low))),
+        asked=row if asked else None,
+        conclusion=conclusion,
+        hints=channel_hints(problem, row, rows, conclusion) if asked else (),
+        not_shown=_not_shown(rows, conclusion),
+        map=map_of_two,
     )
 
 

@@ -49,6 +49,7 @@ _SIGNS = (
     (r"\^2", "²"),
     (r"(?<![\w.])-(?=\d)|(?<= )-(?= )", "−"),
 )
+_LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _IDENTIFIER = re.compile(r'(id="|href="#|url\(#)(?!DejaVu)')
 _GLYPH = re.compile(r'<path id="(DejaVu[^"]*)"[^>]*/>\s*')
 
@@ -87,7 +88,12 @@ def prose(text: str) -> str:
     """
     for plain, sign in _SIGNS:
         text = re.sub(plain, sign, text)
-    return text
+    return re.sub(r"\bphi_(\d+)\b", lambda found: f"φ{lowered(found[1])}", text)
+
+
+def lowered(figures: str) -> str:
+    """Figures as an index."""
+    return figures.translate(_LOWERED)
 
 
 def _unbroken(text: str) -> str:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
 
-from lure.classes import NonlinearityClass, Sector
+from lure.classes import Diagonal, NonlinearityClass, Sector
 from lure.errors import InputError
-from lure.files.system import LoopSystem, loop_system
-from lure.plants import parse_transfer
+from lure.files.system import LoopSystem, channel_system, loop_system
+from lure.plants import as_plant, parse_transfer
+from lure.plants.multivariable import MultivariablePlant
 
 _ZAMES_FALB = (
     "J. Carrasco, W. P. Heath, J. Zhang, N. S. Ahmad, S. Wang, Convex searches for discrete-time Zames-Falb "
@@ -68,6 +70,16 @@ _PLANTS: dict[str, Entry] = {
     ),
     "lurie-hidden-zero": ("indirect control with r = c = 1: the zero eigenvalue is hidden", "s/(s*(s+1))", _LURE),
 }
+_VEENMAN = (
+    "J. Veenman, C. W. Scherer, H. Koroglu, Robust stability and performance analysis based on integral quadratic "
+)
+_VEENMAN += "constraints, European J. Control 31 (2016) 1-32; IQClab, Demo_006, there with positive feedback"
+_SECANT = "M. Arcak, E. D. Sontag, Diagonal stability of a class of cyclic systems and its connection with the secant "
+_SECANT += "criterion, Automatica 42 (2006) 1531-1537"
+_FETZER = (
+    "M. Fetzer, C. W. Scherer, Full-block multipliers for repeated, slope-restricted scalar nonlinearities, Int. J. "
+)
+_FETZER += "Robust Nonlinear Control 27 (2017) 3376-3411, example 4.9"
 _CLASSES: dict[str, tuple[Entry, NonlinearityClass]] = {
     "lurie-indirect-control": (
         ("indirect control with r = 2, c = 1: a simple zero eigenvalue", "2/s - 1/(s*(s+1))", _LURE),
@@ -130,16 +142,46 @@ _NONLINEARITIES: dict[str, tuple[Entry, dict[str, object]]] = {
         {"kind": "dead zone", "width": Fraction(1), "gain": Fraction(1)},
     ),
 }
+_SLOPE = NonlinearityClass.slope_restricted(0, 1)
+_DIRECT = [[0, 0, 0], [0, 0, 0], [0, -1, 0]]
+_FETZER_IN = [[0, -4, -1, -3], [-2, 0, -3, -1], [-1, 0, -3, -1]]
+_FETZER_OUT = [["-0.1", "-0.2", 1], [-1, "-0.3", "0.1"], ["-0.2", "0.1", 1], ["0.1", "-0.2", "0.2"]]
+_CHANNELS: dict[str, tuple[tuple[str, object, str], Diagonal]] = {
+    "secant-ring": (
+        (
+            "three lags in a ring with two nonlinearities: stable for bounds of a product below 8",
+            [["0", "1/(s+1)"], ["-1/(s+1)^2", "0"]],
+            _SECANT,
+        ),
+        Diagonal((NonlinearityClass(sector=Sector(0, 2)),) * 2),
+    ),
+    "veenman-scherer-koroglu": (
+        (
+            "three odd nonlinearities of slope at most 1 on two states",
+            ([["-0.4", -1], [1, 0]], [["0.2", 1, "0.25"], [0, 0, 0]], [[1, 0], [0, 1], [0, 0]], _DIRECT),
+            _VEENMAN,
+        ),
+        Diagonal((replace(_SLOPE, odd=True),) * 3),
+    ),
+    "fetzer-scherer": (
+        (
+            "one nonlinearity of slope at most 1/2 in four channels",
+            ([[-4, -3, 0], [2, 0, 0], [-1, -1, -2]], _FETZER_IN, _FETZER_OUT),
+            _FETZER,
+        ),
+        Diagonal((NonlinearityClass.slope_restricted(0, Fraction(1, 2)),) * 4, repeated=True),
+    ),
+}
 
 
 def builtin_loops() -> Mapping[str, LoopSystem]:
-    """The named loops: plants alone, plants with a class of nonlinearities, plants with a nonlinearity."""
+    """The named loops: plants alone, with a class of nonlinearities, with a nonlinearity, with several channels."""
     return MappingProxyType({name: builtin_loop(name) for name in loop_names()})
 
 
 def loop_names() -> tuple[str, ...]:
     """Names of the built-in loops."""
-    return (*_PLANTS, *_CLASSES, *_NONLINEARITIES)
+    return (*_PLANTS, *_CLASSES, *_NONLINEARITIES, *_CHANNELS)
 
 
 def builtin_loop(name: str) -> LoopSystem:
@@ -164,6 +206,11 @@ def builtin_loop(name: str) -> LoopSystem:
         near = difflib.get_close_matches(name, loop_names(), n=1, cutoff=0.5)
         hint = f"did you mean {near[0]!r}? " if near else ""
         raise InputError(f"there is no built-in loop {name!r}; {hint}choose from {', '.join(loop_names())}")
+    if name in _CHANNELS:
+        (title, plant, source), classes = _CHANNELS[name]
+        found = as_plant(plant)
+        assert isinstance(found, MultivariablePlant), "these have several channels"
+        return channel_system((name, title, source), found, classes=classes)
     table = asked = None
     if name in _PLANTS:
         title, formula, source = _PLANTS[name]

@@ -99,7 +99,7 @@ class FileKind:
         return f"a system has the key{ending} {' and '.join(self.single)} and the tables {listed}"
 
 
-def refusal(error: ValidationError, kind: FileKind) -> InputError:
+def refusal(error: ValidationError, kind: FileKind, tables: Mapping[str, object]) -> InputError:
     """The first problem as a sentence, with the number of others.
 
     Parameters
@@ -108,6 +108,8 @@ def refusal(error: ValidationError, kind: FileKind) -> InputError:
         What pydantic found.
     kind : FileKind
         The kind of the file.
+    tables : Mapping of str to object
+        The file; in an array of tables the sentence says which one is meant.
 
     Notes
     -----
@@ -115,11 +117,13 @@ def refusal(error: ValidationError, kind: FileKind) -> InputError:
     not counted again.
     """
     details = error.errors(include_url=False)
-    unknown = [".".join(map(str, item["loc"])) for item in details if item["type"] == "extra_forbidden"]
-    proposed = {nearest_key(key, kind) for key in unknown}
-    problems = [unknown_key(key, kind) for key in unknown]
-    problems += [_missing(item, kind) for item in details if item["type"] == "missing" and _path(item) not in proposed]
-    problems += [_wrong(item, kind) for item in details if item["type"] not in ("extra_forbidden", "missing")]
+    unknown = [item for item in details if item["type"] == "extra_forbidden"]
+    proposed = {nearest_key(_path(item), kind) for item in unknown}
+    problems = [_which(item, tables) + unknown_key(_path(item), kind) for item in unknown]
+    missing = [item for item in details if item["type"] == "missing" and _path(item) not in proposed]
+    problems += [_which(item, tables) + _missing(item, kind) for item in missing]
+    wrong = [item for item in details if item["type"] not in ("extra_forbidden", "missing")]
+    problems += [_which(item, tables) + _wrong(item, kind) for item in wrong]
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     return InputError(f"{problems[0]}{more}")
 
@@ -160,7 +164,15 @@ def _closest(word: str, known: Iterable[str]) -> str | None:
 
 
 def _path(item: ErrorDetails) -> str:
-    return ".".join(map(str, item["loc"]))
+    """The dotted key, without the place in an array of tables."""
+    return ".".join(str(part) for part in item["loc"] if not isinstance(part, int))
+
+
+def _which(item: ErrorDetails, tables: Mapping[str, object]) -> str:
+    """Which table of an array is meant, to stand before the sentence; empty for a table that stands alone."""
+    name, *place = item["loc"]
+    many = isinstance(tables.get(str(name)), list) and place and isinstance(place[0], int)
+    return f"[[{name}]] number {int(place[0]) + 1}: " if many else ""
 
 
 def _missing(item: ErrorDetails, kind: FileKind) -> str:

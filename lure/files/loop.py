@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from importlib.resources import files
 from pathlib import Path
 
-from lure.classes import NonlinearityClass, Sector, SlopeBounds
+from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.expressions.tree import decimal
 from lure.files.builtin import builtin_loop, loop_names
 from lure.files.kinds import FileKind
 from lure.files.schema import LAW_TEXTS, PLANT_TABLES, ClassTable, PlantTable, PlantTables
-from lure.files.system import LoopSystem, loop_system
+from lure.files.system import Block, LoopSystem, channel_system, loop_system
 from lure.nonlinearities.piecewise_linear import outer_slopes
 from lure.nonlinearities.points_file import points_from_csv
-from lure.plants.conversion import one_channel
+from lure.plants.conversion import as_plant, transfer_matrix
 from lure.plants.delay import DelayPlant
-from lure.plants.frequency_data import FrequencyData
+from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
-from lure.plants.state_space import StateSpace
 
 # From checked tables to a :class:`lure.files.system.LoopSystem`, with the checks that concern several keys at once.
 
@@ -51,14 +51,48 @@ def built_loop(tables: PlantTables, *, title: str, source: str, folder: Path) ->
     """
     identity = (tables.name or "loop", tables.title or title, source)
     block = _block(tables.plant)
-    nonlinearity_class = None if tables.nonlinearity_class is None else _nonlinearity_class(tables.nonlinearity_class)
-    if tables.nonlinearity is None:
+    if isinstance(block, MultivariablePlant):
+        return _with_channels(identity, block, tables, folder)
+    for word, listed in (("class", tables.nonlinearity_class), ("nonlinearity", tables.nonlinearity)):
+        if sum(table.repeated for table in listed) > 1:
+            raise InputError(
+                f"{word}: the tables are about {sum(table.repeated for table in listed)} channels, and the plant has "
+                f"one input and one output; give one table [{word}], or a plant with several channels"
+            )
+    nonlinearity_class = _nonlinearity_class(tables.nonlinearity_class[0]) if tables.nonlinearity_class else None
+    if not tables.nonlinearity:
         return loop_system(identity, block, nonlinearity_class=nonlinearity_class)
     try:
-        table = _with_points(tables.nonlinearity.nonlinearity_table(), folder)
+        table = _with_points(tables.nonlinearity[0].nonlinearity_table(), folder)
         return loop_system(identity, block, nonlinearity_table=table, nonlinearity_class=nonlinearity_class)
     except InputError as error:
         raise InputError(f"nonlinearity: {error}") from None
+
+
+def _with_channels(
+    identity: tuple[str, str, str], plant: MultivariablePlant, tables: PlantTables, folder: Path
+) -> LoopSystem:
+    """The loop of a file whose plant has several channels."""
+    listed, repeated = list[NonlinearityClass](), tuple(table.repeated for table in tables.nonlinearity_class)
+    for number, table in enumerate(tables.nonlinearity_class, 1):
+        with _numbered("class", number, len(repeated)):
+            listed += [_nonlinearity_class(table)] * table.repeated
+    known = list[dict[str, object]]()
+    for number, entry in enumerate(tables.nonlinearity, 1):
+        with _numbered("nonlinearity", number, len(tables.nonlinearity)):
+            found = _with_points(entry.nonlinearity_table(), folder)
+        known.append(found if entry.repeated == 1 else {**found, "repeated": entry.repeated})
+    classes = Diagonal(tuple(listed), repeated=repeated) if listed else None
+    return channel_system(identity, plant, classes=classes, nonlinearity_tables=known)
+
+
+@contextmanager
+def _numbered(word: str, number: int, of: int) -> Iterator[None]:
+    """Errors say which table of several it is."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"[[{word}]] number {number}: {error}" if of > 1 else str(error)) from None
 
 
 def _with_points(table: dict[str, object], folder: Path) -> dict[str, object]:
@@ -72,30 +106,38 @@ def _with_points(table: dict[str, object], folder: Path) -> dict[str, object]:
     return {"left_slope": left, "right_slope": right, **rest, "points": [list(point) for point in points]}
 
 
-def _block(plant: PlantTable) -> RationalPlant | DelayPlant | StateSpace:
+def _block(plant: PlantTable) -> Block:
     given = {key for key in ("num", "den", "A", "B", "C", "D", "transfer") if getattr(plant, key) is not None}
+    found: object
     try:
         if given == {"num", "den"}:
-            found = one_channel((plant.num, plant.den), dt=plant.dt)
+            found = as_plant((plant.num, plant.den), dt=plant.dt)
         elif given in ({"A", "B", "C"}, {"A", "B", "C", "D"}):
-            found = one_channel((plant.A, plant.B, plant.C, 0 if plant.D is None else plant.D), dt=plant.dt)
+            found = as_plant((plant.A, plant.B, plant.C, 0 if plant.D is None else plant.D), dt=plant.dt)
         elif given == {"transfer"}:
-            found = one_channel(str(plant.transfer), dt=plant.dt)
+            rows = isinstance(plant.transfer, list)
+            found = (transfer_matrix if rows else as_plant)(plant.transfer, dt=plant.dt)  # type: ignore[arg-type]
         else:
             listed = ", ".join(sorted(given)) or "none of them"
             raise InputError(f"the block is given by {_FORMS}; got {listed}")
     except InputError as error:
         raise InputError(f"plant: {error}") from None
-    assert not isinstance(found, FrequencyData), "no key of a file holds frequency data"
+    assert isinstance(found, Block), "no key of a file holds frequency data"
     return found
 
 
 def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
+    if table.gain is not None:
+        if table.sector is not None or table.slope is not None or table.odd or table.time_varying:
+            raise InputError(
+                "class: gain is given beside other keys; a constant gain has no other properties, so give gain = [a, b] "
+                "alone, or a sector"
+            )
+        return NonlinearityClass.constant_gain(*table.gain)
     slope = None if table.slope is None else SlopeBounds(*table.slope)
-    if table.sector is None and slope is None:
-        raise InputError("class: neither sector nor slope is given; give one, such as sector = [0, 5.9]")
     bounds = table.sector if table.sector is not None else table.slope
-    assert bounds is not None, "one of the two is given"
+    if bounds is None:
+        raise InputError("class: neither sector, slope nor gain is given; give one, such as sector = [0, 5.9]")
     try:
         return NonlinearityClass(sector=Sector(*bounds), slope=slope, odd=table.odd, time_varying=table.time_varying)
     except InputError as error:
@@ -123,8 +165,13 @@ def loop_tables(system: LoopSystem) -> dict[str, object]:
     tables: dict[str, object] = {"name": system.name, "title": system.title, "plant": _plant(system)}
     if system.nonlinearity_table is not None:
         tables["nonlinearity"] = dict(system.nonlinearity_table)
+    if system.nonlinearity_tables:
+        tables["nonlinearity"] = [dict(table) for table in system.nonlinearity_tables]
     if system.nonlinearity_class is not None:
         tables["class"] = _class(system.nonlinearity_class)
+    if system.classes is not None:
+        alike = [(system.classes.classes[block[0]], len(block)) for block in system.classes.blocks]
+        tables["class"] = [_class(one) | ({"repeated": size} if size > 1 else {}) for one, size in alike]
     return tables
 
 
@@ -157,14 +204,23 @@ def loop_to_toml(system: LoopSystem) -> str:
     lines = [f"# {' '.join(system.source.split())}"] if system.source.strip() else []
     for key, value in loop_tables(system).items():
         if isinstance(value, dict):
-            lines += ["", f"[{key}]", *(f"{name} = {_written(entry)}" for name, entry in value.items())]
+            lines += ["", f"[{key}]", *_entries(value)]
+        elif isinstance(value, list):
+            lines += [line for table in value for line in ("", f"[[{key}]]", *_entries(table))]
         else:
             lines.append(f"{key} = {_written(value)}")
     return "\n".join(lines) + "\n"
 
 
+def _entries(table: Mapping[str, object]) -> list[str]:
+    return [f"{name} = {_written(entry)}" for name, entry in table.items()]
+
+
 def _plant(system: LoopSystem) -> dict[str, object]:
     block = system.block
+    if isinstance(block, MultivariablePlant):
+        sides: dict[str, object] = {name: getattr(block, name) for name in "ABCD"}
+        return sides if block.dt is None else {**sides, "dt": block.dt}
     if isinstance(block, DelayPlant):
         terms = [f"({_formula(top)})*exp(-({_text(delay)})*s)" for delay, top in block.terms]
         return {"transfer": f"({' + '.join(terms)})/({_formula(block.denominator)})"}
@@ -175,6 +231,8 @@ def _plant(system: LoopSystem) -> dict[str, object]:
 
 
 def _class(asked: NonlinearityClass) -> dict[str, object]:
+    if asked.linear:
+        return {"gain": (asked.sector.lower, asked.sector.upper)}
     table: dict[str, object] = {"sector": (asked.sector.lower, asked.sector.upper)}
     if asked.slope is not None:
         table["slope"] = (asked.slope.lower, asked.slope.upper)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
+import re
 import stat
 import tomllib
 from collections.abc import Sequence
@@ -152,6 +154,14 @@ def parse_system(
     try:
         tables = tomllib.loads(text, parse_float=exact_decimal)
     except tomllib.TOMLDecodeError as error:
+        both = [
+            word for word in ("class", "nonlinearity") if _stands(f"[{word}]", text) and _stands(f"[[{word}]]", text)
+        ]
+        if both:
+            raise InputError(
+                f"{label} has both [{both[0]}] and [[{both[0]}]]; give [{both[0]}] for one channel, or "
+                f"[[{both[0]}]] for each of several, in order"
+            ) from None
         raise InputError(f"{label} does not parse as TOML: {error}") from None
     except RecursionError:
         raise InputError(f"{label} does not parse as TOML: brackets are nested too deeply") from None
@@ -192,25 +202,48 @@ def _text(path: Path) -> str:
         ) from None
 
 
+def _stands(head: str, text: str) -> bool:
+    """Whether a line of the text begins a table."""
+    return any("".join(line.split("#")[0].split()) == head for line in text.split("\n"))
+
+
 def _changes(settings: Sequence[str]) -> str:
     return "".join(f"; with {shown(setting.strip())[1:-1]}" for setting in settings)
 
 
 def _changed(tables: Tables, settings: Sequence[str], kind: FileKind) -> Tables:
-    changed = {key: dict(value) if isinstance(value, dict) else value for key, value in tables.items()}
+    changed = copy.deepcopy(tables)
     for setting in settings:
         key, equals, text = (part.strip() for part in setting.partition("="))
         if not equals:
             raise InputError(f"--set {shown(setting)[1:-1]}: give KEY=VALUE, such as --set rod.damping=8e-4")
         if not key:
             raise InputError(f"--set {shown(setting)[1:-1]}: the key is missing; give one such as rod.damping=8e-4")
+        key, place = _placed(key)
         table, _, last = key.rpartition(".")
         if key not in kind.keys and not (kind.free and key.startswith(f"{kind.free}.")):
             raise InputError(f"--set: {unknown_key(key, kind)}")
         target = changed.setdefault(table, {}) if table else changed
+        if isinstance(target, list):
+            if place is None or not 0 < place <= len(target):
+                raise InputError(
+                    f"--set: the file has {len(target)} tables [[{table}]]; say which one, such as "
+                    f"{table}.{len(target)}.{last}"
+                )
+            target = target[place - 1]
+        elif place is not None:
+            raise InputError(f"--set: there is no array of tables [[{table}]]; give {key}")
         if isinstance(target, dict):  # otherwise the file is wrong here, and is told so when it is checked
             target[last] = _value(key, text, kind)
     return changed
+
+
+def _placed(key: str) -> tuple[str, int | None]:
+    """``class.2.sector`` as ``class.sector`` and 2: the number, from 1, of a table in an array."""
+    parts = key.split(".")
+    if len(parts) == 3 and re.fullmatch(r"[0-9]{1,3}", parts[1]):
+        return f"{parts[0]}.{parts[2]}", int(parts[1])
+    return key, None
 
 
 def _value(key: str, text: str, kind: FileKind) -> object:
@@ -225,5 +258,5 @@ def _checked(tables: Tables, kind: FileKind, *, title: str, source: str, folder:
     try:
         checked = kind.model.model_validate(tables)
     except ValidationError as error:
-        raise refusal(error, kind) from None
+        raise refusal(error, kind, tables) from None
     return kind.build(checked, title=title, source=source, folder=folder)

@@ -16,6 +16,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationIn
 from lure.errors import InputError
 from lure.files.values import STRICT, field_key, number_of, one_line, shown
 from lure.plants import coefficients
+from lure.plants.multivariable import MOST_CHANNELS
 
 _INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
 
@@ -55,19 +56,31 @@ def _rows(value: object, name: str, depth: int) -> list[Any]:
     ]
 
 
-def _direct(value: object, info: ValidationInfo) -> Fraction:
+def _direct(value: object, info: ValidationInfo) -> Fraction | list[Any]:
     name = field_key(info)
     while isinstance(value, list) and len(value) == 1:
         value = value[0]
-    if isinstance(value, list):
-        raise InputError(f"{name} has {len(value)} entries; give one number: a block has one input and one output")
-    return _exact(value, name)
+    return _rows(value, name, depth=2) if isinstance(value, list) else _exact(value, name)
 
 
-def _formula(value: object, info: ValidationInfo) -> str:
+def _formula(value: object, info: ValidationInfo) -> str | list[Any]:
+    name = field_key(info)
+    if isinstance(value, list) and value and all(isinstance(row, list) and row for row in value):
+        rows = [[_entry(entry, f"{name}[{i}][{j}]") for j, entry in enumerate(row)] for i, row in enumerate(value)]
+        if len({len(row) for row in rows}) > 1:
+            raise InputError(f"{name} has rows of different lengths; give as many formulas in each row as H has inputs")
+        return rows
     if not isinstance(value, str):
-        raise InputError(f"{field_key(info)} is {shown(value)}; give a formula in quotes, such as '1/(s*(s+1))'")
+        raise InputError(
+            f"{name} is {shown(value)}; give a formula in quotes, such as '1/(s*(s+1))', or rows of them for several "
+            "channels"
+        )
     return value
+
+
+def _entry(value: object, name: str) -> str | Fraction:
+    """An entry of a transfer matrix: a formula, or a gain."""
+    return value if isinstance(value, str) else _exact(value, name)
 
 
 def _step(value: object, info: ValidationInfo) -> Fraction:
@@ -110,32 +123,52 @@ def _kind(value: object, info: ValidationInfo) -> str:
     return value
 
 
+def _count(value: object, info: ValidationInfo) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 < value <= MOST_CHANNELS:
+        raise InputError(f"{field_key(info)} is {shown(value)}; give in how many channels in turn it acts, 1 or more")
+    return value
+
+
+def _listed(value: object) -> object:
+    """An array of tables; of a single table the array with this one."""
+    return [value] if isinstance(value, dict) else value
+
+
 Coefficients: TypeAlias = Annotated[tuple[Fraction, ...] | None, BeforeValidator(_list)]
 Matrix: TypeAlias = Annotated[list[Any] | None, BeforeValidator(_matrix)]
 Pair: TypeAlias = Annotated[tuple[float | Fraction, float | Fraction] | None, BeforeValidator(_pair)]
 Truth: TypeAlias = Annotated[bool, BeforeValidator(_truth)]
+Count: TypeAlias = Annotated[int, BeforeValidator(_count)]
 Line: TypeAlias = Annotated[str | None, BeforeValidator(one_line)]
 
 
 class PlantTable(BaseModel):
-    """``[plant]``: the linear block, in one of three forms."""
+    """``[plant]``: the linear part, in one of three forms."""
 
     model_config = ConfigDict(**STRICT, title="plant")
     num: Coefficients = Field(default=None, description="numerator, highest power first")
     den: Coefficients = Field(default=None, description="denominator, highest power first")
     A: Matrix = Field(default=None, description="state matrix, a list of rows")
-    B: Matrix = Field(default=None, description="input, one entry for each state")
-    C: Matrix = Field(default=None, description="output, one entry for each state")
-    D: Annotated[Fraction | None, BeforeValidator(_direct)] = Field(default=None, description="feedthrough")
-    transfer: Annotated[str | None, BeforeValidator(_formula)] = Field(default=None, description="H as a formula")
+    B: Matrix = Field(default=None, description="input, an entry for each state, or a row for several inputs")
+    C: Matrix = Field(default=None, description="output, one entry for each state; for several outputs a list of rows")
+    D: Annotated[Fraction | list[Any] | None, BeforeValidator(_direct)] = Field(
+        default=None, description="feedthrough, a number or for several channels a list of rows"
+    )
+    transfer: Annotated[str | list[Any] | None, BeforeValidator(_formula)] = Field(
+        default=None, description="H as a formula, or a list of rows of formulas"
+    )
     dt: Annotated[Fraction | None, BeforeValidator(_step)] = Field(default=None, description="sampling time [s]")
 
 
 class NonlinearityTable(BaseModel):
-    """``[nonlinearity]``: a kind of nonlinearity; its parameters are checked by the nonlinearity."""
+    """``[nonlinearity]``: a kind of nonlinearity; its parameters are checked by the nonlinearity.
+
+    With several channels ``[[nonlinearity]]``, in their order.
+    """
 
     model_config = ConfigDict(strict=True, extra="allow", frozen=True, title="nonlinearity")
     kind: Annotated[str, BeforeValidator(_kind)] = Field(description="the kind of nonlinearity")
+    repeated: Count = Field(default=1, description="in how many channels in turn this one acts")
 
     def nonlinearity_table(self) -> dict[str, object]:
         """Kind and parameters, numbers exact.
@@ -150,13 +183,15 @@ class NonlinearityTable(BaseModel):
 
 
 class ClassTable(BaseModel):
-    """``[class]``: what is assumed of the nonlinearity."""
+    """``[class]``: what is assumed of the nonlinearity; with several channels ``[[class]]``, in their order."""
 
     model_config = ConfigDict(**STRICT, title="class")
     sector: Pair = Field(default=None, description="bounds of phi(sigma)/sigma")
     slope: Pair = Field(default=None, description="bounds of every difference quotient")
     odd: Truth = Field(default=False, description="whether phi(-sigma) = -phi(sigma)")
     time_varying: Truth = Field(default=False, description="whether phi may depend on time")
+    gain: Pair = Field(default=None, description="bounds of a constant gain, phi(sigma) = g sigma, instead of these")
+    repeated: Count = Field(default=1, description="in how many channels in turn one such nonlinearity acts")
 
 
 class PlantTables(BaseModel):
@@ -166,8 +201,10 @@ class PlantTables(BaseModel):
     name: Line = Field(default=None, description="name for the report")
     title: Line = Field(default=None, description="one line that says what it is")
     plant: PlantTable
-    nonlinearity: NonlinearityTable | None = None
-    nonlinearity_class: ClassTable | None = Field(default=None, alias="class")
+    nonlinearity: Annotated[list[NonlinearityTable], BeforeValidator(_listed)] = Field(default_factory=list)
+    nonlinearity_class: Annotated[list[ClassTable], BeforeValidator(_listed)] = Field(
+        default_factory=list, alias="class"
+    )
 
 
 PLANT_TABLES: dict[str, type[BaseModel]] = {

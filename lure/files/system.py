@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from lure.classes import NonlinearityClass
+from lure.classes import Diagonal, NonlinearityClass
 from lure.errors import InputError
 from lure.loop import Loop, loop_rows
 from lure.nonlinearities.base import Nonlinearity
 from lure.plants.delay import DelayPlant
+from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 from lure.record import Record, quantity
@@ -19,13 +20,20 @@ if TYPE_CHECKING:
     import control
 
 
+Block = RationalPlant | DelayPlant | StateSpace | MultivariablePlant
+
+
 class LoopSystem(Record):
-    """A linear block in a loop ``sigma = H mu``, ``mu = -phi(sigma)``, and what is said of ``phi``."""
+    """A linear block in a loop ``sigma = H mu``, ``mu = -phi(sigma)``, and what is said of ``phi``.
+
+    With several channels, ``mu_i = -phi_i(sigma_i)``, the block is a ``MultivariablePlant`` and ``classes`` and
+    ``nonlinearities`` say it of each.
+    """
 
     name: str = quantity("Name for the report")
     title: str = quantity("One line that says what it is")
     source: str = quantity("Where the numbers come from", default="")
-    block: RationalPlant | DelayPlant | StateSpace = quantity("The linear block")
+    block: Block = quantity("The linear block")
     nonlinearity: Nonlinearity | None = quantity("The nonlinearity, if there is one", key="law", default=None)
     nonlinearity_class: NonlinearityClass | None = quantity(
         "The class of nonlinearities asked about, if there is one; it contains the nonlinearity",
@@ -34,6 +42,15 @@ class LoopSystem(Record):
     )
     nonlinearity_table: Mapping[str, object] | None = quantity(
         "The entries of the table ``[nonlinearity]`` that mean the nonlinearity", key="", default=None
+    )
+    classes: Diagonal | None = quantity(
+        "With several channels, the classes asked about, if there are such", default=None
+    )
+    nonlinearities: tuple[Nonlinearity, ...] = quantity(
+        "With several channels, the nonlinearity of each, if they are known", default=()
+    )
+    nonlinearity_tables: tuple[Mapping[str, object], ...] = quantity(
+        "The tables ``[[nonlinearity]]`` that mean them", key="", default=()
     )
     _kind = "loop system"
     _notes = ("sigma = H mu, mu = -phi(sigma); lure.analysis.analyse(system) decides.",)
@@ -62,17 +79,30 @@ class LoopSystem(Record):
     def _title(self) -> str:
         return f"{self.name}: {self.title}" if self.title else self.name
 
+    @property
+    def open(self) -> bool:
+        """Whether nothing is said of what closes the loop."""
+        return not (self.nonlinearity or self.nonlinearity_class or self.classes or self.nonlinearities)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON data; ``classes`` and ``nonlinearities`` stand there for several channels."""
+        found, several = super().to_dict(), isinstance(self.block, MultivariablePlant)
+        return {key: value for key, value in found.items() if several or key not in ("classes", "nonlinearities")}
+
     def _rows(self) -> Iterator[tuple[object, ...]]:
         yield from loop_rows(self.block, self.nonlinearity)
-        if self.nonlinearity_class is not None:
-            yield "class asked about", str(self.nonlinearity_class)
+        for i, one in enumerate(self.nonlinearities, 1):
+            yield f"phi_{i}", str(one)
+        asked = self.nonlinearity_class or self.classes
+        if asked is not None:
+            yield "class asked about", str(asked)
         if self.source:
             yield "source", self.source
 
 
 def loop_system(
     identity: tuple[str, str, str],
-    block: RationalPlant | DelayPlant | StateSpace,
+    block: Block,
     *,
     nonlinearity_table: Mapping[str, object] | None = None,
     nonlinearity_class: NonlinearityClass | None = None,
@@ -83,7 +113,7 @@ def loop_system(
     ----------
     identity : tuple of str
         Name, title and source.
-    block : RationalPlant, DelayPlant or StateSpace
+    block : RationalPlant, DelayPlant, StateSpace or MultivariablePlant
         The linear block.
     nonlinearity_table : Mapping of str to object, or None
         ``kind`` and parameters of the nonlinearity, as :func:`lure.nonlinearities.nonlinearity_from_table` takes them.
@@ -98,10 +128,7 @@ def loop_system(
     """
     nonlinearity = None
     if nonlinearity_table is not None:
-        from lure.nonlinearities import nonlinearity_from_table
-
-        values = dict(nonlinearity_table)
-        nonlinearity = nonlinearity_from_table(str(values.pop("kind")), values)
+        nonlinearity = _from_table(nonlinearity_table)
         if nonlinearity_class is not None:
             _check_member(nonlinearity, nonlinearity_class)
     name, title, source = identity
@@ -114,6 +141,72 @@ def loop_system(
         source=source,
         nonlinearity_table=None if nonlinearity_table is None else MappingProxyType(dict(nonlinearity_table)),
     )
+
+
+def channel_system(
+    identity: tuple[str, str, str],
+    plant: MultivariablePlant,
+    *,
+    classes: Diagonal | None = None,
+    nonlinearity_tables: Sequence[Mapping[str, object]] = (),
+) -> LoopSystem:
+    """A loop of several channels from its plant and the tables of its nonlinearities.
+
+    Parameters
+    ----------
+    identity : tuple of str
+        Name, title and source.
+    plant : MultivariablePlant
+        The linear part.
+    classes : Diagonal or None
+        The class of each channel.
+    nonlinearity_tables : sequence of Mapping of str to object
+        As for :func:`loop_system`, in the order of the channels; with ``repeated`` where one acts in several in turn.
+
+    Raises
+    ------
+    InputError
+        Inputs and outputs, the classes or the nonlinearities differ in number, a nonlinearity is refused, or is not
+        known to belong to its class; or one nonlinearity is said to act in channels that have several.
+    """
+    m = plant.inputs
+    if m != plant.outputs:
+        raise InputError(f"plant: it has {plant.size}; nonlinearities mu_i = -phi_i(sigma_i) need as many of both")
+    found: list[Nonlinearity] = []
+    for table in nonlinearity_tables:
+        rest = {key: value for key, value in table.items() if key != "repeated"}
+        found += [_from_table(rest)] * int(str(table.get("repeated", 1)))
+    for number, word in ((len(found), "nonlinearity"), (0 if classes is None else len(classes.classes), "class")):
+        if number not in (0, m):
+            raise InputError(
+                f"{word}: the tables [[{word}]] are about {number} channel{'s' * (number != 1)}, and the plant has {m} "
+                f"inputs and outputs; give one for each channel, in order, with repeated = n for one that acts in n"
+            )
+    for one, own in zip(found, () if classes is None else classes.classes, strict=False):
+        _check_member(one, own)
+    for block in () if classes is None or not found else classes.blocks:
+        if any(found[i] != found[block[0]] for i in block):
+            raise InputError(
+                f"class: one nonlinearity acts in the channels {block[0] + 1} to {block[-1] + 1}, and those of "
+                "[[nonlinearity]] differ there; leave repeated out of the class, or give one nonlinearity"
+            )
+    name, title, source = identity
+    return LoopSystem(
+        name=name,
+        title=title,
+        source=source,
+        block=plant,
+        classes=classes,
+        nonlinearities=tuple(found),
+        nonlinearity_tables=tuple(MappingProxyType(dict(table)) for table in nonlinearity_tables),
+    )
+
+
+def _from_table(table: Mapping[str, object]) -> Nonlinearity:
+    from lure.nonlinearities import nonlinearity_from_table
+
+    values = dict(table)
+    return nonlinearity_from_table(str(values.pop("kind")), values)
 
 
 def _check_member(nonlinearity: Nonlinearity, asked: NonlinearityClass) -> None:

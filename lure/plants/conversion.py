@@ -150,7 +150,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
             if found is not None:
                 return found
     if isinstance(source, tuple | list):
-        return _from_transfers(source, dt) if _is_transfers(source) else _from_parts(source, dt)
+        return transfer_matrix(source, dt=dt) if _is_transfers(source) else _from_parts(source, dt)
     if callable(source):
         raise InputError(
             "a function H(s) is known only where it is called, so that nothing can be shown with it; "
@@ -179,19 +179,39 @@ def _is_transfers(rows: Sequence[object]) -> bool:
     )
 
 
-def _from_transfers(rows: Sequence[object], dt: object) -> RationalPlant | MultivariablePlant:
-    listed = [[_transfer_entry(entry, dt) for entry in cast("Sequence[object]", row)] for row in rows]
+def transfer_matrix(rows: Sequence[object], *, dt: object = None) -> RationalPlant | MultivariablePlant:
+    """The plant of rows of formulas, blocks and gains, outputs down.
+
+    Parameters
+    ----------
+    rows : sequence of sequences
+        ``H``, row by row.
+    dt : object
+        As for :func:`as_plant`.
+
+    Raises
+    ------
+    InputError
+        An entry is no block or has a dead time, or :func:`lure.plants.multivariable.plant_of_transfers` refuses them.
+    """
+    listed = [
+        [_transfer_entry(entry, dt, f"transfer[{i}][{j}]") for j, entry in enumerate(cast("Sequence[object]", row))]
+        for i, row in enumerate(rows)
+    ]
     return listed[0][0] if len(listed) == len(listed[0]) == 1 else plant_of_transfers(listed)
 
 
-def _transfer_entry(entry: object, dt: object) -> RationalPlant:
+def _transfer_entry(entry: object, dt: object, name: str) -> RationalPlant:
     """An entry of a transfer matrix; a number, or the text of one, is a gain in continuous and in discrete time."""
     if isinstance(entry, int | float | Fraction) or (isinstance(entry, str) and not _VARIABLE.search(entry)):
-        return RationalPlant([exact_coefficient(entry, "transfer")], [1])
-    found = one_channel(entry, dt=dt)
+        return RationalPlant([exact_coefficient(entry, name)], [1])
+    try:
+        found = one_channel(entry, dt=dt)
+    except InputError as error:
+        raise InputError(f"{name}: {str(error).removeprefix('transfer: ')}") from None
     if not isinstance(found, RationalPlant):
         raise InputError(
-            "with dead time a plant has one input and one output; give a transfer matrix of rational entries"
+            f"{name} has a dead time, with which a plant has one input and one output; give a rational entry"
         )
     return found
 

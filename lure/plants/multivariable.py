@@ -38,11 +38,14 @@ class MultivariablePlant(Record, kw_only=False):
         (n, m), (p, n) and (p, m).
     dt : int, float, Fraction, True or None
         Sampling time [s]; True where its period is not stated, which counts as 1; None for continuous time.
+    names : tuple of str
+        Of the channels, as :func:`lure.lft` is told them; empty if they have none.
 
     Raises
     ------
     InputError
-        Shapes do not fit, there are more than 200 states or 50 channels, or ``dt`` is not positive.
+        Shapes do not fit, there are more than 200 states or 50 channels, ``dt`` is not positive, or the names are not
+        one for each of as many inputs as outputs.
 
     Examples
     --------
@@ -57,6 +60,7 @@ class MultivariablePlant(Record, kw_only=False):
     C: Rows = quantity("", label="")
     D: Rows = quantity("", label="")
     dt: Fraction | None = quantity("", label="time", form=time_text, default=None)
+    names: tuple[str, ...] = quantity("", label="", default=())
     _kind, _said = "multivariable plant", "text"
     _title = "H(s) = C (sI - A)^-1 B + D"
     _notes = ("In a loop mu_i = -phi_i(sigma_i).",)
@@ -71,6 +75,8 @@ class MultivariablePlant(Record, kw_only=False):
                 f"the plant has {n} states, {m} inputs and {p} outputs; exact matrices stop at {MOST_STATES} states "
                 f"and {MOST_CHANNELS} channels, and need one"
             )
+        if self.names and not (len(set(self.names)) == len(self.names) == m == p):
+            raise InputError(f"the channels have the names {list(self.names)!r:.80}; give one for each of {m}, or none")
         object.__setattr__(self, "dt", sampling_period(self.dt, "MultivariablePlant.dt"))
 
     @property

@@ -64,7 +64,8 @@ def loop_document(report: LoopReport) -> dict[str, Any]:
     """
     about = report.analysis.problem
     found = analysis_dict(report.analysis)
-    keys = ("name", "title", "source", "block", "case", "class")
+    keys: tuple[str, ...] = ("name", "title", "source", "block", "case", "class")
+    keys += tuple(key for key in ("channels", "repeated", "classes", "map") if key in found)
     system = {"kind": "loop", **{key: found[key] for key in keys}, "law": _nonlinearity(about.nonlinearity)}
     return {
         "schema": SCHEMA,
@@ -114,6 +115,7 @@ def inputs_sha256(about: Problem, found: dict[str, Any]) -> str:
         else nonlinearity_text(nonlinearity)
     )
     inputs = {"kind": "loop", "block": found["block"], "class": found["class"], "law": exact}
+    inputs |= {key: found[key] for key in ("channels", "repeated") if key in found}
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
 

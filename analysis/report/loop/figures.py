@@ -18,18 +18,23 @@ from lure.analysis.plots import render
 from lure.analysis.plots.loops import plot_nonlinearity, plot_orbit_signals, plot_reach, plot_solutions
 from lure.analysis.plots.responses import plot_nyquist_response, plot_popov_response
 from lure.analysis.questions import StabilityBound
-from lure.analysis.questions.problem import Plant
+from lure.analysis.questions.problem import OneChannel, Plant
 from lure.analysis.questions.table import class_name
 from lure.analysis.report.loop.model import LoopReport
 from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.verdict import Verdict, Witness
 from lure.loop import shifted_block
+from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
 
 _REACH = (
     "Blue: proved for every member of the class. Hatched: unknown. Cross: the smallest class found with a member that "
     "destabilises the loop; larger classes contain it too."
+)
+_MAP = (
+    "A proof for one pair of upper bounds holds for every smaller one, and a counterexample for every larger one: both "
+    "regions are unions of rectangles. Hatched: unknown. The lower bounds stay."
 )
 _PROVED = "The largest sector that {} proves: the curve stays {}."
 _NEEDED = "{} proves nothing here. For the sector [{:g}, {}] the curve would have to stay {}, and it does not."
@@ -58,12 +63,23 @@ def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
         caption=_REACH,
         draw=partial(plot_reach, rows, [class_name(row) for row in rows]),
     )
-    specs = [reach, _nyquist(report), *_popov(report), *_response(report), *_counterexamples(block, rows)]
+    if isinstance(block, MultivariablePlant):
+        specs = [*_map(report), reach]
+    else:
+        specs = [reach, _nyquist(report), *_popov(report), *_response(report), *_counterexamples(block, rows)]
     return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs)
 
 
+def _map(report: LoopReport) -> Iterator[FigureSpec]:
+    """With two channels, the plane of their upper bounds."""
+    found = report.analysis.map
+    if found is not None and (found.proved or found.refuted):
+        title = "The upper bounds k₁ and k₂ of the two channels"
+        yield FigureSpec(name="map", section="frequency", title=title, caption=_MAP, draw=found.plot)
+
+
 def _nyquist(report: LoopReport) -> FigureSpec:
-    block = report.analysis.problem.plant
+    block = report.analysis.problem.block
     lower, (k, _, proved) = _lower(report), _line(report, "circle")
     omega, values = axis_values(block, None)
     seen = NyquistResponse(
@@ -78,11 +94,11 @@ def _nyquist(report: LoopReport) -> FigureSpec:
 
 def _popov(report: LoopReport) -> Iterator[FigureSpec]:
     """In continuous time, with the lower end of the class moved into the block."""
-    block, lower = report.analysis.problem.plant, _lower(report)
+    block, lower = report.analysis.problem.block, _lower(report)
     if not continuous(block):
         return
     k, theta, proved = _line(report, "popov")
-    drawn: Plant = block
+    drawn: OneChannel = block
     if lower and isinstance(block, RationalPlant):
         drawn = shifted_block(block, Fraction(lower))
     elif lower and isinstance(block, StateSpace):

@@ -67,7 +67,7 @@ def open_questions(data: Data) -> list[str]:
         return list(conclusion["hints"])
     if conclusion["verdict"] == "REFUTED":
         return ["a smaller class: the table says how far each kind is proved"]
-    if data["system"]["class"] is not None:
+    if data["system"]["class"] is not None or "classes" in data["system"]:
         proved = conclusion["verdict"] == "PROVED"
         return ["nothing: the question asked is decided" if proved else "nothing that these criteria know of"]
     gaps = [f"{class_words(row)}: nothing is known {_gap(row)}" for row in rows if row["gap"] == "open"]
@@ -88,22 +88,27 @@ def class_words(row: Data) -> str:
     row : dict
         One of the document's ``answers``.
     """
+    if "classes" in row:
+        return f"{row['classes']['text']}; upper bounds times k"
     lower = f"{row['lower']:.6g}"
     if row["question"] == "sector":
         return f"sector [{lower}, k]{', time-varying' if row['time_varying'] else ''}"
     return f"slope in [{lower}, k]{', odd' if row['odd'] else ''}"
 
 
-def asked_about(row: Data, nonlinearity_class: Data | None) -> bool:
-    """Whether the row is of the kind of the class asked about.
+def asked_about(row: Data, system: Data) -> bool:
+    """Whether the row is of the kind of the class asked about, with several channels about these classes.
 
     Parameters
     ----------
     row : dict
         One of the document's ``answers``.
-    nonlinearity_class : dict or None
-        The document's class.
+    system : dict
+        The document's ``system``.
     """
+    if "classes" in system:
+        return bool(row["classes"] == system["classes"])
+    nonlinearity_class = system["class"]
     if nonlinearity_class is None:
         return False
     if nonlinearity_class["time_varying"] or nonlinearity_class["slope"] is None:
@@ -122,7 +127,7 @@ def reason(data: Data) -> str:
     conclusion, rows = data["conclusion"], data["answers"]
     if conclusion["verdict"] == "PROVED":
         return ""
-    asked = [row for row in rows if asked_about(row, data["system"]["class"])] or rows
+    asked = [row for row in rows if asked_about(row, data["system"])] or rows
     why: str = asked[0]["reason"]
     if data["system"]["law"] is not None:  # what can be done for it stands among the hints
         why = why.partition("; give ")[0]

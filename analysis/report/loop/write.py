@@ -12,7 +12,7 @@ from markupsafe import Markup
 from lure.analysis.questions.largest import UNFINISHED
 from lure.analysis.report.certificates import certificate_files
 from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonlinearity_graph
-from lure.analysis.report.html import glyphs, inline, prose, shown, template
+from lure.analysis.report.html import glyphs, inline, lowered, prose, shown, template
 from lure.analysis.report.loop.bars import Bar, bar
 from lure.analysis.report.loop.document import loop_document, nonlinearity_text
 from lure.analysis.report.loop.figures import loop_figures
@@ -74,6 +74,10 @@ def loop_diagram(report: LoopReport) -> Markup:
         The report.
     """
     about = report.analysis.problem
+    if about.several:
+        channels = len(about.classes.classes)
+        words = f"φ₁, {'… ' * (channels > 2)}φ{lowered(str(channels))}" if channels > 1 else "φ₁"
+        return block_diagram("H", words, class_graph(about.classes.classes[0]))
     graph = class_graph(about.given) if about.nonlinearity is None else nonlinearity_graph(about.nonlinearity)
     text = nonlinearity_text(about.nonlinearity) if about.nonlinearity is not None else str(about.given or "phi")
     return block_diagram(str(about.plant), prose(text), graph)
@@ -81,10 +85,11 @@ def loop_diagram(report: LoopReport) -> Markup:
 
 def _bars(data: Data) -> list[Bar]:
     """The bar of the class asked about; without one a bar for each class, one for those of the same numbers."""
-    nonlinearity_class, found = data["system"]["class"], dict[tuple[object, ...], Bar]()
+    system, found = data["system"], dict[tuple[object, ...], Bar]()
+    every = system["class"] is None and "classes" not in system
     for i, row in enumerate(data["answers"]):
-        if nonlinearity_class is None or asked_about(row, nonlinearity_class):
-            end = None if nonlinearity_class is None else float(nonlinearity_class[row["question"]][1])
+        if every or asked_about(row, system):
+            end = None if every else 1.0 if "classes" in system else float(system["class"][row["question"]][1])
             same = found.get((row["proved_text"], row["refuted_text"]))
             name = class_words(row) if same is None else f"{same.name}; {class_words(row)}"
             found[row["proved_text"], row["refuted_text"]] = bar(name, f"answers.{i}", row, end)
@@ -108,6 +113,7 @@ def loop_page(data: Data, figures: tuple[Figure, ...], diagram: Markup, *, paper
     bars = _bars(data)
     return template("loop.html.j2", __package__).render(
         d=data,
+        several="channels" in data["system"],
         n=partial(shown, data),
         own=own(data),
         headline=headline(data),
@@ -121,7 +127,7 @@ def loop_page(data: Data, figures: tuple[Figure, ...], diagram: Markup, *, paper
         open_questions=open_questions(data),
         endless=all(row["verdict"] == "PROVED" and row["largest"][0] == "inf" for row in data["answers"]),
         names=[class_words(row) for row in data["answers"]],
-        asked=[asked_about(row, data["system"]["class"]) for row in data["answers"]],
+        asked=[asked_about(row, data["system"]) for row in data["answers"]],
         figures=figures,
         inline=embedded if paper else inline,
         glyphs="" if paper else glyphs(figures),

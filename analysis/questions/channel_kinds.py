@@ -1,0 +1,125 @@
+"""Several nonlinearities: the kinds of classes that an analysis asks about beside the one given, and what would help."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from lure.analysis.numerics.doubles import bound_below
+from lure.analysis.questions.conclusion import Conclusion
+from lure.analysis.questions.largest import StabilityBound
+from lure.analysis.questions.problem import Problem
+from lure.analysis.verdict import Verdict
+from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
+from lure.errors import InputError
+from lure.files.system import LoopSystem
+from lure.loop import Loop, LoopModel
+from lure.plants import as_plant
+from lure.plants.block import StructuredPlant
+from lure.plants.multivariable import MultivariablePlant
+
+_KINDS = ("sector, time-varying", "sector", "slope", "slope, odd")
+
+
+def has_channels(loop: object, given: object) -> bool:
+    """Whether a question is about several channels: the plant has them, or a list says what closes each.
+
+    Parameters
+    ----------
+    loop, given : object
+        What :func:`lure.analysis.analyse` takes.
+    """
+    if isinstance(given, Diagonal | list | tuple | Mapping):
+        if isinstance(loop, LoopSystem) and not loop.open:
+            raise InputError(
+                "a LoopSystem closes the loop itself and classes are given beside it; leave one of the two out, or give "
+                "the plant alone, loop.block"
+            )
+        return True
+    if isinstance(loop, Problem):
+        return loop.several
+    if isinstance(loop, LoopSystem):
+        return isinstance(loop.block, MultivariablePlant)
+    return not isinstance(loop, Loop | LoopModel | StructuredPlant) and isinstance(as_plant(loop), MultivariablePlant)
+
+
+def channel_kinds(problem: Problem) -> list[Problem]:
+    """The questions for the largest factors of an analysis: larger classes before smaller ones, the given one too.
+
+    Constant gains stay constant gains in each; the bounds are those of the classes given.
+
+    Parameters
+    ----------
+    problem : Problem
+        The question about several nonlinearities.
+    """
+    classes = [problem.classes]
+    for kind in _KINDS:
+        changed = tuple(one if one.linear else _of_kind(one, kind) for one in problem.classes.classes)
+        same = problem.classes.repeated if kind != _KINDS[0] else False
+        classes.append(Diagonal(changed, repeated=same))
+    unique = list(dict.fromkeys(classes))
+    unique.sort(key=lambda one: [_KINDS.index(_kind(each)) for each in one.classes])
+    return [
+        replace(problem, classes=one, kind="sector" if "sector" in kind_name(one) else "slope", known=())
+        for one in unique
+    ]
+
+
+def _kind(one: NonlinearityClass) -> str:
+    if one.time_varying:
+        return _KINDS[0]
+    return _KINDS[1] if one.slope is None else _KINDS[3 if one.odd else 2]
+
+
+def _of_kind(one: NonlinearityClass, kind: str) -> NonlinearityClass:
+    """The class with the same bounds and other properties."""
+    low, high = one.gains
+    slope = SlopeBounds(low, high) if "slope" in kind else None
+    return NonlinearityClass(
+        sector=Sector(low, high), slope=slope, odd="odd" in kind, time_varying="time-varying" in kind
+    )
+
+
+def kind_name(classes: Diagonal) -> str:
+    """The classes in a few words.
+
+    Parameters
+    ----------
+    classes : Diagonal
+        Of several channels.
+    """
+    kinds = list(dict.fromkeys("gain" if one.linear else _kind(one) for one in classes.classes))
+    same = ", one in all" if len(classes.blocks) == 1 else ", some the same" if classes.repeated else ""
+    return (kinds[0] if len(kinds) == 1 else "/".join(kinds)) + same
+
+
+def channel_hints(
+    problem: Problem, asked: StabilityBound | None, rows: Sequence[StabilityBound], conclusion: Conclusion
+) -> tuple[str, ...]:
+    """What would decide more: a smaller factor, a property that the classes do not have.
+
+    Parameters
+    ----------
+    problem : Problem
+        The question about several nonlinearities.
+    asked : StabilityBound or None
+        The largest factor of its classes.
+    rows : sequence of StabilityBound
+        Those of all kinds.
+    conclusion : Conclusion
+        What follows for the classes asked about.
+    """
+    if conclusion.verdict is Verdict.PROVED:
+        return ()
+    found: list[str] = []
+    if asked is not None and asked.verdict is Verdict.PROVED and asked.largest.low > 0:
+        found.append(f"upper bounds {bound_below(asked.largest.low)} times those given would be proved")
+    enough = [row for row in rows if row.verdict is Verdict.PROVED and row.largest.low >= 1 and row.classes is not None]
+    found += [
+        f"'{kind_name(row.classes)}' in every channel would be enough ({row.criterion} reaches the factor "
+        f"{row.proved_text})"
+        for row in enough[:1]
+        if row.classes is not None
+    ]
+    return tuple(found)
