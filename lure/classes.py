@@ -277,8 +277,8 @@ class Diagonal(Record, kw_only=False):
             sizes, m = tuple(self.repeated), len(self.classes)
             if not all(type(size) is int and size > 0 for size in sizes) or sum(sizes) != m:
                 raise InputError(
-                    f"Diagonal.repeated is {list(sizes)!r:.60} for {m} classes; give how many channels in turn have the "
-                    "same nonlinearity, numbers that add up to that of the classes"
+                    f"Diagonal.repeated is {list(sizes)!r:.60} for {m} classes; give how many channels in turn have "
+                    "the same nonlinearity, numbers that add up to that of the classes"
                 )
             object.__setattr__(self, "repeated", sizes if 1 < len(sizes) < m else len(sizes) == 1 < m)
         for block in self.blocks:

@@ -1,4 +1,4 @@
-"""Several nonlinearities: the kinds of classes that an analysis asks about beside the one given, and what would help."""
+"""Several nonlinearities: the kinds of classes that an analysis asks about beside the given, and what would help."""
 
 from __future__ import annotations
 
@@ -28,12 +28,17 @@ def has_channels(loop: object, given: object) -> bool:
     ----------
     loop, given : object
         What :func:`lure.analysis.analyse` takes.
+
+    Raises
+    ------
+    InputError
+        A system that says itself what closes the loop has classes beside it.
     """
     if isinstance(given, Diagonal | list | tuple | Mapping):
         if isinstance(loop, LoopSystem) and not loop.open:
             raise InputError(
-                "a LoopSystem closes the loop itself and classes are given beside it; leave one of the two out, or give "
-                "the plant alone, loop.block"
+                "a LoopSystem closes the loop itself and classes are given beside it; leave one of the two out, or "
+                "give the plant alone, loop.block"
             )
         return True
     if isinstance(loop, Problem):

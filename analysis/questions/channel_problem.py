@@ -102,7 +102,7 @@ def _sloped(problem: Problem) -> Problem:
     lacking = [i for i, one in enumerate(problem.classes.classes, 1) if one.slope is None]
     if problem.kind == "slope" and lacking:
         raise InputError(
-            f"the class of channel {lacking[0]} has no slope bounds; give SlopeBounds, or ask for the largest factor of "
+            f"the channels are given as {', '.join(map(str, given))}, and the plant has {listed}; give each"
             "sectors (max_sector, lure max-sector)"
         )
     return problem
@@ -124,7 +124,7 @@ def _in_order(plant: MultivariablePlant, given: Mapping[str, object]) -> list[ob
     if set(given) != set(plant.names):
         listed = ", ".join(plant.names) or "no names"
         raise InputError(
-            f"the channels are given as {', '.join(map(str, given))}, and the plant has {listed}; give one for each"
+            f"the channels are given as {', '.join(map(str, given))}, and the plant has {listed}; give each"
         )
     return [given[name] for name in plant.names]
 
@@ -142,8 +142,8 @@ def _about(known: _Known, settings: Mapping[str, Any]) -> Problem:
             raise InputError(f"channel {i}: {error}") from None
         if is_rough(found.nonlinearity, found.nonlinearity_class):
             raise InputError(
-                f"channel {i}: {found.nonlinearity} is not known to be locally Lipschitz, which the theorems on several "
-                "nonlinearities assume; give one that is, or declare it"
+                f"channel {i}: {found.nonlinearity} is not known to be locally Lipschitz, which the theorems on "
+                "several nonlinearities assume; give one that is, or declare it"
             )
         classes.append(found.nonlinearity_class)
         tested.append(found.nonlinearity)

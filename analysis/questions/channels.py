@@ -337,6 +337,8 @@ def largest_factor(
     InputError
         There is no such criterion, the loop is not well posed with the gains at the lower bounds, or an upper bound is
         not positive, so that no factor enlarges its class.
+    KeyboardInterrupt
+        The user interrupted before anything was found.
     """
     if min(asked.classes.upper) <= 0:
         raise InputError("an upper bound is not positive; the largest factor is asked of classes with upper bounds > 0")
@@ -485,15 +487,15 @@ def require_well_posed(asked: Problem) -> None:
     if eliminated([[Fraction(v) for v in row] for row in whole], [[] for _ in whole]) is None:
         gains = ", ".join(map(str, lower))
         raise InputError(
-            f"the loop is not well posed: det(1 + D L) = 0 for the gains {gains} at the lower bounds; give a D or lower "
-            "bounds for which sigma is determined"
+            f"the loop is not well posed: det(1 + D L) = 0 for the gains {gains} at the lower bounds; give a D or "
+            "lower bounds for which sigma is determined"
         )
 
 
 def proposals(
     asked: Problem, rows: Sequence[StabilityBound] = ()
 ) -> Iterator[tuple[str, Callable[[], Proved | Refuted | None]]]:
-    """What to try for exactly these classes, in order: constant gains, each criterion, what is proved of larger classes.
+    """What to try for exactly these classes, in order: constant gains, each criterion, proofs of larger classes.
 
     Parameters
     ----------

@@ -130,8 +130,8 @@ def _nonlinearity_class(table: ClassTable) -> NonlinearityClass:
     if table.gain is not None:
         if table.sector is not None or table.slope is not None or table.odd or table.time_varying:
             raise InputError(
-                "class: gain is given beside other keys; a constant gain has no other properties, so give gain = [a, b] "
-                "alone, or a sector"
+                "class: gain is given beside other keys; a constant gain has no other properties, so give "
+                "gain = [a, b] alone, or a sector"
             )
         return NonlinearityClass.constant_gain(*table.gain)
     slope = None if table.slope is None else SlopeBounds(*table.slope)

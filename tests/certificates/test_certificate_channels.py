@@ -220,6 +220,34 @@ def test_a_form_that_is_positive_at_the_vertices_alone_is_no_multiplier():
     assert not recheck(complete | {"multiplier": convex["multiplier"]}).accepted
 
 
+def test_the_same_nonlinearity_in_some_of_the_channels():
+    # x' = (g - 1) x_1, (h - 2) x_2, (k - 2) x_3 with mu = -phi: at g = -3 unstable, whatever h = k is
+    system = {**COUNTER["system"], "A": [["-1", "0", "0"], ["0", "-2", "0"], ["0", "0", "-2"]]}
+    system |= {name: [["1", "0", "0"], ["0", "1", "0"], ["0", "0", "1"]] for name in "BC"}
+    system |= {"D": [["0", "0", "0"]] * 3}
+    draft = {**COUNTER, "system": system}
+    three = [nonlinearity(-5, 1), nonlinearity(-5, 5), nonlinearity(-5, 5)]
+    draft |= {"laws": {"channels": three, "repeated": [1, 2]}, "proof": {**COUNTER["proof"], "gains": ["-3", "0", "0"]}}
+    shown = settled(draft)
+    assert shown.certificate["hypotheses"]["class"].endswith("one nonlinearity in the channels 2 to 3")
+    accepted = json.loads(json.dumps(dict(shown.certificate)))
+    assert recheck(accepted).accepted
+    jsonschema.Draft202012Validator(SCHEMA).validate(accepted)
+    for path in (
+        ("proof", "gains", ["-3", "0", "1"]),  # not one gain in the channels 2 and 3
+        ("laws", "repeated", [2, 1]),  # of different classes
+        ("laws", "repeated", [1, 1]),
+        ("laws", "repeated", [1, 3]),
+        ("laws", "repeated", [3, 0]),
+        ("laws", "repeated", []),
+        ("laws", "repeated", [1, True, 1]),
+        ("laws", "repeated", "all"),
+    ):
+        with pytest.raises((Rejected, Malformed)):
+            check(changed(accepted, *path))
+        assert not recheck(changed(accepted, *path)).accepted
+
+
 TAMPERED = {
     "a larger class": ("laws", "channels", 0, "sector", ["-1/2", "40"]),
     "a lower lower bound": ("laws", "channels", 0, "sector", ["-2", "1"]),

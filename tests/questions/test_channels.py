@@ -1,5 +1,6 @@
 """Several nonlinearities: the largest factor from both sides, on published plants and where the answer is exact."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -10,9 +11,11 @@ from lure.analysis import Verdict
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions import channels
 from lure.analysis.questions.answers import ContradictionError
-from lure.analysis.questions.channel_problem import ChannelProblem, channel_problem
+from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.channels import channel_bound, largest_factor
 from lure.analysis.questions.conclusion import MismatchError
+from lure.analysis.questions.problem import Problem
+from lure.plants.multivariable import MultivariablePlant
 
 ONE, UNIT = Sector(0, 1), SlopeBounds(0, 1)
 MOVING = NonlinearityClass(sector=ONE, time_varying=True)
@@ -28,6 +31,10 @@ VEENMAN = as_plant((rows("-.4 -1; 1 0"), rows(".2 1 .25; 0 0 0"), rows("1 0; 0 1
 STATE, OUT = rows("-4 -3 0; 2 0 0; -1 -1 -2"), rows("-.1 -.2 1; -1 -.3 .1; -.2 .1 1; .1 -.2 .2")
 FETZER = as_plant((STATE, rows("0 -4 -1 -3; -2 0 -3 -1; -1 0 -3 -1"), OUT))
 OPPOSITE = as_plant((STATE, rows("0 4 1 3; 2 0 3 1; 1 0 3 1"), OUT))
+
+
+ILL_POSED = as_plant(([["-1"]], [[1, 1]], [[1], [1]], [[-1, 0], [0, 0]]))
+CONSTANT = MultivariablePlant((), (), ((), ()), ((Fraction(1), Fraction(0)), (Fraction(0), Fraction(1))))
 
 
 def second(found):
@@ -126,7 +133,7 @@ def test_one_class_is_decided_as_it_is_given():
     assert certify(FETZER, [SlopeBounds(0, 0.5)] * 4).verdict is Verdict.PROVED
     refuted = certify(FETZER, [SlopeBounds(0, 0.6)] * 4)
     assert refuted.verdict is Verdict.REFUTED
-    assert refuted.certificate["laws"]["channels"][0]["slope"] == ["0", str(channels.Fraction(0.6))]
+    assert refuted.certificate["laws"]["channels"][0]["slope"] == ["0", str(Fraction(0.6))]
     open_ = certify(FETZER, Diagonal((NonlinearityClass.slope_restricted(0, 0.6),) * 4, repeated=True))
     assert (open_.verdict, open_.shown) == (Verdict.INCONCLUSIVE, None)  # equal gains are stable up to 0.698
 
@@ -141,34 +148,34 @@ def test_the_sentence_is_from_the_certificates():
 
 
 def test_a_certificate_about_something_else_is_no_answer():
-    asked = channel_problem(FETZER, [UNIT] * 4, criterion="circle")
-    found = largest_factor(asked, "slope")
-    low = channels.Fraction(found.largest.low)
+    asked = channel_problem(FETZER, [UNIT] * 4, kind="slope", criterion="circle")
+    found = largest_factor(asked)
+    low, high = Fraction(found.largest.low), Fraction(found.refuted_at)
     for other in (
-        ChannelProblem(plant=OPPOSITE, classes=asked.classes),
-        ChannelProblem(plant=FETZER, classes=Diagonal((NonlinearityClass.slope_restricted(0, 2),) * 4)),
+        Problem(plant=OPPOSITE, classes=asked.classes, kind="slope"),
+        Problem(plant=FETZER, classes=asked.classes.scaled(Fraction(2)), kind="slope"),
     ):
         with pytest.raises(MismatchError):
-            channel_bound(other, "slope", (low, found.proof), None, "")
-    with pytest.raises(MismatchError):
-        channel_bound(asked, "slope", (2 * low, found.proof), None, "")
-    with pytest.raises(MismatchError):
-        channel_bound(asked, "slope", None, (low, found.proof), "")
-    with pytest.raises(MismatchError):
-        channel_bound(asked, "slope", (2 * channels.Fraction(found.refuted_at), found.refutation), None, "")
+            channel_bound(other, (low, found.proof), None)
+    for proof, against in (
+        ((2 * low, found.proof), None),  # more than is proved
+        (None, (low, found.refutation)),  # less than is refuted
+        ((low, found.refutation), None),
+        (None, (high, found.proof)),
+    ):
+        with pytest.raises((MismatchError, KeyError)):
+            channel_bound(asked, proof, against)
+    repeated = replace(asked, classes=Diagonal(asked.classes.classes, repeated=True))
+    with pytest.raises(MismatchError):  # the gains are not equal
+        channel_bound(repeated, None, (high, found.refutation))
 
 
 def test_a_proof_and_a_refutation_that_overlap_are_a_bug():
-    found = max_slope(FETZER, [UNIT] * 4, criterion="circle")
-    low = channels.Fraction(found.largest.low)
-
-    class Believing(ChannelProblem):
-        def class_entries(self, alpha):
-            return (found.proof if alpha == low else found.refutation).certificate["laws"]
-
-    believing = Believing(plant=FETZER, classes=Diagonal((NonlinearityClass.slope_restricted(0, 1),) * 4))
+    asked = channel_problem(FETZER, [UNIT] * 4, kind="slope", criterion="circle")
+    found = largest_factor(asked)
+    low = Fraction(found.largest.low)
     with pytest.raises(ContradictionError):
-        channel_bound(believing, "slope", (low, found.proof), (low / 2, found.refutation), "")
+        channel_bound(asked, (low, found.proof), (low / 2, found.refutation))
 
 
 def test_the_time_allowed_is_kept_and_said():
@@ -189,7 +196,11 @@ def test_a_search_that_fails_proves_nothing(monkeypatch):
         (lambda: max_sector(as_plant((STATE, rows("1 0; 0 1; 0 0"), [1, 0, 0])), [ONE]), "need as many of both"),
         (lambda: max_sector(FETZER), "4 inputs and 4 outputs: .* choose a pair"),
         (lambda: max_sector(FETZER, [Sector(0, float("inf"))] * 4), "with several channels they are finite"),
-        (lambda: max_sector(FETZER, ["tanh(sigma)"] * 4), "give a Sector, SlopeBounds or NonlinearityClass"),
+        (lambda: max_sector(FETZER, [ONE, "tanh(sigma)", ONE, ONE]), "give a Sector, SlopeBounds or NonlinearityClass"),
+        (lambda: max_slope(FETZER, [ONE] * 4), "the class of channel 1 has no slope bounds"),
+        (lambda: max_sector(as_plant([["1/(s+1)", "0"], ["0", "1/(s+1)"]]), {"a": ONE, "b": ONE}), "no names"),
+        (lambda: max_sector(ILL_POSED, [Sector(1, 2), ONE]), r"det\(1 \+ D L\) = 0 for the gains 1, 0"),
+        (lambda: max_sector(CONSTANT, [ONE, ONE]), "the plant has no state"),
         (lambda: max_sector(FETZER, [ONE] * 4, criterion="park"), "is not for several nonlinearities"),
         (lambda: max_sector(FETZER, [ONE] * 4, lower=1), "lower is given beside classes"),
         (lambda: max_slope(FETZER, [UNIT] * 4, odd=True), "odd is given beside classes"),

@@ -98,8 +98,17 @@ def test_the_views_give_the_answer_of_the_problem():
 
 def test_what_a_diagonal_refuses():
     narrow, wide = NonlinearityClass(sector=Sector(0, 1)), NonlinearityClass(sector=Sector(0, 2))
-    assert str(Diagonal((narrow, wide))) == "phi in the sector [0, 1]; phi in the sector [0, 2]"
+    assert str(Diagonal((narrow, wide))) == "phi_1 in the sector [0, 1]; phi_2 in the sector [0, 2]"
     assert Diagonal((narrow, narrow), repeated=True).repeated
+    mixed = Diagonal((wide, narrow, narrow), repeated=(1, 2))
+    assert str(mixed) == "phi_1 in the sector [0, 2]; phi_2 = phi_3 in the sector [0, 1]"
+    assert mixed.blocks == (range(1), range(1, 3))
+    assert Diagonal((narrow,) * 3, repeated=(1, 1, 1)) == Diagonal((narrow,) * 3)
+    assert Diagonal((narrow,) * 3, repeated=(3,)) == Diagonal((narrow,) * 3, repeated=True)
+    with pytest.raises(InputError, match="add up"):
+        Diagonal((narrow,) * 3, repeated=(1, 1))
+    with pytest.raises(InputError, match="its classes differ: channel 1"):
+        Diagonal((narrow, wide, wide), repeated=(2, 1))
     with pytest.raises(InputError, match="one for each channel"):
         Diagonal(())
     with pytest.raises(InputError, match="its classes differ"):

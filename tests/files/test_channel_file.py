@@ -1,0 +1,127 @@
+"""Files of loops with several channels: plants of any shape, arrays of tables, one sentence for whatever is wrong."""
+
+import re
+from fractions import Fraction
+
+import pytest
+from refusals import refusal
+
+from lure.classes import Diagonal, NonlinearityClass, Sector
+from lure.files import loop_to_toml, parse_system
+from lure.files.builtin import builtin_loop
+from lure.nonlinearities import Saturation, Tanh
+from lure.plants import as_plant
+
+F = Fraction
+THREE = "[plant]\nA = [[-1, 0], [1, -2]]\nB = [[1, 0, 0], [0, 1, 1]]\nC = [[1, 0], [0, 1], [1, 1]]\n"
+ONE, PAIR = NonlinearityClass(sector=Sector(0, 1)), NonlinearityClass.slope_restricted(0, 1, odd=True)
+CLASSES = "[[class]]\nsector = [0, 1]\n[[class]]\nslope = [0, 1]\nodd = true\nrepeated = 2\n"
+GAIN = "[[class]]\ngain = [0, 1]\n"
+LIMITS = "[[nonlinearity]]\nkind = 'saturation'\ngain = 2\nlimit = 1\nrepeated = 2\n[[nonlinearity]]\nkind = 'tanh'\n"
+LIMITS += "scale = 1\ngain = 1\n"
+
+
+def parsed(text, *settings):
+    return parse_system(text, name="loop", source="loop.toml", settings=settings)
+
+
+def test_the_classes_of_the_channels_in_order():
+    found = parsed(THREE + CLASSES)
+    assert found.classes == Diagonal((ONE, PAIR, PAIR), repeated=(1, 2))
+    assert [list(block) for block in found.classes.blocks] == [[0], [1, 2]]
+    assert found.block.D == ((0, 0, 0),) * 3
+    assert parsed(THREE + GAIN * 3).classes.classes[2] == NonlinearityClass.constant_gain(0, 1)
+
+
+@pytest.mark.parametrize("rows", ['[["1/(s+1)", 0.5], ["0", "1/(s+2)"]]', '[["1/(s+1)", "1/2"], [0, "1/(s+2)"]]'])
+def test_a_plant_of_formulas(rows):
+    found = parsed(f"[plant]\ntransfer = {rows}\n")
+    assert found.block == as_plant([["1/(s+1)", "1/2"], ["0", "1/(s+2)"]])
+    assert (found.classes, found.nonlinearities, found.open) == (None, (), True)
+
+
+def test_a_plant_without_dynamics_is_no_pair_of_coefficients():
+    assert parsed("[plant]\ntransfer = [['1', '0'], ['0', '2']]\n").block.D == ((1, 0), (0, 2))
+
+
+def test_the_nonlinearities_of_the_channels_in_order():
+    found = parsed(THREE + LIMITS)
+    assert found.nonlinearities == (Saturation(gain=2, limit=1), Saturation(gain=2, limit=1), Tanh(scale=1, gain=1))
+    wide = "[[class]]\nslope = [0, 3]\nrepeated = 2\n[[class]]\nsector = [0, 1]\n"
+    assert parsed(THREE + LIMITS + wide).classes.classes[2] == ONE
+
+
+@pytest.mark.parametrize("name", ["secant-ring", "veenman-scherer-koroglu", "fetzer-scherer"])
+def test_the_built_in_loops_read_back(name):
+    loop = builtin_loop(name)
+    again = parsed(loop_to_toml(loop))
+    assert (again.block, again.classes, again.name) == (loop.block, loop.classes, loop.name)
+
+
+@pytest.mark.parametrize("text", [THREE + CLASSES, THREE + LIMITS, THREE + GAIN * 3])
+def test_any_loop_of_several_channels_reads_back(text):
+    loop = parsed(text)
+    again = parsed(loop_to_toml(loop))
+    assert (again.block, again.classes, again.nonlinearities) == (loop.block, loop.classes, loop.nonlinearities)
+
+
+def test_one_channel_may_stand_in_an_array():
+    found = parsed("[plant]\ntransfer = '1/(s+1)'\n[[class]]\nsector = [0, 1]\n")
+    assert (found.nonlinearity_class, found.classes) == (ONE, None)
+
+
+def test_a_table_of_an_array_is_changed_by_its_number():
+    found = parsed(THREE + CLASSES, "class.2.odd=false", "class.1.sector=0 2")
+    assert found.classes.classes[1].odd is False
+    assert found.classes.classes[0].sector == Sector(0, 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "settings", "said"),
+    [
+        (THREE + GAIN * 2, (), r"class: the tables \[\[class\]\] are about 2 channels, and the plant has 3 inputs"),
+        (THREE + "[class]\nsector = [0, 1]\n", (), "about 1 channel, and the plant has 3"),
+        (THREE + "[class]\nsector = [0, 1]\n" + GAIN, (), r"loop.toml has both \[class\] and \[\[class\]\]; give"),
+        (
+            THREE + "[[class]]\nsectr = [0, 1]\n",
+            (),
+            r"\[\[class\]\] number 1: unknown key class.sectr; did you mean class",
+        ),
+        (THREE + GAIN + "[[class]]\nsector = [3, 1]\n", (), r"\[\[class\]\] number 2: class.sector is \[3, 1\]"),
+        (
+            THREE + GAIN + "[[class]]\nodd = true\n",
+            (),
+            r"\[\[class\]\] number 2: class: neither sector, slope nor gain",
+        ),
+        (THREE + "[[class]]\ngain = [0, 1]\nodd = true\n", (), "gain is given beside other keys"),
+        (THREE + "[[class]]\ngain = [0, 1]\nrepeated = 0\n", (), "class.repeated is 0; give in how many channels"),
+        (THREE + "[[nonlinearity]]\ngain = 2\n", (), r"\[\[nonlinearity\]\] number 1: nonlinearity.kind is missing"),
+        (
+            THREE + LIMITS + "[[class]]\nsector = [0, 3]\nrepeated = 3\n",
+            (),
+            "one nonlinearity acts in the channels 1 to 3",
+        ),
+        (THREE + LIMITS + "[[class]]\nsector = [0, 1]\n" * 3, (), "the class is phi in the sector .0, 1. but the"),
+        (
+            THREE + CLASSES,
+            ("class.odd=true",),
+            r"the file has 2 tables \[\[class\]\]; say which one, such as class.2.odd",
+        ),
+        (THREE + CLASSES, ("class.3.odd=true",), "say which one"),
+        (THREE + "[class]\nsector = [0, 1]\n", ("class.1.odd=true",), r"there is no array of tables \[\[class\]\]"),
+        (THREE + "D = [[1, 2], [3, 4]]\n", (), "plant: D is 2 x 2, and the plant has 3 inputs and 3 outputs"),
+        ("[plant]\nA = [[-1]]\nB = [[1, 2]]\nC = [[1]]\n", (), "plant: it has 2 inputs and 1 output"),
+        ("[plant]\ntransfer = [['1/(s+1)', 's'], ['0', '0']]\n", (), r"plant: transfer\[0\]\[1\]: .*improper"),
+        ("[plant]\ntransfer = [['1/(s+1)', '0'], ['0']]\n", (), "plant.transfer has rows of different lengths"),
+        ("[plant]\ntransfer = ['1/(s+1)', '0']\n", (), "or rows of them for several channels"),
+        ("[plant]\ntransfer = [['exp(-s)/(s+1)', '0'], ['0', '0']]\n", (), r"transfer\[0\]\[0\] has a dead time"),
+        (
+            "[plant]\ntransfer = '1/(s+1)'\n[[class]]\nsector = [0, 1]\nrepeated = 2\n",
+            (),
+            "about 2 channels, and the plant",
+        ),
+        ("class = [5]\n[plant]\ntransfer = '1/(s+1)'\n", (), r"\[\[class\]\] number 1: class is 5; give a table"),
+    ],
+)
+def test_what_is_wrong_is_one_sentence(text, settings, said):
+    assert re.search(said, refusal(parsed, text, *settings))

@@ -1,0 +1,119 @@
+"""`analyse` on several channels: the same sections as for one, and with two the map of their upper bounds."""
+
+import json
+
+import pytest
+
+from lure import InputError, Saturation, Sector, SlopeBounds, analyse, as_plant, builtin_loop, certify, report
+from lure.analysis import Verdict
+from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.plots.maps import plot_map
+from lure.analysis.questions import channel_map
+from lure.analysis.questions.channel_kinds import kind_name
+from lure.analysis.questions.channel_problem import channel_problem
+
+# sigma_1 = mu_2/(s+1), sigma_2 = -mu_1/(s+1)^2: det(1 + H G) = 1 + g_1 g_2/(s+1)^3, stable for 0 <= g_1 g_2 < 8, which
+# Popov's criterion proves (Arcak and Sontag); with bounds of 2 the factor sqrt(2)
+RING = builtin_loop("secant-ring")
+
+
+@pytest.fixture(scope="module")
+def found():
+    return analyse(RING)
+
+
+def test_the_classes_asked_about_and_every_factor_of_them(found):
+    assert found.verdict is Verdict.PROVED
+    assert "phi_1, time-invariant, in the sector [0, 2]; phi_2" in found.statement
+    assert found.asked.classes == RING.classes
+    assert [kind_name(row.classes) for row in found.rows][-1] == "sector, time-varying"
+    for row in found.rows[:3]:
+        assert row.closed
+        assert row.largest.low == pytest.approx(2**0.5, rel=1e-6)
+        assert row.largest.low < 2**0.5 < row.refuted_at
+    assert found.rows[-1].largest.low < 1.3  # the circle criterion
+    assert all(recheck(dict(one.certificate)).accepted for one in found.certificates)
+
+
+def test_the_map_is_a_staircase_below_and_above_the_hyperbola(found):
+    assert len(found.map.proved) == len(found.map.refuted) == 7
+    for k1, k2 in found.map.proved:
+        assert 8 * (1 - 1e-5) < k1 * k2 < 8
+        assert found.map.verdict(0.999 * k1, 0.999 * k2) is Verdict.PROVED
+    for k1, k2 in found.map.refuted:
+        assert 8 < k1 * k2 < 8 * (1 + 1e-5)
+        assert found.map.verdict(k1, 2 * k2) is Verdict.REFUTED
+    (a, b), (c, d) = found.map.proved[:2]
+    assert found.map.verdict((a + c) / 2, (b + d) / 2) is Verdict.INCONCLUSIVE
+    with pytest.raises(InputError, match="no upper bounds above the lower ones"):
+        found.map.verdict(0, 1)
+    data = found.map.to_xarray()
+    assert data.sizes == {"ray": 7}
+    assert float(data.proved_k1[0] * data.proved_k2[0]) == pytest.approx(8, rel=1e-5)
+
+
+def test_the_map_is_drawn_and_marks_what_was_asked(found):
+    axes = plot_map(found.map)
+    labels = axes.get_legend_handles_labels()[1]
+    assert labels == ["proved", "open", "refuted", "asked about"]
+    assert axes.get_xlim()[0] == 0
+
+
+def test_the_text_and_the_data(found):
+    text = str(found)
+    assert text.startswith("PROVED  secant-ring: 3 states, 2 inputs and 2 outputs")
+    assert "The numbers are factors of every upper bound of: phi_1 in the sector [0, 2]" in text
+    assert max(map(len, text.split("\n"))) <= 100
+    data = json.loads(json.dumps(found.to_dict()))
+    assert [one["class"]["sector"] for one in data["channels"]] == [[0, 2], [0, 2]]
+    assert data["repeated"] == [1, 1]
+    assert len(data["map"]["rays"]) == 7
+    assert data["answers"][0]["classes"]["repeated"] is False
+
+
+def test_without_a_class_the_largest_slope_in_every_channel(monkeypatch):
+    monkeypatch.setattr(channel_map, "_DIRECTIONS", (0.0,))
+    alone = analyse(as_plant([["1/(s+1)^2", "0"], ["0", "1/(s+2)"]]))
+    assert alone.asked is None
+    assert alone.problem.kind == "slope"
+    assert alone.verdict is Verdict.PROVED  # both parts are stable for every slope
+    assert "the largest k tried" in str(alone)
+
+
+def test_nonlinearities_that_are_known_are_members_of_their_classes():
+    plant = RING.block
+    known = certify(plant, [Saturation(gain=1, limit=1), "2*tanh(sigma)"])
+    assert known.verdict is Verdict.PROVED
+    assert known.conclusion.membership == "checked"
+    assert "phi_2 = 2*tanh(sigma)" in known.conclusion.headline
+    assert certify(plant, [Saturation(gain=3, limit=1), "3*tanh(sigma)"]).verdict is Verdict.REFUTED
+    same = channel_problem(plant, [Saturation(gain=1, limit=1), Saturation(gain=1, limit=1)])
+    assert same.classes.repeated  # equal ones are one nonlinearity
+    with pytest.raises(InputError, match=r"channel 2: .*locally Lipschitz"):
+        certify(plant, [Saturation(gain=1, limit=1), "sign(sigma)*min(abs(sigma), 1)**(1/2)"])
+
+
+def test_classes_beside_a_loop_that_has_its_own_are_refused():
+    with pytest.raises(InputError, match="closes the loop itself"):
+        analyse(RING, [Sector(0, 1), Sector(0, 1)])
+    with pytest.raises(InputError, match="no class of nonlinearities is given"):
+        certify(RING.block)
+
+
+def test_the_report_has_the_channels_and_the_map(found, tmp_path, monkeypatch):
+    from lure.analysis.report.loop import build
+
+    monkeypatch.setattr(build, "analyse", lambda *_args, **_options: found)
+    report(RING, output=tmp_path / "out")
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "<h2>The channels</h2>" in page
+    assert "The upper bounds k₁ and k₂ of the two channels" in page
+    assert "μᵢ = −φᵢ(σᵢ), 2 channels" in page
+    assert (tmp_path / "out" / "figures" / "map.svg").exists()
+    data = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert data["system"]["map"]["rays"][0]["criterion"] == "diagonal-popov"
+    assert len(data["certificates"]) == len(list((tmp_path / "out" / "certificates").iterdir()))
+
+
+def test_slopes_are_asked_of_classes_with_slopes():
+    assert channel_problem(RING.block, [SlopeBounds(0, 1)] * 2, kind="slope").question == "slope"
