@@ -102,8 +102,8 @@ def _sloped(problem: Problem) -> Problem:
     lacking = [i for i, one in enumerate(problem.classes.classes, 1) if one.slope is None]
     if problem.kind == "slope" and lacking:
         raise InputError(
-            f"the channels are given as {', '.join(map(str, given))}, and the plant has {listed}; give each"
-            "sectors (max_sector, lure max-sector)"
+            f"the class of channel {lacking[0]} has no slope bounds; give SlopeBounds, or ask for the largest "
+            "factor of sectors (max_sector, lure max-sector)"
         )
     return problem
 
