@@ -24,16 +24,21 @@ if TYPE_CHECKING:
 _DIRECTIONS = (-5.0, -2.5, -1.0, 0.0, 1.0, 2.5, 5.0)  # powers of 2 of k2/k1, beside that of the classes asked about
 
 
+_UNIT = "unit of phi / unit of sigma"
+
+
 class Ray(Record):
     """One direction of the map: how far the classes with the upper bounds ``t (k1, k2)`` are known from both sides."""
 
-    k1: float = quantity("upper bound of channel 1 in this direction", dims="")
-    k2: float = quantity("upper bound of channel 2 in this direction", dims="")
-    proved_k1: float | None = quantity("proved with this upper bound in channel 1 and `proved_k2` in 2", dims="")
-    proved_k2: float | None = quantity("upper bound of channel 2 that is proved", dims="")
-    refuted_k1: float | None = quantity("refuted from this upper bound in channel 1 and `refuted_k2` in 2 on", dims="")
-    refuted_k2: float | None = quantity("upper bound of channel 2 from which on it is refuted", dims="")
-    criterion: str = quantity("the theorem of the proof; empty without one", dims="")
+    k1: float = quantity("upper bound of channel 1 in this direction", _UNIT, dims="")
+    k2: float = quantity("upper bound of channel 2 in this direction", _UNIT, dims="")
+    proved_k1: float | None = quantity("proved with this upper bound in channel 1 and `proved_k2` in 2", _UNIT, dims="")
+    proved_k2: float | None = quantity("upper bound of channel 2 that is proved", _UNIT, dims="")
+    refuted_k1: float | None = quantity(
+        "refuted from this upper bound in channel 1 and `refuted_k2` in 2 on", _UNIT, dims=""
+    )
+    refuted_k2: float | None = quantity("upper bound of channel 2 from which on it is refuted", _UNIT, dims="")
+    criterion: str = quantity("the theorem of the proof; empty without one", "1", dims="")
 
 
 class StabilityMap(Record):

@@ -128,8 +128,8 @@ def class_dict(nonlinearity_class: NonlinearityClass) -> dict[str, Any]:
         "slope": None if slope is None else [plain(float(slope.lower)), plain(float(slope.upper))],
         "odd": nonlinearity_class.odd,
         "time_varying": nonlinearity_class.time_varying,
-        "linear": nonlinearity_class.linear,
         "text": str(nonlinearity_class),
+        **({"linear": True} if nonlinearity_class.linear else {}),
     }
 
 

@@ -24,6 +24,7 @@ from lure.analysis.measured import (
     sector_from_data,
 )
 from lure.analysis.nonlinearity import nonlinearity_bounds, violation
+from lure.analysis.questions.channel_map import Ray, StabilityMap
 from lure.analysis.report.loop import LoopReport
 from lure.analysis.rod.comparison import compare
 from lure.analysis.rod.comparison.modes import from_closed_form
@@ -55,6 +56,8 @@ from lure.rod.systems import builtin_systems, paper_rod
 STRUCK = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9", "force.g=0.01*sin(4000*t)"])
 FREE = find_system("paper-rod", ["rod.gap=5e-5", "rod.compliance=1e-9"])
 UNTIL = 1e-3
+RAY = Ray(k1=1.0, k2=2.0, proved_k1=3.0, proved_k2=6.0, refuted_k1=None, refuted_k2=None, criterion="diagonal-popov")
+F = Fraction
 
 
 @cache
@@ -187,7 +190,8 @@ def memory():
 
 
 RESULTS = {
-    "ChannelBound": lambda: lure.max_sector(([1], [1, 3, 3, 1]), [Sector(0, 1)]),
+    "StabilityBound of channels": lambda: lure.max_sector(([1], [1, 3, 3, 1]), [Sector(0, 1)]),
+    "StabilityMap": lambda: StabilityMap(lower=(F(0), F(0)), asked=(F(1), F(2)), rays=(RAY,)),
     "exact motion": motion,
     "impact": lambda: motion().impacts[0],
     "Galerkin run": galerkin_run,
