@@ -26,27 +26,17 @@ RELATIVE_BITS = 72
 BITS_BEFORE_ALGEBRA = 1024
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class GainEnd:
-    """A gain at which roots lie on the axis.
+class GainEnd(Record):
+    """A gain at which roots lie on the axis."""
 
-    Attributes
-    ----------
-    value : Bracket
-        The gain, to a relative width of 1e-15 or so; an infinite one stands for no end.
-    exact : Fraction or None
-        The same gain where it is known to be rational.
-    frequencies : tuple of float
-        Where roots lie on the axis [rad/s; rad per sample, at most pi]; ``inf`` where ``1 + kappa H(inf) = 0``.
-    low, high : Fraction or None
-        Rational bounds inside which no other such gain lies; None for an infinite end.
-    """
-
-    value: Bracket
-    exact: Fraction | None = None
-    frequencies: tuple[float, ...] = ()
-    low: Fraction | None = None
-    high: Fraction | None = None
+    value: Bracket = quantity("The gain, to a relative width of 1e-15 or so; an infinite one stands for no end")
+    exact: Fraction | None = quantity("The same gain where it is known to be rational", default=None)
+    frequencies: tuple[float, ...] = quantity(
+        "Where roots lie on the axis [rad/s; rad per sample, at most pi]; ``inf`` where ``1 + kappa H(inf) = 0``",
+        default=(),
+    )
+    low: Fraction | None = quantity("No other such gain lies from here to ``high``; None if infinite", default=None)
+    high: Fraction | None = quantity("The upper end of that interval, rational as well", default=None)
 
 
 @dataclass(frozen=True, slots=True)

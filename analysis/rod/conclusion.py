@@ -6,7 +6,6 @@ The verdict, the class and the first sentence are those of the certificates; wha
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import cast
 
 from lure.analysis.certificates import codes
@@ -21,69 +20,34 @@ from lure.analysis.rod.damping import destabilising_example, without_damping
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import interval
 from lure.classes import NonlinearityClass, Sector
+from lure.record import Record, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Scenario
 from lure.rod.transfer import RodPlant
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Proof:
-    """One argument and what it shows.
+class Proof(Record):
+    """One argument and what it shows."""
 
-    Attributes
-    ----------
-    title : str
-        Name of the argument.
-    model : str
-        ``"rod"`` or ``"scheme"``.
-    meaning : str
-        What is proved of the motions, by the certificate.
-    sector : str
-        The sector of the certificate.
-    evidence : Evidence
-        What it rests on.
-    argument : str
-        The argument in a few sentences.
-    """
-
-    title: str
-    model: str
-    meaning: str
-    sector: str
-    evidence: Evidence
-    argument: str
+    title: str = quantity("Name of the argument")
+    model: str = quantity("What it is about, the rod or the scheme")
+    meaning: str = quantity("What is proved of the motions, by the certificate")
+    sector: str = quantity("The sector of the certificate")
+    evidence: Evidence = quantity("What it rests on")
+    argument: str = quantity("The argument in a few sentences")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Conclusion:
-    """What was shown of the closed loop, in words.
+class Conclusion(Record):
+    """What was shown of the closed loop, in words."""
 
-    Attributes
-    ----------
-    rod, scheme : lure.analysis.questions.conclusion.Conclusion
-        What follows from the certificate for the rod, and from that for its scheme.
-    statement : str
-        The whole of it.
-    stationary_set : str
-        The equilibria, without load.
-    resting_place : str
-        What decides where the rod comes to rest, without load.
-    assumptions : tuple of str
-        Hypotheses, each with how it was checked or that it is assumed.
-    not_shown : tuple of str
-        What must not be read into it.
-    proofs : tuple of Proof
-        The arguments, empty unless PROVED.
-    """
-
-    rod: SearchResult
-    scheme: SearchResult
-    statement: str
-    stationary_set: str
-    resting_place: str
-    assumptions: tuple[str, ...]
-    not_shown: tuple[str, ...]
-    proofs: tuple[Proof, ...]
+    rod: SearchResult = quantity("What follows from the certificate for the rod")
+    scheme: SearchResult = quantity("What follows from the certificate for the scheme")
+    statement: str = quantity("The whole of it")
+    stationary_set: str = quantity("The equilibria, without load")
+    resting_place: str = quantity("What decides where the rod comes to rest, without load")
+    assumptions: tuple[str, ...] = quantity("Hypotheses, each with how it was checked or that it is assumed")
+    not_shown: tuple[str, ...] = quantity("What must not be read into it")
+    proofs: tuple[Proof, ...] = quantity("The arguments, empty unless PROVED")
 
     @property
     def found(self) -> SearchResult:

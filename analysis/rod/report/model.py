@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lure.analysis.inequality.checks import CriterionResult
@@ -24,23 +23,12 @@ if TYPE_CHECKING:
     from lure.analysis.rod.simulation import Trajectory
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Simulation:
-    """The motion of the scheme, or why there is none.
+class Simulation(Record):
+    """The motion of the scheme, or why there is none."""
 
-    Attributes
-    ----------
-    cells : int or None
-        Cells simulated; None if skipped.
-    trajectory : Trajectory or None
-        The simulated motion; None if skipped.
-    skipped : str or None
-        Why nothing was simulated, and what to do about it.
-    """
-
-    cells: int | None
-    trajectory: Trajectory | None
-    skipped: str | None
+    cells: int | None = quantity("Cells simulated; None if skipped")
+    trajectory: Trajectory | None = quantity("The simulated motion; None if skipped")
+    skipped: str | None = quantity("Why nothing was simulated, and what to do about it")
 
 
 class StabilityReport(Record):
