@@ -5,6 +5,7 @@ from __future__ import annotations
 import decimal
 import math
 import re
+from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Literal
 
@@ -54,6 +55,7 @@ _IDENTIFIER = re.compile(r'(id="|href="#|url\(#)(?!DejaVu)')
 _GLYPH = re.compile(r'<path id="(DejaVu[^"]*)"[^>]*/>\s*')
 
 
+@cache
 def template(name: str, package: str) -> Template:
     """A page template of a package, everything put into it escaped, with the style sheet as ``css``.
 
