@@ -15,6 +15,7 @@ PYTEST = $(ONE_THREAD) $(BIN)/python -m pytest
 .SUFFIXES:
 .PHONY: help report test thorough quick check bench benchmarks-table notebooks docs clean FORCE
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
+unexport PYTHONDONTWRITEBYTECODE # to compile a hundred modules at each start of Python takes minutes of the tests
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' Makefile

@@ -250,8 +250,15 @@ sys.modules["lure.analysis.rod.report.output"].write_report = slow
 """
 
 
-@pytest.mark.parametrize(("kill", "status"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
-@pytest.mark.parametrize("old", [True, False])
+@pytest.mark.parametrize(
+    ("old", "kill", "status"),
+    [
+        (True, signal.SIGINT, 130),
+        (False, signal.SIGKILL, -9),
+        pytest.param(True, signal.SIGKILL, -9, marks=pytest.mark.thorough),
+        pytest.param(False, signal.SIGINT, 130, marks=pytest.mark.thorough),
+    ],
+)
 def test_an_interrupted_run_leaves_the_old_report_or_none(here, kill, status, old):
     if old:
         with process("report", "--set", "name=old") as run:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from counting import counted
+from depth import sampled
 from formulas import TX, arb, contains, of_t
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -207,7 +208,7 @@ WORDS += ["+", "-", "*", "/", "**", "<", "<=", "==", "!=", "and", "or", "not", "
 
 
 @given(st.lists(st.sampled_from(WORDS), max_size=25).map(" ".join))
-@settings(max_examples=300)
+@settings(max_examples=sampled(100, of=300))
 def test_any_sequence_of_words_is_refused_or_is_an_expression_of_python_too(text):
     try:
         parsed = Expression.parse(text, variables=TX)

@@ -32,6 +32,7 @@ def module(name, path):
 links = module("docs_links", DOCS / "links.py")
 
 
+@pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize("path", [named(path) for path in PAGES])
 def test_what_a_page_shows_is_what_happens(path, tmp_path):
     fences = re.findall(

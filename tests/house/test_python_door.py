@@ -83,6 +83,7 @@ def test_a_named_plant_keeps_its_name():
     assert found.verdict is Verdict.PROVED
 
 
+@pytest.mark.usefixtures("sketched")
 def test_a_report_from_python_is_the_report(tmp_path):
     found = report_on(control.tf([1], [1, 1]), Saturation(gain=2), output=tmp_path / "out")
     assert found.verdict is Verdict.PROVED

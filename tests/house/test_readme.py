@@ -24,6 +24,7 @@ def test_the_python_shown_does_what_is_shown(tmp_path):
     assert run_page(ROOT / "README.md", tmp_path) == 1
 
 
+@pytest.mark.usefixtures("sketched")
 def test_the_commands_shown_work_one_after_another(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert {command: main(shlex.split(command)[1:]) for command in COMMANDS} == dict.fromkeys(COMMANDS, 0)
@@ -52,6 +53,7 @@ def test_every_notebook_and_folder_is_in_the_map():
     assert missing == []
 
 
+@pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize(
     ("answer", "command"),
     [

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from depth import sampled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -36,7 +37,7 @@ def test_a_lag_with_dead_time_meets_its_gain_margin(delay):
 
 
 @given(DELAYS)
-@settings(max_examples=10)
+@settings(max_examples=sampled(3, of=10))
 def test_an_integrator_with_dead_time_reaches_pi_over_two(delay):
     # 1/k + Re[(1 + i w theta) exp(-i w T)/(i w)] with theta = 4T/pi^2 touches zero at w = pi/(2T), k = pi/(2T) alone:
     # Popov's sector is that of the linear gains
@@ -49,7 +50,7 @@ def test_an_integrator_with_dead_time_reaches_pi_over_two(delay):
 
 
 @given(DELAYS, RATES, RATES)
-@settings(max_examples=8)
+@settings(max_examples=sampled(3, of=8))
 def test_nothing_on_the_axis_breaks_a_certified_inequality(delay, fast, slow):
     block = DelayPlant.parse(f"exp(-({delay})*s)*({fast} - s)/((s + {slow})*(s + {fast})*(s + 1))")
     circle, popov, limit = circle_largest(block), popov_largest(block), hurwitz_limit(block)

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
+from sketches import sketches
 
 from lure.analysis.report import ContradictionError
 from lure.analysis.report.html import format_number, prose
@@ -55,7 +56,7 @@ SYSTEMS = {
     "many cells": replace(PAPER, cells=100_000),
     "simulated more coarsely": replace(PAPER, cells=100_000, simulation_cells=5),
 }
-WRITTEN = ("paper-rod", "touching", "negative dashpot")
+SKETCHED = ("paper-rod", "negative dashpot")
 ONE_SIDED = [name for name in SYSTEMS if "negative" not in name and name != "no dashpot"]
 
 
@@ -66,9 +67,11 @@ def reports():
 
 @pytest.fixture(scope="module")
 def pages(reports, tmp_path_factory):
-    """The pages of the paper's rod, of one that touches and of a refuted one, as written."""
+    """The pages as written of a rod that touches, with its figures, of the paper's rod and of a refuted one."""
     folder = tmp_path_factory.mktemp("reports")
-    return {name: write_report(reports[name], folder / name.replace(" ", "-")) for name in WRITTEN}
+    found = {"touching": write_report(reports["touching"], folder / "touching")}
+    with sketches():
+        return found | {name: write_report(reports[name], folder / name.replace(" ", "-")) for name in SKETCHED}
 
 
 def page_of(report):
@@ -342,7 +345,7 @@ def spoken(shown):
     return float(mantissa) * 10.0 ** int(exponent or 0)
 
 
-@pytest.mark.parametrize("name", WRITTEN)
+@pytest.mark.parametrize("name", ["touching", *SKETCHED])
 def test_the_page_works_offline_without_scripts_and_is_small(pages, name):
     text = pages[name].read_text("utf-8")
     found = Page(text)
@@ -374,7 +377,7 @@ def test_identifiers_on_the_page_are_unique_and_every_reference_has_its_target(p
 
 
 def test_figures_take_the_colours_of_the_page(pages):
-    text = pages["paper-rod"].read_text("utf-8")
+    text = pages["touching"].read_text("utf-8")
     figures = "".join(re.findall(r'<svg class="figure".*?</svg>', text, flags=re.DOTALL))
     assert "currentColor" in figures
     assert "var(--blue)" in figures

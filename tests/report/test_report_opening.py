@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from sketches import sketches
 
 from lure import DeadZone, Saturation, Sector, Tanh
 from lure.analysis.plots.loops import plot_reach
@@ -48,13 +49,15 @@ def lag():
 
 @pytest.fixture(scope="module")
 def lag_page(lag, tmp_path_factory):
-    return write_loop_report(lag, tmp_path_factory.mktemp("lag")).read_text("utf-8")
+    with sketches():
+        return write_loop_report(lag, tmp_path_factory.mktemp("lag")).read_text("utf-8")
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     servo = build_loop_report(parse_system(PI_SERVO, name="pi-servo", source="a file"))
-    return write_loop_report(servo, tmp_path_factory.mktemp("servo")).read_text("utf-8")
+    with sketches():
+        return write_loop_report(servo, tmp_path_factory.mktemp("servo")).read_text("utf-8")
 
 
 def words(text):
@@ -97,6 +100,7 @@ def test_the_chart_says_the_same_numbers(lag):
 SERVO = PI_SERVO.replace("0.8*(1+1/(0.5*s))", "(1+0.1*s)")
 
 
+@pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize(
     ("text", "first"),
     [

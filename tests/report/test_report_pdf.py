@@ -35,6 +35,7 @@ def names(directory):
 
 
 @installed
+@pytest.mark.usefixtures("sketched")
 def test_a_name_that_ends_in_pdf_is_a_file(here, capsys, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")  # fontTools writes the date into a subset of a font
     assert main(["report", "contact", "-o", "loop.pdf", "--quiet"]) == 0
@@ -48,6 +49,7 @@ def test_a_name_that_ends_in_pdf_is_a_file(here, capsys, monkeypatch):
 
 
 @installed
+@pytest.mark.usefixtures("sketched")
 def test_a_directory_gets_a_pdf_only_if_asked_and_is_replaced_as_before(here):
     assert main(["report", "contact", "--pdf", "--quiet"]) == 0
     assert names(here / "lure-report") == ["certificates", "figures", "report.html", "report.json", "report.pdf"]

@@ -158,7 +158,7 @@ def called(words):
             status = main(words[1:])
         return status, out.getvalue()
     installed = any(found.value == "pytest_lure" for found in entry_points(group="pytest11"))
-    plugins = ["-p", "no:cacheprovider", *([] if installed else ["-p", "pytest_lure"])]
+    plugins = ["-p", "no:cacheprovider", "-p", "no:nbmake", *([] if installed else ["-p", "pytest_lure"])]
     start = {"python": [sys.executable], "pytest": [sys.executable, "-m", "pytest", *plugins]}
     assert words[0] in start, f"no command of ours: {words[0]}"
     environment = {**os.environ, "MPLBACKEND": "Agg", "COLUMNS": "80"}

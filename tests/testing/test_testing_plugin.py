@@ -43,7 +43,8 @@ def run(pytester, monkeypatch):
     path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
     monkeypatch.setenv("PYTHONPATH", path)
     plugin = [] if INSTALLED else ["-p", "pytest_lure"]
-    return lambda *arguments: pytester.runpytest_subprocess("-p", "no:cacheprovider", *plugin, *arguments)
+    unused = ["-p", "no:cacheprovider", "-p", "no:nbmake"]  # the second is slow to load
+    return lambda *arguments: pytester.runpytest_subprocess(*unused, *plugin, *arguments)
 
 
 def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(pytester, run):

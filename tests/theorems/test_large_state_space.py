@@ -228,6 +228,7 @@ def test_an_analysis_of_many_states_decides_the_class_of_its_law():
         assert json.loads(json.dumps(refuted.to_dict()))["block"]["denominator"] is None
 
 
+@pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize("plant", [dense(28), dense(24, seed=5, dt=1)], ids=["continuous", "discrete"])
 def test_a_report_on_many_states_draws_its_plots(plant, tmp_path):
     report = report_on(plant, Saturation(gain=0.02), output=tmp_path / "report")

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from depth import sampled
 from flint import fmpq_poly
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -123,7 +124,7 @@ def test_the_multiplier_as_a_laurent_polynomial():
 
 
 # sigma_t -> (-1)^t sigma_t maps odd nonlinearities to themselves and H(z) to H(-z)
-@pytest.mark.parametrize("example", [1, 2])
+@pytest.mark.parametrize("example", [pytest.param(1, marks=pytest.mark.thorough), 2])
 def test_odd_laws_do_not_distinguish_z_from_minus_z(example):
     plant = DISCRETE[example]
     n, d = list(plant.numerator), list(plant.denominator)
@@ -252,7 +253,7 @@ def stable_blocks(draw):
 
 
 @pytest.mark.slow
-@settings(max_examples=15)
+@settings(max_examples=sampled(3, of=15))
 @given(stable_blocks())
 def test_criteria_are_ordered_and_stay_below_the_linear_limit(plant):
     limit = hurwitz_limit(plant)
