@@ -259,3 +259,26 @@ def hurwitz(d: Form) -> bool:
         row = [b[0] * x - a[0] * y for x, y in zip(a[1:], b[1:] + [0] * len(a))]
         a, b = b, [x // (math.gcd(*row) or 1) for x in row]
     return a[0] > 0 and not b
+
+
+# -- matrices
+def eliminated(left: Any, right: Any) -> list[list[Fraction]] | None:
+    """The solution ``X`` of ``left X = right``, None if ``left`` is singular; by Bareiss and Jordan."""
+    m, last, table = len(left), 1, list[list[int]]()
+    for a, b in zip(left, right):
+        row = [Fraction(v) for v in (*a, *b)]
+        unit = math.lcm(*(v.denominator for v in row))
+        table.append([v.numerator * (unit // v.denominator) for v in row])
+    for i in range(m):
+        tick()
+        pivot = next((j for j in range(i, m) if table[j][i]), None)
+        if pivot is None:
+            return None
+        table[i], table[pivot] = table[pivot], table[i]
+        p, line = table[i][i], table[i]
+        for j in range(m):
+            if j != i:
+                f = table[j][i]
+                table[j] = [(p * v - f * u) // last for v, u in zip(table[j], line)]  # without a remainder
+        last = p
+    return [[Fraction(v, last) for v in row[m:]] for row in table]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from . import states
-from .arithmetic import INF, ZERO, S, fields, form, integer, need, numbers, real, tick
+from .arithmetic import INF, ZERO, S, eliminated, fields, form, integer, need, numbers, real, tick
 from .balls import dot, positive_definite
 
 MOST_STATES, MOST_CHANNELS = 200, 50
@@ -341,23 +341,6 @@ def switched(H: Plant, asked: Channels, proof: Any) -> dict[str, str]:
     need(None not in closed.values(), "1 + H(inf) G is singular for some of the gains", exact.IllPosed)
     steps = [(closed[tuple(row)], t) for row, t in zip(rows, times)]
     return states.grows(steps, integer(squarings, 0, 64), integer(bits, 64, 4096))
-
-
-def eliminated(left: Rows, right: Rows) -> Rows | None:
-    """The solution ``X`` of ``left X = right``, None if ``left`` is singular."""
-    m = len(left)
-    table = [[*a, *b] for a, b in zip(left, right)]
-    for i in range(m):
-        tick()
-        pivot = next((j for j in range(i, m) if table[j][i]), None)
-        if pivot is None:
-            return None
-        table[i], table[pivot] = table[pivot], table[i]
-        table[i] = [v / table[i][i] for v in table[i]]
-        for j in range(m):
-            if j != i and table[j][i]:
-                table[j] = [v - table[j][i] * u for v, u in zip(table[j], table[i])]
-    return [row[m:] for row in table]
 
 
 def characteristic(A: Rows) -> list[Fraction]:

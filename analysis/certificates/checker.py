@@ -43,7 +43,8 @@ OTHERS = "a loop of the class has equilibria other than 0"
 UNSOLVABLE = "a loop of the class is not well posed: 1 + g H(inf) = 0"
 INEQUALITY = "the frequency inequality holds at every frequency, which alone proves nothing about the rod"
 HEAD = "format verdict convention numbers system laws law theorem multiplier conclusion hypotheses proof"
-SLOPED, STEPS = ("off-axis-circle", "park", "zames-falb"), ("tsypkin", "tsypkin-odd", "jury-lee")
+SLOPED = ("off-axis-circle", "park", "zames-falb", "order-cone")
+STEPS = ("tsypkin", "tsypkin-odd", "jury-lee")
 _SEAL = object()
 
 
@@ -98,15 +99,35 @@ def multiplier(name: str, data: Any, B: Block, unbounded: bool) -> tuple[Form, F
         need(q >= 0 and not (ahead and unbounded and q), "q < 0, or q > 0 without a bound on the slope")
         step = (one + S) ** 2 + MINUS * X1 if ahead else X1 + (one if odd else MINUS) * (one + MINUS * S) ** 2  # p Z
         return X1, X1, real(q) * step, real(0, 0, 2 * q if ahead else 0), odd
-    need(name == "zames-falb", f"there is no theorem {name!r:.40} for this kind of proof")
+    need(name in ("zames-falb", "order-cone"), f"there is no theorem {name!r:.40} for this kind of proof")
+    M, odd = list[list[Fraction]](), False
+    if name == "order-cone":
+        need(not unbounded, "forms of several samples need a bound on the slope")
+        *given, rows, odd = fields(data, "taps", "window", "odd")
+        M, data = states.window(rows, odd), {"taps": given[0]}
     theta, terms = kernels(data, B.discrete)
+    T = len(M) // 2
+    terms += [(ZERO, one, Fraction(1), T - 1)] * (T > 0)  # for the powers of z in W* M W
     top = {a: max(n for _, _, b, n in terms if b == a) for _, _, a, _ in terms}
     p = m = math.prod((real(a * a, 0, 1) ** n for a, n in top.items()), start=one)
     for c, h, a, n in terms:
         m = m + real(-c) * h * math.prod((real(b * b, 0, 1) ** (k - n * (a == b)) for b, k in top.items()), start=one)
     mass = sum(abs(c) for c, *_ in terms)
     need(mass <= 1 and (mass < 1 or not unbounded), f"the masses add up to {mass}: more than 1, or 1 without a bound")
-    return m, p, S * real(theta) * p, none, any(c < 0 for c, *_ in terms)
+    odd, popov = odd or any(c < 0 for c, *_ in terms), S * real(theta) * p
+    # W* M W = uu - 2 Re[uv G] + vv |G|^2 for W = (z^i, -G z^i), G = 1 + w H
+    uu, uv, vv = (powers(M, i, j, max(top.values(), default=0)) for i, j in ((0, 0), (0, T), (T, T)))
+    return m + real(2) * uv + MINUS * (uu + vv), p, popov + uu + MINUS * vv, vv, odd
+
+
+def powers(M: Any, i: int, j: int, top: int) -> Form:
+    """``sum M_(i + h)(j + k) z^(k - h)``, ``h`` and ``k`` over half of ``M``, over ``(1 + omega^2)^top``."""
+    found, T = Form(), len(M) // 2
+    for h in range(T):
+        for k in range(T):
+            turn = (real(1) + (S if k > h else MINUS * S)) ** (2 * abs(k - h)) * X1 ** (top - abs(k - h))
+            found = found + real(M[i + h][j + k]) * turn
+    return found
 
 
 def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, Form, Fraction, int]]]:
@@ -142,7 +163,7 @@ def inequality(name: str, data: Any, B: Block, family: states.Family) -> tuple[F
     d, critical, stable = shifted(B, l)
     D, w = B.direct / (1 + l * B.direct), None if k == INF else k - l
     posed(1 + w * D > 0 if w else D >= 0, "1 + g H(inf) vanishes for a gain g of the class")
-    timed = name in ("circle", "zames-falb") or B.discrete == (name in STEPS)
+    timed = name in ("circle", "zames-falb") or B.discrete == (name in (*STEPS, "order-cone"))
     need(timed, f"{name} is not for {'discrete' if B.discrete else 'continuous'} time")
     need(not critical or name == "popov" or (name == "circle" and not B.delayed), f"{name} does not cover a pole at 0")
     need(not B.delayed or name in ("circle", "popov"), f"{name} does not cover dead time")
@@ -168,6 +189,8 @@ def inequality(name: str, data: Any, B: Block, family: states.Family) -> tuple[F
     else:  # each finite bound adds a positive term
         full = len(F.part()) - 1
     facts = {"stable": stable, "well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {B.direct}"}
+    if name == "order-cone":
+        facts["cones"] = f"w^T M w > 0 on every order cone of {len(data['window']) // 2} samples and 0"
     if mirror:
         facts = {fact: f"for -H, -phi, bounds {l} to {k}: {text}" for fact, text in facts.items()}
     return F, full, critical, facts

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections.abc import Iterator
 from fractions import Fraction
-from itertools import compress, pairwise
+from itertools import combinations, compress, pairwise, permutations
+from itertools import product as signings
 from typing import Any, NamedTuple
 
-from .arithmetic import INF, ZERO, IllPosed, extended, fields, form, integer, need, number, numbers, tick
+from .arithmetic import INF, ZERO, IllPosed, eliminated, extended, fields, form, integer, need, number, numbers, tick
 from .balls import Ball, ball, dot, exponential, identity, norm, plus, positive_definite, product, size
 
 FLOW_ORBIT = "method points left right pieces durations state half inverse radius bits"
@@ -388,4 +390,67 @@ def inside(G: Any, c: Any, X: Ball, stay: Any, sides: Any) -> bool:
         if k == DEEPEST:
             return False
         pending += [(k + 1, 2 * i, X), (k + 1, 2 * i + 1, product(half, X))]
+    return True
+
+
+def order_cones(samples: int, odd: bool) -> Iterator[list[list[int]]]:
+    """The steps that span ``(phi(sigma_i))_i`` for each ordering of ``sigma_i`` and 0; odd: of ``s_i sigma_i >= 0``.
+
+    Orderings in reverse, or with all signs turned, give the same forms and are left out.
+    """
+    if odd:
+        for order in permutations(range(samples)):
+            for signs in signings((1, -1), repeat=samples - 1):
+                s = (1, *signs)
+                yield [[s[i] * (i in order[cut:]) for i in range(samples)] for cut in range(samples)]
+        return
+    for order in permutations(range(samples + 1)):  # the last stands for 0
+        zero, cuts = order.index(samples), range(1, samples + 1)
+        if order[0] < order[-1]:
+            above = [(order[cut:], 1) if cut > zero else (order[:cut], -1) for cut in cuts]
+            yield [[sign * (i in side) for i in range(samples)] for side, sign in above]
+
+
+def window(rows: Any, odd: Any) -> list[list[Fraction]]:
+    """The form of up to 4 samples, a lower triangle of numbers, positive on their order cones."""
+    form(isinstance(rows, list) and len(rows) in (0, 2, 4, 6, 8) and type(odd) is bool, "a window has 1 to 4 samples")
+    half = [numbers(row, i) for i, row in enumerate(rows, 1)]
+    M = [[half[max(i, j)][min(i, j)] for j in range(len(half))] for i in range(len(half))]
+    need(not M or order_positive(M, odd), "w'M w > 0 fails on an order cone, or is undecided")
+    return M
+
+
+def order_positive(M: Any, odd: bool) -> bool:
+    """Whether ``w'M w > 0`` for ``w = (u, v) != 0`` with ``u`` and ``v`` in one order cone.
+
+    Then it is so for samples ``u = phi``, ``v = k sigma - phi`` of every ``phi`` with ``phi(0) = 0`` and slopes in
+    ``[0, k]``: from one ``sigma`` to the next both ascend.
+    """
+    p, a = len(M) // 2, unit(M)
+    M = [[v.numerator * (a // v.denominator) for v in row] for row in M]
+    for steps in order_cones(p, odd):
+        tick()
+        rays = [[(h, s) for h, s in enumerate(step, base) if s] for base in (0, p) for step in steps]
+        C = [[sum(a * b * M[i][j] for i, a in x for j, b in y) for y in rays] for x in rays]
+        if not copositive(C):
+            return False
+    return True
+
+
+def copositive(C: Any) -> bool:
+    """Whether ``x'C x > 0`` for all ``x >= 0`` but 0; False also where a submatrix that counts is singular.
+
+    Else the least value ``m <= 0`` on ``sum x = 1`` is attained with ``x > 0`` on some face, where ``B x = m (1, ..,
+    1)`` for the principal submatrix ``B``: each of its rows holds a negative entry, and ``B^-1 (1, .., 1) = x/m < 0``
+    if it is regular.
+    """
+    if min(C[i][i] for i in range(len(C))) <= 0:
+        return False
+    for count in range(2, len(C) + 1):
+        for face in combinations(range(len(C)), count):
+            B = [[C[i][j] for j in face] for i in face]
+            if all(min(row) < 0 for row in B):
+                solved = eliminated(B, [[Fraction(1)]] * count)
+                if solved is None or max(row[0] for row in solved) < 0:
+                    return False
     return True

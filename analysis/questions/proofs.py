@@ -14,7 +14,7 @@ from lure.analysis.certificates.sealing import Failure, check_for_class, guarded
 from lure.analysis.certificates.theory import Draft, theory_of
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.problem import Problem
-from lure.analysis.theorems.table import BEST, Theorem, Upper, row_of, theorems_for
+from lure.analysis.theorems.table import BEST, LAST, Theorem, Upper, row_of, theorems_for
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError, Reason
@@ -245,7 +245,10 @@ def candidates(asked: Problem, *, finite: bool) -> Iterator[Candidate]:
     for row in found:
         for bounds in row.bounds(nonlinearity_class):
             upper: Upper = Fraction(bounds.upper) if bounds.upper != math.inf else "finite" if finite else "inf"
-            yield Candidate(row.name, upper, partial(_decided, asked, row, bounds, finite=finite))
+            last = row.stage == LAST
+            if not (last and bounds.upper == math.inf and asked.criterion == BEST):  # it is about finite bounds
+                name = f"{row.name}, {LONG}" if last else row.name
+                yield Candidate(name, upper, partial(_decided, asked, row, bounds, finite=finite))
     slope = nonlinearity_class.slope
     if isinstance(plant, RationalPlant) and slope is not None and slope.upper != math.inf:
         for row in found:

@@ -17,14 +17,14 @@ from lure.analysis.questions.counterexample_search import critical, hurwitz, lin
 from lure.analysis.questions.largest import Stopped, meet
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.proofs import NOT_NEEDED, proved_answer, rank, reached, silent
-from lure.analysis.theorems.table import BEST, Theorem, theorems_for
+from lure.analysis.theorems.table import BEST, LAST, Theorem, theorems_for
 from lure.analysis.verdict import Answer, Bracket, Verdict, Witness
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
 
 Tell = Callable[[str, float], None]
 T = TypeVar("T")
-_LAST = 3  # the stage of the searches for nonlinear counterexamples
+_COUNTER = 3  # the stage of the searches for nonlinear counterexamples
 _ENOUGH = "what is proved and what is refuted meet without it"
 
 
@@ -181,13 +181,16 @@ def _steps(found: Findings, asking: Sequence[Theorem], shared: _Shared) -> Itera
     """The work for one question in ascending stages; what a closed gap makes needless is left out."""
     asked = found.asked
     yield _Step(0, "linear gains", found, lambda: _linear(found, shared))
-    for row in asking:
-        if row.stage > 0 and found.closed:
-            found.answers.append(silent(row.name, asked, _ENOUGH, theorem=NOT_NEEDED))
-        else:
-            yield _Step(row.stage, row.name, found, partial(_criterion, found, row, shared))
-    if asked.search == "full" and not found.closed:
-        yield _Step(_LAST, "counterexamples", found, lambda: _counterexamples(found, shared))
+    searches = [_Step(_COUNTER, "counterexamples", found, lambda: _counterexamples(found, shared))]
+    full = asked.search == "full"
+    rows = [_Step(row.stage, row.name, found, partial(_criterion, found, row, shared)) for row in asking]
+    late = full or asked.criterion != BEST
+    rows = [step for step in rows if late or step.stage < LAST]
+    for step in heapq.merge(rows, searches if full else [], key=lambda step: step.stage):
+        if step.stage == 0 or not found.closed:
+            yield step
+        elif step.stage != _COUNTER:
+            found.answers.append(silent(step.name, asked, _ENOUGH, theorem=NOT_NEEDED))
     found.complete = True
 
 

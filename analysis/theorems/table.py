@@ -25,7 +25,7 @@ Question = Literal["sector", "slope"]
 Time = Literal["continuous", "discrete"]
 Upper = Fraction | Literal["finite", "inf"]
 Multiplier = dict[str, Any]
-BEST = "best"
+BEST, LAST = "best", 4  # the stage after all searches
 _NEARBY = (Fraction(1), Fraction(9, 8), Fraction(2), Fraction(7, 8), Fraction(1, 2))
 _SHRINKING = tuple(1 - Fraction(1, 10**digits) for digits in (24, 18, 15, 12, 9, 6, 4, 3, 2, 1))
 
@@ -71,7 +71,8 @@ class Theorem:
     thorough : bool
         Whether ``decision`` takes ``effort="full"``, which takes minutes.
     stage : int
-        0: cheap and of interest by itself; 1: cheap; 2: dear.  Those of a later stage are asked while a gap is left.
+        0: cheap and of interest by itself; 1: cheap; 2: dear; 4: after the search for counterexamples, which is 3.
+        Those of a later stage are asked while a gap is left.
     aliases : tuple of str
         Other names to ask for it.
     channels : str
@@ -168,6 +169,15 @@ def _pair(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
 def _taps(answer: Answer, _upper: Upper) -> Iterator[Multiplier]:
     if "taps" in answer.parameters:
         yield {"taps": [[int(i), str(h)] for i, h in _mapping(answer.parameters["taps"]).items()]}
+
+
+def _windows(answer: Answer, upper: Upper) -> Iterator[Multiplier]:
+    """The taps and the form of the answer, for the class with this upper end."""
+    if "window" in answer.parameters and isinstance(upper, Fraction):
+        from lure.analysis.theorems.order_cone import certificate_multiplier
+
+        lower, odd = Fraction(answer.nonlinearity_class.sector.lower), answer.nonlinearity_class.odd
+        yield certificate_multiplier(answer.parameters, upper - lower, odd=odd)
 
 
 def _kernels(answer: Answer, upper: Upper) -> Iterator[Multiplier]:
@@ -306,6 +316,17 @@ TABLE = (  # in each stage the cheapest first
         largest="theorems.zames_falb_discrete:zames_falb_discrete_largest",
         decision="theorems.zames_falb_discrete:zames_falb_discrete_criterion",
         multipliers=_taps,
+    ),
+    Theorem(
+        name="order-cone",
+        title="forms of several samples, copositive on order cones, with Zames-Falb multipliers",
+        times=_MAP,
+        slope=True,
+        odd=True,
+        stage=LAST,
+        largest="theorems.order_cone:order_cone_largest",
+        decision="theorems.order_cone:order_cone_criterion",
+        multipliers=_windows,
     ),
 )
 CRITERIA = tuple(dict.fromkeys(row.name for row in TABLE))

@@ -224,6 +224,22 @@ def _ceiling(block: RationalPlant, discrete: DiscretePlant, *, odd: bool) -> tup
     return linear, f"linear gains are stable only below {text_above(linear)}"
 
 
+def best_multiplier(discrete: DiscretePlant, block: RationalPlant, *, odd: bool) -> tuple[Multiplier, float]:
+    """The best taps found and the largest slope that they prove, NaN for none.
+
+    Parameters
+    ----------
+    discrete : DiscretePlant
+        The shifted plant.
+    block : RationalPlant
+        The plant as given.
+    odd : bool
+        Whether taps may be negative.
+    """
+    ceiling, _ = _ceiling(block, discrete, odd=odd)
+    return _reach(discrete, ceiling, odd=odd, taps=None)
+
+
 def _reach(discrete: DiscretePlant, ceiling: float, *, odd: bool, taps: int | None) -> tuple[Multiplier, float]:
     """The best multiplier found and the certified upper slope, infinite for all finite ones, NaN for none."""
     target = 0.0

@@ -14,6 +14,7 @@ from lure.analysis.certificates.second.classes import Nonlinearities
 from lure.analysis.certificates.second.cover import require_cover
 from lure.analysis.certificates.second.matrix import require_matrix
 from lure.analysis.certificates.second.numerics import Laurent, X, to_fmpq
+from lure.analysis.certificates.second.order import require_positive_on_orders
 from lure.analysis.certificates.second.question import (
     Question,
     read_kernels,
@@ -22,7 +23,16 @@ from lure.analysis.certificates.second.question import (
     require_polynomial,
     require_written,
 )
-from lure.analysis.certificates.second.reading import Document, NotShown, number, record, require
+from lure.analysis.certificates.second.reading import (
+    Document,
+    NotShown,
+    flag,
+    listed,
+    number,
+    numbers,
+    record,
+    require,
+)
 from lure.analysis.certificates.second.systems import (
     Case,
     Delayed,
@@ -65,6 +75,8 @@ def require_on_circle(asked: Question, block: Shifted) -> None:
         taps = read_taps(given)
         require_legal(list(taps.values()), claim, strict=True)
         p = on_sum(block, taps_multiplier(taps), claim.inverse_gain)
+    elif asked.theorem == "order-cone":
+        p = _window(asked, block)
     else:
         q, width = number(record(given, "q")["q"]), claim.width
         require(q >= 0, "q is negative")
@@ -86,6 +98,28 @@ def require_on_circle(asked: Question, block: Shifted) -> None:
         p = on_response(block, one + difference.scaled(q), claim.inverse_gain, loss)
     require_written(asked, half_line(p), block, (fmpq_poly([1, 1]),))
     require(holds_on_circle(p, need), "the inequality does not hold on the unit circle")
+
+
+def _window(asked: Question, block: Shifted) -> fmpq_poly:
+    """``|d|^2 (Re[m G] - W* M W)``, ``G = 1 + w H``: each entry of ``M`` with the powers of ``z`` of its samples."""
+    found, width = record(asked.document.multiplier, "taps", "window", "odd"), asked.claim.width
+    if width is None:
+        raise NotShown("forms of several samples need a bound on the slope")
+    odd, taps = flag(found["odd"]), read_taps({"taps": found["taps"]})
+    rows = [numbers(row) for row in listed(found["window"])]
+    require(asked.claim.nonlinearities.odd or not odd, "the form is for odd nonlinearities")
+    require_legal(list(taps.values()), asked.claim, strict=False)
+    require_positive_on_orders(rows, odd=odd)
+    n, d = Laurent(block.n[0][1]), Laurent(block.d)
+    G, half = d + n.scaled(width), len(rows) // 2
+    total = (taps_multiplier(taps) * G * d.conjugate()).real_part()
+    samples = [Laurent(fmpq_poly([0] * i + [1])) for i in range(half)]
+    window = [z * d for z in samples] + [z * G.scaled(Fraction(-1)) for z in samples]
+    for i, row in enumerate(rows):
+        for j, value in enumerate(row):
+            once = (window[i].conjugate() * window[j]).real_part()
+            total -= to_fmpq(value if i == j else 2 * value) * once
+    return total
 
 
 def on_sum(block: Shifted, multiplier: Laurent, inverse_gain: Fraction) -> fmpq_poly:
@@ -132,8 +166,8 @@ def _finished(block: Shifted, real_part: fmpq_poly, n: Laurent, loss: Fraction) 
 
 SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
 CONTINUOUS = ("circle", "popov", "off-axis-circle", "park", "zames-falb")
-DISCRETE = ("circle", "zames-falb", "tsypkin", "tsypkin-odd", "jury-lee")
-SLOPES = ("off-axis-circle", "park", "zames-falb")  # those whose class is one of slopes, not a sector
+DISCRETE = ("circle", "zames-falb", "order-cone", "tsypkin", "tsypkin-odd", "jury-lee")
+SLOPES = ("off-axis-circle", "park", "zames-falb", "order-cone")  # those whose class is one of slopes, not a sector
 ROBUST = ("circle", "popov")  # those that cover the critical case, dead time and nonlinearities without upper bound
 
 
