@@ -15,8 +15,7 @@ from time import monotonic
 from typing import NamedTuple
 
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.arithmetic import Rejected
-from lure.analysis.certificates.channels import eliminated
+from lure.analysis.certificates.arithmetic import Rejected, eliminated
 from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
 from lure.analysis.certificates.sealing import Failure, checked, contains, guarded
 from lure.analysis.certificates.systems import class_entries, texts
