@@ -27,6 +27,19 @@ from .arithmetic import (
 MINUS = real(-1)
 
 
+def powers(M: Any) -> list[Form]:
+    """``sum M_ij z^(j - i)`` for the blocks ``(u, u)``, ``(u, v)``, ``(v, v)`` of ``M``, each over the last form."""
+    T, found, below = len(M) // 2, list[Form](), real(1, 0, 1)
+    for i, j in ((0, 0), (0, T), (T, T)):
+        total = Form()
+        for h in range(T):
+            for k in range(T):
+                turn = (real(1) + (S if k > h else MINUS * S)) ** (2 * abs(k - h)) * below ** (T - 1 - abs(k - h))
+                total = total + real(M[i + h][j + k]) * turn
+        found.append(total)
+    return [*found, below ** max(T - 1, 0)]
+
+
 class Block(NamedTuple):
     """``H = n/d`` on the axis; in discrete time ``z = (1 + s)/(1 - s)``, which takes 1 to 0 and -1 to infinity."""
 

@@ -27,7 +27,7 @@ from . import arithmetic as exact
 from . import channels, states
 from .arithmetic import INF, ZERO, Form, Rejected, S, fields, form, integer, need, number, numbers, posed, real
 from .balls import box, tail
-from .blocks import MINUS, Block, block, critical_end, identity, mirrored, over_s, realised, rod, shifted
+from .blocks import MINUS, Block, block, critical_end, identity, mirrored, over_s, powers, realised, rod, shifted
 
 X1 = real(1, 0, 1)  # |1 + s|^2
 FORMAT, CONVENTION = "lure-certificate/1", "sigma = H mu, mu = -phi(sigma)"
@@ -99,35 +99,21 @@ def multiplier(name: str, data: Any, B: Block, unbounded: bool) -> tuple[Form, F
         need(q >= 0 and not (ahead and unbounded and q), "q < 0, or q > 0 without a bound on the slope")
         step = (one + S) ** 2 + MINUS * X1 if ahead else X1 + (one if odd else MINUS) * (one + MINUS * S) ** 2  # p Z
         return X1, X1, real(q) * step, real(0, 0, 2 * q if ahead else 0), odd
-    need(name in ("zames-falb", "order-cone"), f"there is no theorem {name!r:.40} for this kind of proof")
-    M, odd = list[list[Fraction]](), False
-    if name == "order-cone":
-        need(not unbounded, "forms of several samples need a bound on the slope")
-        *given, rows, odd = fields(data, "taps", "window", "odd")
-        M, data = states.window(rows, odd), {"taps": given[0]}
+    if name == "order-cone":  # W* M W = uu - 2 Re[uv G] + vv |G|^2, over below, for W = (z^i, -G z^i), G = 1 + w H
+        M, own = states.window(data, unbounded)
+        m, p, *_, odd = multiplier("zames-falb", {"taps": data["taps"]}, B, unbounded)
+        uu, uv, vv, below = powers(M)
+        m, uu, uv, vv = m * below, p * uu, p * uv, p * vv
+        return m + real(2) * uv + MINUS * (uu + vv), p * below, uu + MINUS * vv, vv, own or odd
+    need(name == "zames-falb", f"there is no theorem {name!r:.40} for this kind of proof")
     theta, terms = kernels(data, B.discrete)
-    T = len(M) // 2
-    terms += [(ZERO, one, Fraction(1), T - 1)] * (T > 0)  # for the powers of z in W* M W
     top = {a: max(n for _, _, b, n in terms if b == a) for _, _, a, _ in terms}
     p = m = math.prod((real(a * a, 0, 1) ** n for a, n in top.items()), start=one)
     for c, h, a, n in terms:
         m = m + real(-c) * h * math.prod((real(b * b, 0, 1) ** (k - n * (a == b)) for b, k in top.items()), start=one)
     mass = sum(abs(c) for c, *_ in terms)
     need(mass <= 1 and (mass < 1 or not unbounded), f"the masses add up to {mass}: more than 1, or 1 without a bound")
-    odd, popov = odd or any(c < 0 for c, *_ in terms), S * real(theta) * p
-    # W* M W = uu - 2 Re[uv G] + vv |G|^2 for W = (z^i, -G z^i), G = 1 + w H
-    uu, uv, vv = (powers(M, i, j, max(top.values(), default=0)) for i, j in ((0, 0), (0, T), (T, T)))
-    return m + real(2) * uv + MINUS * (uu + vv), p, popov + uu + MINUS * vv, vv, odd
-
-
-def powers(M: Any, i: int, j: int, top: int) -> Form:
-    """``sum M_(i + h)(j + k) z^(k - h)``, ``h`` and ``k`` over half of ``M``, over ``(1 + omega^2)^top``."""
-    found, T = Form(), len(M) // 2
-    for h in range(T):
-        for k in range(T):
-            turn = (real(1) + (S if k > h else MINUS * S)) ** (2 * abs(k - h)) * X1 ** (top - abs(k - h))
-            found = found + real(M[i + h][j + k]) * turn
-    return found
+    return m, p, S * real(theta) * p, none, any(c < 0 for c, *_ in terms)
 
 
 def kernels(data: Any, discrete: bool) -> tuple[Fraction, list[tuple[Fraction, Form, Fraction, int]]]:

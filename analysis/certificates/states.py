@@ -411,13 +411,15 @@ def order_cones(samples: int, odd: bool) -> Iterator[list[list[int]]]:
             yield [[sign * (i in side) for i in range(samples)] for side, sign in above]
 
 
-def window(rows: Any, odd: Any) -> list[list[Fraction]]:
-    """The form of up to 4 samples, a lower triangle of numbers, positive on their order cones."""
+def window(data: Any, unbounded: bool) -> tuple[list[list[Fraction]], bool]:
+    """The form of up to 4 samples, a lower triangle of numbers, positive on their order cones; if for odd ones only."""
+    _, rows, odd = fields(data, "taps", "window", "odd")
     form(isinstance(rows, list) and len(rows) in (0, 2, 4, 6, 8) and type(odd) is bool, "a window has 1 to 4 samples")
+    need(not unbounded, "forms of several samples need a bound on the slope")
     half = [numbers(row, i) for i, row in enumerate(rows, 1)]
     M = [[half[max(i, j)][min(i, j)] for j in range(len(half))] for i in range(len(half))]
     need(not M or order_positive(M, odd), "w'M w > 0 fails on an order cone, or is undecided")
-    return M
+    return M, odd
 
 
 def order_positive(M: Any, odd: bool) -> bool:
