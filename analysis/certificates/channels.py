@@ -6,12 +6,12 @@ Standard library only.  Every function raises ``Rejected`` unless what it is ask
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import accumulate, product
+from itertools import accumulate, pairwise, product
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from . import states
-from .arithmetic import INF, ZERO, S, eliminated, fields, form, integer, need, numbers, real, tick
+from .arithmetic import INF, ZERO, S, eliminated, fields, form, integer, need, number, numbers, real, tick
 from .balls import dot, positive_definite
 
 MOST_STATES, MOST_CHANNELS = 200, 50
@@ -139,6 +139,9 @@ def proved(name: str, data: Any, system: Any, asked: Channels, proof: Any) -> tu
     (discrete: the difference of ``V``) negative definite in ``(x, phi)``, where the form of ``Pi`` is nonnegative.
     """
     H = plant(system)
+    if name == "constant-gains":
+        fields(data)
+        return gain_box(H, asked, *fields(proof, "method", "tree")), ""
     need(name in THEOREMS, f"there is no theorem {name!r:.40} for several nonlinearities")
     (full, popov), n, m = THEOREMS[name], len(H.A), len(H.D)
     parts = ["N"] * (full and isinstance(data, dict) and "N" in data)
@@ -300,6 +303,77 @@ def refuted(system: Any, asked: Channels, proof: Any) -> tuple[int, dict[str, st
         at = "z = 1" if H.discrete else "s = 0"
         return 2, {"root": f"with the gains {words} the loop has an eigenvalue {at}, the others strictly inside"}
     return 1, {"root": f"with the gains {words} the loop has an eigenvalue not strictly inside, by Routh's array"}
+
+
+def gain_box(H: Plant, asked: Channels, method: Any, tree: Any) -> dict[str, str]:
+    """Constant gains: ``p(s, G) = det(1 + G D) det(s - A + B G (1 + D G)^-1 C)`` has no root with ``Re s >= 0``.
+
+    It is affine in each gain, so that its values in a box lie in the convex hull of those at the vertices (mapping
+    theorem).  A leaf of the tree splits the frequencies, and says for each part a direction ``u`` with ``Re u* p(i
+    omega, G) > 0`` at every vertex: no gain of the box has a root on the axis.  The leading coefficient keeps its sign,
+    and the roots at one vertex lie to the left: they do for every gain.  In discrete time ``z = (1 + s)/(1 - s)``.
+    """
+    form(method == "hull", "constant gains are proved by convex hulls")
+    m, known = len(H.D), dict[tuple[Fraction, ...], tuple[Fraction, exact.Form]]()
+    need(all(family.linear for family in asked.families), "a class is not one of constant gains")
+    need(INF not in [abs(end) for i in range(m) for end in asked.bounds(i)], "a channel has no finite bounds")
+    need(m <= MOST_VERTICES, f"boxes of gains have up to {MOST_VERTICES} channels")
+    low, high = ([asked.bounds(block[0])[end] for block in asked.blocks] for end in (0, 1))
+    pending, leaves = [(tree, low, high)], 0
+    start = polynomial(H, [low[j] for j, block in enumerate(asked.blocks) for _ in block])
+    need(
+        start[0] != 0 and top(start[1]) == len(H.A) and exact.hurwitz(start[1]),
+        "the loop at the lower bounds is unstable",
+    )
+    signs = [start[0] > 0, lead(start[1]) > 0]
+    while pending:
+        tick()
+        node, low, high = pending.pop()
+        if isinstance(node, dict) and "split" in node:
+            (which, at), parts = fields(node, "split", "parts")
+            j, at = integer(which, 0, len(low) - 1), number(at)
+            form(isinstance(parts, list) and len(parts) == 2 and low[j] < at < high[j], "a box is split into two")
+            pending += [
+                (parts[0], low, [*high[:j], at, *high[j + 1 :]]),
+                (parts[1], [*low[:j], at, *low[j + 1 :]], high),
+            ]
+            continue
+        omega, directions = fields(node, "omega", "directions")
+        leaves += 1
+        ends: list[Any] = [ZERO, *(numbers(omega) if omega else []), None]
+        form(isinstance(directions, list) and len(directions) == len(ends) - 1, "each part has one direction")
+        need(all(a < b for a, b in pairwise(ends[:-1])), "the frequencies are not in order")
+        turns = [exact.Form({(ZERO, 0): (a, -b)}) for a, b in (numbers(pair, 2) for pair in directions)]
+        for vertex in product(*((low[j], high[j]) for j, block in enumerate(asked.blocks) for _ in block)):
+            if vertex not in known:
+                known[vertex] = polynomial(H, list(vertex))
+            det, p = known[vertex]
+            kept = det != 0 and top(p) == len(H.A) and [det > 0, lead(p) > 0] == signs
+            need(kept, "1 + G D, or a leading coefficient, changes its sign")
+            for turn, (a, b) in zip(turns, pairwise(ends)):
+                need(exact.positive((p * turn).part(), a, b), "a convex hull is not shown to exclude 0")
+    found = f"no gain of the class has a root on the axis: {leaves} boxes, each the convex hull of its vertices"
+    return {"stable": "the loop at the lower bounds is asymptotically stable", "gains": found}
+
+
+def polynomial(H: Plant, gains: list[Fraction]) -> tuple[Fraction, exact.Form]:
+    """``det(1 + G D)``, and it times the characteristic polynomial of the loop, on the axis; 0 if there is no loop."""
+    whole = [[(i == j) + g * v for j, v in enumerate(row)] for i, (g, row) in enumerate(zip(gains, H.D))]
+    det, closed, n = characteristic(whole)[-1] * (-1) ** len(whole), closed_by(H, gains), len(H.A)
+    if closed is None:
+        return ZERO, exact.Form()
+    up, down = (real(1) + S, real(1) + exact.MINUS * S) if H.discrete else (S, real(1))
+    return det, exact.homogeneous([det * c for c in characteristic(closed)], up, down, n)
+
+
+def top(p: exact.Form) -> int:
+    """The degree."""
+    return max((n for _, n in p), default=-1)
+
+
+def lead(p: exact.Form) -> Fraction:
+    """The leading coefficient of ``p(s)``."""
+    return exact.ascending(p)[top(p)]
 
 
 def member(data: Any, asked: Channels) -> list[Fraction]:

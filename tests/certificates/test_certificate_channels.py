@@ -60,6 +60,19 @@ ORTHANTS = {
     "multiplier": {"Pi": [["5/4"], ["0", "1/4"], ["1/2", "0", "-7/4"], ["0", "5", "0", "-7/4"]], "N": [PART, PART]},
 }
 FULL_POPOV = {**FULL, "theorem": "full-block-popov", "multiplier": FULL["multiplier"] | {"theta": ["1/10", "-1/100"]}}
+# constant gains: p = (s + 1 + g)(s + 2 + h) = (a + s)(b + s), a in [1/2, 2], b in [2, 7]; at s = i omega the parts ab -
+# omega^2 and (a + b) omega add up to more than 0 for omega <= 2, and for omega >= 2 the second exceeds the first
+LEAF = {"omega": ["2"], "directions": [["1", "1"], ["-1", "1"]]}
+GAINS = {
+    **PROOF,
+    "laws": {
+        "channels": [nonlinearity(*ends, slope=True, odd=True, linear=True) for ends in (("-1/2", 1), (0, 5))],
+        "repeated": False,
+    },
+    "theorem": "constant-gains",
+    "multiplier": {},
+    "proof": {"method": "hull", "tree": {"split": [1, "3"], "parts": [LEAF, LEAF]}},
+}
 # x+ = -G (..) with the matrix [[0, 2 g], [2 h, 0]] of the loop: (g, h) = (1, 0), then (0, 1) multiply x_2 by 4
 JUMPING = {
     "verdict": "REFUTED",
@@ -98,7 +111,7 @@ def changed(draft, *path_and_value):
 @pytest.mark.parametrize(
     "draft",
     [
-        *(PROOF, POPOV, FULL, FULL_POPOV, ORTHANTS),
+        *(PROOF, POPOV, FULL, FULL_POPOV, ORTHANTS, GAINS),
         *(changed(one, "laws", "channels", 0, "time_varying", True) for one in (PROOF, FULL, ORTHANTS)),
     ],
 )
@@ -202,9 +215,21 @@ CONVEX = [["1/4"], ["0", "1/4"], ["-9/2", "0", "9"], ["0", "5", "0", "-2"]]
         (ORTHANTS, ("laws", "channels", 1, "sector", ["0", "6"])),
         (FULL_POPOV, ("laws", "channels", 0, "time_varying", True)),
         (FULL_POPOV, ("system", "time", "discrete")),
+        (GAINS, ("laws", "channels", 0, "linear", False)),  # nothing is shown of gains that depend on sigma
+        (GAINS, ("laws", "channels", 0, nonlinearity(-1, 1, linear=True))),  # a root at 0
+        (GAINS, ("laws", "channels", 0, nonlinearity("-1/2", 50, linear=True))),
+        (GAINS, ("laws", "channels", 1, nonlinearity(0, 3, linear=True))),  # split at an end
+        (GAINS, ("proof", "tree", "parts", [LEAF])),
+        (GAINS, ("proof", "tree", "split", [2, "3"])),
+        (GAINS, ("proof", "tree", "parts", 0, "omega", ["3"])),  # 1 + 15/2 - 9 < 0 for a = 1/2, b = 2
+        (GAINS, ("proof", "tree", "parts", 1, "omega", ["2", "2"])),
+        (GAINS, ("proof", "tree", "parts", 1, "directions", [["1", "1"]])),
+        (GAINS, ("proof", "tree", "parts", 0, "directions", 1, ["1", "1"])),
+        (GAINS, ("system", "D", [["-2", "0"], ["0", "0"]])),  # 1 + g D changes its sign
+        (GAINS, ("system", "A", [["-1", "9"], ["9", "-2"]])),
     ],
 )
-def test_a_full_block_multiplier_that_was_tampered_with_is_accepted_by_neither(draft, path):
+def test_a_proof_of_another_kind_that_was_tampered_with_is_accepted_by_neither(draft, path):
     accepted = json.loads(json.dumps(dict(settled(draft).certificate)))
     with pytest.raises((Rejected, Malformed)):
         check(changed(accepted, *path))

@@ -21,16 +21,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import product
+from itertools import pairwise, product
 
-from flint import arb, arb_mat, fmpq_mat, fmpz
+from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly, fmpz
 
 from lure.analysis.certificates.second import classes as claims
 from lure.analysis.certificates.second.classes import Nonlinearities, read_nonlinearities
 from lure.analysis.certificates.second.matrix import BITS, LARGEST_EXPONENT, positive_definite, triangle
 from lure.analysis.certificates.second.numerics import (
+    X,
     ball,
+    even_odd,
     half_plane_counts,
+    positive_from_zero,
     to_fmpq,
     to_fraction,
     working_precision,
@@ -41,6 +44,7 @@ from lure.analysis.certificates.second.reading import (
     count,
     listed,
     mapping,
+    number,
     numbers,
     record,
     require,
@@ -48,7 +52,7 @@ from lure.analysis.certificates.second.reading import (
 )
 from lure.analysis.certificates.second.systems import mapped
 
-LARGEST, MOST_VERTICES, LONGEST, SQUARINGS = 400, 10, 10_000, 80
+LARGEST, MOST_VERTICES, MOST_BOXES, LONGEST, SQUARINGS = 400, 10, 20_000, 10_000, 80
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,6 +147,9 @@ def _repeated(stated: object, m: int) -> tuple[int, ...]:
 
 
 def _proved(document: Document, asked: Asked) -> None:
+    if document.theorem == "constant-gains":
+        _require_gains(document, asked)
+        return
     m, (kind, _, theorem) = asked.D.nrows(), document.theorem.rpartition("-")
     popov, full = theorem == "popov", kind == "full-block"
     require(theorem in ("circle", "popov") and (full or kind == "diagonal"), "the theorem is not one for channels")
@@ -173,6 +180,72 @@ def _proved(document: Document, asked: Asked) -> None:
             if all(map(positive_definite, forms)):
                 return
     raise NotShown("V, the multiplier or the matrix of the inequality is not shown to be positive definite")
+
+
+def _require_gains(document: Document, asked: Asked) -> None:
+    """Check boxes of constant gains: at each frequency the vertices of a box lie in one open half-plane."""
+    record(document.multiplier)
+    proof, bounds = record(document.proof, "method", "tree"), asked.bounds
+    require(proof["method"] == "hull", "the method does not fit the theorem")
+    require(all(one.linear for one in asked.nonlinearities), "a class is not one of constant gains")
+    require(len(bounds) <= MOST_VERTICES, "there are too many channels for boxes of gains")
+    firsts = sorted(set(asked.repeated))
+    of = [firsts.index(first) for first in asked.repeated]  # which gain of the box a channel has
+    least = [bounds[first][0] for first in firsts]
+    det, p = _characteristic(asked, [least[j] for j in of])
+    n, counts = asked.A.nrows(), half_plane_counts(p)
+    require(p.degree() == n and counts.axis == counts.right == 0, "the loop at the lower bounds is unstable")
+    signs, known = (det > 0, p[n] > 0), dict[tuple[Fraction, ...], fmpq_poly]()
+    pending, boxes = [(proof["tree"], least, [bounds[first][1] for first in firsts])], 0
+    while pending:
+        tick()
+        node, low, high = pending.pop()
+        found, boxes = mapping(node), boxes + 1
+        require(boxes <= MOST_BOXES, "there are too many boxes")
+        if "split" in found:
+            which, value = listed(record(found, "split", "parts")["split"])
+            j, at, parts = count(which), number(value), listed(found["parts"])
+            require(len(parts) == 2 and j < len(low) and low[j] < at < high[j], "a box is not split into two")
+            left, right = list(high), list(low)
+            left[j] = right[j] = at
+            pending += [(parts[0], low, left), (parts[1], right, high)]
+            continue
+        record(found, "omega", "directions")
+        omega = [number(v) for v in listed(found["omega"])]
+        directions = [numbers(pair) for pair in listed(found["directions"])]
+        ends: list[Fraction | None] = [Fraction(0), *omega, None]
+        require(all(a < b for a, b in pairwise([Fraction(0), *omega])), "the frequencies are not in order")
+        require([len(pair) for pair in directions] == [2] * (len(ends) - 1), "each part has one direction")
+        for corner in product(*((low[j], high[j]) for j in of)):
+            if corner not in known:
+                det, p = _characteristic(asked, corner)
+                require(p.degree() == n and (det > 0, p[n] > 0) == signs, "a leading coefficient changes its sign")
+                known[corner] = p
+            for (a, b), (real, imaginary) in zip(pairwise(ends), directions, strict=True):
+                even, odd = (half(X * X) for half in even_odd(known[corner]))
+                line = to_fmpq(real) * even + to_fmpq(imaginary) * X * odd  # Re u* (e + i w o)
+                require(_positive_between(line, a, b), "the vertices are not shown to lie in a half-plane")
+
+
+def _characteristic(asked: Asked, gains: Sequence[Fraction]) -> tuple[fmpq, fmpq_poly]:
+    """``det(1 + D G)``, and it times ``det(s - A + B G (1 + D G)^-1 C)``; in discrete time ``z = (1 + s)/(1 - s)``."""
+    closed = _closed(asked, gains)
+    if closed is None:
+        raise NotShown("with some of the gains the loop has no solution")
+    det = (_diagonal([Fraction(1)] * len(gains)) + asked.D * _diagonal(gains)).det()
+    p = closed.charpoly()
+    return det, det * (mapped(p, p.degree()) if asked.discrete else p)
+
+
+def _positive_between(p: fmpq_poly, low: Fraction | None, high: Fraction | None) -> bool:
+    """Whether ``p > 0`` on ``[low, high]``; None: on ``[low, inf)``.  By ``x = (low + high y)/(1 + y)``, ``y >= 0``."""
+    a = to_fmpq(low or Fraction(0))
+    if high is None:
+        return positive_from_zero(p(X + a))
+    b, whole, power = to_fmpq(high), fmpq_poly([0]), fmpq_poly([1])
+    for c in reversed(p.coeffs()):
+        whole, power = whole * (X * b + a) + c * power, power * (X + 1)
+    return bool(p(b) > 0) and positive_from_zero(whole)
 
 
 def _diagonal_multiplier(weights: Sequence[Fraction], asked: Asked) -> fmpq_mat:

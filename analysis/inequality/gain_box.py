@@ -1,0 +1,178 @@
+r"""Constant gains in a box, in floating point: at each frequency a direction in which the vertices of a box lie.
+
+``p(s, G) = det(1 + G D) det(s - A + B G (1 + D G)^{-1} C)`` is affine in each gain, so that ``p(i omega, G)`` stays in
+the convex hull of its values at the vertices.  Where that holds 0 the box is split, along the gain that moves ``p``
+most.  A tree of boxes with directions is proposed; a checker decides with exact polynomials.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.gains import simplest_between
+from lure.arrays import NDArray, Reals, np
+
+MOST_STATES, MOST_CHANNELS = 24, 6
+_LEAVES, _GRID, _DEEPEST = 400, 160, 40
+_ROOM = 1e-7  # of the half turn that the vertices may fill
+_KEPT = 0.02  # of the half turn: what is left beside the vertices where a direction is kept for the next frequency
+
+
+@dataclass
+class GainBox:
+    """The search for one plant.
+
+    Parameters
+    ----------
+    A, B, C, D : ndarray
+        (n, n), (n, m), (m, n) and (m, m) [floating point].
+    blocks : tuple of range
+        The channels with one gain each.
+    discrete : bool
+        Whether in discrete time.
+    """
+
+    A: Reals
+    B: Reals
+    C: Reals
+    D: Reals
+    blocks: tuple[range, ...]
+    discrete: bool
+
+    def __post_init__(self) -> None:
+        poles = np.linalg.eigvals(self.A).astype(complex)
+        if self.discrete:  # omega is the tangent of half the angle
+            poles = (poles - 1) / np.where(np.abs(poles + 1) < 1e-9, 1e-9, poles + 1)
+        size = np.abs(poles)[np.abs(poles) > 1e-9]
+        low, high = (float(size.min()), float(size.max())) if size.size else (1.0, 1.0)
+        near = [abs(p.imag) + abs(p.real) * np.linspace(-2, 2, 9) for p in poles]
+        points = np.concatenate([[0.0], np.geomspace(low / 1e3, high * 1e4, _GRID), *near])
+        self.omega = np.unique(points[points >= 0])
+
+    def values(self, gains: Reals, omega: Reals) -> NDArray[np.complex128]:
+        """``p(i omega, G)`` up to a positive factor for each ``omega``: (vertices, frequencies).
+
+        Parameters
+        ----------
+        gains : ndarray
+            (vertices, m).
+        omega : ndarray
+            Frequencies.
+        """
+        n, m = self.B.shape
+        s = 1j * omega
+        left, right = ((1 + s), (1 - s)) if self.discrete else (s, np.ones_like(s))
+        table = np.zeros((len(gains), len(omega), n + m, n + m), dtype=complex)
+        scale = (1 + np.abs(omega))[:, None, None]
+        table[:, :, :n, :n] = (left[:, None, None] * np.eye(n) - right[:, None, None] * self.A) / scale
+        table[:, :, :n, n:] = -right[:, None, None] * self.B / scale
+        table[:, :, n:, :n] = (gains[:, :, None] * self.C)[:, None]
+        table[:, :, n:, n:] = (np.eye(m) + gains[:, :, None] * self.D)[:, None]
+        return np.asarray(np.linalg.det(table))
+
+    def _vertices(self, low: Reals, high: Reals) -> Reals:
+        ends = np.array(list(product(*(((0, 1),) * sum(len(block) for block in self.blocks)))))
+        of = [j for j, block in enumerate(self.blocks) for _ in block]
+        return np.asarray(np.where(ends == 1, high[of], low[of]))
+
+    def tree(self, low: list[Fraction], high: list[Fraction]) -> dict[str, Any] | None:
+        """The tree of a certificate for the box; None where a gain of it seems to have a root on the axis.
+
+        Parameters
+        ----------
+        low, high : list of Fraction
+            Ends of the gain of each block.
+        """
+        self.leaves = 0
+        return self._node(low, high, 0)
+
+    def _node(self, low: list[Fraction], high: list[Fraction], depth: int) -> dict[str, Any] | None:
+        checkpoint()
+        self.leaves += 1
+        if self.leaves > _LEAVES or depth > _DEEPEST:
+            return None
+        ends = np.array([float(v) for v in low]), np.array([float(v) for v in high])
+        vertices = self._vertices(*ends)
+        values = self.values(vertices, self.omega)
+        found = self._directions(vertices, values)
+        if isinstance(found, dict):
+            return found
+        if self._unstable(ends[0]) or self._unstable(ends[1]):
+            return None
+        which = self._widest(vertices, values[:, found])
+        at = simplest_between(low[which] + (high[which] - low[which]) / 3, high[which] - (high[which] - low[which]) / 3)
+        first = self._node(low, [*high[:which], at, *high[which + 1 :]], depth + 1)
+        second = None if first is None else self._node([*low[:which], at, *low[which + 1 :]], high, depth + 1)
+        return None if second is None else {"split": [which, str(at)], "parts": [first, second]}
+
+    def _unstable(self, gains: Reals) -> bool:
+        of = [j for j, block in enumerate(self.blocks) for _ in block]
+        G = np.diag(gains[of])
+        closed = self.A - self.B @ G @ np.linalg.solve(np.eye(len(G)) + self.D @ G, self.C)
+        values = np.linalg.eigvals(closed)
+        return bool((np.abs(values).max() - 1 if self.discrete else values.real.max()) >= 0)
+
+    def _widest(self, vertices: Reals, values: NDArray[np.complex128]) -> int:
+        """The block whose gain moves the values most."""
+        moved = []
+        for block in self.blocks:
+            upper = (vertices[:, list(block)] == vertices[:, list(block)].max(axis=0)).all(axis=1)
+            lower = (vertices[:, list(block)] == vertices[:, list(block)].min(axis=0)).all(axis=1)
+            moved.append(float(np.abs(values[upper].mean() - values[lower].mean())))
+        return int(np.argmax(moved))
+
+    def _directions(self, vertices: Reals, values: NDArray[np.complex128]) -> dict[str, Any] | int:
+        """A leaf: where the directions change, and they; or the number of a frequency at which there is none."""
+        middle, spread = _arcs(values)
+        if spread.max() >= np.pi * (1 - _ROOM):
+            return int(spread.argmax())
+        omega, directions = list[float](), [float(middle[0])]
+        for k in range(1, len(middle)):
+            if self._within(directions[-1], values[:, k]) and self._between(directions[-1], vertices, k):
+                continue
+            shared = _arcs(values[:, k - 1 : k + 1].reshape(-1, 1))
+            if shared[1][0] >= np.pi * (1 - _ROOM):  # they turn fast: look between
+                points = np.linspace(self.omega[k - 1], self.omega[k], 9)
+                wide = _arcs(self.values(vertices, points))[1]
+                if wide.max() >= np.pi * (1 - _ROOM):
+                    return k
+                if omega and omega[-1] >= points[0]:
+                    omega.pop()
+                    directions.pop()
+                for i in range(8):
+                    omega.append(float(points[i]))
+                    directions.append(float(_arcs(self.values(vertices, points[i : i + 2]).reshape(-1, 1))[0][0]))
+                omega.append(float(points[8]))
+                directions.append(float(middle[k]))
+                continue
+            omega.append(float(self.omega[k - 1]))
+            directions.append(float(shared[0][0]))
+        exact = [str(Fraction(v)) for v in omega]
+        if any(a >= b for a, b in zip([0.0, *omega], omega, strict=False)):
+            return len(self.omega) - 1
+        pairs = [[str(round(np.cos(a) * 2**20)), str(round(np.sin(a) * 2**20))] for a in directions]
+        return {"omega": exact, "directions": pairs}
+
+    def _within(self, direction: float, values: NDArray[np.complex128]) -> bool:
+        turned = np.angle(values * np.exp(-1j * direction))
+        return bool(np.abs(turned).max() < np.pi / 2 * (1 - _KEPT))
+
+    def _between(self, direction: float, vertices: Reals, k: int) -> bool:
+        """Whether the direction serves between a frequency of the grid and the one before."""
+        points = np.linspace(self.omega[k - 1], self.omega[k], 5)[1:-1]
+        return self._within(direction, self.values(vertices, points).ravel())
+
+
+def _arcs(values: NDArray[np.complex128]) -> tuple[Reals, Reals]:
+    """Middle and length of the shortest arc that holds all angles, for each column."""
+    angles = np.sort(np.angle(values), axis=0)
+    gaps = np.vstack([np.diff(angles, axis=0), angles[:1] + 2 * np.pi - angles[-1:]])
+    at = gaps.argmax(axis=0)
+    columns = np.arange(values.shape[1])
+    spread = 2 * np.pi - gaps[at, columns]
+    start = angles[(at + 1) % len(angles), columns]
+    return start + spread / 2, spread
