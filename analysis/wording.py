@@ -139,7 +139,7 @@ def destroys(shown: Refuted) -> str:
     moves = conclusion.endswith("converge to an equilibrium")
     does = "makes the loop oscillate" if moves and _method(shown) in _ORBITS else _DOES[conclusion]
     verb, _, rest = does.partition(" ")
-    return f"{verb[:-1]} {rest}" if _method(shown) == "linear-gains" else does
+    return f"{verb[:-1]} {rest}" if _method(shown) in ("linear-gains", "switched-gains") else does
 
 
 def counterexample(shown: Refuted) -> str:
@@ -156,6 +156,10 @@ def counterexample(shown: Refuted) -> str:
         return "phi = 0" if gain == 0 else f"phi = {_near(gain)} sigma"
     if method == "linear-gains":
         return f"the gains {', '.join(_near(Fraction(gain)) for gain in proof['gains'])}"
+    if method == "switched-gains":
+        first, second = (", ".join(_near(Fraction(gain)) for gain in row) for row in proof["gains"][:2])
+        more = f" and {len(proof['gains']) - 2} more" if len(proof["gains"]) > 2 else ""
+        return f"the gains ({first}), then ({second}){more}, over and over again"
     if method == "crossing":
         return f"phi = k sigma with k about {_near(Fraction(proof['gains'][0]))}"
     if method == "switched-gain":

@@ -309,9 +309,10 @@ def gain_box(H: Plant, asked: Channels, method: Any, tree: Any) -> dict[str, str
     """Constant gains: ``p(s, G) = det(1 + G D) det(s - A + B G (1 + D G)^-1 C)`` has no root with ``Re s >= 0``.
 
     It is affine in each gain, so that its values in a box lie in the convex hull of those at the vertices (mapping
-    theorem).  A leaf of the tree splits the frequencies, and says for each part a direction ``u`` with ``Re u* p(i
-    omega, G) > 0`` at every vertex: no gain of the box has a root on the axis.  The leading coefficient keeps its sign,
-    and the roots at one vertex lie to the left: they do for every gain.  In discrete time ``z = (1 + s)/(1 - s)``.
+    theorem); where several channels have one gain, of the means over the vertices with equally many at the upper end,
+    Bernstein's coefficients.  A leaf of the tree splits the frequencies, and says for each part a direction ``u`` with
+    ``Re u* p(i omega) > 0`` for these: no gain of the box has a root on the axis.  The leading coefficient keeps its
+    sign, and the roots at one vertex lie to the left: so they do for every gain.  Discrete: ``z = (1 + s)/(1 - s)``.
     """
     form(method == "hull", "constant gains are proved by convex hulls")
     m, known = len(H.D), dict[tuple[Fraction, ...], tuple[Fraction, exact.Form]]()
@@ -344,10 +345,16 @@ def gain_box(H: Plant, asked: Channels, method: Any, tree: Any) -> dict[str, str
         form(isinstance(directions, list) and len(directions) == len(ends) - 1, "each part has one direction")
         need(all(a < b for a, b in pairwise(ends[:-1])), "the frequencies are not in order")
         turns = [exact.Form({(ZERO, 0): (a, -b)}) for a, b in (numbers(pair, 2) for pair in directions)]
-        for vertex in product(*((low[j], high[j]) for j, block in enumerate(asked.blocks) for _ in block)):
-            if vertex not in known:
-                known[vertex] = polynomial(H, list(vertex))
-            det, p = known[vertex]
+        groups = dict[tuple[int, ...], tuple[Fraction, exact.Form]]()
+        for ends_of in product((0, 1), repeat=m):
+            at_ends = tuple((low[j], high[j])[ends_of[i]] for j, block in enumerate(asked.blocks) for i in block)
+            if at_ends not in known:
+                known[at_ends] = polynomial(H, list(at_ends))
+            key = tuple(sum(ends_of[i] for i in block) for block in asked.blocks)
+            det, p = groups.get(key, (ZERO, exact.Form()))
+            need(known[at_ends][0] != 0, "1 + G D is singular at a vertex")
+            groups[key] = det + known[at_ends][0], p + known[at_ends][1]
+        for det, p in groups.values():
             kept = det != 0 and top(p) == len(H.A) and [det > 0, lead(p) > 0] == signs
             need(kept, "1 + G D, or a leading coefficient, changes its sign")
             for turn, (a, b) in zip(turns, pairwise(ends)):

@@ -141,5 +141,5 @@ class ChannelInequality(ShiftedLoop):
         scaled = [v / w for v, w in zip(weights, widths, strict=True)]  # for psi (w sigma - psi)
         plain, ends = (np.diag([float(v) for v in side]) for side in (weights, scaled))
         multiplier = {"lambda": [*map(str, scaled)]} | self.popovs(theta)
-        for P in self.solutions(np.block([[0 * plain, plain], [plain, -2 * ends]]), theta, lower):
-            yield Proposal(*P, multiplier)
+        for proof in self.solutions(np.block([[0 * plain, plain], [plain, -2 * ends]]), theta, lower):
+            yield Proposal(multiplier, proof)

@@ -159,8 +159,8 @@ class FullBlockInequality(ShiftedLoop):
             if parts:
                 multiplier["N"] = [_texts(_congruent(_exact(part, grid), ends)) for part in parts]
             near = np.array([[float(v) for v in row] for row in Pi])
-            for P in self.solutions(near, theta, lower):
-                yield Proposal(*P, multiplier | self.popovs(theta))
+            for proof in self.solutions(near, theta, lower):
+                yield Proposal(multiplier | self.popovs(theta), proof)
 
     def _lacking(self, Pi: NDArray[np.float64], parts: list[NDArray[np.float64]]) -> float:
         """By how much the forms that are to be nonnegative fall below 0."""

@@ -1,35 +1,41 @@
 r"""Constant gains in a box, in floating point: at each frequency a direction in which the vertices of a box lie.
 
 ``p(s, G) = det(1 + G D) det(s - A + B G (1 + D G)^{-1} C)`` is affine in each gain, so that ``p(i omega, G)`` stays in
-the convex hull of its values at the vertices.  Where that holds 0 the box is split, along the gain that moves ``p``
-most.  A tree of boxes with directions is proposed; a checker decides with exact polynomials.
+the convex hull of its values at the vertices; where several channels have one gain, of their means over the vertices
+with equally many at the upper end (Bernstein's coefficients).  Where that holds 0 the box is split, along the gain that
+moves ``p`` most.  A tree of boxes with directions is proposed; a checker decides with exact polynomials.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
-from typing import Any
+from typing import Any, ClassVar
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.gains import simplest_between
+from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.arrays import NDArray, Reals, np
 
 MOST_STATES, MOST_CHANNELS = 24, 6
-_LEAVES, _GRID, _DEEPEST = 400, 160, 40
+_LEAVES, _ALL_LEAVES, _GRID, _DEEPEST = 150, 500, 320, 40
+_PARTS = 8  # of a step where the values turn fast
 _ROOM = 1e-7  # of the half turn that the vertices may fill
-_KEPT = 0.02  # of the half turn: what is left beside the vertices where a direction is kept for the next frequency
+_KEPT = 0.03  # cosine of the angle to the values up to which a direction is kept for the next frequency
 
 
 @dataclass
-class GainBox:
-    """The search for one plant.
+class GainBox(ChannelSearch):
+    """The search for one plant and lower bounds.
 
     Parameters
     ----------
     A, B, C, D : ndarray
         (n, n), (n, m), (m, n) and (m, m) [floating point].
+    lower : ndarray
+        (m,) lower bounds.
     blocks : tuple of range
         The channels with one gain each.
     discrete : bool
@@ -40,10 +46,17 @@ class GainBox:
     B: Reals
     C: Reals
     D: Reals
+    lower: Reals
     blocks: tuple[range, ...]
     discrete: bool
 
+    precision: ClassVar[float] = 1e-5
+
     def __post_init__(self) -> None:
+        self.ends = np.array(list(product((0, 1), repeat=len(self.D))))
+        counts = np.stack([self.ends[:, list(block)].sum(axis=1) for block in self.blocks], axis=1)
+        self.counts, which = np.unique(counts, axis=0, return_inverse=True)
+        self.groups, self.leaves = [np.flatnonzero(which.ravel() == k) for k in range(len(self.counts))], 0
         poles = np.linalg.eigvals(self.A).astype(complex)
         if self.discrete:  # omega is the tangent of half the angle
             poles = (poles - 1) / np.where(np.abs(poles + 1) < 1e-9, 1e-9, poles + 1)
@@ -54,7 +67,7 @@ class GainBox:
         self.omega = np.unique(points[points >= 0])
 
     def values(self, gains: Reals, omega: Reals) -> NDArray[np.complex128]:
-        """``p(i omega, G)`` up to a positive factor for each ``omega``: (vertices, frequencies).
+        """Bernstein's coefficients of ``p(i omega, G)``, up to a positive factor for each ``omega``: (.., frequencies).
 
         Parameters
         ----------
@@ -72,12 +85,28 @@ class GainBox:
         table[:, :, :n, n:] = -right[:, None, None] * self.B / scale
         table[:, :, n:, :n] = (gains[:, :, None] * self.C)[:, None]
         table[:, :, n:, n:] = (np.eye(m) + gains[:, :, None] * self.D)[:, None]
-        return np.asarray(np.linalg.det(table))
+        found = np.linalg.det(table)
+        return np.array([found[group].mean(axis=0) for group in self.groups])
 
     def _vertices(self, low: Reals, high: Reals) -> Reals:
-        ends = np.array(list(product(*(((0, 1),) * sum(len(block) for block in self.blocks)))))
         of = [j for j, block in enumerate(self.blocks) for _ in block]
-        return np.asarray(np.where(ends == 1, high[of], low[of]))
+        return np.asarray(np.where(self.ends == 1, high[of], low[of]))
+
+    def serves(self, widths: Reals) -> bool:
+        """Whether a tree of boxes was found; see :class:`ChannelSearch`."""
+        ends = (
+            [Fraction(float(side[block[0]])) for block in self.blocks] for side in (self.lower, self.lower + widths)
+        )
+        return self.tree(*ends) is not None
+
+    def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
+        """The tree of boxes, if one was found; see :class:`ChannelSearch`."""
+        low = [lower[block[0]] for block in self.blocks]
+        high = [a + widths[block[0]] for a, block in zip(low, self.blocks, strict=True)]
+        self.leaves = 0
+        tree = self.tree(low, high)
+        if tree is not None:
+            yield Proposal({}, {"method": "hull", "tree": tree})
 
     def tree(self, low: list[Fraction], high: list[Fraction]) -> dict[str, Any] | None:
         """The tree of a certificate for the box; None where a gain of it seems to have a root on the axis.
@@ -87,13 +116,14 @@ class GainBox:
         low, high : list of Fraction
             Ends of the gain of each block.
         """
-        self.leaves = 0
-        return self._node(low, high, 0)
+        n, m = self.B.shape
+        self.most = min(self.leaves + _LEAVES, _ALL_LEAVES)
+        return self._node(low, high, 0) if n <= MOST_STATES and m <= MOST_CHANNELS else None
 
     def _node(self, low: list[Fraction], high: list[Fraction], depth: int) -> dict[str, Any] | None:
         checkpoint()
         self.leaves += 1
-        if self.leaves > _LEAVES or depth > _DEEPEST:
+        if self.leaves > self.most or depth > _DEEPEST:
             return None
         ends = np.array([float(v) for v in low]), np.array([float(v) for v in high])
         vertices = self._vertices(*ends)
@@ -103,7 +133,7 @@ class GainBox:
             return found
         if self._unstable(ends[0]) or self._unstable(ends[1]):
             return None
-        which = self._widest(vertices, values[:, found])
+        which = self._widest(values[:, found])
         at = simplest_between(low[which] + (high[which] - low[which]) / 3, high[which] - (high[which] - low[which]) / 3)
         first = self._node(low, [*high[:which], at, *high[which + 1 :]], depth + 1)
         second = None if first is None else self._node([*low[:which], at, *low[which + 1 :]], high, depth + 1)
@@ -116,55 +146,52 @@ class GainBox:
         values = np.linalg.eigvals(closed)
         return bool((np.abs(values).max() - 1 if self.discrete else values.real.max()) >= 0)
 
-    def _widest(self, vertices: Reals, values: NDArray[np.complex128]) -> int:
+    def _widest(self, values: NDArray[np.complex128]) -> int:
         """The block whose gain moves the values most."""
-        moved = []
-        for block in self.blocks:
-            upper = (vertices[:, list(block)] == vertices[:, list(block)].max(axis=0)).all(axis=1)
-            lower = (vertices[:, list(block)] == vertices[:, list(block)].min(axis=0)).all(axis=1)
-            moved.append(float(np.abs(values[upper].mean() - values[lower].mean())))
-        return int(np.argmax(moved))
+        most, least = self.counts.max(axis=0), self.counts.min(axis=0)
+        sides = [
+            (values[self.counts[:, j] == most[j]], values[self.counts[:, j] == least[j]]) for j in range(len(most))
+        ]
+        return int(np.argmax([abs(upper.mean() - lower.mean()) for upper, lower in sides]))
 
     def _directions(self, vertices: Reals, values: NDArray[np.complex128]) -> dict[str, Any] | int:
         """A leaf: where the directions change, and they; or the number of a frequency at which there is none."""
         middle, spread = _arcs(values)
         if spread.max() >= np.pi * (1 - _ROOM):
             return int(spread.argmax())
+        angles = np.angle(values)
+        shared = _arcs(np.vstack([values[:, :-1], values[:, 1:]]))  # of neighbours
         omega, directions = list[float](), [float(middle[0])]
         for k in range(1, len(middle)):
-            if self._within(directions[-1], values[:, k]) and self._between(directions[-1], vertices, k):
+            if _holds(directions[-1], angles[:, k]):
                 continue
-            shared = _arcs(values[:, k - 1 : k + 1].reshape(-1, 1))
-            if shared[1][0] >= np.pi * (1 - _ROOM):  # they turn fast: look between
-                points = np.linspace(self.omega[k - 1], self.omega[k], 9)
-                wide = _arcs(self.values(vertices, points))[1]
-                if wide.max() >= np.pi * (1 - _ROOM):
-                    return k
-                if omega and omega[-1] >= points[0]:
-                    omega.pop()
-                    directions.pop()
-                for i in range(8):
-                    omega.append(float(points[i]))
-                    directions.append(float(_arcs(self.values(vertices, points[i : i + 2]).reshape(-1, 1))[0][0]))
-                omega.append(float(points[8]))
+            if shared[1][k - 1] < np.pi * (1 - _ROOM):
+                omega.append(float(self.omega[k - 1]))
+                directions.append(float(shared[0][k - 1]))
+                continue
+            points = np.linspace(self.omega[k - 1], self.omega[k], _PARTS + 1)  # they turn fast
+            inner = self.values(vertices, points)
+            turns, wide = _arcs(np.vstack([inner[:, :-1], inner[:, 1:]]))
+            if wide.max() >= np.pi * (1 - _ROOM):
+                return k
+            if omega and omega[-1] >= points[0]:
+                omega.pop()
+                directions.pop()
+            omega += [float(v) for v in points[:-1]]
+            directions += [float(v) for v in turns]
+            if not _holds(directions[-1], angles[:, k]):
+                omega.append(float(points[-1]))
                 directions.append(float(middle[k]))
-                continue
-            omega.append(float(self.omega[k - 1]))
-            directions.append(float(shared[0][0]))
         exact = [str(Fraction(v)) for v in omega]
         if any(a >= b for a, b in zip([0.0, *omega], omega, strict=False)):
             return len(self.omega) - 1
         pairs = [[str(round(np.cos(a) * 2**20)), str(round(np.sin(a) * 2**20))] for a in directions]
         return {"omega": exact, "directions": pairs}
 
-    def _within(self, direction: float, values: NDArray[np.complex128]) -> bool:
-        turned = np.angle(values * np.exp(-1j * direction))
-        return bool(np.abs(turned).max() < np.pi / 2 * (1 - _KEPT))
 
-    def _between(self, direction: float, vertices: Reals, k: int) -> bool:
-        """Whether the direction serves between a frequency of the grid and the one before."""
-        points = np.linspace(self.omega[k - 1], self.omega[k], 5)[1:-1]
-        return self._within(direction, self.values(vertices, points).ravel())
+def _holds(direction: float, angles: Reals) -> bool:
+    """Whether a direction serves for these angles, with some room for what lies between."""
+    return bool(np.cos(angles - direction).min() > _KEPT)
 
 
 def _arcs(values: NDArray[np.complex128]) -> tuple[Reals, Reals]:

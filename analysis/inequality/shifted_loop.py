@@ -16,7 +16,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, linalg, np
@@ -28,15 +28,40 @@ _BITS = 56  # of the smallest entry on the diagonal of P
 
 
 class Proposal(NamedTuple):
-    """What a certificate holds: ``P`` in units of ``2^-exponent``, the lower triangle, and its ``multiplier``."""
+    """``multiplier`` and ``proof`` of a certificate."""
 
-    rows: list[list[int]]
-    exponent: int
     multiplier: dict[str, Any]
+    proof: dict[str, Any]
+
+
+class ChannelSearch(ABC):
+    """What may prove the classes of several channels: lower bounds, which stay, and widths above them."""
+
+    precision: ClassVar[float] = 1e-7  # relative, to which a largest factor is worth its time
+
+    @abstractmethod
+    def serves(self, widths: NDArray[np.float64]) -> bool:
+        """Whether something was found for these widths.
+
+        Parameters
+        ----------
+        widths : ndarray
+            (m,) upper bounds less lower ones.
+        """
+
+    @abstractmethod
+    def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
+        """What to put into a certificate, the likeliest first, for the loop as it was given; nothing if none serve.
+
+        Parameters
+        ----------
+        widths, lower : sequence of Fraction
+            Upper bounds less lower ones, and these.
+        """
 
 
 @dataclass
-class ShiftedLoop(ABC):
+class ShiftedLoop(ChannelSearch):
     """The inequality of one plant and lower bounds, for any widths ``w``.
 
     Parameters
@@ -66,26 +91,6 @@ class ShiftedLoop(ABC):
     free: Sequence[bool]
     popov: bool
     discrete: bool
-
-    @abstractmethod
-    def serves(self, widths: NDArray[np.float64]) -> bool:
-        """Whether multipliers were found for these widths.
-
-        Parameters
-        ----------
-        widths : ndarray
-            (m,) of the shifted sectors.
-        """
-
-    @abstractmethod
-    def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
-        """What to put into a certificate, the likeliest first, for the loop as it was given; nothing if none serve.
-
-        Parameters
-        ----------
-        widths, lower : sequence of Fraction
-            The shifted sectors, and the shift.
-        """
 
     def __post_init__(self) -> None:
         m, gain = len(self.D), np.diag(self.lower)
@@ -143,8 +148,8 @@ class ShiftedLoop(ABC):
 
     def solutions(
         self, Pi: NDArray[np.float64], theta: Sequence[Fraction], lower: Sequence[Fraction]
-    ) -> Iterator[tuple[list[list[int]], int]]:
-        """``P`` for the loop as it was given, in units of ``2^-exponent``, with that exponent.
+    ) -> Iterator[dict[str, Any]]:
+        """Proofs by ``P``, for the loop as it was given, in units of ``2^-exponent``.
 
         Parameters
         ----------
@@ -184,8 +189,8 @@ class ShiftedLoop(ABC):
             return None
         return (P + P.T) / 2 if np.isfinite(P).all() else None
 
-    def _rounded(self, P: NDArray[np.float64]) -> tuple[list[list[int]], int]:
+    def _rounded(self, P: NDArray[np.float64]) -> dict[str, Any]:
         P = P / self.units[:, None] / self.units[None, :]
         exponent = max(0, _BITS - int(np.floor(np.log2(max(np.abs(np.diag(P)).min(), 1e-300)))))
-        rows = [[round(Fraction(float(P[i, j])) * 2**exponent) for j in range(i + 1)] for i in range(len(P))]
-        return rows, exponent
+        rows = [[str(round(Fraction(float(P[i, j])) * 2**exponent)) for j in range(i + 1)] for i in range(len(P))]
+        return {"method": "matrix", "P": rows, "exponent": exponent}

@@ -7,12 +7,12 @@ about, which are compared here before anything is worded.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from time import monotonic
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.arithmetic import Rejected, eliminated
@@ -20,8 +20,12 @@ from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
 from lure.analysis.certificates.sealing import Failure, checked, contains, guarded
 from lure.analysis.certificates.systems import class_entries, texts
 from lure.analysis.counterexamples.channel_gains import GainSearch
+from lure.analysis.counterexamples.channel_switching import SwitchedGains
 from lure.analysis.deadline import checkpoint, time_limit
 from lure.analysis.inequality.channels import ChannelInequality
+from lure.analysis.inequality.full_block import FullBlockInequality
+from lure.analysis.inequality.gain_box import GainBox
+from lure.analysis.inequality.shifted_loop import ChannelSearch
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of, undecided
@@ -35,27 +39,44 @@ from lure.errors import AssumptionError, InputError, Reason
 
 Tell = Callable[[str, float], None]
 _STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
-_PRECISION, _LARGEST = 1e-7, 1e6
+_LARGEST = 1e6
+_NO_MULTIPLIER, _KINDS = "no multiplier was found", ("a multiplier for each channel", "one multiplier for all channels")
+_WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
+_CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
 
 
 # Proofs and counterexamples, each through the checker.
 
 
-def _rows(asked: Problem) -> list[Theorem]:
-    """The criteria for several nonlinearities in this time, the farthest first."""
+class Criterion(NamedTuple):
+    """A row of the table with one kind of multipliers: its name in a certificate."""
+
+    name: str
+    row: Theorem
+
+    @property
+    def kind(self) -> int:
+        """0 for a multiplier for each channel, 1 for one multiplier for all of them; asked while a gap is left."""
+        return self.row.channels.index(self.name)
+
+
+def _criteria(asked: Problem) -> list[Criterion]:
+    """The criteria for several nonlinearities in this time: kind after kind, in each the farthest first."""
     wanted = asked.criterion.replace("_", "-").lower()
-    found = [row for row in reversed(TABLE) if row.channels and time_of(asked.plant) in row.times]
-    if wanted == BEST:
-        constant = not any(_free(asked))
-        return [row for row in found if row.time_varying or not constant]
-    named = [row for row in found if wanted in (row.name, row.channels)]
-    if not named:
-        names = ", ".join(row.name for row in found)
+    rows = [row for row in reversed(TABLE) if row.channels and time_of(asked.plant) in row.times]
+    if not all(one.linear for one in asked.classes.classes):
+        rows = [row for row in rows if not row.linear]
+    found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
+    if wanted == BEST:  # one channel needs no full block
+        constant, one = not any(_free(asked)), len(asked.classes.classes) == 1
+        found = [x for x in found if (x.row.time_varying or x.row.linear or not constant) and not (one and x.kind)]
+    if not found:
+        names = ", ".join(name for row in rows for name in (row.name, *row.channels))
         raise InputError(
             f"the criterion {asked.criterion!r:.40} is not for several nonlinearities in {time_of(asked.plant)} time; "
             f"choose from {BEST}, {names}"
         )
-    return named
+    return sorted(found, key=lambda criterion: (not criterion.row.linear, criterion.kind))
 
 
 def _free(asked: Problem) -> list[bool]:
@@ -64,39 +85,46 @@ def _free(asked: Problem) -> list[bool]:
     return [alone and not one.time_varying for alone, one in zip(static, asked.classes.classes, strict=True)]
 
 
-def _inequality(asked: Problem, row: Theorem) -> ChannelInequality:
-    H = channel_plant(asked.plant)
-    A, B, C, D = H.doubles()
-    free = [one and not row.time_varying for one in _free(asked)]
-    lower = np.array([float(v) for v in asked.classes.lower])
-    return ChannelInequality(A, B, C, D, lower, free, not row.time_varying, H.dt is not None)
+def _searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
+    """What searches for proofs by a criterion, the cheapest first."""
+    H, popov = channel_plant(asked.plant), not criterion.row.time_varying
+    free, lower = [one and popov for one in _free(asked)], np.array([float(v) for v in asked.classes.lower])
+    if criterion.row.linear:
+        yield GainBox(*H.doubles(), lower, asked.classes.blocks, H.dt is not None)
+        return
+    given = (*H.doubles(), lower, free, popov, H.dt is not None)
+    if criterion.kind == 0:
+        yield ChannelInequality(*given)
+        return
+    for orthants in (False, True):
+        yield FullBlockInequality(*given, orthants=orthants)
 
 
-def proved_at(asked: Problem, row: Theorem, inequality: ChannelInequality, alpha: Fraction) -> Proved | None:
+def proved_at(asked: Problem, name: str, search: ChannelSearch, alpha: Fraction) -> Proved | None:
     """What the checker accepts for the classes of a factor; None if nothing.
 
     Parameters
     ----------
     asked : Problem
         The question.
-    row : Theorem
-        The criterion.
-    inequality : ChannelInequality
-        Its inequality.
+    name : str
+        The theorem.
+    search : ChannelSearch
+        Its search.
     alpha : Fraction
         The factor.
     """
     widths = [high - low for high, low in zip(asked.classes.scaled(alpha).upper, asked.classes.lower, strict=True)]
     if min(widths) <= 0:
         return None
-    for one in inequality.proposals(widths, asked.classes.lower):
+    for one in search.proposals(widths, asked.classes.lower):
         draft = {
             "verdict": "PROVED",
             "system": asked.system,
             "laws": asked.scaled(alpha).class_entry,
-            "theorem": row.channels,
+            "theorem": name,
             "multiplier": one.multiplier,
-            "proof": {"method": "matrix", "P": [texts(line) for line in one.rows], "exponent": one.exponent},
+            "proof": one.proof,
         }
         try:
             shown = checked(draft)
@@ -107,21 +135,31 @@ def proved_at(asked: Problem, row: Theorem, inequality: ChannelInequality, alpha
     return None
 
 
-def _farthest(asked: Problem, row: Theorem, most: float) -> tuple[Fraction, Proved] | None:
-    """The largest factor that is proved, below ``most``."""
-    inequality = _inequality(asked, row)
+def _farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
+    """The largest factor that is proved, above what is known and below ``most``."""
+    best: tuple[Fraction, Proved] | None = None
+    for search in _searches(asked, criterion):
+        found = _farthest_by(asked, criterion.name, search, known if best is None else best[0], most)
+        best = best if found is None else found
+    return best
+
+
+def _farthest_by(
+    asked: Problem, name: str, search: ChannelSearch, known: Fraction, most: float
+) -> tuple[Fraction, Proved] | None:
+    least, lower = asked.classes.least, asked.classes.lower
 
     def serves(alpha: float) -> bool:
-        if alpha <= asked.classes.least:
+        if alpha <= least:
             return False
-        widths = [
-            float(high - low)
-            for high, low in zip(asked.classes.scaled(Fraction(alpha)).upper, asked.classes.lower, strict=True)
-        ]
-        return min(widths) > 0 and inequality.serves(np.array(widths))
+        upper = asked.classes.scaled(Fraction(alpha)).upper
+        widths = np.array([float(high - low) for high, low in zip(upper, lower, strict=True)])
+        return bool(widths.min() > 0) and search.serves(widths)
 
-    low, high = _between(asked, serves, most)
-    while high - low > _PRECISION * high:
+    if known and not serves(float(known) * (1 + _WORTH)):
+        return None
+    low, high = _between(asked, serves, float(known), most)
+    while high - low > search.precision * high:
         checkpoint()
         middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
         if middle * _LARGEST < min(most, 1.0) / _LARGEST:
@@ -130,19 +168,19 @@ def _farthest(asked: Problem, row: Theorem, most: float) -> tuple[Fraction, Prov
     for step in _STEPS_DOWN:
         checkpoint()
         alpha = Fraction(double_below(Fraction(low) * (1 - Fraction(step))))
-        shown = proved_at(asked, row, inequality, alpha) if alpha > asked.classes.least else None
+        shown = proved_at(asked, name, search, alpha) if alpha > max(least, known) else None
         if shown is not None:
             return alpha, shown
     return None
 
 
-def _between(asked: Problem, serves: Callable[[float], bool], most: float) -> tuple[float, float]:
-    """A factor that serves, or 0, and one that does not; just below ``most``, where what is refuted begins, first."""
+def _between(asked: Problem, serves: Callable[[float], bool], known: float, most: float) -> tuple[float, float]:
+    """A factor that serves, or what is known, and one that does not; just below ``most``, the refuted, first."""
     if most < math.inf:
         near = [most * (1 - step) for step in (1e-7, 1e-4)]
         served = next((alpha for alpha in near if serves(alpha)), None)
-        return (served, served * (1 + 1e-16)) if served == near[0] else (served or 0.0, most)
-    low, high = 0.0, max(1.0, 2 * double_above(asked.classes.least))
+        return (served, served * (1 + 1e-16)) if served == near[0] else (served or known, most)
+    low, high = known, max(2 * known or 1.0, 2 * double_above(asked.classes.least))
     while high < _LARGEST and serves(high):
         low, high = high, 4 * high
     return (low, low) if high >= _LARGEST else (low, high)
@@ -162,19 +200,50 @@ def _refuted(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
             alpha, of = Fraction(0), Fraction(1)
         else:
             alpha = of = Fraction(double_above(least)) if math.isinf(most) else Fraction(most)
-        shown = _refutation(asked, gains, of)
+        shown = _refutation(asked, of, _constant(gains))
         if shown is not None:
             return alpha, shown
     return None
 
 
-def _refutation(asked: Problem, gains: Sequence[Fraction], alpha: Fraction) -> Refuted | None:
+def _switched(asked: Problem, known: Fraction, most: float, *, whole: bool = False) -> tuple[Fraction, Refuted] | None:
+    """The smallest factor above what is known and up to ``most`` with gains that jump, if classes depend on time.
+
+    ``whole``: as a refutation of the classes as they are given.
+    """
+    H, lower = channel_plant(asked.plant), asked.classes.lower
+    low, high = (np.array([float(v) for v in side]) for side in (lower, asked.classes.upper))
+    search = SwitchedGains(
+        *H.doubles(),
+        low,
+        high,
+        varying=tuple(one.time_varying for one in asked.classes.classes),
+        blocks=asked.classes.blocks,
+        discrete=H.dt is not None,
+    )
+    for one in search.proposals(double_above(known), most):
+        factor = Fraction(one.factor)
+        ends, alpha = (lower, asked.classes.scaled(factor).upper), Fraction(1) if whole else factor
+        gains = [[ends[end][i] for i, end in enumerate(row)] for row in one.ends]
+        proof: dict[str, Any] = {"method": "switched-gains", "gains": [texts(row) for row in gains]}
+        proof |= {} if search.discrete else {"times": texts(one.times)}
+        shown = _refutation(asked, alpha, proof | {"squarings": one.squarings, "bits": one.bits})
+        if shown is not None:
+            return alpha, shown
+    return None
+
+
+def _constant(gains: Sequence[Fraction]) -> dict[str, Any]:
+    return {"method": "linear-gains", "gains": texts(gains)}
+
+
+def _refutation(asked: Problem, alpha: Fraction, proof: Mapping[str, Any]) -> Refuted | None:
     draft = {
         "verdict": "REFUTED",
         "system": asked.system,
         "laws": asked.scaled(alpha).class_entry,
         "theorem": "counterexample",
-        "proof": {"method": "linear-gains", "gains": texts(gains)},
+        "proof": dict(proof),
     }
     try:
         shown = checked(draft)
@@ -225,6 +294,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
     never = against is not None and against[0] == 0
     low = 0.0 if proof is None else double_below(proof[0])
     high = None if against is None else double_above(against[0])
+    jumps = against is not None and against[1].certificate["proof"]["method"] == "switched-gains"
     witness = None if against is None else _witness(against[1], double_above(against[0]))
     about = asked.scaled(Fraction(1) if proof is None else proof[0])
     told: tuple[Problem, Proved | Refuted | None] = (about, None if proof is None else proof[1])
@@ -248,7 +318,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
         proviso="" if proof is None else proviso(proof[1]),
         criterion="" if proof is None else proof[1].theorem,
         largest=Bracket(low, math.inf if high is None else max(low, high)),
-        hurwitz=Bracket(low, math.inf if high is None else max(low, high)),
+        hurwitz=Bracket(low, math.inf if high is None or jumps else max(low, high)),
         verdict=concluded.verdict,
         evidence=Evidence.CERTIFIED,
         theta=None,
@@ -266,43 +336,45 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
 
 def _witness(shown: Refuted, factor: float) -> Witness:
     gains = shown.certificate["proof"]["gains"]
+    jumps = shown.certificate["proof"]["method"] == "switched-gains"
     return Witness(
-        kind="linear gains",
+        kind="switched gain" if jumps else "linear gains",
         k=factor,
         evidence=Evidence.CERTIFIED,
         slope_restricted=True,
         odd=True,
+        time_varying=jumps,
         description=f"{counterexample(shown)} {destroys(shown)}",
         data={"gains": list(gains)},
         refutation=shown,
     )
 
 
-def _answer(asked: Problem, row: Theorem, found: tuple[Fraction, Proved] | Failure | None) -> Answer:
+def _answer(asked: Problem, criterion: Criterion, found: tuple[Fraction, Proved] | Failure | None) -> Answer:
     """What one criterion shows of the classes."""
     if found is None or isinstance(found, Failure):
         return Answer(
-            criterion=row.channels,
-            theorem=row.title,
+            criterion=criterion.name,
+            theorem=criterion.row.title,
             largest=Bracket(0.0, math.inf),
             nonlinearity_class=asked.classes.classes[0],
             classes=asked.classes,
             verdict=Verdict.INCONCLUSIVE,
             evidence=Evidence.CERTIFIED,
-            reason="no diagonal multiplier was found" if found is None else str(found.detail),
+            reason=_NO_MULTIPLIER if found is None else str(found.detail),
         )
     alpha, shown = found
     scaled = asked.classes.scaled(alpha)
-    multiplier = shown.certificate["multiplier"]
+    multiplier, row, letter = shown.certificate["multiplier"], criterion.row, ("Lambda", "Pi")[criterion.kind]
     return Answer(
-        criterion=row.channels,
-        theorem=f"{row.title}, with a multiplier for each channel",
+        criterion=criterion.name,
+        theorem=row.title if row.linear else f"{row.title}, with {_KINDS[criterion.kind]}",
         largest=Bracket(double_below(alpha), math.inf),
         nonlinearity_class=scaled.classes[0],
         classes=scaled,
         verdict=Verdict.PROVED,
         evidence=Evidence.CERTIFIED,
-        multiplier="Lambda + s Theta" if any(Fraction(v) for v in multiplier.get("theta", ())) else "Lambda",
+        multiplier=None if row.linear else letter + " + s Theta" * any(map(Fraction, multiplier.get("theta", ()))),
         parameters=multiplier,
         reason=f"proved for the upper bounds times {bound_below(alpha)}",
         hypotheses=tuple(f"{name}: {how}" for name, how in shown.facts.items() if name != "class"),
@@ -342,7 +414,7 @@ def largest_factor(
     if min(asked.classes.upper) <= 0:
         raise InputError("an upper bound is not positive; the largest factor is asked of classes with upper bounds > 0")
     require_well_posed(asked)
-    rows, tell = _rows(asked), progress or (lambda _step, _done: None)
+    criteria, tell = _criteria(asked), progress or (lambda _step, _done: None)
     against: tuple[Fraction, Refuted] | None = None
     proofs: list[tuple[Fraction, Proved]] = []
     answers: list[Answer] = []
@@ -354,16 +426,28 @@ def largest_factor(
         if before is not None and (carried := _carried(asked, before)) is not None:
             proofs.append((carried.factor, carried.shown))
             answers.append(carried.answer)
-        for i, row in enumerate(rows if against is None or against[0] > 0 else ()):
-            if before is not None and not _sees(row, asked, before):
+        if against is not None and against[0] == 0:
+            return
+        most, reached = math.inf if against is None else float(against[0]), -1  # the kind that reached what is known
+        for i, one in enumerate(criteria):
+            known = max((found[0] for found in proofs), default=Fraction(0))
+            enough = known >= most * (1 - (_NEAR if one.kind else _CLOSED))
+            if one.kind == reached or enough or (before is not None and not _sees(one, asked, before)):
                 continue
-            tell(row.channels, (i + 1) / (len(rows) + 1))
-            most = math.inf if against is None else float(against[0])
-            found = guarded(row.channels, partial(_farthest, asked, row, most), passing=(TimeoutError,))
-            answers.append(_answer(asked, row, found))
+            tell(one.name, (i + 1) / (len(criteria) + 2))
+            found = guarded(one.name, partial(_farthest, asked, one, known, most), passing=(TimeoutError,))
+            answers.append(_answer(asked, one, found))
             if isinstance(found, tuple):
                 proofs.append(found)
-                break  # the others prove less
+                if one.row.linear:
+                    break  # gains are decided as far as the boxes go
+            if isinstance(found, tuple) or (found is None and one.kind):
+                reached = one.kind  # the others of this kind prove less
+        known = max((found[0] for found in proofs), default=Fraction(0))
+        if known < most * (1 - _NEAR):
+            tell("switched gains", (len(criteria) + 1) / (len(criteria) + 2))
+            jumping = guarded("switched gains", partial(_switched, asked, known, most), passing=(TimeoutError,))
+            against = jumping if isinstance(jumping, tuple) else against
 
     stopped: Stopped | None = None
     try:
@@ -408,25 +492,25 @@ def _carried(asked: Problem, before: StabilityBound) -> _Carried | None:
     return _Carried(factor, shown, found)
 
 
-def _sees(row: Theorem, asked: Problem, before: StabilityBound) -> bool:
+def _sees(criterion: Criterion, asked: Problem, before: StabilityBound) -> bool:
     """Whether a criterion may prove more of these classes than it did of larger ones with the same bounds."""
     assert before.classes is not None, "of several channels"
     varying = [[one.time_varying for one in each.classes] for each in (asked.classes, before.classes)]
-    tried = any(one.criterion == row.channels for one in before.answers)
+    row, tried = criterion.row, any(one.criterion == criterion.name for one in before.answers)
     return row.slope or row.odd or not tried or (varying[0] != varying[1] and not row.time_varying)
 
 
 def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, Refuted] | None:
     """Destabilising gains: those of the answer before, which lie in these classes too, else searched for."""
-    gains = None if before is None or before.refutation is None else before.refutation.certificate["proof"]["gains"]
+    shown = None if before is None else before.refutation
     if before is not None and before.classes is not None and before.classes.blocks == asked.classes.blocks:
-        if gains is None:
+        if shown is None:
             return None
         alpha = Fraction(before.refuted_at or 0)
-        shown = _refutation(asked, [Fraction(g) for g in gains], alpha or Fraction(1))
+        shown = _refutation(asked, alpha or Fraction(1), shown.certificate["proof"])
         if shown is not None:
             return alpha, shown
-    never = _refutation(asked, asked.classes.lower, Fraction(1))
+    never = _refutation(asked, Fraction(1), _constant(asked.classes.lower))
     return (Fraction(0), never) if never is not None else _refuted(asked, most=math.inf)
 
 
@@ -518,16 +602,23 @@ def proposals(
         found = _refuted(asked, most=1.0)
         return None if found is None else found[1]
 
-    def whole(row: Theorem) -> Proved:
-        shown = proved_at(asked, row, _inequality(asked, row), Fraction(1))
+    def jumping() -> Refuted | None:
+        found = _switched(asked, asked.classes.least, 1.0, whole=True)
+        return None if found is None else found[1]
+
+    def whole(criterion: Criterion) -> Proved:
+        tried = (proved_at(asked, criterion.name, one, Fraction(1)) for one in _searches(asked, criterion))
+        shown = next((one for one in tried if one is not None), None)
         if shown is None:
-            raise AssumptionError("no diagonal multiplier was found", code=Reason.NO_MULTIPLIER)
+            raise AssumptionError(_NO_MULTIPLIER, code=Reason.NO_MULTIPLIER)
         return shown
 
     yield "constant gains", gains
     larger = [row.proof for row in rows if row.proof is not None and contains(row.proof.certificate["laws"], own)]
-    for row in _rows(asked) if larger or not rows else ():
-        yield row.channels, partial(whole, row)
+    for criterion in _criteria(asked) if larger or not rows else ():
+        yield criterion.name, partial(whole, criterion)
+    if not rows and asked.time_varying:
+        yield "switched gains", jumping
     if rows and not larger:
         yield (
             "the largest factor",

@@ -75,8 +75,9 @@ class Theorem:
         Those of a later stage are asked while a gap is left.
     aliases : tuple of str
         Other names to ask for it.
-    channels : str
-        Its name in certificates about several nonlinearities, with diagonal multipliers; empty if it is about one.
+    channels : tuple of str
+        Its names in certificates about several nonlinearities, the cheapest kind of multiplier first; empty if it is
+        about one.
     """
 
     name: str
@@ -98,7 +99,7 @@ class Theorem:
     thorough: bool = False
     stage: int = 0
     aliases: tuple[str, ...] = ()
-    channels: str = ""
+    channels: tuple[str, ...] = ()
 
     def reach(self, block: RationalPlant | DelayPlant, *, lower: Fraction, odd: bool) -> Answer:
         """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves; with dead time ``lower`` is 0."""
@@ -205,6 +206,7 @@ TABLE = (  # in each stage the cheapest first
         title="Hurwitz: constant gains",
         times=(*_FLOW, *_MAP),
         linear=True,
+        channels=("constant-gains",),
         largest="inequality.gains:hurwitz_largest",
         decision="inequality.gains:hurwitz_criterion",
         dead_time="theorems.dead_time:hurwitz_largest",
@@ -217,7 +219,7 @@ TABLE = (  # in each stage the cheapest first
         time_varying=True,
         endless=True,
         matrix=True,
-        channels="diagonal-circle",
+        channels=("diagonal-circle", "full-block-circle"),
         largest="theorems.circle:circle_largest",
         decision="theorems.circle:circle_criterion",
         dead_time="theorems.dead_time:circle_largest",
@@ -230,7 +232,7 @@ TABLE = (  # in each stage the cheapest first
         endless=True,
         composed=True,
         matrix=True,
-        channels="diagonal-popov",
+        channels=("diagonal-popov", "full-block-popov"),
         largest="theorems.popov:popov_largest",
         decision="theorems.popov:popov_criterion",
         dead_time="theorems.dead_time:popov_largest",

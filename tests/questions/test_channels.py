@@ -9,7 +9,7 @@ import pytest
 from lure import Diagonal, InputError, NonlinearityClass, Sector, SlopeBounds, as_plant, certify, max_sector, max_slope
 from lure.analysis import Verdict
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.questions import channels
+from lure.analysis.inequality.shifted_loop import ShiftedLoop
 from lure.analysis.questions.answers import ContradictionError
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.channels import channel_bound, largest_factor
@@ -50,7 +50,7 @@ def second(found):
     ("plant", "largest"), [(VEENMAN, 0.767134), (FETZER, 0.523596), (OPPOSITE, 0.670053)], ids=["1.1", "1.2", "1.2-"]
 )
 def test_published_plants_reach_what_others_computed(plant, largest):
-    found = second(max_slope(plant, [UNIT] * plant.inputs, criterion="circle"))
+    found = second(max_slope(plant, [UNIT] * plant.inputs, criterion="diagonal-circle"))
     assert found.verdict is Verdict.PROVED
     assert found.largest.low == pytest.approx(largest, abs=1e-6)
     assert found.refuted_at is None or found.refuted_at > found.largest.low
@@ -97,7 +97,7 @@ def test_permuted_and_scaled_channels_have_the_same_answer():
     turn = np.array([2, 0, 1])
     scale = np.diag([4.0, 0.5, 2.0])  # sigma -> S sigma, mu -> mu/S: phi_i -> phi_i/s_i^2
     plant = as_plant((A, B[:, turn] @ scale, scale @ C[turn], scale @ D[np.ix_(turn, turn)] @ scale))
-    found = second(max_slope(plant, [SlopeBounds(0, 1 / s**2) for s in np.diag(scale)], criterion="circle"))
+    found = second(max_slope(plant, [SlopeBounds(0, 1 / s**2) for s in np.diag(scale)], criterion="diagonal-circle"))
     assert found.largest.low == pytest.approx(0.767134, abs=1e-6)
 
 
@@ -139,7 +139,7 @@ def test_one_class_is_decided_as_it_is_given():
 
 
 def test_the_sentence_is_from_the_certificates():
-    found = max_slope(FETZER, [UNIT] * 4, criterion="circle")
+    found = max_slope(FETZER, [UNIT] * 4, criterion="diagonal-circle")
     assert "phi_4 with slope in [0, 0.523596]" in str(found)
     assert "destabilise the loop (certified)" in str(found)
     assert found.meaning == "The point 0 attracts every motion"
@@ -148,7 +148,7 @@ def test_the_sentence_is_from_the_certificates():
 
 
 def test_a_certificate_about_something_else_is_no_answer():
-    asked = channel_problem(FETZER, [UNIT] * 4, kind="slope", criterion="circle")
+    asked = channel_problem(FETZER, [UNIT] * 4, kind="slope", criterion="diagonal-circle")
     found = largest_factor(asked)
     low, high = Fraction(found.largest.low), Fraction(found.refuted_at)
     for other in (
@@ -171,7 +171,7 @@ def test_a_certificate_about_something_else_is_no_answer():
 
 
 def test_a_proof_and_a_refutation_that_overlap_are_a_bug():
-    asked = channel_problem(FETZER, [UNIT] * 4, kind="slope", criterion="circle")
+    asked = channel_problem(FETZER, [UNIT] * 4, kind="slope", criterion="diagonal-circle")
     found = largest_factor(asked)
     low = Fraction(found.largest.low)
     with pytest.raises(ContradictionError):
@@ -185,7 +185,7 @@ def test_the_time_allowed_is_kept_and_said():
 
 
 def test_a_search_that_fails_proves_nothing(monkeypatch):
-    monkeypatch.setattr(channels.ChannelInequality, "proposals", lambda *_: 1 / 0)
+    monkeypatch.setattr(ShiftedLoop, "solutions", lambda *_: 1 / 0)
     assert max_slope(VEENMAN, [UNIT] * 3).verdict is Verdict.INCONCLUSIVE
 
 

@@ -183,7 +183,7 @@ def _proved(document: Document, asked: Asked) -> None:
 
 
 def _require_gains(document: Document, asked: Asked) -> None:
-    """Check boxes of constant gains: at each frequency the vertices of a box lie in one open half-plane."""
+    """Check boxes of constant gains: at each frequency Bernstein's coefficients lie in one open half-plane."""
     record(document.multiplier)
     proof, bounds = record(document.proof, "method", "tree"), asked.bounds
     require(proof["method"] == "hull", "the method does not fit the theorem")
@@ -195,7 +195,7 @@ def _require_gains(document: Document, asked: Asked) -> None:
     det, p = _characteristic(asked, [least[j] for j in of])
     n, counts = asked.A.nrows(), half_plane_counts(p)
     require(p.degree() == n and counts.axis == counts.right == 0, "the loop at the lower bounds is unstable")
-    signs, known = (det > 0, p[n] > 0), dict[tuple[Fraction, ...], fmpq_poly]()
+    signs, known = (det > 0, p[n] > 0), dict[tuple[Fraction, ...], tuple[fmpq, fmpq_poly]]()
     pending, boxes = [(proof["tree"], least, [bounds[first][1] for first in firsts])], 0
     while pending:
         tick()
@@ -216,13 +216,18 @@ def _require_gains(document: Document, asked: Asked) -> None:
         ends: list[Fraction | None] = [Fraction(0), *omega, None]
         require(all(a < b for a, b in pairwise([Fraction(0), *omega])), "the frequencies are not in order")
         require([len(pair) for pair in directions] == [2] * (len(ends) - 1), "each part has one direction")
-        for corner in product(*((low[j], high[j]) for j in of)):
+        hull = dict[tuple[int, ...], tuple[fmpq, fmpq_poly]]()  # sums over the corners that differ by turns of one gain
+        for upper in product((False, True), repeat=len(of)):
+            corner = tuple(high[j] if up else low[j] for j, up in zip(of, upper, strict=True))
             if corner not in known:
-                det, p = _characteristic(asked, corner)
-                require(p.degree() == n and (det > 0, p[n] > 0) == signs, "a leading coefficient changes its sign")
-                known[corner] = p
+                known[corner] = _characteristic(asked, corner)
+            key = tuple(sum(up for i, up in zip(of, upper, strict=True) if i == j) for j in range(len(low)))
+            before = hull.get(key, (fmpq(0), fmpq_poly([0])))
+            hull[key] = before[0] + known[corner][0], before[1] + known[corner][1]
+        for det, p in hull.values():
+            require(p.degree() == n and (det > 0, p[n] > 0) == signs, "a leading coefficient changes its sign")
             for (a, b), (real, imaginary) in zip(pairwise(ends), directions, strict=True):
-                even, odd = (half(X * X) for half in even_odd(known[corner]))
+                even, odd = (half(X * X) for half in even_odd(p))
                 line = to_fmpq(real) * even + to_fmpq(imaginary) * X * odd  # Re u* (e + i w o)
                 require(_positive_between(line, a, b), "the vertices are not shown to lie in a half-plane")
 
