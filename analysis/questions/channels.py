@@ -7,253 +7,43 @@ about, which are compared here before anything is worded.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from time import monotonic
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.arithmetic import Rejected, eliminated
-from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
+from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.sealing import Failure, checked, contains, guarded
-from lure.analysis.certificates.systems import class_entries, texts
-from lure.analysis.counterexamples.channel_gains import GainSearch
-from lure.analysis.counterexamples.channel_switching import SwitchedGains
-from lure.analysis.deadline import checkpoint, time_limit
-from lure.analysis.inequality.channels import ChannelInequality
-from lure.analysis.inequality.full_block import FullBlockInequality
-from lure.analysis.inequality.gain_box import GainBox
-from lure.analysis.inequality.shifted_loop import ChannelSearch
+from lure.analysis.certificates.systems import class_entries
+from lure.analysis.deadline import time_limit
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.channel_proofs import (
+    LARGEST,
+    Criterion,
+    constant_gains,
+    criteria_for,
+    farthest,
+    gains_refuting,
+    proved_at,
+    refutation,
+    searches,
+    switching_refuting,
+)
 from lure.analysis.questions.conclusion import MismatchError, conclusion_of, undecided
 from lure.analysis.questions.largest import StabilityBound, Stopped
 from lure.analysis.questions.problem import Problem
-from lure.analysis.theorems.table import BEST, TABLE, Theorem, time_of
 from lure.analysis.verdict import Answer, Bracket, Evidence, Verdict, Witness
 from lure.analysis.wording import counterexample, destroys, proviso
-from lure.arrays import np
 from lure.errors import AssumptionError, InputError, Reason
 
 Tell = Callable[[str, float], None]
-_STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
-_LARGEST = 1e6
 _NO_MULTIPLIER, _KINDS = "no multiplier was found", ("a multiplier for each channel", "one multiplier for all channels")
-_WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
-
-
-# Proofs and counterexamples, each through the checker.
-
-
-class Criterion(NamedTuple):
-    """A row of the table with one kind of multipliers: its name in a certificate."""
-
-    name: str
-    row: Theorem
-
-    @property
-    def kind(self) -> int:
-        """0 for a multiplier for each channel, 1 for one multiplier for all of them; asked while a gap is left."""
-        return self.row.channels.index(self.name)
-
-
-def _criteria(asked: Problem) -> list[Criterion]:
-    """The criteria for several nonlinearities in this time: kind after kind, in each the farthest first."""
-    wanted = asked.criterion.replace("_", "-").lower()
-    rows = [row for row in reversed(TABLE) if row.channels and time_of(asked.plant) in row.times]
-    if not all(one.linear for one in asked.classes.classes):
-        rows = [row for row in rows if not row.linear]
-    found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
-    if wanted == BEST:  # one channel needs no full block
-        constant, one = not any(_free(asked)), len(asked.classes.classes) == 1
-        found = [x for x in found if (x.row.time_varying or x.row.linear or not constant) and not (one and x.kind)]
-    if not found:
-        names = ", ".join(name for row in rows for name in (row.name, *row.channels))
-        raise InputError(
-            f"the criterion {asked.criterion!r:.40} is not for several nonlinearities in {time_of(asked.plant)} time; "
-            f"choose from {BEST}, {names}"
-        )
-    return sorted(found, key=lambda criterion: (not criterion.row.linear, criterion.kind))
-
-
-def _free(asked: Problem) -> list[bool]:
-    """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time."""
-    static = [not any(line) for line in channel_plant(asked.plant).D]
-    return [alone and not one.time_varying for alone, one in zip(static, asked.classes.classes, strict=True)]
-
-
-def _searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
-    """What searches for proofs by a criterion, the cheapest first."""
-    H, popov = channel_plant(asked.plant), not criterion.row.time_varying
-    free, lower = [one and popov for one in _free(asked)], np.array([float(v) for v in asked.classes.lower])
-    if criterion.row.linear:
-        yield GainBox(*H.doubles(), lower, asked.classes.blocks, H.dt is not None)
-        return
-    given = (*H.doubles(), lower, free, popov, H.dt is not None)
-    if criterion.kind == 0:
-        yield ChannelInequality(*given)
-        return
-    for orthants in (False, True):
-        yield FullBlockInequality(*given, orthants=orthants)
-
-
-def proved_at(asked: Problem, name: str, search: ChannelSearch, alpha: Fraction) -> Proved | None:
-    """What the checker accepts for the classes of a factor; None if nothing.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    name : str
-        The theorem.
-    search : ChannelSearch
-        Its search.
-    alpha : Fraction
-        The factor.
-    """
-    widths = [high - low for high, low in zip(asked.classes.scaled(alpha).upper, asked.classes.lower, strict=True)]
-    if min(widths) <= 0:
-        return None
-    for one in search.proposals(widths, asked.classes.lower):
-        draft = {
-            "verdict": "PROVED",
-            "system": asked.system,
-            "laws": asked.scaled(alpha).class_entry,
-            "theorem": name,
-            "multiplier": one.multiplier,
-            "proof": one.proof,
-        }
-        try:
-            shown = checked(draft)
-        except Rejected:
-            continue
-        if isinstance(shown, Proved):
-            return shown
-    return None
-
-
-def _farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
-    """The largest factor that is proved, above what is known and below ``most``."""
-    best: tuple[Fraction, Proved] | None = None
-    for search in _searches(asked, criterion):
-        found = _farthest_by(asked, criterion.name, search, known if best is None else best[0], most)
-        best = best if found is None else found
-    return best
-
-
-def _farthest_by(
-    asked: Problem, name: str, search: ChannelSearch, known: Fraction, most: float
-) -> tuple[Fraction, Proved] | None:
-    least, lower = asked.classes.least, asked.classes.lower
-
-    def serves(alpha: float) -> bool:
-        if alpha <= least:
-            return False
-        upper = asked.classes.scaled(Fraction(alpha)).upper
-        widths = np.array([float(high - low) for high, low in zip(upper, lower, strict=True)])
-        return bool(widths.min() > 0) and search.serves(widths)
-
-    if known and not serves(float(known) * (1 + _WORTH)):
-        return None
-    low, high = _between(asked, serves, float(known), most)
-    while high - low > search.precision * high:
-        checkpoint()
-        middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
-        if middle * _LARGEST < min(most, 1.0) / _LARGEST:
-            return None
-        low, high = (middle, high) if serves(middle) else (low, middle)
-    for step in _STEPS_DOWN:
-        checkpoint()
-        alpha = Fraction(double_below(Fraction(low) * (1 - Fraction(step))))
-        shown = proved_at(asked, name, search, alpha) if alpha > max(least, known) else None
-        if shown is not None:
-            return alpha, shown
-    return None
-
-
-def _between(asked: Problem, serves: Callable[[float], bool], known: float, most: float) -> tuple[float, float]:
-    """A factor that serves, or what is known, and one that does not; just below ``most``, the refuted, first."""
-    if most < math.inf:
-        near = [most * (1 - step) for step in (1e-7, 1e-4)]
-        served = next((alpha for alpha in near if serves(alpha)), None)
-        return (served, served * (1 + 1e-16)) if served == near[0] else (served or known, most)
-    low, high = known, max(2 * known or 1.0, 2 * double_above(asked.classes.least))
-    while high < _LARGEST and serves(high):
-        low, high = high, 4 * high
-    return (low, low) if high >= _LARGEST else (low, high)
-
-
-def _refuted(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
-    """The smallest factor with destabilising gains that the checker accepts; 0 if they lie in the classes of each."""
-    H = channel_plant(asked.plant)
-    A, B, C, D = H.doubles()
-    one = asked.classes.upper
-    lower, upper = (np.array([float(v) for v in side]) for side in (asked.classes.lower, one))
-    search = GainSearch(A, B, C, D, lower, upper, asked.classes.blocks, H.dt is not None)
-    found = search.found(double_above(asked.classes.least), most)
-    for gains in search.proposals(*found, most=most) if found is not None else ():
-        least = max((g / u for g, u in zip(gains, one, strict=True) if u > 0), default=Fraction(0))
-        if math.isinf(most) and least <= 0:  # no gain is positive: they lie in the classes of every factor
-            alpha, of = Fraction(0), Fraction(1)
-        else:
-            alpha = of = Fraction(double_above(least)) if math.isinf(most) else Fraction(most)
-        shown = _refutation(asked, of, _constant(gains))
-        if shown is not None:
-            return alpha, shown
-    return None
-
-
-def _switched(asked: Problem, known: Fraction, most: float, *, whole: bool = False) -> tuple[Fraction, Refuted] | None:
-    """The smallest factor above what is known and up to ``most`` with gains that jump, if classes depend on time.
-
-    ``whole``: as a refutation of the classes as they are given.
-    """
-    H, lower = channel_plant(asked.plant), asked.classes.lower
-    low, high = (np.array([float(v) for v in side]) for side in (lower, asked.classes.upper))
-    search = SwitchedGains(
-        *H.doubles(),
-        low,
-        high,
-        varying=tuple(one.time_varying for one in asked.classes.classes),
-        blocks=asked.classes.blocks,
-        discrete=H.dt is not None,
-    )
-    for one in search.proposals(double_above(known), most):
-        factor = Fraction(one.factor)
-        ends, alpha = (lower, asked.classes.scaled(factor).upper), Fraction(1) if whole else factor
-        gains = [[ends[end][i] for i, end in enumerate(row)] for row in one.ends]
-        proof: dict[str, Any] = {"method": "switched-gains", "gains": [texts(row) for row in gains]}
-        proof |= {} if search.discrete else {"times": texts(one.times)}
-        shown = _refutation(asked, alpha, proof | {"squarings": one.squarings, "bits": one.bits})
-        if shown is not None:
-            return alpha, shown
-    return None
-
-
-def _constant(gains: Sequence[Fraction]) -> dict[str, Any]:
-    return {"method": "linear-gains", "gains": texts(gains)}
-
-
-def _refutation(asked: Problem, alpha: Fraction, proof: Mapping[str, Any]) -> Refuted | None:
-    draft = {
-        "verdict": "REFUTED",
-        "system": asked.system,
-        "laws": asked.scaled(alpha).class_entry,
-        "theorem": "counterexample",
-        "proof": dict(proof),
-    }
-    try:
-        shown = checked(draft)
-    except (Rejected, InputError):
-        return None
-    other = shown.certificate["conclusion"] == OTHERS  # refutes nothing where an end of the classes is a critical case
-    return shown if isinstance(shown, Refuted) and not other else None
-
-
-# Answers.
 
 
 def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
@@ -307,7 +97,7 @@ def channel_bound(  # noqa: PLR0913  (what was found, and how the search ended)
         beyond = conclusion_of(asked.scaled(against[0]), against[1])
         if beyond.verdict is not Verdict.REFUTED:
             raise MismatchError(f"{beyond} Please report the plant")
-    limited = proof is not None and high is None and low > _LARGEST / 8
+    limited = proof is not None and high is None and low > LARGEST / 8
     tried = [replace(one, search_limited=limited) for one in answers[:1]] + list(answers[1:])
     return StabilityBound(
         question="slope" if asked.kind == "slope" else "sector" if asked.kind == "sector" else asked.question,
@@ -414,7 +204,7 @@ def largest_factor(
     if min(asked.classes.upper) <= 0:
         raise InputError("an upper bound is not positive; the largest factor is asked of classes with upper bounds > 0")
     require_well_posed(asked)
-    criteria, tell = _criteria(asked), progress or (lambda _step, _done: None)
+    criteria, tell = criteria_for(asked), progress or (lambda _step, _done: None)
     against: tuple[Fraction, Refuted] | None = None
     proofs: list[tuple[Fraction, Proved]] = []
     answers: list[Answer] = []
@@ -435,7 +225,7 @@ def largest_factor(
             if one.kind == reached or enough or (before is not None and not _sees(one, asked, before)):
                 continue
             tell(one.name, (i + 1) / (len(criteria) + 2))
-            found = guarded(one.name, partial(_farthest, asked, one, known, most), passing=(TimeoutError,))
+            found = guarded(one.name, partial(farthest, asked, one, known, most), passing=(TimeoutError,))
             answers.append(_answer(asked, one, found))
             if isinstance(found, tuple):
                 proofs.append(found)
@@ -446,7 +236,9 @@ def largest_factor(
         known = max((found[0] for found in proofs), default=Fraction(0))
         if known < most * (1 - _NEAR):
             tell("switched gains", (len(criteria) + 1) / (len(criteria) + 2))
-            jumping = guarded("switched gains", partial(_switched, asked, known, most), passing=(TimeoutError,))
+            jumping = guarded(
+                "switched gains", partial(switching_refuting, asked, known, most), passing=(TimeoutError,)
+            )
             against = jumping if isinstance(jumping, tuple) else against
 
     stopped: Stopped | None = None
@@ -507,11 +299,11 @@ def _against(asked: Problem, before: StabilityBound | None) -> tuple[Fraction, R
         if shown is None:
             return None
         alpha = Fraction(before.refuted_at or 0)
-        shown = _refutation(asked, alpha or Fraction(1), shown.certificate["proof"])
+        shown = refutation(asked, alpha or Fraction(1), shown.certificate["proof"])
         if shown is not None:
             return alpha, shown
-    never = _refutation(asked, Fraction(1), _constant(asked.classes.lower))
-    return (Fraction(0), never) if never is not None else _refuted(asked, most=math.inf)
+    never = refutation(asked, Fraction(1), constant_gains(asked.classes.lower))
+    return (Fraction(0), never) if never is not None else gains_refuting(asked, most=math.inf)
 
 
 def largest_factors(
@@ -599,15 +391,15 @@ def proposals(
         if rows:
             seen = (shown for row in rows for shown in row.refutations)
             return next((shown for shown in seen if contains(own, shown.certificate["laws"])), None)
-        found = _refuted(asked, most=1.0)
+        found = gains_refuting(asked, most=1.0)
         return None if found is None else found[1]
 
     def jumping() -> Refuted | None:
-        found = _switched(asked, asked.classes.least, 1.0, whole=True)
+        found = switching_refuting(asked, asked.classes.least, 1.0, whole=True)
         return None if found is None else found[1]
 
     def whole(criterion: Criterion) -> Proved:
-        tried = (proved_at(asked, criterion.name, one, Fraction(1)) for one in _searches(asked, criterion))
+        tried = (proved_at(asked, criterion.name, one, Fraction(1)) for one in searches(asked, criterion))
         shown = next((one for one in tried if one is not None), None)
         if shown is None:
             raise AssumptionError(_NO_MULTIPLIER, code=Reason.NO_MULTIPLIER)
@@ -615,7 +407,7 @@ def proposals(
 
     yield "constant gains", gains
     larger = [row.proof for row in rows if row.proof is not None and contains(row.proof.certificate["laws"], own)]
-    for criterion in _criteria(asked) if larger or not rows else ():
+    for criterion in criteria_for(asked) if larger or not rows else ():
         yield criterion.name, partial(whole, criterion)
     if not rows and asked.time_varying:
         yield "switched gains", jumping

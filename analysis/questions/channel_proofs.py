@@ -1,0 +1,303 @@
+"""Several nonlinearities: what a criterion proves of a factor of the classes, and what gains refute, as checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.checker import OTHERS, Proved, Refuted
+from lure.analysis.certificates.sealing import checked
+from lure.analysis.certificates.systems import texts
+from lure.analysis.counterexamples.channel_gains import GainSearch
+from lure.analysis.counterexamples.channel_switching import SwitchedGains
+from lure.analysis.deadline import checkpoint
+from lure.analysis.inequality.channels import ChannelInequality
+from lure.analysis.inequality.full_block import FullBlockInequality
+from lure.analysis.inequality.gain_box import GainBox
+from lure.analysis.inequality.shifted_loop import ChannelSearch
+from lure.analysis.numerics.doubles import double_above, double_below
+from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.problem import Problem
+from lure.analysis.theorems.table import BEST, TABLE, Theorem, time_of
+from lure.arrays import np
+from lure.errors import InputError
+
+_STEPS_DOWN = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 0.9)
+LARGEST = 1e6  # the largest factor that is tried
+_WORTH = 1e-5  # relative: a criterion that does not prove so much more is left
+
+
+class Criterion(NamedTuple):
+    """A row of the table with one kind of multipliers: its name in a certificate."""
+
+    name: str
+    row: Theorem
+
+    @property
+    def kind(self) -> int:
+        """0 for a multiplier for each channel, 1 for one multiplier for all of them; asked while a gap is left."""
+        return self.row.channels.index(self.name)
+
+
+def criteria_for(asked: Problem) -> list[Criterion]:
+    """The criteria for several nonlinearities in this time: kind after kind, in each the farthest first.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+
+    Raises
+    ------
+    InputError
+        There is no such criterion.
+    """
+    wanted = asked.criterion.replace("_", "-").lower()
+    rows = [row for row in reversed(TABLE) if row.channels and time_of(asked.plant) in row.times]
+    if not all(one.linear for one in asked.classes.classes):
+        rows = [row for row in rows if not row.linear]
+    found = [Criterion(name, row) for row in rows for name in row.channels if wanted in (BEST, row.name, name)]
+    if wanted == BEST:  # one channel needs no full block
+        constant, one = not any(_free(asked)), len(asked.classes.classes) == 1
+        found = [x for x in found if (x.row.time_varying or x.row.linear or not constant) and not (one and x.kind)]
+    if not found:
+        names = ", ".join(name for row in rows for name in (row.name, *row.channels))
+        raise InputError(
+            f"the criterion {asked.criterion!r:.40} is not for several nonlinearities in {time_of(asked.plant)} time; "
+            f"choose from {BEST}, {names}"
+        )
+    return sorted(found, key=lambda criterion: (not criterion.row.linear, criterion.kind))
+
+
+def _free(asked: Problem) -> list[bool]:
+    """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time."""
+    static = [not any(line) for line in channel_plant(asked.plant).D]
+    return [alone and not one.time_varying for alone, one in zip(static, asked.classes.classes, strict=True)]
+
+
+def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
+    """What searches for proofs by a criterion, the cheapest first.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    criterion : Criterion
+        The criterion.
+    """
+    H, popov = channel_plant(asked.plant), not criterion.row.time_varying
+    free, lower = [one and popov for one in _free(asked)], np.array([float(v) for v in asked.classes.lower])
+    if criterion.row.linear:
+        yield GainBox(*H.doubles(), lower, asked.classes.blocks, H.dt is not None)
+        return
+    given = (*H.doubles(), lower, free, popov, H.dt is not None)
+    if criterion.kind == 0:
+        yield ChannelInequality(*given)
+        return
+    for orthants in (False, True):
+        yield FullBlockInequality(*given, orthants=orthants)
+
+
+def proved_at(asked: Problem, name: str, search: ChannelSearch, alpha: Fraction) -> Proved | None:
+    """What the checker accepts for the classes of a factor; None if nothing.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    name : str
+        The theorem.
+    search : ChannelSearch
+        Its search.
+    alpha : Fraction
+        The factor.
+    """
+    widths = [high - low for high, low in zip(asked.classes.scaled(alpha).upper, asked.classes.lower, strict=True)]
+    if min(widths) <= 0:
+        return None
+    for one in search.proposals(widths, asked.classes.lower):
+        draft = {
+            "verdict": "PROVED",
+            "system": asked.system,
+            "laws": asked.scaled(alpha).class_entry,
+            "theorem": name,
+            "multiplier": one.multiplier,
+            "proof": one.proof,
+        }
+        try:
+            shown = checked(draft)
+        except Rejected:
+            continue
+        if isinstance(shown, Proved):
+            return shown
+    return None
+
+
+def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
+    """The largest factor that is proved, above what is known and below ``most``.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    criterion : Criterion
+        The criterion.
+    known : Fraction
+        A factor that is proved, or 0.
+    most : float
+        The smallest factor that is refuted, or infinity.
+    """
+    best: tuple[Fraction, Proved] | None = None
+    for search in searches(asked, criterion):
+        found = _farthest_by(asked, criterion.name, search, known if best is None else best[0], most)
+        best = best if found is None else found
+    return best
+
+
+def _farthest_by(
+    asked: Problem, name: str, search: ChannelSearch, known: Fraction, most: float
+) -> tuple[Fraction, Proved] | None:
+    least, lower = asked.classes.least, asked.classes.lower
+
+    def serves(alpha: float) -> bool:
+        if alpha <= least:
+            return False
+        upper = asked.classes.scaled(Fraction(alpha)).upper
+        widths = np.array([float(high - low) for high, low in zip(upper, lower, strict=True)])
+        return bool(widths.min() > 0) and search.serves(widths)
+
+    if known and not serves(float(known) * (1 + _WORTH)):
+        return None
+    low, high = _between(asked, serves, float(known), most)
+    while high - low > search.precision * high:
+        checkpoint()
+        middle = (low + high) / 2 if low > high / 8 else math.sqrt(low * high) if low else high / 8
+        if middle * LARGEST < min(most, 1.0) / LARGEST:
+            return None
+        low, high = (middle, high) if serves(middle) else (low, middle)
+    for step in _STEPS_DOWN:
+        checkpoint()
+        alpha = Fraction(double_below(Fraction(low) * (1 - Fraction(step))))
+        shown = proved_at(asked, name, search, alpha) if alpha > max(least, known) else None
+        if shown is not None:
+            return alpha, shown
+    return None
+
+
+def _between(asked: Problem, serves: Callable[[float], bool], known: float, most: float) -> tuple[float, float]:
+    """A factor that serves, or what is known, and one that does not; just below ``most``, the refuted, first."""
+    if most < math.inf:
+        near = [most * (1 - step) for step in (1e-7, 1e-4)]
+        served = next((alpha for alpha in near if serves(alpha)), None)
+        return (served, served * (1 + 1e-16)) if served == near[0] else (served or known, most)
+    low, high = known, max(2 * known or 1.0, 2 * double_above(asked.classes.least))
+    while high < LARGEST and serves(high):
+        low, high = high, 4 * high
+    return (low, low) if high >= LARGEST else (low, high)
+
+
+def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
+    """The smallest factor with destabilising gains that the checker accepts; 0 if they lie in the classes of each.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    most : float
+        The largest factor of interest; finite: gains of the classes of that factor.
+    """
+    H = channel_plant(asked.plant)
+    A, B, C, D = H.doubles()
+    one = asked.classes.upper
+    lower, upper = (np.array([float(v) for v in side]) for side in (asked.classes.lower, one))
+    search = GainSearch(A, B, C, D, lower, upper, asked.classes.blocks, H.dt is not None)
+    found = search.found(double_above(asked.classes.least), most)
+    for gains in search.proposals(*found, most=most) if found is not None else ():
+        least = max((g / u for g, u in zip(gains, one, strict=True) if u > 0), default=Fraction(0))
+        if math.isinf(most) and least <= 0:  # no gain is positive: they lie in the classes of every factor
+            alpha, of = Fraction(0), Fraction(1)
+        else:
+            alpha = of = Fraction(double_above(least)) if math.isinf(most) else Fraction(most)
+        shown = refutation(asked, of, constant_gains(gains))
+        if shown is not None:
+            return alpha, shown
+    return None
+
+
+def switching_refuting(
+    asked: Problem, known: Fraction, most: float, *, whole: bool = False
+) -> tuple[Fraction, Refuted] | None:
+    """The smallest factor above what is known and up to ``most`` with gains that jump, if classes depend on time.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    known : Fraction
+        A factor up to which nothing grows.
+    most : float
+        The largest factor of interest.
+    whole : bool
+        Whether as a refutation of the classes as they are given.
+    """
+    H, lower = channel_plant(asked.plant), asked.classes.lower
+    low, high = (np.array([float(v) for v in side]) for side in (lower, asked.classes.upper))
+    search = SwitchedGains(
+        *H.doubles(),
+        low,
+        high,
+        varying=tuple(one.time_varying for one in asked.classes.classes),
+        blocks=asked.classes.blocks,
+        discrete=H.dt is not None,
+    )
+    for one in search.proposals(double_above(known), most):
+        factor = Fraction(one.factor)
+        ends, alpha = (lower, asked.classes.scaled(factor).upper), Fraction(1) if whole else factor
+        gains = [[ends[end][i] for i, end in enumerate(row)] for row in one.ends]
+        proof: dict[str, Any] = {"method": "switched-gains", "gains": [texts(row) for row in gains]}
+        proof |= {} if search.discrete else {"times": texts(one.times)}
+        shown = refutation(asked, alpha, proof | {"squarings": one.squarings, "bits": one.bits})
+        if shown is not None:
+            return alpha, shown
+    return None
+
+
+def constant_gains(gains: Sequence[Fraction]) -> dict[str, Any]:
+    """The proof of a certificate that constant gains refute.
+
+    Parameters
+    ----------
+    gains : sequence of Fraction
+        One for each channel.
+    """
+    return {"method": "linear-gains", "gains": texts(gains)}
+
+
+def refutation(asked: Problem, alpha: Fraction, proof: Mapping[str, Any]) -> Refuted | None:
+    """What the checker accepts against the classes of a factor; None if nothing.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+    alpha : Fraction
+        The factor.
+    proof : Mapping
+        The proof of the certificate.
+    """
+    draft = {
+        "verdict": "REFUTED",
+        "system": asked.system,
+        "laws": asked.scaled(alpha).class_entry,
+        "theorem": "counterexample",
+        "proof": dict(proof),
+    }
+    try:
+        shown = checked(draft)
+    except (Rejected, InputError):
+        return None
+    other = shown.certificate["conclusion"] == OTHERS  # refutes nothing where an end of the classes is a critical case
+    return shown if isinstance(shown, Refuted) and not other else None
